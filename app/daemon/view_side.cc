@@ -77,7 +77,7 @@ void ViewSide::Start(const CyclicLoop& loop) {
 }
 
 bool ViewSide::Watched() {
-  const bool watched = publisher_->Watched();
+  const bool watched = publisher_->PollViewers();
   if (const auto& scene = publisher_->scene(); scene && scene->time_s != scene_s_) {
     scene_s_ = scene->time_s;
     link_.scene.Begin() = *scene;

@@ -26,10 +26,10 @@ namespace plumbline {
 namespace {
 
 constexpr int kQos = 1;
-constexpr unsigned kMostInFlight = 100;
-constexpr auto kEndPatience = std::chrono::seconds(2);
+constexpr unsigned kMaxInFlight = 100;
+constexpr auto kEndTimeout = std::chrono::seconds(2);
 
-/// libmosquitto for as long as the process runs.
+/// Initialises libmosquitto once for the process.
 void OpenLibrary() {
   static const int opened = mosquitto_lib_init();
   static_cast<void>(opened);
@@ -42,14 +42,14 @@ Result<std::string> PasswordOf(const MqttConfig& config) {
   return text->substr(0, text->find_first_of("\r\n"));
 }
 
-/// One connection, from the first byte to its end; used by one thread.
+/// One connection, from its first byte to its end; used by one thread.
 class Connection {
  public:
   explicit Connection(const MqttConfig& config)
       : config_(config),
         client_(mosquitto_new(config.client_id.c_str(), true, this), &mosquitto_destroy) {}
 
-  /// @return  empty, or why it cannot be tried
+  /// @return  empty, or why the connection cannot be attempted
   std::string Begin(const std::string& will_topic, const std::string& will) {
     if (!client_) return std::strerror(errno);
     const auto password = PasswordOf(config_);
@@ -62,13 +62,14 @@ class Connection {
       static_cast<Connection*>(self)->Acknowledged(number);
     });
     mosquitto_log_callback_set(client, [](mosquitto*, void* self, int level, const char* text) {
-      if (level == MOSQ_LOG_ERR) static_cast<Connection*>(self)->told_ = text;
+      if (level == MOSQ_LOG_ERR) static_cast<Connection*>(self)->last_error_ = text;
     });
-    mosquitto_max_inflight_messages_set(client, kMostInFlight);
+    mosquitto_max_inflight_messages_set(client, kMaxInFlight);
     int code = MOSQ_ERR_SUCCESS;
     if (!config_.tls_ca.empty()) {
       code = mosquitto_tls_set(client, config_.tls_ca.c_str(), nullptr, nullptr, nullptr, nullptr);
-      if (code != MOSQ_ERR_SUCCESS) return config_.tls_ca + ": no certificates can be read from it";
+      if (code != MOSQ_ERR_SUCCESS)
+        return config_.tls_ca + ": contains no readable CA certificates";
     }
     if (!config_.username.empty()) {
       code = mosquitto_username_pw_set(client, config_.username.c_str(),
@@ -82,14 +83,15 @@ class Connection {
       code = mosquitto_connect_async(client, config_.host.c_str(), config_.port,
                                      BrokerLink::kKeepAlive_s);
     }
-    return code == MOSQ_ERR_SUCCESS ? "" : Words(code);
+    return code == MOSQ_ERR_SUCCESS ? "" : ErrorText(code);
   }
 
-  /// Waits at most so long for the network or `wake`. @return  empty, or why the connection ended
-  std::string Round(int wake, int wait_ms) {
+  /// Waits up to `wait_ms` for the network or `wake`, and handles what arrived.
+  /// @return  empty, or why the connection ended
+  std::string Poll(int wake, int wait_ms) {
     mosquitto* const client = client_.get();
     const int socket = mosquitto_socket(client);
-    if (socket < 0) return Words(MOSQ_ERR_CONN_LOST);
+    if (socket < 0) return ErrorText(MOSQ_ERR_CONN_LOST);
     const bool write = !reached_ || (mosquitto_want_write(client) && !stuck_);
     pollfd waiting[2] = {{socket, static_cast<short>(write ? POLLIN | POLLOUT : POLLIN), 0},
                          {wake, POLLIN, 0}};
@@ -98,7 +100,7 @@ class Connection {
     [[maybe_unused]] const ssize_t taken = read(wake, &woken, sizeof woken);
     int code = MOSQ_ERR_SUCCESS;
     const bool writable = (waiting[0].revents & POLLOUT) != 0;
-    // The handshake of TLS goes on in the library's reading, once there is a connection.
+    // Once connected, the library continues the TLS handshake in its read function.
     const bool handshake = writable && !up() && !config_.tls_ca.empty();
     if ((waiting[0].revents & ~POLLOUT) != 0 || handshake) code = mosquitto_loop_read(client, 1);
     if (code == MOSQ_ERR_SUCCESS && writable) code = mosquitto_loop_write(client, 1);
@@ -106,24 +108,24 @@ class Connection {
     stuck_ = writable && !up() && mosquitto_want_write(client);
     if (code == MOSQ_ERR_SUCCESS) code = mosquitto_loop_misc(client);
     if (connack_ > 0) return mosquitto_connack_string(connack_);
-    return code == MOSQ_ERR_SUCCESS ? "" : Words(code);
+    return code == MOSQ_ERR_SUCCESS ? "" : ErrorText(code);
   }
 
   bool up() const { return connack_ == 0; }
-  bool spoken() const { return spoken_; }
+  bool has_published() const { return published_; }
 
   std::string Publish(const Outgoing& message) {
     int number = 0;
     const int code = mosquitto_publish(client_.get(), &number, message.topic.c_str(),
                                        static_cast<int>(message.payload.size()),
                                        message.payload.data(), kQos, message.retained);
-    if (code != MOSQ_ERR_SUCCESS) return Words(code);
+    if (code != MOSQ_ERR_SUCCESS) return ErrorText(code);
     ids_[number] = message.id;
-    spoken_ = true;
+    published_ = true;
     return "";
   }
   std::vector<std::int64_t> TakeAcknowledged() { return std::exchange(acknowledged_, {}); }
-  /// Says goodbye, so that the broker keeps the will to itself.
+  /// Disconnects cleanly, so that the broker discards the will.
   void End() { mosquitto_disconnect(client_.get()); }
 
  private:
@@ -133,34 +135,33 @@ class Connection {
     acknowledged_.push_back(found->second);
     ids_.erase(found);
   }
-  std::string Words(int code) const {
-    if (code == MOSQ_ERR_TLS && !told_.empty()) return "TLS: " + told_;
+  std::string ErrorText(int code) const {
+    if (code == MOSQ_ERR_TLS && !last_error_.empty()) return "TLS: " + last_error_;
     if (code == MOSQ_ERR_ERRNO && errno != 0) return std::strerror(errno);
-    if (code == MOSQ_ERR_ERRNO) return "what answers there is no MQTT broker";
+    if (code == MOSQ_ERR_ERRNO) return "the server there is not an MQTT broker";
     return mosquitto_strerror(code);
   }
 
   const MqttConfig& config_;
   const std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
-  int connack_ = -1;      ///< -1: not answered yet
-  bool reached_ = false;  ///< the host has taken the connection, not yet the broker
-  /// What is to be written waits for an answer, not for room: the socket would be writable for
-  /// ever.
+  int connack_ = -1;      ///< code of the broker's CONNACK; -1: not received yet
+  bool reached_ = false;  ///< the TCP connection is established
+  /// The library waits for a reply before it can write: polling for a writable socket would spin.
   bool stuck_ = false;
-  bool spoken_ = false;  ///< has published
-  std::string told_;
+  bool published_ = false;  ///< has published
+  std::string last_error_;
   std::map<int, std::int64_t> ids_;
   std::vector<std::int64_t> acknowledged_;
 };
 
-constexpr int kRound_ms = 200;
+constexpr int kPollPeriod_ms = 200;
 
 }  // namespace
 
 struct BrokerLink::Shared {
   Shared(const MqttConfig& mqtt, LastWill last_will)
       : config(mqtt), will(std::move(last_will)), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-    news.problem = "not connected yet";
+    status.problem = "not connected yet";
   }
   void Wake() const {
     const std::uint64_t one = 1;
@@ -177,40 +178,41 @@ struct BrokerLink::Shared {
   std::mutex mutex;  ///< of what follows
   std::condition_variable changed;
   bool stop = false, ended = false;
-  std::int64_t farewell = 0;  ///< the connection whose will is not needed; 0: none
-  News news;
-  std::vector<Outgoing> given;  ///< for the present connection
+  std::int64_t will_suppressed = 0;  ///< number of the connection whose will is not needed; 0: none
+  Status status;
+  std::vector<Outgoing> outgoing;  ///< for the present connection
 };
 
-/// News to whoever asks, messages from whoever gives. @return  false: it is to end
+/// Publishes the connection's status and takes the queued messages.
+/// @return  false if the link is to stop
 bool BrokerLink::Shared::Exchange(Connection& connection, std::int64_t number,
                                   std::vector<Outgoing>& messages) {
   const std::lock_guard lock(mutex);
   const auto acknowledged = connection.TakeAcknowledged();
-  news.acknowledged.insert(news.acknowledged.end(), acknowledged.begin(), acknowledged.end());
-  if (connection.up() && news.connection != number) {
-    news.connection = number;
-    news.problem.clear();
+  status.acknowledged.insert(status.acknowledged.end(), acknowledged.begin(), acknowledged.end());
+  if (connection.up() && status.connection != number) {
+    status.connection = number;
+    status.problem.clear();
   }
-  messages.swap(given);
+  messages.swap(outgoing);
   return !stop;
 }
 
-/// From the first byte of one connection to its end. @return  why it ended
+/// Runs one connection to its end. @return  why it ended
 std::string BrokerLink::Shared::Serve(BackOff& back_off) {
   const auto number = static_cast<std::int64_t>(std::llround(1e3 * ComputerUtcSeconds()));
   Connection connection(config);
   std::string problem =
       connection.Begin(will.topic, will.topic.empty() ? "" : will.payload(number));
-  const double until_s = MonotonicSeconds() + kConnectPatience_s;
+  const double until_s = MonotonicSeconds() + kConnectTimeout_s;
   while (problem.empty()) {
     pulse.Beat();
-    problem = connection.Round(wake.get(), kRound_ms);
+    problem = connection.Poll(wake.get(), kPollPeriod_ms);
     std::vector<Outgoing> messages;
     if (!Exchange(connection, number, messages)) {
       const std::lock_guard lock(mutex);
-      if (farewell == number || !connection.spoken()) connection.End();
-      return "ended";
+      if (will_suppressed == number || !connection.has_published()) connection.End();
+      return "stopped";
     }
     if (connection.up()) back_off.Well();
     if (problem.empty() && !connection.up() && MonotonicSeconds() > until_s) problem = "no answer";
@@ -227,9 +229,9 @@ void BrokerLink::Shared::Run() {
     const std::string problem = Serve(back_off);
     back_off.Failed(MonotonicSeconds());
     std::unique_lock lock(mutex);
-    news.connection = 0;
-    news.problem = problem;
-    given.clear();
+    status.connection = 0;
+    status.problem = problem;
+    outgoing.clear();
     while (!stop && !back_off.Due(MonotonicSeconds())) {
       pulse.Beat();
       changed.wait_for(lock, std::chrono::milliseconds(100));
@@ -254,44 +256,44 @@ BrokerLink::~BrokerLink() {
   shared_->stop = true;
   shared_->Wake();
   shared_->changed.notify_all();
-  shared_->changed.wait_for(lock, kEndPatience, [this] { return shared_->ended; });
+  shared_->changed.wait_for(lock, kEndTimeout, [this] { return shared_->ended; });
 }
 
-BrokerLink::News BrokerLink::Take() {
+BrokerLink::Status BrokerLink::TakeStatus() {
   const std::lock_guard lock(shared_->mutex);
-  News news = shared_->news;
-  shared_->news.acknowledged.clear();
-  return news;
+  Status status = shared_->status;
+  shared_->status.acknowledged.clear();
+  return status;
 }
 
 void BrokerLink::Publish(std::int64_t connection, std::vector<Outgoing> messages) {
   {
     const std::lock_guard lock(shared_->mutex);
-    if (connection != shared_->news.connection) return;
-    std::move(messages.begin(), messages.end(), std::back_inserter(shared_->given));
+    if (connection != shared_->status.connection) return;
+    std::move(messages.begin(), messages.end(), std::back_inserter(shared_->outgoing));
   }
   shared_->Wake();
 }
 
-void BrokerLink::Farewell(std::int64_t connection) {
+void BrokerLink::SuppressWill(std::int64_t connection) {
   const std::lock_guard lock(shared_->mutex);
-  shared_->farewell = connection;
+  shared_->will_suppressed = connection;
 }
 
 std::uint64_t BrokerLink::beats() const {
   return shared_->pulse.beats();
 }
 
-Result<void> TryBroker(const MqttConfig& config, double patience_s) {
+Result<void> TryBroker(const MqttConfig& config, double timeout_s) {
   OpenLibrary();
   MqttConfig other = config;
-  other.client_id += "-doctor";  // the publisher's own would push it out
+  other.client_id += "-doctor";  // the publisher's id would disconnect the publisher
   Connection connection(other);
   std::string problem = connection.Begin("", "");
   const Descriptor none(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  const double until_s = MonotonicSeconds() + patience_s;
+  const double until_s = MonotonicSeconds() + timeout_s;
   while (problem.empty() && !connection.up()) {
-    problem = connection.Round(none.get(), kRound_ms);
+    problem = connection.Poll(none.get(), kPollPeriod_ms);
     if (problem.empty() && !connection.up() && MonotonicSeconds() > until_s) problem = "no answer";
   }
   if (problem.empty()) connection.End();

@@ -1,5 +1,5 @@
-// The connection to the broker, in a thread of its own: a name server or a network that does not
-// answer delays nobody else.
+// MQTT broker connection, in a thread of its own, so that an unresponsive network or name server
+// delays nothing else.
 #pragma once
 
 #include <cstdint>
@@ -13,55 +13,56 @@
 
 namespace plumbline {
 
-/// A message on its way; `id` is what its acknowledgement is told by.
+/// A message to publish.
 struct Outgoing {
-  std::int64_t id = 0;
+  std::int64_t id = 0;  ///< returned when the broker has acknowledged the message
   std::string topic, payload;
   bool retained = false;
 };
 
-/// Connects by itself, again after a pause that grows, each time anew: what was not acknowledged on
-/// one connection is to be given again on the next. Publishes with QoS 1 in the order given.
-/// Subscribes to nothing, so that a broker can say nothing but that it has got a message.
+/// Connects and reconnects automatically, with growing pauses and a clean session each time: the
+/// caller must publish unacknowledged messages again on the next connection. Publishes with QoS 1
+/// in the given order. Subscribes to nothing, so that acknowledgements are all a broker can send.
 class BrokerLink {
  public:
   static constexpr int kKeepAlive_s = 30;
-  /// A broker that does not answer the connection for so long.
-  static constexpr double kConnectPatience_s = 10;
+  /// Time limit for the broker to accept the connection.
+  static constexpr double kConnectTimeout_s = 10;
 
   struct LastWill {
-    std::string topic;
-    /// Of the connection of that number; made in the link's thread.
+    std::string topic;  ///< empty: no will
+    /// Makes the payload for the connection of that number; called in the link's thread.
     std::function<std::string(std::int64_t number)> payload;
   };
-  /// The password file is read at each connection, so that a new one needs no restart.
-  /// @param will  without a topic: none
+  /// The password file is read for each connection, so that a new password needs no restart.
   BrokerLink(const MqttConfig& config, LastWill will);
-  /// Ends within two seconds. Says goodbye only after Farewell(), or where it has published
-  /// nothing: in every other case the broker tells the will.
+  /// Returns within two seconds. Disconnects cleanly only after SuppressWill(), or if nothing was
+  /// published; otherwise the broker publishes the will.
   ~BrokerLink();
   BrokerLink(const BrokerLink&) = delete;
   BrokerLink& operator=(const BrokerLink&) = delete;
 
-  struct News {
-    std::int64_t connection = 0;  ///< its number, the moment it was tried, UTC [ms]; 0: none
+  struct Status {
+    /// Number of the connection: the UTC time of the attempt [ms]; 0: not connected.
+    std::int64_t connection = 0;
     std::vector<std::int64_t> acknowledged;  ///< since the last call
-    std::string problem;                     ///< why there is no connection; empty: there is
+    std::string problem;                     ///< why there is no connection; empty: connected
   };
-  News Take();
-  /// What was given for another connection than the present one is thrown away.
+  Status TakeStatus();
+  /// Discards the messages if `connection` is not the present one.
   void Publish(std::int64_t connection, std::vector<Outgoing> messages);
-  /// What is to be told at the end of this connection is with the broker: no will is needed.
-  void Farewell(std::int64_t connection);
-  /// Raised by the thread each time it comes round; while a name is looked up it does not.
+  /// Call when the broker has the final message of this connection, so that no will is needed.
+  void SuppressWill(std::int64_t connection);
+  /// Heartbeat of the link's thread; pauses during a name lookup.
   std::uint64_t beats() const;
 
  private:
   struct Shared;
-  const std::shared_ptr<Shared> shared_;  ///< the thread's too, which may outlive this
+  const std::shared_ptr<Shared> shared_;  ///< shared with the thread, which may outlive this object
 };
 
-/// Whether the broker lets a client in that does nothing. @return  or why not
-Result<void> TryBroker(const MqttConfig& config, double patience_s);
+/// Tries to connect and disconnects again, without publishing.
+/// @return  why the broker refused, if it did
+Result<void> TryBroker(const MqttConfig& config, double timeout_s);
 
 }  // namespace plumbline

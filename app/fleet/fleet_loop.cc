@@ -15,12 +15,12 @@
 namespace plumbline {
 namespace {
 
-constexpr double kRest_s = 0.1;     ///< where nothing is on its way
-constexpr double kHurry_s = 0.002;  ///< where something is
+constexpr double kIdleWait_s = 0.1;    ///< if nothing is in flight
+constexpr double kBusyWait_s = 0.002;  ///< if messages are in flight
 constexpr double kJournalPeriod_s = 1;
-constexpr double kRetry_s = 1;  ///< of a queue that does not work
+constexpr double kRetry_s = 1;  ///< of a queue that cannot be written
 constexpr double kBytesPerMB = 1e6;
-/// Of messages that are not in the queue.
+/// Ids of messages that are not in the queue.
 constexpr std::int64_t kBirthId = -1, kDeathId = -2;
 
 std::int64_t NowUtc_ms() {
@@ -77,20 +77,21 @@ std::string FleetLoop::Memory() const {
   return memory.dump();
 }
 
-void FleetLoop::Round() {
-  LookAtDaemon();
-  LookAtJournal(MonotonicSeconds());
-  Keep();
+void FleetLoop::RunOnce() {
+  ReadDaemonState();
+  ReadJournal(MonotonicSeconds());
+  StorePending();
   Forward();
 }
 
-void FleetLoop::LookAtDaemon() {
-  const bool came = client_.Read(on_the_way_ > 0 ? kHurry_s : kRest_s, view_);
-  Notice(came ? changes_.Take(view_.state, MonotonicSeconds())
-              : changes_.Wait(MonotonicSeconds(), ComputerUtcSeconds()));
+void FleetLoop::ReadDaemonState() {
+  const bool came = client_.Read(in_flight_ > 0 ? kBusyWait_s : kIdleWait_s, view_);
+  AddPending(came ? changes_.Update(view_.state, MonotonicSeconds())
+                  : changes_.UpdateWithoutState(MonotonicSeconds(), ComputerUtcSeconds()));
   if (came) {
     SetLogContext({view_.state.cell, view_.state.model_version});
-    if (!feed_problem_.empty()) Log({Event::kFleetFeedBack, "the daemon's states come again"});
+    if (!feed_problem_.empty())
+      Log({Event::kFleetFeedBack, "receiving data from plumblined again"});
     feed_problem_.clear();
   } else if (!client_.connected() && !client_.problem().empty() && feed_problem_.empty()) {
     feed_problem_ = client_.problem();
@@ -98,32 +99,33 @@ void FleetLoop::LookAtDaemon() {
   }
 }
 
-/// While the queue does not work what is noticed waits here: no states, and of the rest what is
-/// least important goes first where it is too much.
-void FleetLoop::Notice(std::vector<Message> messages) {
+/// While the queue cannot be written, messages wait in memory: states are not kept, and of the
+/// others the least important are discarded first beyond kMaxPending.
+void FleetLoop::AddPending(std::vector<Message> messages) {
   for (Message& message : messages) {
     if (!queue_problem_.empty() && ImportanceOf(message.kind) == 0) continue;
-    if (pending_.size() >= kMostPending) {
+    if (pending_.size() >= kMaxPending) {
       const auto least = std::min_element(pending_.begin(), pending_.end(),
                                           [](const Message& a, const Message& b) {
                                             return ImportanceOf(a.kind) < ImportanceOf(b.kind);
                                           });
       pending_.erase(least);
-      ++forgotten_;
+      ++discarded_;
     }
     pending_.push_back(std::move(message));
   }
 }
 
-void FleetLoop::QueueFault(const std::string& problem) {
+void FleetLoop::LogQueueFault(const std::string& problem) {
   if (queue_problem_.empty()) Log({Event::kFleetQueueFault, "queue: " + problem});
   queue_problem_ = problem;
 }
 
-void FleetLoop::LookAtJournal(double now_s) {
-  if (!config_.journal || !queue_problem_.empty() || now_s - looked_s_ < kJournalPeriod_s) return;
-  looked_s_ = now_s;
-  const auto taken = tail_.Look(mark_);
+void FleetLoop::ReadJournal(double now_s) {
+  if (!config_.journal || !queue_problem_.empty() || now_s - journal_read_s_ < kJournalPeriod_s)
+    return;
+  journal_read_s_ = now_s;
+  const auto taken = tail_.ReadNew(mark_);
   if (!taken) {
     if (journal_problem_.empty()) {
       Log({Event::kFleetJournal, fmt::format("probes are not published: {}", taken.error())});
@@ -138,83 +140,84 @@ void FleetLoop::LookAtJournal(double now_s) {
   }
 }
 
-void FleetLoop::Keep() {
+void FleetLoop::StorePending() {
   const bool faulty = !queue_problem_.empty();
   if (faulty && MonotonicSeconds() - tried_s_ < kRetry_s) return;
   tried_s_ = MonotonicSeconds();
   const FleetQueue::Dropped before = queue_.dropped();
   const auto kept = queue_.Append(pending_, Memory(), faulty);
-  if (!kept) return QueueFault(kept.error());
+  if (!kept) return LogQueueFault(kept.error());
   const std::size_t late = std::exchange(pending_, {}).size();
   if (faulty) {
-    // It works when it is written, emptied and read.
-    if (const auto removed = queue_.Remove(arrived_); !removed) return QueueFault(removed.error());
-    arrived_.clear();
-    if (const auto next = queue_.Next(sent_, 1); !next) return QueueFault(next.error());
+    // The queue works only if it can be appended to, removed from and read.
+    if (const auto removed = queue_.Remove(acknowledged_); !removed)
+      return LogQueueFault(removed.error());
+    acknowledged_.clear();
+    if (const auto next = queue_.Next(sent_, 1); !next) return LogQueueFault(next.error());
     Log({Event::kFleetQueueWorks,
-         fmt::format("queue works again; {} messages are told late, {} were forgotten", late,
-                     std::exchange(forgotten_, 0))});
+         fmt::format("queue works again; {} messages are published late, {} were discarded", late,
+                     std::exchange(discarded_, 0))});
     queue_problem_.clear();
   }
   if (queue_.dropped() == before || dropping_) return;
   dropping_ = true;
   Log({Event::kFleetDropping,
-       fmt::format("queue is full ({:.0f} MB): the oldest states are dropped from now on, then "
-                   "changes, alarms and probes last",
+       fmt::format("queue is full ({:.0f} MB): the oldest states are dropped from now on, then the "
+                   "oldest changes, and alarms and probes last. Restore the broker connection",
                    static_cast<double>(config_.queue_bytes) / kBytesPerMB)});
 }
 
-void FleetLoop::TakeConnection(std::int64_t connection) {
+void FleetLoop::HandleConnectionChange(std::int64_t connection) {
   connection_ = connection;
   sent_ = 0;
-  on_the_way_ = 0;
+  in_flight_ = 0;
   if (connection == 0) return;
   if (dropping_) {
     Log({Event::kFleetDropped,
-         "dropped since the queue was made: " + DroppedText(queue_.dropped())});
+         "dropped since the queue was created: " + DroppedText(queue_.dropped())});
     dropping_ = false;
   }
-  if (queue_.dropped() != dropped_told_ && queue_.dropped() != FleetQueue::Dropped{}) {
-    dropped_told_ = queue_.dropped();
-    pending_.push_back({MessageKind::kLost, NowUtc_ms(), LostBody(dropped_told_)});
-    Keep();
+  if (queue_.dropped() != dropped_reported_ && queue_.dropped() != FleetQueue::Dropped{}) {
+    dropped_reported_ = queue_.dropped();
+    pending_.push_back({MessageKind::kLost, NowUtc_ms(), LostBody(dropped_reported_)});
+    StorePending();
   }
   backlog_ = queue_.size();
   connected_s_ = MonotonicSeconds();
-  Log({Event::kBrokerUp, fmt::format("broker {}:{} has the connection, {} messages wait",
-                                     config_.host, config_.port, backlog_)});
+  Log({Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued", config_.host,
+                                     config_.port, backlog_)});
   link_.Publish(connection, {{kBirthId, TopicOf(cell_, "NBIRTH"),
                               BirthText(cell_, queue_, connection, NowUtc_ms()), true}});
-  ++on_the_way_;
+  ++in_flight_;
 }
 
 void FleetLoop::Forward() {
-  const BrokerLink::News news = link_.Take();
-  std::copy_if(news.acknowledged.begin(), news.acknowledged.end(), std::back_inserter(arrived_),
-               [](std::int64_t id) { return id > 0; });
+  const BrokerLink::Status status = link_.TakeStatus();
+  std::copy_if(status.acknowledged.begin(), status.acknowledged.end(),
+               std::back_inserter(acknowledged_), [](std::int64_t id) { return id > 0; });
   if (queue_problem_.empty()) {
-    const auto removed = queue_.Remove(arrived_);
-    if (removed) arrived_.clear();
-    if (!removed) QueueFault(removed.error());
+    const auto removed = queue_.Remove(acknowledged_);
+    if (removed) acknowledged_.clear();
+    if (!removed) LogQueueFault(removed.error());
   }
-  if (news.connection != connection_) {
-    TakeConnection(news.connection);
+  if (status.connection != connection_) {
+    HandleConnectionChange(status.connection);
   } else {
-    on_the_way_ -= std::min(on_the_way_, news.acknowledged.size());
+    in_flight_ -= std::min(in_flight_, status.acknowledged.size());
   }
   if (connection_ == 0) {
-    if (!news.problem.empty() && news.problem != link_problem_ &&
-        news.problem != "not connected yet") {
-      link_problem_ = news.problem;
-      Log({Event::kBrokerLost, fmt::format("broker {}:{}: {}; messages are kept meanwhile",
-                                           config_.host, config_.port, news.problem)});
+    if (!status.problem.empty() && status.problem != link_problem_ &&
+        status.problem != "not connected yet") {
+      link_problem_ = status.problem;
+      Log({Event::kBrokerLost, fmt::format("broker {}:{}: {}; messages are queued meanwhile",
+                                           config_.host, config_.port, status.problem)});
     }
     return;
   }
   link_problem_.clear();
-  if (on_the_way_ < kMostOnTheWay) {
-    const auto next = queue_.Next(sent_, kMostOnTheWay - on_the_way_);
-    if (!next) QueueFault(next.error());
+  if (in_flight_ < kMaxInFlight) {
+    const auto next = queue_.Next(sent_, kMaxInFlight - in_flight_);
+    if (!next) LogQueueFault(next.error());
     if (next && !next->empty()) {
       std::vector<Outgoing> messages;
       for (const QueuedMessage& queued : *next) {
@@ -222,15 +225,15 @@ void FleetLoop::Forward() {
                             MessageText(queue_.stream(), queued), false});
       }
       sent_ = next->back().seq;
-      on_the_way_ += messages.size();
+      in_flight_ += messages.size();
       link_.Publish(connection_, std::move(messages));
     }
   }
-  TellQueue();
+  LogBacklog();
 }
 
-void FleetLoop::TellQueue() {
-  if (backlog_ == 0 || on_the_way_ > 0) return;
+void FleetLoop::LogBacklog() {
+  if (backlog_ == 0 || in_flight_ > 0) return;
   if (backlog_ > 1) {
     Log({Event::kFleetForwarded, fmt::format("{} messages forwarded in {:.1f} s", backlog_,
                                              MonotonicSeconds() - connected_s_)});
@@ -238,31 +241,32 @@ void FleetLoop::TellQueue() {
   backlog_ = 0;
 }
 
-void FleetLoop::End(double patience_s) {
+void FleetLoop::End(double timeout_s) {
   if (connection_ == 0) return;
   link_.Publish(connection_, {{kDeathId, TopicOf(cell_, "NDEATH"),
                                DeathText(connection_, NowUtc_ms(), true), true}});
-  const double until_s = MonotonicSeconds() + patience_s;
+  const double until_s = MonotonicSeconds() + timeout_s;
   while (MonotonicSeconds() < until_s) {
-    const BrokerLink::News news = link_.Take();
-    if (news.connection != connection_) return;  // the broker tells the will
-    bool farewell = false;
-    for (const std::int64_t id : news.acknowledged) {
-      if (id > 0) arrived_.push_back(id);
-      farewell = farewell || id == kDeathId;
+    const BrokerLink::Status status = link_.TakeStatus();
+    if (status.connection != connection_) return;  // the broker publishes the will
+    bool death_acknowledged = false;
+    for (const std::int64_t id : status.acknowledged) {
+      if (id > 0) acknowledged_.push_back(id);
+      death_acknowledged = death_acknowledged || id == kDeathId;
     }
-    if (queue_.Remove(arrived_)) arrived_.clear();
-    if (farewell) return link_.Farewell(connection_);
-    SleepSeconds(kHurry_s);
+    if (queue_.Remove(acknowledged_)) acknowledged_.clear();
+    if (death_acknowledged) return link_.SuppressWill(connection_);
+    SleepSeconds(kBusyWait_s);
   }
 }
 
 std::string FleetLoop::Status() const {
-  const std::string broker = connection_ != 0        ? "broker up"
-                             : link_problem_.empty() ? "broker not there yet"
+  const std::string broker = connection_ != 0        ? "broker connected"
+                             : link_problem_.empty() ? "broker not connected yet"
                                                      : "broker: " + link_problem_;
-  return fmt::format("{}; {}; {} messages wait", broker,
-                     feed_problem_.empty() ? "daemon up" : "no word of the daemon", queue_.size());
+  return fmt::format("{}; {}; {} messages queued", broker,
+                     feed_problem_.empty() ? "daemon connected" : "no data from plumblined",
+                     queue_.size());
 }
 
 }  // namespace plumbline

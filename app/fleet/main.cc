@@ -1,4 +1,4 @@
-// plumbline-fleet: what the plant is told of this cell.
+// plumbline-fleet: publishes the cell's state to the plant by MQTT.
 #include <CLI/CLI.hpp>
 #include <csignal>
 
@@ -12,13 +12,13 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
   app.add_option("config,--config", config,
-                 "The daemon's configuration, with [mqtt]; with or without --config")
+                 "Configuration file of the daemon, with a section [mqtt]")
       ->capture_default_str();
   app.footer(
-      "Tells what the plumblined of the same configuration shows, and the measurement journal\n"
-      "keeps; it may be started and ended at any time. What cannot be sent waits on the disk.\n"
-      "SIGHUP reads the configuration again, SIGTERM ends.\n\n"
-      "Exit codes: 0 ended by SIGTERM or SIGINT; 1 faults in the configuration, or no [mqtt];\n"
+      "Publishes the state of the plumblined that uses the same configuration, and the probes of\n"
+      "its measurement journal. May be started and stopped at any time. Messages that cannot be\n"
+      "sent are queued on disk. SIGHUP reloads the configuration, SIGTERM stops the program.\n\n"
+      "Exit codes: 0 stopped by SIGTERM or SIGINT; 1 faults in the configuration, or no [mqtt];\n"
       "2 wrong arguments, or the queue cannot be used.");
   try {
     app.parse(argc, argv);

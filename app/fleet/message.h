@@ -1,4 +1,4 @@
-// What a plant is told, before it has its number.
+// Message to the plant's broker, before and after it has a sequence number.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace plumbline {
 
-/// A kind of message is a level of its topic. Its number stands in the queue's file.
+/// Kind of a message, which determines its topic. The numbers are stored in the queue's file.
 enum class MessageKind : std::uint8_t {
   kState = 0,  ///< NDATA
   kPoint = 1,  ///< NPOINT
@@ -20,19 +20,18 @@ inline constexpr int kMessageKinds = 7;
 
 const char* TopicTypeOf(MessageKind kind);
 
-/// What is dropped first where room is short: 0 states, 1 what is told again or can be asked for,
-/// 2 what happened once.
+/// Order of dropping when the queue is full: 0 (first) states; 1 changes, which are reported again;
+/// 2 unique events.
 int ImportanceOf(MessageKind kind);
 inline constexpr int kImportances = 3;
 
 struct Message {
   MessageKind kind = MessageKind::kState;
-  std::int64_t utc_ms = 0;  ///< when it was so
+  std::int64_t utc_ms = 0;  ///< time of the event
   std::string body;         ///< JSON object
 };
 
-/// A message in the queue. `seq` counts up from 1 without gaps, over restarts; a number that was
-/// given is never given again.
+/// A message in the queue. `seq` counts from 1 without gaps, across restarts, and is never reused.
 struct QueuedMessage {
   std::int64_t seq = 0;
   Message message;

@@ -19,7 +19,7 @@ std::string TextOf(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-/// Rounded to what anybody may rely on, so that a payload is short; not finite: null.
+/// Rounds to significant digits, to keep payloads short; null if not finite.
 Json Rounded(double value, double step) {
   if (!std::isfinite(value)) return nullptr;
   const double per_unit = std::round(1 / step);
@@ -40,7 +40,7 @@ Json OptionalNumber(const std::optional<double>& value, double step) {
   return value ? Rounded(*value, step) : Json(nullptr);
 }
 
-/// Degrees, mm where the joint slides; null where they are not those of the cell.
+/// Degrees, or mm for prismatic joints; null if their number is not the cell's.
 Json JointsJson(const JointVector& q, const std::vector<Joint>& joints) {
   if (q.size() == 0 || q.size() != static_cast<Eigen::Index>(joints.size())) return nullptr;
   Json list = Json::array();

@@ -1,5 +1,5 @@
-// The payloads as JSON: mm, degrees and kg, as in measured.csv; times in milliseconds of UTC since
-// 1970. Values that are not known are null.
+// JSON payloads of the messages: mm, degrees and kg, as in measured.csv; times in milliseconds of
+// UTC since 1970; unknown values are null.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@
 
 namespace plumbline {
 
-/// Raised where a reader of the former payloads would misunderstand them.
+/// Incremented with every change that an older consumer would misinterpret.
 inline constexpr int kFleetSchema = 1;
 /// The first level of every topic.
 inline constexpr const char* kFleetNamespace = "plumblineV1";
 
-/// What stays the same from one message to the next: of the configuration.
+/// Constants of the cell, from the configuration.
 struct FleetCell {
   std::string group, node, cell;
   std::vector<Joint> joints;
@@ -31,12 +31,12 @@ struct FleetCell {
 
 std::string TopicOf(const FleetCell& cell, const char* type);
 
-/// @param bdSeq  number of the connection: the moment when it was tried [ms]
+/// @param bdSeq  number of the connection: the UTC time of the attempt [ms]
 std::string BirthText(const FleetCell& cell, const FleetQueue& queue, std::int64_t bdSeq,
                       std::int64_t utc_ms);
-/// Of the last will too, which the broker tells: its time is that of the connection.
+/// Also the payload of the last will; its time is then that of the connection.
 std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool told_goodbye);
-/// The body with stream, seq and timestamp before it.
+/// The body, preceded by stream, seq and timestamp.
 std::string MessageText(const std::string& stream, const QueuedMessage& queued);
 
 std::string StateBody(const ViewState& state, const FleetCell& cell);

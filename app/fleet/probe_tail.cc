@@ -38,17 +38,17 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   return probe;
 }
 
-/// Measured and predicted, so that it has a residual, and at a known time.
+/// Whether the row has a residual and a known time.
 bool IsProbe(const Statement& row) {
   return row.Text(2) != "import" && !row.IsNull(1) && !row.IsNull(5) && !row.IsNull(8);
 }
 
 }  // namespace
 
-Result<ProbeTail::Taken> ProbeTail::Look(const std::optional<ProbeMark>& mark) {
+Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark) {
   std::error_code unknown;
   if (!std::filesystem::exists(path_, unknown)) {
-    // What comes into a journal that is made later is new.
+    // All rows of a journal that is created later are new.
     settled_ = {};
     return Taken{{}, mark.value_or(ProbeMark{})};
   }
@@ -59,7 +59,10 @@ Result<ProbeTail::Taken> ProbeTail::Look(const std::optional<ProbeMark>& mark) {
   const auto version = database.IntegerOf("PRAGMA user_version");
   if (!version) return Error{version.error()};
   if (*version != kJournalSchema) {
-    return Error{fmt::format("{}: not brought to this version yet; plumblined does it", path_)};
+    return Error{
+        fmt::format("{}: has the schema of another version; start plumblined of this version, "
+                    "which upgrades it",
+                    path_)};
   }
   const auto epoch = database.IntegerOf("SELECT utc_s FROM epoch");
   const auto last = database.IntegerOf("SELECT coalesce(max(id), 0) FROM measurement");
@@ -68,13 +71,13 @@ Result<ProbeTail::Taken> ProbeTail::Look(const std::optional<ProbeMark>& mark) {
   const ProbeMark settled = settled_;
   settled_ = {*epoch, *last};
   if (!mark) return Taken{{}, settled_};
-  // A journal that was restored from a backup has fewer rows than were told.
+  // A journal restored from a backup may have fewer rows than were already published.
   Taken taken{{}, {*epoch, mark->journal == *epoch ? std::min(mark->id, *last) : 0}};
-  if (settled.journal != *epoch) return Taken{{}, taken.mark};  // the first look at this journal
+  if (settled.journal != *epoch) return Taken{{}, taken.mark};  // first call for this journal
   Statement rows(database.get(), kProbesBehind);
   rows.Bind(1, taken.mark.id);
   rows.Bind(2, settled.id);
-  rows.Bind(3, std::int64_t{kMostAtOnce});
+  rows.Bind(3, std::int64_t{kMaxRows});
   int code = SQLITE_ROW;
   while ((code = rows.Step()) == SQLITE_ROW) {
     if (IsProbe(rows)) taken.probes.push_back(ProbeFrom(rows, *epoch));

@@ -1,4 +1,4 @@
-// New probes of the measurement journal, which the daemon writes.
+// Reader of new probes in the measurement journal.
 #pragma once
 
 #include <cstdint>
@@ -11,37 +11,36 @@
 
 namespace plumbline {
 
-/// A probe with its prediction; its joints are not read. `journal` and `id` together name it for
-/// ever; time, measured and predicted tip are there.
+/// A probe with its prediction; joints are not read. `journal` and `id` identify it permanently.
+/// Time, measured and predicted tip are always set.
 struct ProbeRow : JournalRow {
   std::int64_t journal = 0;  ///< the epoch of the journal, UTC [s]
 };
 
-/// Up to which row all was taken.
+/// Last row that was processed.
 struct ProbeMark {
   std::int64_t journal = 0, id = 0;
 };
 
-/// Reads the rows behind a mark, in the order of their ids; imported ones are no probes, and left
-/// out. Opens the file each time for reading alone, and holds nothing: the daemon's writing is
-/// never in the way of it. A row counts when it was there at the look before: by then the monitor
-/// has marked it.
+/// Reads the rows after a mark in the order of their ids; imported rows are skipped. Opens the file
+/// read-only each time and holds no lock, so that the daemon's writes are not blocked. A row is
+/// returned only if it existed at the previous call: by then the drift monitor has marked it.
 class ProbeTail {
  public:
-  static constexpr int kMostAtOnce = 1000;
+  static constexpr int kMaxRows = 1000;
   explicit ProbeTail(std::string path) : path_(std::move(path)) {}
 
   struct Taken {
     std::vector<ProbeRow> probes;
-    ProbeMark mark;  ///< behind them
+    ProbeMark mark;  ///< after these probes
   };
-  /// @param mark  nothing: never looked; then only what comes from now on counts
-  /// @return      why it cannot be read; a journal that is not there has no rows
-  Result<Taken> Look(const std::optional<ProbeMark>& mark);
+  /// @param mark  nullopt: first use; only rows added from now on are returned
+  /// @return      or why the journal cannot be read; a missing journal has no rows
+  Result<Taken> ReadNew(const std::optional<ProbeMark>& mark);
 
  private:
   const std::string path_;
-  ProbeMark settled_;  ///< the last row at the look before
+  ProbeMark settled_;  ///< last row at the previous call
 };
 
 }  // namespace plumbline

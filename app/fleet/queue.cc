@@ -8,9 +8,9 @@ namespace plumbline {
 namespace {
 
 constexpr int kQueueSchema = 1;
-constexpr int kQueueId = 0x504C4651;  // "PLFQ", told by file(1)
-/// So many go at a time where room is short.
-constexpr int kDroppedAtOnce = 16;
+constexpr int kQueueId = 0x504C4651;  // "PLFQ", shown by file(1)
+/// Messages dropped at a time when the queue is full.
+constexpr int kDropBatch = 16;
 
 constexpr const char* kQueueTables = R"(
 CREATE TABLE message (
@@ -78,22 +78,23 @@ Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_
   FleetQueue queue(std::move(opened).value(), bound_bytes);
   const Result<void> prepared = queue.Prepare();
   if (!prepared) return prepared.failure();
-  const Result<void> loaded = queue.Load();
+  const Result<void> loaded = queue.LoadCounts();
   if (!loaded) return loaded.failure();
   return queue;
 }
 
-/// A file of another program, or of a newer version, is told and left as it is.
-Result<void> FleetQueue::IsOurs() {
+/// Refuses a file of another program or of a newer version.
+Result<void> FleetQueue::CheckFile() {
   const auto version = database_.IntegerOf("PRAGMA user_version");
   const auto kind = database_.IntegerOf("PRAGMA application_id");
   const auto tables = database_.IntegerOf("SELECT count(*) FROM sqlite_master");
   for (const auto* read : {&version, &kind, &tables}) {
-    if (!*read) return Failed("cannot be read (does another plumbline-fleet use it?)");
+    if (!*read) return Failed("cannot be read (is another plumbline-fleet using it?)");
   }
   if (*tables > 0 && *kind != kQueueId) {
     return Error{
-        fmt::format("{}: is a database, but no queue of plumbline-fleet", database_.path())};
+        fmt::format("{}: is a database, but not a queue of plumbline-fleet; move the file away",
+                    database_.path())};
   }
   if (*version > kQueueSchema) {
     return Error{NewerSchema(database_.path(), *version, kQueueSchema)};
@@ -102,14 +103,14 @@ Result<void> FleetQueue::IsOurs() {
 }
 
 Result<void> FleetQueue::Prepare() {
-  // Two publishers of one queue would tell everything twice: the second does not get in.
+  // Two publishers of one queue would publish everything twice; the second is refused.
   if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE")) return Failed("cannot be prepared");
-  Result<void> ours = IsOurs();
+  Result<void> ours = CheckFile();
   if (!ours) return ours;
   if (!database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
       !database_.Run("PRAGMA wal_autocheckpoint=200") ||
       !database_.Run("PRAGMA journal_size_limit=4000000")) {
-    return Failed("cannot be prepared (does another plumbline-fleet use it?)");
+    return Failed("cannot be prepared (is another plumbline-fleet using it?)");
   }
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
@@ -119,14 +120,14 @@ Result<void> FleetQueue::Prepare() {
     const std::string mark =
         fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kQueueId, kQueueSchema);
     if (!database_.Run(kQueueTables) || !database_.Run(mark.c_str())) {
-      return Failed("cannot be made");
+      return Failed("cannot be created");
     }
   }
   if (!transaction.Commit()) return Failed("cannot be written");
   return {};
 }
 
-Result<void> FleetQueue::Load() {
+Result<void> FleetQueue::LoadCounts() {
   Statement stream(database_.get(),
                    "SELECT id, memory, dropped_0, dropped_1, dropped_2 FROM stream");
   if (stream.Step() != SQLITE_ROW) return Failed("cannot be read");
@@ -145,10 +146,10 @@ Result<void> FleetQueue::Load() {
   return {};
 }
 
-bool FleetQueue::MakeRoom(Counts& counts) {
+bool FleetQueue::DropOldest(Counts& counts) {
   while (counts.bytes > bound_bytes_ && counts.messages > 0) {
     Statement drop(database_.get(), kDropOldest);
-    drop.Bind(1, std::int64_t{kDroppedAtOnce});
+    drop.Bind(1, std::int64_t{kDropBatch});
     int code = SQLITE_ROW;
     while ((code = drop.Step()) == SQLITE_ROW) {
       ++counts.dropped[static_cast<std::size_t>(drop.Integer(0))];
@@ -177,7 +178,7 @@ Result<void> FleetQueue::Append(const std::vector<Message>& messages, const std:
     ++counts.messages;
     counts.bytes += kRowBytes + static_cast<std::int64_t>(message.body.size());
   }
-  if (!MakeRoom(counts)) return Failed("cannot be written");
+  if (!DropOldest(counts)) return Failed("cannot be written");
   Statement note(database_.get(),
                  "UPDATE stream SET memory = ?, dropped_0 = ?, dropped_1 = ?, dropped_2 = ?");
   note.Bind(1, memory);
@@ -212,13 +213,13 @@ Result<void> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
   for (const std::int64_t seq : seqs) {
-    Statement gone(database_.get(),
-                   "DELETE FROM message WHERE seq = ? RETURNING length(CAST(body AS BLOB))");
-    gone.Bind(1, seq);
+    Statement remove(database_.get(),
+                     "DELETE FROM message WHERE seq = ? RETURNING length(CAST(body AS BLOB))");
+    remove.Bind(1, seq);
     int code = SQLITE_ROW;
-    while ((code = gone.Step()) == SQLITE_ROW) {
+    while ((code = remove.Step()) == SQLITE_ROW) {
       --counts.messages;
-      counts.bytes -= kRowBytes + gone.Integer(0);
+      counts.bytes -= kRowBytes + remove.Integer(0);
     }
     if (code != SQLITE_DONE) return Failed("cannot be written");
   }

@@ -1,4 +1,4 @@
-// Store and forward: messages wait on the disk until the broker has acknowledged them.
+// Persistent store-and-forward queue of messages to the broker.
 #pragma once
 
 #include <array>
@@ -12,36 +12,37 @@
 
 namespace plumbline {
 
-/// One SQLite file (write-ahead log, synchronous=FULL), written by one process. A message is in it
-/// when Append() has returned, whatever is killed or switched off afterwards; with it, in the same
-/// transaction, what whoever noticed it remembers, so that nothing is noticed twice or not at all.
+/// One SQLite file (write-ahead log, synchronous=FULL), written by one process. When Append()
+/// returns, its messages survive a crash or power cut; the producer's memory is stored in the same
+/// transaction, so that no event is reported twice or lost.
 ///
-/// The bound counts bytes of the messages with kRowBytes each; the file itself is a little larger.
-/// Beyond it messages are dropped: of the least importance the oldest first.
+/// The bound limits the bytes of the messages plus kRowBytes for each; the file is slightly larger.
+/// Beyond it, the oldest messages of the lowest importance are dropped.
 class FleetQueue {
  public:
   static constexpr std::int64_t kRowBytes = 40;
-  /// @return why not: no such folder, another process has it, no queue or of a newer version
+  /// @return  or the reason: no such folder, in use by another process, not a queue, newer version
   static Result<FleetQueue> Open(const std::string& path, std::int64_t bound_bytes);
 
-  /// All of it or nothing. @param memory  replaces the former one
-  /// @param anyway  writes even where nothing is new: whether the queue works is seen by it
+  /// Appends all messages or none.
+  /// @param memory  replaces the stored memory
+  /// @param anyway  write even if nothing is new, to test whether the queue works
   Result<void> Append(const std::vector<Message>& messages, const std::string& memory,
                       bool anyway = false);
   const std::string& memory() const { return memory_; }
 
-  /// The oldest behind `after_seq`.
+  /// The oldest messages after `after_seq`, at most `most`.
   Result<std::vector<QueuedMessage>> Next(std::int64_t after_seq, std::size_t most);
-  /// They have arrived. What is not there any more is passed over.
+  /// Removes acknowledged messages; numbers that are not in the queue are ignored.
   Result<void> Remove(std::span<const std::int64_t> seqs);
 
-  /// How many were dropped since the file was made, by importance.
+  /// Number of messages dropped since the file was created, by importance.
   using Dropped = std::array<std::int64_t, kImportances>;
   const Dropped& dropped() const { return counts_.dropped; }
   std::int64_t size() const { return counts_.messages; }
   std::int64_t bytes() const { return counts_.bytes; }
 
-  /// Of this file: eight hexadecimal digits. Another stream counts its seq anew.
+  /// Identifier of this file, eight hexadecimal digits. Each stream has its own count of `seq`.
   const std::string& stream() const { return stream_; }
 
  private:
@@ -51,10 +52,10 @@ class FleetQueue {
   };
   FleetQueue(Database database, std::int64_t bound_bytes)
       : database_(std::move(database)), bound_bytes_(bound_bytes) {}
-  Result<void> IsOurs();
+  Result<void> CheckFile();
   Result<void> Prepare();
-  Result<void> Load();
-  bool MakeRoom(Counts& counts);
+  Result<void> LoadCounts();
+  bool DropOldest(Counts& counts);
   Error Failed(const char* what) const;
 
   Database database_;

@@ -22,23 +22,25 @@
 namespace plumbline {
 namespace {
 
-constexpr double kGoodbye_s = 2;
+constexpr double kDisconnectTimeout_s = 2;
 constexpr double kStatusPeriod_s = 1;
-/// The link's thread waits for name servers, which have their own patience.
-constexpr double kLinkPatience_s = 120;
+/// Longer than the timeouts of a name lookup, during which the link's thread has no heartbeat.
+constexpr double kLinkTimeout_s = 120;
 
 std::optional<DaemonConfig> ReadFleetConfig(const std::string& file) {
   FaultList faults;
   auto config = ReadDaemonConfig(file, faults);
   for (const Fault& fault : faults.All()) {
-    // The daemon tells its own warnings.
+    // The daemon logs the other warnings.
     const bool ours = fault.key.rfind("mqtt", 0) == 0;
     if (ours || fault.severity == Fault::Severity::kFault) LogFault(fault);
   }
   if (config && config->mqtt) return config;
   Log({Event::kFleetNotStarted,
-       config ? fmt::format("not started: {} has no [mqtt]", file)
-              : fmt::format("not started: mend {} first (plumbline check tells the same)", file)});
+       config ? fmt::format("not started: {} has no [mqtt] section, which names the broker", file)
+              : fmt::format("not started: {} has the faults logged above; fix them and run "
+                            "'plumbline check' to verify",
+                            file)});
   return std::nullopt;
 }
 
@@ -51,23 +53,23 @@ Result<FleetQueue> OpenQueue(const DaemonConfig& config) {
   return FleetQueue::Open(folder + "/queue.sqlite", config.mqtt->queue_bytes);
 }
 
-/// Feeds the service manager while the loop and the link's thread come round.
-class Watch {
+/// Feeds the service manager's watchdog while the loop and the link's thread respond.
+class Watchdog {
  public:
-  explicit Watch(const ServiceManager& manager) : manager_(manager) {}
-  void Look(const FleetLoop& loop) {
+  explicit Watchdog(const ServiceManager& manager) : manager_(manager) {}
+  void Update(const FleetLoop& loop) {
     const double now_s = MonotonicSeconds();
     if (loop.link_beats() != beats_) {
       beats_ = loop.link_beats();
       beat_s_ = now_s;
     }
-    const bool alive = now_s - beat_s_ < kLinkPatience_s;
+    const bool alive = now_s - beat_s_ < kLinkTimeout_s;
     if (manager_.feed_period_s() && now_s - fed_s_ >= *manager_.feed_period_s() && alive) {
       fed_s_ = now_s;
       manager_.Feed();
     }
-    if (now_s - told_s_ < kStatusPeriod_s) return;
-    told_s_ = now_s;
+    if (now_s - status_s_ < kStatusPeriod_s) return;
+    status_s_ = now_s;
     LogRepeats();
     std::string status = loop.Status();
     if (status != status_) manager_.Status(status);
@@ -77,18 +79,18 @@ class Watch {
  private:
   const ServiceManager& manager_;
   std::uint64_t beats_ = 0;
-  double beat_s_ = MonotonicSeconds(), fed_s_ = -1e300, told_s_ = -1e300;
+  double beat_s_ = MonotonicSeconds(), fed_s_ = -1e300, status_s_ = -1e300;
   std::string status_;
 };
 
-/// @return  the signal that ended it
+/// @return  the signal received
 int RunUntilSignal(FleetLoop& loop, const ServiceManager& manager, int signals) {
-  Watch watch(manager);
+  Watchdog watchdog(manager);
   for (;;) {
     signalfd_siginfo info{};
     if (read(signals, &info, sizeof info) == sizeof info) return static_cast<int>(info.ssi_signo);
-    loop.Round();
-    watch.Look(loop);
+    loop.RunOnce();
+    watchdog.Update(loop);
   }
 }
 
@@ -106,7 +108,7 @@ int RunFleet(const std::string& config_file) {
       Log({Event::kFleetNotStarted, "not started: queue: " + queue.error()});
       return 2;
     }
-    Log({Event::kFleetStarted, fmt::format("plumbline-fleet {}, {} messages wait",
+    Log({Event::kFleetStarted, fmt::format("plumbline-fleet {}, {} messages queued",
                                            PLUMBLINE_VERSION, queue.value().size())});
     FleetLoop loop(*config, std::move(queue).value());
     manager.Ready(loop.Status());
@@ -114,18 +116,20 @@ int RunFleet(const std::string& config_file) {
     while (!fresh) {
       if (RunUntilSignal(loop, manager, signals) != SIGHUP) {
         manager.Stopping();
-        loop.End(kGoodbye_s);
+        loop.End(kDisconnectTimeout_s);
         LogRepeats(true);
         return 0;
       }
       manager.Reloading();
       fresh = ReadFleetConfig(config_file);
       if (!fresh) {
-        Log({Event::kNotReloaded, "configuration not reloaded; the former one stays"});
+        Log({Event::kNotReloaded,
+             "configuration not reloaded; the previous one stays in force. Fix the faults logged "
+             "above"});
         manager.Ready(loop.Status());
       }
     }
-    loop.End(kGoodbye_s);
+    loop.End(kDisconnectTimeout_s);
     config = std::move(fresh);
     Log({Event::kReloaded, fmt::format("configuration {} reloaded", config_file)});
   }

@@ -97,7 +97,7 @@ constexpr EventEntry kCameraEntries[] = {
      "monitor", "plumblined ...", "the monitor hears nothing from the daemon; its picture says so",
      "systemctl status plumblined; both must read one configuration"},
     {Event::kViewLinkBack, "view-link-back", LogLevel::kNotice, "7baad2ce7d5b4433820a2560cf5ec737",
-     "monitor", "the daemon's states come again", "", ""},
+     "monitor", "receiving data from plumblined again", "", ""},
     {Event::kDisplayLost, "display-lost", LogLevel::kError, "b32bd015bb7f44dbbf3d77fda10f561b",
      "monitor", "the display ...", "no picture is on the monitor; it is tried again",
      "what it says: the cable, the device, who else holds it"},

@@ -50,7 +50,7 @@ constexpr EventEntry kFleetEntries[] = {
      "the daemon does not run, or may not be looked at; after 5 s the plant is told",
      "`systemctl status plumbline`"},
     {Event::kFleetFeedBack, "feed-back", LogLevel::kNotice, "4c47ec67edd30fa4923ae2ff2418bed5",
-     "fleet", "the daemon's states come again", "", ""},
+     "fleet", "receiving data from plumblined again", "", ""},
 };
 
 }  // namespace

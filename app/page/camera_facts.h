@@ -1,20 +1,20 @@
-// The cameras of a moment, one by one: the only place here that knows how a state holds them.
+// Per-camera view of a display status, shared by status.json and /metrics.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 
 namespace plumbline {
 
 struct CameraFacts {
   std::string name;
-  const ViewCamera* camera = nullptr;  ///< with its watch: the zoom and the lens
+  const ViewCamera* camera = nullptr;
   double images_per_s = 0;
 };
 
-/// Of the configured cameras; valid as long as `now` is. None where there is no state.
+/// The configured cameras; valid as long as `now`. Empty if there is no state.
 inline std::vector<CameraFacts> CamerasOf(const ShownNow& now) {
   std::vector<CameraFacts> cameras;
   if (!now.state) return cameras;

@@ -12,7 +12,7 @@
 namespace plumbline {
 namespace {
 
-/// Waits at most until then. @return  whether it is ready, or broken, which the next call tells
+/// @return  true if the descriptor is ready or broken, which the next call on it reports
 bool WaitFor(int fd, short events, double until_s) {
   for (;;) {
     const double left_s = until_s - MonotonicSeconds();
@@ -41,7 +41,7 @@ HttpConnection::Head HttpConnection::ReadHead(std::string& head) {
     head.append(bytes, static_cast<std::size_t>(got));
     if (const auto end = EndOfHead(head, seen)) {
       head.resize(*end);
-      return Head::kWhole;
+      return Head::kComplete;
     }
   }
   return Head::kTooLong;

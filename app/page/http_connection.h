@@ -1,5 +1,4 @@
-// One connection of a browser: the head of its request in, an answer out, with limits on time and
-// size.
+// HTTP connection with limits on time and size: reads a request head, writes a response.
 #pragma once
 
 #include <cstddef>
@@ -9,26 +8,27 @@
 namespace plumbline {
 
 struct ConnectionLimits {
-  double request_s = 5;              ///< from the connection to the end of the request's head
-  std::size_t request_bytes = 8192;  ///< of the head; nobody here reads a body
-  double write_s = 20;               ///< without one byte of the answer being taken
-  double answer_s = 300;             ///< until a body, or one picture, was taken whole
+  double request_s = 5;              ///< from accepting the connection to the end of the head
+  std::size_t request_bytes = 8192;  ///< size of the head; bodies are not read
+  double write_s = 20;               ///< without the client taking a byte
+  double answer_s = 300;             ///< until the client has taken a whole body or picture
 };
 
-/// Does not own the descriptor, which does not block. Whoever sends a byte now and then is cut off
-/// when the time of the whole request is over.
+/// Does not own the descriptor, which must be non-blocking. The time limit covers the whole request
+/// head, so that a client cannot hold the connection by sending single bytes.
 class HttpConnection {
  public:
   HttpConnection(int fd, ConnectionLimits limits, double now_s);
 
-  enum class Head { kWhole, kTooLong, kTooSlow, kLost };
-  /// Reads as far as the blank line that ends the head.
-  /// @param head  what was read of it
+  enum class Head { kComplete, kTooLong, kTooSlow, kLost };
+  /// Reads up to the blank line that ends the head.
+  /// @param head  receives what was read, complete or not
   Head ReadHead(std::string& head);
 
-  /// @return  false where the other side left or takes too long
+  /// @return  false if the client has disconnected or takes too long
   bool Write(std::string_view bytes);
-  /// Waits until something may be written. @return  false where the other side has left
+  /// Waits until the client can take data.
+  /// @return  false if it has disconnected or takes too long
   bool IsWritable() const;
 
  private:

@@ -30,7 +30,7 @@ int HexDigit(char c) {
   return -1;
 }
 
-/// Nothing where a percent code is broken or stands for a control character.
+/// @return  nullopt if a percent escape is invalid or encodes a control character
 std::optional<std::string> Decoded(std::string_view text, bool plus_is_space) {
   std::string decoded;
   for (std::size_t k = 0; k < text.size(); ++k) {
@@ -49,9 +49,9 @@ std::optional<std::string> Decoded(std::string_view text, bool plus_is_space) {
   return decoded;
 }
 
-/// The text up to a mark, which is taken with it; all of it where there is none.
-std::string_view Take(std::string_view& text, char mark) {
-  const std::size_t end = std::min(text.find(mark), text.size());
+/// Removes and returns the text before a delimiter, or all of it; the delimiter is removed, too.
+std::string_view Take(std::string_view& text, char delimiter) {
+  const std::size_t end = std::min(text.find(delimiter), text.size());
   const std::string_view taken = text.substr(0, end);
   text.remove_prefix(std::min(end + 1, text.size()));
   return taken;
@@ -76,8 +76,8 @@ std::string Lowered(std::string_view text) {
   return lowered;
 }
 
-/// Fills in path and parameters, and the host of an absolute target, as a proxy sends it.
-/// @return  false where the target is none that a server answers
+/// Sets path and parameters, and the host of an absolute target as sent to proxies.
+/// @return  false if the target is invalid
 bool ParseTarget(std::string_view target, HttpRequest& request) {
   constexpr std::string_view kScheme = "http://";
   target = target.substr(0, target.find('#'));
@@ -101,7 +101,7 @@ bool ParseTarget(std::string_view target, HttpRequest& request) {
   return true;
 }
 
-/// The value of the first field of a name; nothing where there is none.
+/// Value of the first field of that name; nullopt if there is none.
 std::optional<std::string_view> ValueOf(const HttpFields& fields, std::string_view name) {
   for (const auto& [of, value] : fields) {
     if (of == name) return value;
@@ -148,7 +148,7 @@ std::optional<std::string_view> HttpRequest::Parameter(std::string_view name) co
 }
 
 std::optional<std::size_t> EndOfHead(std::string_view bytes, std::size_t seen) {
-  // The blank line may have begun among the last three bytes seen.
+  // The blank line may start within the last three bytes already seen.
   for (std::size_t at = bytes.find('\n', seen < 3 ? 0 : seen - 3); at != std::string_view::npos;
        at = bytes.find('\n', at + 1)) {
     const std::string_view rest = bytes.substr(at + 1);
@@ -170,20 +170,20 @@ ParsedRequest ParseRequest(std::string_view head) {
   request.method = Take(line, ' ');
   const std::string_view target = Take(line, ' ');
   if (!IsToken(request.method) || target.empty() || !line.starts_with("HTTP/")) {
-    return refused(400, "no request line");
+    return refused(400, "malformed request line");
   }
-  if (line != "HTTP/1.1" && line != "HTTP/1.0") return refused(505, "HTTP/1.1 is spoken here");
+  if (line != "HTTP/1.1" && line != "HTTP/1.0") return refused(505, "use HTTP/1.1");
   if (request.method != "GET" && request.method != "HEAD") return parsed;
-  if (!ParseTarget(target, request)) return refused(400, "no path of this page");
+  if (!ParseTarget(target, request)) return refused(400, "malformed request target");
   for (line = TakeLine(head); !line.empty(); line = TakeLine(head)) {
-    if (request.headers.size() == kMostHeaders) return refused(431, "too many headers");
+    if (request.headers.size() == kMaxHeaders) return refused(431, "too many headers");
     std::string_view value = line;
     const std::string_view name = Take(value, ':');
     const bool has_value = name.size() < line.size();
     value = Trimmed(value);
-    if (!has_value || !IsToken(name)) return refused(400, "a header without a name");
+    if (!has_value || !IsToken(name)) return refused(400, "malformed header");
     if (std::any_of(value.begin(), value.end(), [](char c) { return c != '\t' && IsControl(c); })) {
-      return refused(400, "a control character in a header");
+      return refused(400, "control character in a header");
     }
     request.headers.emplace_back(Lowered(name), value);
   }
@@ -192,7 +192,7 @@ ParsedRequest ParseRequest(std::string_view head) {
         return field.first == "transfer-encoding" ||
                (field.first == "content-length" && field.second != "0");
       });
-  if (has_body) return refused(413, "a request of this page has no body");
+  if (has_body) return refused(413, "request bodies are not accepted");
   if (request.host.empty() && request.HeaderCount("host") == 1)
     request.host = request.Header("host");
   return parsed;

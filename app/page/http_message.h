@@ -1,5 +1,5 @@
-// HTTP/1.1 as the page speaks it: the head of a request, the head of an answer. Pure functions,
-// fuzzed; what comes in parts, how long and how much is HttpServer's.
+// HTTP/1.1 codec of the page: parses request heads, formats response heads. Pure functions, fuzzed;
+// HttpConnection handles partial input and limits.
 #pragma once
 
 #include <cstddef>
@@ -12,65 +12,66 @@
 
 namespace plumbline {
 
-/// Fields in their order, each a name and a value.
+/// Name-value pairs in their original order.
 using HttpFields = std::vector<std::pair<std::string, std::string>>;
 
-/// Of a method other than GET and HEAD only the method is filled in.
+/// For methods other than GET and HEAD only `method` is set.
 struct HttpRequest {
   std::string method;     ///< as sent: "GET"
-  std::string host;       ///< with its port; empty: no Host header, or several
+  std::string host;       ///< with its port; empty: no Host header or several
   std::string path;       ///< without the query, percent-decoded; begins with a slash
   HttpFields parameters;  ///< of the query, decoded
-  HttpFields headers;     ///< names in small letters
-  std::string peer;       ///< address of the other side
+  HttpFields headers;     ///< names in lower case
+  std::string peer;       ///< client address
 
-  /// The value of the first header of that name, in small letters; empty where there is none.
+  /// Value of the first header of that name; empty if there is none.
+  /// @param name  in lower case
   std::string_view Header(std::string_view name) const;
   std::size_t HeaderCount(std::string_view name) const;
-  /// The first of that name; nothing where there is none.
+  /// Value of the first parameter of that name; nullopt if there is none.
   std::optional<std::string_view> Parameter(std::string_view name) const;
 };
 
-constexpr std::size_t kMostHeaders = 100;
+constexpr std::size_t kMaxHeaders = 100;
 
 struct ParsedRequest {
-  int refusal = 0;  ///< status of the answer that refuses the request; 0: it can be served
+  int refusal = 0;  ///< HTTP status with which to refuse the request; 0: it can be served
   std::string why;
-  HttpRequest request;  ///< of a refused one what comes before the fault
+  HttpRequest request;  ///< if refused, what was parsed before the fault
 };
 
-/// Bytes up to the end of the blank line that ends a head [RFC 9112, 2.1]; nothing while it has not
-/// come. A line may end without its carriage return [2.2].
-/// @param seen  bytes that were searched before
+/// Length of a head including its blank line [RFC 9112, 2.1]; nullopt if it is incomplete. A line
+/// may end without a carriage return [2.2].
+/// @param seen  number of bytes already searched
 std::optional<std::size_t> EndOfHead(std::string_view bytes, std::size_t seen = 0);
 
-/// The request of a head that EndOfHead() delimited. Refused with status 400 are: a malformed
-/// request line, a target that is neither a path nor http://host/path, an invalid percent escape, a
-/// control character, a header without a name or folded over two lines; with 413 a request with a
-/// body; with 431 more than kMostHeaders; with 505 a version other than 1.0 and 1.1. The host of an
-/// absolute target takes precedence over the Host header [RFC 9112, 3.2.2].
+/// Parses a head delimited by EndOfHead(). Refuses with 400 a malformed request line, a target that
+/// is neither a path nor http://host/path, an invalid percent escape, a control character, a header
+/// without a name or folded over two lines; with 413 a request with a body; with 431 more than
+/// kMaxHeaders headers; with 505 a version other than 1.0 and 1.1. The host of an absolute target
+/// takes precedence over the Host header [RFC 9112, 3.2.2].
 ParsedRequest ParseRequest(std::string_view head);
 
-/// Writes a part of a body. @return  false once the other side takes no more
+/// Writes a part of a body. @return  false once the client takes no more
 using HttpWrite = std::function<bool(std::string_view)>;
 
 struct HttpResponse {
   int status = 200;
   HttpFields headers;
   std::string body;
-  /// In place of a body: called again and again while it returns true. It writes through its
-  /// argument; an empty part asks whether the other side is still there.
+  /// Streaming alternative to `body`: called repeatedly while it returns true. It writes through
+  /// its argument; writing an empty part checks whether the client is still connected.
   std::function<bool(const HttpWrite&)> stream;
 
-  /// Sets a header, in place of an earlier one of the name.
+  /// Sets a header, replacing an earlier one of the same name.
   void Set(std::string_view name, std::string value);
   void SetBody(std::string content, std::string_view type);
-  /// A line of plain text that says why there is nothing else.
+  /// Sets status and a one-line plain-text body.
   void Refuse(int refusal, const std::string& why);
 };
 
-/// Status line, headers and the blank line. Every answer ends its connection; one of a stream has
-/// no length.
+/// Status line, headers and blank line. Each response closes its connection; a stream has no
+/// Content-Length.
 std::string HeadOf(const HttpResponse& response);
 
 }  // namespace plumbline

@@ -16,10 +16,10 @@
 namespace plumbline {
 namespace {
 
-constexpr int kSendBuffer = 128 * 1024;  ///< more would be pictures that are old when they arrive
+constexpr int kSendBuffer = 128 * 1024;  ///< a larger buffer would delay the live picture
 constexpr int kPauseWithoutDescriptors_ms = 100;
-constexpr double kFarewell_s = 0.5;
-constexpr std::size_t kFarewellBytes = 64U << 10U;
+constexpr double kLinger_s = 0.5;
+constexpr std::size_t kLingerBytes = 64U << 10U;
 
 void SendShort(int fd, const char* status) {
   const std::string answer =
@@ -27,13 +27,13 @@ void SendShort(int fd, const char* status) {
   send(fd, answer.data(), answer.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
-/// Takes what is still coming: closing at once would reset the connection, and the other side might
-/// lose the answer.
-void Farewell(int fd) {
+/// Reads what the client is still sending: closing at once would reset the connection, and the
+/// client might lose the response.
+void LingeringClose(int fd) {
   shutdown(fd, SHUT_WR);
-  const double until_s = MonotonicSeconds() + kFarewell_s;
+  const double until_s = MonotonicSeconds() + kLinger_s;
   char bytes[4096];
-  for (std::size_t taken = 0; taken < kFarewellBytes;) {
+  for (std::size_t taken = 0; taken < kLingerBytes;) {
     pollfd waiting{fd, POLLIN, 0};
     const double left_s = until_s - MonotonicSeconds();
     if (left_s <= 0 || poll(&waiting, 1, static_cast<int>(1e3 * left_s) + 1) <= 0) return;
@@ -43,19 +43,20 @@ void Farewell(int fd) {
   }
 }
 
-/// Nothing where the other side left without a word, as browsers' spare connections do.
+/// @return  nullopt if the client closed without sending anything, as browsers' spare connections
+/// do
 std::optional<ParsedRequest> RequestOf(HttpConnection& connection) {
   using Head = HttpConnection::Head;
   std::string head;
   switch (connection.ReadHead(head)) {
     case Head::kTooLong:
-      return ParsedRequest{431, "a request of this page is shorter", {}};
+      return ParsedRequest{431, "the request is too long", {}};
     case Head::kTooSlow:
-      return ParsedRequest{408, "the request did not come to its end", {}};
+      return ParsedRequest{408, "the request is incomplete", {}};
     case Head::kLost:
       if (head.empty()) return std::nullopt;
-      return ParsedRequest{400, "the request did not come to its end", {}};
-    case Head::kWhole:
+      return ParsedRequest{400, "the request is incomplete", {}};
+    case Head::kComplete:
       break;
   }
   return ParseRequest(head);
@@ -78,9 +79,9 @@ HttpServer::~HttpServer() {
   ending_ = true;
   eventfd_write(wake_.get(), 1);
   if (thread_.joinable()) thread_.join();
-  for (Place& place : places_) {
-    if (place.socket) shutdown(place.socket.get(), SHUT_RDWR);
-    Free(place);
+  for (Slot& slot : slots_) {
+    if (slot.socket) shutdown(slot.socket.get(), SHUT_RDWR);
+    Free(slot);
   }
 }
 
@@ -101,24 +102,24 @@ void HttpServer::Run() {
   }
 }
 
-void HttpServer::Free(Place& place) {
-  if (place.thread.joinable()) place.thread.join();
-  place.socket.Reset();
+void HttpServer::Free(Slot& slot) {
+  if (slot.thread.joinable()) slot.thread.join();
+  slot.socket.Reset();
 }
 
 void HttpServer::Admit(Descriptor socket, const std::string& peer) {
-  Place* free = nullptr;
+  Slot* free = nullptr;
   std::size_t of_peer = 0;
-  for (Place& place : places_) {
-    if (place.done) Free(place);
-    if (place.done) {
-      free = &place;
-    } else if (place.peer == peer) {
+  for (Slot& slot : slots_) {
+    if (slot.done) Free(slot);
+    if (slot.done) {
+      free = &slot;
+    } else if (slot.peer == peer) {
       ++of_peer;
     }
   }
-  if (free == nullptr || of_peer >= kMostOfOnePeer) {
-    ++turned_away_;
+  if (free == nullptr || of_peer >= kMaxPerPeer) {
+    ++rejected_;
     SendShort(socket.get(), "503 Service Unavailable");
     return;
   }
@@ -130,8 +131,8 @@ void HttpServer::Admit(Descriptor socket, const std::string& peer) {
   try {
     free->thread = std::thread([this, free] { Serve(*free); });
     pthread_setname_np(free->thread.native_handle(), "page-answer");
-  } catch (const std::system_error&) {  // the limit of threads or memory
-    ++turned_away_;
+  } catch (const std::system_error&) {  // out of threads or memory
+    ++rejected_;
     SendShort(free->socket.get(), "503 Service Unavailable");
     --connections_;
     free->done = true;
@@ -139,7 +140,7 @@ void HttpServer::Admit(Descriptor socket, const std::string& peer) {
   }
 }
 
-void HttpServer::Converse(HttpConnection& connection, const std::string& peer) const {
+void HttpServer::HandleRequest(HttpConnection& connection, const std::string& peer) const {
   std::optional<ParsedRequest> parsed = RequestOf(connection);
   if (!parsed) return;
   HttpRequest& request = parsed->request;
@@ -150,7 +151,7 @@ void HttpServer::Converse(HttpConnection& connection, const std::string& peer) c
   } else {
     try {
       answer_(request, response);
-    } catch (const std::exception&) {  // the limit of memory or descriptors, text that is no UTF-8
+    } catch (const std::exception&) {  // out of memory or descriptors, or invalid UTF-8
       response = {};
       response.Refuse(500, "internal error");
     }
@@ -163,17 +164,17 @@ void HttpServer::Converse(HttpConnection& connection, const std::string& peer) c
   while (response.stream && !ending_ && response.stream(write)) continue;
 }
 
-void HttpServer::Serve(Place& place) {
-  HttpConnection connection(place.socket.get(), limits_, MonotonicSeconds());
+void HttpServer::Serve(Slot& slot) {
+  HttpConnection connection(slot.socket.get(), limits_, MonotonicSeconds());
   try {
-    Converse(connection, place.peer);
+    HandleRequest(connection, slot.peer);
   } catch (const std::exception&) {
-    // No memory for the answer either; the next request may have one.
+    // Out of memory even for the error response; only this request fails.
   }
-  Farewell(place.socket.get());
-  shutdown(place.socket.get(), SHUT_RDWR);  // the descriptor itself is the accepting thread's
+  LingeringClose(slot.socket.get());
+  shutdown(slot.socket.get(), SHUT_RDWR);  // the accepting thread closes the descriptor
   --connections_;
-  place.done = true;
+  slot.done = true;
 }
 
 }  // namespace plumbline

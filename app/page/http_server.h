@@ -1,4 +1,4 @@
-// The page's listening socket: who may connect, and how many at a time.
+// HTTP server of the page: accepts connections and limits their number.
 #pragma once
 
 #include <array>
@@ -15,13 +15,13 @@
 
 namespace plumbline {
 
-/// One request a connection, a thread for each, kMostConnections at a time and kMostOfOnePeer of
-/// one address; whoever comes beyond is told 503.
+/// One request per connection and one thread per connection. At most kMaxConnections at a time, at
+/// most kMaxPerPeer of them from one address; further connections get status 503.
 class HttpServer {
  public:
-  static constexpr std::size_t kMostConnections = 32, kMostOfOnePeer = 16;
+  static constexpr std::size_t kMaxConnections = 32, kMaxPerPeer = 16;
 
-  /// @param answer  fills in the answer to a request; called by several threads
+  /// Fills in the response to a request; called from several threads.
   using Answer = std::function<void(const HttpRequest&, HttpResponse&)>;
 
   HttpServer(TcpListener listener, ConnectionLimits limits, Answer answer);
@@ -31,30 +31,30 @@ class HttpServer {
 
   void Start();
   int connections() const { return connections_; }
-  std::uint64_t turned_away() const { return turned_away_; }
+  std::uint64_t rejected() const { return rejected_; }
 
  private:
-  struct Place {
+  struct Slot {
     std::thread thread;
     std::string peer;
-    Descriptor socket;  ///< of the accepting thread
+    Descriptor socket;  ///< closed by the accepting thread
     std::atomic<bool> done{true};
   };
   void Run();
   void Admit(Descriptor socket, const std::string& peer);
-  void Serve(Place& place);
-  /// Reads one request and writes its answer.
-  void Converse(HttpConnection& connection, const std::string& peer) const;
-  static void Free(Place& place);
+  void Serve(Slot& slot);
+  /// Reads one request and writes its response.
+  void HandleRequest(HttpConnection& connection, const std::string& peer) const;
+  static void Free(Slot& slot);
 
   const Answer answer_;
   const ConnectionLimits limits_;
   const TcpListener listener_;
   const Descriptor wake_;
-  std::array<Place, kMostConnections> places_;
+  std::array<Slot, kMaxConnections> slots_;
   std::atomic<bool> ending_{false};
   std::atomic<int> connections_{0};
-  std::atomic<std::uint64_t> turned_away_{0};
+  std::atomic<std::uint64_t> rejected_{0};
   std::thread thread_;
 };
 

@@ -2,13 +2,13 @@
 
 namespace plumbline {
 
-void LogTail::Take(const ShownNow& now) {
+void LogTail::Add(const ShownNow& now) {
   static const std::vector<ViewLine> kNone;
-  const std::vector<ViewLine>& own = now.own_lines;
+  const std::vector<ViewLine>& own = now.viewer_lines;
   const std::vector<ViewLine>& daemon = now.state ? now.state->lines : kNone;
   const std::lock_guard lock(mutex_);
   std::set<Key> carried;
-  // Each program's lines in its own order, the two of one state by their time.
+  // Merge the two programs' lines by time, keeping each program's order.
   auto a = own.begin(), b = daemon.begin();
   while (a != own.end() || b != daemon.end()) {
     const bool is_own = b == daemon.end() || (a != own.end() && a->utc_s <= b->utc_s);
@@ -19,8 +19,8 @@ void LogTail::Take(const ShownNow& now) {
     lines_.push_back(
         {key, {line.utc_s, line.level, is_own ? "plumbline-view" : "plumblined", line.text}});
   }
-  while (lines_.size() > kMost) lines_.pop_front();
-  // What states still bring does not come a second time, though it was trimmed.
+  while (lines_.size() > kMaxLines) lines_.pop_front();
+  // Lines that the next states still contain must not be added again after trimming.
   known_ = std::move(carried);
   for (const auto& [key, line] : lines_) known_.insert(key);
 }

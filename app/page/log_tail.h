@@ -1,4 +1,4 @@
-// The newest lines of daemon and viewer, more of them than one state carries.
+// Collected log of daemon and viewer, longer than the excerpt in one state.
 #pragma once
 
 #include <deque>
@@ -8,32 +8,32 @@
 #include <utility>
 #include <vector>
 
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 
 namespace plumbline {
 
 struct TailLine {
   double utc_s = 0;
-  int level = 5;     ///< of syslog(3)
+  int level = 5;     ///< syslog(3) level
   const char* from;  ///< "plumblined" or "plumbline-view"
   std::string text;
 };
 
-/// Gathers lines as states bring them, through restarts of the daemon and a clock that is set back:
-/// in the order of arrival. For several threads.
+/// Collects the lines of successive states in order of arrival, across restarts of the daemon and
+/// when the clock is set back. Thread-safe.
 class LogTail {
  public:
-  static constexpr std::size_t kMost = 300;
+  static constexpr std::size_t kMaxLines = 300;
 
-  void Take(const ShownNow& now);
-  std::vector<TailLine> Lines() const;  ///< first come, first
+  void Add(const ShownNow& now);
+  std::vector<TailLine> Lines() const;  ///< oldest first
 
  private:
-  /// A line is known by its second, its number within its program's run, and its program.
+  /// Identity of a line: its time, its number in the program's run, and the program.
   using Key = std::pair<double, std::pair<std::uint64_t, bool>>;
   mutable std::mutex mutex_;
   std::deque<std::pair<Key, TailLine>> lines_;
-  std::set<Key> known_;  ///< of lines_, and of what the last state carried
+  std::set<Key> known_;  ///< keys of lines_ and of the last state's lines
 };
 
 }  // namespace plumbline

@@ -33,7 +33,7 @@ std::string NumberText(double value) {
   return fmt::format("{}", value);
 }
 
-/// One sample a bit, 0 or 1, labelled by what it means.
+/// One sample per bit, 0 or 1, labelled with its meaning.
 void AddWord(MetricsWriter& writer, std::string_view name, std::string_view help,
              std::string_view label, std::uint16_t word, std::span<const BitMeaning> bits) {
   writer.Begin(name, Type::kGauge, help);
@@ -56,15 +56,15 @@ void AddPoints(MetricsWriter& writer, const ShownNow& now) {
         {"name", name == now.point_names.end() ? std::string() : name->second}};
   };
   const std::vector<ViewPoint>& points = now.state->points;
-  writer.Begin("point_valid", Type::kGauge, "Whether the point has a correction.");
+  writer.Begin("point_valid", Type::kGauge, "Whether the point has a valid correction.");
   for (const ViewPoint& point : points) writer.Add(point.valid ? 1 : 0, labels(point));
   writer.Begin("point_correction_meters", Type::kGauge,
-               "How far the command is moved from the wanted position.");
+               "Size of the correction: command position minus target position.");
   for (const ViewPoint& point : points) {
     if (point.valid) writer.Add(point.translation_B.norm(), labels(point));
   }
   writer.Begin("point_uncertainty_meters", Type::kGauge,
-               "Radius that holds 95 % of where the tip lands.");
+               "95 % radius of the attained position; its basis is a label.");
   for (const ViewPoint& point : points) {
     if (!point.valid || point.uncertainty_m <= 0) continue;
     MetricsWriter::Labels with_basis = labels(point);
@@ -80,16 +80,16 @@ void AddCameras(MetricsWriter& writer, const ShownNow& now, double now_s) {
   for (const CameraFacts& facts : cameras) {
     writer.Add(facts.camera->status.state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
   }
-  writer.Begin("camera_image_age_seconds", Type::kGauge, "Since the newest image was taken.");
+  writer.Begin("camera_image_age_seconds", Type::kGauge, "Age of the newest image.");
   for (const CameraFacts& facts : cameras) {
     if (!facts.camera->image) continue;
     writer.Add(std::max(0.0, now_s - facts.camera->image->time_s), {{"camera", facts.name}});
   }
-  writer.Begin("camera_image_rate_hertz", Type::kGauge, "Images a second, as they arrive.");
+  writer.Begin("camera_image_rate_hertz", Type::kGauge, "Received frame rate.");
   for (const CameraFacts& facts : cameras) {
     writer.Add(facts.images_per_s, {{"camera", facts.name}});
   }
-  writer.Begin("tags_seen", Type::kGauge, "Tags in the newest image.");
+  writer.Begin("tags_seen", Type::kGauge, "Number of tags in the newest image.");
   for (const CameraFacts& facts : cameras) {
     writer.Add(static_cast<double>(facts.camera->tags.size()), {{"camera", facts.name}});
   }
@@ -100,11 +100,12 @@ void AddPairs(MetricsWriter& writer, const ShownNow& now) {
   const auto labels = [](const MeasuredPair& pair) {
     return MetricsWriter::Labels{{"a", pair.a}, {"b", pair.b}};
   };
-  writer.Begin("interference", Type::kGauge, "Whether two virtual objects touch.");
+  writer.Begin("interference", Type::kGauge, "Whether two virtual objects interfere.");
   for (const MeasuredPair& pair : now.pairs) {
     if (pair.separation) writer.Add(pair.separation->touching ? 1 : 0, labels(pair));
   }
-  writer.Begin("distance_meters", Type::kGauge, "Between two virtual objects; 0 where they touch.");
+  writer.Begin("distance_meters", Type::kGauge,
+               "Distance between two virtual objects; 0 if they interfere.");
   for (const MeasuredPair& pair : now.pairs) {
     if (!pair.separation) continue;
     writer.Add(pair.separation->touching ? 0 : pair.separation->distance_m, labels(pair));
@@ -115,28 +116,28 @@ void AddMonitoring(MetricsWriter& writer, const ViewState& state) {
   const MonitoringStatus& monitoring = state.monitoring;
   writer.Gauge("model_version", "Version of the model in force; 0: the cell file.",
                state.model_version);
-  writer.Gauge("model_proposed_version", "Version that waits for approval; 0: none.",
+  writer.Gauge("model_proposed_version", "Model version that awaits approval; 0: none.",
                monitoring.model.proposed);
   if (!monitoring.recording) return;
-  writer.Begin("probes_total", Type::kCounter, "Measured points since the daemon started.");
+  writer.Begin("probes_total", Type::kCounter, "Probes since the daemon started.");
   writer.Add(monitoring.probes);
-  writer.Gauge("drift_ratio", "The drift monitor's statistic; it alarms above 1.",
+  writer.Gauge("drift_ratio", "Statistic of the drift monitor; it alarms above 1.",
                monitoring.drift_statistic);
-  writer.Gauge("diagnosis_running", "Whether the diagnosis is at work.",
+  writer.Gauge("diagnosis_running", "Whether a diagnosis is running.",
                monitoring.diagnosing ? 1 : 0);
   if (monitoring.probes == 0) return;
   writer.Begin("residual_meters", Type::kGauge,
-               "Of the last measured point, measured minus predicted, in the measurement frame.");
+               "Residual of the last probe: measured minus predicted, in the measurement frame.");
   constexpr std::array kAxes = {"x", "y", "z"};
   for (std::size_t k = 0; k < kAxes.size(); ++k) {
     writer.Add(monitoring.residual_m[static_cast<Eigen::Index>(k)], {{"axis", kAxes[k]}});
   }
 }
 
-/// Counts add up from class to class, as the format wants them.
+/// The format requires cumulative buckets.
 void AddLateness(MetricsWriter& writer, const LatenessCounts& starts) {
   writer.Begin("cycle_start_late_seconds", Type::kHistogram,
-               "How late machine cycles began, since the daemon started.");
+               "Lateness of machine cycle starts since the daemon started.");
   std::uint64_t sum = 0;
   for (std::size_t k = 0; k < starts.began.size(); ++k) {
     sum += starts.began[k];
@@ -150,26 +151,28 @@ void AddLateness(MetricsWriter& writer, const LatenessCounts& starts) {
 
 void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
   const ViewState& state = *now.state;
-  writer.Begin("daemon_info", Type::kGauge, "Of the daemon; always 1.");
+  writer.Begin("daemon_info", Type::kGauge, "Version and cell of the daemon; always 1.");
   writer.Add(1, {{"version", state.version}, {"cell", state.cell}});
-  writer.Gauge("daemon_uptime_seconds", "Since the daemon started.", state.cycle.uptime_s);
+  writer.Gauge("daemon_uptime_seconds", "Time since the daemon started.", state.cycle.uptime_s);
   writer.Begin("cycles_total", Type::kCounter, "Machine cycles since the daemon started.");
   writer.Add(static_cast<double>(state.cycle.cycles));
-  writer.Begin("late_cycles_total", Type::kCounter, "Machine cycles that started late.");
+  writer.Begin("late_cycles_total", Type::kCounter,
+               "Machine cycles that started late since the daemon started.");
   writer.Add(static_cast<double>(state.cycle.late));
-  writer.Gauge("longest_cycle_seconds", "Longest computation of a cycle since the start.",
+  writer.Gauge("longest_cycle_seconds",
+               "Longest computation of a machine cycle since the daemon started.",
                state.cycle.longest_s);
   AddLateness(writer, state.cycle.starts);
-  AddWord(writer, "alarm", "Alarms, each 1 while it stands.", "alarm", state.alarms,
+  AddWord(writer, "alarm", "Alarms, each 1 while it is active.", "alarm", state.alarms,
           plc_map::AlarmBits());
-  AddWord(writer, "warning", "Warnings, each 1 while it stands.", "warning", state.warnings,
+  AddWord(writer, "warning", "Warnings, each 1 while it is active.", "warning", state.warnings,
           plc_map::WarningBits());
   if ((state.alarms & alarm::kRobotMissing) == 0) {
-    writer.Gauge("robot_data_age_seconds", "Age of the robot's reading.", state.data_age_s);
+    writer.Gauge("robot_data_age_seconds", "Age of the robot reading.", state.data_age_s);
   }
   if (state.payload_kg) writer.Gauge("payload_kilograms", "Payload in force.", *state.payload_kg);
   if (state.temp_C) {
-    writer.Gauge("temperature_celsius", "As the robot reports it.", *state.temp_C);
+    writer.Gauge("temperature_celsius", "Temperature reported by the robot.", *state.temp_C);
   }
   AddHealth(writer, now.health);
   AddPoints(writer, now);
@@ -204,25 +207,26 @@ void MetricsWriter::Gauge(std::string_view name, std::string_view help, double v
   Add(value);
 }
 
-bool DaemonIsThere(const ShownNow* now, double now_s) {
+bool DaemonReports(const ShownNow* now, double now_s) {
   return now != nullptr && now->state && !DaemonIsSilent(*now->state, now->link_problem, now_s);
 }
 
 std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s) {
   MetricsWriter writer;
-  const bool up = DaemonIsThere(now, now_s);
-  writer.Gauge("up", "Whether the daemon tells its state now.", up ? 1 : 0);
-  writer.Begin("view_info", Type::kGauge, "Of plumbline-view, which tells this; always 1.");
+  const bool up = DaemonReports(now, now_s);
+  writer.Gauge("up", "Whether plumblined reports its state.", up ? 1 : 0);
+  writer.Begin("view_info", Type::kGauge,
+               "Version of plumbline-view, which exports these metrics; always 1.");
   writer.Add(1, {{"version", PLUMBLINE_VERSION}});
   writer.Begin("page_requests_total", Type::kCounter, "Requests to the page.");
   writer.Add(static_cast<double>(page.requests));
   writer.Begin(
       "page_refused_total", Type::kCounter,
-      "Not answered as asked: no token, wrong host, method or address, no picture, a limit, "
-      "with connections that were turned away.");
+      "Refused requests: missing token, wrong host, method or path, no picture, or a limit; "
+      "including rejected connections.");
   writer.Add(static_cast<double>(page.refused));
-  writer.Gauge("page_connections", "Connections to the page now.", page.connections);
-  writer.Gauge("page_viewers", "Of those, of the live picture.", page.viewers);
+  writer.Gauge("page_connections", "Open connections to the page.", page.connections);
+  writer.Gauge("page_viewers", "Open connections to the live picture.", page.viewers);
   if (up) AddState(writer, *now, now_s);
   return writer.Take();
 }

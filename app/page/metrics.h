@@ -1,4 +1,4 @@
-// /metrics: numbers for Prometheus, text format 0.0.4.
+// Prometheus metrics (/metrics), text format 0.0.4.
 #pragma once
 
 #include <cstdint>
@@ -7,27 +7,30 @@
 #include <utility>
 #include <vector>
 
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 
 namespace plumbline {
 
-/// What the page counts of itself.
+/// Counters of the page itself.
 struct PageCounts {
-  std::uint64_t requests = 0, refused = 0;  ///< refused: not answered as asked
-  int connections = 0, viewers = 0;         ///< now; of the live picture
+  std::uint64_t requests = 0, refused = 0;
+  int connections = 0;  ///< open now
+  int viewers = 0;      ///< of these, viewers of the live picture
 };
 
-/// Writes metrics: HELP and TYPE once, then the samples.
+/// Formats metrics: HELP and TYPE once, then the samples.
 class MetricsWriter {
  public:
   enum class Type { kGauge, kCounter, kHistogram };
   using Labels = std::vector<std::pair<std::string_view, std::string>>;
 
-  /// Begins a metric. @param name  without the prefix `plumbline_`; a counter's ends in _total
+  /// Starts a metric.
+  /// @param name  without the prefix `plumbline_`; a counter's name ends in _total
   void Begin(std::string_view name, Type type, std::string_view help);
-  /// @param suffix  of a histogram's samples: _bucket, _sum, _count
+  /// Adds a sample to the current metric.
+  /// @param suffix  _bucket, _sum or _count for a histogram's samples
   void Add(double value, const Labels& labels = {}, std::string_view suffix = "");
-  /// Both, of a single gauge.
+  /// Adds a gauge with a single sample.
   void Gauge(std::string_view name, std::string_view help, double value);
 
   std::string Take() { return std::move(text_); }
@@ -36,13 +39,13 @@ class MetricsWriter {
   std::string text_, name_;
 };
 
-/// SI, seconds and metres. What is not known now has no sample: an old value would look like a
-/// present one. plumbline_up is 1 while the daemon has reported within kDaemonSilent_s.
-/// @param now    null: nothing was put together yet
+/// All metrics, in SI units. A value that is unknown now has no sample, since a stale one would
+/// look current. plumbline_up is 1 while DaemonReports().
+/// @param now    null: no status yet
 /// @param now_s  monotonic
 std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s);
 
-/// Whether the daemon reports: there is a state, and DaemonIsSilent() does not hold.
-bool DaemonIsThere(const ShownNow* now, double now_s);
+/// Whether there is a state and the daemon is not silent.
+bool DaemonReports(const ShownNow* now, double now_s);
 
 }  // namespace plumbline

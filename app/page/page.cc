@@ -20,19 +20,19 @@
 namespace plumbline {
 namespace {
 
-constexpr double kKept_s = 5;            ///< trend and list of reports
-constexpr double kPictureWait_s = 0.05;  ///< from look to look for a newer picture
-constexpr double kPictureOld_s = 10;     ///< live: none that is older is begun with
-constexpr double kTold_s = 60;           ///< between lines of the log on wrong tokens
-constexpr int kCookieLives_s = 30 * 86400;
+constexpr double kCachePeriod_s = 5;           ///< for the trend and the list of reports
+constexpr double kPicturePollPeriod_s = 0.05;  ///< between checks for a newer picture
+constexpr double kMaxPictureAge_s = 10;        ///< older pictures are not served as live
+constexpr double kFailureLogPeriod_s = 60;     ///< between log lines about wrong tokens
+constexpr int kCookieLifetime_s = 30 * 86400;
 constexpr const char* kHtml = "text/html; charset=utf-8";
 constexpr const char* kJson = "application/json";
 constexpr const char* kMetricsText = "text/plain; version=0.0.4; charset=utf-8";
-/// Nothing from elsewhere, nothing inline, in nobody's frame.
+/// Nothing from other origins, nothing inline, no framing.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
     "form-action 'self'; base-uri 'none'; frame-ancestors 'none'";
-/// A report is a page by itself, with its own style and drawings: it may run nothing at all.
+/// Reports have inline styles and drawings, and may not run any script.
 constexpr const char* kReportPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -48,7 +48,7 @@ const StaticFile* StaticFileAt(const std::string& path) {
       StaticFile{"/", page_files::kPage, kHtml},
       StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
       StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
-      // These three serve the login as well.
+      // The login page uses these three, too.
       StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
       StaticFile{"/login.js", page_files::kLoginScript, "text/javascript; charset=utf-8"},
       StaticFile{"/icon.svg", page_files::kIcon, "image/svg+xml"},
@@ -58,11 +58,11 @@ const StaticFile* StaticFileAt(const std::string& path) {
   return found == kFiles.end() ? nullptr : found;
 }
 
-bool IsOfLogin(const std::string& path) {
+bool IsLoginFile(const std::string& path) {
   return path == "/page.css" || path == "/login.js" || path == "/icon.svg";
 }
 
-std::string OwnName() {
+std::string LocalHostName() {
   char name[256] = "";
   gethostname(name, sizeof name - 1);
   std::string small(name);
@@ -71,13 +71,13 @@ std::string OwnName() {
   return small;
 }
 
-std::string NewStart() {
+std::string NewStartId() {
   std::random_device chance;
   return fmt::format("{:08x}{:08x}", chance(), chance());
 }
 
-/// "--frame", its headers, and the picture.
-std::string PartOf(const JpegPicture& picture) {
+/// One part of the multipart stream: boundary, headers, picture.
+std::string MultipartFrame(const JpegPicture& picture) {
   return fmt::format("--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n",
                      picture.bytes.size()) +
          picture.bytes + "\r\n";
@@ -85,7 +85,8 @@ std::string PartOf(const JpegPicture& picture) {
 
 }  // namespace
 
-std::string KeptText::Get(double now_s, double period_s, const std::function<std::string()>& make) {
+std::string CachedText::Get(double now_s, double period_s,
+                            const std::function<std::string()>& make) {
   const std::lock_guard lock(mutex_);
   if (now_s - made_s_ >= period_s) {
     text_ = make();
@@ -94,20 +95,20 @@ std::string KeptText::Get(double now_s, double period_s, const std::function<std
   return text_;
 }
 
-Page::Page(PageOptions options, Shown& shown, LogSink sink)
+Page::Page(PageOptions options, DisplayMailbox& shown, LogSink sink)
     : options_(std::move(options)),
       sink_(std::move(sink)),
       cookie_value_(CookieValueOf(options_.config.token)),
       shown_(shown),
       feed_(shown),
       own_names_(options_.config.hosts),
-      start_(NewStart()) {
-  const std::string name = OwnName();
+      start_id_(NewStartId()) {
+  const std::string name = LocalHostName();
   own_names_.push_back(name);
   own_names_.push_back(name + ".local");
 }
 
-Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, LogSink sink,
+Result<std::unique_ptr<Page>> Page::Start(PageOptions options, DisplayMailbox& shown, LogSink sink,
                                           Descriptor listener) {
   const PageConfig& config = options.config;
   auto opened = listener ? Result(TcpListener(std::move(listener)))
@@ -117,17 +118,18 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
   const TcpEndpoint at = opened.value().endpoint();
   if (config.token.empty() && !IsLoopback(at.address)) {
     return Error{fmt::format(
-        "{} is reached from other computers: it needs token = \"...\" under [page]", at.Text())};
+        "{} is reachable from other computers and needs a token: set token = \"...\" under [page]",
+        at.Text())};
   }
   if (!IsLoopback(at.address)) {
     if (const auto why = WhyTokenWeak(config.token)) {
-      return Error{fmt::format("{} is reached from other computers: {}", at.Text(), *why)};
+      return Error{fmt::format("{} is reachable from other computers: {}", at.Text(), *why)};
     }
   }
   const ConnectionLimits limits = options.limits;
   std::unique_ptr<Page> page(new Page(std::move(options), shown, std::move(sink)));
   page->at_ = at;
-  // Browsers tell cookies of one computer's ports not apart.
+  // Cookies are shared between all ports of a host, so the name must contain the port.
   page->cookie_name_ = fmt::format("plumbline-{}", at.port);
   page->server_ = std::make_unique<HttpServer>(
       std::move(opened).value(), limits,
@@ -137,7 +139,7 @@ Result<std::unique_ptr<Page>> Page::Start(PageOptions options, Shown& shown, Log
   try {
     page->server_->Start();
   } catch (const std::system_error& error) {
-    return Error{fmt::format("no thread for it: {}", error.what())};
+    return Error{fmt::format("cannot start a thread: {}", error.what())};
   }
   return page;
 }
@@ -147,21 +149,21 @@ void Page::Refuse(HttpResponse& response, int status, const std::string& why) {
   response.Refuse(status, why);
 }
 
-Page::Given Page::WhatIsGiven(const HttpRequest& request) const {
+Page::Credential Page::CredentialOf(const HttpRequest& request) const {
   const std::string& token = options_.config.token;
   if (token.empty()) return {false, true, ""};
   const auto parameter = request.Parameter("token");
   const bool in_address = parameter.has_value();
   const std::string text(parameter.value_or(""));
   if (in_address && SameSecret(text, token)) return {true, true, text};
-  const Given in_header = WhatHeadersGive(request);
-  return in_address && !in_header.right ? Given{true, false, text} : in_header;
+  const Credential in_header = CredentialInHeaders(request);
+  return in_address && !in_header.right ? Credential{true, false, text} : in_header;
 }
 
-Page::Given Page::WhatHeadersGive(const HttpRequest& request) const {
+Page::Credential Page::CredentialInHeaders(const HttpRequest& request) const {
   const auto bearer = request.Header("authorization");
-  if (const auto given = BearerOf(bearer)) {
-    return {false, SameSecret(*given, options_.config.token), std::string(*given)};
+  if (const auto credential = BearerOf(bearer)) {
+    return {false, SameSecret(*credential, options_.config.token), std::string(*credential)};
   }
   const auto cookies = request.Header("cookie");
   if (const auto cookie = CookieOf(cookies, cookie_name_)) {
@@ -170,10 +172,11 @@ Page::Given Page::WhatHeadersGive(const HttpRequest& request) const {
   return {};
 }
 
-bool Page::HasToWait(const HttpRequest& request, const Given& given, HttpResponse& response) {
-  if (given.text.empty()) return false;
+bool Page::IsThrottled(const HttpRequest& request, const Credential& credential,
+                       HttpResponse& response) {
+  if (credential.text.empty()) return false;
   const double now_s = MonotonicSeconds();
-  const double wait_s = guesses_.Wait_s(request.peer, now_s);
+  const double wait_s = throttle_.Wait_s(request.peer, now_s);
   if (wait_s > 0) {
     const auto whole_s = static_cast<int>(std::ceil(wait_s));
     Refuse(response, 429,
@@ -181,10 +184,10 @@ bool Page::HasToWait(const HttpRequest& request, const Given& given, HttpRespons
     response.Set("Retry-After", fmt::format("{}", whole_s));
     return true;
   }
-  if (given.right) {
-    guesses_.Succeeded(request.peer);
+  if (credential.right) {
+    throttle_.Succeeded(request.peer);
   } else {
-    guesses_.Failed(request.peer, std::hash<std::string>()(given.text), now_s);
+    throttle_.Failed(request.peer, std::hash<std::string>()(credential.text), now_s);
   }
   return false;
 }
@@ -197,25 +200,25 @@ void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
     response.status = 401;
     response.SetBody(std::string(page_files::kLogin), kHtml);
   } else {
-    Refuse(response, 401, "this page asks for its token: Authorization: Bearer ...");
+    Refuse(response, 401, "token required: send the header Authorization: Bearer TOKEN");
   }
   response.Set("WWW-Authenticate", "Bearer");
   if (!tried) return;
-  const std::lock_guard lock(told_mutex_);
+  const std::lock_guard lock(failure_mutex_);
   const double now_s = MonotonicSeconds();
-  if (now_s - told_s_ < kTold_s) return;
-  told_s_ = now_s;
+  if (now_s - failure_logged_s_ < kFailureLogPeriod_s) return;
+  failure_logged_s_ = now_s;
   sink_({Event::kPageRefused,
          fmt::format("the page was asked with a wrong token by {}", request.peer),
          {{"CLIENT", request.peer}}});
 }
 
-/// The right token in the address becomes a cookie, and leaves the address.
-void Page::Exchange(HttpResponse& response) const {
+/// Replaces a right token in the address by a cookie.
+void Page::RedirectWithCookie(HttpResponse& response) const {
   response.status = 303;
   response.Set("Location", "/");
   response.Set("Set-Cookie", fmt::format("{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict",
-                                         cookie_name_, cookie_value_, kCookieLives_s));
+                                         cookie_name_, cookie_value_, kCookieLifetime_s));
 }
 
 void Page::Answer(const HttpRequest& request, HttpResponse& response) {
@@ -226,30 +229,31 @@ void Page::Answer(const HttpRequest& request, HttpResponse& response) {
   response.Set("Cross-Origin-Resource-Policy", "same-origin");
   response.Set("Cache-Control", "no-store");
   if (request.method != "GET" && request.method != "HEAD") {
-    Refuse(response, 405, "this page is to look at: GET and HEAD");
+    Refuse(response, 405, "this page is read-only: use GET or HEAD");
     response.Set("Allow", "GET, HEAD");
     return;
   }
-  const Given given = WhatIsGiven(request);
+  const Credential credential = CredentialOf(request);
   const auto host = HostOf(request.host);
   if (!host) {
-    Refuse(response, 400, "no host");
+    Refuse(response, 400, "missing or malformed Host header");
   } else if (!IsOwnHost(*host, own_names_)) {
-    Refuse(response, 421, "not a name of this page: add it to hosts under [page]");
-  } else if (IsOfLogin(request.path)) {
-    AnswerKnown(request, response);
-  } else if (HasToWait(request, given, response)) {
+    Refuse(response, 421,
+           "unknown host name; if it is this computer's, add it to hosts under [page]");
+  } else if (IsLoginFile(request.path)) {
+    AnswerAuthorized(request, response);
+  } else if (IsThrottled(request, credential, response)) {
     return;
-  } else if (given.right && (given.in_address || request.path == "/login")) {
-    Exchange(response);
-  } else if (given.right) {
-    AnswerKnown(request, response);
+  } else if (credential.right && (credential.in_address || request.path == "/login")) {
+    RedirectWithCookie(response);
+  } else if (credential.right) {
+    AnswerAuthorized(request, response);
   } else {
     AskForToken(request, response);
   }
 }
 
-void Page::AnswerKnown(const HttpRequest& request, HttpResponse& response) {
+void Page::AnswerAuthorized(const HttpRequest& request, HttpResponse& response) {
   constexpr std::string_view kReports = "/reports/";
   const double now_s = MonotonicSeconds();
   const std::string& path = request.path;
@@ -258,52 +262,54 @@ void Page::AnswerKnown(const HttpRequest& request, HttpResponse& response) {
   } else if (path == "/status.json") {
     response.SetBody(Status(), kJson);
   } else if (path == "/metrics") {
-    response.SetBody(Metrics(now_s), kMetricsText);
+    response.SetBody(MetricsResponse(now_s), kMetricsText);
   } else if (path == "/healthz") {
-    Health(response);
+    AnswerHealth(response);
   } else if (path == "/trend.json") {
     response.SetBody(
         trend_.Get(
-            now_s, kKept_s,
+            now_s, kCachePeriod_s,
             [this] { return TrendJson(ReadTrend(options_.state_directory, options_.joints)); }),
         kJson);
   } else if (path == "/reports.json") {
-    response.SetBody(reports_.Get(now_s, kKept_s, [this] { return Reports(); }), kJson);
+    response.SetBody(reports_.Get(now_s, kCachePeriod_s, [this] { return Reports(); }), kJson);
   } else if (path.starts_with(kReports)) {
     AnswerReport(path.substr(kReports.size()), response);
   } else if (path == "/live.mjpg") {
     AnswerLive(response);
   } else if (path == "/picture.jpg") {
     const auto picture = feed_.Newest(now_s);
-    if (picture && now_s - picture->drawn_s < kPictureOld_s) {
+    if (picture && now_s - picture->drawn_s < kMaxPictureAge_s) {
       response.SetBody(picture->bytes, "image/jpeg");
     } else {
-      Refuse(response, 503, "no picture yet; ask again");
+      Refuse(response, 503, "no current picture; try again");
     }
   } else {
-    Refuse(response, 404, "there is no such thing here");
+    Refuse(response, 404, "not found");
   }
 }
 
 void Page::AnswerLive(HttpResponse& response) {
-  if (viewers_.fetch_add(1) >= kMostViewers) {
+  if (viewers_.fetch_add(1) >= kMaxViewers) {
     --viewers_;
-    Refuse(response, 503, fmt::format("{} others look already", kMostViewers));
+    Refuse(
+        response, 503,
+        fmt::format("at most {} viewers can watch the live picture; try again later", kMaxViewers));
     return;
   }
   const std::shared_ptr<void> leaving(nullptr, [this](void*) { --viewers_; });
   response.Set("Content-Type", "multipart/x-mixed-replace; boundary=frame");
-  // The first picture twice: browsers show a part when the next one begins.
+  // The first picture is sent twice, since browsers display a part when the next one starts.
   response.stream = [this, leaving, number = std::uint64_t{0}](const HttpWrite& write) mutable {
     const double now_s = MonotonicSeconds();
     const auto picture = feed_.Newest(now_s);
-    const bool old = !picture || now_s - picture->drawn_s > kPictureOld_s;
+    const bool old = !picture || now_s - picture->drawn_s > kMaxPictureAge_s;
     if (old || picture->number == number) {
       if (!write("")) return false;
-      SleepSeconds(kPictureWait_s);
+      SleepSeconds(kPicturePollPeriod_s);
       return true;
     }
-    const std::string part = PartOf(*picture);
+    const std::string part = MultipartFrame(*picture);
     if (number == 0 && !write(part)) return false;
     number = picture->number;
     return write(part);
@@ -320,27 +326,27 @@ void Page::AnswerReport(const std::string& name, HttpResponse& response) const {
   response.SetBody(*bytes, ReportKindOf(name) == ReportKind::kAlarmPicture ? "image/png" : kHtml);
 }
 
-void Page::Remember() {
-  auto now = shown_.Now();
-  if (!now || now == remembered_) return;
-  log_.Take(*now);
-  remembered_ = std::move(now);
+void Page::CollectLog() {
+  auto now = shown_.status();
+  if (!now || now == collected_) return;
+  log_.Add(*now);
+  collected_ = std::move(now);
 }
 
 std::string Page::Status() {
   const double now_s = MonotonicSeconds();
-  const auto now = shown_.Now();
+  const auto now = shown_.status();
   const auto picture = shown_.picture();
-  if (now) log_.Take(*now);
+  if (now) log_.Add(*now);
   PictureFacts facts;
   if (picture) facts = {picture->image.size, now_s - picture->time_s, ""};
-  facts.server_start = start_;
+  facts.server_start = start_id_;
   return StatusJson(now.get(), facts, log_.Lines(), now_s);
 }
 
 std::string Page::Reports() const {
   nlohmann::ordered_json json = {{"reports", nlohmann::ordered_json::array()}};
-  for (const ReportFile& report : ReportsIn(options_.state_directory)) {
+  for (const ReportFile& report : ListReports(options_.state_directory)) {
     const char* const kind = report.kind == ReportKind::kModel       ? "model"
                              : report.kind == ReportKind::kDiagnosis ? "diagnosis"
                                                                      : "alarm";
@@ -350,22 +356,22 @@ std::string Page::Reports() const {
   return json.dump();
 }
 
-std::string Page::Metrics(double now_s) const {
+std::string Page::MetricsResponse(double now_s) const {
   PageCounts counts;
   counts.requests = requests_;
-  counts.refused = refused_ + server_->turned_away();
+  counts.refused = refused_ + server_->rejected();
   counts.connections = server_->connections();
   counts.viewers = viewers_;
-  return MetricsText(shown_.Now().get(), counts, now_s);
+  return MetricsText(shown_.status().get(), counts, now_s);
 }
 
-void Page::Health(HttpResponse& response) const {
-  const auto now = shown_.Now();
-  const bool well = DaemonIsThere(now.get(), MonotonicSeconds());
+void Page::AnswerHealth(HttpResponse& response) const {
+  const auto now = shown_.status();
+  const bool well = DaemonReports(now.get(), MonotonicSeconds());
   if (well) {
-    response.SetBody("the daemon tells its state\n", "text/plain; charset=utf-8");
+    response.SetBody("plumblined is running\n", "text/plain; charset=utf-8");
   } else {
-    response.Refuse(503, "the daemon is silent");
+    response.Refuse(503, "no data from plumblined");
   }
 }
 

@@ -1,4 +1,4 @@
-// The files of the page, which are part of the program (app/page/files).
+// Files of the page (app/page/files), embedded into the program.
 #pragma once
 
 #include <string_view>

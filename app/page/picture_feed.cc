@@ -3,7 +3,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
-// This one needs the ones above.
+// jpeglib.h needs the headers above.
 #include <jpeglib.h>
 
 namespace plumbline {
@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kQuality = 80;
 
-/// libjpeg's state. Its faults come back by longjmp, since it is C; it prints nothing.
+/// libjpeg's state. Errors return by longjmp; messages are suppressed.
 struct Encoder {
   Encoder() {
     state.err = jpeg_std_error(&faults);
@@ -35,7 +35,7 @@ struct Encoder {
   unsigned long size = 0;
 };
 
-/// Nothing with a destructor lives here: faults leave by longjmp.
+/// Must not create objects with destructors: errors leave by longjmp.
 bool Encode(const RgbImage& image, Encoder& encoder) {
   if (setjmp(encoder.jump) != 0) return false;
   jpeg_create_compress(&encoder.state);
@@ -68,7 +68,7 @@ std::string JpegOf(const RgbImage& image) {
 }
 
 std::shared_ptr<const JpegPicture> PictureFeed::Newest(double now_s) {
-  const std::shared_ptr<const ShownPicture> picture = shown_.AskPicture(now_s);
+  const std::shared_ptr<const DisplayPicture> picture = shown_.RequestPicture(now_s);
   const std::lock_guard lock(mutex_);
   if (!picture || picture == encoded_) return newest_;
   if (now_s - encoded_s_ < 0.9 * kPeriod_s) return newest_;

@@ -1,4 +1,4 @@
-// The picture as JPEG, encoded once for everybody who looks.
+// JPEG feed of the display's picture, encoded once for all viewers.
 #pragma once
 
 #include <cstdint>
@@ -6,33 +6,35 @@
 #include <mutex>
 #include <string>
 
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 
 namespace plumbline {
 
 struct JpegPicture {
   std::string bytes;
-  std::uint64_t number = 0;  ///< counts up from 1
-  double drawn_s = 0;        ///< monotonic
+  std::uint64_t number = 0;  ///< counted from 1
+  double drawn_s = 0;        ///< when it was drawn, monotonic
 };
 
-/// Baseline, chroma halved, with libjpeg. @return  empty: the picture is empty, or there is no room
+/// Encodes baseline JPEG with 2x2 chroma subsampling.
+/// @return  empty if the picture is empty or memory is short
 std::string JpegOf(const RgbImage& image);
 
-/// For several threads. The newest picture only: what nobody took is gone.
+/// Provides the newest picture only; pictures that no viewer took are dropped. Thread-safe.
 class PictureFeed {
  public:
   static constexpr double kPeriod_s = 0.1;  ///< from one picture to the next, for all viewers
 
-  explicit PictureFeed(Shown& shown) : shown_(shown) {}
+  explicit PictureFeed(DisplayMailbox& shown) : shown_(shown) {}
 
-  /// Asks for pictures, and encodes the newest where nobody has yet. @return  null: none was drawn
+  /// Requests pictures, and encodes the newest one if that was not done yet.
+  /// @return  null if none was drawn
   std::shared_ptr<const JpegPicture> Newest(double now_s);
 
  private:
-  Shown& shown_;
+  DisplayMailbox& shown_;
   std::mutex mutex_;
-  std::shared_ptr<const ShownPicture> encoded_;  ///< what `newest_` was made from
+  std::shared_ptr<const DisplayPicture> encoded_;  ///< source of `newest_`
   double encoded_s_ = -1e300;
   std::shared_ptr<const JpegPicture> newest_;
 };

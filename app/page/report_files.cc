@@ -14,14 +14,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where reports of a kind lie, below the state directory.
+/// Folder of a kind of report, below the state directory.
 const char* FolderOf(ReportKind kind) {
   return kind == ReportKind::kModel       ? "/models"
          : kind == ReportKind::kDiagnosis ? "/diagnosis"
                                           : "/alarms";
 }
 
-/// The name outside and the one in the folder differ for the newest diagnosis alone.
+/// File name of a report; differs from its name on the page for the newest diagnosis only.
 std::string FileOf(ReportKind kind, const std::string& name) {
   return kind == ReportKind::kDiagnosis ? "report.html" : name;
 }
@@ -43,16 +43,16 @@ void AddReports(const std::string& state_directory, ReportKind kind,
     found.push_back({name, kind, static_cast<std::uint64_t>(file.st_size),
                      static_cast<double>(file.st_mtim.tv_sec)});
   }
-  // Names of one kind count up with time.
+  // Names of one kind increase with time.
   std::sort(found.begin(), found.end(),
             [](const ReportFile& a, const ReportFile& b) { return a.name > b.name; });
-  found.resize(std::min(found.size(), kMostReports));
+  found.resize(std::min(found.size(), kMaxReports));
   reports.insert(reports.end(), found.begin(), found.end());
 }
 
 }  // namespace
 
-std::vector<ReportFile> ReportsIn(const std::string& state_directory) {
+std::vector<ReportFile> ListReports(const std::string& state_directory) {
   std::vector<ReportFile> reports;
   for (const ReportKind kind :
        {ReportKind::kDiagnosis, ReportKind::kModel, ReportKind::kAlarmPicture}) {
@@ -72,7 +72,7 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
   std::string bytes;
   bool whole = false;
   if (fstat(fd, &file) == 0 && S_ISREG(file.st_mode) &&
-      file.st_size <= static_cast<off_t>(kLargestReport)) {
+      file.st_size <= static_cast<off_t>(kMaxReportBytes)) {
     bytes.resize(static_cast<std::size_t>(file.st_size));
     std::size_t got = 0;
     for (ssize_t n = 1; n > 0 && got<bytes.size(); got += n> 0 ? static_cast<std::size_t>(n) : 0) {
@@ -82,7 +82,8 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
   }
   if (!whole) {
     return Error{
-        "that report cannot be read; it is being replaced, or is too large: reload the list"};
+        "the report cannot be read: it is being replaced or too large. Reload the list and try "
+        "again"};
   }
   return bytes;
 }

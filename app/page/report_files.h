@@ -1,4 +1,4 @@
-// The reports and alarm pictures of a state directory, to read.
+// Reports and alarm pictures in the state directory, for reading.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,20 @@
 namespace plumbline {
 
 struct ReportFile {
-  std::string name;  ///< as ReportKindOf() knows it
+  std::string name;  ///< as ReportKindOf() accepts it
   ReportKind kind = ReportKind::kNone;
   std::uint64_t bytes = 0;
-  double utc_s = 0;  ///< when it was last changed
+  double utc_s = 0;  ///< time of the last change
 };
 
-/// The newest first; at most kMostReports of each kind. What cannot be read is left out.
-inline constexpr std::size_t kMostReports = 100;
-std::vector<ReportFile> ReportsIn(const std::string& state_directory);
+/// Lists reports, newest first, at most kMaxReports of each kind. Unreadable files are left out.
+inline constexpr std::size_t kMaxReports = 100;
+std::vector<ReportFile> ListReports(const std::string& state_directory);
 
-/// Opens no link and nothing but a regular file of at most kLargestReport bytes.
-/// @param name  from outside  @return  its bytes, or why there are none
-inline constexpr std::size_t kLargestReport = 32U << 20U;
+/// Reads a regular file of at most kMaxReportBytes; follows no symbolic link.
+/// @param name  untrusted
+/// @return      its bytes, or why it cannot be read
+inline constexpr std::size_t kMaxReportBytes = 32U << 20U;
 Result<std::string> ReadReport(const std::string& state_directory, const std::string& name);
 
 }  // namespace plumbline

@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kLongestHost = 253, kLongestName = 100;
+constexpr std::size_t kMaxHostLength = 253, kMaxNameLength = 100;
 
 bool IsDigit(char c) {
   return c >= '0' && c <= '9';
@@ -17,11 +17,11 @@ bool IsLetter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
 
-char SmallLetter(char c) {
+char ToLower(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-std::string_view WithoutSpaces(std::string_view text) {
+std::string_view TrimBlanks(std::string_view text) {
   const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
   while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
@@ -29,7 +29,7 @@ std::string_view WithoutSpaces(std::string_view text) {
 }
 
 bool IsAddress(const std::string& host) {
-  if (host.find('\0') != std::string::npos) return false;  // inet_pton() would not see what follows
+  if (host.find('\0') != std::string::npos) return false;  // inet_pton() would stop there
   in6_addr address;
   return inet_pton(AF_INET, host.c_str(), &address) == 1 ||
          inet_pton(AF_INET6, host.c_str(), &address) == 1;
@@ -42,7 +42,7 @@ bool IsPort(std::string_view text) {
 }  // namespace
 
 bool SameSecret(std::string_view given, std::string_view secret) {
-  // Every byte of what was given is looked at, wherever the first difference is.
+  // Compare every byte, wherever the first difference is.
   unsigned difference = given.size() == secret.size() ? 0 : 1;
   for (std::size_t k = 0; k < given.size(); ++k) {
     const char other = secret.empty() ? '\0' : secret[k % secret.size()];
@@ -53,21 +53,21 @@ bool SameSecret(std::string_view given, std::string_view secret) {
 
 std::optional<std::string_view> BearerOf(std::string_view authorization) {
   constexpr std::string_view kScheme = "bearer ";
-  authorization = WithoutSpaces(authorization);
+  authorization = TrimBlanks(authorization);
   if (authorization.size() <= kScheme.size()) return std::nullopt;
   for (std::size_t k = 0; k < kScheme.size(); ++k) {
-    if (SmallLetter(authorization[k]) != kScheme[k]) return std::nullopt;
+    if (ToLower(authorization[k]) != kScheme[k]) return std::nullopt;
   }
-  return WithoutSpaces(authorization.substr(kScheme.size()));
+  return TrimBlanks(authorization.substr(kScheme.size()));
 }
 
 std::optional<std::string_view> CookieOf(std::string_view header, std::string_view name) {
   while (!header.empty()) {
     const std::size_t end = std::min(header.find(';'), header.size());
-    const std::string_view pair = WithoutSpaces(header.substr(0, end));
+    const std::string_view pair = TrimBlanks(header.substr(0, end));
     const std::size_t sign = pair.find('=');
-    if (sign != std::string_view::npos && WithoutSpaces(pair.substr(0, sign)) == name) {
-      return WithoutSpaces(pair.substr(sign + 1));
+    if (sign != std::string_view::npos && TrimBlanks(pair.substr(0, sign)) == name) {
+      return TrimBlanks(pair.substr(sign + 1));
     }
     header.remove_prefix(std::min(end + 1, header.size()));
   }
@@ -86,7 +86,7 @@ std::string CookieValueOf(std::string_view token) {
 }
 
 std::optional<std::string> HostOf(std::string_view header) {
-  header = WithoutSpaces(header);
+  header = TrimBlanks(header);
   std::string_view host = header, rest;
   if (!header.empty() && header.front() == '[') {
     const std::size_t end = header.find(']');
@@ -105,10 +105,10 @@ std::optional<std::string> HostOf(std::string_view header) {
     });
     if (!plain) return std::nullopt;
   }
-  if (host.empty() || host.size() > kLongestHost) return std::nullopt;
+  if (host.empty() || host.size() > kMaxHostLength) return std::nullopt;
   if (!rest.empty() && (rest.front() != ':' || !IsPort(rest.substr(1)))) return std::nullopt;
   std::string small(host);
-  std::transform(small.begin(), small.end(), small.begin(), SmallLetter);
+  std::transform(small.begin(), small.end(), small.begin(), ToLower);
   return small;
 }
 
@@ -121,7 +121,7 @@ bool IsOwnHost(std::string_view host, const std::vector<std::string>& own_names)
 ReportKind ReportKindOf(std::string_view name) {
   constexpr std::string_view kPage = ".html", kPicture = ".png", kAlarm = "alarm-";
   if (name == "diagnosis.html") return ReportKind::kDiagnosis;
-  if (name.size() > kLongestName) return ReportKind::kNone;
+  if (name.size() > kMaxNameLength) return ReportKind::kNone;
   if (name.ends_with(kPage)) {
     const std::string_view number = name.substr(0, name.size() - kPage.size());
     const bool is_number = number.size() >= 4 && number.size() <= 9 &&

@@ -9,11 +9,10 @@
 namespace plumbline {
 namespace {
 
-/// Nobody waits for a search through years.
-constexpr std::int64_t kTrendSought = 100'000;
+/// Bounds the duration of the search.
+constexpr std::int64_t kTrendSearchRows = 100'000;
 
-/// Rows that are not of this cell (imported, of a former arm) and those that nothing was measured
-/// or predicted of are passed over; they do not count.
+/// Skips rows of another arm, quarantined rows, and rows without measurement or prediction.
 constexpr const char* kSelectTrend =
     "SELECT * FROM (SELECT id, unix_ms, x_mm - predicted_x_mm, y_mm - predicted_y_mm,"
     " z_mm - predicted_z_mm, model_version, wild, alarm FROM measurement"
@@ -38,7 +37,7 @@ Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
   Statement rows(database.value().get(), kSelectTrend);
   rows.Bind(1, static_cast<std::int64_t>(joints.size()));
   rows.Bind(2, kTrendRows);
-  rows.Bind(3, kTrendSought);
+  rows.Bind(3, kTrendSearchRows);
   int code = SQLITE_ROW;
   while ((code = rows.Step()) == SQLITE_ROW) {
     TrendPoint point;

@@ -1,4 +1,4 @@
-// How far measured points were from where the model put them, one by one, from the journal.
+// Residual trend: residuals of the newest probes, read from the journal.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 namespace plumbline {
 
 struct TrendPoint {
-  std::int64_t id = 0;             ///< of the journal
-  std::optional<double> utc_s;     ///< nothing: imported without a date
+  std::int64_t id = 0;             ///< row of the journal
+  std::optional<double> utc_s;     ///< nullopt: imported without a date
   Vec3 residual_W = Vec3::Zero();  ///< measured minus predicted [m]
   std::optional<int> model_version;
-  bool wild = false, alarm = false;  ///< marks of the drift monitor
+  bool wild = false, alarm = false;  ///< set by the drift monitor
 };
 
-/// The newest measured points that were predicted, oldest first. Opens the journal for reading, and
-/// closes it: the daemon that writes is not kept waiting.
-/// @return  none where there is no journal yet; or why it cannot be read
+/// Reads the newest probes that have a prediction, oldest first. Opens the journal read-only and
+/// closes it again, so that the daemon's writes are not blocked.
+/// @return  empty if there is no journal yet; or why it cannot be read
 inline constexpr std::int64_t kTrendRows = 400;
 Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
                                           const std::vector<Joint>& joints);

@@ -53,7 +53,7 @@ Json WordsJson(std::uint16_t word, std::span<const BitMeaning> bits) {
   return list;
 }
 
-/// The joints that a point is commanded with: in SI, and as the files have them (deg, mm).
+/// Commanded joint positions of a point, in SI and in the units of the configuration (deg, mm).
 Json PostureJson(const ViewPoint& point, const std::vector<JointType>& types) {
   Json json = {{"q", ListJson(point.q)}, {"taught", point.taught}, {"differs", point.differs}};
   if (types.size() != static_cast<std::size_t>(point.q.size())) return json;
@@ -74,7 +74,7 @@ Json PointsJson(const ShownNow& now) {
                   {"name", name == now.point_names.end() ? "" : name->second},
                   {"valid", point.valid},
                   {"reason", point.valid ? std::string(Describe(point.code))
-                                         : WhyNotValid(point, *now.state)},
+                                         : InvalidReason(point, *now.state)},
                   {"tone", LineJson({"", ToneOf(point, *now.state)}).at("tone")},
                   {"extrapolated", point.extrapolated}};
     if (point.valid) {
@@ -184,14 +184,14 @@ Json LogJson(const std::vector<TailLine>& log) {
 
 std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
                        const std::vector<TailLine>& log, double now_s) {
-  const bool there = DaemonIsThere(now, now_s);
+  const bool there = DaemonReports(now, now_s);
   Json json = {{"schema", kStatusSchema},
                {"version", PLUMBLINE_VERSION},
                {"daemon", {{"there", there}, {"age_s", nullptr}, {"problem", ""}}},
                {"view", {{"age_s", now != nullptr ? Json(now_s - now->time_s) : Json(nullptr)}}},
                {"page", {{"start", picture.server_start}}},
                {"picture", {{"age_s", nullptr}, {"problem", ""}}},
-               {"headline", LineJson({"STARTING: nothing was put together yet", Tone::kFaded})},
+               {"headline", LineJson({"STARTING: no status yet", Tone::kFaded})},
                {"panels", Json::array()}};
   if (picture.size.width > 0) {
     json["picture"]["age_s"] = picture.age_s;
@@ -201,7 +201,7 @@ std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
   if (now != nullptr) {
     json["daemon"]["problem"] = now->link_problem;
     json["picture"]["problem"] = now->picture_problem;
-    const ShownNow shown = AsShownAt(*now, now_s);
+    const ShownNow shown = WithdrawIfSilent(*now, now_s);
     json["headline"] = LineJson(shown.headline);
     for (const Panel& panel : now->panels) {
       Json lines = Json::array();

@@ -1,27 +1,27 @@
-// /status.json: how things are, for the page and for programs.
+// Status of cell and daemon as JSON (/status.json), for the page and other programs.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "app/page/log_tail.h"
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 
 namespace plumbline {
 
-/// The picture and the server as far as the page tells of them.
+/// Picture and server as reported by the page.
 struct PictureFacts {
-  ImageSize size{0, 0};  ///< 0: none was drawn
+  ImageSize size{0, 0};  ///< 0: no picture was drawn
   double age_s = 0;
-  std::string server_start;  ///< another one with every start: streams of a former one have ended
+  std::string server_start;  ///< unique for each start; a change means that streams have ended
 };
 
-/// Raised with every change that an older reader would misunderstand.
+/// Incremented with every change that an older reader would misinterpret.
 inline constexpr int kStatusSchema = 1;
 
-/// One JSON object: the headline and panels in the monitor's words ("tone": plain, good, attention,
-/// bad, faded), and the numbers behind them, SI. What is not known is null.
-/// @param now    null: nothing was put together yet
+/// @return  one JSON object: headline and panels as on the display ("tone": plain, good, attention,
+///          bad, faded), and the values behind them in SI units; unknown values are null
+/// @param now    null: no status yet
 /// @param now_s  monotonic
 std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
                        const std::vector<TailLine>& log, double now_s);

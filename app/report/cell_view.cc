@@ -13,9 +13,9 @@ namespace {
 constexpr int kViewWidth = 460, kViewHeight = 420;
 constexpr double kMargin = 1.1;
 constexpr int kSamples = 5000;
-constexpr double kWholeReach = 1.5;  // the outline is shown whole if it costs no more than that
+constexpr double kWholeReach = 1.5;  // the whole outline is shown if the scale shrinks by no more
 
-/// Tips of the unloaded arm all over its joint limits, the same at every call [mm].
+/// Tip positions of the unloaded arm throughout its joint limits, identical at every call [mm].
 std::vector<Vec3> ReachedTips_mm(const CellModel& cell) {
   std::mt19937 random(1);
   const Chain chain(cell.robot);
@@ -27,7 +27,7 @@ std::vector<Vec3> ReachedTips_mm(const CellModel& cell) {
     for (int i = 0; i < q.size(); ++i) {
       const double low = std::max(chain.lower()[i], -std::numbers::pi);
       const double high = std::min(chain.upper()[i], std::numbers::pi);
-      // The ends of the range matter most for an outline.
+      // Oversample the ends of the range, which determine the outline.
       const double share = std::uniform_real_distribution(-0.1, 1.1)(random);
       q[i] = low + std::clamp(share, 0.0, 1.0) * std::max(0.0, high - low);
     }

@@ -1,4 +1,4 @@
-// The cell seen from above and from the side: one panel that fits all points, with the arm's reach.
+// Plan and side view of the cell: a panel scaled to a set of points, with the outline of the reach.
 #pragma once
 
 #include <string>
@@ -8,16 +8,15 @@
 
 namespace plumbline {
 
-/// A projection along one axis of W.
+/// Orthographic projection along one axis of W.
 struct Projection {
-  int right, up;  ///< axes of W
+  int right, up;  ///< indices of the W axes drawn to the right and upwards
   const char* name;
 };
 
-inline constexpr Projection kProjections[] = {{0, 1, "seen from above"},
-                                              {0, 2, "seen from the side"}};
+inline constexpr Projection kProjections[] = {{0, 1, "from above"}, {0, 2, "from the side"}};
 
-/// The part of the cell that a set of points in W takes up, the base included. [mm]
+/// View of the part of the cell that contains a set of points in W and the base [mm].
 class CellView {
  public:
   CellView(const CellModel& cell, const std::vector<Vec3>& points_W);
@@ -28,14 +27,14 @@ class CellView {
   /// Starts a panel: canvas, axes, base, and the data of kOutline.
   std::string Begin(const Projection& projection) const;
 
-  /// First item of the panel's plot command: the outline of where the tip can get to.
+  /// First item of the panel's plot command: the outline of the tip's reach.
   static constexpr const char* kOutline =
       "$outline using 1:2 with lines linecolor rgb '#a9b4bb' linewidth 1";
 
  private:
   Vec3 base_mm_, centre_mm_;
   double half_mm_ = 0;
-  std::vector<Vec3> reached_mm_;  ///< where the tip can get to, sampled inside the joint limits
+  std::vector<Vec3> reached_mm_;  ///< reachable tip positions, sampled within the joint limits
 };
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// The report's pictures as gnuplot scripts, one panel each.
+// Figures of the report as gnuplot scripts, one per panel.
 #pragma once
 
 #include <string>
@@ -8,34 +8,35 @@
 
 namespace plumbline {
 
-/// One panel. Panels of a group stand beside each other, and below each other on a narrow page.
+/// One panel. The panels of a group are arranged side by side, or stacked on a narrow page.
 struct Panel {
   std::string title;  ///< above the panel; plain text
   std::string note;   ///< below the title; may be empty
   std::string script;
-  std::string svg;  ///< as part of a page, once drawn; empty: could not be drawn
+  std::string svg;  ///< for embedding in HTML, once drawn; empty: could not be drawn
 };
 
-/// Panels that are read together.
+/// Panels with a common caption.
 struct PanelGroup {
   std::vector<Panel> panels;
   std::string caption;  ///< plain text: what is drawn, with scale and units
-  /// Largest length of the colour scale [mm]; 0 where colour means nothing.
+  /// Upper end of the colour scale [mm]; 0 if colour has no meaning.
   double colour_to_mm = 0;
 };
 
-/// Measured minus model at the measured points, before and after, seen from above and from the
-/// side, with one factor; then what remains, enlarged, where it would be too small to see.
+/// Residuals at the measured points with the declared and the corrected model, from above and from
+/// the side, at one scale; then the remaining residuals enlarged, if they would be too small to
+/// see.
 std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel& cell);
 
-/// One panel a signal, those that the remaining residual follows most first; of the residual, the
-/// axis that follows the signal most.
+/// One panel per signal, ordered by how strongly the remaining residual depends on it. Each shows
+/// the axis of the residual that depends on the signal most.
 PanelGroup SignalFigures(const Diagnosis& diagnosis);
 
-/// One panel a joint: amplitude against cycles a turn. Empty where nothing was searched.
+/// One panel per joint: amplitude against cycles per turn. Empty if no search was made.
 PanelGroup SpectrumFigures(const Diagnosis& diagnosis);
 
-/// How far a rival's prediction is from the answer's, row by row and in the cell.
+/// Difference between a rival's and the corrected model's predictions, by row and in the cell.
 PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const CellModel& cell);
 
 /// The arm in the proposed poses.

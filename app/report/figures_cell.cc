@@ -1,4 +1,4 @@
-// Panels that show the cell.
+// Figures drawn in the cell.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -12,11 +12,11 @@
 namespace plumbline {
 namespace {
 
-constexpr double kArrowShare = 0.09;  // of the drawn square, that a large arrow takes
+constexpr double kArrowShare = 0.09;  // length of a large arrow as a share of the panel's width
 constexpr double kLargeQuantile = 0.95;
-constexpr double kWorthEnlarging = 4;  // times the factor of before
+constexpr double kWorthEnlarging = 4;  // minimum ratio of the two scale factors
 
-/// The size that 95 % of the arrows stay below [mm].
+/// 95th percentile of the arrows' lengths [mm].
 double LargeArrow_mm(const std::vector<Vec3>& arrows) {
   if (arrows.empty()) return 0;
   std::vector<double> sizes;
@@ -81,21 +81,21 @@ std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel
   if (corrected) add("After", after);
   const std::size_t stride = plot::Stride(at.size());
   both.caption = fmt::format(
-      "Measured minus model at each measured point, arrows {} times their length{}. The outline is "
-      "where the tip can get to.{}{}",
-      FactorText(factor), corrected ? ", before and after alike" : "",
+      "Residual (measured minus predicted) at each measured point; arrows enlarged {} times{}. "
+      "Outline: reach of the tip.{}{}",
+      FactorText(factor), corrected ? ", at the same scale before and after" : "",
       stride > 1 ? fmt::format(" One row in {} is drawn.", stride) : std::string(),
-      diagnosis.outlier_rows.empty() ? "" : " Outliers are left out.");
+      diagnosis.outlier_rows.empty() ? "" : " Outliers are not drawn.");
   std::vector<PanelGroup> groups = {both};
   if (!corrected || factor_after < kWorthEnlarging * factor) return groups;
   PanelGroup enlarged{{}, "", large_after};
   for (const Projection& projection : kProjections) {
-    enlarged.panels.push_back(ArrowPanel(fmt::format("What remains, {}", projection.name), view,
+    enlarged.panels.push_back(ArrowPanel(fmt::format("After, enlarged, {}", projection.name), view,
                                          projection, at, after, factor_after, large_after));
   }
   enlarged.caption = fmt::format(
-      "After, enlarged: arrows {} times their length. Noise points in all directions; "
-      "a pattern would be something that the model still lacks.",
+      "Residual after correction; arrows enlarged {} times. Pure noise has no preferred direction; "
+      "a pattern indicates an effect that the model lacks.",
       FactorText(factor_after));
   groups.push_back(enlarged);
   return groups;
@@ -113,7 +113,7 @@ PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const Ce
     rows.push_back({rival.rows[k].value() + 1.0, 1e3 * rival.shift_W[k].norm()});
   }
   Panel by_row{"By row", "", plot::Begin(460, 420), ""};
-  by_row.script += "set xlabel 'row'\nset ylabel 'difference of the predictions (mm)'\n";
+  by_row.script += "set xlabel 'row'\nset ylabel 'difference of predictions (mm)'\n";
   by_row.script += "set yrange [0:*]\nset xrange [0:*]\n" + plot::Data("shift", rows);
   by_row.script += fmt::format(
       "plot $shift using 1:2 with impulses linecolor rgb '{}' linewidth 1.2, {:.6g} with lines "
@@ -126,8 +126,8 @@ PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const Ce
                                     kProjections[1], at, rival.shift_W, factor, large_mm));
   group.colour_to_mm = large_mm;
   group.caption = fmt::format(
-      "How far the prediction with {} is from that with {} at the measured points; dashed: the "
-      "noise floor. Arrows {} times their length.",
+      "Difference between the predictions with {} and with {} at the measured points; dashed: "
+      "noise floor. Arrows enlarged {} times.",
       RivalName(rival), ReplacedName(rival), FactorText(factor));
   return group;
 }
@@ -171,7 +171,7 @@ PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const CellModel& cell) {
     panel.script += lines + '\n';
     group.panels.push_back(panel);
   }
-  group.caption = "The arm in the proposed poses; the number stands at the tool's tip.";
+  group.caption = "The arm in the proposed poses; numbers mark the tip.";
   return group;
 }
 

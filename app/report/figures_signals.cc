@@ -1,4 +1,4 @@
-// Panels of the residual against signals and cycles.
+// Figures of the residual against signals and of its periodic part.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -15,13 +15,13 @@ namespace {
 constexpr int kFigureWidth = 340, kFigureHeight = 310, kUncorrectedHeight = 220;
 constexpr int kSpectrumHeight = 220;
 constexpr std::size_t kBins = 10;
-constexpr double kGapShare = 0.3;     // of the signal's range
-constexpr double kSideMargin = 0.04;  // likewise
-constexpr std::size_t kMostSignals = 18;
+constexpr double kGapShare = 0.3;     // share of the signal's range
+constexpr double kSideMargin = 0.04;  // share of the signal's range
+constexpr std::size_t kMaxSignals = 18;
 constexpr std::size_t kFewLines = 60;
-constexpr double kLogFrom = 30;  // span of cycles that is better seen on a logarithmic axis
+constexpr double kLogFrom = 30;  // ratio of cycles from which the axis is logarithmic
 
-/// A signal's values beside one axis of the residual [mm], ordered by the value.
+/// A signal's values with one axis of the residual [mm], sorted by value.
 struct Cloud {
   std::vector<double> value, before, after;
 };
@@ -45,11 +45,11 @@ Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
 
 struct Bin {
   double value = 0, before = 0, after = 0;
-  bool after_gap = false;  ///< nothing was recorded between the bin before and this one
+  bool after_gap = false;  ///< there is a gap in the values before this bin
 };
 
-/// Means over bins of equal count along the signal; equal values stay in one bin, and no bin spans
-/// a gap in the values.
+/// Means over bins of equal count along the signal. Equal values share a bin, and no bin spans a
+/// gap in the values.
 std::vector<Bin> BinsOf(const Cloud& cloud) {
   std::vector<Bin> bins;
   const std::size_t n = cloud.value.size();
@@ -76,7 +76,7 @@ std::vector<Bin> BinsOf(const Cloud& cloud) {
   return bins;
 }
 
-/// The axis whose bins' means differ most, after where that says something, else before.
+/// The axis whose binned means, before and after, are largest.
 int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
   int best = 2;
   double most = -1;
@@ -93,7 +93,7 @@ int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
   return best;
 }
 
-/// One of the two plots of a panel: points and means of a column of $points and $means.
+/// One of a panel's two plots: points and binned means from a column of $points and $means.
 std::string SignalPlot(const char* when, int column, const char* colour, double noise_mm,
                        const std::vector<double>& residual_mm) {
   const auto [low, high] = std::minmax_element(residual_mm.begin(), residual_mm.end());
@@ -111,13 +111,13 @@ std::string SignalPlot(const char* when, int column, const char* colour, double 
 Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
   const int axis = MostRelatedAxis(diagnosis, signal);
   const Cloud cloud = CloudOf(diagnosis, signal, axis);
-  const std::string chance = signal.p_value < 0.001
-                                 ? "p\u00a0<\u00a00.001"
-                                 : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
+  const std::string p_value = signal.p_value < 0.001
+                                  ? "p\u00a0<\u00a00.001"
+                                  : fmt::format("p\u00a0=\u00a0{:.2g}", signal.p_value);
   Panel panel{
       signal.name,
-      fmt::format("residual in {}; {} of what remains, {}", plot::kAxisNames[axis],
-                  PercentText(signal.share), chance),
+      fmt::format("residual in {}; explains {} of the remaining residual, {}",
+                  plot::kAxisNames[axis], PercentText(signal.share), p_value),
       plot::Begin(kFigureWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kFigureHeight),
       ""};
   if (cloud.value.empty()) return panel;
@@ -126,7 +126,7 @@ Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
     points.push_back({cloud.value[k], cloud.before[k], cloud.after[k]});
   }
   for (const Bin& bin : BinsOf(cloud)) {
-    if (bin.after_gap) means.emplace_back();  // a blank line lifts the pen
+    if (bin.after_gap) means.emplace_back();  // a blank line interrupts the curve
     means.push_back({bin.value, bin.before, bin.after});
   }
   const double low = cloud.value.front(), high = cloud.value.back();
@@ -152,7 +152,7 @@ Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
   return panel;
 }
 
-/// Cycles a turn that the answer corrects, by joint.
+/// Cycles per turn that the corrected model contains, by joint.
 std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
   std::multimap<int, double> found;
   for (const Finding& finding : diagnosis.findings) {
@@ -177,18 +177,19 @@ PanelGroup SignalFigures(const Diagnosis& diagnosis) {
   std::stable_sort(signals.begin(), signals.end(), [](const auto* a, const auto* b) {
     return a->p_value != b->p_value ? a->p_value < b->p_value : a->share > b->share;
   });
-  for (std::size_t k = 0; k < std::min(signals.size(), kMostSignals); ++k) {
+  for (std::size_t k = 0; k < std::min(signals.size(), kMaxSignals); ++k) {
     group.panels.push_back(SignalPanel(diagnosis, *signals[k]));
   }
   group.caption = fmt::format(
-      "Residual{} against each recorded signal; lines: means over a tenth of the rows; "
-      "dashed: twice the noise. Of the three axes, the one that follows the signal "
-      "most. p: the chance that pure noise follows the signal as closely as what "
-      "remains does.",
-      diagnosis.findings.empty() ? "" : " before (above) and after (below, on its own scale)");
-  if (signals.size() > kMostSignals) {
-    group.caption +=
-        fmt::format(" {} signals less related are left out.", signals.size() - kMostSignals);
+      "Residual{} against each recorded signal. Line: means over a tenth of the rows each; dashed: "
+      "±2 standard deviations of the noise. Shown is the axis that depends on the signal most. p: "
+      "probability that pure noise would show at least this dependence.",
+      diagnosis.findings.empty() ? ""
+                                 : " before (upper plot) and after correction (lower plot, on its "
+                                   "own scale)");
+  if (signals.size() > kMaxSignals) {
+    group.caption += fmt::format(" {} signals with weaker dependence are not shown.",
+                                 signals.size() - kMaxSignals);
   }
   return group;
 }
@@ -210,7 +211,7 @@ PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
                 ""};
     const bool logarithmic = least > 0 && most > kLogFrom * least;
     panel.script += fmt::format(
-        "set xlabel 'cycles a turn'\nset ylabel 'amplitude (µrad)'\n"
+        "set xlabel 'cycles per turn'\nset ylabel 'amplitude (µrad)'\n"
         "set yrange [0:{:.6g}]\n{}",
         std::max(1.1 * highest_urad, 1e-3), logarithmic ? "set logscale x\n" : "");
     panel.script += fmt::format("set xrange [{:.6g}:{:.6g}]\n", logarithmic ? least : 0, most);
@@ -228,8 +229,8 @@ PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
                                 lines.size() <= kFewLines ? "impulses" : "lines", plot::kAccent);
     group.panels.push_back(panel);
   }
-  group.caption = "Periodic part of what remains, joint by joint, at its best phase.";
-  if (!found.empty()) group.caption += " Dashed: cycles that the corrected model carries.";
+  group.caption = "Amplitude of the periodic part of the remaining residual, for each joint.";
+  if (!found.empty()) group.caption += " Dashed: cycles that the corrected model contains.";
   return group;
 }
 

@@ -9,7 +9,7 @@
 namespace plumbline {
 namespace {
 
-// Doubled quotes, gnuplot's own way, are misread at the start of a string.
+// gnuplot's own escape, a doubled quote, is misread at the start of a string.
 constexpr const char* kApostrophe = "\u2019";
 
 void EraseAll(std::string& text, const std::string& pattern) {
@@ -24,7 +24,7 @@ void ReplaceAll(std::string& text, const std::string& from, const std::string& t
   }
 }
 
-/// Takes out everything from `open` to `close`, both included.
+/// Removes everything from `open` to `close`, inclusive.
 void EraseBetween(std::string& text, const std::string& open, const std::string& close) {
   for (auto at = text.find(open); at != std::string::npos; at = text.find(open, at)) {
     const auto end = text.find(close, at);
@@ -41,7 +41,7 @@ Result<std::vector<std::string>> DrawSvgs(const std::string& script,
   if (path.empty()) {
     return Error{options.program + " is not installed (Debian package gnuplot-nox)"};
   }
-  // No settings of the user's; the script comes by standard input.
+  // -d ignores the user's settings; the script is passed on standard input.
   const auto run = RunProgram({path, "-d", "-"}, script,
                               {.time_s = std::chrono::duration<double>(options.limit).count()});
   if (!run) return Error{options.program + " " + run.error()};
@@ -85,7 +85,7 @@ std::string InlineSvg(const std::string& document, const std::string& id,
   EraseBetween(svg, " font-family=\"", "\"");
   EraseAll(svg, " xmlns=\"http://www.w3.org/2000/svg\"");
   EraseAll(svg, " xmlns:xlink=\"http://www.w3.org/1999/xlink\"");
-  // gnuplot quotes ids in either way.
+  // gnuplot uses either kind of quote.
   ReplaceAll(svg, " id=\"", " id=\"" + id + "-");
   ReplaceAll(svg, " id='", " id='" + id + "-");
   ReplaceAll(svg, "xlink:href='#", "href='#" + id + "-");

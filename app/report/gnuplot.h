@@ -1,4 +1,4 @@
-// gnuplot as a child process: a script in, pictures out.
+// gnuplot runner: draws a script in a child process and returns SVG documents.
 #pragma once
 
 #include <chrono>
@@ -10,24 +10,24 @@
 
 namespace plumbline {
 
-/// How a picture is drawn. The program is looked for on PATH and started without a shell.
+/// The program is searched on PATH and started without a shell.
 struct GnuplotOptions {
   std::string program = "gnuplot";
-  std::chrono::milliseconds limit{60000};
+  std::chrono::milliseconds limit{60000};  ///< time limit
 };
 
 /// Runs one script whose plots go to gnuplot's standard output as SVG.
-/// @return  the SVG documents in their order, or why there are none, with what to do about it
+/// @return  the SVG documents in the order of the plots, or why there are none, with a remedy
 Result<std::vector<std::string>> DrawSvgs(const std::string& script,
                                           const GnuplotOptions& options = {});
 
-/// A text as gnuplot's single-quoted string, in which nothing is expanded; control characters
-/// become blanks, quotes apostrophes.
+/// A text as single-quoted gnuplot string, in which nothing is expanded; control characters become
+/// blanks, quotes become apostrophes.
 std::string GnuplotQuoted(std::string_view text);
 
-/// An SVG document of gnuplot as a part of an HTML page: without prologue, namespaces and fonts of
-/// its own, its ids made unique by `id`, scaling with the page.
-/// @param title  what a screen reader says of it
+/// Prepares an SVG document of gnuplot for embedding in HTML: without prologue, namespaces and
+/// fonts, with ids prefixed by `id`, and scaling with the page.
+/// @param title  description for screen readers
 std::string InlineSvg(const std::string& document, const std::string& id, const std::string& title);
 
 }  // namespace plumbline

@@ -5,7 +5,7 @@
 namespace plumbline {
 namespace {
 
-/// Length of the UTF-8 sequence at the start of text; 0 where it is none.
+/// Length of the UTF-8 sequence at the start of the text; 0 if invalid.
 std::size_t SequenceLength(std::string_view text) {
   const auto byte = [text](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned char first = byte(0);

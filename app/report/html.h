@@ -1,4 +1,4 @@
-// Text and tables for an HTML page.
+// HTML escaping, number formatting and tables.
 #pragma once
 
 #include <string>
@@ -7,21 +7,21 @@
 
 namespace plumbline {
 
-/// The text with bytes that are no UTF-8 replaced by U+FFFD.
+/// The text with invalid UTF-8 bytes replaced by U+FFFD.
 std::string ValidUtf8(std::string_view text);
 
-/// A text as it may stand between tags and in attributes.
+/// Escapes a text for use between tags and in attributes.
 std::string Escape(std::string_view text);
 
-/// "5.1e-07" as 5.1 x 10^-7, set as mathematics; other texts escaped.
+/// Formats "5.1e-07" as 5.1 x 10^-7 in HTML; escapes any other text.
 std::string NumberHtml(const std::string& number);
 
-/// A table whose cells are HTML already. Columns named in `text_columns` (0-based) are set left,
-/// all others right, as numbers.
+/// A table with HTML cells. Columns in `text_columns` (0-based) are left-aligned, all others
+/// right-aligned as numbers.
 class HtmlTable {
  public:
   HtmlTable(std::vector<std::string> headers, std::vector<std::size_t> text_columns);
-  /// @param strong  a row that stands out
+  /// @param strong  emphasise the row
   void AddRow(const std::vector<std::string>& cells, bool strong = false);
   bool empty() const { return rows_.empty(); }
   std::string Html() const;

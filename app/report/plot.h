@@ -1,4 +1,4 @@
-// What all panels share: size, type, colours, data blocks.
+// Common style and data blocks of all panels.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,21 +17,21 @@ inline constexpr const char* kFaint = "#d5dce0";
 
 inline constexpr const char* kAxisNames[] = {"x", "y", "z"};
 
-/// Most points that a panel draws; of more, every k-th.
-inline constexpr std::size_t kMostPoints = 800;
+/// Maximum number of points in a panel; of more, every k-th is drawn.
+inline constexpr std::size_t kMaxPoints = 800;
 
-/// Start of a panel: a canvas of that many pixels, everything else reset.
+/// Starts a panel: a canvas of that size [px], all other settings reset.
 std::string Begin(int width, int height);
 
-/// `$name << EOD` with one line a row.
+/// Data block `$name << EOD` with one line per row.
 std::string Data(const std::string& name, const std::vector<std::vector<double>>& rows);
 
-/// The step that keeps `count` points below the most.
+/// Smallest stride that keeps the number of points within the maximum.
 inline std::size_t Stride(std::size_t count) {
-  return count <= kMostPoints ? 1 : (count + kMostPoints - 1) / kMostPoints;
+  return count <= kMaxPoints ? 1 : (count + kMaxPoints - 1) / kMaxPoints;
 }
 
-/// The largest of 1, 2, 5 times a power of ten that is not above value.
+/// Largest number of the form 1, 2 or 5 times a power of ten that is not above `value`.
 double RoundDown(double value);
 
 }  // namespace plumbline::plot

@@ -10,12 +10,12 @@
 namespace plumbline {
 namespace {
 
-/// Everything that is drawn.
+/// All figures of the report.
 struct Pictures {
   std::vector<PanelGroup> arrows;
   PanelGroup signals, spectrum, poses;
   std::vector<PanelGroup> rivals;
-  std::string fault;  ///< empty, or why there are none
+  std::string fault;  ///< why there are no figures; empty: there are
 
   std::vector<Panel*> Panels() {
     std::vector<Panel*> panels;
@@ -46,7 +46,7 @@ Pictures Draw(const Diagnosis& diagnosis, const CellModel& cell, const GnuplotOp
     pictures.fault = svgs.error();
   } else if (svgs->size() != panels.size()) {
     pictures.fault =
-        fmt::format("{} drew {} of {} pictures", gnuplot.program, svgs->size(), panels.size());
+        fmt::format("{} drew {} of {} figures", gnuplot.program, svgs->size(), panels.size());
   } else {
     for (std::size_t k = 0; k < panels.size(); ++k) {
       panels[k]->svg = InlineSvg((*svgs)[k], fmt::format("p{}", k + 1), panels[k]->title);
@@ -55,7 +55,7 @@ Pictures Draw(const Diagnosis& diagnosis, const CellModel& cell, const GnuplotOp
   return pictures;
 }
 
-/// A section with its heading; nothing where it has no content.
+/// A section with its heading; empty if it has no content.
 std::string Chapter(const std::string& title, const std::string& content) {
   return content.empty() ? "" : "<section>\n<h2>" + title + "</h2>\n" + content + "</section>\n";
 }
@@ -95,30 +95,32 @@ std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
                      "</p>\n</header>\n";
   html += VerdictBlock(diagnosis);
   if (!pictures.fault.empty()) {
-    html += "<p class=\"note\">This report has no pictures: " + Escape(pictures.fault) +
-            ". Mend that and run the diagnosis again with --report.</p>\n";
+    html += "<p class=\"note\">This report has no figures: " + Escape(pictures.fault) +
+            ". Fix this and run the diagnosis again with --report.</p>\n";
   }
-  html += Chapter("Error before and after", ErrorTable(diagnosis));
-  html += Chapter("What was found", EffectsBlock(diagnosis));
-  const std::string detectable = Chapter("What would have been seen", DetectableTable(diagnosis));
-  // Where nothing was found, that is the answer; else it stands with the reasons.
+  html += Chapter("Residuals before and after correction", ErrorTable(diagnosis));
+  html += Chapter("Effects found", EffectsBlock(diagnosis));
+  const std::string detectable = Chapter("Detection limits", DetectableTable(diagnosis));
+  // If nothing was found, the detection limits are the result; otherwise they come with the
+  // reasons.
   const bool nothing = diagnosis.verdict == Verdict::kNoEffect;
   if (nothing) html += detectable;
-  html += Chapter("Other explanations that fit as well", RivalsHtml(diagnosis, pictures));
+  html +=
+      Chapter("Alternative explanations that fit equally well", RivalsHtml(diagnosis, pictures));
   html +=
       Chapter("What to measure next", NextPosesTable(diagnosis, cell) + FigureHtml(pictures.poses));
-  html += Chapter("The residual in the cell", ArrowsHtml(pictures));
-  html += Chapter("The residual against each signal", FigureHtml(pictures.signals));
-  html += Chapter("Periods of the joints", FigureHtml(pictures.spectrum));
+  html += Chapter("Residuals in the cell", ArrowsHtml(pictures));
+  html += Chapter("Residuals against each signal", FigureHtml(pictures.signals));
+  html += Chapter("Periodic joint errors", FigureHtml(pictures.spectrum));
   html += Chapter("Effects considered", ConsideredTable(diagnosis));
   if (!nothing) html += detectable;
   html += Chapter("Correlation of the parameters", CorrelationBlock(diagnosis));
-  html += Chapter("Not recorded", NotRecordedList(diagnosis));
+  html += Chapter("Signals not recorded", NotRecordedList(diagnosis));
   html += Chapter("Outliers", OutlierTable(diagnosis));
   html += Chapter("Remarks", NotesList(diagnosis));
   html += Chapter("Data", DataTable(diagnosis, cell, source));
-  return html + "<footer>Made by Plumbline " + Escape(source.version) +
-         ". Lengths in mm, angles as named; W is the measurement frame.</footer>\n"
+  return html + "<footer>Created by Plumbline " + Escape(source.version) +
+         ". Lengths in mm, angles in the units stated; W is the measurement frame.</footer>\n"
          "</main>\n</body>\n</html>\n";
 }
 

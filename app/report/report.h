@@ -1,4 +1,4 @@
-// A diagnosis as one HTML file that an engineer can hand to the customer.
+// Diagnosis report as one self-contained HTML file.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace plumbline {
 
-/// Where the data came from, and what worked on it.
+/// Origin of the data, for the report's data table.
 struct ReportSource {
   std::string cell_file, data_file;  ///< names without folders
   int rows = 0;
   std::vector<int> unreadable_lines;
   std::string date;     ///< YYYY-MM-DD
-  std::string version;  ///< of this program
+  std::string version;  ///< program version
 };
 
-/// The report: self-contained, without scripts or anything from a network. Where gnuplot does not
-/// draw, a note stands in place of the pictures, with what to do about it.
+/// Formats the report, without scripts or external references. If gnuplot fails, a note with a
+/// remedy replaces the figures.
 std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot = {});
 

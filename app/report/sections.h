@@ -1,4 +1,4 @@
-// The report's sections as HTML; an empty text where there is nothing to say.
+// Sections of the report as HTML; empty if a section has no content.
 #pragma once
 
 #include <string>
@@ -8,22 +8,23 @@
 
 namespace plumbline {
 
-/// The verdict in words, with the numbers that matter.
+/// The verdict with the key figures.
 std::string VerdictBlock(const Diagnosis& diagnosis);
 
-/// Error before and after, fitted and held out, with medians and largest.
+/// Residuals with the declared and the corrected model, fitted and held out: RMS, percentiles,
+/// maximum.
 std::string ErrorTable(const Diagnosis& diagnosis);
 
-/// What each effect is on the machine, what to do about it, its parameters and their plausibility.
+/// Each effect's physical meaning, its remedy, its parameters and their plausible ranges.
 std::string EffectsBlock(const Diagnosis& diagnosis);
 
-/// Correlations of the parameters as a heat table; of many, the strongest pairs.
+/// Correlation matrix of the parameters; for many parameters, the strongest pairs.
 std::string CorrelationBlock(const Diagnosis& diagnosis);
 
-/// What size of each effect would have been seen.
+/// Smallest detectable size of each effect.
 std::string DetectableTable(const Diagnosis& diagnosis);
 
-/// Every candidate and what became of it, sorted by evidence.
+/// All candidate effects with the outcome for each, sorted by evidence.
 std::string ConsideredTable(const Diagnosis& diagnosis);
 
 std::string RivalText(const Rival& rival);
@@ -34,7 +35,7 @@ std::string OutlierTable(const Diagnosis& diagnosis);
 std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
                       const ReportSource& source);
 
-/// The panels with their titles, the colour scale and the caption.
+/// A group of panels with titles, colour scale and caption.
 std::string FigureHtml(const PanelGroup& group);
 
 }  // namespace plumbline

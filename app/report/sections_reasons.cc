@@ -1,4 +1,4 @@
-// Why it was found, and what is missing: candidates, rivals, poses, outliers, data.
+// Report sections on the evidence: candidates, rivals, proposed poses, outliers, data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostOutliers = 40;
+constexpr std::size_t kMaxOutliers = 40;
 
 std::string List(const std::vector<std::string>& items) {
   if (items.empty()) return "";
@@ -27,7 +27,7 @@ bool Offered(const Considered& considered) {
   return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
 }
 
-/// Empty where no explanation has the effect and none was left out.
+/// Empty if no explanation contains the effect and none was cut off.
 std::string GapText(const Considered& one) {
   const double gap = one.evidence_gap;
   if (one.taken || !Offered(one) || (gap == 0 && one.parameters == 0)) return "";
@@ -35,7 +35,7 @@ std::string GapText(const Considered& one) {
          NumberHtml(fmt::format("{:.{}f}", gap, std::abs(gap) < 10 ? 1 : 0));
 }
 
-/// Taken ones first, then by evidence, those that could not be offered last.
+/// Selected effects first, then by evidence; effects that were not candidates last.
 bool Before(const Considered& a, const Considered& b) {
   if (a.taken != b.taken) return a.taken;
   if (Offered(a) != Offered(b)) return Offered(a);
@@ -48,8 +48,7 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
   if (diagnosis.considered.empty()) return "";
   std::vector<Considered> all = diagnosis.considered;
   std::stable_sort(all.begin(), all.end(), &Before);
-  HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "What became of it"},
-                  {0, 4});
+  HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "Outcome"}, {0, 4});
   for (const Considered& one : all) {
     const bool offered = Offered(one);
     table.AddRow(
@@ -59,15 +58,16 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
         one.taken);
   }
   return table.Html() +
-         "<p class=\"soft\">Explains alone: share of the residual, frames aligned, that the effect "
-         "explains when nothing else is added. Evidence gap: score of the best explanation with "
-         "the effect minus that of the best; 16, four sigma, rules it out.</p>\n";
+         "<p class=\"soft\">Explains alone: share of the residual, after alignment of the frames, "
+         "that this effect explains as the only one. Evidence gap: score of the best explanation "
+         "that contains the effect minus the best score overall; a gap of 16 (four standard "
+         "deviations) rules the effect out.</p>\n";
 }
 
 std::string RivalText(const Rival& rival) {
   return fmt::format(
-      "<p>Refitted, {} can imitate all but {} of what {} does at these points; score {} "
-      "against the answer's.</p>\n",
+      "<p>After refitting, {} reproduces all but {} of the displacement that {} causes at these "
+      "points; its score differs by {} from that of the selected explanation.</p>\n",
       Escape(RivalName(rival)), Escape(PercentText(rival.signal_left)), Escape(ReplacedName(rival)),
       NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
 }
@@ -80,7 +80,7 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
         cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
     headers.push_back(fmt::format("q{} ({})", i + 1, prismatic ? "mm" : "&deg;"));
   }
-  headers.insert(headers.end(), {"Payload (kg)", "How", "Apart (mm)"});
+  headers.insert(headers.end(), {"Payload (kg)", "How to measure", "Separation (mm)"});
   HtmlTable table(headers, {});
   for (std::size_t k = 0; k < diagnosis.next_poses.size(); ++k) {
     const NextPose& pose = diagnosis.next_poses[k];
@@ -94,11 +94,11 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
     cells.push_back(Escape(MillimetreText(pose.separation_m)));
     table.AddRow(cells);
   }
-  return "<p>Measure these poses and diagnose again with old and new rows in one file. Check for "
-         "collisions before driving there.</p>\n" +
+  return "<p>Measure these poses and run the diagnosis again with old and new rows in one file. "
+         "Check each pose for collisions before moving the robot there.</p>\n" +
          table.Html() +
-         "<p class=\"soft\">Apart: how far the predictions of the explanations differ there. "
-         "</p>\n";
+         "<p class=\"soft\">Separation: difference between the predictions of the explanations in "
+         "that pose.</p>\n";
 }
 
 std::string NotRecordedList(const Diagnosis& diagnosis) {
@@ -119,7 +119,7 @@ std::string OutlierTable(const Diagnosis& diagnosis) {
   HtmlTable table(headers, {4});
   std::size_t count = 0;
   for (const RowTrace& row : diagnosis.rows) {
-    if (!lines.contains(row.line) || ++count > kMostOutliers) continue;
+    if (!lines.contains(row.line) || ++count > kMaxOutliers) continue;
     std::vector<std::string> cells = {
         fmt::format("{}", row.line), Escape(MillimetreText(row.before.norm())),
         Escape(MillimetreText(row.after.norm())), fmt::format("{:.2f}", row.weight)};
@@ -127,12 +127,12 @@ std::string OutlierTable(const Diagnosis& diagnosis) {
     table.AddRow(cells);
   }
   std::string html =
-      "<p>Rows that the corrected model misses by far more than the noise. They stay in the file "
-      "and "
-      "in this report; the fit does not follow them.</p>\n";
+      "<p>Rows whose residual with the corrected model is far larger than the noise. They remain "
+      "in "
+      "the file and in this report but have little or no weight in the fit.</p>\n";
   if (!table.empty()) html += table.Html();
-  if (count > kMostOutliers) {
-    html += fmt::format("<p>and {} more.</p>\n", count - kMostOutliers);
+  if (count > kMaxOutliers) {
+    html += fmt::format("<p>and {} more.</p>\n", count - kMaxOutliers);
   }
   return html;
 }
@@ -141,7 +141,7 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
                       const ReportSource& source) {
   std::set<std::string> sessions;
   for (const RowTrace& row : diagnosis.rows) sessions.insert(row.session);
-  HtmlTable table({"What", "Value"}, {0, 1});
+  HtmlTable table({"Item", "Value"}, {0, 1});
   table.AddRow({"Cell", Escape(cell.robot.name) + " (" + Escape(source.cell_file) + ")"});
   table.AddRow({"Measured data", Escape(source.data_file)});
   const bool all_count = static_cast<int>(diagnosis.rows.size()) == source.rows;
@@ -152,15 +152,15 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
                                                : std::string())});
   if (!source.unreadable_lines.empty()) {
     std::string lines;
-    for (std::size_t k = 0; k < std::min(source.unreadable_lines.size(), kMostOutliers); ++k) {
+    for (std::size_t k = 0; k < std::min(source.unreadable_lines.size(), kMaxOutliers); ++k) {
       lines += fmt::format("{}{}", k == 0 ? "" : ", ", source.unreadable_lines[k]);
     }
-    if (source.unreadable_lines.size() > kMostOutliers) lines += ", ..";
+    if (source.unreadable_lines.size() > kMaxOutliers) lines += ", ..";
     table.AddRow({"Lines that could not be read", lines});
   }
-  table.AddRow(
-      {"Noise of one axis", Escape(fmt::format("{} mm, {}", MillimetreText(diagnosis.sigma_m),
-                                               OriginText(diagnosis.sigma_origin)))});
+  table.AddRow({"Noise, standard deviation of one axis",
+                Escape(fmt::format("{} mm, {}", MillimetreText(diagnosis.sigma_m),
+                                   OriginText(diagnosis.sigma_origin)))});
   if (!diagnosis.held_out_by.empty()) {
     table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
   }
@@ -171,7 +171,7 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
       const double away_m = std::hypot(*domain.residual_sigma_m, *domain.distant_sigma_m);
       spread += fmt::format(", {} mm one radian away from them", MillimetreText(away_m));
     }
-    table.AddRow({"New points deviate by (one sigma, one axis)", spread});
+    table.AddRow({"Expected residual of new points (standard deviation of one axis)", spread});
   }
   table.AddRow({"Date", Escape(source.date)});
   table.AddRow({"Program", "Plumbline " + Escape(source.version)});

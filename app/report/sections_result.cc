@@ -1,4 +1,4 @@
-// What was found: verdict, errors, effects, correlations.
+// Report sections on the result: verdict, residuals, effects, correlations.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 namespace plumbline {
 namespace {
 
-constexpr Eigen::Index kMostHeatRows = 14;
-constexpr std::size_t kMostPairs = 10;
+constexpr Eigen::Index kMaxHeatRows = 14;
+constexpr std::size_t kMaxPairs = 10;
 constexpr double kUnbounded = 1e100;
-constexpr double kStrong = 0.9;  // a correlation that is worth a second look
+constexpr double kStrong = 0.9;  // correlations above this are emphasised
 
 const char* VerdictWords(Verdict verdict) {
   switch (verdict) {
@@ -24,11 +24,11 @@ const char* VerdictWords(Verdict verdict) {
     case Verdict::kExplained:
       return "Explained";
     case Verdict::kAmbiguous:
-      return "Not decided by these points";
+      return "Not decidable from these points";
     case Verdict::kUnknown:
       break;
   }
-  return "Not explained by the catalogue";
+  return "Not explained by the catalogue of effects";
 }
 
 std::string Key(const std::string& name, const std::string& value, const std::string& remark) {
@@ -36,7 +36,7 @@ std::string Key(const std::string& name, const std::string& value, const std::st
          "</small></dd></div>\n";
 }
 
-/// Sizes of a residual over the rows that have one and are no outliers [m], ascending.
+/// Lengths of a residual over all rows that have it, outliers excluded [m], ascending.
 template <typename Residual>
 std::vector<double> Sizes(const Diagnosis& diagnosis, Residual RowTrace::*residual) {
   std::vector<double> sizes;
@@ -61,7 +61,7 @@ void AddErrorRow(HtmlTable& table, const std::string& what, double rms_m, const 
                strong);
 }
 
-/// Kept on one line.
+/// Percentage with a non-breaking space.
 std::string PercentHtml(double share) {
   std::string html = Escape(PercentText(share));
   if (const auto blank = html.find(' '); blank != std::string::npos) {
@@ -86,8 +86,8 @@ const ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
   return &term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
 }
 
-/// Names of all parameters in the order of the correlation matrix, with their effects where the
-/// two lists agree.
+/// Names of all parameters in the order of the correlation matrix, with their effects if the lists
+/// agree.
 std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
   std::vector<std::string> names;
   for (const Finding& finding : diagnosis.findings) {
@@ -119,7 +119,7 @@ std::string HeatTable(const Eigen::MatrixXd& correlation, const std::vector<std:
   return html + "</tbody></table></div>\n";
 }
 
-/// The strongest pairs, strongest first: |r|, row, column.
+/// The strongest pairs, strongest first: -|r|, row, column.
 std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
     const Eigen::MatrixXd& correlation) {
   std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> pairs;
@@ -127,7 +127,7 @@ std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
     for (Eigen::Index j = 0; j < i; ++j) pairs.emplace_back(-std::abs(correlation(i, j)), j, i);
   }
   std::sort(pairs.begin(), pairs.end());
-  if (pairs.size() > kMostPairs) pairs.resize(kMostPairs);
+  if (pairs.size() > kMaxPairs) pairs.resize(kMaxPairs);
   return pairs;
 }
 
@@ -155,13 +155,14 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
   html += "</section>\n<dl class=\"keys\">\n";
   const bool held_out = !diagnosis.held_out_by.empty();
   const HeldOutError& error = diagnosis.held_out;
-  html += Key(diagnosis.findings.empty() ? "Error" : "Error before",
+  html += Key(diagnosis.findings.empty() ? "Residual" : "Residual before",
               MillimetreText(held_out ? error.before_m : diagnosis.rms_before_m), "3-D RMS");
   if (!diagnosis.findings.empty()) {
-    html += Key("Error after", MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
-                held_out ? fmt::format("95 %: {} to {}", MillimetreText(error.after_low_m),
-                                       MillimetreText(error.after_high_m))
-                         : "3-D RMS, on the points of the fit");
+    html += Key(
+        "Residual after", MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
+        held_out ? fmt::format("3-D RMS, 95 % interval {} to {}", MillimetreText(error.after_low_m),
+                               MillimetreText(error.after_high_m))
+                 : "3-D RMS, of the fitted points");
   }
   html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m),
               OriginText(diagnosis.noise_floor_origin));
@@ -172,16 +173,17 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
   html += "</dl>\n";
   if (held_out && !diagnosis.findings.empty()) {
     html +=
-        "<p class=\"soft\">Errors on points that took no part in choosing the effects or fitting "
-        "them (" +
+        "<p class=\"soft\">Residuals of points used neither for selecting nor for fitting the "
+        "effects (" +
         Escape(diagnosis.held_out_by) + " held out in turn).</p>\n";
   }
   return html;
 }
 
 std::string ErrorTable(const Diagnosis& diagnosis) {
-  HtmlTable table({"Error in mm", "RMS", "95 % interval", "median", "95 % are below", "largest"},
-                  {0});
+  HtmlTable table(
+      {"Residual (mm)", "RMS", "95 % interval of the RMS", "Median", "95th percentile", "Maximum"},
+      {0});
   const bool corrected = !diagnosis.findings.empty();
   AddErrorRow(table, "All rows, declared model", diagnosis.rms_before_m, "",
               Sizes(diagnosis, &RowTrace::before), false);
@@ -203,8 +205,8 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
   table.AddRow({"Noise floor of the instrument", Escape(MillimetreText(diagnosis.noise_floor_m)),
                 "", "", "", ""});
   std::string html = table.Html();
-  html += "<p class=\"soft\">Length of the 3-D difference between measured and predicted tip";
-  if (!diagnosis.outlier_rows.empty()) html += ", outliers left out";
+  html += "<p class=\"soft\">Length of the 3-D residual: measured minus predicted tip position";
+  if (!diagnosis.outlier_rows.empty()) html += ", outliers excluded";
   const auto held_out =
       std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
                     [](const RowTrace& row) { return row.held_out_after.has_value(); });
@@ -212,7 +214,7 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
     html += fmt::format("; {} of {} rows, evenly spread, were held out in turn", held_out,
                         diagnosis.rows.size());
   }
-  html += ". The noise floor is &radic;3 times the deviation of one axis";
+  html += ". The noise floor is &radic;3 times the standard deviation of one axis";
   return html + (diagnosis.held_out_by.empty() || !corrected
                      ? ".</p>\n"
                      : "; the interval is a bootstrap over groups of rows.</p>\n");
@@ -222,21 +224,22 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
   std::string html;
   HtmlTable table(
-      {"Effect", "Parameter", "Value", "Deviation (1&sigma;)", "Unit", "A sound machine shows"},
+      {"Effect", "Parameter", "Value", "Standard uncertainty", "Unit", "Plausible range"},
       {0, 1, 4});
   for (const Finding& finding : diagnosis.findings) {
     const EffectTraits& traits = finding.effect.term.effect->traits();
     html += "<h3>" + Escape(Capital(EffectName(finding))) + "</h3>\n<p>";
     html += Escape(Capital(std::string(traits.meaning))) + ". ";
     html +=
-        fmt::format("Leaving it out brings back {} of the residual; chance: {}.</p>\n",
+        fmt::format("It accounts for {} of the residual's sum of squares ({}).</p>\n",
                     PercentHtml(finding.share_of_residual),
-                    finding.p_value < 1e-4 ? "less than one in 10&thinsp;000"
+                    finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
     html += "<p><em>What to do.</em> " + Escape(Capital(std::string(traits.remedy))) + ".</p>\n";
     if (!finding.implausible.empty()) {
-      html += "<p class=\"note\">Implausible on a sound machine: " + Escape(finding.implausible) +
-              "</p>\n";
+      html +=
+          "<p class=\"note\">Implausible for a healthy machine: " + Escape(finding.implausible) +
+          "</p>\n";
     }
     const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
     for (std::size_t k = 0; k < written.parameters.size(); ++k) {
@@ -254,7 +257,9 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
     }
   }
   return html + table.Html() +
-         "<p class=\"soft\">Values are added to (or multiply) what the cell declares.</p>\n";
+         "<p class=\"soft\">Values are added to, or multiply, the declared values of the cell. "
+         "Standard uncertainty: k = 1, propagated from the fit. Plausible range: of a healthy "
+         "machine.</p>\n";
 }
 
 std::string CorrelationBlock(const Diagnosis& diagnosis) {
@@ -265,7 +270,7 @@ std::string CorrelationBlock(const Diagnosis& diagnosis) {
     return "";
   }
   std::string html;
-  if (correlation.rows() <= kMostHeatRows) {
+  if (correlation.rows() <= kMaxHeatRows) {
     html = HeatTable(correlation, names);
   } else {
     HtmlTable table({"Parameter", "Parameter", "Correlation"}, {0, 1});
@@ -275,11 +280,11 @@ std::string CorrelationBlock(const Diagnosis& diagnosis) {
            NumberHtml(fmt::format("{:.2f}", correlation(i, j)))},
           -strength > kStrong);
     }
-    html = "<p>The strongest of all pairs:</p>\n" + table.Html();
+    html = "<p>The most strongly correlated pairs:</p>\n" + table.Html();
   }
   return html +
-         "<p class=\"soft\">Near &plusmn;1, the data fix a combination of the two better than "
-         "either alone.</p>\n";
+         "<p class=\"soft\">Near &plusmn;1, the data determine a combination of the two parameters "
+         "better than either of them.</p>\n";
 }
 
 std::string DetectableTable(const Diagnosis& diagnosis) {
@@ -287,13 +292,13 @@ std::string DetectableTable(const Diagnosis& diagnosis) {
   std::vector<std::pair<double, std::string>> sizes;
   for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) sizes.emplace_back(size_m, id);
   std::sort(sizes.begin(), sizes.end());
-  HtmlTable table({"Effect", "would have been seen from (mm)"}, {0});
+  HtmlTable table({"Effect", "Smallest detectable displacement (mm)"}, {0});
   for (const auto& [size_m, id] : sizes) {
     table.AddRow({Escape(Capital(EffectName(id))), Escape(MillimetreText(size_m))});
   }
   return table.Html() +
-         "<p class=\"soft\">RMS of the displacement over these rows that the test would have "
-         "found.</p>\n";
+         "<p class=\"soft\">RMS of the effect's displacement over these rows that would have been "
+         "detected with a probability of 90 %.</p>\n";
 }
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// The report's look: system type, one accent colour, a page that prints and a page for a phone.
+// Style sheet of the report, for screen, phone and print.
 #pragma once
 
 namespace plumbline {

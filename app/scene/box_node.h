@@ -1,4 +1,4 @@
-// A box of a mesh's tree.
+// Node of a mesh's bounding volume tree: an oriented box.
 #pragma once
 
 #include "firmware-like/geometry/pose.h"
@@ -6,13 +6,13 @@
 
 namespace plumbline {
 
-/// In the carrier's frame [m], in single precision and as much larger: one line of the processor's
-/// cache. A node's halves stand one behind the other, and both behind it.
+/// Oriented box in the carrier's frame [m]. Stored in single precision, enlarged by the rounding
+/// error, so that a node fits one cache line. A node's two children are adjacent and come after it.
 struct BoxNode {
   Eigen::Matrix3f axes;  ///< its columns
   Vec3f centre;
-  Vec3f half;      ///< of its edges
-  int first_half;  ///< the node's first half; below 0: -1 - the number of its one triangle
+  Vec3f half;       ///< half edge lengths
+  int first_child;  ///< index of the first child; negative: a leaf, -1 - index of its triangle
 };
 static_assert(sizeof(BoxNode) == 64);
 

@@ -7,15 +7,15 @@
 namespace plumbline {
 namespace {
 
-/// Displacements of some vertices: the box that holds them.
+/// Bounding box of the displacements of some vertices.
 struct Shifts {
   Vec3f low, high;
 };
 
-/// Of what is kept in single precision, its last digit.
+/// Relative rounding error of single precision, with a margin.
 constexpr float kRounded = 1e-6F;
 
-/// Whether a ray from p meets the triangle: 1 from behind, -1 from the side that it faces, 0 not.
+/// Whether a ray from p hits the triangle: 1 from behind, -1 from the front, 0 not at all.
 /// [Moeller & Trumbore 1997]
 int RayMeets(const Vec3& p, const Vec3& ray, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, normal_part = ray.cross(ac);
@@ -74,20 +74,20 @@ void BvhSolid::Bend(const BendField& field) {
   for (std::size_t i = 0; i < straight_K_.size(); ++i) {
     vertices_K_[i] = BentPoint(field, straight_K_[i]);
   }
-  // Halves stand behind the whole, so that from the end they are done before it.
+  // Children come after their parent, so iterating backwards processes them first.
   std::vector<Shifts> shifts(nodes_.size());
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     const BoxNode& straight = straight_nodes_[i];
     Shifts& of_node = shifts[i];
-    if (straight.first_half < 0) {
-      const Triangle& triangle = triangles_[static_cast<std::size_t>(-1 - straight.first_half)];
+    if (straight.first_child < 0) {
+      const Triangle& triangle = triangles_[static_cast<std::size_t>(-1 - straight.first_child)];
       const auto shift = [&](std::uint32_t k) {
         return Vec3f((vertices_K_[k] - straight_K_[k]).cast<float>());
       };
       const Vec3f a = shift(triangle[0]), b = shift(triangle[1]), c = shift(triangle[2]);
       of_node = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
     } else {
-      const auto first = static_cast<std::size_t>(straight.first_half);
+      const auto first = static_cast<std::size_t>(straight.first_child);
       const Shifts &one = shifts[first], &other = shifts[first + 1];
       of_node = {one.low.cwiseMin(other.low), one.high.cwiseMax(other.high)};
     }
@@ -113,7 +113,7 @@ bool BvhSolid::InBox(const Vec3& p_K) const {
 }
 
 bool BvhSolid::Encloses(const Vec3& p_K) const {
-  const Vec3 ray(0.5671, 0.3313, 0.7541);  // along no edge or face that somebody would draw
+  const Vec3 ray(0.5671, 0.3313, 0.7541);  // unlikely to be parallel to an edge or face
   int winding = 0;
   bool odd = false;
   const std::vector<Vec3>& at = vertices_K();

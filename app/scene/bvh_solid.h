@@ -1,4 +1,4 @@
-// One mesh with a tree of boxes over it. Included by sources that measure, and by nothing else.
+// Mesh with a bounding volume tree, which follows its bending. Internal to this folder.
 #pragma once
 
 #include <array>
@@ -10,30 +10,30 @@
 
 namespace plumbline {
 
-/// FCL builds the tree (oriented boxes, halved along their longest edge); it is kept in a quarter
-/// of the memory, which is most of what a search waits for.
+/// FCL builds the tree (oriented boxes, split along their longest edge); it is stored in a quarter
+/// of the memory, since memory access dominates the search time.
 class BvhSolid {
  public:
   BvhSolid(const CheckedMesh& mesh, const Pose& X_KO, double scale);
 
-  /// Moves every vertex to where the bent tool has it, and the tree after them: a box is shifted by
-  /// the middle of its vertices' displacements and grown by half the diagonal of the box that holds
-  /// them, so that it still contains them all.
+  /// Moves all vertices with the bent tool and updates the tree: a box is shifted by the mid-range
+  /// of its vertices' displacements and enlarged by half the diagonal of their bounding box, so
+  /// that it still contains all of them.
   void Bend(const BendField& field);
 
-  /// Whether some part of `other`, at X_KL, is enclosed; false where this surface is open. Only
-  /// where the surfaces do not cross. A part that reaches out of the box around this cannot be; of
-  /// any other a vertex decides: it is enclosed where this surface winds around it, that is, where
-  /// a ray from it leaves through more triangles than it enters by. So bodies that overlap in one
-  /// file enclose what both hold, and a cavity whose triangles face into it is free. Where
-  /// triangles face different ways nothing winds; then the parity of what the ray meets decides.
+  /// Whether some connected part of `other`, at X_KL, is enclosed; false if this surface is open.
+  /// The surfaces must not cross. A part that extends beyond the bounding box is not enclosed; for
+  /// any other part the winding number at one of its vertices decides, counted along a ray:
+  /// triangles left through minus triangles entered through. Overlapping bodies in one file thus
+  /// enclose what either encloses, and a cavity whose triangles face into it is free. If the
+  /// triangles are not consistently oriented, the parity of the ray's intersections decides.
   bool EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const;
 
-  const std::vector<Vec3>& vertices_K() const {  ///< bent
+  const std::vector<Vec3>& vertices_K() const {  ///< as bent
     return vertices_K_.empty() ? straight_K_ : vertices_K_;
   }
   const std::vector<Triangle>& triangles() const { return triangles_; }
-  const std::vector<BoxNode>& nodes() const {  ///< around the bent ones
+  const std::vector<BoxNode>& nodes() const {  ///< tree around the bent vertices
     return nodes_.empty() ? straight_nodes_ : nodes_;
   }
   const Pose& X_KO() const { return X_KO_; }
@@ -48,11 +48,11 @@ class BvhSolid {
   Pose X_KO_;
   double scale_;
   bool closed_;
-  bool winds_;  ///< its triangles face one way, from each to its neighbours
-  std::vector<std::array<std::uint32_t, 6>> ends_;  ///< of its parts (MeshFacts)
+  bool winds_;  ///< neighbouring triangles are consistently oriented
+  std::vector<std::array<std::uint32_t, 6>> ends_;  ///< extreme vertices of each part (MeshFacts)
   std::vector<Triangle> triangles_;
-  std::vector<Vec3> straight_K_, vertices_K_;    ///< before bending, and after; empty: never bent
-  std::vector<BoxNode> straight_nodes_, nodes_;  ///< around them
+  std::vector<Vec3> straight_K_, vertices_K_;    ///< before and after bending; empty: never bent
+  std::vector<BoxNode> straight_nodes_, nodes_;  ///< trees around them
   Vec3 low_K_, high_K_;
 };
 

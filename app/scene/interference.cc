@@ -12,18 +12,18 @@ namespace plumbline {
 namespace {
 
 constexpr std::size_t kMostCrossings = 4000;
-constexpr double kPointSize_m = 1e-6;  ///< of the triangle that stands for a point
+constexpr double kPointSize_m = 1e-6;  ///< edge length of the triangle that represents a point
 
-/// An object somewhere.
+/// An object and its pose.
 struct Placed {
   const BvhSolid& solid;
   Pose X_WK;
 };
 
-/// The curve along which two surfaces cross, in the first one's frame.
+/// Intersection curve of two surfaces, in the first one's frame.
 struct Crossing {
   Vec3 middle_A = Vec3::Zero();
-  Vec3 plane_A = Vec3::UnitZ();  ///< normal of the plane that fits it best
+  Vec3 plane_A = Vec3::UnitZ();  ///< normal of its best-fitting plane
 };
 
 Crossing CrossingOf(const MeshPair& pair, const std::vector<TrianglePair>& triangles) {
@@ -40,12 +40,12 @@ Crossing CrossingOf(const MeshPair& pair, const std::vector<TrianglePair>& trian
   Crossing crossing;
   if (axes.eigenvalues()[1] > 1e-12 * axes.eigenvalues()[2]) {
     crossing.plane_A = axes.eigenvectors().col(0);
-  } else {  // points on a line have no plane: then how a triangle there faces
+  } else {  // collinear points define no plane: use the normal of a triangle there
     const Corners b = pair.CornersOfB(triangles.front().b);
     const Vec3 normal_A = (b[1] - b[0]).cross(b[2] - b[0]);
     if (normal_A.norm() > 0) crossing.plane_A = normal_A.normalized();
   }
-  // The points crowd where triangles are small; the middle of their extent does not.
+  // The mean is biased towards small triangles, so take the centre of the extent.
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   for (const Vec3& p_A : points_A) {
     const Vec3 along = axes.eigenvectors().transpose() * (p_A - mean_A);
@@ -56,7 +56,7 @@ Crossing CrossingOf(const MeshPair& pair, const std::vector<TrianglePair>& trian
   return crossing;
 }
 
-/// @param last  the triangles that were nearest, and are
+/// @param last  nearest triangles of the previous call; updated
 Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, TrianglePair& last) {
   const Pose X_AB = a.X_WK.Inverse() * b.X_WK;
   const MeshPair pair(a.solid, b.solid, X_AB);
@@ -71,7 +71,7 @@ Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, Tria
   const std::vector<TrianglePair> crossing = pair.Crossing(with_depth ? kMostCrossings : 1);
   if (!crossing.empty()) {
     found.touching = true;
-    const Crossing curve = CrossingOf(pair, crossing);  // without depth: of the first crossing
+    const Crossing curve = CrossingOf(pair, crossing);  // without depth: of one triangle pair
     found.p_a_W = found.p_b_W = a.X_WK * curve.middle_A;
     if (!with_depth) return found;
     find_way_out(crossing, curve.plane_A, found);
@@ -90,13 +90,13 @@ Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, Tria
   return found;
 }
 
-/// Where the surfaces of two objects cross, which they do.
+/// Centre of the intersection curve of two objects whose surfaces cross.
 Vec3 MiddleOf(const Placed& a, const Placed& b) {
   const MeshPair pair(a.solid, b.solid, a.X_WK.Inverse() * b.X_WK);
   return a.X_WK * CrossingOf(pair, pair.Crossing(kMostCrossings)).middle_A;
 }
 
-/// How far stations, and what is turned about them, are from where they were.
+/// Largest change of a station's displacement, or of the tip by a station's rotation [m].
 double Moved(const BendField& one, const BendField& other) {
   double most_m = std::abs(one.length_m - other.length_m);
   for (std::size_t i = 0; i < one.stations.size(); ++i) {
@@ -169,7 +169,7 @@ SweepResult Interference::Sweep(std::size_t object, const Pose& X_WO,
   const Solid& solid = *solids_[object];
   SweepResult result;
   result.least_m = std::numeric_limits<double>::infinity();
-  // Looks at one place of the path; how far it may go on from there.
+  // Measures at one point of the path and returns the free distance.
   const auto free_at = [&](const Vec3& p_W) {
     const Placed moved{solid.bvh, Pose{X_WO.R, X_WO.p + p_W} * solid.bvh.X_KO().Inverse()};
     double free_m = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// Distances and interference of meshes, in the state in which they really are: bent and placed.
+// Distances, interference and sweeps of placed and bent meshes.
 #pragma once
 
 #include <map>
@@ -11,36 +11,35 @@
 
 namespace plumbline {
 
-/// How two objects a and b stand to each other; all in W [m].
+/// Distance or interference of two objects a and b, in W [m].
 struct Separation {
-  bool touching = false;  ///< surfaces cross, or one object lies wholly inside the other
-  bool inside = false;    ///< the latter
-  double distance_m = 0;  ///< of the nearest points; 0 where touching
-  /// Nearest points; where touching, both the middle of the curve along which the surfaces cross.
+  bool touching = false;  ///< the surfaces cross, or one object is entirely inside the other
+  bool inside = false;    ///< one object is entirely inside the other
+  double distance_m = 0;  ///< between the nearest points; 0 if touching
+  /// Nearest points; if touching, both are the centre of the surfaces' intersection curve.
   Vec3 p_a_W = Vec3::Zero(), p_b_W = Vec3::Zero();
-  /// How far a must be moved along `way_out` until nothing touches; 0 where apart. The way out is
-  /// first the normal of the plane that fits best through the curve along which the surfaces cross,
-  /// in the sense that is the shorter; then, if that is shorter still, the normal of what touched
-  /// last on that way. So the depth is that of two spheres, or of a body in a plane face, and never
-  /// less than the shortest way out of all directions. Resolved to kDepthStep_m.
+  /// Penetration depth: how far a must move along `way_out` until the objects are free; 0 if apart.
+  /// The direction is the normal of the plane fitted to the intersection curve, in the shorter
+  /// sense; or, if that is shorter, the normal of the surfaces in contact last on that way. The
+  /// depth is exact for two spheres and for a body in a plane face, and is otherwise an upper bound
+  /// on the minimum over all directions. Resolution: kDepthStep_m.
   double depth_m = 0;
   Vec3 way_out_W = Vec3::Zero();
 };
 
-/// What an object meets on a path.
+/// Result of moving an object along a path.
 struct SweepResult {
   bool hits = false;
-  double travelled_m = 0;   ///< along the path, up to the contact or its end
-  std::size_t other = 0;    ///< the place in `against` of what is hit, or came nearest
-  double least_m = 0;       ///< the smallest distance on the way
-  Vec3 p_W = Vec3::Zero();  ///< where it was: on the other object
+  double travelled_m = 0;   ///< along the path, up to the contact or to its end
+  std::size_t other = 0;    ///< index in `against` of the object that is hit or came nearest
+  double least_m = 0;       ///< smallest distance on the path
+  Vec3 p_W = Vec3::Zero();  ///< point of the other object at the contact or smallest distance
 };
 
 struct TrianglePair;
 
-/// Meshes with trees of boxes over them. Building takes about 3 us a triangle; bending moves the
-/// boxes and lets them grow by what their vertices moved apart, which holds for any bending. Used
-/// by one thread.
+/// Meshes with bounding volume trees. Building takes about 3 us per triangle. Bending shifts and
+/// enlarges the boxes, which is valid for any bending. Used by one thread.
 class Interference {
  public:
   static constexpr double kDepthStep_m = 1e-5;
@@ -52,29 +51,30 @@ class Interference {
   Interference(const Interference&) = delete;
   Interference& operator=(const Interference&) = delete;
 
-  /// A mesh whose point p_O is at p_K = X_KO (scale p_O) in its carrier's frame.
-  /// @param bends  K is the flange, and p_K goes where Bend says
-  /// @return       its number: 0, 1, ...
+  /// Adds a mesh; its point p_O is at p_K = X_KO (scale p_O) in the carrier's frame K.
+  /// @param bends  K is the flange, and the mesh follows Bend()
+  /// @return       the object's index: 0, 1, ...
   std::size_t Add(const CheckedMesh& mesh, const Pose& X_KO, double scale, bool bends);
   std::size_t size() const;
 
-  /// How the tool stands. Meshes follow where some station moved by more than kBendStep_m, or
-  /// turned by as much at the tip. @return whether they did
+  /// Sets the tool's bending. Meshes are updated only if a station moved by more than kBendStep_m,
+  /// or its rotation moves the tip by more.
+  /// @return  whether they were updated
   bool Bend(const BendField& field);
   void Place(std::size_t object, const Pose& X_WK);
 
-  /// @param with_depth  depth and way out too, where they touch
+  /// @param with_depth  compute depth and way out if the objects touch
   Separation Measure(std::size_t a, std::size_t b, bool with_depth = true);
 
-  /// A point of an object's file, carried along and bent.
+  /// Position in W of a point given in the object's own frame, placed and bent.
   Vec3 PointOf(std::size_t object, const Vec3& p_O) const;
-  /// From a point to a surface, within 1 um.
+  /// Distance from a point to a surface, within 1 um.
   Separation FromPoint(const Vec3& p_W, std::size_t object) const;
 
-  /// Carries an object along straight pieces, bent as it is now and without turning, and stops
-  /// where it first touches. Goes on by the distance that is free, at least by kSweepStep_m: a
-  /// shorter overlap can be missed.
-  /// @param X_WO     of the object's own frame where the path passes through W's origin
+  /// Moves an object along a polyline with fixed orientation and its present bending, and stops at
+  /// the first contact. Each step is the free distance, but at least kSweepStep_m: overlaps shorter
+  /// than that can be missed.
+  /// @param X_WO     pose of the object's own frame for the path point at the origin of W
   /// @param path_W   at least one point
   SweepResult Sweep(std::size_t object, const Pose& X_WO, const std::vector<Vec3>& path_W,
                     const std::vector<std::size_t>& against);

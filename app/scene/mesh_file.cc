@@ -20,8 +20,8 @@ namespace plumbline {
 namespace {
 
 constexpr int kReaderNice = 5;
-constexpr double kEndPatience_s = 1;
-constexpr std::size_t kPiece = 1 << 20;  ///< of the answer, read at a time
+constexpr double kEndTimeout_s = 1;
+constexpr std::size_t kPiece = 1 << 20;  ///< bytes read at a time
 
 double Mebibytes(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
@@ -38,7 +38,8 @@ MeshReader::MeshReader(MeshLimits limits, std::string program)
 
 Result<void> MeshReader::Start(const std::string& file, double unit_m) {
   const auto format = MeshFormatOfName(file);
-  if (!format) return Error{fmt::format("its name ends in none of {}", kMeshFormats)};
+  if (!format)
+    return Error{fmt::format("unknown file type; its name must end in {}", kMeshFormats)};
   const Descriptor opened(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (!opened) return Error{CannotBeRead(file, std::strerror(errno))};
   struct stat about {};
@@ -46,14 +47,14 @@ Result<void> MeshReader::Start(const std::string& file, double unit_m) {
   found_.format = *format;
   unit_m_ = unit_m;
   if (fstat(opened.get(), &about) != 0 || !S_ISREG(about.st_mode)) {
-    return Error{"cannot be read: no regular file; name a mesh file, no folder and no device"};
+    return Error{"cannot be read: not a regular file; name a mesh file, not a folder or device"};
   }
   if (about.st_size == 0) return Error{"is empty"};
   found_.bytes = static_cast<std::uint64_t>(about.st_size);
   if (found_.bytes > limits_.file_bytes) {
     return Error{
-        fmt::format("{:.0f} MiB; the limit is {:.0f} MiB: simplify the model, or export it "
-                    "coarser",
+        fmt::format("{:.0f} MiB; the limit is {:.0f} MiB: simplify the model, or export it with a "
+                    "coarser mesh",
                     Mebibytes(found_.bytes), Mebibytes(limits_.file_bytes))};
   }
   return StartProcess(opened.get());
@@ -62,7 +63,7 @@ Result<void> MeshReader::Start(const std::string& file, double unit_m) {
 Result<void> MeshReader::StartProcess(int file) {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-    return Error{fmt::format("no pipe to its reader: {}", std::strerror(errno))};
+    return Error{fmt::format("cannot create a pipe to the mesh reader: {}", std::strerror(errno))};
   }
   Descriptor read_end(ends[0]);
   const Descriptor write_end(ends[1]);
@@ -72,7 +73,7 @@ Result<void> MeshReader::StartProcess(int file) {
                      std::to_string(limits_.cpu_s)},
        .descriptors = {{STDIN_FILENO, file}, {STDOUT_FILENO, write_end.get()}},
        .nice = kReaderNice});
-  if (!child) return Error{fmt::format("no process to read it: {}", child.error())};
+  if (!child) return Error{fmt::format("cannot start the mesh reader: {}", child.error())};
   child_ = std::move(child).value();
   pipe_ = std::move(read_end);
   fcntl(pipe_.get(), F_SETFL, O_NONBLOCK);
@@ -81,39 +82,40 @@ Result<void> MeshReader::StartProcess(int file) {
   return {};
 }
 
-ChildEnd MeshReader::End(double patience_s) {
-  const ChildEnd end = child_.End(patience_s);
+ChildEnd MeshReader::End(double timeout_s) {
+  const ChildEnd end = child_.End(timeout_s);
   pipe_.Reset();
   return end;
 }
 
 std::string MeshReader::WhyEnded(const ChildEnd& end) const {
   if (end.signal == SIGXCPU) {
-    return fmt::format("not read within {} s of processor time: simplify the model", limits_.cpu_s);
+    return fmt::format("not read within {} s of CPU time: simplify the model", limits_.cpu_s);
   }
   if (end.signal != 0) {
     return fmt::format(
-        "its reader died ({}): the file is damaged, nested too deeply, or needs "
-        "more than {:.0f} MiB; repair the model, or export it in another format",
+        "the mesh reader crashed ({}): the file is damaged, nested too deeply, or needs more than "
+        "{:.0f} MiB of memory; repair the model, or export it in another format",
         strsignal(end.signal), Mebibytes(limits_.memory_bytes));
   }
   if (end.exit_code == kMeshOutOfMemory) {
     return fmt::format(
-        "reading it takes more than {:.0f} MiB of memory: it is damaged, or too "
-        "large",
+        "reading it needs more than {:.0f} MiB of memory: the file is damaged or too large; "
+        "repair or simplify the model",
         Mebibytes(limits_.memory_bytes));
   }
   if (end.exit_code == ChildEnd::kNotRun) {
     return fmt::format("{} cannot be started; {}", program_, kRestoreProgram);
   }
-  return fmt::format("{} gave no answer that makes sense; is it this version's?", program_);
+  return fmt::format("{} returned an invalid result; is it of the same version as this program?",
+                     program_);
 }
 
 Result<MeshFile> MeshReader::Finish() {
   auto answer = MeshAnswerOfBytes(answer_, limits_);
   answer_ = {};
-  // The pipe is at its end, so it is about to exit; if not, it is ended.
-  const ChildEnd end = End(answer ? 0 : kEndPatience_s);
+  // The child has closed the pipe and is about to exit; if it does not, it is killed.
+  const ChildEnd end = End(answer ? 0 : kEndTimeout_s);
   if (!answer) return Error{WhyEnded(end)};
   if (!*answer) return answer->failure();
   RawMesh raw = std::move(*answer).value();
@@ -136,7 +138,7 @@ std::optional<Result<MeshFile>> MeshReader::Poll(double wait_s) {
     answer_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     if (answer_.size() > LargestMeshAnswer(limits_)) {
       End(0);
-      return Error{fmt::format("{} answers more than it may", program_)};
+      return Error{fmt::format("{} returned more data than allowed", program_)};
     }
     if (got == 0) return Finish();
     if (got > 0) continue;

@@ -1,4 +1,4 @@
-// A mesh file read in a process of its own, which may die, stall or lie.
+// Mesh file reader: parses untrusted files in a sandboxed child process.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,25 @@
 
 namespace plumbline {
 
-/// What plumbline-mesh exits with where its memory did not suffice.
+/// Exit code of plumbline-mesh if its memory limit was reached.
 inline constexpr int kMeshOutOfMemory = 3;
 
-/// The program beside the running one.
+/// Path of plumbline-mesh, in the folder of the running program.
 std::string MeshProgram();
 
-/// A file that was read and checked.
+/// A mesh file that was read and checked.
 struct MeshFile {
   CheckedMesh checked;  ///< in metres
   MeshFormat format = MeshFormat::kStl;
   std::uint64_t bytes = 0;
-  std::uint64_t other_elements = 0;
-  std::vector<std::string> outside;
+  std::uint64_t other_elements = 0;  ///< as in RawMesh
+  std::vector<std::string> outside;  ///< as in RawMesh
   std::uint64_t outside_count = 0;
 };
 
-/// Reads one file after another through `program`. Poll waits only for the time that it is given;
-/// the checks of a mesh of two million triangles take it about two seconds. The kernel ends
-/// the process when the thread that started it ends. Used by one thread.
+/// Reads one file at a time through `program`. Poll() may exceed its time limit by the checks of
+/// the mesh: about two seconds for two million triangles. The kernel kills the child process when
+/// the thread that started it ends. Used by one thread.
 class MeshReader {
  public:
   explicit MeshReader(MeshLimits limits = {}, std::string program = MeshProgram());
@@ -40,19 +40,20 @@ class MeshReader {
   MeshReader& operator=(const MeshReader&) = delete;
 
   bool idle() const { return !child_.started(); }
-  /// Begins to read; only while idle.
-  /// @param unit_m  the length that 1 in the file stands for [m]
-  /// @return        why there is nothing to begin: no such file, not regular, too large, no suffix
-  ///                that is known, no process
+  /// Starts reading; call only while idle.
+  /// @param unit_m  length unit of the file [m]
+  /// @return        or why reading cannot start: no such file, not a regular file, too large,
+  /// unknown
+  ///                suffix, no process
   Result<void> Start(const std::string& file, double unit_m);
-  /// The answer, once; nothing where it has not come within `wait_s`.
+  /// Returns the result, once; nullopt if it is not complete within `wait_s`.
   std::optional<Result<MeshFile>> Poll(double wait_s);
 
  private:
   Result<void> StartProcess(int file);
   Result<MeshFile> Finish();
   std::string WhyEnded(const ChildEnd& end) const;
-  ChildEnd End(double patience_s);  ///< closes the pipe, too
+  ChildEnd End(double timeout_s);  ///< ends the child and closes the pipe
 
   const MeshLimits limits_;
   const std::string program_;
@@ -63,7 +64,7 @@ class MeshReader {
   std::vector<std::uint8_t> answer_;
 };
 
-/// Reads a file and waits for it.
+/// Reads a file; blocks until it is complete.
 Result<MeshFile> ReadMeshFile(const std::string& file, double unit_m, const MeshLimits& limits = {},
                               const std::string& program = MeshProgram());
 

@@ -28,7 +28,7 @@ constexpr std::array<std::pair<std::string_view, double>, 6> kUnits = {{
     {"ft", 0.3048},
 }};
 
-/// Lines that begin with `word` and a space.
+/// Number of lines that start with `word` and a space.
 std::uint64_t LinesOf(std::string_view text, std::string_view word) {
   std::uint64_t lines = 0;
   for (std::size_t at = 0; at < text.size();) {
@@ -46,8 +46,8 @@ std::uint64_t LinesOf(std::string_view text, std::string_view word) {
   return lines;
 }
 
-/// Binary STL: 80 bytes, the number, 50 bytes a triangle. Some begin with "solid" all the same, so
-/// the length decides; nothing where it is text.
+/// Binary STL: 80 bytes, the count, 50 bytes per triangle. Some files start with "solid" like text
+/// files, so the length decides; nullopt if it is a text file.
 std::optional<std::uint32_t> BinaryStlTriangles(std::string_view text) {
   constexpr std::size_t kHeader = 84, kEach = 50;
   if (text.size() < kHeader) return std::nullopt;
@@ -57,7 +57,7 @@ std::optional<std::uint32_t> BinaryStlTriangles(std::string_view text) {
   return count;
 }
 
-/// VRML97: the faces of every coordIndex, which end with -1 each.
+/// VRML97: counts the faces of every coordIndex, each terminated by -1.
 std::uint64_t TrianglesOfVrml(std::string_view text) {
   std::uint64_t faces = 0;
   constexpr std::string_view kKey = "coordIndex";
@@ -73,7 +73,7 @@ std::uint64_t TrianglesOfVrml(std::string_view text) {
 struct PlyElement {
   bool face = false;
   std::uint64_t count = 0;
-  std::uint64_t bytes = 0;  ///< of one, at least, in a binary file
+  std::uint64_t bytes = 0;  ///< minimum size of one element in a binary file
 };
 
 struct PlyHeader {
@@ -107,7 +107,7 @@ std::uint64_t BytesOfPlyType(std::string_view type) {
   return 1;
 }
 
-/// The word at the front, taken off.
+/// Removes and returns the first word.
 std::string_view TakeWord(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(" \t\r"), line.size()));
   const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
@@ -136,7 +136,7 @@ PlyHeader PlyHeaderOf(std::string_view text) {
       const std::string_view type = TakeWord(line);
       if (type == "list") {
         element.bytes += BytesOfPlyType(TakeWord(line));
-        // The corners of a face; other lists may be empty.
+        // A face has at least 3 corners; other lists may be empty.
         const std::uint64_t each = BytesOfPlyType(TakeWord(line));
         if (element.face && TakeWord(line).substr(0, 12) == "vertex_index")
           element.bytes += 3 * each;
@@ -154,7 +154,7 @@ bool PlyIsTruncated(std::string_view text) {
   const std::uint64_t size = header.body.size();
   std::uint64_t least = 0;
   for (const PlyElement& element : header.elements) {
-    if (element.count > size) return true;  // neither a line nor a byte for each
+    if (element.count > size) return true;  // less than one byte per element
     least += element.count * (header.binary ? element.bytes : 1);
   }
   if (header.binary) return size < least;
@@ -226,7 +226,7 @@ std::uint64_t AnnouncedTriangles(MeshFormat format, std::span<const std::uint8_t
 bool IsTruncated(MeshFormat format, std::span<const std::uint8_t> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (format == MeshFormat::kPly) return PlyIsTruncated(text);
-  // A binary STL that says "solid" has the length that its number asks for.
+  // A binary STL that starts with "solid" is recognised by its length.
   return format == MeshFormat::kStl && !BinaryStlTriangles(text) && StlIsTruncated(text);
 }
 

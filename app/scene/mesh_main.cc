@@ -1,5 +1,5 @@
-// plumbline-mesh: reads one mesh file and says what is in it. Started by plumbline and
-// plumbline-view, which do without it when it dies; linked to the libraries that parse such files.
+// plumbline-mesh: sandboxed parser of one mesh file. Started by plumbline and plumbline-view, which
+// survive its crash; the only program linked to the mesh parsing libraries.
 //
 //   plumbline-mesh FORMAT TRIANGLES MEMORY_BYTES CPU_S < FILE > ANSWER
 #include <sys/mman.h>
@@ -11,9 +11,9 @@
 #include <iostream>
 #include <new>
 
-#include "app/scene/closed_off.h"
 #include "app/scene/mesh_file.h"
 #include "app/scene/mesh_parser.h"
+#include "app/scene/sandbox.h"
 #include "app/version.h"
 
 namespace {
@@ -35,12 +35,12 @@ Result<RawMesh> Parse(MeshFormat format, std::uint64_t triangles, std::uint64_t 
                       unsigned cpu_s) {
   if (format == MeshFormat::kVrml) PrepareVrmlParser();
   struct stat about {};
-  if (fstat(STDIN_FILENO, &about) != 0 || about.st_size <= 0) return Error{"nothing to read"};
+  if (fstat(STDIN_FILENO, &about) != 0 || about.st_size <= 0) return Error{"the file is empty"};
   const auto size = static_cast<std::size_t>(about.st_size);
   const void* const at = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
-  if (at == MAP_FAILED) return Error{"the file cannot be mapped"};
+  if (at == MAP_FAILED) return Error{"the file cannot be mapped into memory"};
   std::set_new_handler([] { _exit(kMeshOutOfMemory); });
-  if (auto closed = CloseOff(memory_bytes, cpu_s); !closed) return closed.failure();
+  if (auto closed = EnterSandbox(memory_bytes, cpu_s); !closed) return closed.failure();
   return ParseMesh(format, {static_cast<const std::uint8_t*>(at), size}, triangles);
 }
 
@@ -56,6 +56,6 @@ int main(int argc, char** argv) {
   const auto answer =
       Parse(*format, std::strtoull(argv[2], nullptr, 10), std::strtoull(argv[3], nullptr, 10),
             static_cast<unsigned>(std::strtoul(argv[4], nullptr, 10)));
-  // Without destructors: those of a hostile scene may cost as much as they like.
+  // Skip destructors: those of a malicious scene could take arbitrarily long.
   _exit(WriteAnswer(answer) ? 0 : 1);
 }

@@ -26,7 +26,7 @@ void PutText(std::vector<std::uint8_t>& bytes, const std::string& text, std::siz
   Put(bytes, text.data(), size);
 }
 
-/// Takes values from the front; `good` goes false, for good, where there are too few bytes.
+/// Reads values from the front; `good` becomes and stays false if there are too few bytes.
 struct AnswerBytes {
   std::span<const std::uint8_t> left;
   bool good = true;
@@ -53,7 +53,7 @@ struct AnswerBytes {
     for (char& c : text) c = c >= ' ' && c <= '~' ? c : '?';
     return text;
   }
-  /// All the rest is `a` and `b`.
+  /// Fills `a` and `b` with all remaining bytes, which must match their sizes.
   template <typename A, typename B>
   void Fill(std::vector<A>& a, std::uint64_t a_size, std::vector<B>& b, std::uint64_t b_size) {
     good = good && a_size <= left.size() && b_size <= left.size() &&

@@ -1,5 +1,5 @@
-// What the process that reads mesh files answers, as bytes. It may have been taken over by the
-// file: nothing of its answer is believed.
+// Codec of plumbline-mesh's response. A malicious file may have taken over that process, so the
+// response is untrusted.
 #pragma once
 
 #include <cstdint>
@@ -14,23 +14,23 @@
 
 namespace plumbline {
 
-/// As it stands in the file: in the file's unit and perhaps nonsense (see CheckMesh).
+/// Mesh as stored in the file, in the file's unit; may be invalid (see CheckMesh).
 struct RawMesh {
   TriangleMesh mesh;
-  std::uint64_t other_elements = 0;  ///< points and lines, which have no surface
-  std::vector<std::string> outside;  ///< names of other files and addresses that were not opened
-  std::uint64_t outside_count = 0;   ///< all of them; `outside` holds the first kMostOutside
+  std::uint64_t other_elements = 0;  ///< number of points and lines, which have no surface
+  std::vector<std::string> outside;  ///< references to other files and addresses; never opened
+  std::uint64_t outside_count = 0;   ///< number of references; `outside` has the first of them
 };
 
 inline constexpr std::size_t kMostOutside = 8, kLongestOutside = 200, kLongestReason = 1000;
 
 std::vector<std::uint8_t> BytesOfMeshAnswer(const Result<RawMesh>& answer);
 
-/// How long an answer within these limits can be.
+/// Maximum size of a response within these limits.
 std::size_t LargestMeshAnswer(const MeshLimits& limits);
 
-/// @return  nothing where the bytes are no whole answer, or more than the limits allow; texts have
-///          only printable ASCII characters, others are replaced by "?"
+/// @return  nullopt if the bytes are not a complete response or exceed the limits. In texts,
+///          characters other than printable ASCII are replaced by "?".
 std::optional<Result<RawMesh>> MeshAnswerOfBytes(std::span<const std::uint8_t> bytes,
                                                  const MeshLimits& limits);
 

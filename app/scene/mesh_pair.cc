@@ -10,18 +10,18 @@
 namespace plumbline {
 namespace {
 
-/// Of lengths that are added up in single precision, with the roundings on the way.
+/// Relative error of sums of lengths in single precision.
 constexpr float kRounding = 2e-6F;
-/// Boxes whose centres are so many times their length apart, or farther, are told apart by the line
-/// through their centres as well as by their edges.
+/// Beyond this ratio of centre distance to box size, the line through the centres separates two
+/// boxes as well as their edge directions do.
 constexpr float kNear = 5;
 
 bool IsLeaf(const BoxNode& node) {
-  return node.first_half < 0;
+  return node.first_child < 0;
 }
 
 int TriangleOf(const BoxNode& leaf) {
-  return -1 - leaf.first_half;
+  return -1 - leaf.first_child;
 }
 
 }  // namespace
@@ -46,8 +46,8 @@ Corners MeshPair::CornersOfB(int triangle) const {
           X_AB_ * b_.vertices_K()[t[2]]};
 }
 
-/// How far apart two boxes are at least, below 0 where they may overlap: seen along the line
-/// through their centres and, where that does not tell them apart, along the edges of each.
+/// Lower bound on the distance of two boxes, negative if they may overlap: along the line through
+/// their centres and, if that does not suffice, along the edges of each.
 float MeshPair::Gap(const BoxNode& a, const BoxNode& b, float enough_m) const {
   const Vec3f between = R_AB_ * b.centre + p_AB_ - a.centre;
   const Vec3f between_b = R_AB_.transpose() * between;
@@ -80,9 +80,9 @@ void MeshPair::CrossingBelow(int a, int b, std::size_t most,
   const bool open_a = IsLeaf(box_b) || (!IsLeaf(box_a) && box_a.half[0] > box_b.half[0]);
   for (int half = 0; half < 2; ++half) {
     if (open_a) {
-      CrossingBelow(box_a.first_half + half, b, most, found);
+      CrossingBelow(box_a.first_child + half, b, most, found);
     } else {
-      CrossingBelow(a, box_b.first_half + half, most, found);
+      CrossingBelow(a, box_b.first_child + half, most, found);
     }
   }
 }
@@ -107,12 +107,12 @@ void MeshPair::NearestBelow(int a, int b, NearestPoints& found) const {
   if (IsLeaf(box_a) && IsLeaf(box_b)) {
     return NearestOf({TriangleOf(box_a), TriangleOf(box_b)}, found);
   }
-  // The larger box is opened; what is in its nearer half may make the other one needless.
+  // Open the larger box, nearer child first: it may make visiting the other one unnecessary.
   const bool open_a = IsLeaf(box_b) || (!IsLeaf(box_a) && box_a.half[0] > box_b.half[0]);
   const auto enough_m = static_cast<float>(found.distance_m);
   std::array<std::pair<float, int>, 2> halves;
   for (int k = 0; k < 2; ++k) {
-    const int half = (open_a ? box_a : box_b).first_half + k;
+    const int half = (open_a ? box_a : box_b).first_child + k;
     const BoxNode& box = (open_a ? a_ : b_).nodes()[static_cast<std::size_t>(half)];
     halves[static_cast<std::size_t>(k)] = {
         open_a ? Gap(box, box_b, enough_m) : Gap(box_a, box, enough_m), half};

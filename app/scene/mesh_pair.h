@@ -1,4 +1,4 @@
-// Two meshes somewhere: which of their triangles cross, and which points are nearest.
+// Intersection and distance queries between two meshes.
 #pragma once
 
 #include <limits>
@@ -9,35 +9,35 @@
 
 namespace plumbline {
 
-/// Numbers of triangles; -1: none.
+/// Triangle indices; -1: none.
 struct TrianglePair {
   int a = -1, b = -1;
 };
 
-/// In the first mesh's frame [m].
+/// Nearest points of two meshes, in the first one's frame [m].
 struct NearestPoints {
   double distance_m = std::numeric_limits<double>::infinity();
   Vec3 p_a_A = Vec3::Zero(), p_b_A = Vec3::Zero();
   TrianglePair triangles;
 };
 
-/// Goes down both trees at once. Boxes are compared in single precision, with a margin for its
-/// rounding; triangles in double precision.
+/// Simultaneous traversal of both trees. Boxes are compared in single precision with a margin for
+/// rounding, triangles in double precision.
 class MeshPair {
  public:
-  /// @param X_AB  of b's frame in a's; both meshes must outlive this
+  /// @param X_AB  pose of b's frame in a's; both meshes must outlive this object
   MeshPair(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB);
 
-  /// Triangles that cross, the first `most` that are found.
+  /// Pairs of intersecting triangles, at most the first `most` found.
   std::vector<TrianglePair> Crossing(std::size_t most) const;
   bool Cross() const { return !Crossing(1).empty(); }
 
-  /// Only where nothing crosses.
-  /// @param near  triangles that may be near: what they are apart bounds the search from its start,
-  ///              and halves it where things move little from one look to the next
+  /// Call only if no triangles intersect.
+  /// @param near  initial guess, whose distance bounds the search; halves its time if objects move
+  ///              little between calls
   NearestPoints Nearest(const TrianglePair& near) const;
 
-  /// Of a triangle of the first mesh, of the second one; both in the first one's frame.
+  /// Corners of a triangle of the first or the second mesh, in the first one's frame.
   Corners CornersOfA(int triangle) const;
   Corners CornersOfB(int triangle) const;
 

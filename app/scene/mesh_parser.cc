@@ -11,7 +11,7 @@ Result<RawMesh> ParseMesh(MeshFormat format, std::span<const std::uint8_t> bytes
   const std::uint64_t announced = AnnouncedTriangles(format, bytes);
   if (announced > most_triangles) return TooManyTriangles(announced, most_triangles);
   if (IsTruncated(format, bytes)) {
-    return Error{"its end is missing: copy it again, or export it again"};
+    return Error{"the file is truncated: copy or export it again"};
   }
   return format == MeshFormat::kVrml ? ParseVrml(bytes, most_triangles)
                                      : ParseWithAssimp(format, bytes, most_triangles);
@@ -19,7 +19,8 @@ Result<RawMesh> ParseMesh(MeshFormat format, std::span<const std::uint8_t> bytes
 
 Error TooManyTriangles(std::uint64_t count, std::uint64_t most) {
   return Error{
-      fmt::format("{} triangles or more; the limit is {}: simplify the model, or export it coarser",
+      fmt::format("at least {} triangles; the limit is {}: simplify the model, or export it with a "
+                  "coarser mesh",
                   count, most)};
 }
 

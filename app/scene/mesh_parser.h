@@ -1,4 +1,4 @@
-// Mesh files through Coin and Assimp: only in the process that may die.
+// Mesh parsers based on Coin and Assimp; used only in the sandboxed process.
 #pragma once
 
 #include <cstdint>
@@ -8,28 +8,28 @@
 
 namespace plumbline {
 
-/// Loads what Coin needs from outside; before the process is closed off.
+/// Loads Coin's resources; call before the process is sandboxed.
 void PrepareVrmlParser();
 
-/// Reads the triangles of a file that lies in memory. No other file is opened: what the file names
-/// is listed in `outside`, and where geometry hangs on it, refused.
+/// Parses a file in memory. No other file is opened: references to other files are listed in
+/// `outside`, and are an error if geometry depends on them.
 Result<RawMesh> ParseMesh(MeshFormat format, std::span<const std::uint8_t> bytes,
                           std::uint64_t most_triangles);
 
 /// VRML97 by Coin.
 Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t most_triangles);
 
-/// The others by Assimp.
+/// All other formats, by Assimp.
 Result<RawMesh> ParseWithAssimp(MeshFormat format, std::span<const std::uint8_t> bytes,
                                 std::uint64_t most_triangles);
 
 /// "12345 triangles or more; the limit is 2000000: ..."
 Error TooManyTriangles(std::uint64_t count, std::uint64_t most);
 
-/// Remembers a name that was not opened, once.
+/// Adds a reference to `outside`, unless it is already listed.
 void NoteOutside(RawMesh& raw, const std::string& name);
 
-/// No scene of a cell is nested or repeated as often.
+/// Limits on nesting and on the number of nodes, far beyond those of real cells.
 inline constexpr int kDeepestNode = 200;
 inline constexpr std::uint64_t kMostNodes = 1'000'000;
 

@@ -1,4 +1,4 @@
-// STL, OBJ, PLY and glTF by Assimp.
+// Parser of STL, OBJ, PLY and glTF, by Assimp.
 #include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -17,7 +17,7 @@
 namespace plumbline {
 namespace {
 
-/// The file's bytes as Assimp reads them.
+/// Assimp stream over bytes in memory.
 class BytesStream : public Assimp::IOStream {
  public:
   explicit BytesStream(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -34,7 +34,7 @@ class BytesStream : public Assimp::IOStream {
     const std::size_t base = origin == aiOrigin_SET   ? 0
                              : origin == aiOrigin_CUR ? at_
                                                       : bytes_.size();
-    const std::size_t to = base + offset;  // an offset back has wrapped round, and does so again
+    const std::size_t to = base + offset;  // negative offsets wrap around, as intended
     if (to > bytes_.size()) return aiReturn_FAILURE;
     at_ = to;
     return aiReturn_SUCCESS;
@@ -48,7 +48,7 @@ class BytesStream : public Assimp::IOStream {
   std::size_t at_ = 0;
 };
 
-/// A disk with one file on it. Every other name is noted.
+/// Assimp file system with a single file; every other name is recorded in `outside`.
 class OneFile : public Assimp::IOSystem {
  public:
   OneFile(std::string name, std::span<const std::uint8_t> bytes, RawMesh& raw)
@@ -69,7 +69,7 @@ class OneFile : public Assimp::IOSystem {
   RawMesh& raw_;
 };
 
-/// Leaves the importer that knows this suffix, so that nothing else guesses at the content.
+/// Unregisters all importers except that of the suffix, so that none guesses the content.
 void KeepOneImporter(Assimp::Importer& importer, std::string_view suffix) {
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
     const std::string suffixes = fmt::format(" {} ", importer.GetImporterInfo(i)->mFileExtensions);
@@ -78,7 +78,7 @@ void KeepOneImporter(Assimp::Importer& importer, std::string_view suffix) {
   }
 }
 
-/// Adds the meshes of the nodes, each in its place, to one mesh.
+/// Merges the meshes of all nodes, transformed by their poses, into one mesh.
 class Gatherer {
  public:
   Gatherer(const aiScene& scene, std::uint64_t most_triangles, RawMesh& raw)
@@ -86,11 +86,12 @@ class Gatherer {
 
   std::optional<Error> Add(const aiNode& node, const aiMatrix4x4& X_parent, int depth) {
     if (depth > kDeepestNode || ++nodes_ > kMostNodes) {
-      return Error{"its nodes are nested too deeply, or too many"};
+      return Error{"too many nodes, or nested too deeply: flatten the model, or export it again"};
     }
     const aiMatrix4x4 X = X_parent * node.mTransformation;
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      if (node.mMeshes[i] >= scene_.mNumMeshes) return Error{"a node names a mesh not there"};
+      if (node.mMeshes[i] >= scene_.mNumMeshes)
+        return Error{"a node refers to a missing mesh: export it again"};
       if (auto why = Add(*scene_.mMeshes[node.mMeshes[i]], X)) return why;
     }
     for (unsigned i = 0; i < node.mNumChildren; ++i) {
@@ -123,7 +124,7 @@ class Gatherer {
       Triangle triangle{};
       for (std::size_t k = 0; k < 3; ++k) {
         const unsigned index = face.mIndices[k];
-        // An index of nothing stays one of nothing; the reader counts them.
+        // Keep an invalid index invalid; CheckMesh() reports it.
         triangle[k] = index < mesh.mNumVertices ? first + index : ~0U;
       }
       if (mirrored) std::swap(triangle[1], triangle[2]);
@@ -138,7 +139,7 @@ class Gatherer {
   std::uint64_t nodes_ = 0;
 };
 
-/// Textures that a material names without opening them.
+/// Lists the textures that materials refer to.
 void NoteTextures(const aiScene& scene, RawMesh& raw) {
   for (unsigned i = 0; i < scene.mNumMaterials; ++i) {
     for (int type = aiTextureType_NONE + 1; type <= AI_TEXTURE_TYPE_MAX; ++type) {
@@ -169,11 +170,11 @@ Result<RawMesh> ParseWithAssimp(MeshFormat format, std::span<const std::uint8_t>
       importer.ReadFile(name, aiProcess_ValidateDataStructure | aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     std::string why =
-        fmt::format("no {} that can be read: {}", WordOf(format), importer.GetErrorString());
+        fmt::format("not a readable {} file: {}", WordOf(format), importer.GetErrorString());
     if (!raw.outside.empty()) {
       why += fmt::format(
-          "; it names other files, which are never opened ({}): export one file "
-          "with everything in it",
+          "; it refers to other files, which are never opened ({}): export everything into one "
+          "file",
           NamesText(raw));
     }
     return Error{why};

@@ -1,4 +1,4 @@
-// VRML97 by Coin.
+// Parser of VRML97, by Coin.
 #include <Inventor/SbMatrix.h>
 #include <Inventor/SoDB.h>
 #include <Inventor/SoInput.h>
@@ -29,28 +29,28 @@ namespace {
 struct VrmlReading {
   RawMesh raw;
   std::uint64_t most_triangles = 0, nodes = 0;
-  bool clockwise = false;  ///< how the present shape says that its faces run
-  std::string refusal;     ///< why the walk through the scene ended
-  std::string read_error;  ///< the first that Coin told
+  bool clockwise = false;  ///< vertex order of the present shape's faces
+  std::string refusal;     ///< why the traversal was aborted
+  std::string read_error;  ///< first error reported by Coin
   std::string missing;     ///< geometry in another file
 };
 
 void KeepFirstError(const SoError* error, void* data) {
   auto& reading = *static_cast<VrmlReading*>(data);
-  const std::string_view told = error->getDebugString().getString();
-  if (!reading.read_error.empty() || told.find("texture file") != told.npos) return;
-  for (const char c : told) {
+  const std::string_view text = error->getDebugString().getString();
+  if (!reading.read_error.empty() || text.find("texture file") != text.npos) return;
+  for (const char c : text) {
     reading.read_error += c == '\n' || c == '\t' ? ' ' : c;
   }
 }
 
-void PassOver(const SoError*, void*) {}
+void IgnoreError(const SoError*, void*) {}
 
 void NoteMissing(VrmlReading& reading, const std::string& what) {
   if (reading.missing.empty()) reading.missing = what;
 }
 
-/// Coin believes every index: what lies beyond the coordinates is read as if it were one.
+/// Coin does not check indices and would read beyond the coordinates.
 void CheckIndices(VrmlReading& reading, const SoVRMLIndexedFaceSet& faces) {
   const SoNode* coord = faces.coord.getValue();
   const bool known = coord != nullptr && coord->isOfType(SoVRMLCoordinate::getClassTypeId());
@@ -60,8 +60,8 @@ void CheckIndices(VrmlReading& reading, const SoVRMLIndexedFaceSet& faces) {
                                     [count](int32_t i) { return i >= count || i < -1; });
   if (beyond == 0) return;
   reading.refusal = fmt::format(
-      "an IndexedFaceSet of {} points has {} indices that are not among "
-      "them: repair the model, or export it again",
+      "an IndexedFaceSet with {} points has {} indices out of range: repair the model, or export "
+      "it again",
       count, beyond);
 }
 
@@ -95,10 +95,11 @@ void NoteUrls(RawMesh& raw, const SoMFString& urls) {
 SoCallbackAction::Response AtNode(void* data, SoCallbackAction* action, const SoNode* node) {
   auto& reading = *static_cast<VrmlReading*>(data);
   if (action->getCurPath()->getLength() > kDeepestNode) {
-    reading.refusal =
-        fmt::format("its nodes are nested more than {} deep, or USE themselves", kDeepestNode);
+    reading.refusal = fmt::format(
+        "nodes are nested more than {} deep, or USE themselves: export it again", kDeepestNode);
   } else if (++reading.nodes > kMostNodes) {
-    reading.refusal = fmt::format("it shows more than {} nodes: too many DEF and USE", kMostNodes);
+    reading.refusal = fmt::format(
+        "more than {} nodes after expanding DEF and USE: simplify the model", kMostNodes);
   } else if (reading.raw.mesh.triangles.size() > reading.most_triangles) {
     reading.refusal =
         TooManyTriangles(reading.raw.mesh.triangles.size(), reading.most_triangles).message;
@@ -125,7 +126,7 @@ void AtTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex* a
                 const SoPrimitiveVertex* b, const SoPrimitiveVertex* c) {
   auto& reading = *static_cast<VrmlReading*>(data);
   TriangleMesh& mesh = reading.raw.mesh;
-  if (mesh.triangles.size() > reading.most_triangles) return;  // the next node ends the walk
+  if (mesh.triangles.size() > reading.most_triangles) return;  // the next node aborts the traversal
   const SbMatrix& X = action->getModelMatrix();
   const auto first = static_cast<std::uint32_t>(mesh.vertices_O.size());
   for (const SoPrimitiveVertex* vertex : {a, b, c}) {
@@ -133,7 +134,7 @@ void AtTriangle(void* data, SoCallbackAction* action, const SoPrimitiveVertex* a
     X.multVecMatrix(vertex->getPoint(), p);
     mesh.vertices_O.emplace_back(p[0], p[1], p[2]);
   }
-  // Clockwise faces come as they stand in the file; a mirror turns them once more.
+  // Coin does not reverse clockwise faces; a mirroring transformation reverses faces once more.
   const bool turned = reading.clockwise != (X.det3() < 0);
   mesh.triangles.push_back({first, first + (turned ? 2 : 1), first + (turned ? 1 : 2)});
 }
@@ -158,15 +159,15 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   if (text.substr(0, kHeader.size()) != kHeader) {
     const bool older = text.substr(0, 10) == "#VRML V1.0";
     const bool packed = text.substr(0, 2) == "\x1f\x8b";
-    return Error{fmt::format("no VRML97: it does not begin with \"{}\"{}", kHeader,
-                             older    ? ", it is VRML 1.0: export it as VRML 2.0 (VRML97)"
-                             : packed ? ", it is compressed: unpack it with gunzip"
+    return Error{fmt::format("not VRML97: it does not start with \"{}\"{}", kHeader,
+                             older    ? "; it is VRML 1.0: export it as VRML 2.0 (VRML97)"
+                             : packed ? "; it is compressed: unpack it with gunzip"
                                       : "")};
   }
   VrmlReading reading;
   reading.most_triangles = most_triangles;
   SoReadError::setHandlerCallback(KeepFirstError, &reading);
-  SoDebugError::setHandlerCallback(PassOver, nullptr);
+  SoDebugError::setHandlerCallback(IgnoreError, nullptr);
   SoVRMLInline::setFetchURLCallBack(RefuseInline, &reading);
   SoVRMLImageTexture::setDelayFetchURL(TRUE);
   SoProto::setFetchExternProtoCallback(RefuseExternProto, &reading);
@@ -174,9 +175,9 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   input.setBuffer(bytes.data(), bytes.size());
   SoVRMLGroup* const root = SoDB::readAllVRML(&input);
   if (root == nullptr) {
-    return Error{fmt::format("no VRML97 that can be read: {}", reading.read_error)};
+    return Error{fmt::format("not readable as VRML97: {}", reading.read_error)};
   }
-  root->ref();  // for good: to take a hostile scene down costs as much stack as it likes
+  root->ref();  // never released: deleting a malicious scene could exhaust the stack
   SoCallbackAction walk;
   walk.addPreCallback(SoNode::getClassTypeId(), AtNode, &reading);
   walk.addTriangleCallback(SoShape::getClassTypeId(), AtTriangle, &reading);
@@ -187,8 +188,8 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   if (!reading.refusal.empty()) return Error{reading.refusal};
   if (!reading.missing.empty()) {
     return Error{
-        fmt::format("it takes geometry from elsewhere, which is never opened: {}; export "
-                    "one file with everything in it",
+        fmt::format("it refers to geometry in another file, which is never opened: {}; export "
+                    "everything into one file",
                     reading.missing)};
   }
   if (!reading.read_error.empty()) {

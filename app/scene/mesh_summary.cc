@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-/// A part of a cell is hardly larger or smaller [m].
+/// Sizes outside this range suggest a wrong unit [m].
 constexpr double kUnlikelyLarge_m = 100, kUnlikelySmall_m = 1e-3;
 
 const char* FacingWord(Facing facing) {
@@ -24,7 +24,7 @@ const char* FacingWord(Facing facing) {
   return "unknown";
 }
 
-/// What lengths are multiplied by: metres to mm, or the file's own unit.
+/// Factor for displayed lengths: to mm, or 1 for the file's own unit.
 double ShownScale(const std::optional<std::string>& unit) {
   return unit ? 1e3 : 1;
 }
@@ -41,44 +41,45 @@ std::vector<std::string> MeshWarnings(const MeshFile& file,
   const double largest_m = (facts.max_O - facts.min_O).maxCoeff();
   std::vector<std::string> warnings;
   if (!unit) {
-    warnings.push_back(fmt::format(
-        "the unit is not stated: as mm its largest side is {:.4g} mm, as m {:.4g} mm, as inch "
-        "{:.4g} mm; give --unit, and unit in objects.toml",
-        largest_m, 1e3 * largest_m, 25.4 * largest_m));
-  } else if (largest_m > kUnlikelyLarge_m || largest_m < kUnlikelySmall_m) {
     warnings.push_back(
-        fmt::format("its largest side is {:.4g} mm: is {} the unit?", 1e3 * largest_m, *unit));
+        fmt::format("no unit stated: the largest side is {:.4g} mm if in mm, {:.4g} mm if in m, "
+                    "{:.4g} mm if in "
+                    "inches; give --unit, and unit in objects.toml",
+                    largest_m, 1e3 * largest_m, 25.4 * largest_m));
+  } else if (largest_m > kUnlikelyLarge_m || largest_m < kUnlikelySmall_m) {
+    warnings.push_back(fmt::format("the largest side is {:.4g} mm: is {} the right unit?",
+                                   1e3 * largest_m, *unit));
   }
   if (facts.degenerate > 0) {
     warnings.push_back(
-        fmt::format("{} triangles without area were left out: they do no harm", facts.degenerate));
+        fmt::format("{} degenerate triangles were omitted, which is harmless", facts.degenerate));
   }
   if (!facts.closed()) {
     warnings.push_back(fmt::format(
-        "the surface is open, {} edges are rims: what lies wholly inside it is not noticed as "
-        "interference; close it, if it is a body",
+        "the surface is open, with {} boundary edges: objects entirely inside it are not detected "
+        "as interference; close it if it is a solid body",
         facts.open_edges));
   }
   if (facts.facing() == Facing::kInwards) {
     warnings.emplace_back(
-        "its triangles face inwards: flip the normals, else it is shaded as a hole");
+        "the triangles face inwards: flip the normals, otherwise it is shaded as a hole");
   }
   if (facts.opposed_edges > 0) {
     warnings.push_back(fmt::format(
-        "at {} edges the triangles face different ways: make the normals consistent, else parts of "
-        "it are shaded wrongly",
+        "at {} edges the triangles are oriented inconsistently: make the normals consistent, "
+        "otherwise parts of it are shaded wrongly",
         facts.opposed_edges));
   }
   if (file.other_elements > 0) {
     warnings.push_back(
-        fmt::format("{} points or lines have no surface and were left out", file.other_elements));
+        fmt::format("{} points or lines were omitted: they have no surface", file.other_elements));
   }
   if (file.outside_count > 0) {
     std::string names;
     for (const std::string& name : file.outside) names += (names.empty() ? "" : ", ") + name;
     warnings.push_back(fmt::format(
-        "it names {} other file{} or address{}, which are never opened: {}; the shape is complete "
-        "without, its colour is that of objects.toml",
+        "it refers to {} other file{} or address{}, which are never opened: {}; the shape is "
+        "complete without them, and the colour is set in objects.toml",
         file.outside_count, file.outside_count == 1 ? "" : "s", file.outside_count == 1 ? "" : "es",
         names));
   }
@@ -89,7 +90,7 @@ std::string MeshText(const MeshFile& file, const std::string& name,
                      const std::optional<std::string>& unit) {
   const MeshFacts& facts = file.checked.facts;
   const double scale = ShownScale(unit);
-  const char* const shown = unit ? "mm" : "of its own unit";
+  const char* const shown = unit ? "mm" : "in file units";
   std::string text = fmt::format("{:12} {}, {}, {} bytes{}\n", "file", name, WordOf(file.format),
                                  file.bytes, unit ? ", in " + *unit : std::string());
   text +=

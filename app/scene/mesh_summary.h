@@ -1,4 +1,4 @@
-// What is in a mesh file, in words and as JSON.
+// Summary of a mesh file as text and JSON (`plumbline mesh check`).
 #pragma once
 
 #include <optional>
@@ -9,11 +9,11 @@
 
 namespace plumbline {
 
-/// What somebody should know before the mesh is used, each with what to do.
-/// @param unit  as it was stated; nothing: the file was read as it stands
+/// Possible problems of the mesh, each with its remedy.
+/// @param unit  stated unit; nullopt: lengths are in the file's own unit
 std::vector<std::string> MeshWarnings(const MeshFile& file, const std::optional<std::string>& unit);
 
-/// One line a topic, then the warnings. Lengths in mm, or in the file's unit where none was stated.
+/// One line per topic, then the warnings. Lengths in mm, or in the file's unit if none was stated.
 std::string MeshText(const MeshFile& file, const std::string& name,
                      const std::optional<std::string>& unit);
 std::string MeshJson(const MeshFile& file, const std::string& name,

@@ -16,7 +16,7 @@ namespace plumbline {
 namespace {
 
 constexpr int kLargestTag = 100000, kLargestNumber = 9999;
-constexpr double kShare = 0.4;  ///< of a word that may be wrong for another to be meant
+constexpr double kShare = 0.4;  ///< share of a word that may differ for a suggestion
 constexpr NumberRange kPlace{-100000, 100000, kMetrePerMm};
 constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
 constexpr NumberRange kShade{0, 1};
@@ -30,9 +30,9 @@ class TableReader {
     root.RequiredInteger("schema", 1, 1);
     table_.background = root.Bool("background").value_or(true);
     const auto objects = root.Tables("object");
-    if (objects.empty()) root.AddWarning("object", "missing; nothing virtual is shown");
+    if (objects.empty()) root.AddWarning("object", "missing; no virtual objects are shown");
     if (objects.size() > kMostSceneObjects) {
-      root.AddFault("object", fmt::format("stands {} times; at most {} objects", objects.size(),
+      root.AddFault("object", fmt::format("{} objects; at most {} are allowed", objects.size(),
                                           kMostSceneObjects));
     }
     for (const TomlTable& object : objects) table_.objects.push_back(ObjectFrom(object));
@@ -45,21 +45,21 @@ class TableReader {
   }
 
  private:
-  /// A name that no other table of its kind has; empty where there is none.
+  /// The table's name, which must be unique among its kind; empty if missing.
   static std::string NewName(const TomlTable& table, std::set<std::string>& names) {
     std::string name = table.RequiredString("name").value_or("");
     if (!name.empty() && !names.insert(name).second) {
-      table.AddFault("name", "stands in another table of this kind already");
+      table.AddFault("name", "is used by another table of this kind");
     }
     return name;
   }
 
-  static std::string Meant(const std::string& word, const std::vector<std::string>& known) {
+  static std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
     const std::string nearest = NearestWord(word, known, kShare);
     if (!nearest.empty()) return fmt::format("; did you mean \"{}\"?", nearest);
     std::string all;
     for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
-    return known.empty() ? "; there is none" : "; known are " + all;
+    return known.empty() ? "; none is defined" : "; known are " + all;
   }
 
   void CheckTag(const TomlTable& on, int id) const {
@@ -72,9 +72,9 @@ class TableReader {
     if (std::find(ids.begin(), ids.end(), id) != ids.end()) return;
     const auto nearer = [id](int a, int b) { return std::abs(a - id) < std::abs(b - id); };
     const auto nearest = std::min_element(ids.begin(), ids.end(), nearer);
-    on.AddFault("tag", "is not a tag of the file of tags and bodies" +
+    on.AddFault("tag", "is not defined in the file of tags and bodies" +
                            (nearest == ids.end()
-                                ? std::string("; there is none")
+                                ? std::string("; it has no tags")
                                 : fmt::format("; the nearest of {} is {}", ids.size(), *nearest)));
   }
 
@@ -83,7 +83,7 @@ class TableReader {
     std::vector<std::string> names;
     for (const Body& body : tags_->bodies) names.push_back(body.name);
     if (std::find(names.begin(), names.end(), name) != names.end()) return;
-    on.AddFault("body", "is not a body of the file of tags and bodies" + Meant(name, names));
+    on.AddFault("body", "is not defined in the file of tags and bodies" + Suggestion(name, names));
   }
 
   Carrier CarrierFrom(const TomlTable& table) const {
@@ -98,9 +98,10 @@ class TableReader {
                                                           {"base", Carrier::Kind::kBase},
                                                           {"flange", Carrier::Kind::kFlange}});
     if (given != 1) {
-      table.AddFault("on",
-                     "takes one of body = \"...\", tag = ..., frame = \"world\", \"base\" or "
-                     "\"flange\"");
+      table.AddFault(
+          "on",
+          "needs exactly one of body = \"...\", tag = ..., frame = \"world\", \"base\" or "
+          "\"flange\"");
       return carrier;
     }
     if (frame) carrier.kind = *frame;
@@ -141,14 +142,14 @@ class TableReader {
     }
     if (const auto file = table.RequiredString("file")) {
       if (!MeshFormatOfName(*file)) {
-        table.AddFault("file", fmt::format("ends in none of {}", kMeshFormats));
+        table.AddFault("file", fmt::format("must end in one of {}", kMeshFormats));
       }
       object.file = (folder_ / *file).lexically_normal().string();
     }
-    // Never guessed: what a file of no unit means nobody knows but its author.
+    // The unit is never guessed: only the author of a file without a unit knows it.
     object.unit = table.RequiredString("unit").value_or("m");
     const auto unit_m = MetresOfUnit(object.unit);
-    if (!unit_m) table.AddFault("unit", fmt::format("is none of {}", kMeshUnits));
+    if (!unit_m) table.AddFault("unit", fmt::format("must be one of {}", kMeshUnits));
     object.unit_m = unit_m.value_or(1);
     object.on = CarrierFrom(table);
     object.X_KO = PoseOfTable(table);
@@ -159,8 +160,8 @@ class TableReader {
     object.colour = ColourFrom(table, object.colour);
     if (object.bends && object.on.kind != Carrier::Kind::kFlange) {
       table.AddFault("bends",
-                     "needs on = { frame = \"flange\" }: what stands on tags is seen where "
-                     "the bent tool carries it");
+                     "needs on = { frame = \"flange\" }: an object on a tag or body is already "
+                     "drawn where the bent tool carries it");
     }
     return object;
   }
@@ -172,7 +173,7 @@ class TableReader {
       return static_cast<std::size_t>(found - names_in_order_.begin());
     }
     table.AddFault(key, fmt::format("names \"{}\", which is not an object{}", name,
-                                    Meant(name, names_in_order_)));
+                                    Suggestion(name, names_in_order_)));
     return std::nullopt;
   }
 
@@ -192,7 +193,7 @@ class TableReader {
     if (!a || !b) return;
     if (table_.objects[*a].on == table_.objects[*b].on && !table_.objects[*a].bends &&
         !table_.objects[*b].bends) {
-      table.AddWarning("objects", "stand on the same thing: they never move to each other");
+      table.AddWarning("objects", "have the same carrier and never move relative to each other");
     }
     pair.a = *a;
     pair.b = *b;
@@ -208,13 +209,13 @@ class TableReader {
     const auto against = table.Strings("against");
     if (!name) {
       for (const std::string_view key : {"sweep_rpy_deg", "sweep_point_mm", "against"}) {
-        if (table.Has(key)) table.AddFault(key, "needs sweep = \"...\", the object carried along");
+        if (table.Has(key)) table.AddFault(key, "needs sweep = \"...\", the object to be moved");
       }
       return;
     }
     SceneSweep sweep;
     const auto object = PlaceOf(table, "sweep", *name);
-    if (!against) table.AddMissing("against", "the names of the objects that it may hit");
+    if (!against) table.AddMissing("against", "the names of the objects to check for collision");
     for (const std::string& other : against.value_or(std::vector<std::string>())) {
       if (other == *name) table.AddFault("against", "names the swept object itself");
       if (const auto place = PlaceOf(table, "against", other)) sweep.against.push_back(*place);
@@ -251,13 +252,13 @@ class TableReader {
     ScenePoint point;
     point.name = NewName(table, point_names_);
     if (object_names_.count(point.name) > 0) {
-      table.AddFault("name", "is the name of an object too: a distance could mean either");
+      table.AddFault("name", "is also the name of an object, so that a distance is ambiguous");
     }
     point_names_in_order_.push_back(point.name);
     point.p = table.RequiredVector3("xyz_mm", kPlace).value_or(Vec3::Zero());
     if (table.Has("of") == table.Has("on")) {
       table.Ignore({"of", "on"});
-      table.AddFault("", "takes either of = \"an object\" or on = { ... }");
+      table.AddFault("", "needs exactly one of of = \"an object\" and on = { ... }");
       return point;
     }
     if (const auto object = table.String("of")) {
@@ -281,7 +282,7 @@ class TableReader {
       return SceneDistance::End{true, static_cast<std::size_t>(object - names_in_order_.begin())};
     }
     known.insert(known.end(), names_in_order_.begin(), names_in_order_.end());
-    table.AddFault(key, "is neither a point nor an object" + Meant(*name, known));
+    table.AddFault(key, "is neither a point nor an object" + Suggestion(*name, known));
     return std::nullopt;
   }
 
@@ -289,7 +290,7 @@ class TableReader {
     const std::string name = NewName(table, distance_names_);
     const auto from = EndFrom(table, "from"), to = EndFrom(table, "to");
     if (from && to && from->is_object == to->is_object && from->place == to->place) {
-      table.AddFault("to", "is where it starts from");
+      table.AddFault("to", "is the same as from");
     }
     if (from && to) table_.distances.push_back({name, *from, *to});
   }
@@ -301,7 +302,7 @@ class TableReader {
     clip.grid = table.Bool("grid").value_or(true);
     const auto normal = table.RequiredVector3("normal", {-1e6, 1e6});
     if (normal && normal->norm() < 1e-6) {
-      table.AddFault("normal", "has no direction");
+      table.AddFault("normal", "has zero length");
     } else if (normal) {
       clip.normal_K = normal->normalized();
     }

@@ -1,4 +1,4 @@
-// The object table: what virtual things there are, where they stand, and what is watched of them.
+// Object table (objects.toml): virtual objects, their carriers, and what is measured between them.
 #pragma once
 
 #include <optional>
@@ -13,12 +13,12 @@
 
 namespace plumbline {
 
-/// What carries something: its frame is called K here.
+/// Carrier of a virtual object. Its frame is called K here.
 struct Carrier {
   enum class Kind { kWorld, kBase, kFlange, kBody, kTag };
   Kind kind = Kind::kWorld;
-  std::string body;  ///< of kBody: its name
-  int tag = 0;       ///< of kTag: its id
+  std::string body;  ///< name, for kBody
+  int tag = 0;       ///< id, for kTag
 
   bool operator==(const Carrier&) const = default;
 };
@@ -26,33 +26,33 @@ struct Carrier {
 struct SceneObject {
   int number = 0;
   std::string name;
-  std::string file;  ///< with the table's folder before it, unless it is absolute
+  std::string file;  ///< relative paths are resolved against the table's folder
   std::string unit;
-  double unit_m = 1;  ///< `unit` [m]
+  double unit_m = 1;  ///< length of `unit` [m]
   Carrier on;
-  Pose X_KO;  ///< the object's own frame in its carrier's
+  Pose X_KO;  ///< pose of the object's own frame in the carrier's frame
   double scale = 1;
   bool visible = true;
-  bool bends = false;     ///< with the tool; its carrier is then the flange
-  bool occludes = false;  ///< a model of the real cell: not drawn, hides what is behind it
+  bool bends = false;     ///< bends with the tool; the carrier must be the flange
+  bool occludes = false;  ///< models a real object: not drawn, but hides what is behind it
   Colour colour{0.6F, 0.6F, 0.65F, 1};
 };
 
-/// Two objects whose interference is watched, by their places in `objects`.
+/// Two objects whose distance is monitored, as indices in `objects`.
 struct ScenePair {
   std::size_t a = 0, b = 0;
-  double near_m = 0;  ///< told when nearer; 0: interference alone
-  double end_m = 0;   ///< how much further apart they must be for it to end
+  double near_m = 0;  ///< distance below which nearness is reported; 0: interference only
+  double end_m = 0;   ///< hysteresis: additional distance at which a report ends
 };
 
-/// An object carried along a line with its orientation kept, to see what it would hit.
+/// An object moved along a line with fixed orientation, to find collisions.
 struct SceneSweep {
   std::size_t object = 0;
-  Pose X_KO;  ///< of the object, its origin on the path's points: p is the offset from them
+  Pose X_KO;  ///< pose of the object relative to a path point at the origin of K
   std::vector<std::size_t> against;
 };
 
-/// A datum line, or an approach path where something is swept along it.
+/// A datum line, or an approach path if an object is swept along it.
 struct SceneLine {
   std::string name;
   Carrier on;
@@ -63,18 +63,18 @@ struct SceneLine {
   std::optional<SceneSweep> sweep;
 };
 
-/// A point with a name: of an object, with which it bends, or of a carrier.
+/// A named point of an object, with which it bends, or of a carrier.
 struct ScenePoint {
   std::string name;
-  std::variant<std::size_t, Carrier> of;  ///< a place in `objects`, or a carrier
-  Vec3 p = Vec3::Zero();  ///< in the object's frame, before its scale, or the carrier's
+  std::variant<std::size_t, Carrier> of;  ///< index in `objects`, or a carrier
+  Vec3 p = Vec3::Zero();  ///< in the object's own frame before scaling, or in the carrier's frame
 };
 
-/// A distance that is asked for by its name, between points or objects.
+/// A named distance between points or objects.
 struct SceneDistance {
   struct End {
     bool is_object = false;
-    std::size_t place = 0;  ///< in `objects` or `points`
+    std::size_t place = 0;  ///< index in `objects` or `points`
   };
   std::string name;
   End from, to;
@@ -83,7 +83,7 @@ struct SceneDistance {
 struct SceneClip {
   Carrier on;
   Vec3 normal_K = Vec3::UnitZ();  ///< unit length
-  double distance_m = 0;          ///< what lies beyond, normal . p > distance, is cut away
+  double distance_m = 0;          ///< everything with normal . p > distance is cut away
   bool grid = true;
 };
 
@@ -99,10 +99,10 @@ struct ObjectTable {
 
 inline constexpr std::size_t kMostSceneObjects = 100;
 
-/// Reads an object table; config/objects.toml shows every key. All faults at once.
-/// @param file  the table's own name; mesh files are looked for beside it
-/// @param tags  what tags and bodies there are; null: not checked
-/// @return      nothing where there is a fault
+/// Reads an object table and reports all faults; config/objects.toml shows every key.
+/// @param file  the table's file name; mesh files are relative to its folder
+/// @param tags  known tags and bodies, to check carriers against; null: no check
+/// @return      nullopt if there is a fault
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
                                                const TagDatabase* tags, FaultList& faults);
 

@@ -14,11 +14,11 @@ FileStamp StampOfFile(const std::string& path) {
           static_cast<std::uint64_t>(about.st_size), about.st_ino, true};
 }
 
-std::optional<TableNews> ObjectTableFile::Look() {
+std::optional<TableNews> ObjectTableFile::Poll() {
   const FileStamp now = StampOfFile(path_);
-  const bool stands = !seen_ || now == *seen_;
+  const bool stable = !seen_ || now == *seen_;
   seen_ = now;
-  if (!stands || (read_ && now == *read_)) return std::nullopt;
+  if (!stable || (read_ && now == *read_)) return std::nullopt;
   read_ = now;
   TableNews news;
   const auto text = ReadTextFile(path_);

@@ -1,4 +1,4 @@
-// The object table while it runs: read again when somebody saves it.
+// Object table file, reloaded when it changes.
 #pragma once
 
 #include <cstdint>
@@ -10,36 +10,36 @@
 
 namespace plumbline {
 
-/// What tells one state of a file from another.
+/// Fingerprint of a file, to detect changes.
 struct FileStamp {
   std::int64_t changed_ns = 0;
   std::uint64_t bytes = 0, inode = 0;
-  bool there = false;
+  bool there = false;  ///< the file exists
 
   bool operator==(const FileStamp&) const = default;
 };
 
-/// Of the object table, and of mesh files, which may be saved anew as well.
 FileStamp StampOfFile(const std::string& path);
 
-/// What reading the table again brought.
+/// Result of reading the table again.
 struct TableNews {
-  bool accepted = false;  ///< false: it has faults, and the table before stays in force
-  FaultList faults;       ///< warnings too
+  bool accepted = false;  ///< false: it has faults, and the previous table stays in use
+  FaultList faults;       ///< including warnings
 };
 
 class ObjectTableFile {
  public:
-  /// @param tags  must outlive this; null: tags and bodies are not checked
+  /// @param tags  must outlive this object; null: tags and bodies are not checked
   ObjectTableFile(std::string path, const TagDatabase* tags)
       : path_(std::move(path)), tags_(tags) {}
 
-  /// Looks whether the file was changed, and reads it once it stands still from one look to the
-  /// next, so that a half-saved file is not told as faulty; at the first look at once. Looks once
-  /// or twice a second serve.
-  std::optional<TableNews> Look();
+  /// Checks the file for changes. A changed file is read once it is unchanged between two calls, so
+  /// that a partially saved file is not reported as faulty; the first call reads at once. Call it
+  /// once or twice a second.
+  /// @return  nullopt if nothing was read
+  std::optional<TableNews> Poll();
 
-  /// In force; nothing until one was accepted.
+  /// The table in use; nullopt until one was accepted.
   const std::optional<ObjectTable>& table() const { return table_; }
 
  private:

@@ -6,7 +6,7 @@
 namespace plumbline {
 namespace {
 
-/// Of a triangle, along an axis.
+/// Extent of a triangle along an axis.
 struct Extent {
   double low, high;
 };
@@ -16,8 +16,8 @@ Extent ExtentOf(const Corners& triangle, const Vec3& axis) {
   return {std::min({p, q, r}), std::max({p, q, r})};
 }
 
-/// Gives every axis on which two triangles can be apart to `holds` until one does not.
-/// @return  whether it held for all
+/// Calls `holds` for each potential separating axis until it returns false.
+/// @return  whether it returned true for all
 template <typename Holds>
 bool ForEachAxis(const Corners& a, const Corners& b, const Holds& holds) {
   const std::array<Vec3, 3> ab = {a[1] - a[0], a[2] - a[1], a[0] - a[2]},
@@ -35,7 +35,7 @@ bool ForEachAxis(const Corners& a, const Corners& b, const Holds& holds) {
   return true;
 }
 
-/// Where the edge from p to q passes through a triangle.
+/// Point at which the edge from p to q passes through a triangle.
 std::optional<Vec3> Passes(const Vec3& p, const Vec3& q, const Corners& triangle) {
   const Vec3 ab = triangle[1] - triangle[0], ac = triangle[2] - triangle[0];
   const Vec3 n = ab.cross(ac), pq = q - p;

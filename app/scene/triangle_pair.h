@@ -1,4 +1,4 @@
-// Two triangles.
+// Intersection tests of two triangles.
 #pragma once
 
 #include <array>
@@ -10,22 +10,22 @@ namespace plumbline {
 
 using Corners = std::array<Vec3, 3>;
 
-/// Whether they have a point in common, by the axes on which two triangles can be apart: the
-/// normals, each edge of one crossed with each of the other, and for triangles in one plane each
-/// edge crossed with its normal.                          [Gottschalk et al. 1996, separating axes]
+/// Whether two triangles intersect, by the separating axis theorem. Axes: both normals, the cross
+/// products of the edges of one with those of the other and, for coplanar triangles, of each edge
+/// with its normal.                                                      [Gottschalk et al. 1996]
 bool TrianglesCross(const Corners& a, const Corners& b);
 
-/// Where a, moved on, leaves b.
+/// Point at which triangle a, moving, leaves triangle b.
 struct TriangleExit {
-  double way_m = 0;            ///< both have a point in common up to here, and none beyond
-  Vec3 normal = Vec3::Zero();  ///< of the surface through what touches last, not normalised
+  double way_m = 0;            ///< the triangles intersect up to here and not beyond
+  Vec3 normal = Vec3::Zero();  ///< separating axis at the exit, not normalised
 };
 
-/// How far a must go along a unit vector until it leaves b: the smallest way on which some axis of
-/// the above sees both apart. Only for triangles that cross.
+/// Travel of a along a unit vector until it leaves b: the smallest one at which an axis separates
+/// them. Only for triangles that intersect.
 TriangleExit ExitOf(const Corners& a, const Corners& b, const Vec3& along);
 
-/// The middle of the line that two triangles have in common; nothing where they lie in one plane.
+/// Centre of the intersection segment of two triangles; nullopt if they are coplanar.
 std::optional<Vec3> MiddleOfCrossing(const Corners& a, const Corners& b);
 
 }  // namespace plumbline

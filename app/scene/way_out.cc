@@ -6,18 +6,18 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kCrossingsOfALook = 8;  ///< that one look asks for
-constexpr int kMostLooks = 80;
-/// A look that touches ends at the first triangles that cross; one that is free looks at all. So it
-/// is strode from what touches, in strides that become longer.
-constexpr double kLonger = 4;
-constexpr double kSameSide = 0.5;  ///< cosine between the first way and a better one
+constexpr std::size_t kCrossingsPerTest = 8;  ///< intersections used from one test
+constexpr int kMaxTests = 80;
+/// A test of a touching position stops at the first intersections, one of a free position examines
+/// everything. Therefore strides start from the touching side and grow by this factor.
+constexpr double kStrideGrowth = 4;
+constexpr double kSameSide = 0.5;  ///< minimum cosine between the first direction and a better one
 
-/// A straight way out of b for a, as far as it is known.
+/// A straight path of a out of b, as far as it is known.
 struct Way {
   Vec3 along_A;
-  double touching_m = 0;         ///< up to here it touches
-  Vec3 normal_A = Vec3::Zero();  ///< of what touches there
+  double touching_m = 0;         ///< known to touch up to here
+  Vec3 normal_A = Vec3::Zero();  ///< normal of the contact there
 };
 
 class WaySearch {
@@ -28,34 +28,34 @@ class WaySearch {
   WayOut Find(const std::vector<TrianglePair>& crossing, const Vec3& guess_A) const {
     const MeshPair here(a_, b_, X_AB_);
     std::array<Way, 2> ways = {Way{guess_A}, Way{-guess_A}};
-    for (Way& way : ways) GoOn(here, crossing, 0, way);
+    for (Way& way : ways) AddContacts(here, crossing, 0, way);
     std::array<double, 2> stride_m = {step_m_, step_m_}, next_m{};
     std::size_t nearer = 0;
-    for (int looks = 0; looks < kMostLooks; ++looks) {
+    for (int tests = 0; tests < kMaxTests; ++tests) {
       for (std::size_t k = 0; k < 2; ++k) next_m[k] = ways[k].touching_m + stride_m[k];
       nearer = next_m[0] <= next_m[1] ? 0 : 1;
       if (IsFree(ways[nearer], next_m[nearer])) break;
-      stride_m[nearer] *= kLonger;
+      stride_m[nearer] *= kStrideGrowth;
     }
     Way& way = ways[nearer];
-    double free_m = Halve(way, next_m[nearer]);
+    double free_m = Bisect(way, next_m[nearer]);
     const auto take_shorter = [&](Way other) {
       const double shorter_m = free_m - step_m_;
       if (other.touching_m >= shorter_m || !IsFree(other, shorter_m)) return;
-      free_m = Halve(other, shorter_m);
+      free_m = Bisect(other, shorter_m);
       way = other;
     };
     take_shorter(ways[1 - nearer]);
-    // What touched last tells how the surfaces face there.
+    // The normal of the last contact may be a shorter direction.
     const Vec3 normal_A = way.normal_A.normalized();
     if (normal_A.dot(way.along_A) > kSameSide) take_shorter({normal_A});
     return {free_m, way.along_A};
   }
 
  private:
-  /// What is known from triangles that cross, `at_m` from the start.
-  static void GoOn(const MeshPair& pair, const std::vector<TrianglePair>& crossing, double at_m,
-                   Way& way) {
+  /// Updates the path with the intersecting triangles found at `at_m`.
+  static void AddContacts(const MeshPair& pair, const std::vector<TrianglePair>& crossing,
+                          double at_m, Way& way) {
     way.touching_m = std::max(way.touching_m, at_m);
     for (const TrianglePair& triangles : crossing) {
       const TriangleExit exit =
@@ -69,21 +69,21 @@ class WaySearch {
   bool IsFree(Way& way, double at_m) const {
     const Pose X_AB{X_AB_.R, X_AB_.p - at_m * way.along_A};
     const MeshPair there(a_, b_, X_AB);
-    const std::vector<TrianglePair> crossing = there.Crossing(kCrossingsOfALook);
+    const std::vector<TrianglePair> crossing = there.Crossing(kCrossingsPerTest);
     if (crossing.empty() && !OneInOther(a_, b_, X_AB)) return true;
-    GoOn(there, crossing, at_m, way);
+    AddContacts(there, crossing, at_m, way);
     return false;
   }
 
-  /// @param free_m  where it is free
-  /// @return  the same, at most a step beyond what touches
-  double Halve(Way& way, double free_m) const {
+  /// @param free_m  a free position
+  /// @return        a free position at most one step beyond a touching one
+  double Bisect(Way& way, double free_m) const {
     double stride_m = step_m_;
-    for (int looks = 0; looks < kMostLooks && free_m - way.touching_m > step_m_; ++looks) {
+    for (int tests = 0; tests < kMaxTests && free_m - way.touching_m > step_m_; ++tests) {
       const double at_m = way.touching_m + std::min(stride_m, 0.5 * (free_m - way.touching_m));
       const bool free = IsFree(way, at_m);
       if (free) free_m = at_m;
-      stride_m = free ? step_m_ : kLonger * stride_m;
+      stride_m = free ? step_m_ : kStrideGrowth * stride_m;
     }
     return free_m;
   }

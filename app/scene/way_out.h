@@ -1,4 +1,4 @@
-// How far one mesh must be moved until it touches the other one no more.
+// Penetration depth of two meshes: travel of one until it no longer touches the other.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,19 @@
 
 namespace plumbline {
 
-/// Whether some part of one lies in the other. Only where their surfaces do not cross.
+/// Whether a part of one mesh is inside the other. Only if their surfaces do not cross.
 bool OneInOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB);
 
-/// As Separation tells it (interference.h).
+/// Depth and direction, as defined for Separation (interference.h).
 struct WayOut {
   double depth_m = 0;
   Vec3 way_A = Vec3::Zero();
 };
 
-/// Looks along the guess and against it at places that lie farther and farther, and halves what is
-/// between the last that touches and the first that is free. Where triangles cross, how far they go
-/// on crossing along that way is known (ExitOf), and nothing on the way to there is looked at.
-/// @param crossing  the triangles that cross, empty where one lies in the other
+/// Tests positions along the guess and against it with growing strides, then bisects between the
+/// last that touches and the first that is free. Intersecting triangles are known to intersect up
+/// to their exit (ExitOf), so positions before that are not tested.
+/// @param crossing  the intersecting triangles; empty if one mesh is inside the other
 /// @param guess_A   a unit vector
 /// @param step_m    resolution of the depth
 WayOut WayOutOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,

@@ -16,7 +16,7 @@ bool SameLens(const Lens& a, const Lens& b) {
 
 }  // namespace
 
-std::optional<ToolNow> ToolOf(const ViewState& state, const ViewModel& model) {
+std::optional<ToolNow> ComputeToolState(const ViewState& state, const ViewModel& model) {
   const LoadedArm& arm = model.arm;
   if (state.q.size() != arm.size() || !state.q.allFinite() || !state.payload_kg) {
     return std::nullopt;
@@ -34,7 +34,7 @@ std::optional<ToolNow> ToolOf(const ViewState& state, const ViewModel& model) {
 
   ToolNow tool;
   tool.bend = BendFieldOf(cell.tool, loaded);
-  // An identified offset of the tool's frame seats the whole tool elsewhere: the tip decides.
+  // An identified offset of the tool frame shifts the whole tool: the tip determines the flange.
   const Pose X_FT{RotationFromVector(loaded.slope_F), arm.X_FT().p + loaded.bend_F};
   tool.X_WF = loaded.X_WT * X_FT.Inverse();
   tool.tip_W = loaded.X_WT.p;
@@ -78,8 +78,8 @@ std::optional<Pose> Carriers::InWorld(const Carrier& carrier) const {
   return world->X_CK.Inverse() * placed->X_CK;
 }
 
-Carriers CarrierMemory::Take(const ViewState& state, std::size_t camera_number,
-                             const ViewModel* model, double now_s) {
+Carriers CarrierMemory::Update(const ViewState& state, std::size_t camera_number,
+                               const ViewModel* model, double now_s) {
   const ViewCamera& camera = CameraOf(state, camera_number);
   Carriers carriers;
   carriers.lens_stale =
@@ -87,7 +87,7 @@ Carriers CarrierMemory::Take(const ViewState& state, std::size_t camera_number,
   carriers.image_stale = !camera.image || now_s - camera.image->time_s > kImageFresh_s;
   carriers.robot_stale = (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
 
-  // What was seen through another lens lies elsewhere.
+  // Poses estimated with another lens are not comparable.
   if (!camera.lens || (lens_ && !SameLens(*lens_, *camera.lens))) {
     world_.reset();
     bodies_.clear();
@@ -109,14 +109,14 @@ Carriers CarrierMemory::Take(const ViewState& state, std::size_t camera_number,
   const auto forget = [&](auto& seen) {
     std::erase_if(seen, [&](const auto& one) { return now_s - one.second.time_s > kForgotten_s; });
   };
-  // While the image stands, what was in it stands too: greyed, and the image is marked.
+  // A frozen image keeps its carriers, drawn grey; the image itself is marked as stale.
   if (!carriers.image_stale) forget(bodies_);
   if (!carriers.image_stale) forget(tags_);
   for (const auto& [name, seen] : bodies_) carriers.bodies[name] = {seen.X_CK, old(seen)};
   for (const auto& [id, seen] : tags_) carriers.tags[id] = {seen.X_CK, old(seen)};
 
   if (model == nullptr) return carriers;
-  carriers.tool = ToolOf(state, *model);
+  carriers.tool = ComputeToolState(state, *model);
   if (const VisionConfig& vision = model->config.vision; !vision.cameras.empty()) {
     const TagsConfig& tags = vision.tags;
     const auto cell = bodies_.find(tags.cell);
@@ -134,7 +134,7 @@ Carriers CarrierMemory::Take(const ViewState& state, std::size_t camera_number,
   return carriers;
 }
 
-Carriers InMeasurementFrame(std::span<const Carriers> cameras) {
+Carriers MergeInMeasurementFrame(std::span<const Carriers> cameras) {
   Carriers merged;
   merged.tool = cameras.front().tool;
   merged.robot_stale = cameras.front().robot_stale;
@@ -160,8 +160,9 @@ Carriers InMeasurementFrame(std::span<const Carriers> cameras) {
   return merged;
 }
 
-void ShareSights(std::span<Carriers> cameras) {
-  const std::vector<Carriers> own(cameras.begin(), cameras.end());  // no hearsay is passed on
+void ShareDetections(std::span<Carriers> cameras) {
+  // Share only the cameras' own detections, not what they received.
+  const std::vector<Carriers> own(cameras.begin(), cameras.end());
   for (std::size_t a = 0; a < own.size(); ++a) {
     for (std::size_t b = 0; b < own.size(); ++b) {
       const auto &to = own[a].world, &from = own[b].world;

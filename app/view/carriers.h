@@ -1,5 +1,5 @@
-// Where the things that carry virtual objects are, seen from each camera: the cell, the robot's
-// base, the loaded flange, bodies and tags.
+// Poses of the carriers of virtual objects (cell, robot base, loaded flange, bodies, tags) in each
+// camera's frame.
 #pragma once
 
 #include <map>
@@ -14,52 +14,54 @@
 
 namespace plumbline {
 
-/// A pose, and whether it may have changed since it was measured.
+/// Pose of a carrier in the camera frame.
 struct PlacedCarrier {
   Pose X_CK;
-  bool stale = false;
+  bool stale = false;  ///< the carrier may have moved since it was measured
 };
 
-/// What the newest state says of the loaded tool.
+/// Loaded tool in the newest state.
 struct ToolNow {
-  Pose X_WF;          ///< the flange, seated so that the drawn tip is the model's tip
-  Pose X_WF_nominal;  ///< of the arm without load, as its controller believes
+  Pose X_WF;          ///< flange, placed so that the drawn tip coincides with the model's tip
+  Pose X_WF_nominal;  ///< flange of the unloaded arm, as the controller assumes it
   BendField bend;
-  Vec3 tip_W = Vec3::Zero();          ///< of the loaded tool
-  Vec3 tip_nominal_W = Vec3::Zero();  ///< of the straight tool on X_WF_nominal
+  Vec3 tip_W = Vec3::Zero();          ///< tip of the loaded tool
+  Vec3 tip_nominal_W = Vec3::Zero();  ///< tip of the straight tool on X_WF_nominal
 };
 
-/// @return  nothing where the joints do not fit the model, or the payload is not known
-std::optional<ToolNow> ToolOf(const ViewState& state, const ViewModel& model);
+/// @return  nullopt if the joints do not fit the model or the payload is unknown
+std::optional<ToolNow> ComputeToolState(const ViewState& state, const ViewModel& model);
 
-/// Poses of one moment, in the frame of one camera.
+/// Carrier poses at one instant, in the frame of one camera.
 struct Carriers {
   std::optional<PlacedCarrier> world;  ///< X_CW
   std::optional<PlacedCarrier> base, flange;
   std::map<std::string, PlacedCarrier> bodies;
   std::map<int, PlacedCarrier> tags;
   std::optional<ToolNow> tool;
-  double focal_px = 0;      ///< of its lens; 0: not known
-  bool lens_stale = true;   ///< the lens does not belong to this zoom, or nobody knows
-  bool image_stale = true;  ///< no image, or an old one
-  bool robot_stale = true;  ///< no trusted reading of the joints
+  double focal_px = 0;      ///< focal length of the camera's lens; 0: unknown
+  bool lens_stale = true;   ///< the lens is not verified at the present zoom
+  bool image_stale = true;  ///< there is no image, or it is too old
+  bool robot_stale = true;  ///< there is no trusted joint reading
 
+  /// @return  null if the carrier has no pose
   const PlacedCarrier* Find(const Carrier& carrier) const;
-  /// The same in the measurement frame; nothing where the cell is not seen and it hangs on that.
+  /// Pose in the measurement frame W.
+  /// @return  nullopt if the pose is unknown or stale, or depends on a cell frame that is
   std::optional<Pose> InWorld(const Carrier& carrier) const;
 };
 
-/// Remembers what one camera saw: a carrier that is hidden for a moment stays where it was, and is
-/// stale after kFresh_s; it is forgotten after kForgotten_s, the cell's frame only with the lens,
-/// since camera and cell stand still.
+/// Last known carrier poses of one camera. A hidden carrier keeps its pose, becomes stale after
+/// kFresh_s and is dropped after kForgotten_s. The cell frame is dropped only with the lens, since
+/// camera and cell do not move relative to each other.
 class CarrierMemory {
  public:
   static constexpr double kFresh_s = 0.5, kForgotten_s = 3.0, kImageFresh_s = 0.5;
 
-  /// @param model  null: the configuration cannot be read; bodies and tags alone
-  /// @param now_s  monotonic, of this computer
-  /// @param camera  its number in the state
-  Carriers Take(const ViewState& state, std::size_t camera, const ViewModel* model, double now_s);
+  /// @param camera  index in the state
+  /// @param model   null if the configuration cannot be read; then only bodies and tags are placed
+  /// @param now_s   monotonic clock of this computer
+  Carriers Update(const ViewState& state, std::size_t camera, const ViewModel* model, double now_s);
 
  private:
   struct Seen {
@@ -72,15 +74,15 @@ class CarrierMemory {
   std::map<int, Seen> tags_;
 };
 
-/// What several cameras see, in the measurement frame itself (C is W): a body or tag that more than
-/// one sees stands where the camera has it for which a metre there is the most pixels, f / z. It is
-/// what distances are measured in. Of one camera it is what that one sees.
-Carriers InMeasurementFrame(std::span<const Carriers> cameras);
+/// Merges the detections of all cameras in the measurement frame (C is W); distances are measured
+/// in the result. If several cameras see a body or tag, the one with the highest image resolution
+/// there, f / z, determines its pose.
+Carriers MergeInMeasurementFrame(std::span<const Carriers> cameras);
 
-/// What a camera does not see now and another does is placed where that one has it, by the cell's
-/// frame of both: X_AK = X_AW X_BW^-1 X_BK. What it sees itself stays as it sees it, so that the
-/// error of the other camera's pose is not in its picture. Nothing is taken from, or given to, a
-/// camera whose lens, image or marks are stale.
-void ShareSights(std::span<Carriers> cameras);
+/// Fills in carriers that one camera does not see from another that does, through the cell frame
+/// of both: X_AK = X_AW X_BW^-1 X_BK. A camera's own detections are never replaced, so that the
+/// other camera's pose error does not enter its picture. Cameras whose lens, image or cell tags
+/// are stale neither contribute nor receive.
+void ShareDetections(std::span<Carriers> cameras);
 
 }  // namespace plumbline

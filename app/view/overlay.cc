@@ -48,7 +48,7 @@ class OverlayBuilder {
   }
 
  private:
-  /// Without a lens nothing can be placed in the image.
+  /// Nothing can be projected into the image without a lens.
   bool seen() const { return camera_.lens.has_value() && camera_.image.has_value(); }
 
   void AddBackground() {
@@ -77,7 +77,7 @@ class OverlayBuilder {
     }
   }
 
-  /// The length that so many pixels are at a point.
+  /// Length in the image plane's direction that spans `pixels` at a point [m].
   double LengthOf(double pixels, const Vec3& p_C) const {
     return pixels * std::max(p_C.z(), 0.02) / list_.pinhole.fx;
   }
@@ -107,7 +107,7 @@ class OverlayBuilder {
     if (config_.nominal == OverlayConfig::Nominal::kBeside) NameBoth();
   }
 
-  /// The flange of the arm without load, moved aside where the two shall stand beside each other.
+  /// Flange of the unloaded arm, shifted aside if the two tools are drawn beside each other.
   std::optional<Pose> NominalInCamera() const {
     if (!carriers_.world || !carriers_.tool) return std::nullopt;
     Pose X_CF = carriers_.world->X_CK * carriers_.tool->X_WF_nominal;
@@ -213,27 +213,27 @@ class OverlayBuilder {
       const Vec3 p_C = X_CW * point.X_WP.p;
       AddCross(p_C, mark_px, true, shade(kTaught));
       const std::string name = point.name.empty() ? fmt::format("{}", point.id) : point.name;
-      const auto told = std::find_if(state_.points.begin(), state_.points.end(),
-                                     [&](const ViewPoint& one) { return one.id == point.id; });
-      if (told == state_.points.end() || !told->valid) {
+      const auto output = std::find_if(state_.points.begin(), state_.points.end(),
+                                       [&](const ViewPoint& one) { return one.id == point.id; });
+      if (output == state_.points.end() || !output->valid) {
         AddLabel(p_C, name + ": no correction", shade(kMissed));
         continue;
       }
       const double e = config_.exaggeration;
-      const Vec3 missed_C = X_CW * Vec3(point.X_WP.p - e * (R_WB * told->translation_B));
+      const Vec3 missed_C = X_CW * Vec3(point.X_WP.p - e * (R_WB * output->translation_B));
       AddLine({p_C, missed_C}, shade(kMissed), 2, true);
       AddCross(missed_C, mark_px, false, shade(kMissed));
-      AddCircle(p_C, e * told->uncertainty_m, shade(kHit));
+      AddCircle(p_C, e * output->uncertainty_m, shade(kHit));
       AddLabel(p_C,
-               fmt::format("{}: corrected {:.2f} mm, ±{:.2f} mm ({})", name,
-                           1e3 * told->translation_B.norm(), 1e3 * told->uncertainty_m,
-                           Describe(told->basis)),
+               fmt::format("{}: corrected by {:.2f} mm, ±{:.2f} mm (95 %, {})", name,
+                           1e3 * output->translation_B.norm(), 1e3 * output->uncertainty_m,
+                           Describe(output->basis)),
                shade(kHit));
     }
   }
 
   void AddMeasured() {
-    const Measured* const measured = facts_.measured;
+    const SceneMeasurements* const measured = facts_.measured;
     if (measured == nullptr || !carriers_.world || carriers_.world->stale) return;
     if (facts_.now_s - measured->time_s > kMeasuredFresh_s) return;
     const Pose& X_CW = carriers_.world->X_CK;

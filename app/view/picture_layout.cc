@@ -10,13 +10,13 @@ constexpr float kLinesOfText = 38, kSmallestText_px = 12;
 constexpr float kColumn_em = 22, kMostColumn = 0.42F;
 constexpr int kMessages = 4;
 
-/// At which the whole image fills the area in one direction.
+/// Largest scale at which the whole image fits the area.
 double ScaleIn(const Area& area, ImageSize image) {
   return std::min(static_cast<double>(area.width) / image.width,
                   static_cast<double>(area.height) / image.height);
 }
 
-bool BeginsLetter(char byte) {
+bool StartsCharacter(char byte) {
   return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
 }
 
@@ -37,7 +37,7 @@ PictureLayout LayoutOf(ImageSize size) {
   return layout;
 }
 
-std::vector<Area> PartsOf(const Area& area, std::size_t count, ImageSize image, float gap) {
+std::vector<Area> SplitArea(const Area& area, std::size_t count, ImageSize image, float gap) {
   const auto n = static_cast<float>(count);
   Area beside = area, below = area;
   beside.width = (area.width - (n - 1) * gap) / n;
@@ -74,7 +74,7 @@ Lens PlainLens(ImageSize image) {
   return lens;
 }
 
-std::string Fitted(const std::string& text, float height_px, float width_px,
+std::string Elided(const std::string& text, float height_px, float width_px,
                    const TextWidth& text_width) {
   if (text_width(text, height_px) <= width_px) return text;
   static const std::string kEllipsis = "…";
@@ -85,7 +85,7 @@ std::string Fitted(const std::string& text, float height_px, float width_px,
     (text_width(text.substr(0, middle) + kEllipsis, height_px) <= width_px ? fits : beyond) =
         middle;
   }
-  while (fits > 0 && !BeginsLetter(text[fits])) --fits;
+  while (fits > 0 && !StartsCharacter(text[fits])) --fits;
   while (fits > 0 && text[fits - 1] == ' ') --fits;
   return text.substr(0, fits) + kEllipsis;
 }

@@ -1,4 +1,4 @@
-// "1280x720" of a command line.
+// Picture size parser for command-line options such as "1280x720".
 #pragma once
 
 #include <charconv>
@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-/// Between the smallest and the largest screen that there is a layout for.
+/// @return  nullopt if malformed or outside the sizes that the layout supports
 inline std::optional<ImageSize> PictureSizeFrom(std::string_view text) {
   ImageSize size;
   const char* const end = text.data() + text.size();

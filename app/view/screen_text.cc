@@ -17,8 +17,8 @@ namespace {
 constexpr Colour kPaper{0.07F, 0.08F, 0.10F, 1}, kBar{0.12F, 0.13F, 0.16F, 1},
     kShadow{0.05F, 0.05F, 0.06F, 0.75F}, kStale{1.0F, 0.66F, 0.0F, 1},
     kTitle{0.55F, 0.72F, 0.95F, 1};
-constexpr float kGap_em = 0.3F;         ///< between the images of two cameras
-constexpr std::size_t kMostUrgent = 5;  ///< rows of a panel, before others get their second
+constexpr float kGap_em = 0.3F;            ///< between the images of two cameras
+constexpr std::size_t kMaxUrgentRows = 5;  ///< of one panel, served before other panels' second row
 
 Colour ColourOf(Tone tone) {
   switch (tone) {
@@ -44,9 +44,9 @@ class Writer {
   void Box(const Area& area, const Colour& colour) {
     list_.boxes.push_back({area.x, area.y, area.width, area.height, colour});
   }
-  /// One line; `y` is its upper edge. Capitals stand in the middle of the line.
+  /// One line; `y` is its upper edge. Capitals are centred vertically.
   void Line(float x, float y, float width, const std::string& text, const Colour& colour) {
-    const std::string fitted = Fitted(text, layout_.em, width, text_width_);
+    const std::string fitted = Elided(text, layout_.em, width, text_width_);
     if (fitted.empty()) return;
     list_.texts.push_back({x, y + layout_.em, layout_.em, colour, fitted});
   }
@@ -61,17 +61,16 @@ class Writer {
   DisplayList& list_;
 };
 
-/// A line of a panel, or a piece of an urgent one that is too long for the column.
+/// A line of a panel, or one piece of an urgent line that was wrapped.
 struct Row {
   std::string text;
-  std::string
-      rest;  ///< of the line, from here to its end: what is shown where the next has no room
+  std::string rest;  ///< from here to the end of the line: shown if the next piece has no room
   Tone tone;
-  bool begins;  ///< a line
+  bool starts_line;
 };
 using Rows = std::vector<Row>;
 
-/// Somebody should act on it.
+/// Whether the operator should act on it.
 bool IsUrgent(Tone tone) {
   return tone == Tone::kBad || tone == Tone::kAttention;
 }
@@ -79,7 +78,7 @@ bool IsUrgent(Tone tone) {
 Rows RowsOf(const Panel& panel, float width, const Writer& writer) {
   Rows rows;
   for (const PanelLine& line : panel.lines) {
-    if (!IsUrgent(line.tone)) {  // its end may be cut off: others' beginnings are worth more
+    if (!IsUrgent(line.tone)) {  // may be truncated: leaves room for other lines
       rows.push_back({line.text, line.text, line.tone, true});
       continue;
     }
@@ -92,17 +91,17 @@ Rows RowsOf(const Panel& panel, float width, const Writer& writer) {
   return rows;
 }
 
-/// The rows up to the last one that somebody should act on.
+/// Number of rows up to the last urgent one.
 std::size_t UrgentRows(const Rows& rows) {
   std::size_t urgent = 0;
   for (std::size_t k = 0; k < rows.size(); ++k) {
     if (IsUrgent(rows[k].tone)) urgent = k + 1;
   }
-  return std::min(urgent, kMostUrgent);
+  return std::min(urgent, kMaxUrgentRows);
 }
 
-/// How many rows each panel gets, its title not counted: one each, then what is urgent, from the
-/// first panel on, then the others in turn.
+/// Number of rows for each panel, title excluded: one each, then the urgent rows, first panel
+/// first, then one at a time for each panel in turn.
 std::vector<std::size_t> ShareRows(const std::vector<Rows>& panels, std::size_t room) {
   std::vector<std::size_t> given(panels.size(), 0);
   std::size_t left = room > panels.size() ? room - panels.size() : 0;
@@ -137,12 +136,12 @@ void AddColumn(const std::vector<Panel>& panels, const PictureLayout& layout, Wr
     const std::span<const Row> shown = std::span(rows[k]).first(given[k]);
     const std::span<const Row> not_shown = std::span(rows[k]).subspan(given[k]);
     const auto hidden = std::count_if(not_shown.begin(), not_shown.end(),
-                                      [](const Row& row) { return row.begins; });
+                                      [](const Row& row) { return row.starts_line; });
     const std::string& name = panels[k].title;
     const std::string title = hidden > 0 ? fmt::format("{} (+{})", name, hidden) : name;
     writer.Line(column.x + margin, y, width, title, kTitle);
     y += layout.line();
-    const bool cut = !not_shown.empty() && !not_shown.front().begins;
+    const bool cut = !not_shown.empty() && !not_shown.front().starts_line;
     for (std::size_t i = 0; i < shown.size() && y + layout.line() <= column.bottom(); ++i) {
       const Row& row = shown[i];
       writer.Line(column.x + 2 * margin, y, width - margin,
@@ -178,7 +177,7 @@ void AddMessages(const ViewFacts& facts, const PictureLayout& layout, Writer& wr
   const auto rows =
       static_cast<std::size_t>((layout.messages.height - 2 * margin) / layout.line() + 0.05F);
   float y = layout.messages.y + margin;
-  for (const PanelLine& message : MessagesOf(facts, rows)) {
+  for (const PanelLine& message : RecentMessages(facts, rows)) {
     writer.Line(layout.messages.x + 0.5F * layout.em, y, layout.messages.width - layout.em,
                 message.text, ColourOf(message.tone));
     y += layout.line();
@@ -189,13 +188,13 @@ bool Overlap(const Area& a, const Area& b) {
   return a.x < b.right() && b.x < a.right() && a.y < b.bottom() && b.y < a.bottom();
 }
 
-/// Things written over the image, none over another.
-class Marks {
+/// Texts over the image that do not overlap.
+class Annotations {
  public:
-  Marks(const PictureLayout& layout, Writer& writer)
+  Annotations(const PictureLayout& layout, Writer& writer)
       : layout_(layout), image_(layout.image), writer_(writer) {}
 
-  /// @return  false where there was no room
+  /// @return  false if there was no room
   bool Write(float x, float y, const std::string& text, const Colour& colour) {
     const float pad = 0.3F * layout_.em;
     const float width = std::min(writer_.WidthOf(text) + 1 + 2 * pad, image_.width);
@@ -208,12 +207,12 @@ class Marks {
       area.y = other->bottom();
     }
     if (area.bottom() > image_.bottom()) return false;
-    Take(area);
+    Reserve(area);
     writer_.Box(area, kShadow);
     writer_.Line(area.x + pad, area.y, area.width - 2 * pad, text, colour);
     return true;
   }
-  void Take(const Area& area) { taken_.push_back(area); }
+  void Reserve(const Area& area) { taken_.push_back(area); }
 
  private:
   const PictureLayout& layout_;
@@ -229,9 +228,9 @@ void AddFrame(const Area& area, float width, const Colour& colour, Writer& write
   writer.Box({area.right() - width, area.y + width, width, area.height - 2 * width}, colour);
 }
 
-void AddStressScale(const OverlayInput& input, const PictureLayout& layout, Marks& marks,
-                    Writer& writer) {
-  const Carriers& carriers = input.facts.carriers.front();  // the tool is the same to each camera
+void AddStressScale(const OverlayInput& input, const PictureLayout& layout,
+                    Annotations& annotations, Writer& writer) {
+  const Carriers& carriers = input.facts.carriers.front();  // all cameras have the same tool
   if (!input.config.stress || !carriers.tool) return;
   constexpr int kSteps = 24;
   const Area& image = layout.image;
@@ -241,15 +240,16 @@ void AddStressScale(const OverlayInput& input, const PictureLayout& layout, Mark
     writer.Box({x + static_cast<float>(k) * width, y, width, 0.8F * layout.line()},
                StressColour((k + 0.5) / kSteps));
   }
-  marks.Take({x, y, kSteps * width, layout.line()});
+  annotations.Reserve({x, y, kSteps * width, layout.line()});
   float largest_Pa = 0;
   for (const BendStation& station : carriers.tool->bend.stations) {
     largest_Pa = std::max(largest_Pa, station.stress_Pa);
   }
-  marks.Write(x, y + layout.line(),
-              fmt::format("0 .. {:.0f} MPa, now up to {:.1f} MPa",
-                          input.config.stress_full_Pa / 1e6, static_cast<double>(largest_Pa) / 1e6),
-              ColourOf(Tone::kPlain));
+  annotations.Write(
+      x, y + layout.line(),
+      fmt::format("stress 0..{:.0f} MPa, maximum now {:.1f} MPa", input.config.stress_full_Pa / 1e6,
+                  static_cast<double>(largest_Pa) / 1e6),
+      ColourOf(Tone::kPlain));
 }
 
 }  // namespace
@@ -262,47 +262,49 @@ void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWi
   AddMessages(facts, layout, writer);
 }
 
-void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-              const std::vector<Label>& labels, const TextWidth& text_width, DisplayList& list) {
+void AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                    const std::vector<Label>& labels, const TextWidth& text_width,
+                    DisplayList& list) {
   Writer writer(layout, text_width, list);
-  Marks marks(layout, writer);
+  Annotations annotations(layout, writer);
   const Area& image = layout.image;
   const float inset = 0.6F * layout.em;
   const ViewState& state = *input.facts.state;
   const CameraStatus& status = CameraOf(state, k).status;
   if (status.name != CameraName::kNone) {
-    marks.Write(image.x + inset, image.y + inset, CameraNameText(status.name), kTitle);
+    annotations.Write(image.x + inset, image.y + inset, CameraNameText(status.name), kTitle);
   }
-  const auto reasons = StaleBecause(input.facts, std::span(&k, 1));
+  const auto reasons = StaleReasons(input.facts, std::span(&k, 1));
   if (!reasons.empty()) {
     AddFrame(image, std::max(3.0F, 0.25F * layout.em), kStale, writer);
     for (const std::string& reason : reasons) {
-      marks.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
+      annotations.Write(image.x + inset, image.y + inset, "STALE: " + reason, kStale);
     }
   }
-  const CellHealth health = ShownHealth(input.facts);
+  const CellHealth health = DisplayedHealth(input.facts);
   if (health.severity == HealthSeverity::kAlarm) {
-    marks.Write(image.x + inset, image.y + inset, std::string("→ ") + RemedyOf(health.reason),
-                ColourOf(Tone::kBad));
+    annotations.Write(image.x + inset, image.y + inset, std::string("→ ") + RemedyOf(health.reason),
+                      ColourOf(Tone::kBad));
   }
   if (state.cameras.empty()) {
-    marks.Write(image.x + inset, image.y + inset, "no camera is configured",
-                ColourOf(Tone::kFaded));
+    annotations.Write(image.x + inset, image.y + inset, "no camera is configured",
+                      ColourOf(Tone::kFaded));
   }
   if (input.config.exaggeration != 1) {
-    marks.Write(image.x + inset, image.y + inset,
-                fmt::format("deflection shown x {:g}", input.config.exaggeration), kStale);
+    annotations.Write(image.x + inset, image.y + inset,
+                      fmt::format("deflection exaggerated {:g} times", input.config.exaggeration),
+                      kStale);
   }
   if (status.prompt != BoardPrompt::kNone) {
-    marks.Write(image.x + inset, image.y + inset,
-                fmt::format("→ {} ({} views)", BoardPromptText(status.prompt), status.board_views),
-                kStale);
+    annotations.Write(
+        image.x + inset, image.y + inset,
+        fmt::format("→ {} ({} views)", BoardPromptText(status.prompt), status.board_views), kStale);
   }
-  AddStressScale(input, layout, marks, writer);
+  AddStressScale(input, layout, annotations, writer);
   for (const Label& label : labels) {
     const bool inside = label.x >= image.x && label.x < image.right() && label.y >= image.y &&
                         label.y < image.bottom();
-    if (inside) marks.Write(label.x + inset, label.y + inset, label.text, label.colour);
+    if (inside) annotations.Write(label.x + inset, label.y + inset, label.text, label.colour);
   }
 }
 
@@ -314,7 +316,7 @@ DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layou
   const std::vector<std::size_t>& shown = input.facts.shown;
   const auto& first = CameraOf(*input.facts.state, shown.front()).image;
   const ImageSize size = first ? ImageSize{first->width, first->height} : ImageSize{1920, 1080};
-  const std::vector<Area> parts = PartsOf(layout.image, shown.size(), size, kGap_em * layout.em);
+  const std::vector<Area> parts = SplitArea(layout.image, shown.size(), size, kGap_em * layout.em);
   for (std::size_t i = 0; i < shown.size(); ++i) {
     PictureLayout part = layout;
     part.image = parts[i];
@@ -322,7 +324,7 @@ DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layou
     if (shown.size() > 1) view.area = part.image;
     std::vector<Label> labels;
     AddOverlay(input, shown[i], part, view, labels);
-    AddMarks(input, shown[i], part, labels, text_width, list);
+    AddAnnotations(input, shown[i], part, labels, text_width, list);
   }
   AddPanels(input.facts, layout, text_width, list);
   return list;
@@ -334,10 +336,9 @@ DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
                       const TextWidth& text_width) {
   const ViewFacts& facts = input.facts;
   if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
-    ViewFacts of_silent = facts;
-    of_silent.state = &*withdrawn;
-    return PictureOfState({of_silent, input.config, input.meshes, input.pixels}, layout,
-                          text_width);
+    ViewFacts silent = facts;
+    silent.state = &*withdrawn;
+    return PictureOfState({silent, input.config, input.meshes, input.pixels}, layout, text_width);
   }
   return PictureOfState(input, layout, text_width);
 }

@@ -1,4 +1,4 @@
-// Panels, messages and labels as boxes and texts of a display list.
+// Panels, messages, labels and stale marks of the display, as boxes and texts of a display list.
 #pragma once
 
 #include <vector>
@@ -9,23 +9,24 @@
 
 namespace plumbline {
 
-/// Adds the bar, the column and the messages. Every panel has its title and first line,
-/// then what is urgent gets room, then the others in turn; a title says how many lines had none. No
-/// two texts overlap, and none leaves its area.
+/// Adds the top bar, the column of panels and the messages. Every panel gets its title and first
+/// line; the remaining rows go to urgent lines first, then to the panels in turn. A title states
+/// how many of its lines are hidden. Texts never overlap or leave their area.
 void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
                DisplayList& list);
 
-/// Marks the image of the k-th camera: its name, a frame and the reasons where it is stale, the
-/// exaggeration where it is not 1, the scale of stress where that is shown. Then the labels, moved
-/// down where others stand already and left out where there is no room.
-void AddMarks(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-              const std::vector<Label>& labels, const TextWidth& text_width, DisplayList& list);
+/// Annotates the image of the k-th camera: its name, a frame and the reasons if the overlay is
+/// stale, the exaggeration if it is not 1, and the stress scale if stress is shown. Then adds the
+/// labels; a label is moved down to avoid others and omitted if there is no room.
+void AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                    const std::vector<Label>& labels, const TextWidth& text_width,
+                    DisplayList& list);
 
-/// A whole picture: the cameras that are shown, each in a part of the image area, and the panels.
+/// The complete picture: each displayed camera in its part of the image area, and the panels.
 DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
                       const TextWidth& text_width);
 
-/// A picture without a state: what is missing, in words.
+/// The picture shown before the first state has arrived: panels that explain what is missing.
 DisplayList PictureWithoutState(const ViewFacts& facts, const PictureLayout& layout,
                                 const TextWidth& text_width);
 

@@ -3,8 +3,8 @@
 namespace plumbline {
 
 bool DaemonIsSilent(const ViewState& state, const std::string& link_problem, double now_s) {
-  const double most_s = link_problem.empty() ? kDaemonSilent_s : kStateOld_s;
-  return now_s - state.now_s > most_s;
+  const double limit_s = link_problem.empty() ? kDaemonSilent_s : kStateOld_s;
+  return now_s - state.now_s > limit_s;
 }
 
 std::optional<ViewState> WithdrawnState(const ViewState& state, const std::string& link_problem,
@@ -18,7 +18,7 @@ std::optional<ViewState> WithdrawnState(const ViewState& state, const std::strin
   return withdrawn;
 }
 
-std::string WhyNotValid(const ViewPoint& point, const ViewState& state) {
+std::string InvalidReason(const ViewPoint& point, const ViewState& state) {
   if (state.health.reason == HealthReason::kNoDaemon) return Describe(state.health.reason);
   return std::string(Describe(point.code));
 }

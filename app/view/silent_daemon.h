@@ -1,4 +1,4 @@
-// Validity of a state that its daemon no longer renews.
+// Validity of a state that the daemon no longer updates.
 #pragma once
 
 #include <optional>
@@ -8,21 +8,21 @@
 
 namespace plumbline {
 
-/// The daemon sends five states a second at least.
-inline constexpr double kStateOld_s = 1.0;      ///< known to be cut off, or late
-inline constexpr double kDaemonSilent_s = 2.0;  ///< connected, but sends nothing: it hangs
+/// The daemon sends at least five states per second.
+inline constexpr double kStateOld_s = 1.0;      ///< limit once the connection is lost
+inline constexpr double kDaemonSilent_s = 2.0;  ///< limit while connected: the daemon hangs
 
-/// Whether the daemon is gone or hangs: nothing that it reported may be shown as present.
-/// @param link_problem  why no states come; empty: the connection stands
+/// Whether the daemon has ended or hangs; nothing it reported may then be shown as current.
+/// @param link_problem  why no states arrive; empty: connected
 bool DaemonIsSilent(const ViewState& state, const std::string& link_problem, double now_s);
 
 /// The last state of a silent daemon as page and display may show it: health "no daemon", no point
-/// valid, the age of the robot's reading as it is now. Nothing while the daemon reports,
-/// and of a state that is withdrawn already.
+/// valid, and the present age of the robot reading.
+/// @return  nullopt while the daemon reports, or if the state is already withdrawn
 std::optional<ViewState> WithdrawnState(const ViewState& state, const std::string& link_problem,
                                         double now_s);
 
-/// Why a point of a shown state has no correction.
-std::string WhyNotValid(const ViewPoint& point, const ViewState& state);
+/// Why a displayed point has no valid correction.
+std::string InvalidReason(const ViewPoint& point, const ViewState& state);
 
 }  // namespace plumbline

@@ -68,13 +68,13 @@ Panel AlarmPanel(const ViewState& state, const CellHealth& health) {
   return panel;
 }
 
-/// What a line is about, where there are several cameras.
-std::string About(const ViewCamera& camera) {
+/// "side: " if the cameras have names, else empty.
+std::string CameraPrefix(const ViewCamera& camera) {
   const std::string name = CameraNameText(camera.status.name);
   return name.empty() ? "" : name + ": ";
 }
 
-/// One panel for all cameras: the first line of each, then the rest of each.
+/// One panel for all cameras: first the first line of each camera, then their other lines.
 using LinesOfCamera = std::vector<PanelLine> (*)(const ViewFacts& facts, std::size_t camera);
 Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
                 LinesOfCamera lines_of) {
@@ -85,7 +85,8 @@ Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     const std::vector<PanelLine> lines = lines_of(facts, k);
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      (i == 0 ? panel.lines : rest).push_back({About(cameras[k]) + lines[i].text, lines[i].tone});
+      (i == 0 ? panel.lines : rest)
+          .push_back({CameraPrefix(cameras[k]) + lines[i].text, lines[i].tone});
     }
   }
   panel.lines.insert(panel.lines.end(), rest.begin(), rest.end());
@@ -98,20 +99,20 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   const bool valid = status.state == ZoomState::kValid;
   const bool in_place = valid && status.reason == ZoomReason::kMarksGood;
   std::vector<PanelLine> lines = {
-      {in_place ? "valid: the marks are in place"  // in a line of the column, with a name before it
+      {in_place ? "valid: tags in place"  // short: must fit one line behind a camera name
                 : fmt::format("{}: {}", ZoomStateText(status.state), ZoomReasonText(status.reason)),
        valid ? Tone::kGood : Tone::kAttention}};
   if (status.prompt != BoardPrompt::kNone) {
     lines.push_back({"→ " + std::string(BoardPromptText(status.prompt)), Tone::kAttention});
     lines.push_back({facts.model != nullptr
-                         ? fmt::format("{} of {} views so far", status.board_views,
+                         ? fmt::format("{} of {} views recorded", status.board_views,
                                        facts.model->config.vision.board.views)
-                         : fmt::format("{} views so far", status.board_views),
+                         : fmt::format("{} views recorded", status.board_views),
                      Tone::kAttention});
   }
   std::string zoom = status.zoom_counts ? fmt::format("zoom {}", *status.zoom_counts)
-                                        : std::string("zoom not told");
-  if (status.lens_id > 0) zoom += fmt::format(", lens {} of the store", status.lens_id);
+                                        : std::string("no zoom reading");
+  if (status.lens_id > 0) zoom += fmt::format(", stored lens {}", status.lens_id);
   lines.push_back({zoom});
   if (camera.lens) lines.push_back({fmt::format("focal length {:.0f} px", camera.lens->fx)});
   return lines;
@@ -121,11 +122,11 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
   const Carriers& carriers = facts.carriers[k];
   std::vector<PanelLine> lines;
   if (!carriers.world) {
-    lines.push_back({"the cell's marks were not seen yet", Tone::kAttention});
+    lines.push_back({"cell tags not seen yet", Tone::kAttention});
   } else if (carriers.world->stale) {
-    lines.push_back({"the cell's marks are hidden", Tone::kAttention});
+    lines.push_back({"cell tags not visible", Tone::kAttention});
   } else {
-    lines.push_back({"the cell is seen", Tone::kGood});
+    lines.push_back({"cell tags visible", Tone::kGood});
   }
   for (const auto& [name, placed] : carriers.bodies) {
     lines.push_back({fmt::format("{}: {:.3f} m away{}", name, placed.X_CK.p.norm(),
@@ -150,7 +151,7 @@ Panel CorrectionPanel(const ViewFacts& facts) {
   for (const ViewPoint& point : state.points) {
     if (!point.valid) {
       panel.lines.push_back(
-          {fmt::format("{}: {}", name_of(point.id), WhyNotValid(point, state)), Tone::kBad});
+          {fmt::format("{}: {}", name_of(point.id), InvalidReason(point, state)), Tone::kBad});
       continue;
     }
     panel.lines.push_back(
@@ -160,20 +161,21 @@ Panel CorrectionPanel(const ViewFacts& facts) {
          ToneOf(point, state)});
     if (point.differs) {
       panel.lines.push_back(
-          {fmt::format("{}: other posture", name_of(point.id)), Tone::kAttention});
+          {fmt::format("{}: not the taught posture", name_of(point.id)), Tone::kAttention});
     }
   }
   if (facts.carriers.front().tool) {
     const ToolNow& tool = *facts.carriers.front().tool;
     panel.lines.push_back(
-        {fmt::format("tip now {} off its command", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
+        {fmt::format("tip {} off nominal now", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
   panel.lines.push_back(state.payload_kg
                             ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
-                            : PanelLine{"payload not known", Tone::kAttention});
+                            : PanelLine{"payload unknown", Tone::kAttention});
   panel.lines.push_back(
-      {(state.alarms & alarm::kRobotMissing) != 0 ? "robot never read"
-                                                  : "robot read " + AgeText(state.data_age_s),
+      {(state.alarms & alarm::kRobotMissing) != 0
+           ? "no robot reading yet"
+           : "last robot reading " + AgeText(state.data_age_s),
        facts.carriers.front().robot_stale || state.health.reason == HealthReason::kNoDaemon
            ? Tone::kBad
            : Tone::kPlain});
@@ -182,11 +184,11 @@ Panel CorrectionPanel(const ViewFacts& facts) {
 
 Panel DistancePanel(const ViewFacts& facts) {
   Panel panel{"Distances", {}};
-  const Measured* const measured = facts.measured;
+  const SceneMeasurements* const measured = facts.measured;
   const bool watched =
       facts.table != nullptr && !(facts.table->pairs.empty() && facts.table->distances.empty());
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) {
-    panel.lines.push_back({watched ? "not measured now" : "none watched", Tone::kFaded});
+    panel.lines.push_back({watched ? "no current measurement" : "none configured", Tone::kFaded});
     return panel;
   }
   std::vector<PanelLine> rest;
@@ -211,7 +213,7 @@ Panel DistancePanel(const ViewFacts& facts) {
                        ? PanelLine{fmt::format("{}: hits {} after {}", sweep.name, sweep.other,
                                                Mm(sweep.result->travelled_m, 0)),
                                    Tone::kBad}
-                       : PanelLine{fmt::format("{}: free, {} to {}", sweep.name,
+                       : PanelLine{fmt::format("{}: clear, {} from {}", sweep.name,
                                                Mm(sweep.result->least_m, 1), sweep.other)});
   }
   for (const MeasuredDistance& distance : measured->distances) {
@@ -220,7 +222,7 @@ Panel DistancePanel(const ViewFacts& facts) {
                        : PanelLine{distance.name + ": not measured", Tone::kFaded});
   }
   panel.lines.insert(panel.lines.end(), rest.begin(), rest.end());
-  if (panel.lines.empty()) panel.lines.push_back({"none watched", Tone::kFaded});
+  if (panel.lines.empty()) panel.lines.push_back({"none configured", Tone::kFaded});
   return panel;
 }
 
@@ -234,7 +236,7 @@ std::vector<PanelLine> CameraLines(const ViewFacts& facts, std::size_t k) {
   } else {
     const double rate = k < facts.frames_per_s.size() ? facts.frames_per_s[k] : 0;
     lines.push_back(
-        {fmt::format("{}x{}, {:.0f} images/s", camera.image->width, camera.image->height, rate)});
+        {fmt::format("{}x{}, {:.0f} frames/s", camera.image->width, camera.image->height, rate)});
   }
   if (!camera.serial.empty()) lines.push_back({camera.serial, Tone::kFaded});
   return lines;
@@ -242,11 +244,11 @@ std::vector<PanelLine> CameraLines(const ViewFacts& facts, std::size_t k) {
 
 std::vector<PanelLine> TagLines(const ViewFacts& facts, std::size_t k) {
   const std::vector<ViewTag>& seen = facts.state->cameras[k].tags;
-  std::string text = fmt::format("{} seen", seen.size());
+  std::string text = fmt::format("{} visible", seen.size());
   if (facts.model != nullptr) {
     const TagsConfig& tags = facts.model->config.vision.tags;
     text += tags.threshold ? fmt::format(", threshold {}", *tags.threshold)
-                           : std::string(", threshold by the light");
+                           : std::string(", threshold automatic");
   }
   std::vector<PanelLine> lines = {{text, seen.empty() ? Tone::kAttention : Tone::kPlain}};
   std::string ids;
@@ -267,7 +269,7 @@ Panel ObjectsPanel(const ViewFacts& facts) {
                                                  return camera.Find(object.on) != nullptr;
                                                });
         });
-    panel.lines.push_back({fmt::format("{} of {} in place", shown, facts.table->objects.size())});
+    panel.lines.push_back({fmt::format("{} of {} placed", shown, facts.table->objects.size())});
   } else if (panel.lines.empty()) {
     panel.lines.push_back({"no object table", Tone::kFaded});
   }
@@ -279,96 +281,98 @@ Panel ModelPanel(const ViewState& state) {
   Panel panel{"Model", {}};
   panel.lines.push_back(state.model_version > 0
                             ? PanelLine{fmt::format("version {} in force", state.model_version)}
-                            : PanelLine{"the cell file, no versions kept"});
+                            : PanelLine{"cell file, no stored version"});
   const int proposed = monitoring.model.proposed;
   if (proposed > 0) {
     panel.lines.push_back(
-        {fmt::format("version {} waits: plumbline model apply {}", proposed, proposed),
+        {fmt::format("version {} proposed: plumbline model apply {}", proposed, proposed),
          Tone::kAttention});
   }
   if (monitoring.recording) {
     panel.lines.push_back(
         monitoring.reference_refused
-            ? PanelLine{fmt::format("{} probes, not watched: their reference disagrees",
+            ? PanelLine{fmt::format("{} probes, no drift check: reference probes disagree",
                                     monitoring.probes),
                         Tone::kAttention}
-            : PanelLine{fmt::format("{} probes, drift {:.2f} of the threshold", monitoring.probes,
+            : PanelLine{fmt::format("{} probes, drift {:.2f} of threshold", monitoring.probes,
                                     monitoring.drift_statistic),
                         monitoring.drift_alarm ? Tone::kBad : Tone::kPlain});
   }
   if (monitoring.quarantined > 0) {
-    panel.lines.push_back({"probes wait: plumbline journal quarantine list", Tone::kAttention});
+    panel.lines.push_back(
+        {"probes in quarantine: plumbline journal quarantine list", Tone::kAttention});
   }
   if (monitoring.diagnosing) {
-    panel.lines.push_back({"the diagnosis is at work", Tone::kAttention});
+    panel.lines.push_back({"diagnosis running", Tone::kAttention});
   }
   return panel;
 }
 
 std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
-  return {AlarmPanel(*facts.state, ShownHealth(facts)),
-          OfCameras("Lens", facts, "no camera is configured", LensLines),
+  return {AlarmPanel(*facts.state, DisplayedHealth(facts)),
+          OfCameras("Lens", facts, "no camera configured", LensLines),
           OfCameras("Tracking", facts, "off", TrackingLines),
           CorrectionPanel(facts),
           DistancePanel(facts),
-          OfCameras("Camera", facts, "none is configured", CameraLines),
+          OfCameras("Camera", facts, "none configured", CameraLines),
           OfCameras("Tags", facts, "off", TagLines),
           ObjectsPanel(facts),
           ModelPanel(*facts.state)};
 }
 
-std::vector<std::string> StaleCamera(const ViewFacts& facts, std::size_t k) {
+std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
   const Carriers& carriers = facts.carriers[k];
   std::vector<std::string> reasons;
   if (!camera.image) {
     reasons.emplace_back("no image");
   } else if (carriers.image_stale) {
-    reasons.push_back("the image is from " + AgeText(facts.now_s - camera.image->time_s));
+    reasons.push_back("last image " + AgeText(facts.now_s - camera.image->time_s));
   }
   if (camera.status.state != ZoomState::kValid) {
-    reasons.push_back(fmt::format("the lens is {}: {}", ZoomStateText(camera.status.state),
+    reasons.push_back(fmt::format("lens {}: {}", ZoomStateText(camera.status.state),
                                   ZoomReasonText(camera.status.reason)));
   } else if (camera.image && !camera.lens) {
-    reasons.emplace_back("the image came without its lens");
+    reasons.emplace_back("no lens for the image");
   }
   if (camera.image && !carriers.world) {
-    reasons.emplace_back("the cell's marks are not seen");
+    reasons.emplace_back("cell tags not seen yet");
   } else if (carriers.world && carriers.world->stale && !carriers.lens_stale &&
              !carriers.image_stale) {
-    reasons.emplace_back("the cell's marks are hidden");
+    reasons.emplace_back("cell tags not visible");
   }
   return reasons;
 }
 
 }  // namespace
 
-std::vector<std::string> StaleBecause(const ViewFacts& facts,
+std::vector<std::string> StaleReasons(const ViewFacts& facts,
                                       std::span<const std::size_t> cameras) {
   if (facts.state == nullptr) return {};
   const ViewState& state = *facts.state;
   std::vector<std::string> reasons;
   if (facts.now_s - state.now_s > kStateOld_s) {
-    reasons.push_back("the daemon's last word is " + AgeText(facts.now_s - state.now_s));
+    reasons.push_back("last data from plumblined " + AgeText(facts.now_s - state.now_s));
   }
-  if (facts.model == nullptr) reasons.emplace_back("the configuration cannot be read here");
+  if (facts.model == nullptr)
+    reasons.emplace_back("configuration or model unreadable, see the log");
   for (const std::size_t k : cameras) {
     if (k >= state.cameras.size()) continue;
-    for (const std::string& reason : StaleCamera(facts, k)) {
-      reasons.push_back(About(state.cameras[k]) + reason);
+    for (const std::string& reason : StaleCameraReasons(facts, k)) {
+      reasons.push_back(CameraPrefix(state.cameras[k]) + reason);
     }
   }
-  if (facts.carriers.front().robot_stale) reasons.emplace_back("the robot's joints are not known");
-  if (!state.payload_kg) reasons.emplace_back("the payload is not known");
+  if (facts.carriers.front().robot_stale) reasons.emplace_back("no current robot joint positions");
+  if (!state.payload_kg) reasons.emplace_back("payload unknown");
   return reasons;
 }
 
-CellHealth ShownHealth(const ViewFacts& facts) {
+CellHealth DisplayedHealth(const ViewFacts& facts) {
   const bool silent =
       facts.state == nullptr || DaemonIsSilent(*facts.state, facts.link_problem, facts.now_s);
   if (silent) return HealthOf({.daemon_silent = true});
   const CellHealth health = facts.state->health;
-  const Measured* const measured = facts.measured;
+  const SceneMeasurements* const measured = facts.measured;
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
   const auto touches = [](const MeasuredPair& pair) {
     return pair.state == Nearness::kInterference;
@@ -392,18 +396,18 @@ PanelLine Headline(const ViewFacts& facts) {
   const ViewState& state = *facts.state;
   if (DaemonIsSilent(state, facts.link_problem, facts.now_s)) {
     const std::string why = facts.link_problem.empty()
-                                ? "its last state came " + AgeText(facts.now_s - state.now_s)
+                                ? "last data " + AgeText(facts.now_s - state.now_s)
                                 : facts.link_problem;
     return {"NO DAEMON: " + why, Tone::kBad};
   }
-  const CellHealth health = ShownHealth(facts);
+  const CellHealth health = DisplayedHealth(facts);
   const PanelLine line{
       health.reason == HealthReason::kNone
           ? std::string(Describe(health.severity))
           : fmt::format("{}: {}", Describe(health.severity), Describe(health.reason)),
       ToneOf(health.severity)};
   if (health.severity == HealthSeverity::kAlarm) return line;
-  if (const auto stale = StaleBecause(facts); !stale.empty()) {
+  if (const auto stale = StaleReasons(facts); !stale.empty()) {
     return {"STALE: " + stale.front(), Tone::kAttention};
   }
   return line;
@@ -416,22 +420,22 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts) {
                                               : facts.objects}};
   }
   if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
-    ViewFacts of_silent = facts;
-    of_silent.state = &*withdrawn;
-    return PanelsOfState(of_silent);
+    ViewFacts silent = facts;
+    silent.state = &*withdrawn;
+    return PanelsOfState(silent);
   }
   return PanelsOfState(facts);
 }
 
-std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most) {
+std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count) {
   std::vector<PanelLine> messages;
-  std::vector<ViewLine> lines = facts.own_lines;
+  std::vector<ViewLine> lines = facts.viewer_lines;
   if (facts.state != nullptr) {
     lines.insert(lines.end(), facts.state->lines.begin(), facts.state->lines.end());
   }
   std::stable_sort(lines.begin(), lines.end(),
                    [](const ViewLine& a, const ViewLine& b) { return a.utc_s < b.utc_s; });
-  for (std::size_t k = lines.size() - std::min(most, lines.size()); k < lines.size(); ++k) {
+  for (std::size_t k = lines.size() - std::min(count, lines.size()); k < lines.size(); ++k) {
     const Tone tone = lines[k].level <= 3   ? Tone::kBad
                       : lines[k].level == 4 ? Tone::kAttention
                                             : Tone::kPlain;

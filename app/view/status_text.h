@@ -1,4 +1,4 @@
-// What the screen says in words: the paper's panels, for a cell that nobody operates.
+// Status texts of the display: headline, panels, messages and reasons for stale data.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 #include "app/scene/object_table.h"
 #include "app/view/carriers.h"
-#include "app/view/measured.h"
+#include "app/view/scene_measurements.h"
 
 namespace plumbline {
 
@@ -20,46 +20,45 @@ struct PanelLine {
 
 struct Panel {
   std::string title;
-  std::vector<PanelLine> lines;  ///< the most important first; the last ones may not find room
+  std::vector<PanelLine> lines;  ///< most important first; the last may be hidden for lack of room
 };
 
-/// What the viewer knows beside the daemon's state.
+/// Everything that the texts and the overlay are derived from.
 struct ViewFacts {
-  const ViewState* state = nullptr;      ///< null: none came yet
+  const ViewState* state = nullptr;      ///< null: none received yet
   std::span<const Carriers> carriers;    ///< of each camera of the state; at least one
-  std::vector<std::size_t> shown = {0};  ///< numbers of the cameras in the picture
+  std::vector<std::size_t> shown = {0};  ///< indices of the displayed cameras
   const ViewModel* model = nullptr;
   const ObjectTable* table = nullptr;
-  const Measured* measured = nullptr;
-  std::vector<PanelLine> objects;   ///< what is to be said of their files
-  std::vector<ViewLine> own_lines;  ///< of the viewer's own log
-  std::string link_problem;         ///< why no states come; empty: they do
+  const SceneMeasurements* measured = nullptr;
+  std::vector<PanelLine> objects;      ///< remarks on the object table and its mesh files
+  std::vector<ViewLine> viewer_lines;  ///< the viewer's own log
+  std::string link_problem;            ///< why no states arrive; empty: they do
   double now_s = 0;
-  std::vector<double> frames_per_s;  ///< of each camera, as they arrived
+  std::vector<double> frames_per_s;  ///< received frame rate of each camera
 };
 
-/// The daemon's health; or, where it is worse, what was measured here and reaches the daemon a
-/// moment later. An alarm while no daemon reports.
-CellHealth ShownHealth(const ViewFacts& facts);
+/// Severity shown in the headline: the daemon's health or, if worse, the interference measured in
+/// this process, which reaches the daemon a moment later. An alarm while the daemon is silent.
+CellHealth DisplayedHealth(const ViewFacts& facts);
 
-/// How a point is marked: good only where its radius holds as far as anybody knows.
+/// Tone of a point: good only if nothing is known that invalidates its stated 95 % radius.
 Tone ToneOf(const ViewPoint& point, const ViewState& state);
 
-/// The bar at the top: one word for everything, and why.
+/// The top bar: overall state in one word, with the reason.
 PanelLine Headline(const ViewFacts& facts);
 
-/// Why the overlay over these cameras' images is not to be trusted now, each in words; empty: it
-/// is.
-std::vector<std::string> StaleBecause(const ViewFacts& facts, std::span<const std::size_t> cameras);
-/// Of those that are shown.
-inline std::vector<std::string> StaleBecause(const ViewFacts& facts) {
-  return StaleBecause(facts, facts.shown);
+/// Reasons why the overlay on these cameras' images must not be trusted; empty if it may be.
+std::vector<std::string> StaleReasons(const ViewFacts& facts, std::span<const std::size_t> cameras);
+/// The same for the displayed cameras.
+inline std::vector<std::string> StaleReasons(const ViewFacts& facts) {
+  return StaleReasons(facts, facts.shown);
 }
 
-/// In the order of the column.
+/// All panels, in display order.
 std::vector<Panel> PanelsOf(const ViewFacts& facts);
 
-/// The newest lines of the daemon's log and the viewer's, oldest first.
-std::vector<PanelLine> MessagesOf(const ViewFacts& facts, std::size_t most);
+/// The newest `count` log lines of daemon and viewer, oldest first.
+std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count);
 
 }  // namespace plumbline

@@ -25,7 +25,9 @@ std::optional<ViewModel> ReadViewModel(const std::string& path, int version, Fau
     if (!applied) {
       faults.Append(own);
       faults.Add({Fault::Severity::kFault, file, 0, "",
-                  fmt::format("version {} is in force, but cannot be read here", version)});
+                  fmt::format("model version {} is in force but cannot be read; the tool and the "
+                              "assembly points are not drawn",
+                              version)});
       return std::nullopt;
     }
     config = std::move(applied);

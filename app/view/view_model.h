@@ -1,4 +1,4 @@
-// The configuration and the model that the daemon works with, as the viewer reads them.
+// Configuration and cell model in force, as read by the viewer.
 #pragma once
 
 #include <optional>
@@ -13,13 +13,13 @@ namespace plumbline {
 struct ViewModel {
   DaemonConfig config;
   LoadedArm arm;
-  int version = 0;  ///< of the model store; 0: the cell file
+  int version = 0;  ///< in the model store; 0: the cell file
 };
 
-/// Reads the configuration with the version of the model that the daemon says is in force, and
-/// writes nothing: the store is the daemon's.
-/// @param version  ViewState::model_version; 0: the cell file that the configuration names
-/// @return         nothing where the configuration, its files or that version has a fault
+/// Reads the configuration with the model version that the daemon reports as in force. Writes
+/// nothing: the model store belongs to the daemon.
+/// @param version  ViewState::model_version; 0: the cell file named by the configuration
+/// @return         nullopt if the configuration, a file it names or that version has a fault
 std::optional<ViewModel> ReadViewModel(const std::string& path, int version, FaultList& faults);
 
 }  // namespace plumbline

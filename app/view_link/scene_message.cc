@@ -11,8 +11,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 constexpr std::array<std::uint8_t, 8> kMagic = {'p', 'l', 'u', 'm', 'b', 's', 'c', '2'};
 constexpr double kMillimetres = 1e3;
-constexpr float kFarthest_mm = 1e6F;
-constexpr std::uint16_t kLargestNumber = 9999;
+constexpr float kMaxDistance_mm = 1e6F;
+constexpr std::uint16_t kMaxObjectNumber = 9999;
 
 struct Fields {
   std::uint32_t interferences = 0, unmeasured = 0, blocked = 0;
@@ -40,11 +40,11 @@ std::optional<SceneStatus> SceneOfBytes(std::span<const std::uint8_t> bytes) {
   std::memcpy(&fields, bytes.data() + kMagic.size(), sizeof fields);
   const bool counts = fields.interferences <= kMostScenePairs &&
                       fields.unmeasured <= kMostScenePairs && fields.blocked <= kMostScenePairs;
-  const bool distance = fields.smallest_mm >= 0 && fields.smallest_mm <= kFarthest_mm;
-  const bool numbers = fields.object_a <= kLargestNumber && fields.object_b <= kLargestNumber &&
+  const bool distance = fields.smallest_mm >= 0 && fields.smallest_mm <= kMaxDistance_mm;
+  const bool numbers = fields.object_a <= kMaxObjectNumber && fields.object_b <= kMaxObjectNumber &&
                        (fields.object_a == 0) == (fields.object_b == 0);
-  const bool nothing_measured = fields.object_a == 0 && fields.smallest_mm != 0;
-  if (!counts || !distance || !numbers || nothing_measured) return std::nullopt;
+  const bool distance_of_nothing = fields.object_a == 0 && fields.smallest_mm != 0;
+  if (!counts || !distance || !numbers || distance_of_nothing) return std::nullopt;
   SceneStatus scene;
   scene.interferences = fields.interferences;
   scene.unmeasured = fields.unmeasured;

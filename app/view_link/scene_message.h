@@ -1,4 +1,4 @@
-// The one thing that a viewer may say: what it measured between virtual objects.
+// Scene message from viewer to daemon: interference and distances of the virtual objects.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@ namespace plumbline {
 inline constexpr std::size_t kSceneMessageBytes = 28;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 
-/// The time of `scene` does not travel: who receives it knows when.
+/// `scene.time_s` is not sent; the receiver stamps the time of arrival.
 SceneMessage BytesOfScene(const SceneStatus& scene);
 
-/// @return  nothing where the bytes are no whole message or their values make no sense: more than
-///          kMostScenePairs, a distance that is not 0..1 km, object numbers above 9999, or numbers
-///          and distance that contradict each other. Never reads beyond `bytes`.
+/// @return  nullopt if the bytes are not a complete message or a value is implausible: a count
+///          above kMaxScenePairs, a distance outside 0..1 km, an object number above 9999, or
+///          object numbers and distance that contradict each other. Never reads beyond `bytes`.
 inline constexpr std::uint32_t kMostScenePairs = 5000;
 std::optional<SceneStatus> SceneOfBytes(std::span<const std::uint8_t> bytes);
 

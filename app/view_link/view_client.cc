@@ -23,18 +23,18 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kLargestMessage = 1 << 21;
-/// Slots larger than an image of the largest camera are somebody else's memory.
-constexpr std::uint64_t kLargestSlot = std::uint64_t{1} << 30;
+constexpr std::size_t kMaxMessageBytes = 1 << 21;
+/// Upper bound for a plausible slot; the largest supported image is smaller.
+constexpr std::uint64_t kMaxSlotBytes = std::uint64_t{1} << 30;
 
-/// One message, with the descriptor that came along.
+/// One message, with the descriptor sent along with it, if any.
 struct Received {
   ssize_t bytes = 0;
   Descriptor descriptor;
 };
 
 Received ReceiveFrom(int socket, std::vector<char>& message) {
-  message.resize(kLargestMessage);
+  message.resize(kMaxMessageBytes);
   iovec part{message.data(), message.size()};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
   msghdr header{};
@@ -74,28 +74,28 @@ bool ViewClient::Connect() {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path_.size() >= sizeof address.sun_path) {
-    Disconnect(path_ + ": too long for the path of a socket");
+    Disconnect(path_ + ": too long for a socket path");
     return false;
   }
   std::memcpy(address.sun_path, path_.c_str(), path_.size() + 1);
   socket_.Reset(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const auto* const where = reinterpret_cast<const sockaddr*>(&address);
   if (!socket_ || connect(socket_.get(), where, sizeof address) != 0) {
-    Disconnect(fmt::format("{}: {}; is plumblined running, and may this user look?", path_,
+    Disconnect(fmt::format("{}: {}; is plumblined running, and may this user connect?", path_,
                            std::strerror(errno)));
     return false;
   }
-  problem_ = "connected, no state yet";
+  problem_ = "connected to plumblined, no data yet";
   return true;
 }
 
-bool ViewClient::TakeMemory(const Descriptor& memory, std::size_t slot_bytes) {
+bool ViewClient::MapMemory(const Descriptor& memory, std::size_t slot_bytes) {
   if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
   at_ = nullptr;
   if (!images_) return true;
   struct stat about {};
   const std::size_t bytes = ViewPublisher::kSlots * slot_bytes;
-  const bool enough = slot_bytes >= kViewPixels && slot_bytes <= kLargestSlot &&
+  const bool enough = slot_bytes >= kViewPixels && slot_bytes <= kMaxSlotBytes &&
                       fstat(memory.get(), &about) == 0 &&
                       static_cast<std::size_t>(about.st_size) >= bytes;
   void* const at =
@@ -115,7 +115,7 @@ bool ViewClient::CopyImage(const ViewImage& image, View::Pixels& pixels) const {
     return false;
   }
   const std::uint8_t* const slot = at_ + static_cast<std::size_t>(image.slot) * slot_bytes_;
-  // The mapping is for reading; an atomic load of 32 bits writes nothing.
+  // The mapping is read-only; a 32-bit atomic load does not write.
   const auto stamp = [slot] {
     return std::atomic_ref<std::uint32_t>(
                *reinterpret_cast<std::uint32_t*>(const_cast<std::uint8_t*>(slot)))
@@ -131,7 +131,7 @@ bool ViewClient::CopyImage(const ViewImage& image, View::Pixels& pixels) const {
   return true;
 }
 
-/// A camera's image that is here already is not copied again: each state has those of all cameras.
+/// Each state lists the images of all cameras; images that were already copied are skipped.
 bool ViewClient::CopyImages(View& view) const {
   view.pixels.resize(view.state.cameras.size());
   for (std::size_t k = 0; k < view.pixels.size(); ++k) {
@@ -147,10 +147,10 @@ bool ViewClient::CopyImages(View& view) const {
   return true;
 }
 
-void ViewClient::Tell(const SceneStatus& scene) {
+void ViewClient::SendScene(const SceneStatus& scene) {
   if (!socket_) return;
   const SceneMessage message = BytesOfScene(scene);
-  // What cannot be sent now is old by the next time; a connection that is gone shows in Read().
+  // No retry: the message would be outdated. Read() detects a lost connection.
   [[maybe_unused]] const ssize_t sent =
       send(socket_.get(), message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
@@ -171,7 +171,7 @@ bool ViewClient::Read(double timeout_s, View& view) {
     const Received got = ReceiveFrom(socket_.get(), message_);
     if (got.bytes < 0 && (errno == EAGAIN || errno == EINTR)) continue;
     if (got.bytes <= 0) {
-      Disconnect("the daemon has ended the connection");
+      Disconnect("plumblined closed the connection");
       break;
     }
     if (!got.descriptor) {
@@ -182,8 +182,10 @@ bool ViewClient::Read(double timeout_s, View& view) {
     const bool known = static_cast<std::size_t>(got.bytes) == sizeof memory &&
                        std::memcmp(message_.data(), memory.magic, sizeof memory.magic) == 0;
     if (known) std::memcpy(&memory, message_.data(), sizeof memory);
-    if (!known || !TakeMemory(got.descriptor, memory.slot_bytes)) {
-      Disconnect("the daemon hands over images in a way not known here: another version?");
+    if (!known || !MapMemory(got.descriptor, memory.slot_bytes)) {
+      Disconnect(
+          "plumblined sends images in an unknown format; restart it and this program, so that both "
+          "are of the same version");
       return false;
     }
   }
@@ -197,7 +199,7 @@ bool ViewClient::Read(double timeout_s, View& view) {
   if (!images_) {
     fresh_.pixels.clear();
   } else if (!CopyImages(fresh_)) {
-    return false;  // one was overtaken: the next is on its way, and `view` stays as it was
+    return false;  // an image was overwritten during the copy; the next state is on its way
   }
   std::swap(view, fresh_);
   back_off_.Well();

@@ -1,4 +1,4 @@
-// The viewer's side: the newest state and its image.
+// Viewer's end of the view link: receives the daemon's newest state and images.
 #pragma once
 
 #include <cstdint>
@@ -14,43 +14,44 @@
 
 namespace plumbline {
 
-/// A state with its pixels, the viewer's own copy.
+/// A state with the viewer's own copy of its images.
 struct View {
   ViewState state;
-  /// Of each camera of the state, as its image says; empty: none.
+  /// Image of one camera, in the format that its ViewImage states; empty: no image.
   struct Pixels {
     std::vector<std::uint8_t> bytes;
-    std::uint32_t stamp = 0;  ///< of the image that they are of
-    int memory = 0;           ///< that it lay in, as the client counts them
+    std::uint32_t stamp = 0;  ///< stamp of the image
+    int memory = 0;           ///< number of the shared memory that it was copied from
   };
   std::vector<Pixels> pixels;
 };
 
-/// Connects by itself, again after a pause that grows. Always the newest state: older ones that
-/// wait are passed over. Used by one thread.
+/// Connects and reconnects automatically, with growing pauses. Always returns the newest state;
+/// older ones in the socket are discarded. Used by one thread.
 class ViewClient {
  public:
-  /// @param images  false: states alone, nothing is copied and View::pixels stays empty
+  /// @param images  false: states only; nothing is copied and View::pixels stays empty
   explicit ViewClient(std::string path, bool images = true)
       : path_(std::move(path)), images_(images) {}
   ~ViewClient();
   ViewClient(const ViewClient&) = delete;
   ViewClient& operator=(const ViewClient&) = delete;
 
-  /// Waits at most `timeout_s` for a state newer than the last. @return  false: none came
+  /// Waits up to `timeout_s` for a state newer than the last.
+  /// @return  false if none arrived; `view` is then unchanged
   bool Read(double timeout_s, View& view);
 
-  /// Says what was measured, where the daemon listens to this user; it is not waited for.
-  void Tell(const SceneStatus& scene);
+  /// Sends the measured scene without waiting; the daemon accepts it only from its own user.
+  void SendScene(const SceneStatus& scene);
 
   bool connected() const { return static_cast<bool>(socket_); }
-  /// Why there is no state, in words that say what to do; empty while they come.
+  /// Why no states arrive, with a remedy; empty while they do.
   const std::string& problem() const { return problem_; }
 
  private:
   bool Connect();
   void Disconnect(std::string problem);
-  bool TakeMemory(const Descriptor& memory, std::size_t slot_bytes);
+  bool MapMemory(const Descriptor& memory, std::size_t slot_bytes);
   bool CopyImages(View& view) const;
   bool CopyImage(const ViewImage& image, View::Pixels& pixels) const;
 
@@ -59,10 +60,10 @@ class ViewClient {
   Descriptor socket_;
   const std::uint8_t* at_ = nullptr;
   std::size_t bytes_ = 0, slot_bytes_ = 0;
-  int memory_ = 0;  ///< counts up with each that was handed over
+  int memory_ = 0;  ///< number of the shared memory, counted by this client
   BackOff back_off_;
   std::vector<char> message_;
-  View fresh_;  ///< what comes is put together here: state and pixels belong together
+  View fresh_;  ///< assembled here, so that the caller's state and pixels always match
   std::string problem_ = "not connected yet";
 };
 

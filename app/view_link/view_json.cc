@@ -13,8 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kMostSlots = 16, kMostPixels = 16384;
-constexpr std::size_t kMostOfAKind = 4096;
+constexpr int kMaxSlots = 16, kMaxSide_px = 16384;
+constexpr std::size_t kMaxListSize = 4096;
 
 Json NumberJson(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -31,11 +31,11 @@ Json VectorJson(const Vector& values) {
   return list;
 }
 
-/// @throws  where it is not a list of as many numbers
+/// @throws  std::exception if `json` is not a list of values.size() numbers
 template <typename Vector>
 void ReadVector(const Json& json, Vector& values) {
   if (json.size() != static_cast<std::size_t>(values.size())) {
-    throw std::out_of_range(fmt::format("{} numbers in place of {}", json.size(), values.size()));
+    throw std::out_of_range(fmt::format("{} numbers instead of {}", json.size(), values.size()));
   }
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     values[i] = json.at(static_cast<std::size_t>(i)).get<double>();
@@ -49,7 +49,7 @@ Vec3 Vec3Of(const Json& json) {
 }
 
 JointVector JointsOf(const Json& json) {
-  if (json.size() > kMaxJoints) throw std::out_of_range("more joints than an arm may have");
+  if (json.size() > kMaxJoints) throw std::out_of_range("too many joints");
   JointVector q(static_cast<Eigen::Index>(json.size()));
   ReadVector(json, q);
   return q;
@@ -63,7 +63,7 @@ Json PoseJson(const Pose& X) {
 Pose PoseOfJson(const Json& json) {
   Eigen::Vector4d q;
   ReadVector(json.at("quaternion_wxyz"), q);
-  if (!(std::abs(q.norm() - 1) < 1e-3)) throw std::out_of_range("a quaternion without length 1");
+  if (!(std::abs(q.norm() - 1) < 1e-3)) throw std::out_of_range("a quaternion is not normalised");
   const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
   return {turn.normalized().toRotationMatrix(), Vec3Of(json.at("p_m"))};
 }
@@ -83,7 +83,7 @@ std::optional<T> OptionalOf(const Json& json) {
   }
 }
 
-/// An enumerator, which counts from 0 to `last`.
+/// An enumerator between 0 and `last`.
 template <typename E>
 E EnumOf(const Json& json, E last) {
   const int number = WholeOf<int>(json);
@@ -103,8 +103,9 @@ int IntWithin(const Json& json, int low, int high) {
 
 const Json& ListAt(const Json& json, const char* key) {
   const Json& list = json.at(key);
-  if (!list.is_array() || list.size() > kMostOfAKind) {
-    throw std::out_of_range(fmt::format("{} is no list of at most {}", key, kMostOfAKind));
+  if (!list.is_array() || list.size() > kMaxListSize) {
+    throw std::out_of_range(
+        fmt::format("{} is not a list of at most {} entries", key, kMaxListSize));
   }
   return list;
 }
@@ -117,10 +118,10 @@ Json ImageJson(const ViewImage& image) {
 
 ViewImage ImageOf(const Json& json) {
   ViewImage image;
-  image.slot = IntWithin(json.at("slot"), 0, kMostSlots - 1);
+  image.slot = IntWithin(json.at("slot"), 0, kMaxSlots - 1);
   image.stamp = WholeOf<std::uint32_t>(json.at("stamp"));
-  image.width = IntWithin(json.at("width"), 1, kMostPixels);
-  image.height = IntWithin(json.at("height"), 1, kMostPixels);
+  image.width = IntWithin(json.at("width"), 1, kMaxSide_px);
+  image.height = IntWithin(json.at("height"), 1, kMaxSide_px);
   image.colour = json.at("colour").get<bool>();
   image.time_s = json.at("time_s").get<double>();
   image.sequence = WholeOf<std::uint64_t>(json.at("sequence"));
@@ -138,7 +139,7 @@ Lens LensOf(const Json& json) {
   return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
 }
 
-/// The flags of a status, by the names that they have in the text.
+/// A boolean member of a status and its JSON key.
 template <typename Status>
 struct Flag {
   const char* name;
@@ -344,7 +345,7 @@ ViewCycle CycleOf(const Json& json) {
                   {}};
   const Json& starts = ListAt(json, "starts");
   if (starts.size() != cycle.starts.began.size())
-    throw std::out_of_range("other classes of starts");
+    throw std::out_of_range("another number of lateness classes");
   for (std::size_t k = 0; k < starts.size(); ++k) {
     cycle.starts.began[k] = WholeOf<std::uint64_t>(starts[k]);
   }
@@ -365,9 +366,9 @@ Json LinesJson(const std::vector<ViewLine>& lines) {
 
 ViewState StateOf(const Json& json) {
   if (const int schema = WholeOf<int>(json.at("schema")); schema != kViewSchema) {
-    throw std::out_of_range(
-        fmt::format("schema {} in place of {}: daemon and view are of different versions", schema,
-                    kViewSchema));
+    throw std::out_of_range(fmt::format(
+        "schema {} instead of {}: plumblined and this program are of different versions", schema,
+        kViewSchema));
   }
   ViewState state;
   state.now_s = json.at("now_s").get<double>();
@@ -389,8 +390,7 @@ ViewState StateOf(const Json& json) {
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
-  if (state.cameras.size() > kMostCameras)
-    throw std::out_of_range("more cameras than there may be");
+  if (state.cameras.size() > kMostCameras) throw std::out_of_range("too many cameras");
   for (const Json& line : ListAt(json, "lines")) {
     state.lines.push_back({WholeOf<std::uint64_t>(line.at("number")),
                            line.at("utc_s").get<double>(), WholeOf<int>(line.at("level")),
@@ -429,13 +429,15 @@ Result<ViewState> ViewOfJson(std::string_view text) {
   try {
     const Result<Json> json = JsonFromText<Json>(text);
     if (json) return StateOf(*json);
-    return Error{
-        fmt::format("the daemon's state cannot be read: {}; are both of one version? Restart both",
-                    json.error())};
+    return Error{fmt::format(
+        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
+        "both are of the same version",
+        json.error())};
   } catch (const std::exception& why) {
-    return Error{
-        fmt::format("the daemon's state cannot be read: {}; are both of one version? Restart both",
-                    why.what())};
+    return Error{fmt::format(
+        "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
+        "both are of the same version",
+        why.what())};
   }
 }
 

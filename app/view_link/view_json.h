@@ -1,4 +1,4 @@
-// A view state as text and back.
+// JSON codec of the view state.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace plumbline {
 
-/// Raised with every change that an older reader would misunderstand.
+/// Incremented with every change that an older reader would misinterpret.
 inline constexpr int kViewSchema = 5;
 
-/// One JSON object. Numbers that are not finite become null.
+/// @return  one JSON object; non-finite numbers become null
 std::string JsonOfView(const ViewState& state);
 
-/// @return  or what is wrong with the text: another schema, a missing or senseless value. Never
-///          throws, whatever the text.
+/// Parses untrusted text; never throws.
+/// @return  the state, or what is wrong: another schema, a missing or implausible value
 Result<ViewState> ViewOfJson(std::string_view text);
 
 }  // namespace plumbline

@@ -20,16 +20,16 @@
 namespace plumbline {
 namespace {
 
-/// A state with a long list of points and lines; the kernel refuses a message larger than this.
+/// Limits the size of a message; a state with many points and log lines fits.
 constexpr int kSendBuffer = 1 << 20;
-constexpr int kMostHeard = 16;  ///< messages of a viewer at one look
+constexpr int kMaxMessagesPerPoll = 16;  ///< from one viewer
 
 std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
   return std::atomic_ref<std::uint32_t>(*reinterpret_cast<std::uint32_t*>(slot));
 }
 
-/// Lets the daemon's group connect. chmod() would follow a link that somebody put in the place of
-/// the socket since it was bound.
+/// Lets the daemon's group connect. A plain chmod() would follow a symbolic link that replaced the
+/// socket after it was bound.
 bool OpenToGroup(const std::string& path) {
   const Descriptor at(open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
   if (!at) return false;
@@ -47,17 +47,18 @@ Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& pa
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path) {
-    return Error{fmt::format("{}: the path of a socket has at most {} bytes", path,
+    return Error{fmt::format("{}: too long for a socket path, which has at most {} bytes", path,
                              sizeof address.sun_path - 1)};
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
   Descriptor made(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!made) return Error{fmt::format("{}: no socket: {}", path, std::strerror(errno))};
+  if (!made)
+    return Error{fmt::format("{}: cannot create a socket: {}", path, std::strerror(errno))};
   struct stat about {};
   if (lstat(path.c_str(), &about) == 0 && S_ISSOCK(about.st_mode)) unlink(path.c_str());
   const auto* const where = reinterpret_cast<const sockaddr*>(&address);
   if (bind(made.get(), where, sizeof address) != 0 || !OpenToGroup(path) ||
-      listen(made.get(), kMostViewers) != 0) {
+      listen(made.get(), kMaxViewers) != 0) {
     return Error{fmt::format("{}: {}", path, std::strerror(errno))};
   }
   return std::unique_ptr<ViewPublisher>(new ViewPublisher(path, std::move(made)));
@@ -71,22 +72,22 @@ ViewPublisher::~ViewPublisher() {
   if (at_ != nullptr) munmap(at_, kSlots * slot_bytes_);
 }
 
-bool ViewPublisher::Watched() {
+bool ViewPublisher::PollViewers() {
   Accept();
   for (std::size_t k = viewers_.size(); k-- > 0;) {
-    if (!Hear(viewers_[k])) Drop(k);
+    if (!ReceiveScenes(viewers_[k])) Drop(k);
   }
   return !viewers_.empty();
 }
 
-/// @return  false: it is gone
-bool ViewPublisher::Hear(const Viewer& viewer) {
-  for (int messages = 0; messages < kMostHeard; ++messages) {
-    std::array<std::uint8_t, kSceneMessageBytes + 1> bytes;  // one more: a longer one is seen
+/// @return  false if the viewer has disconnected
+bool ViewPublisher::ReceiveScenes(const Viewer& viewer) {
+  for (int messages = 0; messages < kMaxMessagesPerPoll; ++messages) {
+    std::array<std::uint8_t, kSceneMessageBytes + 1> bytes;  // + 1 to detect an oversized message
     const ssize_t got = recv(viewer.socket.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (got < 0) return errno == EAGAIN || errno == EINTR;
     if (got == 0) return false;
-    if (!viewer.may_tell) continue;
+    if (!viewer.may_send_scene) continue;
     if (auto scene = SceneOfBytes(std::span(bytes).first(static_cast<std::size_t>(got)))) {
       scene->time_s = MonotonicSeconds();
       scene_ = scene;
@@ -99,7 +100,7 @@ void ViewPublisher::Accept() {
   for (;;) {
     Descriptor viewer(accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!viewer) return;
-    if (viewers_.size() >= kMostViewers) continue;
+    if (viewers_.size() >= kMaxViewers) continue;
     setsockopt(viewer.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
     ucred peer{};
     socklen_t size = sizeof peer;
@@ -122,7 +123,7 @@ bool ViewPublisher::Reserve(std::size_t bytes) {
       ftruncate(fresh.get(), static_cast<off_t>(kSlots * slot)) == 0
           ? mmap(nullptr, kSlots * slot, PROT_READ | PROT_WRITE, MAP_SHARED, fresh.get(), 0)
           : MAP_FAILED;
-  // Sealed after it was mapped here: viewers can map it for reading only, and cannot cut it off.
+  // Sealed after mapping it here: viewers can map it read-only and cannot truncate it.
   constexpr int kSeals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL;
   if (at == MAP_FAILED || fcntl(fresh.get(), F_ADD_SEALS, kSeals) != 0) return false;
   if (at_ != nullptr) munmap(at_, kSlots * slot_bytes_);
@@ -140,7 +141,7 @@ std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const LumaView
   const auto height = static_cast<std::size_t>(luma.height);
   if (row == 0 || height == 0 || !Reserve(kViewPixels + row * height)) return std::nullopt;
   ViewImage image;
-  image.slot = kSlotsEach * static_cast<int>(camera) + next_[camera];
+  image.slot = kSlotsPerCamera * static_cast<int>(camera) + next_[camera];
   image.stamp = ++stamp_ == 0 ? ++stamp_ : stamp_;
   image.width = luma.width;
   image.height = luma.height;
@@ -156,11 +157,11 @@ std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const LumaView
     }
   }
   StampIn(slot).store(image.stamp);
-  next_[camera] = (next_[camera] + 1) % kSlotsEach;
+  next_[camera] = (next_[camera] + 1) % kSlotsPerCamera;
   return image;
 }
 
-bool ViewPublisher::HandMemory(Viewer& viewer) {
+bool ViewPublisher::SendMemory(Viewer& viewer) {
   ViewMemory memory;
   memory.slot_bytes = slot_bytes_;
   iovec part{&memory, sizeof memory};
@@ -177,7 +178,7 @@ bool ViewPublisher::HandMemory(Viewer& viewer) {
   const int handed = memory_.get();
   std::memcpy(CMSG_DATA(head), &handed, sizeof handed);
   if (sendmsg(viewer.socket.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return false;
-  viewer.memory_handed = memory_number_;
+  viewer.memory_sent = memory_number_;
   return true;
 }
 
@@ -185,7 +186,7 @@ void ViewPublisher::Send(const ViewState& state) {
   const std::string text = JsonOfView(state);
   for (std::size_t k = viewers_.size(); k-- > 0;) {
     Viewer& viewer = viewers_[k];
-    if (memory_ && viewer.memory_handed != memory_number_ && !HandMemory(viewer)) {
+    if (memory_ && viewer.memory_sent != memory_number_ && !SendMemory(viewer)) {
       if (errno != EAGAIN) Drop(k);
       continue;
     }

@@ -1,4 +1,4 @@
-// The daemon's side of the view: images and states for whoever looks.
+// Daemon's end of the view link: publishes states and images to viewers.
 #pragma once
 
 #include <array>
@@ -17,54 +17,56 @@
 
 namespace plumbline {
 
-/// Listens on a socket of the file system; whoever may open that file may look. What can be said
-/// through it is one message of 24 bytes (scene_message.h), by the daemon's own user. A new viewer
-/// is handed the memory in which the images lie, to read only; then a message (view_json.h) comes
-/// for every state. Nobody is waited for: a viewer whose socket is full misses that state and gets
-/// the next, and one that stays away costs nothing: with no viewer at all, nothing is copied.
+/// Listens on a Unix socket; the file's mode decides who may connect. Viewers can send one message
+/// only (scene_message.h), and only processes of the daemon's own user. A new viewer receives the
+/// shared memory with the images, read-only, and then one message (view_json.h) per state. The
+/// publisher never waits: a viewer whose socket is full misses that state and gets the next.
+/// Without viewers nothing is copied.
 ///
-/// Images of each camera go round kSlotsEach places of its own. A viewer copies one and then looks
-/// whether the place's stamp is still the one that the state named; a viewer slower than
-/// kSlotsEach - 1 images of that camera sees that it is not.
+/// The images of a camera cycle through its kSlotsPerCamera slots. A viewer copies an image and
+/// then checks that the slot's stamp is still the one given in the state; it differs if the viewer
+/// was slower than kSlotsPerCamera - 1 images of that camera.
 class ViewPublisher {
  public:
-  static constexpr int kSlotsEach = 3, kSlots = kSlotsEach * static_cast<int>(kMostCameras);
-  static constexpr int kMostViewers = 8;
+  static constexpr int kSlotsPerCamera = 3,
+                       kSlots = kSlotsPerCamera * static_cast<int>(kMostCameras);
+  static constexpr int kMaxViewers = 8;
 
-  /// @param path  of the socket; one that is left over is replaced. At most 107 bytes.
+  /// @param path  of the socket, at most 107 bytes; a leftover socket is replaced
   static Result<std::unique_ptr<ViewPublisher>> Open(const std::string& path);
   ~ViewPublisher();
   ViewPublisher(const ViewPublisher&) = delete;
   ViewPublisher& operator=(const ViewPublisher&) = delete;
 
-  /// Lets new viewers in and old ones go; whether anybody looks. Call it before work is done for
-  /// them.
-  bool Watched();
+  /// Accepts new viewers, drops disconnected ones and receives their messages. Call it before doing
+  /// work for viewers.
+  /// @return  whether there is a viewer
+  bool PollViewers();
 
-  /// Copies an image into the camera's next slot. @param bgr  the same in colour, no padding; may
-  /// be null. @return  its place, without time and sequence; nothing where there is no memory for
-  /// it
+  /// Copies an image into the camera's next slot.
+  /// @param bgr  the same image in colour, without padding; may be null
+  /// @return     its location, with time and sequence left to the caller; nullopt if there is no
+  ///             memory for it
   std::optional<ViewImage> Share(std::size_t camera, const LumaView& luma, const std::uint8_t* bgr);
-  /// Counts memories: where it has changed, images that were shared before are gone.
+  /// Number of the shared memory. When it changes, images shared earlier are gone.
   int memory_number() const { return memory_number_; }
 
   void Send(const ViewState& state);
 
-  /// The newest that a viewer of the daemon's own user said (scene_message.h), with the moment at
-  /// which Watched() took it; nothing: none did. What others say, or what is no such message, is
-  /// thrown away.
+  /// The newest scene message from a viewer of the daemon's own user, stamped with its time of
+  /// arrival; nullopt: none yet. Other users' messages and malformed ones are discarded.
   const std::optional<SceneStatus>& scene() const { return scene_; }
 
  private:
   struct Viewer {
     Descriptor socket;
-    int memory_handed = -1;  ///< which memory it knows
-    bool may_tell = false;   ///< it runs as the daemon's own user
+    int memory_sent = -1;         ///< number of the shared memory that it was sent
+    bool may_send_scene = false;  ///< it runs as the daemon's own user
   };
   ViewPublisher(std::string path, Descriptor socket);
   bool Reserve(std::size_t bytes);
   void Accept();
-  bool HandMemory(Viewer& viewer);
+  bool SendMemory(Viewer& viewer);
   void Drop(std::size_t index);
 
   const std::string path_;
@@ -74,27 +76,28 @@ class ViewPublisher {
   int memory_number_ = 0;
   std::uint8_t* at_ = nullptr;
   std::size_t slot_bytes_ = 0;
-  std::array<int, kMostCameras> next_{};  ///< of the camera's own slots
+  std::array<int, kMostCameras> next_{};  ///< next slot of each camera
   std::uint32_t stamp_ = 0;
-  bool Hear(const Viewer& viewer);
+  bool ReceiveScenes(const Viewer& viewer);
   std::optional<SceneStatus> scene_;
 };
 
-/// At the begin of each slot; the pixels follow at kViewPixels.
+/// Header of a slot; the pixels follow at offset kViewPixels.
 struct ViewSlotHead {
-  std::uint32_t stamp;  ///< 0 while it is filled; read and written atomically
+  std::uint32_t stamp;  ///< 0 while the slot is being filled; accessed atomically
 };
 inline constexpr std::size_t kViewPixels = 64;
 
-/// Between a slot's stamp and its pixels, on both sides: neither may overtake the other.
-/// ThreadSanitizer knows no fences, and refuses them.
+/// Prevents reordering of the accesses to a slot's stamp and its pixels, in publisher and client.
+/// ThreadSanitizer does not support fences.
 inline void OrderStampAndPixels() {
 #ifndef __SANITIZE_THREAD__
   std::atomic_thread_fence(std::memory_order_seq_cst);
 #endif
 }
 
-/// The first message after connecting, and again when the memory was replaced; with its descriptor.
+/// First message after connecting, and again when the shared memory was replaced. Carries its
+/// descriptor.
 struct ViewMemory {
   char magic[8] = {'p', 'l', 'u', 'm', 'b', 'v', 'w', '1'};
   std::uint64_t slot_bytes = 0;

@@ -1,4 +1,4 @@
-// What the daemon shows of itself: one moment, for the picture on the monitor and the status page.
+// View state: the daemon's published state at one instant, for display, page and fleet publisher.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@
 
 namespace plumbline {
 
-/// Where viewers of a daemon find it.
+/// Socket of the view link.
 inline std::string ViewSocketOf(const std::string& state_directory) {
   return state_directory + "/view.socket";
 }
 
-/// The image that goes with a state; its pixels lie in shared memory.
+/// Image that belongs to a state; its pixels are in shared memory.
 struct ViewImage {
-  int slot = 0;             ///< of the shared memory
-  std::uint32_t stamp = 0;  ///< of the slot when it was filled
+  int slot = 0;             ///< slot of the shared memory
+  std::uint32_t stamp = 0;  ///< the slot's stamp when it was filled
   int width = 0, height = 0;
   bool colour = false;         ///< BGR instead of luma; rows without padding
-  double time_s = 0;           ///< when it was taken, monotonic
-  std::uint64_t sequence = 0;  ///< of the camera
+  double time_s = 0;           ///< time of exposure, monotonic
+  std::uint64_t sequence = 0;  ///< frame number of the camera
 };
 
 struct ViewTag {
@@ -43,63 +43,65 @@ struct ViewBody {
   bool ambiguous = false;
 };
 
-/// A camera: what it saw, all of one image, and its status.
+/// A camera with its status and the detections in its newest image.
 struct ViewCamera {
-  CameraStatus status;  ///< its name, state of the zoom and the lens, prompts, measured tip
+  CameraStatus status;
   std::string serial, mode;
-  std::optional<ViewImage> image;  ///< nothing: none came
-  std::optional<Lens> lens;        ///< in use at that image
+  std::optional<ViewImage> image;  ///< nullopt: no image yet
+  std::optional<Lens> lens;        ///< the lens in use for that image
   std::vector<ViewTag> tags;
   std::vector<ViewBody> bodies;
 };
 
-/// A line of the log.
+/// A log line.
 struct ViewLine {
-  std::uint64_t number = 0;  ///< counts up from 1 since the start
+  std::uint64_t number = 0;  ///< counted from 1 since the process started
   double utc_s = 0;
-  int level = 5;  ///< of syslog(3)
+  int level = 5;  ///< syslog(3) level
   std::string text;
 };
 
+/// Corrected assembly point.
 struct ViewPoint {
   int id = 0;
   bool valid = false, extrapolated = false;
   CorrectionCode code = CorrectionCode::kPending;
   Pose X_BP_command;
-  Vec3 translation_B = Vec3::Zero();  ///< command minus wanted position [m]
-  double uncertainty_m = 0;           ///< radius that holds 95 % of the landings
+  Vec3 translation_B = Vec3::Zero();  ///< command position minus target position [m]
+  double uncertainty_m = 0;           ///< 95 % radius of the attained position
   RadiusBasis basis = RadiusBasis::kUnknown;
-  JointVector q{};       ///< of the commanded posture [rad] or [m]
-  bool taught = false;   ///< the point names the joints where it was taught
-  bool differs = false;  ///< the posture is another one
+  JointVector q{};       ///< commanded posture [rad] or [m]
+  bool taught = false;   ///< the configuration states the joints at which the point was taught
+  bool differs = false;  ///< the commanded posture is not the taught one
 };
 
-/// How the machine cycle keeps its time, since the daemon started.
+/// Timing of the machine cycle since the daemon started.
 struct ViewCycle {
-  double uptime_s = 0, longest_s = 0;  ///< of computation, without the wait for the robot
+  double uptime_s = 0;
+  double longest_s = 0;  ///< longest computation, without the wait for the robot
   std::uint64_t cycles = 0, late = 0;
-  LatenessCounts starts;  ///< of cycles, against their ticks
+  LatenessCounts starts;  ///< lateness of cycle starts
 };
 
-/// One moment of the daemon. SI; times are of the monotonic clock of this computer where not UTC.
+/// State of the daemon at one instant, in SI units. Times are monotonic unless named UTC.
 struct ViewState {
   double now_s = 0, utc_s = 0;
   std::string version, cell;
-  int model_version = 0;  ///< in force; 0: the cell file, not known to the model store
+  int model_version = 0;  ///< in force; 0: the cell file, not in the model store
   std::uint16_t status = 0, alarms = 0, warnings = 0;  ///< bits as in the register map
   CellHealth health;
-  double data_age_s = 0;  ///< of the robot reading
+  double data_age_s = 0;  ///< age of the robot reading
   ViewCycle cycle;
-  JointVector q;  ///< of the last trusted reading; may be empty
+  JointVector q;  ///< last trusted reading [rad] or [m]; may be empty
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();
   std::vector<ViewPoint> points;  ///< in configured order
   MonitoringStatus monitoring;
-  std::vector<ViewCamera> cameras;  ///< in configured order; empty: none is configured
+  std::vector<ViewCamera> cameras;  ///< in configured order; empty: no camera configured
   std::vector<ViewLine> lines;      ///< the newest, oldest first
 };
 
-/// The k-th camera; where there is none, one that saw nothing.
+/// The k-th camera, or an empty one if there are fewer.
 inline const ViewCamera& CameraOf(const ViewState& state, std::size_t k) {
   static const ViewCamera kNone;
   return k < state.cameras.size() ? state.cameras[k] : kNone;

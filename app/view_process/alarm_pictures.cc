@@ -18,10 +18,10 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostWaiting = 8;  ///< jobs; alarms that come faster are told, not drawn
+constexpr std::size_t kMaxJobs = 8;  ///< further alarms are logged, without pictures
 constexpr int kPictureNice = 10;
 
-std::string NameOfAlarm(std::uint16_t alarms, double utc_s) {
+std::string AlarmFileName(std::uint16_t alarms, double utc_s) {
   const double seconds = std::clamp(utc_s, 0.0, 253402300799.0);
   return fmt::format("alarm-{:%Y%m%dT%H%M%SZ}-{:04X}",
                      fmt::gmtime(static_cast<std::time_t>(seconds)), alarms);
@@ -50,43 +50,46 @@ AlarmPictures::~AlarmPictures() {
 
 void AlarmPictures::Remember(RgbImage picture, double now_s) {
   remembered_s_ = now_s;
-  if (Give({std::move(picture), after_alarm_, ""})) after_alarm_ = false;
+  if (Enqueue({std::move(picture), after_alarm_, ""})) after_alarm_ = false;
 }
 
 void AlarmPictures::Observe(std::uint16_t alarms, double utc_s) {
   const bool raised = (alarms & ~alarms_) != 0;
   alarms_ = alarms;
-  // What stands at the start was raised before anybody looked.
+  // Alarms present in the first state were raised earlier, without a picture.
   if (!observed_) {
     observed_ = true;
     return;
   }
   if (!raised) return;
-  if (Give({{}, false, NameOfAlarm(alarms, utc_s)})) after_alarm_ = true;
+  if (Enqueue({{}, false, AlarmFileName(alarms, utc_s)})) after_alarm_ = true;
 }
 
-bool AlarmPictures::Give(Job job) {
+bool AlarmPictures::Enqueue(Job job) {
   {
     const std::lock_guard lock(mutex_);
     const auto only_remembered = [](const Job& one) {
       return one.name.empty() && !one.after_alarm;
     };
-    // Of pictures that wait for no alarm, more than this are never written.
+    // Of pictures without an alarm, only the last kBefore can ever be written.
     const auto last = std::find_if_not(jobs_.rbegin(), jobs_.rend(), only_remembered).base();
     if (only_remembered(job) && jobs_.end() - last >= static_cast<std::ptrdiff_t>(kBefore)) {
       jobs_.erase(last);
     }
-    if (jobs_.size() < kMostWaiting) {
+    if (jobs_.size() < kMaxJobs) {
       jobs_.push_back(std::move(job));
       wake_.notify_one();
       return true;
     }
   }
-  if (!job.name.empty()) sink_(ViewFault("alarms come faster than their pictures are kept"));
+  if (!job.name.empty()) {
+    sink_(
+        ViewFault("alarm without pictures: the previous alarms' pictures are still being stored"));
+  }
   return false;
 }
 
-void AlarmPictures::MakeRoom() const {
+void AlarmPictures::DeleteOldest() const {
   struct File {
     std::filesystem::path path;
     std::uint64_t bytes;
@@ -118,11 +121,11 @@ void AlarmPictures::Run() {
       job = std::move(jobs_.front());
       jobs_.pop_front();
     }
-    Do(job);
+    Process(job);
   }
 }
 
-void AlarmPictures::Do(const Job& job) {
+void AlarmPictures::Process(const Job& job) {
   if (!job.name.empty()) {
     name_ = job.name;
     number_ = 0;
@@ -132,7 +135,7 @@ void AlarmPictures::Do(const Job& job) {
   }
   auto png = PngOf(job.picture, true);
   if (!png) {
-    sink_(ViewFault("picture of an alarm not kept: " + png.error()));
+    sink_(ViewFault("picture of an alarm not stored: " + png.error()));
     return;
   }
   if (job.after_alarm) Write(*png);
@@ -143,10 +146,10 @@ void AlarmPictures::Do(const Job& job) {
 void AlarmPictures::Write(const std::string& png) {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  MakeRoom();
+  DeleteOldest();
   const std::string file = fmt::format("{}/{}-{}.png", folder_, name_, ++number_);
-  if (const auto kept = KeepPngBytes(file, png); !kept) {
-    sink_(ViewFault("picture of an alarm not kept: " + kept.error()));
+  if (const auto written = WritePngBytes(file, png); !written) {
+    sink_(ViewFault("picture of an alarm not stored: " + written.error()));
   } else {
     sink_({Event::kAlarmPicture, "picture of an alarm kept: " + file, {{"FILE", file}}});
   }

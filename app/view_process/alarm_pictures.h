@@ -1,4 +1,4 @@
-// The last pictures before an alarm, and the first after it, kept as files.
+// Recorder of the last pictures before an alarm and the first after it, as files.
 #pragma once
 
 #include <condition_variable>
@@ -14,14 +14,15 @@
 
 namespace plumbline {
 
-/// How many pictures of alarms are kept; the oldest go first.
+/// Limits on the stored alarm pictures; the oldest are deleted first.
 struct AlarmPictureLimits {
   std::size_t files = 60;
   std::uint64_t bytes = std::uint64_t{100} << 20;
 };
 
-/// Files in `folder`: alarm-UTC-WORD-N.png, WORD the alarm bits, N counting from the oldest. A
-/// thread of their own compresses what is remembered (a sixth of the memory), and writes the files.
+/// Writes alarm-UTC-WORD-N.png to `folder`, with WORD the alarm word in hexadecimal and N counted
+/// from the oldest picture. A background thread compresses the remembered pictures to a sixth of
+/// their size and writes the files.
 class AlarmPictures {
  public:
   static constexpr double kPeriod_s = 1.0;  ///< from one remembered picture to the next
@@ -32,27 +33,27 @@ class AlarmPictures {
   AlarmPictures(const AlarmPictures&) = delete;
   AlarmPictures& operator=(const AlarmPictures&) = delete;
 
-  /// Whether the picture that is being drawn should be given to Remember().
+  /// Whether the picture that is being drawn should be passed to Remember().
   bool Due(double now_s) const { return after_alarm_ || now_s - remembered_s_ >= kPeriod_s; }
   void Remember(RgbImage picture, double now_s);
 
-  /// The alarm word of the newest state: a bit that was not set before keeps what is remembered,
-  /// and the next picture.
+  /// Takes the alarm word of the newest state. A newly set bit stores the remembered pictures and
+  /// the next one.
   void Observe(std::uint16_t alarms, double utc_s);
 
  private:
-  /// A picture, or an alarm.
+  /// Either a picture to remember or an alarm to store.
   struct Job {
     RgbImage picture;
-    bool after_alarm = false;  ///< the picture is the first after one
-    std::string name;          ///< of the alarm's files; empty: a picture
+    bool after_alarm = false;  ///< the first picture after an alarm
+    std::string name;          ///< base name of the alarm's files; empty: a picture
   };
-  /// Whether it is taken; told where it is not.
-  bool Give(Job job);
+  /// @return  false if the queue is full; a rejected alarm is logged
+  bool Enqueue(Job job);
   void Run();
-  void Do(const Job& job);
+  void Process(const Job& job);
   void Write(const std::string& png);
-  void MakeRoom() const;
+  void DeleteOldest() const;
 
   const std::string folder_;
   const AlarmPictureLimits limits_;
@@ -67,9 +68,9 @@ class AlarmPictures {
   std::deque<Job> jobs_;
   bool end_ = false;
 
-  // The thread's own.
+  // Accessed by thread_ only.
   std::deque<std::string> remembered_;  ///< as PNG
-  std::string name_;                    ///< of the present alarm's files
+  std::string name_;                    ///< base name of the present alarm's files
   int number_ = 0;
   std::thread thread_;
 };

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/view_process/awaited.h"
+#include "app/view_process/await_state.h"
 
 namespace plumbline {
 namespace {
 
-constexpr int kNotAll = 1, kNobody = 2;
+constexpr int kIncomplete = 1, kNoAnswer = 2;
 
 int RefuseDistance(int code, const std::string& why) {
   std::cerr << "plumbline distance: " << why << '\n';
@@ -34,7 +34,7 @@ const char* StateName(const MeasuredPair& pair) {
                                           : "near";
 }
 
-/// What is told of one name; both forms at once, and whether it is known.
+/// Builds the text and the JSON form of the report side by side.
 class DistanceReport {
  public:
   void Add(const MeasuredDistance& one) {
@@ -80,7 +80,7 @@ class DistanceReport {
   }
   void Missing(const std::string& name) {
     complete_ = false;
-    Line(name, "not measured: what it belongs to is not in place");
+    Line(name, "not measured: its carrier has no current pose, or its mesh is not loaded");
   }
 
   bool complete_ = true;
@@ -93,30 +93,32 @@ class DistanceReport {
 
 }  // namespace
 
-int TellDistances(const DistanceOptions& options) {
+int PrintDistances(const DistanceOptions& options) {
   FaultList faults;
   std::optional<ViewModel> model = ReadViewModel(options.config_file, 0, faults);
   if (!model) {
     std::cerr << FaultsText(faults);
-    return kNotAll;
+    return kIncomplete;
   }
   if (model->config.overlay.objects_file.empty()) {
-    return RefuseDistance(kNotAll, options.config_file + ": [overlay] names no object table");
+    return RefuseDistance(kIncomplete,
+                          options.config_file + ": no object table; set objects under [overlay]");
   }
   Viewer viewer(options.config_file, std::move(*model), [](const LogEntry&) {});
   if (!AwaitState(viewer, options.state_wait_s)) {
-    return RefuseDistance(kNobody, viewer.Facts().link_problem);
+    return RefuseDistance(kNoAnswer, viewer.Facts().link_problem);
   }
   AwaitMeasured(viewer, options.meshes_wait_s);
   const ViewFacts& facts = viewer.Facts();
   if (facts.table == nullptr || facts.measured == nullptr) {
-    std::string why = "the object table is not read";
+    std::string why = "the object table has not been read";
     for (const PanelLine& line : facts.objects) why += "\n  " + line.text;
-    return RefuseDistance(kNotAll, why);
+    return RefuseDistance(kIncomplete, why);
   }
-  const Measured& measured = *facts.measured;
+  const SceneMeasurements& measured = *facts.measured;
   if (facts.now_s - measured.time_s > kMeasuredFresh_s) {
-    return RefuseDistance(kNobody, "what was measured is old: the daemon's states do not come");
+    return RefuseDistance(kNoAnswer,
+                          "the measurements are outdated: no data arrives from plumblined");
   }
   std::set<std::string> left(options.names.begin(), options.names.end()), known;
   const auto wanted = [&](const std::string& name) {
@@ -138,8 +140,9 @@ int TellDistances(const DistanceOptions& options) {
     if (known.contains(name)) continue;
     std::string names;
     for (const std::string& other : known) names += (names.empty() ? "" : ", ") + other;
-    return RefuseDistance(kNotAll, fmt::format("\"{}\" is not in the object table, which has {}",
-                                               name, names.empty() ? "nothing to measure" : names));
+    return RefuseDistance(kIncomplete,
+                          fmt::format("\"{}\" is not in the object table; known are: {}", name,
+                                      names.empty() ? "none" : names));
   }
   nlohmann::json json = report.json();
   json["cell"] = facts.state->cell;
@@ -149,8 +152,8 @@ int TellDistances(const DistanceOptions& options) {
                     ? json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
                     : report.text());
   std::cout.flush();
-  if (!std::cout.good()) return kNobody;
-  return report.complete() ? 0 : kNotAll;
+  if (!std::cout.good()) return kNoAnswer;
+  return report.complete() ? 0 : kIncomplete;
 }
 
 }  // namespace plumbline

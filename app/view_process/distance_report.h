@@ -1,4 +1,4 @@
-// Distances and points of the object table, asked for by name.
+// Report of the object table's distances, pairs and points (`plumbline distance`).
 #pragma once
 
 #include <string>
@@ -8,15 +8,14 @@ namespace plumbline {
 
 struct DistanceOptions {
   std::string config_file;
-  std::vector<std::string> names;  ///< of [[distance]], [[point]] or objects of a pair; none: all
+  std::vector<std::string> names;  ///< of [[distance]], [[point]] or paired objects; empty: all
   bool json = false;
   double state_wait_s = 5, meshes_wait_s = 60;
 };
 
-/// Measures in the running daemon's newest state, and prints.
-/// @return the process's exit code: 0 all that was asked for is measured; 1 faults in configuration
-///         or table, a name that is not in it, or something is not in place; 2 no daemon, or the
-///         answer cannot be written
-int TellDistances(const DistanceOptions& options);
+/// Measures in the running daemon's newest state and prints the result.
+/// @return  the exit code: 0 everything requested is measured; 1 a fault in configuration or table,
+///          an unknown name, or an object without a pose; 2 no daemon, or writing failed
+int PrintDistances(const DistanceOptions& options);
 
 }  // namespace plumbline

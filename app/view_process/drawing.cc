@@ -9,7 +9,7 @@
 
 namespace plumbline {
 
-void Drawing::Lose(const std::string& why) {
+void Drawing::Release(const std::string& why) {
   renderer_.reset();
   context_.reset();
   scene_.reset();
@@ -24,22 +24,22 @@ bool Drawing::Ready(double now_s) {
   tried_s_ = now_s;
   auto context = GlContext::Create();
   if (!context) {
-    Lose("nothing can be drawn: " + context.error());
+    Release("cannot draw: " + context.error());
     return false;
   }
   context_ = std::move(context).value();
   auto renderer = Renderer::Create(*context_);
   if (!renderer) {
-    Lose("nothing can be drawn: " + renderer.error());
+    Release("cannot draw: " + renderer.error());
     return false;
   }
   renderer_ = std::move(renderer).value();
   problem_.clear();
-  sink_(ViewNote("drawing by " + context_->description()));
+  sink_(ViewNote("drawing with " + context_->description()));
   return true;
 }
 
-const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneNow>& scene) {
+const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneSnapshot>& scene) {
   if (!renderer_ || scene == scene_) return numbers_;
   std::map<const CheckedMesh*, int> known;
   for (std::size_t k = 0; k < numbers_.size(); ++k) {
@@ -67,7 +67,7 @@ const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneNow>& s
       renderer_->DropMesh(number);
     }
   }
-  malloc_trim(0);  // the copies that went to the GPU
+  malloc_trim(0);  // return the copies that were uploaded to the GPU
   scene_ = scene;
   numbers_ = std::move(numbers);
   return numbers_;
@@ -82,7 +82,7 @@ bool Drawing::Draw(const DisplayList& list) {
     return true;
   }
   if (result == DrawResult::kContextLost) {
-    Lose("the GPU was reset; what was in it is loaded again");
+    Release("the GPU was reset; meshes and images are loaded again");
     tried_s_ = -1e300;
     return false;
   }

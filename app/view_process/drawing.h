@@ -1,4 +1,4 @@
-// The renderer with the meshes it was given, through losses of its context.
+// Renderer with its loaded meshes, recreated after a GPU reset.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 #include "app/log/log_entry.h"
 #include "app/view/picture_layout.h"
-#include "app/view_process/scene_stock.h"
+#include "app/view_process/scene_loader.h"
 #include "drivers/display/gl_context.h"
 #include "drivers/display/renderer.h"
 
@@ -21,14 +21,16 @@ class Drawing {
 
   explicit Drawing(LogSink sink) : sink_(std::move(sink)) {}
 
-  /// Makes context and renderer where there are none and an attempt is due. What is missing is told
-  /// once, until it is there. @return  whether Draw() may be called
+  /// Creates context and renderer if there are none and an attempt is due. A failure is logged
+  /// once.
+  /// @return  whether Draw() may be called
   bool Ready(double now_s);
 
-  /// Loads what is new and drops what is gone. @return  the number of each object's mesh
-  const std::vector<int>& Meshes(const std::shared_ptr<const SceneNow>& scene);
+  /// Loads new meshes and drops unused ones.
+  /// @return  the renderer's mesh number of each object; 0: none
+  const std::vector<int>& Meshes(const std::shared_ptr<const SceneSnapshot>& scene);
 
-  /// @return  whether there is a picture now
+  /// @return  whether a picture was drawn
   bool Draw(const DisplayList& list);
 
   Renderer& renderer() { return *renderer_; }
@@ -36,13 +38,13 @@ class Drawing {
   const std::string& problem() const { return problem_; }
 
  private:
-  void Lose(const std::string& why);
+  void Release(const std::string& why);
 
   const LogSink sink_;
   std::unique_ptr<GlContext> context_;
-  std::unique_ptr<Renderer> renderer_;     ///< goes before its context
-  std::shared_ptr<const SceneNow> scene_;  ///< that is loaded
-  std::vector<int> numbers_;               ///< of its objects' meshes
+  std::unique_ptr<Renderer> renderer_;          ///< destroyed before its context
+  std::shared_ptr<const SceneSnapshot> scene_;  ///< whose meshes are loaded
+  std::vector<int> numbers_;                    ///< mesh numbers of its objects
   double tried_s_ = -1e300;
   std::string problem_, refused_;
 };

@@ -17,7 +17,7 @@ Result<std::string> PngOf(const RgbImage& picture, bool fast) {
   const auto width = static_cast<std::size_t>(picture.size.width);
   const auto height = static_cast<std::size_t>(picture.size.height);
   if (width == 0 || height == 0 || picture.rgb.size() != 3 * width * height) {
-    return Error{"there is no picture to write"};
+    return Error{"the picture is empty"};
   }
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
@@ -34,7 +34,7 @@ Result<std::string> PngOf(const RgbImage& picture, bool fast) {
   const bool whole = std::fclose(out) == 0 && encoded;
   std::string bytes = whole ? std::string(memory, size) : "";
   std::free(memory);
-  if (!whole) return Error{encoded ? "no memory for a picture" : image.message};
+  if (!whole) return Error{encoded ? "not enough memory to encode the picture" : image.message};
   return bytes;
 }
 
@@ -46,7 +46,7 @@ Result<void> WritePng(const std::string& file, const RgbImage& picture) {
   });
 }
 
-Result<void> KeepPngBytes(const std::string& file, std::string_view bytes) {
+Result<void> WritePngBytes(const std::string& file, std::string_view bytes) {
   return WriteStateFile(file, bytes).transform_error([&file](const std::string& why) {
     return fmt::format("{}: {}", file, CannotBeWritten(file, why));
   });

@@ -1,4 +1,4 @@
-// Pictures as PNG files.
+// PNG encoder and file writer.
 #pragma once
 
 #include <string>
@@ -9,12 +9,13 @@
 
 namespace plumbline {
 
-/// As bytes of a PNG file. @param fast  larger by a half, made in a third of the time
+/// Encodes a picture.
+/// @param fast  a third of the time for files that are 1.5 times as large
 Result<std::string> PngOf(const RgbImage& picture, bool fast = false);
 
-/// Written beside the name and renamed: the name never stands for half a picture.
+/// Writes atomically, by renaming a temporary file.
 Result<void> WritePng(const std::string& file, const RgbImage& picture);
-/// Bytes that are a PNG already, into a state directory: no link is followed.
-Result<void> KeepPngBytes(const std::string& file, std::string_view bytes);
+/// Writes encoded bytes to a file of the state directory; follows no symbolic link.
+Result<void> WritePngBytes(const std::string& file, std::string_view bytes);
 
 }  // namespace plumbline

@@ -19,8 +19,8 @@ constexpr int kMeasuringNice = 10;
 
 SceneWorker::SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m,
                          const LogSink& sink)
-    : stock_(std::move(objects_file), std::move(tags), sink),
-      measuring_(near_m, sink),
+    : loader_(std::move(objects_file), std::move(tags), sink),
+      measurer_(near_m, sink),
       thread_([this] { Run(); }) {}
 
 SceneWorker::~SceneWorker() {
@@ -32,7 +32,7 @@ SceneWorker::~SceneWorker() {
   thread_.join();
 }
 
-void SceneWorker::Give(MeasureInput input) {
+void SceneWorker::Submit(MeasureInput input) {
   {
     const std::lock_guard lock(mutex_);
     input_ = std::move(input);
@@ -40,18 +40,18 @@ void SceneWorker::Give(MeasureInput input) {
   wake_.notify_one();
 }
 
-std::shared_ptr<const SceneNow> SceneWorker::Scene() const {
+std::shared_ptr<const SceneSnapshot> SceneWorker::Scene() const {
   const std::lock_guard lock(mutex_);
   return scene_;
 }
 
-std::shared_ptr<const Measured> SceneWorker::Newest() const {
+std::shared_ptr<const SceneMeasurements> SceneWorker::Newest() const {
   const std::lock_guard lock(mutex_);
   return measured_;
 }
 
 void SceneWorker::Run() {
-  // Linux: of this thread alone.
+  // On Linux this affects the calling thread only.
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kMeasuringNice);
   for (;;) {
     std::optional<MeasureInput> input;
@@ -61,17 +61,18 @@ void SceneWorker::Run() {
       if (end_) return;
       input.swap(input_);
     }
-    const auto scene = stock_.Look(MonotonicSeconds());
+    const auto scene = loader_.Poll(MonotonicSeconds());
     {
       const std::lock_guard lock(mutex_);
       scene_ = scene;
     }
     const bool other = scene != taken_;
-    measuring_.Take(scene);
-    if (other) malloc_trim(0);  // reading and building took many times what is kept
+    measurer_.SetScene(scene);
+    if (other) malloc_trim(0);  // loading needs many times the memory that remains in use
     taken_ = scene;
     if (!input) continue;
-    auto measured = std::make_shared<Measured>(measuring_.Measure(*input, MonotonicSeconds()));
+    auto measured =
+        std::make_shared<SceneMeasurements>(measurer_.Measure(*input, MonotonicSeconds()));
     const std::lock_guard lock(mutex_);
     measured_ = std::move(measured);
   }

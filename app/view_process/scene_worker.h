@@ -1,4 +1,4 @@
-// The thread beside the drawing one: it reads object tables and meshes, and measures.
+// Background thread that loads the scene and measures in it.
 #pragma once
 
 #include <condition_variable>
@@ -8,13 +8,13 @@
 #include <thread>
 
 #include "app/log/log_entry.h"
-#include "app/view_process/measuring.h"
-#include "app/view_process/scene_stock.h"
+#include "app/view_process/scene_loader.h"
+#include "app/view_process/scene_measurer.h"
 
 namespace plumbline {
 
-/// At lower priority than drawing. Measures the newest state that it was given; states that come
-/// while it works are passed over.
+/// Runs at lower priority than drawing. Measures in the newest submitted state; states submitted
+/// while it is busy replace each other.
 class SceneWorker {
  public:
   SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m,
@@ -23,22 +23,22 @@ class SceneWorker {
   SceneWorker(const SceneWorker&) = delete;
   SceneWorker& operator=(const SceneWorker&) = delete;
 
-  void Give(MeasureInput input);
-  std::shared_ptr<const SceneNow> Scene() const;
-  std::shared_ptr<const Measured> Newest() const;  ///< null: nothing was measured yet
+  void Submit(MeasureInput input);
+  std::shared_ptr<const SceneSnapshot> Scene() const;
+  std::shared_ptr<const SceneMeasurements> Newest() const;  ///< null: no measurement yet
 
  private:
   void Run();
 
-  SceneStock stock_;
-  std::shared_ptr<const SceneNow> taken_;  ///< by measuring_; of the thread
-  Measuring measuring_;
+  SceneLoader loader_;
+  std::shared_ptr<const SceneSnapshot> taken_;  ///< in use by measurer_; accessed by thread_ only
+  SceneMeasurer measurer_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool end_ = false;
   std::optional<MeasureInput> input_;
-  std::shared_ptr<const SceneNow> scene_ = std::make_shared<SceneNow>();
-  std::shared_ptr<const Measured> measured_;
+  std::shared_ptr<const SceneSnapshot> scene_ = std::make_shared<SceneSnapshot>();
+  std::shared_ptr<const SceneMeasurements> measured_;
   std::thread thread_;
 };
 

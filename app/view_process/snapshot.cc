@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/view/screen_text.h"
-#include "app/view_process/awaited.h"
+#include "app/view_process/await_state.h"
 #include "app/view_process/drawing.h"
 #include "app/view_process/png_file.h"
 #include "app/view_process/viewer.h"
@@ -48,7 +48,7 @@ void Print(const SnapshotOptions& options, const ViewFacts& facts) {
                          {"alarms", state.alarms},
                          {"warnings", state.warnings},
                          {"headline", Headline(facts).text},
-                         {"stale_because", StaleBecause(facts)},
+                         {"stale_because", StaleReasons(facts)},
                          {"panels", PanelsJson(PanelsOf(facts))}};
   json["cameras"] = nlohmann::json::array();
   for (const std::size_t k : facts.shown) {
@@ -79,14 +79,15 @@ int TakeSnapshot(const SnapshotOptions& options) {
       if (one.name != CameraName::kNone) names += fmt::format(", {}", CameraNameText(one.name));
     }
     if (!overlay.camera && options.camera != "both") {
-      return Refuse(kUsage, fmt::format("--camera {}: there is {}", options.camera, names));
+      return Refuse(
+          kUsage, fmt::format("--camera {}: no such camera; known are: {}", options.camera, names));
     }
   }
   Drawing drawing([](const LogEntry&) {});
   if (!drawing.Ready(MonotonicSeconds())) return Refuse(kUsage, drawing.problem());
 
   Viewer viewer(options.config_file, std::move(*model), [](const LogEntry& entry) {
-    // Until the first state a link that is not there yet is no news: it is told at the end.
+    // A missing connection is reported at the end, if it is not established in time.
     const bool bad = EntryOf(entry.event).level <= LogLevel::kWarning;
     if (bad && entry.event != Event::kViewLinkLost) std::cerr << entry.text << '\n';
   });
@@ -98,7 +99,7 @@ int TakeSnapshot(const SnapshotOptions& options) {
   const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
   const OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels()};
   if (!drawing.Draw(PictureOf(input, LayoutOf(options.size), drawing.text_width()))) {
-    return Refuse(kUsage, "nothing was drawn: " + drawing.renderer().problem());
+    return Refuse(kUsage, "drawing failed: " + drawing.renderer().problem());
   }
   const auto written = WritePng(options.out, drawing.renderer().ReadBack());
   if (!written) return Refuse(kUsage, written.error());

@@ -1,4 +1,4 @@
-// What has no event of its own, for the log: each text is counted by itself.
+// Log entries of the viewer that have no event of their own; repeats are counted per text.
 #pragma once
 
 #include <string>

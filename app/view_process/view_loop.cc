@@ -14,18 +14,18 @@
 #include "app/service/signals.h"
 #include "app/version.h"
 #include "app/view/screen_text.h"
-#include "app/view_process/page_side.h"
+#include "app/view_process/page_host.h"
 #include "drivers/clock.h"
 
 namespace plumbline {
 namespace {
 
 constexpr double kStateWait_s = 0.05, kScreenWait_s = 0.02;
-constexpr double kOldest_s = 0.5;    ///< a picture on a screen: ages and clocks go on
-constexpr double kUnseen_s = 1.0;    ///< from picture to picture where nobody looks
-constexpr double kShared_s = 0.1;    ///< from picture to picture for who looks from elsewhere
-constexpr double kTold_s = 0.2;      ///< from word to word for them
-constexpr double kTrimPeriod_s = 3;  ///< what compiled shaders and pictures left behind
+constexpr double kMaxPictureAge_s = 0.5;  ///< then redrawn without a new state: clocks advance
+constexpr double kUnseenPeriod_s = 1.0;   ///< between pictures that nobody sees
+constexpr double kSharedPeriod_s = 0.1;   ///< between pictures for the page
+constexpr double kStatusPeriod_s = 0.2;   ///< between updates of the page's status
+constexpr double kTrimPeriod_s = 3;       ///< between malloc_trim() calls
 constexpr ImageSize kWithoutDisplay{1280, 720};
 
 const char* KindOf(OverlayConfig::Display display) {
@@ -36,7 +36,7 @@ const char* KindOf(OverlayConfig::Display display) {
 
 }  // namespace
 
-ViewLoop::ViewLoop(const std::string& config_file, ViewModel model, Shown& shown)
+ViewLoop::ViewLoop(const std::string& config_file, ViewModel model, DisplayMailbox& shown)
     : viewer_(config_file, std::move(model), Log),
       drawing_(Log),
       alarms_(std::make_unique<AlarmPictures>(viewer_.state_directory() + "/alarms",
@@ -64,7 +64,7 @@ void ViewLoop::OpenDisplay() {
   }
 }
 
-void ViewLoop::TellDisplay(DisplayResult result) {
+void ViewLoop::LogDisplayState(DisplayResult result) {
   if (result == DisplayResult::kReady || result == DisplayResult::kShown) {
     if (!display_problem_.empty()) Log({Event::kDisplayBack, "the display shows pictures again"});
     display_problem_.clear();
@@ -81,9 +81,9 @@ bool ViewLoop::on_screen() const {
 }
 
 bool ViewLoop::Due(double now_s) const {
-  if (on_screen()) return fresh_ || now_s - drawn_s_ >= kOldest_s;
-  if (!shown_.Asked(now_s)) return now_s - drawn_s_ >= kUnseen_s;
-  return now_s - drawn_s_ >= (fresh_ ? kShared_s : kOldest_s);
+  if (on_screen()) return fresh_ || now_s - drawn_s_ >= kMaxPictureAge_s;
+  if (!shown_.PictureRequested(now_s)) return now_s - drawn_s_ >= kUnseenPeriod_s;
+  return now_s - drawn_s_ >= (fresh_ ? kSharedPeriod_s : kMaxPictureAge_s);
 }
 
 void ViewLoop::DrawOne(ImageSize size, bool show) {
@@ -99,60 +99,61 @@ void ViewLoop::DrawOne(ImageSize size, bool show) {
                                        ? PictureOf(input, layout, drawing_.text_width())
                                        : PictureWithoutState(facts, layout, drawing_.text_width()));
   if (!drawn) return;
-  if (show) TellDisplay(display_->Show(drawing_.renderer()));
+  if (show) LogDisplayState(display_->Show(drawing_.renderer()));
   if (now_s - trimmed_s_ >= kTrimPeriod_s) {
     if (trimmed_s_ > 0) malloc_trim(0);
     trimmed_s_ = now_s;
   }
   const bool keep = alarms_->Due(now_s);
-  const bool share = shown_.Asked(now_s) && now_s - shared_s_ >= kShared_s;
+  const bool share = shown_.PictureRequested(now_s) && now_s - shared_s_ >= kSharedPeriod_s;
   if (!keep && !share) return;
   RgbImage picture = drawing_.renderer().ReadBack();
   if (share) {
     shared_s_ = now_s;
-    shown_.Put(std::make_shared<const ShownPicture>(ShownPicture{picture, now_s}));
+    shown_.Publish(std::make_shared<const DisplayPicture>(DisplayPicture{picture, now_s}));
   }
   if (keep) alarms_->Remember(std::move(picture), now_s);
 }
 
-/// Where drawing takes longer than the camera from frame to frame, the newest state may be nearly
-/// as old as a frame when the screen is ready. A picture of the next one costs at most half a frame
-/// of waiting, and shows what is half a frame to a whole one newer.
-double ViewLoop::PatienceForNext_s(double now_s) const {
+/// If drawing takes longer than the camera's frame interval, the newest state may be nearly one
+/// frame old when the display is ready. Waiting for the next frame then takes at most half an
+/// interval and yields an image that is half to one interval newer.
+double ViewLoop::WaitForNextFrame_s(double now_s) const {
   const double interval_s = viewer_.image_interval_s(), age_s = now_s - state().now_s;
   if (!on_screen() || !(interval_s < kStateWait_s)) return 0;
   return age_s > interval_s / 2 && age_s < interval_s ? interval_s - age_s : 0;
 }
 
-void ViewLoop::Round() {
-  if (viewer_.Read(fresh_ && on_screen() ? 0 : kStateWait_s)) TakeState();
-  TellShown(MonotonicSeconds());
+void ViewLoop::RunOnce() {
+  if (viewer_.Read(fresh_ && on_screen() ? 0 : kStateWait_s)) HandleState();
+  PublishStatus(MonotonicSeconds());
   const bool due = Due(MonotonicSeconds());
-  // One that is lost is asked whether it is there again.
+  // A lost display is polled until it is back.
   DisplayResult screen = DisplayResult::kLost;
   if (display_ && (due || !on_screen())) {
     screen = display_->Wait(kScreenWait_s);
-    TellDisplay(screen);
+    LogDisplayState(screen);
   }
   if (!due || screen == DisplayResult::kBusy) return;
-  // What came while the screen was busy is newer.
-  if (viewer_.Read(0)) TakeState();
-  const double patience_s = PatienceForNext_s(MonotonicSeconds());
-  if (patience_s > 0 && viewer_.Read(patience_s)) TakeState();
+  // A newer state may have arrived while the display was busy.
+  if (viewer_.Read(0)) HandleState();
+  const double wait_s = WaitForNextFrame_s(MonotonicSeconds());
+  if (wait_s > 0 && viewer_.Read(wait_s)) HandleState();
   const bool ready = screen == DisplayResult::kReady;
   DrawOne(ready ? display_->size() : viewer_.config().size.value_or(kWithoutDisplay), ready);
 }
 
-void ViewLoop::TakeState() {
+void ViewLoop::HandleState() {
   fresh_ = true;
   const ViewState& state = viewer_.view().state;
   alarms_->Observe(state.alarms, state.utc_s);
 }
 
-void ViewLoop::TellShown(double now_s) {
-  if (now_s - told_s_ < kTold_s) return;
-  told_s_ = now_s;
-  shown_.Put(std::make_shared<const ShownNow>(ShownOf(viewer_.Facts(), drawing_.problem())));
+void ViewLoop::PublishStatus(double now_s) {
+  if (now_s - status_s_ < kStatusPeriod_s) return;
+  status_s_ = now_s;
+  shown_.Publish(
+      std::make_shared<const ShownNow>(MakeDisplayStatus(viewer_.Facts(), drawing_.problem())));
 }
 
 void ViewLoop::Reload() {
@@ -174,12 +175,14 @@ int RunView(const std::string& config_file) {
   LogFaults(faults);
   if (!model) {
     Log({Event::kNotStarted,
-         fmt::format("not started: mend {} first (plumbline check tells the same)", config_file)});
+         fmt::format("not started: {} has the faults logged above; fix them and run 'plumbline "
+                     "check' to verify",
+                     config_file)});
     return 1;
   }
   ServiceManager manager;
-  Shown shown;
-  PageSide page(shown, manager.TakeSocket("http"), Log);
+  DisplayMailbox shown;
+  PageHost page(shown, manager.TakeSocket("http"), Log);
   const DaemonConfig config = model->config;
   ViewLoop loop(config_file, std::move(*model), shown);
   Log({Event::kViewStarted, fmt::format("plumbline-view {}", PLUMBLINE_VERSION)});
@@ -189,11 +192,11 @@ int RunView(const std::string& config_file) {
     if (read(signals, &info, sizeof info) == sizeof info) {
       if (info.ssi_signo != SIGHUP) break;
       loop.Reload();
-      FaultList ignored;  // Reload() told them
+      FaultList ignored;  // already logged by Reload()
       if (const auto fresh = ReadDaemonConfig(config_file, ignored)) page.Open(*fresh);
     }
-    loop.Round();
-    page.Round(MonotonicSeconds());
+    loop.RunOnce();
+    page.Poll(MonotonicSeconds());
     LogRepeats();
   }
   LogRepeats(true);

@@ -1,10 +1,10 @@
-// The viewer's loop: newest state, newest picture, no queue.
+// Main loop of the display process: draws the newest state, without a queue.
 #pragma once
 
 #include <memory>
 #include <string>
 
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 #include "app/view_process/alarm_pictures.h"
 #include "app/view_process/drawing.h"
 #include "app/view_process/viewer.h"
@@ -12,51 +12,52 @@
 
 namespace plumbline {
 
-/// Draws when there is something new and the screen is ready for it: a frame is on the screen one
-/// refresh and the drawing after it was seen. While the screen is busy newer states take the place
-/// of older ones; one that is nearer to the next than to its own coming is let pass for that.
-/// Without a screen, pictures are drawn only for whoever asks (`shown`), and once a second for the
-/// files of alarms.
+/// Draws when there is a new state and the display is ready, so that an image is visible one
+/// drawing and one refresh after it was taken. While the display is busy, newer states replace
+/// older ones; a state closer to the next frame than to its own arrival is skipped in favour of the
+/// next. Without a display, pictures are drawn on request (DisplayMailbox::RequestPicture) and once
+/// a second for the alarm pictures.
 class ViewLoop {
  public:
-  ViewLoop(const std::string& config_file, ViewModel model, Shown& shown);
+  ViewLoop(const std::string& config_file, ViewModel model, DisplayMailbox& shown);
 
-  /// One round, at most some 50 ms.
-  void Round();
+  /// One iteration, at most about 50 ms.
+  void RunOnce();
+  /// Reads the configuration again and reopens the display.
   void Reload();
-  /// What the newest picture was drawn of; of the thread that calls Round().
+  /// State of the newest picture. Call from the thread that calls RunOnce().
   const ViewState& state() const { return viewer_.view().state; }
-  /// When the newest picture was begun; of the same thread.
-  double begun_s() const { return drawn_s_; }
+  /// When drawing the newest picture started. Call from the same thread.
+  double drawing_started_s() const { return drawn_s_; }
 
  private:
   void OpenDisplay();
-  void TakeState();
+  void HandleState();
   bool on_screen() const;
   bool Due(double now_s) const;
-  double PatienceForNext_s(double now_s) const;
+  double WaitForNextFrame_s(double now_s) const;
   void DrawOne(ImageSize size, bool show);
-  void TellDisplay(DisplayResult result);
-  void TellShown(double now_s);
+  void LogDisplayState(DisplayResult result);
+  void PublishStatus(double now_s);
 
   Viewer viewer_;
   Drawing drawing_;
   std::unique_ptr<AlarmPictures> alarms_;
-  Shown& shown_;
+  DisplayMailbox& shown_;
   std::unique_ptr<Display> display_;
-  std::string display_problem_;  ///< empty: it shows pictures, or was not asked yet
-  bool fresh_ = false;           ///< a state that was not drawn
+  std::string display_problem_;  ///< empty: it shows pictures, or was not used yet
+  bool fresh_ = false;           ///< there is a state that has not been drawn
   double drawn_s_ = -1e300, trimmed_s_ = 0;
-  double told_s_ = -1e300;    ///< to whom looks from elsewhere
-  double shared_s_ = -1e300;  ///< the last picture for them
+  double status_s_ = -1e300;  ///< when the status was last published
+  double shared_s_ = -1e300;  ///< when a picture was last published
 };
 
-/// For the process, before its threads: few arenas, and pictures in pages of their own, which go
-/// back as soon as they are done with.
+/// Configures malloc for the process: few arenas, and pictures in mappings of their own that are
+/// returned when freed. Call before threads are started.
 void KeepHeapSmall();
 
-/// Runs until SIGTERM or SIGINT; SIGHUP reads the configuration again.
-/// @return the process's exit code: 0 ended by signal, 1 faults in the configuration
+/// Runs until SIGTERM or SIGINT; SIGHUP reloads the configuration.
+/// @return  the exit code: 0 stopped by a signal, 1 faults in the configuration
 int RunView(const std::string& config_file);
 
 }  // namespace plumbline

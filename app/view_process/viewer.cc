@@ -12,7 +12,7 @@
 namespace plumbline {
 namespace {
 
-constexpr double kRateShare = 0.1;  ///< of the newest interval in the mean rate
+constexpr double kRateShare = 0.1;  ///< weight of the newest interval in the mean frame rate
 
 std::optional<TagDatabase> TagsOf(const ViewModel& model) {
   if (model.config.vision.cameras.empty()) return std::nullopt;
@@ -28,10 +28,10 @@ Viewer::Viewer(std::string config_file, ViewModel model, LogSink sink)
       overlay_(model_->config.overlay),
       state_directory_(model_->config.state_directory),
       client_(ViewSocketOf(state_directory_)) {
-  StartScene();
+  StartSceneWorker();
 }
 
-void Viewer::StartScene() {
+void Viewer::StartSceneWorker() {
   worker_.reset();
   worker_.emplace(overlay_.objects_file, TagsOf(*model_), overlay_.near_m, sink_);
 }
@@ -42,59 +42,59 @@ bool Viewer::Read(double timeout_s) {
   const bool lost = !came && !problem.empty() && !client_.connected();
   if (lost && link_problem_.empty()) sink_({Event::kViewLinkLost, problem});
   if (came && !link_problem_.empty())
-    sink_({Event::kViewLinkBack, "the daemon's states come again"});
+    sink_({Event::kViewLinkBack, "receiving data from plumblined again"});
   if (lost) link_problem_ = problem;
   if (!came) return false;
   link_problem_.clear();
   has_state_ = true;
   const ViewState& state = view_.state;
-  const bool other_points = HasOtherPoints(state);
+  const bool other_points = PointsChanged(state);
   if (other_points) refused_version_ = -1;
   if (!model_ || model_->version != state.model_version) {
-    TakeModel(state.model_version);
+    LoadModel(state.model_version);
   } else if (other_points) {
-    sink_(ViewNote("the daemon has other points; its configuration is read again"));
-    TakeModel(state.model_version);
+    sink_(ViewNote("plumblined uses other assembly points; reading its configuration again"));
+    LoadModel(state.model_version);
   }
-  eyes_.resize(std::max<std::size_t>(1, state.cameras.size()));
+  tracks_.resize(std::max<std::size_t>(1, state.cameras.size()));
   CountFrames();
   const double now_s = MonotonicSeconds();
-  TakeSights(now_s);
-  worker_->Give({now_s, in_W_});
-  TellScene();
+  UpdateCarriers(now_s);
+  worker_->Submit({now_s, in_W_});
+  SendScene();
   return true;
 }
 
 void Viewer::CountFrames() {
-  for (std::size_t k = 0; k < eyes_.size(); ++k) {
-    Eye& eye = eyes_[k];
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    CameraTrack& track = tracks_[k];
     const auto& image = CameraOf(view_.state, k).image;
-    if (!image || image->sequence == eye.sequence) continue;
-    const double interval_s = image->time_s - eye.image_s;
-    const double count = static_cast<double>(image->sequence - eye.sequence);
-    if (eye.image_s > 0 && interval_s > 0 && image->sequence > eye.sequence) {
+    if (!image || image->sequence == track.sequence) continue;
+    const double interval_s = image->time_s - track.image_s;
+    const double count = static_cast<double>(image->sequence - track.sequence);
+    if (track.image_s > 0 && interval_s > 0 && image->sequence > track.sequence) {
       const double rate = std::min(count / interval_s, 1000.0);
-      eye.frames_per_s += (eye.frames_per_s > 0 ? kRateShare : 1) * (rate - eye.frames_per_s);
+      track.frames_per_s += (track.frames_per_s > 0 ? kRateShare : 1) * (rate - track.frames_per_s);
     }
-    eye.image_s = image->time_s;
-    eye.sequence = image->sequence;
+    track.image_s = image->time_s;
+    track.sequence = image->sequence;
   }
 }
 
 double Viewer::image_interval_s() const {
   double images_per_s = 0;
-  for (const Eye& eye : eyes_) images_per_s += eye.frames_per_s;
+  for (const CameraTrack& track : tracks_) images_per_s += track.frames_per_s;
   return 1 / images_per_s;
 }
 
-void Viewer::TakeSights(double now_s) {
+void Viewer::UpdateCarriers(double now_s) {
   carriers_.clear();
-  for (std::size_t k = 0; k < eyes_.size(); ++k) {
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
     const ViewModel* const model = model_ ? &*model_ : nullptr;
-    carriers_.push_back(eyes_[k].memory.Take(view_.state, k, model, now_s));
+    carriers_.push_back(tracks_[k].memory.Update(view_.state, k, model, now_s));
   }
-  in_W_ = InMeasurementFrame(carriers_);
-  ShareSights(carriers_);
+  in_W_ = MergeInMeasurementFrame(carriers_);
+  ShareDetections(carriers_);
 }
 
 std::vector<const std::uint8_t*> Viewer::Pixels() const {
@@ -105,29 +105,29 @@ std::vector<const std::uint8_t*> Viewer::Pixels() const {
   return pixels;
 }
 
-void Viewer::TellScene() {
-  const std::shared_ptr<const Measured> newest = worker_->Newest();
-  if (!newest || newest == told_ || newest->pairs.empty()) return;
-  told_ = newest;
-  client_.Tell(SceneForPlc(*newest));
+void Viewer::SendScene() {
+  const std::shared_ptr<const SceneMeasurements> newest = worker_->Newest();
+  if (!newest || newest == sent_ || newest->pairs.empty()) return;
+  sent_ = newest;
+  client_.SendScene(SceneForPlc(*newest));
 }
 
-/// Whether the daemon wants other points than before, which tells that its configuration was
+/// Whether the daemon's target points differ from before, which means that its configuration was
 /// edited.
-bool Viewer::HasOtherPoints(const ViewState& state) {
+bool Viewer::PointsChanged(const ViewState& state) {
   constexpr double kSame_m = 1e-6;
   std::map<int, std::optional<Vec3>> now_B;
   bool other = false;
   for (const ViewPoint& point : state.points) {
     const auto before = points_B_.find(point.id);
-    std::optional<Vec3> wanted_B;
-    if (point.valid) wanted_B = point.X_BP_command.p - point.translation_B;
+    std::optional<Vec3> target_B;
+    if (point.valid) target_B = point.X_BP_command.p - point.translation_B;
     const bool known = before != points_B_.end();
-    if (known && !wanted_B) wanted_B = before->second;
+    if (known && !target_B) target_B = before->second;
     const bool moved =
-        known && wanted_B && before->second && (*wanted_B - *before->second).norm() > kSame_m;
+        known && target_B && before->second && (*target_B - *before->second).norm() > kSame_m;
     other = other || !known || moved;
-    now_B[point.id] = wanted_B;
+    now_B[point.id] = target_B;
   }
   other = other || now_B.size() != points_B_.size();
   const bool first = points_B_.empty();
@@ -135,19 +135,19 @@ bool Viewer::HasOtherPoints(const ViewState& state) {
   return other && !first;
 }
 
-void Viewer::TakeModel(int version) {
+void Viewer::LoadModel(int version) {
   if (version == refused_version_) return;
   FaultList faults;
   std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
   if (!fresh) {
     refused_version_ = version;
     for (const Fault& fault : faults.All()) sink_(EntryOfFault(fault));
-    model_.reset();  // another model's tool must not be shown for this one's
+    model_.reset();  // never draw the tool of another model version
     return;
   }
   refused_version_ = -1;
   const bool same = model_ && model_->version == version;
-  if (version > 0 && !same) sink_(ViewNote(fmt::format("model version {} is shown", version)));
+  if (version > 0 && !same) sink_(ViewNote(fmt::format("showing model version {}", version)));
   model_ = std::move(fresh);
 }
 
@@ -157,13 +157,15 @@ void Viewer::Reload() {
   std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
   for (const Fault& fault : faults.All()) sink_(EntryOfFault(fault));
   if (!fresh) {
-    sink_({Event::kNotReloaded, "configuration not reloaded; the former one stays"});
+    sink_({Event::kNotReloaded,
+           "configuration not reloaded; the previous one stays in force. Fix the faults logged "
+           "above"});
     return;
   }
   refused_version_ = -1;
   model_ = std::move(fresh);
   overlay_ = model_->config.overlay;
-  StartScene();
+  StartSceneWorker();
   sink_({Event::kReloaded, fmt::format("configuration {} reloaded", config_file_)});
 }
 
@@ -178,20 +180,22 @@ const ViewFacts& Viewer::Facts() {
   facts_.measured = measured_.get();
   facts_.model = model_ ? &*model_ : nullptr;
   for (const LogLine& line : RecentLog()) {
-    facts_.own_lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
+    facts_.viewer_lines.push_back(
+        {line.number, line.utc_s, static_cast<int>(line.level), line.text});
   }
   if (!has_state_) return facts_;
-  // Time makes things stale although no state comes.
-  TakeSights(facts_.now_s);
+  // Data become stale with time even if no state arrives.
+  UpdateCarriers(facts_.now_s);
   facts_.state = &view_.state;
   facts_.carriers = carriers_;
   facts_.shown.clear();
-  for (std::size_t k = 0; k < eyes_.size(); ++k) {
-    facts_.frames_per_s.push_back(eyes_[k].frames_per_s);
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    facts_.frames_per_s.push_back(tracks_[k].frames_per_s);
     const bool other = overlay_.camera && CameraOf(view_.state, k).status.name != *overlay_.camera;
     if (!other) facts_.shown.push_back(k);
   }
-  if (facts_.shown.empty()) facts_.shown = {0};  // the daemon's cameras are others until a restart
+  // After a reload the daemon may not have the configured camera until it is restarted.
+  if (facts_.shown.empty()) facts_.shown = {0};
   return facts_;
 }
 

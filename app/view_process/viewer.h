@@ -1,4 +1,4 @@
-// The viewer's knowledge of the cell: the newest state, the model in force, the scene, distances.
+// Viewer: newest state, model in force, scene and measurements, as input for drawing.
 #pragma once
 
 #include <functional>
@@ -14,60 +14,61 @@
 
 namespace plumbline {
 
-/// Takes states as they come, and gives what a picture is made from. Used by one thread.
+/// Receives states and provides everything a picture is drawn from. Used by one thread.
 class Viewer {
  public:
-  /// @param config  as it was read from `config_file` without a version of the model
+  /// @param model  configuration read from `config_file`, with the cell file as its model
   Viewer(std::string config_file, ViewModel model, LogSink sink);
 
-  /// Waits at most so long for a newer state. @return  whether one came
+  /// Waits up to `timeout_s` for a newer state.
+  /// @return  whether one arrived
   bool Read(double timeout_s);
-  /// Reads the configuration again; one with faults changes nothing.
+  /// Reads the configuration again; if it has faults, nothing changes.
   void Reload();
 
-  /// What is to be said now; valid until the next call of anything here.
+  /// Input of the status texts; valid until the next call of a member function.
   const ViewFacts& Facts();
   const View& view() const { return view_; }
-  /// From one state with an image to the next; infinite: none come.
+  /// Mean interval between states with a new image; infinite if there are none.
   double image_interval_s() const;
   bool has_state() const { return has_state_; }
   const OverlayConfig& config() const { return overlay_; }
-  /// Of the newest state's images, for OverlayInput.
+  /// Pixels of the newest state's images, for OverlayInput.
   std::vector<const std::uint8_t*> Pixels() const;
-  std::shared_ptr<const SceneNow> scene() const { return scene_; }
+  std::shared_ptr<const SceneSnapshot> scene() const { return scene_; }
   const std::string& state_directory() const { return state_directory_; }
 
  private:
-  void TakeModel(int version);
-  bool HasOtherPoints(const ViewState& state);
-  void StartScene();
-  void TellScene();
+  void LoadModel(int version);
+  bool PointsChanged(const ViewState& state);
+  void StartSceneWorker();
+  void SendScene();
 
   const std::string config_file_;
   const LogSink sink_;
   std::optional<ViewModel> model_;
-  std::map<int, std::optional<Vec3>> points_B_;  ///< of the daemon, wanted; nothing: not told
-  int refused_version_ = -1;  ///< not tried again until SIGHUP or another version
+  std::map<int, std::optional<Vec3>> points_B_;  ///< the daemon's target positions by point id
+  int refused_version_ = -1;  ///< model version that could not be read; not retried until SIGHUP
   OverlayConfig overlay_;
   std::string state_directory_;
   ViewClient client_;
   View view_;
   bool has_state_ = false;
   std::string link_problem_;
-  void TakeSights(double now_s);
+  void UpdateCarriers(double now_s);
   void CountFrames();
 
-  struct Eye {  ///< what is known of a camera from state to state
+  struct CameraTrack {  ///< per-camera data carried from state to state
     CarrierMemory memory;
     double image_s = 0, frames_per_s = 0;
     std::uint64_t sequence = 0;
   };
-  std::vector<Eye> eyes_;
-  std::vector<Carriers> carriers_;  ///< of each camera; of none, one that sees nothing
-  Carriers in_W_;                   ///< what they see together
+  std::vector<CameraTrack> tracks_;
+  std::vector<Carriers> carriers_;  ///< of each camera; at least one
+  Carriers in_W_;                   ///< merged in the measurement frame
   std::optional<SceneWorker> worker_;
-  std::shared_ptr<const SceneNow> scene_ = std::make_shared<SceneNow>();
-  std::shared_ptr<const Measured> measured_, told_;
+  std::shared_ptr<const SceneSnapshot> scene_ = std::make_shared<SceneSnapshot>();
+  std::shared_ptr<const SceneMeasurements> measured_, sent_;
   ViewFacts facts_;
 };
 

@@ -16,7 +16,7 @@
 #include <sstream>
 #include <thread>
 
-#include "app/fleet/changes.h"
+#include "app/fleet/change_detector.h"
 #include "app/fleet/queue.h"
 #include "app/view_link/view_publisher.h"
 #include "drivers/clock.h"
@@ -123,11 +123,11 @@ ViewState StateAt(double time_s) {
 std::vector<Message> MessagesOfOneHour() {
   MqttConfig config;
   FleetCell cell{"bench", "cell", "bench", std::vector<Joint>(6), {}};
-  Changes changes(config, cell, "");
+  ChangeDetector changes(config, cell, "");
   std::vector<Message> messages;
   int probes = 0;
   for (double time_s = 0; time_s < kHour_s; time_s += kFeedPeriod_s) {
-    for (Message& message : changes.Take(StateAt(time_s), time_s)) {
+    for (Message& message : changes.Update(StateAt(time_s), time_s)) {
       messages.push_back(std::move(message));
     }
     if (time_s < kHour_s * probes / kProbesPerHour) continue;
@@ -234,7 +234,7 @@ int main(int argc, char** argv) {
   std::atomic<bool> stop{false};
   std::thread feed([&] {
     while (!stop) {
-      if (publisher.value()->Watched()) publisher.value()->Send(StateAt(0));
+      if (publisher.value()->PollViewers()) publisher.value()->Send(StateAt(0));
       SleepSeconds(kFeedPeriod_s);
     }
   });

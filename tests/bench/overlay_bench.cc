@@ -131,7 +131,7 @@ class Scene {
       return;
     }
     CarrierMemory memory;
-    const Carriers carriers = memory.Take(state, 0, &model, time_s_ + 0.02);
+    const Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
     const int mesh = *renderer.LoadMesh(PlateMesh(model));
     ViewFacts facts;
     facts.state = &state;

@@ -34,7 +34,7 @@ int RunViewer(const std::string& config_file) {
   const std::string mine = config_file + ".view";
   std::ofstream(mine) << text.replace(text.find(kCard), kCard.size(), card.path);
 
-  Shown shown;
+  DisplayMailbox shown;
   std::optional<ShownFrame> committed;  // since frame_s
   double frame_s = 0;
   std::uint64_t sequence = 0;
@@ -47,7 +47,7 @@ int RunViewer(const std::string& config_file) {
     if (!image || image->sequence == sequence) return;
     sequence = image->sequence;
     frame_s = image->time_s;
-    committed = {1e3 * (state.now_s - frame_s), 1e3 * (drawing->begun_s() - frame_s),
+    committed = {1e3 * (state.now_s - frame_s), 1e3 * (drawing->drawing_started_s() - frame_s),
                  1e3 * (MonotonicSeconds() - frame_s), 0};
   };
   std::vector<ShownFrame> frames;
@@ -70,7 +70,7 @@ int RunViewer(const std::string& config_file) {
     ViewLoop loop(mine, std::move(*model), shown);
     drawing = &loop;
     signalfd_siginfo info{};
-    while (read(ended, &info, sizeof info) != sizeof info) loop.Round();
+    while (read(ended, &info, sizeof info) != sizeof info) loop.RunOnce();
   }
   stop = true;
   screen.join();

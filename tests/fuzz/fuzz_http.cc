@@ -17,7 +17,7 @@ constexpr const char* kToken = "0123456789abcdef";
 constexpr const char* kSecret = "the cell nobody may know";
 
 struct Served {
-  Shown shown;
+  DisplayMailbox shown;
   std::unique_ptr<Page> page;
 
   Served() {
@@ -26,7 +26,7 @@ struct Served {
     state->now_s = MonotonicSeconds() + 1e9;  // never stale
     auto now = std::make_shared<ShownNow>();
     now->state = state;
-    shown.Put(std::shared_ptr<const ShownNow>(now));
+    shown.Publish(std::shared_ptr<const ShownNow>(now));
     PageOptions options;
     options.config.token = kToken;
     options.state_directory = "/nonexistent";

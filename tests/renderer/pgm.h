@@ -1,4 +1,4 @@
-// A rendered image as a file.
+// PGM writer for rendered images.
 #pragma once
 
 #include <fstream>
@@ -8,7 +8,7 @@
 
 namespace plumbline::renderer {
 
-/// Writes the image as a binary PGM of 8 bits.
+/// Writes the image as 8-bit binary PGM.
 inline void WritePgm(const std::string& path, const Image& image) {
   std::ofstream(path, std::ios::binary) << "P5\n"
                                         << image.width << ' ' << image.height << "\n255\n"

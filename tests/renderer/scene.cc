@@ -8,12 +8,11 @@ namespace plumbline::renderer {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kSamples = 8;        // a side, in a pixel that an edge may cross
-constexpr int kMotionSteps = 8;    // exposures that are averaged
-constexpr double kUndefined = -1;  // no sheet
+constexpr int kSamples = 8;        // per side, in a pixel that an edge may cross
+constexpr int kMotionSteps = 8;    // exposures to average
+constexpr double kUndefined = -1;  // outside all sheets
 
-/// The camera's ray through a pixel, from a table of undistorted directions that is inverted by
-/// bisection along the radius and a few fixed-point steps for the tangential part.
+/// The camera's ray through a pixel; the distortion is inverted by fixed-point iteration.
 Eigen::Vector2d RayOf(const Camera& c, double u, double v) {
   const double* k = c.distortion;
   const double xd = (u - c.cx) / c.fx, yd = (v - c.cy) / c.fy;
@@ -32,8 +31,8 @@ Eigen::Vector2d RayOf(const Camera& c, double u, double v) {
   return {x, y};
 }
 
-/// Rays of the corners of all pixels; between corners they are interpolated bilinearly, which errs
-/// by less than 1e-6 px for the lenses here.
+/// Rays through the corners of all pixels, interpolated bilinearly in between with an error below
+/// 1e-6 px for the lenses used here.
 class Rays {
  public:
   explicit Rays(const Camera& c) : width_(c.width + 1) {
@@ -53,7 +52,7 @@ class Rays {
   std::vector<Eigen::Vector2d> rays_;
 };
 
-/// The ray's meeting with the bent sheet, in the sheet's plane coordinates.
+/// Intersection of a ray with the bent sheet, in the sheet's plane coordinates.
 struct Meeting {
   const Sheet& sheet;
   Eigen::Vector3d origin_K;
@@ -189,7 +188,7 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
       double sum = 0;
       for (int i = 0; i < kSamples; ++i) {
         for (int j = 0; j < kSamples; ++j) {
-          // Somewhere in its part of the pixel: a fixed grid would shift edges along it.
+          // Jittered within its part of the pixel: a fixed grid would shift edges parallel to it.
           const double a = (i + share(jitter)) / kSamples, b = (j + share(jitter)) / kSamples;
           sum += grey(PrintAt(sheet, meeting.At(rays.At(u, v, a, b))), pixel);
         }
@@ -199,7 +198,7 @@ void Draw(Plane& plane, const Camera& camera, const Rays& rays, const Sheet& she
   }
 }
 
-/// The share `s` of a rigid motion.
+/// A fraction `s` of a rigid motion.
 Eigen::Isometry3d Part(const Eigen::Isometry3d& motion, double s) {
   const Eigen::AngleAxisd turn(motion.linear());
   Eigen::Isometry3d part = Eigen::Isometry3d::Identity();
@@ -292,7 +291,7 @@ Print Charuco(int columns, int rows, double square_m, double tag_m, int cells,
 
 Print ShiftedCircles(int columns, int rows, double step_m, double diameter_m) {
   return [=](double x, double y) {
-    // The nearest disc may lie in the row above or below.
+    // The nearest disc may be in the row above or below.
     const int nearest = static_cast<int>(std::round(y / step_m));
     for (int row = std::max(0, nearest - 1); row <= std::min(rows - 1, nearest + 1); ++row) {
       const double shift = row % 2;

@@ -1,9 +1,10 @@
-// Hands the token over in a header, so that it stands in no address. Without script the form does.
+// Sends the token in a header, so that it does not appear in an address. Without scripts the form
+// sends it in the address.
 "use strict";
 
 const form = document.getElementById("form");
 
-// A link from another site comes without the cookie, though there is one: from here it goes along.
+// When a link from another site leads here, the browser withholds the cookie; this request sends it.
 fetch("status.json").then((answer) => { if (answer.ok) location.reload(); }).catch(() => {});
 
 form.addEventListener("submit", async (event) => {
@@ -14,8 +15,8 @@ form.addEventListener("submit", async (event) => {
     const answer = await fetch("login",
       {headers: {Authorization: "Bearer " + token}, redirect: "manual"});
     if (answer.type === "opaqueredirect") location.replace("/");
-    else said.textContent = "That is not the token.";
+    else said.textContent = "Wrong token.";
   } catch (error) {
-    said.textContent = "plumbline-view does not answer.";
+    said.textContent = "plumbline-view does not respond.";
   }
 });

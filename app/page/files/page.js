@@ -1,4 +1,5 @@
-// Asks for the state once a second and puts it into the page. What comes is text, never markup.
+// Fetches the status once a second and shows it. Received values are inserted as text, never as
+// markup.
 "use strict";
 
 const kPoll_ms = 1000, kPatience_ms = 4000, kLost_ms = 3000, kAsleep_ms = 6000, kRetry_ms = 3000;
@@ -11,7 +12,7 @@ const kLevels = {3: "bad", 4: "attention"};
 const byId = (id) => document.getElementById(id);
 let lastGood_ms = performance.now(), lastPoll_ms = performance.now(), lost = false, pictures = 0;
 let status = null, slow_ms = -kSlow_ms, retry = null, serverStart = null;
-// The stream: when it was asked for, and until when what it brought passes for live.
+// The picture stream: when it was requested, and until when its picture counts as live.
 let asked_ms = -Infinity, liveUntil_ms = -Infinity;
 
 function element(tag, text, className) {
@@ -21,7 +22,7 @@ function element(tag, text, className) {
   return made;
 }
 
-// A sign and, for those who hear the page, a word: colour alone says nothing.
+// A symbol and, for screen readers, a word: colour must not be the only cue.
 function marked(parent, line) {
   const [sign, word] = kMarks[line.tone] || kMarks.plain;
   const mark = element("span", sign, "mark");
@@ -31,7 +32,7 @@ function marked(parent, line) {
   parent.append(line.text);
 }
 
-// Only what changed is touched: readers of the page are not thrown out of their line.
+// Updates only what changed, so that a screen reader or a selection keeps its position.
 function put(target, key, fill) {
   const text = JSON.stringify(key);
   if (target.dataset.key === text) return;
@@ -73,15 +74,15 @@ function showPanels(panels) {
 function postureText(posture) {
   if (!posture.joints) return "";
   const joints = posture.joints.map((joint) => joint.value.toFixed(1) + (joint.unit === "mm" ? " mm" : "°"));
-  return ", joints " + joints.join(" ") + (posture.differs ? ", NOT the posture that was taught" : "") +
-    (posture.taught ? "" : ", chosen without near_deg");
+  return ", joints " + joints.join(" ") + (posture.differs ? ", NOT the taught posture" : "") +
+    (posture.taught ? "" : ", posture not fixed by near_deg");
 }
 
 function showPoints(points) {
   put(byId("points"), points, (target) => {
     listInto(target, points.map((point) => {
       const name = point.name || "point " + point.id;
-      if (!point.valid) return {tone: "bad", text: name + ": no corrected point: " + point.reason};
+      if (!point.valid) return {tone: "bad", text: name + ": no valid correction: " + point.reason};
       const size_mm = 1000 * Math.hypot(...point.translation_B_m);
       const radius_mm = 1000 * point.uncertainty_m;
       return {tone: point.tone, text: name + ": corrected by " + size_mm.toFixed(2) + " mm, ±" +
@@ -113,10 +114,10 @@ function showPicture(picture) {
   const old = picture.age_s === null || picture.age_s > kOldPicture_s;
   const live = performance.now() < liveUntil_ms;
   byId("live").classList.toggle("old", old || !live);
-  let words = "Live, as on the monitor.";
+  let words = "Live, as on the display.";
   if (picture.age_s === null) words = "No picture yet.";
-  else if (old) words = "THE PICTURE IS OLD: from " + ageText(picture.age_s) + " ago.";
-  else if (!live) words = "WAITING FOR THE LIVE PICTURE: what stands here is old.";
+  else if (old) words = "THE PICTURE IS OLD: drawn " + ageText(picture.age_s) + " ago.";
+  else if (!live) words = "WAITING FOR THE LIVE PICTURE: the picture shown is old.";
   if (picture.problem) words = "NO PICTURE: " + picture.problem;
   byId("caption").textContent = words;
 }
@@ -132,8 +133,8 @@ function startPicture() {
   askPicture();
 }
 
-// A stream that was cut off looks like a picture that stands still: it is asked for anew now and
-// then. Until the new one has begun, the former is shown, and passes for live a little longer.
+// An interrupted stream looks like a still picture, so the stream is requested again periodically.
+// Until the new one starts, the previous picture is shown and counts as live a little longer.
 function renewPicture() {
   liveUntil_ms = Math.min(liveUntil_ms, performance.now() + 1000 * kOldPicture_s);
   askPicture();
@@ -145,11 +146,11 @@ function stopPicture() {
   byId("picture").removeAttribute("src");
 }
 
-// What stands here is no longer true: no word above it may look as if it were.
+// The content below is outdated; the headline must say so.
 function showLost(what, age_s) {
   document.body.classList.toggle("is-lost", what !== "");
   if (what === "") return;
-  showHeadline({tone: "bad", text: "LOST: " + what}, "What stands below is from " + ageText(age_s) + " ago.");
+  showHeadline({tone: "bad", text: "LOST: " + what}, "Everything below is " + ageText(age_s) + " old.");
   document.title = "LOST - Plumbline";
 }
 
@@ -157,7 +158,7 @@ function show() {
   const silent_ms = performance.now() - lastGood_ms;
   if (silent_ms > kLost_ms) {
     lost = true;
-    showLost("plumbline-view does not answer", silent_ms / 1000);
+    showLost("plumbline-view does not respond", silent_ms / 1000);
     return;
   }
   if (status === null) return;
@@ -169,7 +170,7 @@ function show() {
   showLog(status.log);
   byId("version").textContent = "Plumbline " + status.version;
   if (status.view.age_s > kOldView_s) {
-    showLost("plumbline-view stands still", status.view.age_s);
+    showLost("the drawing thread of plumbline-view hangs", status.view.age_s);
     return;
   }
   showLost("");
@@ -179,7 +180,7 @@ function show() {
 
 function showReports(reports) {
   put(byId("reports"), reports, (target) => {
-    const words = {diagnosis: "the newest diagnosis", model: "of model version ", alarm: "picture of an alarm: "};
+    const words = {diagnosis: "latest diagnosis", model: "model version ", alarm: "alarm picture "};
     target.replaceChildren(...reports.map((report) => {
       const name = report.kind === "model" ? String(parseInt(report.name, 10)) :
         report.kind === "alarm" ? report.name : "";
@@ -223,7 +224,7 @@ async function poll() {
   if (fresh) {
     status = fresh;
     lastGood_ms = performance.now();
-    // The stream does not come back by itself.
+    // The browser does not restart the stream by itself.
     const another = serverStart !== null && serverStart !== fresh.page.start;
     serverStart = fresh.page.start;
     if (!document.hidden) {
@@ -241,7 +242,7 @@ byId("picture").addEventListener("load", () => {
   liveUntil_ms = Infinity;
   show();
 });
-// One that was live finds its place taken for a moment: its former stream is not done with yet.
+// If the stream was live, the viewer limit may still count the previous stream: retry soon.
 byId("picture").addEventListener("error", () => {
   clearTimeout(retry);
   const soon = performance.now() < liveUntil_ms;
@@ -249,7 +250,7 @@ byId("picture").addEventListener("error", () => {
   if (!document.hidden) retry = setTimeout(startPicture, soon ? kSoon_ms : kRetry_ms);
   show();
 });
-// Nobody looks: nothing needs to be drawn for this page.
+// A hidden page needs no pictures.
 document.addEventListener("visibilitychange", () => document.hidden ? stopPicture() : startPicture());
 window.addEventListener("resize", () => drawTrend(byId("trend"), byId("trend-words"), null));
 setInterval(show, kPoll_ms);

@@ -1,4 +1,4 @@
-// Residuals of measured points, drawn as wide as there is room for.
+// Chart of the probes' residuals, as wide as the page allows.
 "use strict";
 
 const kMiddleOver = 9;
@@ -16,7 +16,7 @@ function median(values) {
   return sorted.length ? sorted[Math.floor((sorted.length - 1) / 2)] : 0;
 }
 
-// A round step that divides 0..top into two to five parts.
+// A round step that divides 0..top into two to five intervals.
 function niceStep(top) {
   const power = Math.pow(10, Math.floor(Math.log10(top)));
   for (const factor of [0.2, 0.5, 1, 2]) if (top / (factor * power) <= 5) return factor * power;
@@ -25,7 +25,7 @@ function niceStep(top) {
 
 function mark(point, x, y) {
   const title = shape("title", {}, "row " + point.id + ": " + point.mm.toFixed(3) + " mm" +
-    (point.model ? ", model version " + point.model : "") + (point.wild ? ", wild" : "") +
+    (point.model ? ", model version " + point.model : "") + (point.wild ? ", outlier" : "") +
     (point.alarm ? ", drift alarm" : ""));
   const made = point.alarm ?
     shape("path", {class: "alarm", d: `M${x} ${y - 8}L${x + 7} ${y + 5}L${x - 7} ${y + 5}Z`}) :
@@ -43,10 +43,10 @@ function drawTrend(target, words, trend) {
   if (lastTrend.problem || points.length === 0) {
     target.replaceChildren();
     words.textContent = lastTrend.problem ? "The journal cannot be read: " + lastTrend.problem :
-      "No measured points yet.";
+      "No probes yet.";
     return;
   }
-  // As large as the text beside it.
+  // Match the size of the surrounding text.
   const em = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
   const kHeight = 16 * em, kLeft = 5 * em, kRight = 0.6 * em, kTop = 1.6 * em, kBottom = 2 * em;
   const all = points.map((point) => point.mm), last = points[points.length - 1];
@@ -55,10 +55,10 @@ function drawTrend(target, words, trend) {
   const x = (k) => kLeft + (width - kLeft - kRight) * (points.length > 1 ? k / (points.length - 1) : 0.5);
   const y = (mm) => kHeight - kBottom - (kHeight - kTop - kBottom) * mm / high;
   const present = points.filter((point) => point.model === last.model).map((point) => point.mm).slice(-20);
-  const said = `Newest ${last.mm.toFixed(3)} mm. Middle of the newest ${present.length}` +
+  const summary = `Newest: ${last.mm.toFixed(3)} mm. Median of the newest ${present.length}` +
     (last.model ? ` under model version ${last.model}` : "") + `: ${median(present).toFixed(3)} mm.`;
   const svg = shape("svg", {viewBox: `0 0 ${width} ${kHeight}`, height: kHeight, role: "img",
-    "aria-label": "Residuals of the newest measured points. " + said});
+    "aria-label": "Residuals of the newest probes. " + summary});
   for (let mm = 0; mm <= high * 1.001; mm += step) {
     svg.append(shape("line", {class: "grid", x1: kLeft, x2: width - kRight, y1: y(mm), y2: y(mm)}),
       shape("text", {x: kLeft - 0.5 * em, y: y(mm) + 0.35 * em, "text-anchor": "end"}, mm.toFixed(digits) + " mm"));
@@ -76,5 +76,5 @@ function drawTrend(target, words, trend) {
   svg.append(shape("text", {x: kLeft, y: kHeight - 0.5 * em}, "row " + points[0].id),
     shape("text", {x: width - kRight, y: kHeight - 0.5 * em, "text-anchor": "end"}, "row " + last.id));
   target.replaceChildren(svg);
-  words.textContent = said + ` Line: middle of ${kMiddleOver}. Circle: wild. Triangle: drift alarm.`;
+  words.textContent = summary + ` Line: running median of ${kMiddleOver}. Circle: outlier. Triangle: drift alarm.`;
 }

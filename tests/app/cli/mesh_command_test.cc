@@ -60,15 +60,15 @@ TEST_CASE("a unit that is not stated is asked for, not guessed") {
       files.Write("bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), MeshFormat::kStl));
   const auto text = RunCommand(AddMeshCommand, "mesh check " + path);
   CHECK(text.exit_code == 0);
-  CHECK_THAT(text.out, Catch::Contains("600 x 50 x 40 of its own unit"));
-  CHECK_THAT(text.out, Catch::Contains("the unit is not stated"));
+  CHECK_THAT(text.out, Catch::Contains("600 x 50 x 40 in file units"));
+  CHECK_THAT(text.out, Catch::Contains("no unit stated"));
   const auto json =
       nlohmann::json::parse(RunCommand(AddMeshCommand, "mesh check " + path + " --json").out);
   CHECK(json["unit"].is_null());
   CHECK(json["size_file_unit"][0].get<double>() == Approx(600));
   CHECK_FALSE(json.contains("size_mm"));
   const auto metres = RunCommand(AddMeshCommand, "mesh check " + path + " --unit m");
-  CHECK_THAT(metres.out, Catch::Contains("is m the unit?"));
+  CHECK_THAT(metres.out, Catch::Contains("is m the right unit?"));
 }
 
 TEST_CASE("refusals and wrong arguments") {
@@ -78,7 +78,7 @@ TEST_CASE("refusals and wrong arguments") {
   const auto refused = RunCommand(AddMeshCommand, "mesh check " + cut + " --unit mm");
   CHECK(refused.exit_code == 1);
   CHECK(refused.out.empty());
-  CHECK_THAT(refused.err, Catch::Contains(cut + ": no stl that can be read"));
+  CHECK_THAT(refused.err, Catch::Contains(cut + ": not a readable stl file"));
   const auto json = RunCommand(AddMeshCommand, "mesh check " + cut + " --json");
   CHECK(json.exit_code == 1);
   CHECK(nlohmann::json::parse(json.out)["refused"].is_string());

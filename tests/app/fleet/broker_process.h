@@ -1,4 +1,4 @@
-// Debian's mosquitto as a child process, on a port of its own.
+// Debian's mosquitto as a child process on its own port.
 #pragma once
 
 #include <arpa/inet.h>
@@ -26,7 +26,7 @@ inline std::string MosquittoProgram() {
   return "";
 }
 
-/// With patience for a busy machine.
+/// With a timeout long enough for a loaded machine.
 template <typename Condition>
 bool Soon(Condition holds, double seconds = 60) {
   const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
@@ -37,7 +37,7 @@ bool Soon(Condition holds, double seconds = 60) {
   return holds();
 }
 
-/// A port that nobody has at this moment.
+/// A port that is free at this moment.
 inline int FreePort() {
   const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};
@@ -63,7 +63,7 @@ inline bool Answers(int port) {
 
 class BrokerProcess {
  public:
-  /// @param lines  of its configuration, beside the listener's
+  /// @param lines  further lines of its configuration
   explicit BrokerProcess(std::string lines = "allow_anonymous true\n") : lines_(std::move(lines)) {
     Start();
   }
@@ -71,10 +71,10 @@ class BrokerProcess {
   BrokerProcess(const BrokerProcess&) = delete;
   BrokerProcess& operator=(const BrokerProcess&) = delete;
 
-  /// On the port that it had before.
+  /// Restarts it on the same port.
   void Start() {
     const std::string file = folder_.path() + "/mosquitto.conf";
-    // As root it would become another user, who may not read this folder.
+    // As root it would switch to another user, who cannot read this folder.
     std::ofstream(file) << "listener " << port_ << " 127.0.0.1\nuser root\npersistence true\n"
                         << "persistence_location " << folder_.path() << "/\nmax_queued_messages 0\n"
                         << lines_;
@@ -90,7 +90,7 @@ class BrokerProcess {
     INFO(FileText(LogFile()));
     REQUIRE(Soon([this] { return Answers(port_); }));
   }
-  /// It keeps the sessions of its subscribers, as a plant's broker does over its restart.
+  /// Keeps subscribers' sessions across a restart, as a plant's broker does.
   void Stop() {
     if (pid_ <= 0) return;
     kill(pid_, SIGTERM);

@@ -1,4 +1,4 @@
-// The real plumbline-fleet and Debian's broker, killed in turn.
+// plumbline-fleet against Debian's mosquitto, with both killed in turn.
 #include <set>
 
 #include "app/fleet/queue.h"
@@ -22,7 +22,7 @@ std::string PortLine(const BrokerProcess& broker) {
   return fmt::format("port = {}\n", broker.port());
 }
 
-/// What a consumer keeps: each message of a stream once, by its seq.
+/// Messages as a consumer stores them: each (stream, seq) once.
 std::vector<Heard> Stream(const Historian& historian) {
   std::set<std::int64_t> known;
   std::vector<Heard> kept;
@@ -35,7 +35,7 @@ std::vector<Heard> Stream(const Historian& historian) {
 
 }  // namespace
 
-TEST_CASE("birth, states, an alarm that begins and ends, a point, a model, a lens, a probe") {
+TEST_CASE("birth, states, alarms, points, models, lenses and probes are published") {
   if (!HasBroker()) return;
   const BrokerProcess broker;
   const Historian historian(broker.port(), kOurs);
@@ -91,7 +91,7 @@ TEST_CASE("birth, states, an alarm that begins and ends, a point, a model, a len
   std::int64_t seq = 0;
   for (const Heard& one : Stream(historian)) CHECK(one.json.at("seq") == ++seq);
 
-  // Who comes later sees the birth at once, and that nobody died.
+  // A consumer that subscribes later gets the retained birth and no death.
   const Historian later(broker.port(), kOurs, "later");
   REQUIRE(later.Awaits("NBIRTH"));
   CHECK(later.Of("NBIRTH")[0].retained);
@@ -103,7 +103,8 @@ TEST_CASE("birth, states, an alarm that begins and ends, a point, a model, a len
   CHECK(historian.Of("NDEATH")[0].json.at("told_goodbye") == true);
 }
 
-TEST_CASE("kill -9: the broker tells the will, retained; the next birth is another one") {
+TEST_CASE(
+    "after kill -9 the broker publishes the retained will; the next birth has another bdSeq") {
   if (!HasBroker()) return;
   const BrokerProcess broker;
   const Historian historian(broker.port(), kOurs);
@@ -126,7 +127,7 @@ TEST_CASE("kill -9: the broker tells the will, retained; the next birth is anoth
   CHECK(later.Of("NDEATH")[0].json.at("bdSeq") != later.Of("NBIRTH")[0].json.at("bdSeq"));
 }
 
-TEST_CASE("broker away, publisher killed in between: afterwards all is there, once, in order") {
+TEST_CASE("messages survive a broker outage with a publisher crash: complete, once, in order") {
   if (!HasBroker()) return;
   BrokerProcess broker;
   const Historian historian(broker.port(), kOurs);
@@ -135,10 +136,10 @@ TEST_CASE("broker away, publisher killed in between: afterwards all is there, on
   station.Start();
   INFO(station.Log());
   REQUIRE(historian.Awaits("NDATA"));
-  // It has looked once, so that what comes now is new.
+  // It has read the journal once, so that probes added from now on are new.
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   broker.Stop();
-  REQUIRE(station.Says("messages are kept meanwhile"));
+  REQUIRE(station.Says("messages are queued meanwhile"));
   for (int round = 1; round <= 8; ++round) {
     station.AddProbes(40);
     station.feed->Set([round](ViewState& state) {
@@ -166,7 +167,7 @@ TEST_CASE("broker away, publisher killed in between: afterwards all is there, on
     const std::int64_t id = one.json.at("id");
     if (first_probe == 0) first_probe = id;
     CHECK(id == first_probe + static_cast<std::int64_t>(probes.size()));
-    CHECK(probes.insert(id).second);  // no probe under two numbers
+    CHECK(probes.insert(id).second);  // no probe is published under two numbers
   }
   CHECK(first_probe == 6);
   CHECK(probes.size() == 320);
@@ -180,7 +181,7 @@ TEST_CASE("broker away, publisher killed in between: afterwards all is there, on
   CHECK(station.Says("messages forwarded in"));
 }
 
-TEST_CASE("publisher killed again and again while it forwards: twice at most, never not") {
+TEST_CASE("a publisher killed repeatedly while forwarding loses nothing and repeats at most once") {
   if (!HasBroker()) return;
   constexpr std::size_t kProbes = 20000;
   const BrokerProcess broker;
@@ -220,7 +221,7 @@ TEST_CASE("publisher killed again and again while it forwards: twice at most, ne
   CHECK(kills > 3);
 }
 
-TEST_CASE("the bound: states go first, and the plant is told how many") {
+TEST_CASE("beyond the bound states are dropped first, and their number is published") {
   if (!HasBroker()) return;
   BrokerProcess broker;
   const Historian historian(broker.port(), kOurs);
@@ -246,7 +247,7 @@ TEST_CASE("the bound: states go first, and the plant is told how many") {
   const auto lost = historian.Of("NLOST")[0].json;
   CHECK(lost.at("states") > 0);
   CHECK(lost.at("others") == 0);
-  CHECK(station.Says("dropped since the queue was made"));
+  CHECK(station.Says("dropped since the queue was created"));
   CHECK(historian.Of("NBIRTH").back().json.at("dropped").at("states") >= lost.at("states"));
   std::int64_t before = 0;
   for (const Heard& one : Stream(historian)) {
@@ -255,7 +256,7 @@ TEST_CASE("the bound: states go first, and the plant is told how many") {
   }
 }
 
-TEST_CASE("a wrong password is told, a right one is taken without a restart") {
+TEST_CASE("a wrong password is logged; a corrected one is used without a restart") {
   if (!HasBroker()) return;
   const TemporaryFolder folder;
   const std::string users = folder.path() + "/users", secret = folder.path() + "/secret";
@@ -273,10 +274,10 @@ TEST_CASE("a wrong password is told, a right one is taken without a restart") {
   REQUIRE(station.Says("not authorised"));
   CHECK(station.Log().find("wrong\n") == std::string::npos);
   std::ofstream(secret) << "right\n";
-  REQUIRE(station.Says("has the connection"));
+  REQUIRE(station.Says(" connected, "));
 }
 
-TEST_CASE("TLS with a CA of one's own; a broker of another CA is not spoken to") {
+TEST_CASE("TLS with a private CA; a broker of another CA is refused") {
   if (!HasBroker()) return;
   const TemporaryFolder folder;
   const std::string at = folder.path();
@@ -303,18 +304,18 @@ TEST_CASE("TLS with a CA of one's own; a broker of another CA is not spoken to")
   REQUIRE(station.Says("certificate verify failed"));
   station.Configure(PortLine(broker) + "tls_ca = \"" + at + "/ours.pem\"\n");
   station.Signal(SIGHUP);
-  REQUIRE(station.Says("has the connection"));
+  REQUIRE(station.Says(" connected, "));
   station.Configure(PortLine(broker) + "tls_ca = \"" + at + "/broker.key\"\n");
   station.Signal(SIGHUP);
   REQUIRE(station.Says("no certificate or crl found"));
   station.Configure(PortLine(broker) + "tls_ca = \"" + at + "/none.pem\"\n");
   station.Signal(SIGHUP);
-  REQUIRE(station.Says("no certificates can be read from it"));
+  REQUIRE(station.Says("contains no readable CA certificates"));
   station.Signal(SIGTERM);
   CHECK(station.Wait() == 0);
 }
 
-TEST_CASE("the daemon goes away and comes back: an alarm of its own") {
+TEST_CASE("a missing daemon is published as an alarm of its own") {
   if (!HasBroker()) return;
   const BrokerProcess broker;
   const Historian historian(broker.port(), kOurs);
@@ -329,10 +330,10 @@ TEST_CASE("the daemon goes away and comes back: an alarm of its own") {
   REQUIRE(historian.Awaits("NALARM", 2));
   CHECK(historian.Of("NALARM")[1].json.at("event") == "end");
   REQUIRE(historian.Awaits("NDATA"));
-  CHECK(station.Says("the daemon's states come again"));
+  CHECK(station.Says("receiving data from plumblined again"));
 }
 
-TEST_CASE("faults: without [mqtt], with a faulty one, with a queue that is none") {
+TEST_CASE("it does not start without [mqtt], with a faulty one, or with an invalid queue") {
   FleetStation station("");
   std::ofstream(station.state + "/fleet") << "a file";
   station.Start();
@@ -345,5 +346,5 @@ TEST_CASE("faults: without [mqtt], with a faulty one, with a queue that is none"
                                             "state_directory", "\"" + station.state + "\"");
   station.Start();
   CHECK(station.Wait() == 1);
-  CHECK(station.Says("has no [mqtt]"));
+  CHECK(station.Says("has no [mqtt] section"));
 }

@@ -1,4 +1,4 @@
-// The real plumbline-fleet beside a stand-in for the daemon: a real feed and a real journal.
+// plumbline-fleet with a simulated daemon: a real view socket and a real journal.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// What a plant's historian does: subscribes to everything, and keeps it.
+// Plant historian: subscribes to everything and stores it.
 #pragma once
 
 #include <mosquitto.h>
@@ -22,7 +22,7 @@ struct Heard {
 
 class Historian {
  public:
-  /// Keeps its session, so that it misses nothing while it is away for a moment.
+  /// Keeps its session, so that it misses nothing while disconnected.
   Historian(int port, const std::string& filter, const std::string& name = "historian")
       : filter_(filter), client_(mosquitto_new(name.c_str(), false, this), &mosquitto_destroy) {
     mosquitto_connect_callback_set(client_.get(), [](mosquitto* client, void* self, int code) {

@@ -42,62 +42,62 @@ std::vector<std::int64_t> Ids(const ProbeTail::Taken& taken) {
 
 }  // namespace
 
-TEST_CASE("the first look takes nothing; then what was there at the look before, each row once") {
+TEST_CASE("the first read returns nothing, then each row that existed at the previous read, once") {
   Written written;
   written.Add(3);
   ProbeTail tail(written.path);
-  auto taken = tail.Look(std::nullopt).value();
+  auto taken = tail.ReadNew(std::nullopt).value();
   CHECK(taken.probes.empty());
   CHECK(taken.mark.id == 3);
   written.Add(2);
-  taken = tail.Look(taken.mark).value();
-  CHECK(taken.probes.empty());  // the monitor may not have marked them yet
-  taken = tail.Look(taken.mark).value();
+  taken = tail.ReadNew(taken.mark).value();
+  CHECK(taken.probes.empty());  // the drift monitor may not have marked them yet
+  taken = tail.ReadNew(taken.mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{4, 5});
   CHECK(taken.probes[0].model_version == 4);
   CHECK((*taken.probes[0].measured_W - *taken.probes[0].predicted_W).norm() == Approx(1e-3));
-  taken = tail.Look(taken.mark).value();
+  taken = tail.ReadNew(taken.mark).value();
   CHECK(taken.probes.empty());
 }
 
-TEST_CASE("a restart goes on behind its mark; a journal that comes later counts whole") {
+TEST_CASE("a restart continues after its mark; a journal created later is read completely") {
   Written written;
   ProbeTail early(written.path);
-  auto taken = early.Look(std::nullopt).value();
+  auto taken = early.ReadNew(std::nullopt).value();
   written.Add(2);
-  taken = early.Look(taken.mark).value();
-  taken = early.Look(taken.mark).value();
+  taken = early.ReadNew(taken.mark).value();
+  taken = early.ReadNew(taken.mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{1, 2});
   written.Add(1);
   ProbeTail restarted(written.path);
-  taken = restarted.Look(taken.mark).value();
-  taken = restarted.Look(taken.mark).value();
+  taken = restarted.ReadNew(taken.mark).value();
+  taken = restarted.ReadNew(taken.mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{3});
 }
 
-TEST_CASE("imported rows are no probes, and a large backlog comes in parts") {
+TEST_CASE("imported rows are skipped, and a large backlog is read in parts") {
   Written written;
   written.Add(1);
   ProbeTail tail(written.path);
-  auto taken = tail.Look(std::nullopt).value();
+  auto taken = tail.ReadNew(std::nullopt).value();
   written.Add(2, JournalRow::Source::kImport);
-  written.Add(ProbeTail::kMostAtOnce + 10);
+  written.Add(ProbeTail::kMaxRows + 10);
   std::size_t probes = 0;
   for (int look = 0; look < 4; ++look) {
-    taken = tail.Look(taken.mark).value();
+    taken = tail.ReadNew(taken.mark).value();
     probes += taken.probes.size();
   }
-  CHECK(probes == ProbeTail::kMostAtOnce + 10);
+  CHECK(probes == ProbeTail::kMaxRows + 10);
 }
 
-TEST_CASE("another journal in its place begins anew; what is none is told") {
+TEST_CASE("a replaced journal is read from its start; an invalid one is reported") {
   Written written;
   written.Add(5);
   ProbeTail tail(written.path);
-  // Of a journal that was made at another time.
-  ProbeMark mark{tail.Look(std::nullopt).value().mark.journal - 1000, 77};
-  auto taken = tail.Look(mark).value();
+  // A journal created at another time.
+  ProbeMark mark{tail.ReadNew(std::nullopt).value().mark.journal - 1000, 77};
+  auto taken = tail.ReadNew(mark).value();
   CHECK(Ids(taken) == std::vector<std::int64_t>{1, 2, 3, 4, 5});
   const TemporaryFolder folder;
-  CHECK_FALSE(ProbeTail(folder.path()).Look(mark));
+  CHECK_FALSE(ProbeTail(folder.path()).ReadNew(mark));
 }

@@ -34,7 +34,7 @@ std::vector<std::int64_t> Seqs(FleetQueue& queue, std::int64_t after = 0) {
 
 }  // namespace
 
-TEST_CASE("messages come back in order, and are there after the file was closed") {
+TEST_CASE("messages are returned in order and survive closing the file") {
   const TemporaryFolder folder;
   std::string stream;
   {
@@ -58,7 +58,7 @@ TEST_CASE("messages come back in order, and are there after the file was closed"
   CHECK(Seqs(queue, 1) == std::vector<std::int64_t>{2, 3});
 }
 
-TEST_CASE("a number is never given twice, also when the queue was empty") {
+TEST_CASE("a number is never reused, even after the queue was empty") {
   const TemporaryFolder folder;
   {
     FleetQueue queue = OpenedAt(folder);
@@ -67,7 +67,7 @@ TEST_CASE("a number is never given twice, also when the queue was empty") {
     REQUIRE(queue.Remove(both));
     CHECK(queue.size() == 0);
     CHECK(queue.bytes() == 0);
-    REQUIRE(queue.Remove(both));  // again: they are not there
+    REQUIRE(queue.Remove(both));  // again: already removed
     CHECK(queue.size() == 0);
   }
   FleetQueue queue = OpenedAt(folder);
@@ -75,7 +75,8 @@ TEST_CASE("a number is never given twice, also when the queue was empty") {
   CHECK(Seqs(queue) == std::vector<std::int64_t>{3});
 }
 
-TEST_CASE("beyond the bound: states first, then changes, alarms and probes last; oldest first") {
+TEST_CASE(
+    "beyond the bound states are dropped first, then changes, then events; the oldest first") {
   const TemporaryFolder folder;
   const std::int64_t row = FleetQueue::kRowBytes + 7;
   FleetQueue queue = OpenedAt(folder, 60 * (row + 1));
@@ -88,7 +89,7 @@ TEST_CASE("beyond the bound: states first, then changes, alarms and probes last;
   REQUIRE(queue.Append({Of(MessageKind::kProbe, 20), Of(MessageKind::kProbe, 21)}, ""));
   CHECK(queue.dropped() == FleetQueue::Dropped{16, 0, 0});
   CHECK(queue.bytes() <= 60 * (row + 1));
-  CHECK(Seqs(queue).front() == 2);  // the first state is gone, the first point is not
+  CHECK(Seqs(queue).front() == 2);  // the first state was dropped, the first point was not
   for (int k = 0; k < 100; ++k) REQUIRE(queue.Append({Of(MessageKind::kAlarm, k)}, ""));
   CHECK(queue.dropped()[0] == 20);
   CHECK(queue.dropped()[1] == 20);
@@ -100,12 +101,12 @@ TEST_CASE("beyond the bound: states first, then changes, alarms and probes last;
   CHECK(Seqs(queue).back() == 162);
   const auto dropped = queue.dropped();
   const auto size = queue.size();
-  REQUIRE(queue.Append({Of(MessageKind::kState, 1)}, ""));  // it is the least important itself
+  REQUIRE(queue.Append({Of(MessageKind::kState, 1)}, ""));  // the least important message itself
   CHECK(queue.size() >= size - 1);
   CHECK(queue.dropped()[0] + queue.dropped()[2] >= dropped[0] + dropped[2]);
 }
 
-TEST_CASE("the file stays near the bound, however long the broker is away") {
+TEST_CASE("the file size stays near the bound, however long the broker is away") {
   const TemporaryFolder folder;
   FleetQueue queue = OpenedAt(folder, kRoom);
   const std::string body = "{\"x\":\"" + std::string(900, 'x') + "\"}";
@@ -122,7 +123,7 @@ TEST_CASE("the file stays near the bound, however long the broker is away") {
   CHECK(queue.size() + queue.dropped()[0] + queue.dropped()[2] == 6000);
 }
 
-TEST_CASE("what cannot be a queue is refused, and left alone") {
+TEST_CASE("a file that is not a queue is refused and left unchanged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/queue.sqlite";
   CHECK_FALSE(FleetQueue::Open("/no/such/folder/queue.sqlite", kRoom));
@@ -135,10 +136,10 @@ TEST_CASE("what cannot be a queue is refused, and left alone") {
   sqlite3_close(other);
   const auto refused = FleetQueue::Open(path, kRoom);
   REQUIRE_FALSE(refused);
-  CHECK_THAT(refused.error(), Catch::Contains("no queue of plumbline-fleet"));
+  CHECK_THAT(refused.error(), Catch::Contains("not a queue of plumbline-fleet"));
 }
 
-TEST_CASE("two publishers do not share a queue") {
+TEST_CASE("a second publisher cannot open the queue") {
   const TemporaryFolder folder;
   const FleetQueue first = OpenedAt(folder);
   const auto second = FleetQueue::Open(folder.path() + "/queue.sqlite", kRoom);
@@ -146,7 +147,8 @@ TEST_CASE("two publishers do not share a queue") {
   CHECK_THAT(second.error(), Catch::Contains("another plumbline-fleet"));
 }
 
-TEST_CASE("a queue of every released schema opens, loses no message, and goes on counting") {
+TEST_CASE(
+    "a queue of every released schema opens with all its messages and continues its numbers") {
   const TemporaryFolder folder;
   test::WriteReleased("fleet", 1, folder.path() + "/queue.sqlite");
   FleetQueue queue = OpenedAt(folder);
@@ -163,7 +165,7 @@ TEST_CASE("a queue of every released schema opens, loses no message, and goes on
   CHECK(Seqs(queue) == std::vector<std::int64_t>{2, 3, 4});
 }
 
-TEST_CASE("a queue of a newer version is refused with what to do, and left as it is") {
+TEST_CASE("a queue of a newer version is refused with a remedy and left unchanged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/queue.sqlite";
   test::WriteReleased("fleet", 1, path);

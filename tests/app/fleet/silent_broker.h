@@ -1,4 +1,4 @@
-// A broker that answers as much as a test wants it to, and remembers every byte that it was sent.
+// Fake broker with configurable replies, which records every byte it receives.
 #pragma once
 
 #include <arpa/inet.h>
@@ -14,7 +14,7 @@
 
 namespace plumbline::test {
 
-/// Accepts TCP; at most it lets a client in (CONNACK). It never acknowledges a message.
+/// Accepts TCP and, if configured, the client (CONNACK). Never acknowledges a message.
 class SilentBroker {
  public:
   explicit SilentBroker(bool lets_in) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -39,13 +39,13 @@ class SilentBroker {
   SilentBroker& operator=(const SilentBroker&) = delete;
 
   int port() const { return port_; }
-  /// So far.
+  /// Bytes received so far.
   std::string Bytes() const {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// All that the first client sent until it went away.
-  std::string Heard() {
+  /// Everything that the first client sent until it disconnected.
+  std::string AllBytes() {
     if (thread_.joinable()) thread_.join();
     return heard_;
   }

@@ -20,7 +20,7 @@
 
 namespace plumbline::test {
 
-/// Where Debian puts it; nothing: it is not installed.
+/// Path of Chromium on Debian; nullopt if it is not installed.
 inline std::optional<std::string> BrowserProgram() {
   for (const char* const path : {"/usr/bin/chromium", "/usr/bin/chromium-headless-shell"}) {
     if (access(path, X_OK) == 0) return path;
@@ -87,7 +87,7 @@ class Browser {
   }
   void Open(const std::string& address) { Call("Page.navigate", {{"url", address}}); }
 
-  /// What an expression is in the page now; null where it throws.
+  /// Value of an expression in the page; null if it throws.
   nlohmann::json Evaluate(const std::string& expression) {
     const auto result =
         Call("Runtime.evaluate",
@@ -102,10 +102,10 @@ class Browser {
     }
     return false;
   }
-  /// What the page complained of, violations of its policy among it.
-  const std::vector<std::string>& complaints() const { return complaints_; }
+  /// Errors logged by the page, including violations of its content security policy.
+  const std::vector<std::string>& console_errors() const { return console_errors_; }
 
-  /// For the manual, where PLUMBLINE_KEEP_PICTURES names a folder.
+  /// Stores a screenshot for the manual if PLUMBLINE_KEEP_PICTURES names a folder.
   void Keep(const std::string& name, bool whole = false) {
     const char* const folder = std::getenv("PLUMBLINE_KEEP_PICTURES");
     if (folder == nullptr) return;
@@ -134,7 +134,7 @@ class Browser {
     read_.erase(0, end + 1);
     const std::string method = message.value("method", "");
     if (method == "Runtime.exceptionThrown" || method == "Log.entryAdded") {
-      complaints_.push_back(message.at("params").dump());
+      console_errors_.push_back(message.at("params").dump());
     }
     return message;
   }
@@ -143,7 +143,7 @@ class Browser {
   pid_t pid_ = -1;
   int to_ = -1, from_ = -1, id_ = 0;
   std::string session_, read_;
-  std::vector<std::string> complaints_;
+  std::vector<std::string> console_errors_;
 };
 
 }  // namespace plumbline::test

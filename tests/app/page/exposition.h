@@ -1,4 +1,4 @@
-// The grammar of Prometheus' text format 0.0.4, strict: what is wrong with a text.
+// Strict parser of the Prometheus text format 0.0.4, which reports the first fault.
 // [prometheus.io/docs/instrumenting/exposition_formats]
 #pragma once
 

@@ -1,4 +1,4 @@
-// Heads of requests as browsers, scripts and attackers send them.
+// HTTP codec with requests of browsers, scripts and attackers.
 #include "app/page/http_message.h"
 
 #include <catch2/catch.hpp>
@@ -17,7 +17,7 @@ int Refusal(const std::string& line, const std::string& headers = "Host: cell7\r
 
 }  // namespace
 
-TEST_CASE("path, parameters and headers are taken apart") {
+TEST_CASE("path, parameters and headers are parsed") {
   const ParsedRequest parsed =
       Parsed("GET /reports/a%2Db.html?token=a+b%26c&empty=&&flag#part HTTP/1.1",
              "HOST:  cell7:8080 \r\nCookie: a=b; c=d\r\nX-Empty:\r\nhost: other\r\n");
@@ -50,7 +50,7 @@ TEST_CASE("the host of an absolute target replaces the Host header") {
   CHECK(Refusal("GET https://cell7/ HTTP/1.1") == 400);
 }
 
-TEST_CASE("of a method that is not served nothing more is parsed") {
+TEST_CASE("for unsupported methods only the method is parsed") {
   for (const char* line :
        {"POST / HTTP/1.1", "OPTIONS * HTTP/1.1", "CONNECT cell7:80 HTTP/1.1", "get / HTTP/1.1"}) {
     CAPTURE(line);
@@ -61,7 +61,7 @@ TEST_CASE("of a method that is not served nothing more is parsed") {
   }
 }
 
-TEST_CASE("what is no request is refused") {
+TEST_CASE("malformed requests are refused") {
   for (const char* line :
        {"", "GET", "GET /", "GET  / HTTP/1.1", "GET / HTTP/1.1 x", "G(T / HTTP/1.1", " / HTTP/1.1",
         "GET status.json HTTP/1.1", "GET /%zz HTTP/1.1", "GET /%4 HTTP/1.1", "GET /a%00b HTTP/1.1",
@@ -86,14 +86,14 @@ TEST_CASE("what is no request is refused") {
   }
 }
 
-TEST_CASE("headers are counted") {
+TEST_CASE("too many headers are refused") {
   std::string headers;
-  for (std::size_t k = 0; k < kMostHeaders; ++k) headers += "A:b\r\n";
+  for (std::size_t k = 0; k < kMaxHeaders; ++k) headers += "A:b\r\n";
   CHECK(Refusal("GET / HTTP/1.1", headers) == 0);
   CHECK(Refusal("GET / HTTP/1.1", headers + "A:b\r\n") == 431);
 }
 
-TEST_CASE("a head ends at its blank line, in however many parts it comes") {
+TEST_CASE("the end of a head is found at its blank line, however the bytes arrive") {
   const std::string request = "GET / HTTP/1.1\r\nHost: a\r\n\r\nGET /next";
   const std::size_t end = request.find("GET /next");
   CHECK(EndOfHead(request) == end);
@@ -105,7 +105,7 @@ TEST_CASE("a head ends at its blank line, in however many parts it comes") {
   CHECK_FALSE(EndOfHead(""));
 }
 
-TEST_CASE("an answer has one header of a name, and a length unless it is a stream") {
+TEST_CASE("a response has unique headers, and a length unless it is a stream") {
   HttpResponse response;
   response.Set("X-A", "1");
   response.Set("X-A", "2");

@@ -8,7 +8,7 @@
 using namespace plumbline;
 using namespace plumbline::test;
 
-TEST_CASE("the grammar's test finds what is wrong") {
+TEST_CASE("the format checker finds malformed texts") {
   CHECK(Exposition("# HELP a b\n# TYPE a gauge\na 1\n").problem.empty());
   CHECK(Exposition("# HELP a b\n# TYPE a gauge\na{x=\"\\\\ \\\" \\n\",y=\"\"} -1.5e-07\n")
             .problem.empty());
@@ -27,7 +27,7 @@ TEST_CASE("the grammar's test finds what is wrong") {
   }
 }
 
-TEST_CASE("labels and numbers as they may be") {
+TEST_CASE("labels are escaped, and non-finite numbers formatted") {
   MetricsWriter writer;
   writer.Begin("a", MetricsWriter::Type::kGauge, "Help.");
   writer.Add(0.1, {{"name", "quote \" backslash \\ line\nend"}});
@@ -43,7 +43,7 @@ TEST_CASE("labels and numbers as they may be") {
   CHECK(read.samples.at("plumbline_a{name=\"nan\"}") == "NaN");
 }
 
-TEST_CASE("metrics of a cell in which everything is well") {
+TEST_CASE("metrics of a cell without faults") {
   PageScene scene;
   scene.scene.state.cycle = {3600, 0.0007, 360000, 2, {{359900, 98}, 4.5}};
   scene.scene.state.cycle.starts.began.back() = 2;
@@ -51,8 +51,8 @@ TEST_CASE("metrics of a cell in which everything is well") {
   scene.scene.state.monitoring.probes = 12;
   scene.scene.state.monitoring.residual_m = Vec3(1e-4, -2e-4, 3e-4);
   scene.scene.state.temp_C = 21.5;
-  scene.Tell();
-  auto now = std::make_shared<ShownNow>(*scene.shown.Now());
+  scene.PublishStatus();
+  auto now = std::make_shared<ShownNow>(*scene.shown.status());
   MeasuredPair pair;
   pair.a = "fixture";
   pair.b = "part";
@@ -96,10 +96,10 @@ TEST_CASE("metrics of a cell in which everything is well") {
   CHECK(read.Value("plumbline_health{reason=\"\"}") == 0);
 }
 
-TEST_CASE("an old state, or none, leaves no number that looks like a present one") {
+TEST_CASE("without a current state no values are exported") {
   PageScene scene;
-  scene.Tell(10);
-  for (const ShownNow* now : {scene.shown.Now().get(), static_cast<const ShownNow*>(nullptr)}) {
+  scene.PublishStatus(10);
+  for (const ShownNow* now : {scene.shown.status().get(), static_cast<const ShownNow*>(nullptr)}) {
     const std::string text = MetricsText(now, {}, MonotonicSeconds());
     const Exposition read(text);
     CHECK(read.problem.empty());
@@ -109,13 +109,13 @@ TEST_CASE("an old state, or none, leaves no number that looks like a present one
   }
 }
 
-TEST_CASE("alarms stand as ones; a point without correction has no numbers") {
+TEST_CASE("active alarms are 1; a point without a valid correction has no values") {
   PageScene scene;
   scene.scene.state.alarms = alarm::kRobotMissing | alarm::kPointRefused;
   scene.scene.state.points.front().valid = false;
   scene.scene.state.payload_kg.reset();
-  scene.Tell();
-  const auto now = scene.shown.Now();
+  scene.PublishStatus();
+  const auto now = scene.shown.status();
   const Exposition read(MetricsText(now.get(), {}, MonotonicSeconds()));
   CHECK(read.problem.empty());
   CHECK(read.Value("plumbline_alarm{alarm=\"nothing read from the robot\"}") == 1);

@@ -1,4 +1,4 @@
-// Who may look, and what hostile or broken clients try, on real sockets.
+// Access control and hostile or broken clients, over real sockets.
 #include <fcntl.h>
 #include <pthread.h>
 
@@ -16,21 +16,21 @@ constexpr const char* kToken = "a-long-word;=of+our-own";
 
 }  // namespace
 
-TEST_CASE("the token: header, cookie, address; without it nothing but the way to it") {
+TEST_CASE("the token is accepted as header, cookie or parameter; without it only the login works") {
   PageScene scene;
   scene.Write("models/0007.html", "<p>seven</p>");
   scene.StartWithToken(kToken);
-  scene.Tell();
+  scene.PublishStatus();
   for (const char* const path :
        {"/status.json", "/metrics", "/live.mjpg", "/picture.jpg", "/healthz", "/trend.json",
         "/reports.json", "/reports/0007.html", "/page.js", "/login", "/nothing"}) {
     INFO(path);
-    const PageAnswer answer = scene.Get(path);
+    const PageResponse answer = scene.Get(path);
     CHECK(answer.status == 401);
     CHECK(answer.Has("WWW-Authenticate: Bearer"));
     CHECK_THAT(answer.body, !Contains("demo") && !Contains("seven"));
   }
-  const PageAnswer login = scene.Get("/");
+  const PageResponse login = scene.Get("/");
   CHECK(login.status == 401);
   CHECK_THAT(login.body, Contains("type=\"password\""));
   CHECK(scene.Get("/page.css").status == 200);
@@ -47,7 +47,7 @@ TEST_CASE("the token: header, cookie, address; without it nothing but the way to
 
   const std::string name = "plumbline-" + std::to_string(scene.port());
   const std::string cookie = name + "=" + CookieValueOf(kToken);
-  for (const PageAnswer& exchanged :
+  for (const PageResponse& exchanged :
        {scene.Get("/?token=a-long-word%3B%3Dof%2Bour-own"), scene.Get("/login", bearer)}) {
     CHECK(exchanged.status == 303);
     CHECK(exchanged.Has("Location: /\r\n"));
@@ -62,35 +62,36 @@ TEST_CASE("the token: header, cookie, address; without it nothing but the way to
   CHECK(scene.Get("/status.json", "Cookie: " + cookie + "0\r\n").status == 401);
   CHECK(scene.Get("/status.json", "Cookie: " + name + "=\r\n").status == 401);
   CHECK(scene.Get("/status.json", "Cookie: " + name + "=" + kToken + "\r\n").status == 401);
-  // Wrong ones are told, once a minute, and never what they were.
-  const std::lock_guard lock(scene.told_mutex);
-  REQUIRE(scene.told.size() == 1);
-  CHECK_THAT(scene.told[0], Contains("wrong token by 127.0.0.1"));
+  // Wrong tokens are logged at most once a minute, without the token.
+  const std::lock_guard lock(scene.log_mutex);
+  REQUIRE(scene.logged.size() == 1);
+  CHECK_THAT(scene.logged[0], Contains("wrong token by 127.0.0.1"));
 }
 
-TEST_CASE("whoever guesses has to wait longer and longer, and a right token does not help then") {
+TEST_CASE("guessing is slowed down, and a right token is refused, too, while waiting") {
   PageScene scene;
   scene.StartWithToken(kToken);
-  scene.Tell();
+  scene.PublishStatus();
   const auto with = [&](const std::string& token) {
     return scene.Get("/status.json", "Authorization: Bearer " + token + "\r\n");
   };
-  // The same wrong one again is a program with an old token, nobody who guesses.
-  for (int k = 0; k < 3 * GuessLimit::kFree; ++k) CHECK(with("old").status == 401);
+  // Repeating the same wrong token is an outdated program, not a guess.
+  for (int k = 0; k < 3 * LoginThrottle::kFreeFailures; ++k) CHECK(with("old").status == 401);
   CHECK(with(kToken).status == 200);
-  for (int k = 0; k < GuessLimit::kFree; ++k) CHECK(with(std::to_string(k)).status == 401);
-  const PageAnswer slowed = with("another");
+  for (int k = 0; k < LoginThrottle::kFreeFailures; ++k)
+    CHECK(with(std::to_string(k)).status == 401);
+  const PageResponse slowed = with("another");
   CHECK(slowed.status == 429);
   CHECK(slowed.Has("Retry-After: 1\r\n"));
   CHECK_THAT(slowed.body, Contains("try again in 1 s"));
   CHECK(with(kToken).status == 429);
   CHECK(scene.Get("/?token=guess").status == 429);
-  CHECK(scene.Get("/").status == 401);  // the way to the login stays
+  CHECK(scene.Get("/").status == 401);  // the login page is still served
   CHECK(scene.Get("/page.css").status == 200);
   CHECK(HoldsSoon([&] { return with(kToken).status == 200; }));
 }
 
-TEST_CASE("a page for other computers is not served with a token that can be guessed") {
+TEST_CASE("a page reachable from other computers is not served with a weak token") {
   PageScene scene;
   PageOptions options = scene.Options();
   options.config.listen = "0.0.0.0";
@@ -100,14 +101,14 @@ TEST_CASE("a page for other computers is not served with a token that can be gue
   CHECK_THAT(refused.error(), Contains("openssl rand -hex 16") && !Contains(options.config.token));
 }
 
-TEST_CASE("without a token the page listens for this computer alone") {
+TEST_CASE("without a token the page is served to this computer only") {
   PageScene scene;
   PageOptions options = scene.Options();
   options.config.listen = "0.0.0.0";
   const auto refused = Page::Start(options, scene.shown, nullptr);
   REQUIRE_FALSE(refused);
-  CHECK_THAT(refused.error(), Contains("is reached from other computers: it needs token"));
-  // A service manager's socket, too, whatever the configuration says.
+  CHECK_THAT(refused.error(), Contains("is reachable from other computers and needs a token"));
+  // This includes a socket from the service manager, whatever the configuration says.
   auto held = TcpListener::Open("0.0.0.0", 0);
   REQUIRE(held);
   options = scene.Options();
@@ -126,7 +127,7 @@ TEST_CASE("without a token the page listens for this computer alone") {
   CHECK_THAT(taken.error(), Contains("another program holds the port"));
 }
 
-TEST_CASE("a socket that somebody else holds listens on when the page has ended") {
+TEST_CASE("a socket from the service manager keeps listening after the page has ended") {
   PageScene scene;
   auto held = TcpListener::Open("127.0.0.1", 0);
   REQUIRE(held);
@@ -134,11 +135,11 @@ TEST_CASE("a socket that somebody else holds listens on when the page has ended"
     PageOptions options = scene.Options();
     Descriptor listener(dup(held.value().fd()));
     if (run == 1) {
-      // Who comes while nobody serves waits.
+      // A client that connects in between waits.
       PageConnection early(held.value().endpoint().port);
       early.Send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
       scene.Start(options, std::move(listener));
-      CHECK(PageAnswer(early.Read()).status == 503);
+      CHECK(PageResponse(early.Read()).status == 503);
     } else {
       scene.Start(options, std::move(listener));
     }
@@ -147,13 +148,13 @@ TEST_CASE("a socket that somebody else holds listens on when the page has ended"
   }
 }
 
-TEST_CASE("another site's name that leads here is refused; so is a request without one") {
+TEST_CASE("an unknown host name is refused, and so is a request without one") {
   PageScene scene;
   PageOptions options = scene.Options();
   options.config.hosts = {"cell7.plant.example"};
   scene.Start(options);
   const auto host = [&](const std::string& name) {
-    return Ask(scene.port(), "/status.json", "", "GET", name).status;
+    return Request(scene.port(), "/status.json", "", "GET", name).status;
   };
   CHECK(host("127.0.0.1:" + std::to_string(scene.port())) == 200);
   CHECK(host("[::1]") == 200);
@@ -165,23 +166,24 @@ TEST_CASE("another site's name that leads here is refused; so is a request witho
   CHECK(scene.Get("/", "Host: evil.example\r\n").status == 400);  // a second one
   PageConnection none(scene.port());
   none.Send("GET / HTTP/1.1\r\n\r\n");
-  CHECK(PageAnswer(none.Read()).status == 400);
+  CHECK(PageResponse(none.Read()).status == 400);
 }
 
-TEST_CASE("nothing is done through the page: other methods are refused") {
+TEST_CASE("the page is read-only: other methods are refused") {
   PageScene scene;
   scene.Start(scene.Options());
   for (const char* const method :
        {"POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT"}) {
     INFO(method);
-    const PageAnswer answer = Ask(scene.port(), "/status.json", "Content-Length: 5\r\n", method);
+    const PageResponse answer =
+        Request(scene.port(), "/status.json", "Content-Length: 5\r\n", method);
     CHECK(answer.status == 405);
     CHECK(answer.Has("Allow: GET, HEAD"));
   }
-  CHECK(Ask(scene.port(), "/", "", "BREW").status == 405);
+  CHECK(Request(scene.port(), "/", "", "BREW").status == 405);
 }
 
-TEST_CASE("requests that are too long, and no requests") {
+TEST_CASE("oversized and malformed requests are refused") {
   PageScene scene;
   scene.Start(scene.Options());
   CHECK(scene.Get("/" + std::string(20000, 'a')).status == 431);
@@ -190,11 +192,11 @@ TEST_CASE("requests that are too long, and no requests") {
   for (int k = 0; k < 5000; ++k) many += "A: b\r\n";
   CHECK(scene.Get("/", many).status == 431);
   CHECK(scene.Get("/", "Content-Length: 5\r\n").status == 413);
-  // Ranges and compression would be ways to have a small request answered at great cost.
+  // Ranges and compression are ignored: a small request must not cause much work.
   for (const char* const part : {",0-", "0", ",1-2,\t3-", "-", ", "}) {
     std::string ranges = "Range: bytes=0-";
     while (ranges.size() < 7900) ranges += part;
-    const PageAnswer whole = scene.Get("/page.css", ranges + "\r\n");
+    const PageResponse whole = scene.Get("/page.css", ranges + "\r\n");
     CHECK(whole.status == 200);
     CHECK(whole.body.size() < 10000);
   }
@@ -205,12 +207,12 @@ TEST_CASE("requests that are too long, and no requests") {
         std::string("GET / HTTP/1.1\r\nbroken\r\n\r\n")}) {
     PageConnection connection(scene.port());
     connection.Send(none);
-    CHECK(PageAnswer(connection.Read()).status != 200);
+    CHECK(PageResponse(connection.Read()).status != 200);
   }
   CHECK(scene.Get("/").status == 200);
 }
 
-TEST_CASE("a request may come byte by byte; of several only the first is answered") {
+TEST_CASE("a request may arrive byte by byte; of pipelined requests only the first is answered") {
   PageScene scene;
   scene.Start(scene.Options());
   PageConnection split(scene.port());
@@ -218,62 +220,62 @@ TEST_CASE("a request may come byte by byte; of several only the first is answere
     split.Send({c});
     SleepSeconds(0.001);
   }
-  const PageAnswer css(split.Read());
+  const PageResponse css(split.Read());
   CHECK(css.status == 200);
   PageConnection pipelined(scene.port());
   pipelined.Send(
       "GET /page.css HTTP/1.1\r\nHost: localhost\r\n\r\n"
       "GET /page.js HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  CHECK(PageAnswer(pipelined.Read()).body == css.body);
+  CHECK(PageResponse(pipelined.Read()).body == css.body);
   CHECK(pipelined.ended());
 }
 
-TEST_CASE("the host that an absolute target names must be one of the page") {
+TEST_CASE("the host of an absolute target is checked") {
   PageScene scene;
   scene.Start(scene.Options());
-  CHECK(Ask(scene.port(), "http://localhost/", "", "GET", "evil.example").status == 200);
+  CHECK(Request(scene.port(), "http://localhost/", "", "GET", "evil.example").status == 200);
   CHECK(scene.Get("http://evil.example/").status == 421);
 }
 
-TEST_CASE("who leaves without a word gets no answer; who leaves amid a request is told") {
+TEST_CASE("a client that closes without a request gets no response; after a partial one, 400") {
   PageScene scene;
   scene.Start(scene.Options());
   for (const char* const begun : {"", "GET / HTTP/1.1\r\n"}) {
     PageConnection connection(scene.port());
     connection.Send(begun);
     connection.EndSending();
-    CHECK(PageAnswer(connection.Read()).status == (*begun == '\0' ? 0 : 400));
+    CHECK(PageResponse(connection.Read()).status == (*begun == '\0' ? 0 : 400));
     CHECK(connection.ended());
   }
 }
 
-TEST_CASE("who sends slowly is cut off, and keeps nobody waiting") {
+TEST_CASE("a slow client is cut off and delays nobody else") {
   PageScene scene;
   PageOptions options = scene.Options();
   options.limits.request_s = 0.5;
   scene.Start(options);
   std::vector<std::unique_ptr<PageConnection>> slow;
-  for (std::size_t k = 0; k + 1 < HttpServer::kMostOfOnePeer; ++k) {
+  for (std::size_t k = 0; k + 1 < HttpServer::kMaxPerPeer; ++k) {
     slow.push_back(std::make_unique<PageConnection>(scene.port()));
     slow.back()->Send("GET / HTTP/1.1\r\n");
   }
   CHECK(scene.Get("/").status == 200);
   // A byte now and then does not help.
   PageConnection& patient = *slow.front();
-  std::string said;
+  std::string response;
   REQUIRE(HoldsSoon([&] {
     patient.Send("X");
-    said = patient.Read("", 0.05);
+    response = patient.Read("", 0.05);
     return patient.ended();
   }));
-  CHECK_THAT(said, Contains("HTTP/1.1 408"));
+  CHECK_THAT(response, Contains("HTTP/1.1 408"));
 }
 
-TEST_CASE("more connections than one computer may have are turned away, and come back") {
+TEST_CASE("connections beyond the limit per address are rejected until others close") {
   PageScene scene;
   scene.Start(scene.Options());
   std::vector<std::unique_ptr<PageConnection>> idle;
-  for (std::size_t k = 0; k < HttpServer::kMostOfOnePeer; ++k) {
+  for (std::size_t k = 0; k < HttpServer::kMaxPerPeer; ++k) {
     idle.push_back(std::make_unique<PageConnection>(scene.port()));
   }
   REQUIRE(HoldsSoon([&] { return scene.Get("/").status != 200; }));
@@ -281,30 +283,30 @@ TEST_CASE("more connections than one computer may have are turned away, and come
   REQUIRE(HoldsSoon([&] { return scene.Get("/").status == 200; }));
 }
 
-TEST_CASE("who does not read is dropped; another is served meanwhile") {
+TEST_CASE("a client that does not read is dropped, and others are served meanwhile") {
   PageScene scene;
   PageOptions options = scene.Options();
   options.limits.write_s = 0.3;
   scene.Start(options);
-  scene.Paint(1, 2, 3, 0, {1280, 720});
+  scene.PublishPicture(1, 2, 3, 0, {1280, 720});
   PageConnection stuck(scene.port());
   stuck.Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
   REQUIRE(HoldsSoon([&] {
-    scene.Paint(1, 2, 3, 0, {1280, 720});
+    scene.PublishPicture(1, 2, 3, 0, {1280, 720});
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 1;
   }));
   CHECK(HoldsSoon([&] {
-    auto noise = std::make_shared<ShownPicture>();
+    auto noise = std::make_shared<DisplayPicture>();
     noise->image.size = {1280, 720};
     noise->image.rgb.resize(std::size_t{1280} * 720 * 3);
     for (std::uint8_t& byte : noise->image.rgb) byte = static_cast<std::uint8_t>(rand());
     noise->time_s = MonotonicSeconds();
-    scene.shown.Put(std::shared_ptr<const ShownPicture>(noise));
+    scene.shown.Publish(std::shared_ptr<const DisplayPicture>(noise));
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 0;
   }));
 }
 
-TEST_CASE("the time of an answer begins anew with every byte that is taken, up to a total") {
+TEST_CASE("the write timeout restarts with every byte taken, up to a total limit") {
   const bool endless = GENERATE(false, true);
   int ends[2];
   REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0);
@@ -334,11 +336,11 @@ TEST_CASE("the time of an answer begins anew with every byte that is taken, up t
     CHECK_FALSE(written);
   } else {
     CHECK(written);
-    CHECK(took_s > limits.write_s);  // else nothing was tried here
+    CHECK(took_s > limits.write_s);  // else the test proves nothing
   }
 }
 
-TEST_CASE("where no thread can be started the caller is told, and the place is free again") {
+TEST_CASE("if no thread can be started the client gets 503 and the slot is freed") {
   PageScene scene;
   scene.Start(scene.Options());
   pthread_attr_t usual, huge;
@@ -348,7 +350,7 @@ TEST_CASE("where no thread can be started the caller is told, and the place is f
   REQUIRE(pthread_setattr_default_np(&huge) == 0);
   for (int k = 0; k < 40; ++k) {
     PageConnection connection(scene.port());
-    CHECK(PageAnswer(connection.Read()).status == 503);
+    CHECK(PageResponse(connection.Read()).status == 503);
   }
   REQUIRE(pthread_setattr_default_np(&usual) == 0);
   CHECK(scene.Get("/").status == 200);

@@ -1,5 +1,5 @@
-// The page as headless Chromium shows it: at a desk and on a phone, by day and by night, through
-// the loss of the daemon and of plumbline-view itself.
+// The page in headless Chromium: desktop and phone size, light and dark, through loss of the daemon
+// and of plumbline-view.
 #include "app/journal/journal.h"
 #include "tests/app/page/browser.h"
 #include "tests/app/page/page_scene.h"
@@ -15,23 +15,23 @@ bool CanBrowse() {
   return false;
 }
 
-/// Tells and paints as plumbline-view does, five times a second.
-class Telling {
+/// Publishes status and picture five times a second, as plumbline-view does.
+class Updates {
  public:
-  explicit Telling(PageScene& scene) : scene_(scene) {
+  explicit Updates(PageScene& scene) : scene_(scene) {
     thread_ = std::thread([this] {
       while (!end_) {
         {
           const std::lock_guard lock(scene_mutex);
-          if (!silent) scene_.Tell();
-          if (!silent) scene_.Paint(red, 90, 140, 0, {1280, 720});
-          if (silent) scene_.Tell(10, "the daemon has ended the connection");
+          if (!silent) scene_.PublishStatus();
+          if (!silent) scene_.PublishPicture(red, 90, 140, 0, {1280, 720});
+          if (silent) scene_.PublishStatus(10, "plumblined closed the connection");
         }
         SleepSeconds(0.2);
       }
     });
   }
-  ~Telling() {
+  ~Updates() {
     end_ = true;
     thread_.join();
   }
@@ -72,7 +72,7 @@ std::string AddressOf(const PageScene& scene) {
   return "http://127.0.0.1:" + std::to_string(scene.port()) + "/";
 }
 
-/// Of every text that is seen, the least contrast with what lies under it [WCAG 2.1, 1.4.3].
+/// Lowest contrast of all visible texts against their background [WCAG 2.1, 1.4.3].
 constexpr const char* kLeastContrast = R"((() => {
   const parts = (text) => text.match(/[\d.]+/g).map(Number);
   const light = (c) => { const l = c.slice(0, 3).map((v) => v / 255)
@@ -91,14 +91,14 @@ constexpr const char* kLeastContrast = R"((() => {
 
 }  // namespace
 
-TEST_CASE("everything is there, at a desk and on a phone, by day and by night") {
+TEST_CASE("the page is complete and legible on desktop and phone, light and dark") {
   if (!CanBrowse()) return;
   const bool phone = GENERATE(false, true), dark = GENERATE(false, true);
   PageScene scene;
   FillJournal(scene);
   scene.Write("models/0002.html", "<h1>two</h1>");
   scene.Start(scene.Options());
-  Telling telling(scene);
+  Updates updates(scene);
   Browser browser(phone ? 390 : 1280, phone ? 844 : 800, phone, dark);
   browser.Open(AddressOf(scene));
   REQUIRE(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
@@ -118,7 +118,7 @@ TEST_CASE("everything is there, at a desk and on a phone, by day and by night") 
   CHECK(browser.Evaluate("document.querySelectorAll('#trend .wild').length") == 1);
   CHECK(browser.Evaluate("document.getElementById('trend-words').innerText.startsWith('Newest')") ==
         true);
-  // Nothing is wider than the screen, and nothing is smaller than it can be read.
+  // Nothing is wider than the window or too small to read.
   CHECK(browser.Evaluate("document.documentElement.scrollWidth <= window.innerWidth") == true);
   CHECK(browser.Evaluate("window.innerWidth") == (phone ? 390 : 1280));
   CHECK(browser.Evaluate(
@@ -128,21 +128,21 @@ TEST_CASE("everything is there, at a desk and on a phone, by day and by night") 
             "parseFloat(getComputedStyle(document.querySelector('#panels li')).fontSize)") >= 16);
   CHECK(browser.Evaluate(kLeastContrast) >= 4.5);
   browser.Keep(std::string("page-") + (phone ? "phone" : "desk") + (dark ? "-dark" : ""), true);
-  INFO(nlohmann::json(browser.complaints()).dump());
-  CHECK(browser.complaints().empty());
+  INFO(nlohmann::json(browser.console_errors()).dump());
+  CHECK(browser.console_errors().empty());
 }
 
-TEST_CASE("the page keeps itself up to date, and tells losses plainly") {
+TEST_CASE("the page updates itself and shows the loss of daemon and viewer") {
   if (!CanBrowse()) return;
   PageScene scene;
   scene.Start(scene.Options());
   const int port = scene.port();
-  Telling telling(scene);
+  Updates updates(scene);
   Browser browser(1280, 800, false, false);
   browser.Open(AddressOf(scene));
   REQUIRE(browser.Becomes("document.getElementById('head').className === 'good'"));
   {
-    const std::lock_guard lock(telling.scene_mutex);
+    const std::lock_guard lock(updates.scene_mutex);
     scene.scene.state.alarms = alarm::kPayloadUnknown;
     scene.scene.state.health = HealthOf({.alarms = alarm::kPayloadUnknown});
   }
@@ -156,21 +156,21 @@ TEST_CASE("the page keeps itself up to date, and tells losses plainly") {
   CHECK(browser.Evaluate(kLeastContrast) >= 4.5);
   browser.Keep("page-alarm");
   {
-    const std::lock_guard lock(telling.scene_mutex);
-    telling.silent = true;
+    const std::lock_guard lock(updates.scene_mutex);
+    updates.silent = true;
   }
   CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('NO DAEMON')"));
   CHECK(browser.Becomes(
       "document.getElementById('caption').innerText.includes('THE PICTURE IS OLD')"));
   browser.Keep("page-silent");
   {
-    const std::lock_guard lock(telling.scene_mutex);
-    telling.silent = false;
+    const std::lock_guard lock(updates.scene_mutex);
+    updates.silent = false;
     scene.scene.state.alarms = 0;
     scene.scene.state.health = {};
   }
   CHECK(browser.Becomes("document.getElementById('head').className === 'good'"));
-  // plumbline-view goes, and comes back on its port.
+  // plumbline-view ends and returns on the same port.
   scene.page.reset();
   CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('LOST')"));
   CHECK(browser.Evaluate("document.title") == "LOST - Plumbline");
@@ -183,15 +183,15 @@ TEST_CASE("the page keeps itself up to date, and tells losses plainly") {
   CHECK(browser.Becomes("document.getElementById('head').className === 'good'"));
 }
 
-TEST_CASE("a person gives the token once") {
+TEST_CASE("the token has to be entered once") {
   if (!CanBrowse()) return;
   const std::string token = "a-long-word;=of+our-own";
   PageScene scene;
   scene.StartWithToken(token);
-  Telling telling(scene);
+  Updates updates(scene);
   Browser browser(390, 844, true, false);
   browser.Open(AddressOf(scene));
-  // Its script, too: a click before it has run is the browser's own.
+  // Wait for the script, too: before it has run, a click submits the form.
   REQUIRE(browser.Becomes(
       "document.readyState === 'complete' && document.getElementById('form') !== null"));
   CHECK(browser.Evaluate("document.documentElement.scrollWidth <= 390") == true);
@@ -201,7 +201,7 @@ TEST_CASE("a person gives the token once") {
                      "'; document.querySelector('button').click()");
   };
   give("wrong");
-  CHECK(browser.Becomes("document.getElementById('said').innerText === 'That is not the token.'"));
+  CHECK(browser.Becomes("document.getElementById('said').innerText === 'Wrong token.'"));
   give(token);
   REQUIRE(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
   CHECK(browser.Evaluate("location.href") == AddressOf(scene));
@@ -210,7 +210,7 @@ TEST_CASE("a person gives the token once") {
   CHECK(browser.Becomes("document.getElementById('headline').innerText.includes('OK')"));
 }
 
-TEST_CASE("a picture that stands still is not called live") {
+TEST_CASE("a frozen picture is not called live") {
   if (!CanBrowse()) return;
   constexpr const char* kLive = "document.getElementById('caption').innerText.startsWith('Live')";
   constexpr const char* kWaits =
@@ -222,9 +222,9 @@ TEST_CASE("a picture that stands still is not called live") {
   PageScene scene;
   scene.Start(scene.Options());
   const int port = scene.port();
-  Telling telling(scene);
+  Updates updates(scene);
   std::vector<std::unique_ptr<PageConnection>> viewers;
-  for (int k = 0; k < Page::kMostViewers; ++k) {
+  for (int k = 0; k < Page::kMaxViewers; ++k) {
     viewers.push_back(std::make_unique<PageConnection>(port));
     viewers.back()->Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
     viewers.back()->Read("\r\n\r\n");
@@ -234,19 +234,19 @@ TEST_CASE("a picture that stands still is not called live") {
   CHECK(browser.Becomes(kWaits));
   viewers.clear();
   REQUIRE(browser.Becomes(kLive));
-  // Every half minute the stream is asked for anew.
+  // The stream is requested again every half minute.
   const int asked = browser.Evaluate("pictures").get<int>();
   browser.Evaluate("asked_ms -= 60000");
   CHECK(browser.Becomes("pictures === " + std::to_string(asked + 1)));
   REQUIRE(browser.Becomes(kLive));
-  // As by a reload with another [page]: too short for the page to miss an answer.
+  // As after a reload with another [page]: too short for the page to miss a response.
   scene.page.reset();
   PageOptions options = scene.Options();
   options.config.port = port;
   scene.Start(options);
   {
-    const std::lock_guard lock(telling.scene_mutex);
-    telling.red = 220;
+    const std::lock_guard lock(updates.scene_mutex);
+    updates.red = 220;
   }
   CHECK(browser.Becomes(kRed));
   CHECK(browser.Becomes(kLive));

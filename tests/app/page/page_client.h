@@ -1,4 +1,4 @@
-// A browser's side of a connection, byte by byte.
+// HTTP client with control over every byte sent.
 #pragma once
 
 #include <arpa/inet.h>
@@ -29,7 +29,8 @@ class PageConnection {
 
   void Send(const std::string& bytes) const { send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
   void EndSending() const { shutdown(fd_, SHUT_WR); }
-  /// All until the other side ends, or until this text has come; at most so long.
+  /// Reads until the server closes or `until` was received, at most `within_s`.
+  /// @return  everything received so far
   std::string Read(const std::string& until = "", double within_s = 20) {
     const double end_s = MonotonicSeconds() + within_s;
     while (until.empty() || read_.find(until) == std::string::npos) {
@@ -54,11 +55,11 @@ class PageConnection {
   bool ended_ = false;
 };
 
-struct PageAnswer {
+struct PageResponse {
   int status = 0;
   std::string head, body;
 
-  explicit PageAnswer(const std::string& bytes) {
+  explicit PageResponse(const std::string& bytes) {
     const std::size_t end = bytes.find("\r\n\r\n");
     head = bytes.substr(0, end);
     if (end != std::string::npos) body = bytes.substr(end + 4);
@@ -67,12 +68,13 @@ struct PageAnswer {
   bool Has(const std::string& header) const { return head.find(header) != std::string::npos; }
 };
 
-/// @param headers  each with its "\r\n"
-inline PageAnswer Ask(int port, const std::string& path, const std::string& headers = "",
-                      const std::string& method = "GET", const std::string& host = "localhost") {
+/// @param headers  each terminated by "\r\n"
+inline PageResponse Request(int port, const std::string& path, const std::string& headers = "",
+                            const std::string& method = "GET",
+                            const std::string& host = "localhost") {
   PageConnection connection(port);
   connection.Send(method + " " + path + " HTTP/1.1\r\nHost: " + host + "\r\n" + headers + "\r\n");
-  return PageAnswer(connection.Read());
+  return PageResponse(connection.Read());
 }
 
 }  // namespace plumbline::test

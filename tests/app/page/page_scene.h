@@ -1,5 +1,4 @@
-// A page with the demo's cell behind it, as the viewer would put it together, and a painted
-// picture.
+// Fixture: a page that shows the demo cell and single-coloured pictures.
 #pragma once
 
 #include <fstream>
@@ -13,7 +12,7 @@
 
 namespace plumbline::test {
 
-/// Patience for a busy machine.
+/// Waits up to 20 s, long enough for a loaded machine.
 template <typename Condition>
 bool HoldsSoon(Condition holds) {
   for (int tries = 0; tries < 2000; ++tries) {
@@ -25,9 +24,9 @@ bool HoldsSoon(Condition holds) {
 
 struct PageScene {
   ViewScene scene;
-  Shown shown;
-  std::vector<std::string> told;
-  std::mutex told_mutex;
+  DisplayMailbox shown;
+  std::vector<std::string> logged;
+  std::mutex log_mutex;
   std::unique_ptr<Page> page;
 
   PageScene() { std::filesystem::create_directories(StateDirectory()); }
@@ -47,11 +46,11 @@ struct PageScene {
     return options;
   }
   void Start(PageOptions options, Descriptor listener = {}) {
-    const auto tell = [this](const LogEntry& entry) {
-      const std::lock_guard lock(told_mutex);
-      told.push_back(entry.text);
+    const auto log = [this](const LogEntry& entry) {
+      const std::lock_guard lock(log_mutex);
+      logged.push_back(entry.text);
     };
-    auto started = Page::Start(std::move(options), shown, tell, std::move(listener));
+    auto started = Page::Start(std::move(options), shown, log, std::move(listener));
     INFO((started ? std::string() : started.error()));
     REQUIRE(started);
     page = std::move(started).value();
@@ -62,12 +61,12 @@ struct PageScene {
     Start(options);
   }
   int port() const { return page->at().port; }
-  PageAnswer Get(const std::string& path, const std::string& headers = "") const {
-    return Ask(port(), path, headers);
+  PageResponse Get(const std::string& path, const std::string& headers = "") const {
+    return Request(port(), path, headers);
   }
 
-  /// As the viewer tells five times a second. @param age_s  of the state
-  void Tell(double age_s = 0, const std::string& link_problem = "") {
+  /// Publishes a status as the viewer does five times a second. @param age_s  of the state
+  void PublishStatus(double age_s = 0, const std::string& link_problem = "") {
     const double now_s = MonotonicSeconds();
     scene.state.now_s = now_s - age_s;
     for (ViewCamera& camera : scene.state.cameras) {
@@ -81,19 +80,19 @@ struct PageScene {
     facts.now_s = now_s;
     facts.link_problem = link_problem;
     facts.frames_per_s = {30};
-    facts.own_lines = {{1, 1.8e9 - 90, 5, "plumbline-view 0.1.0"}};
-    shown.Put(std::make_shared<const ShownNow>(ShownOf(facts, "")));
+    facts.viewer_lines = {{1, 1.8e9 - 90, 5, "plumbline-view 0.1.0"}};
+    shown.Publish(std::make_shared<const ShownNow>(MakeDisplayStatus(facts, "")));
   }
   /// A picture of one colour.
-  void Paint(std::uint8_t red, std::uint8_t green, std::uint8_t blue, double age_s = 0,
-             ImageSize size = {320, 180}) {
-    auto picture = std::make_shared<ShownPicture>();
+  void PublishPicture(std::uint8_t red, std::uint8_t green, std::uint8_t blue, double age_s = 0,
+                      ImageSize size = {320, 180}) {
+    auto picture = std::make_shared<DisplayPicture>();
     picture->image.size = size;
     for (int k = 0; k < size.width * size.height; ++k) {
       picture->image.rgb.insert(picture->image.rgb.end(), {red, green, blue});
     }
     picture->time_s = MonotonicSeconds() - age_s;
-    shown.Put(std::shared_ptr<const ShownPicture>(std::move(picture)));
+    shown.Publish(std::shared_ptr<const DisplayPicture>(std::move(picture)));
   }
 };
 

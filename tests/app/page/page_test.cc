@@ -1,4 +1,4 @@
-// The page on real sockets: every address and what it answers.
+// Responses of the page over real sockets.
 #include "app/page/page.h"
 
 #include <nlohmann/json.hpp>
@@ -16,8 +16,8 @@ using Catch::Contains;
 
 namespace {
 
-/// The JPEG files of a multipart stream, as its own lengths say.
-std::vector<std::string> PartsOf(const std::string& body) {
+/// Splits a multipart stream into its JPEG files by their Content-Length.
+std::vector<std::string> SplitMultipart(const std::string& body) {
   std::vector<std::string> parts;
   constexpr std::string_view kHead = "--frame\r\nContent-Type: image/jpeg\r\nContent-Length: ";
   std::size_t at = 0;
@@ -34,7 +34,7 @@ std::vector<std::string> PartsOf(const std::string& body) {
   return parts;
 }
 
-/// The mean luma of a JPEG that is as large as PageScene::Paint() makes it; libjpeg decodes it.
+/// Luma at the centre of a JPEG of the size that PageScene::PublishPicture() makes.
 double LumaOf(const std::string& jpeg) {
   GreyImage image;
   const auto decoded =
@@ -48,10 +48,10 @@ double LumaOf(const std::string& jpeg) {
 
 }  // namespace
 
-TEST_CASE("the page, its files and its headers; nothing comes from elsewhere") {
+TEST_CASE("page, files and security headers; nothing is loaded from other origins") {
   PageScene scene;
   scene.Start(scene.Options());
-  const PageAnswer page = scene.Get("/");
+  const PageResponse page = scene.Get("/");
   CHECK(page.status == 200);
   CHECK(page.Has("Content-Type: text/html"));
   CHECK(page.Has("Content-Security-Policy: default-src 'none'; script-src 'self'"));
@@ -62,11 +62,11 @@ TEST_CASE("the page, its files and its headers; nothing comes from elsewhere") {
   CHECK_THAT(page.body, Contains("<h1 id=\"headline\"") && Contains("lang=\"en\""));
   for (const char* const path : {"/page.css", "/page.js", "/trend.js", "/login.js", "/icon.svg"}) {
     INFO(path);
-    const PageAnswer file = scene.Get(path);
+    const PageResponse file = scene.Get(path);
     CHECK(file.status == 200);
     CHECK(file.body.size() > 100);
     CHECK_THAT(file.body, !Contains("innerHTML") && !Contains("eval("));
-    // The one address is the name of SVG's elements.
+    // The only URL is the SVG namespace.
     const std::size_t address = file.body.find("http");
     if (address != std::string::npos) {
       CHECK(file.body.compare(address, 22, "http://www.w3.org/2000") == 0);
@@ -75,13 +75,13 @@ TEST_CASE("the page, its files and its headers; nothing comes from elsewhere") {
   CHECK_THAT(page.body, !Contains("http:") && !Contains("https:"));
   CHECK(scene.Get("/nothing").status == 404);
   CHECK(scene.Get("/live.mjpg/").status == 404);
-  const PageAnswer head = Ask(scene.port(), "/", "", "HEAD");
+  const PageResponse head = Request(scene.port(), "/", "", "HEAD");
   CHECK(head.status == 200);
   CHECK(head.Has("Content-Length: " + std::to_string(page.body.size())));
   CHECK(head.body.empty());
 }
 
-TEST_CASE("the state: what the monitor says, the numbers, and the messages of several states") {
+TEST_CASE("status.json has the display's texts, the values, and the log of several states") {
   PageScene scene;
   scene.Start(scene.Options());
   CHECK_THAT(nlohmann::json::parse(scene.Get("/status.json").body).at("headline").at("text"),
@@ -89,8 +89,8 @@ TEST_CASE("the state: what the monitor says, the numbers, and the messages of se
   CHECK(scene.Get("/healthz").status == 503);
   scene.scene.state.warnings = warning::kDrift;
   scene.scene.state.health = HealthOf({.warnings = warning::kDrift});
-  scene.Tell();
-  const PageAnswer answer = scene.Get("/status.json");
+  scene.PublishStatus();
+  const PageResponse answer = scene.Get("/status.json");
   CHECK(answer.Has("Content-Type: application/json"));
   auto json = nlohmann::json::parse(answer.body);
   CHECK(json.at("daemon").at("there") == true);
@@ -114,42 +114,42 @@ TEST_CASE("the state: what the monitor says, the numbers, and the messages of se
   CHECK(json.at("picture").at("age_s").is_null());
   CHECK(json.at("log").size() == 3);
   CHECK(scene.Get("/healthz").status == 200);
-  // The daemon comes anew and counts its lines from 1: the former ones stay.
+  // A restarted daemon counts its lines from 1; the earlier ones are kept.
   scene.scene.state.lines = {{1, 1.8e9, 5, "plumblined 0.1.0 again"}};
-  scene.Tell();
+  scene.PublishStatus();
   json = nlohmann::json::parse(scene.Get("/status.json").body);
   REQUIRE(json.at("log").size() == 4);
   CHECK(json.at("log")[3].at("text") == "plumblined 0.1.0 again");
 }
 
-TEST_CASE("messages stay in the order of arrival, though the clock is set back") {
+TEST_CASE("log lines keep their order of arrival when the clock is set back") {
   LogTail tail;
   ShownNow now;
   ViewState state;
-  now.own_lines = {{1, 500, 5, "quiet viewer"}};
-  for (std::size_t k = 0; k < LogTail::kMost; ++k) {
+  now.viewer_lines = {{1, 500, 5, "quiet viewer"}};
+  for (std::size_t k = 0; k < LogTail::kMaxLines; ++k) {
     state.lines = {{k + 1, 1000.0 + static_cast<double>(k), 5, "before"}};
     now.state = std::make_shared<const ViewState>(state);
-    tail.Take(now);
+    tail.Add(now);
   }
-  state.lines.push_back({LogTail::kMost + 1, 10, 5, "after"});
+  state.lines.push_back({LogTail::kMaxLines + 1, 10, 5, "after"});
   now.state = std::make_shared<const ViewState>(state);
-  tail.Take(now);
-  tail.Take(now);
+  tail.Add(now);
+  tail.Add(now);
   const std::vector<TailLine> lines = tail.Lines();
-  REQUIRE(lines.size() == LogTail::kMost);
+  REQUIRE(lines.size() == LogTail::kMaxLines);
   CHECK(lines.back().text == "after");
   for (const TailLine& line : lines) CHECK(line.text != "quiet viewer");
 }
 
-TEST_CASE("messages are gathered while nobody looks; each start of the server has its own name") {
+TEST_CASE("log lines are collected without viewers; each start of the server has its own id") {
   PageScene scene;
   scene.Start(scene.Options());
   scene.scene.state.lines = {{1, 1.8e9, 5, "first"}};
-  scene.Tell();
-  scene.page->Remember();
+  scene.PublishStatus();
+  scene.page->CollectLog();
   scene.scene.state.lines = {{2, 1.8e9, 5, "second"}};
-  scene.Tell();
+  scene.PublishStatus();
   const auto json = nlohmann::json::parse(scene.Get("/status.json").body);
   CHECK_THAT(json.at("log").dump(), Contains("first") && Contains("second"));
   scene.page.reset();
@@ -158,15 +158,15 @@ TEST_CASE("messages are gathered while nobody looks; each start of the server ha
         json.at("page").at("start"));
 }
 
-TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
+TEST_CASE("a silent daemon and an old picture are reported") {
   PageScene scene;
   scene.Start(scene.Options());
-  scene.Tell(60, "the daemon has ended the connection");
-  scene.Paint(0, 0, 0, 90);
+  scene.PublishStatus(60, "plumblined closed the connection");
+  scene.PublishPicture(0, 0, 0, 90);
   const auto json = nlohmann::json::parse(scene.Get("/status.json").body);
   CHECK(json.at("daemon").at("there") == false);
   CHECK(json.at("daemon").at("age_s") > 59);
-  CHECK_THAT(json.at("headline").at("text"), Contains("NO DAEMON: the daemon has ended"));
+  CHECK_THAT(json.at("headline").at("text"), Contains("NO DAEMON: plumblined closed"));
   CHECK(json.at("headline").at("tone") == "bad");
   CHECK(json.at("health").at("severity") == 3);
   CHECK(json.at("health").at("word") == "ALARM");
@@ -180,7 +180,7 @@ TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
     CHECK_FALSE(point.contains("uncertainty_m"));
   }
   const std::string panels = json.at("panels").dump();
-  CHECK_THAT(panels, Contains("robot read 60 s ago") && Contains("no daemon"));
+  CHECK_THAT(panels, Contains("last robot reading 60 s ago") && Contains("no daemon"));
   CHECK_THAT(panels, !Contains("measured\""));
   CHECK(json.at("picture").at("age_s") > 89);
   CHECK(json.at("view").at("age_s") < 20);
@@ -191,7 +191,7 @@ TEST_CASE("a daemon that is silent, and a viewer that stands still, are told") {
   CHECK(metrics.Value("plumbline_up") == 0);
 }
 
-TEST_CASE("a viewer that hangs shows nothing of its daemon as present") {
+TEST_CASE("a hanging viewer withdraws its daemon's state") {
   PageScene scene;
   ViewState& state = scene.scene.state;
   Carriers carriers = scene.scene.Placed();
@@ -200,7 +200,7 @@ TEST_CASE("a viewer that hangs shows nothing of its daemon as present") {
   facts.carriers = std::span(&carriers, 1);
   facts.model = &*scene.scene.model;
   facts.now_s = ViewScene::kNow_s;
-  const ShownNow shown = ShownOf(facts, "");
+  const ShownNow shown = MakeDisplayStatus(facts, "");
   const auto at = [&](double now_s) {
     return nlohmann::json::parse(StatusJson(&shown, {}, {}, now_s));
   };
@@ -217,8 +217,8 @@ TEST_CASE("a viewer that hangs shows nothing of its daemon as present") {
 TEST_CASE("metrics over HTTP") {
   PageScene scene;
   scene.Start(scene.Options());
-  scene.Tell();
-  const PageAnswer answer = scene.Get("/metrics");
+  scene.PublishStatus();
+  const PageResponse answer = scene.Get("/metrics");
   CHECK(answer.status == 200);
   CHECK(answer.Has("Content-Type: text/plain; version=0.0.4"));
   const Exposition read(answer.body);
@@ -228,48 +228,48 @@ TEST_CASE("metrics over HTTP") {
   CHECK(read.Value("plumbline_page_connections") == 1);
 }
 
-TEST_CASE("the live picture: parts that libjpeg decodes, the newest only, encoded once") {
+TEST_CASE("the live picture is valid JPEG, always the newest, and encoded once for all viewers") {
   PageScene scene;
   scene.Start(scene.Options());
-  CHECK_FALSE(scene.shown.Asked(MonotonicSeconds()));
+  CHECK_FALSE(scene.shown.PictureRequested(MonotonicSeconds()));
   PageConnection first(scene.port()), second(scene.port());
   for (const PageConnection* viewer : {&first, &second}) {
     viewer->Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
   }
-  // Pictures are drawn only for whoever asks.
-  REQUIRE(HoldsSoon([&] { return scene.shown.Asked(MonotonicSeconds()); }));
-  scene.Paint(255, 255, 255);
-  const auto white = PartsOf(PageAnswer(first.Read("\r\n--frame")).body);
+  // Pictures are drawn on request only.
+  REQUIRE(HoldsSoon([&] { return scene.shown.PictureRequested(MonotonicSeconds()); }));
+  scene.PublishPicture(255, 255, 255);
+  const auto white = SplitMultipart(PageResponse(first.Read("\r\n--frame")).body);
   REQUIRE_FALSE(white.empty());
   CHECK(LumaOf(white[0]) > 250);
-  scene.Paint(0, 0, 0);
+  scene.PublishPicture(0, 0, 0);
   std::vector<std::string> parts;
   REQUIRE(HoldsSoon([&] {
-    parts = PartsOf(PageAnswer(first.Read("", 0.02)).body);
+    parts = SplitMultipart(PageResponse(first.Read("", 0.02)).body);
     return parts.size() >= 3;
   }));
   CHECK(LumaOf(parts.back()) < 5);
   std::vector<std::string> other;
   REQUIRE(HoldsSoon([&] {
-    other = PartsOf(PageAnswer(second.Read("", 0.02)).body);
+    other = SplitMultipart(PageResponse(second.Read("", 0.02)).body);
     return !other.empty() && other.back() == parts.back();
   }));
   const Exposition metrics(scene.Get("/metrics").body);
   CHECK(metrics.Value("plumbline_page_viewers") == 2);
-  const PageAnswer one = scene.Get("/picture.jpg");
+  const PageResponse one = scene.Get("/picture.jpg");
   CHECK(one.Has("Content-Type: image/jpeg"));
   CHECK(one.body == parts.back());
 }
 
-TEST_CASE("pictures come no faster than the feed's period") {
+TEST_CASE("the feed limits the picture rate") {
   PageScene scene;
   PictureFeed feed(scene.shown);
   CHECK(feed.Newest(0) == nullptr);
-  scene.Paint(10, 20, 30);
+  scene.PublishPicture(10, 20, 30);
   const auto first = feed.Newest(1);
   REQUIRE(first);
   CHECK(feed.Newest(1) == first);
-  scene.Paint(40, 50, 60);
+  scene.PublishPicture(40, 50, 60);
   CHECK(feed.Newest(1.05) == first);
   CHECK(feed.Newest(1.1)->number == 2);
   CHECK(feed.Newest(9)->number == 2);
@@ -277,11 +277,11 @@ TEST_CASE("pictures come no faster than the feed's period") {
   CHECK(JpegOf({{1, 2, 3}, {2, 2}}).empty());
 }
 
-TEST_CASE("viewers beyond the limit are told, and a place becomes free") {
+TEST_CASE("viewers beyond the limit are refused until one leaves") {
   PageScene scene;
   scene.Start(scene.Options());
   std::vector<std::unique_ptr<PageConnection>> viewers;
-  for (int k = 0; k < Page::kMostViewers; ++k) {
+  for (int k = 0; k < Page::kMaxViewers; ++k) {
     viewers.push_back(std::make_unique<PageConnection>(scene.port()));
     viewers.back()->Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
     viewers.back()->Read("\r\n\r\n");
@@ -291,11 +291,12 @@ TEST_CASE("viewers beyond the limit are told, and a place becomes free") {
   viewers.pop_back();
   REQUIRE(HoldsSoon([&] {
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") <
-           Page::kMostViewers;
+           Page::kMaxViewers;
   }));
 }
 
-TEST_CASE("the trend comes from the journal; no journal is no fault, a broken one is told") {
+TEST_CASE(
+    "the trend is read from the journal; a missing journal is empty, a damaged one reported") {
   PageScene scene;
   scene.Start(scene.Options());
   CHECK(nlohmann::json::parse(scene.Get("/trend.json").body).at("points").empty());
@@ -311,8 +312,8 @@ TEST_CASE("the trend comes from the journal; no journal is no fault, a broken on
     row.predicted_W = Vec3(1, 2, 3);
     row.measured_W = Vec3(1.0003, 2, 3.0004);
     row.model_version = 2;
-    // Of a former arm with another number of joints, and rows without a prediction that would fill
-    // the newest ones: the trend passes them over.
+    // Rows of an earlier arm with another number of joints, and enough rows without a prediction to
+    // fill the newest ones: the trend skips both.
     JournalRow foreign = row;
     foreign.q = JointVector::Zero(row.q.size() - 1);
     const std::vector<Joint> fewer(joints.begin(), joints.end() - 1);
@@ -335,7 +336,7 @@ TEST_CASE("the trend comes from the journal; no journal is no fault, a broken on
   CHECK(json.at("points")[1].at("alarm") == true);
   CHECK(json.at("points")[1].at("wild") == true);
   scene.page.reset();
-  scene.Write("journal.sqlite", "no journal at all, but text that is long enough to be told");
+  scene.Write("journal.sqlite", "not a journal, but text that is long enough to be recognised");
   scene.Start(scene.Options());
   CHECK_FALSE(nlohmann::json::parse(scene.Get("/trend.json").body)
                   .at("problem")
@@ -343,7 +344,7 @@ TEST_CASE("the trend comes from the journal; no journal is no fault, a broken on
                   .empty());
 }
 
-TEST_CASE("reports are listed and read, and no name leaves their folders") {
+TEST_CASE("reports are listed and served, and no name leaves their folders") {
   PageScene scene;
   scene.Write("models/0007.html", "<p>seven</p>");
   scene.Write("models/0008.html", "<p>eight</p>");
@@ -362,7 +363,7 @@ TEST_CASE("reports are listed and read, and no name leaves their folders") {
   CHECK(list[2].at("name") == "0007.html");
   CHECK(list[2].at("bytes") == 12);
   CHECK(list[3].at("kind") == "alarm");
-  const PageAnswer report = scene.Get("/reports/0007.html");
+  const PageResponse report = scene.Get("/reports/0007.html");
   CHECK(report.body == "<p>seven</p>");
   CHECK(report.Has("Content-Security-Policy: default-src 'none'; style-src 'unsafe-inline'"));
   CHECK(report.Has("sandbox"));
@@ -374,7 +375,7 @@ TEST_CASE("reports are listed and read, and no name leaves their folders") {
         "/reports/0008.toml", "/reports/0007.html%00.png", "/reports//etc/passwd", "/reports/%",
         "/../etc/passwd", "/reports/....//secret.html", "/reports\\..\\secret.html"}) {
     INFO(path);
-    const PageAnswer answer = scene.Get(path);
+    const PageResponse answer = scene.Get(path);
     CHECK((answer.status == 404 || answer.status == 400));
     CHECK_THAT(answer.body, !Contains("secret"));
   }

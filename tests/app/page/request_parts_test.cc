@@ -2,11 +2,11 @@
 
 #include <catch2/catch.hpp>
 
-#include "app/page/guess_limit.h"
+#include "app/page/login_throttle.h"
 
 using namespace plumbline;
 
-TEST_CASE("secrets are the same only where every byte is") {
+TEST_CASE("secrets are equal only if every byte is") {
   CHECK(SameSecret("0123456789abcdef", "0123456789abcdef"));
   CHECK_FALSE(SameSecret("0123456789abcdeF", "0123456789abcdef"));
   CHECK_FALSE(SameSecret("1123456789abcdef", "0123456789abcdef"));
@@ -17,11 +17,11 @@ TEST_CASE("secrets are the same only where every byte is") {
   CHECK_FALSE(SameSecret(std::string_view("\0", 1), ""));
 }
 
-TEST_CASE("an address that guesses waits twice as long after each wrong token") {
-  GuessLimit limit;
+TEST_CASE("the waiting time doubles with each wrong token of an address") {
+  LoginThrottle limit;
   double now_s = 1000;
   std::uint64_t guess = 0;
-  for (int k = 0; k < GuessLimit::kFree; ++k) {
+  for (int k = 0; k < LoginThrottle::kFreeFailures; ++k) {
     CHECK(limit.Wait_s("10.0.0.7", now_s) == 0);
     limit.Failed("10.0.0.7", ++guess, now_s);
   }
@@ -31,7 +31,7 @@ TEST_CASE("an address that guesses waits twice as long after each wrong token") 
     now_s += wait_s;
     limit.Failed("10.0.0.7", ++guess, now_s);
   }
-  now_s += 2 * GuessLimit::kForgotten_s;
+  now_s += 2 * LoginThrottle::kForgetAfter_s;
   limit.Failed("10.0.0.7", ++guess, now_s);
   CHECK(limit.Wait_s("10.0.0.7", now_s) == 0);
   for (int k = 0; k < 9; ++k) limit.Failed("10.0.0.7", ++guess, now_s);
@@ -40,18 +40,18 @@ TEST_CASE("an address that guesses waits twice as long after each wrong token") 
   CHECK(limit.Wait_s("10.0.0.7", now_s) == 0);
 }
 
-TEST_CASE("guesses of one IPv6 network count together, and many addresses take no more memory") {
-  GuessLimit limit;
+TEST_CASE("an IPv6 network counts as one address, and memory is bounded") {
+  LoginThrottle limit;
   for (int k = 0; k < 9; ++k) limit.Failed("2001:db8::" + std::to_string(k), k, 5);
   CHECK(limit.Wait_s("2001:db8::ffff", 5) > 0);
   CHECK(limit.Wait_s("2001:db8:0:1::1", 5) == 0);
-  for (std::size_t k = 0; k < 3 * GuessLimit::kMost; ++k) {
+  for (std::size_t k = 0; k < 3 * LoginThrottle::kMaxAddresses; ++k) {
     limit.Failed("host" + std::to_string(k), k, 6);
   }
   CHECK(limit.Wait_s("2001:db8::ffff", 6) == 0);  // longest silent, so that others fit
 }
 
-TEST_CASE("a bearer's token") {
+TEST_CASE("the bearer token is parsed") {
   CHECK(BearerOf("Bearer abc") == "abc");
   CHECK(BearerOf("  bearer   a;b=c  ") == "a;b=c");
   CHECK_FALSE(BearerOf("Basic abc"));
@@ -61,7 +61,7 @@ TEST_CASE("a bearer's token") {
   CHECK_FALSE(BearerOf("Bearerabc"));
 }
 
-TEST_CASE("a cookie among others") {
+TEST_CASE("a cookie is found among others") {
   CHECK(CookieOf("plumbline-80=ab", "plumbline-80") == "ab");
   CHECK(CookieOf("a=1; plumbline-80=ab;c=d", "plumbline-80") == "ab");
   CHECK(CookieOf("plumbline-80=", "plumbline-80") == "");
@@ -75,7 +75,7 @@ TEST_CASE("a cookie among others") {
   CHECK(CookieValueOf("a;\xff") == "613bff");
 }
 
-TEST_CASE("the host that a browser means") {
+TEST_CASE("the host is parsed from the Host header") {
   CHECK(HostOf("Cell7.Plant.Example:8080") == "cell7.plant.example");
   CHECK(HostOf("192.168.0.3") == "192.168.0.3");
   CHECK(HostOf("[::1]:8080") == "::1");
@@ -91,7 +91,7 @@ TEST_CASE("the host that a browser means") {
   CHECK_FALSE(HostOf(std::string(254, 'a')));
 }
 
-TEST_CASE("a name that leads here from another site is none of ours") {
+TEST_CASE("only addresses and own names are accepted as host") {
   const std::vector<std::string> own = {"cell7.plant.example", "cell7"};
   for (const char* const ours :
        {"127.0.0.1", "::1", "10.0.0.7", "localhost", "cell7", "cell7.plant.example"}) {
@@ -103,7 +103,7 @@ TEST_CASE("a name that leads here from another site is none of ours") {
   }
 }
 
-TEST_CASE("names of reports, and nothing else") {
+TEST_CASE("only names of reports are accepted") {
   CHECK(ReportKindOf("0007.html") == ReportKind::kModel);
   CHECK(ReportKindOf("12345.html") == ReportKind::kModel);
   CHECK(ReportKindOf("diagnosis.html") == ReportKind::kDiagnosis);

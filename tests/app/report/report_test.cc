@@ -1,4 +1,4 @@
-// The report as a file: well-formed, self-contained, escaped, and honest about missing pictures.
+// The report is well-formed, self-contained and escaped, and states why figures are missing.
 #include "app/report/report.h"
 
 #include <unistd.h>
@@ -43,7 +43,7 @@ bool HasGnuplot() {
   return DrawSvgs("").ok();
 }
 
-/// A folder of this process that goes away with the test.
+/// Temporary folder of this process.
 class Folder {
  public:
   Folder() : path_(fs::temp_directory_path() / ("plumbline-report-" + std::to_string(getpid()))) {
@@ -58,7 +58,7 @@ class Folder {
   fs::path path_;
 };
 
-// Every tag is closed in its turn, ids are unique, and every reference stays inside the file.
+// Checks that tags are closed in order, ids are unique, and references stay within the file.
 constexpr const char* kChecker = R"python(
 import sys
 from html.parser import HTMLParser
@@ -97,7 +97,7 @@ sys.exit(1 if faults else 0)
 
 }  // namespace
 
-TEST_CASE("with every verdict the report is well-formed and needs nothing from outside") {
+TEST_CASE("the report is well-formed and self-contained for every verdict") {
   const Folder folder;
   std::ofstream(folder.File("check.py")) << kChecker;
   for (const Verdict verdict :
@@ -123,22 +123,22 @@ TEST_CASE("the checker itself finds faults") {
   }
 }
 
-TEST_CASE("each verdict says what it has to say") {
+TEST_CASE("the report has the sections that belong to its verdict") {
   struct Case {
     Verdict verdict;
     std::vector<std::string> says, does_not_say;
   };
   const Case cases[] = {
       {Verdict::kNoEffect,
-       {"Nothing stands out of the noise of 0.087 mm", "What would have been seen"},
-       {"What was found", "What to measure next", "Held out, corrected"}},
+       {"Nothing stands out of the noise of 0.087 mm", "Detection limits"},
+       {"Effects found", "What to measure next", "Held out, corrected"}},
       {Verdict::kExplained,
        {"Joint compliance on axes 2 and 3 (93 % of the residual) and thermal growth (6 %)",
         "5.100&thinsp;&times;&thinsp;10<sup>&minus;7</sup>", "Correlation", "Held out, corrected"},
-       {"Other explanations"}},
+       {"Alternative explanations"}},
       {Verdict::kAmbiguous,
        {"Tool stiffness or payload mass: these points cannot tell; 6 further poses would",
-        "Other explanations", "What to measure next"},
+        "Alternative explanations", "What to measure next"},
        {"Correlation of"}},
       {Verdict::kUnknown,
        {"something that follows air_pressure_bar and is not in the catalogue",
@@ -163,31 +163,31 @@ TEST_CASE("each verdict says what it has to say") {
   }
 }
 
-TEST_CASE("pictures are there where gnuplot is") {
+TEST_CASE("the report has figures if gnuplot is installed") {
   if (!HasGnuplot()) {
-    WARN("SKIPPED: gnuplot is not there (Debian package gnuplot-nox)");
+    WARN("SKIPPED: gnuplot is not installed (Debian package gnuplot-nox)");
     return;
   }
   const std::string html = Report(ExampleDiagnosis(Verdict::kAmbiguous));
-  CHECK_FALSE(Has(html, "no pictures"));
-  // Arrows 4 to 6, 10 signals, 6 joints, 2 for the poses, 2 for the rival.
+  CHECK_FALSE(Has(html, "no figures"));
+  // 4 to 6 residual panels, 10 signals, 6 joints, 2 for the poses, 2 for the rival.
   CHECK(Count(html, "<svg") >= 24);
   CHECK(Has(html, "aria-label=\"air_pressure_bar\""));
 }
 
-TEST_CASE("without gnuplot the report says so and stands by its tables") {
+TEST_CASE("without gnuplot the report has its tables and a note") {
   GnuplotOptions absent;
   absent.program = "gnuplot-that-is-not-installed";
   const std::string html =
       ReportHtml(ExampleDiagnosis(Verdict::kExplained), ExampleCell(), kSource, absent);
-  CHECK(Has(html, "no pictures"));
+  CHECK(Has(html, "no figures"));
   CHECK(Has(html, "gnuplot-nox"));
   CHECK_FALSE(Has(html, "<svg"));
-  CHECK_FALSE(Has(html, "<h2>The residual in the cell"));
+  CHECK_FALSE(Has(html, "<h2>Residuals in the cell"));
   CHECK(Has(html, "Held out, corrected model"));
 }
 
-TEST_CASE("what gnuplot cannot do is told") {
+TEST_CASE("failures of gnuplot are reported") {
   const Folder folder;
   struct Case {
     const char* script;
@@ -203,7 +203,7 @@ TEST_CASE("what gnuplot cannot do is told") {
     options.limit = std::chrono::milliseconds(700);
     std::ofstream(options.program) << c.script;
     fs::permissions(options.program, fs::perms::owner_all);
-    // Larger than a pipe holds: a child that does not read must not stop us.
+    // Larger than a pipe's buffer: a child that does not read must not block the writer.
     const auto drawn = DrawSvgs(std::string(300000, '#'), options);
     CHECK(drawn.ok() == std::string(c.says).empty());
     if (!drawn) CHECK(Has(drawn.error(), c.says));
@@ -211,7 +211,7 @@ TEST_CASE("what gnuplot cannot do is told") {
   }
 }
 
-TEST_CASE("what stands in files is text, in HTML and in gnuplot") {
+TEST_CASE("texts from files are escaped, in HTML and in gnuplot") {
   const Folder folder;
   const std::string trace = folder.File("trace");
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kUnknown);
@@ -235,10 +235,10 @@ TEST_CASE("what stands in files is text, in HTML and in gnuplot") {
   CHECK(Has(html, "&lt;script&gt;alert(1)&lt;/script&gt;"));
   CHECK(ValidUtf8(html) == html);
   CHECK_FALSE(fs::exists(trace));
-  if (HasGnuplot()) CHECK_FALSE(Has(html, "no pictures"));
+  if (HasGnuplot()) CHECK_FALSE(Has(html, "no figures"));
 }
 
-TEST_CASE("an effect that no listed explanation has gets an open gap, or none") {
+TEST_CASE("an effect that no listed explanation contains has a lower bound as its gap, or none") {
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
   Considered& last = diagnosis.considered.emplace_back();
   last.id = "latency";
@@ -253,8 +253,8 @@ TEST_CASE("an effect that no listed explanation has gets an open gap, or none") 
   CHECK(Count(Report(diagnosis), ">0.0<") == zeros);
 }
 
-TEST_CASE("of more rows than are searched each picture and number belongs to its row") {
-  // 3000 rows; every second one took part in the search and was held out.
+TEST_CASE("figures and numbers belong to the right rows if only some rows were searched") {
+  // 3000 rows, of which every second one took part in the search and was held out.
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
   const RowTrace row = diagnosis.rows.front();
   diagnosis.rows.assign(3000, row);
@@ -277,7 +277,7 @@ TEST_CASE("of more rows than are searched each picture and number belongs to its
     rival.rows.emplace_back(k);
     rival.shift_W.emplace_back(0, 0, 1e-6 * static_cast<double>(k));
   }
-  diagnosis.rows[RowIndex(2000)].weight = 0.3;  // shortened so far that it counts as an outlier
+  diagnosis.rows[RowIndex(2000)].weight = 0.3;  // low enough to count as an outlier
   diagnosis.rows[RowIndex(2000)].outlier = true;
   diagnosis.outlier_rows = {2002};
   diagnosis.signals = {signal};
@@ -294,14 +294,14 @@ TEST_CASE("of more rows than are searched each picture and number belongs to its
   const std::string table = ErrorTable(diagnosis);
   const auto held_out = table.find("Held out, corrected model");
   REQUIRE(held_out != std::string::npos);
-  // Median, 95 % and largest: neither the rows that were in no block nor the outlier.
+  // Median, 95th percentile and maximum exclude rows that were not held out, and the outlier.
   const std::string of_row = table.substr(held_out, table.find("</tr>", held_out) - held_out);
   CHECK(Count(of_row, MillimetreText(3e-3)) == 3);
   CHECK_FALSE(Has(of_row, MillimetreText(9e-3)));
   CHECK(Has(table, "1500 of 3000 rows"));
 }
 
-TEST_CASE("an empty diagnosis, one row, and strange numbers make a report, too") {
+TEST_CASE("an empty diagnosis, a single row and NaN still give a report") {
   CHECK(Has(Report(Diagnosis{}), "</html>"));
   Diagnosis one = ExampleDiagnosis(Verdict::kExplained);
   one.rows.resize(1);
@@ -314,7 +314,7 @@ TEST_CASE("an empty diagnosis, one row, and strange numbers make a report, too")
   CHECK(Has(html, "unknown"));
 }
 
-TEST_CASE("texts for HTML") {
+TEST_CASE("texts and numbers are formatted for HTML") {
   CHECK(Escape("a<b>&\"'\x01") == "a&lt;b&gt;&amp;&quot;&#39; ");
   CHECK(ValidUtf8("\xC3\xA4\xC3") == "\xC3\xA4\xEF\xBF\xBD");
   CHECK(ValidUtf8("\xED\xA0\x80") == "\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD");

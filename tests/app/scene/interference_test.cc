@@ -1,4 +1,4 @@
-// Distances and depths whose answers are known, in every pose; bent meshes against ones built bent.
+// Distances and depths of known geometry in random poses; bent meshes against meshes built bent.
 #include "app/scene/interference.h"
 
 #include <catch2/catch.hpp>
@@ -27,7 +27,7 @@ Pose AnyPose(std::mt19937& random) {
   return {RotationFromRollPitchYaw(rpy), Vec3(in(random), in(random), in(random))};
 }
 
-/// A tool of one metre that hangs by 0.02 m at its tip, as a parabola, and is turned a little.
+/// Bending of a one-metre tool: parabolic, 0.02 m at the tip, with a small rotation.
 BendField Hanging() {
   BendField field;
   field.length_m = 1;
@@ -39,7 +39,7 @@ BendField Hanging() {
   return field;
 }
 
-/// The mesh as it is once bent, by the points themselves.
+/// The mesh with all its vertices bent.
 TriangleMesh Bent(TriangleMesh mesh, const BendField& field, const Pose& X_FO) {
   for (Vec3f& p : mesh.vertices_O) {
     p = BentPoint(field, X_FO * Vec3(p.cast<double>())).cast<float>();
@@ -47,7 +47,7 @@ TriangleMesh Bent(TriangleMesh mesh, const BendField& field, const Pose& X_FO) {
   return mesh;
 }
 
-/// Two shells in one file, the second one moved.
+/// Two shells in one mesh, the second one shifted.
 TriangleMesh Together(TriangleMesh one, const TriangleMesh& other, const Vec3f& by) {
   const auto before = static_cast<std::uint32_t>(one.vertices_O.size());
   for (const Vec3f& p : other.vertices_O) one.vertices_O.emplace_back(p + by);
@@ -64,7 +64,7 @@ TriangleMesh TurnedOver(TriangleMesh mesh) {
 
 }  // namespace
 
-TEST_CASE("two triangles that cross: up to where they do on a way, by trying it") {
+TEST_CASE("the exit of intersecting triangles agrees with trial positions") {
   std::mt19937 random(17);
   std::uniform_real_distribution<double> in(-1, 1);
   const auto any = [&] { return Vec3(in(random), in(random), in(random)); };
@@ -72,7 +72,7 @@ TEST_CASE("two triangles that cross: up to where they do on a way, by trying it"
   for (int i = 0; i < 3000; ++i) {
     Corners a = {any(), any(), any()}, b = {any(), any(), any()};
     Vec3 way = any();
-    if (i % 10 == 0) {  // in one plane, and along it
+    if (i % 10 == 0) {  // coplanar, moved within the plane
       for (Corners* const one : {&a, &b}) {
         for (Vec3& p : *one) p.z() = 0.5;
       }
@@ -92,7 +92,7 @@ TEST_CASE("two triangles that cross: up to where they do on a way, by trying it"
     CHECK(exit.normal.dot(way) > 0);
   }
   CHECK(crossing > 300);
-  // They lie in one another's planes, and cross along a line of known ends.
+  // The triangles intersect along a segment with known ends.
   const Corners flat = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   const Corners upright = {Vec3(0.2, 0.2, -1), Vec3(0.4, 0.2, -1), Vec3(0.3, 0.2, 1)};
   REQUIRE(MiddleOfCrossing(flat, upright));
@@ -100,8 +100,8 @@ TEST_CASE("two triangles that cross: up to where they do on a way, by trying it"
   CHECK_FALSE(MiddleOfCrossing(flat, flat));
 }
 
-TEST_CASE("two spheres: distance, nearest points, depth and way out along the centres") {
-  // Every vertex lies on the sphere; between them the surface is less than 0.15 mm inside it.
+TEST_CASE("two spheres: distance, nearest points, and depth along the line of centres") {
+  // All vertices are on the sphere; in between the surface is less than 0.15 mm inside it.
   constexpr double kSag_m = 1.5e-4;
   const CheckedMesh mesh = Checked(Sphere(0.2F, 90, 180));
   std::mt19937 random(3);
@@ -134,7 +134,7 @@ TEST_CASE("two spheres: distance, nearest points, depth and way out along the ce
   }
 }
 
-TEST_CASE("a peg over a plate, in it, and through an edge of it") {
+TEST_CASE("a peg above a plate, in it, and through its edge") {
   const CheckedMesh plate = Checked(Cuboid({1, 1, 0.2F})),
                     peg = Checked(Cuboid({0.1F, 0.1F, 0.4F}));
   std::mt19937 random(5);
@@ -160,7 +160,7 @@ TEST_CASE("a peg over a plate, in it, and through an edge of it") {
   }
 }
 
-TEST_CASE("an object wholly inside another is interference; in an open shell it is not") {
+TEST_CASE("an object entirely inside another is interference, except in an open shell") {
   Interference scene;
   const std::size_t inner = scene.Add(Checked(Sphere(0.05F, 12, 24)), {}, 1, false);
   const std::size_t outer = scene.Add(Checked(Cuboid({1, 1, 1})), {}, 1, false);
@@ -181,7 +181,7 @@ TEST_CASE("an object wholly inside another is interference; in an open shell it 
         Approx(std::sqrt(0.04 + 0.01125) - 0.05).margin(1e-3));
 }
 
-TEST_CASE("shells in one file: what two of them hold is inside, a cavity is not") {
+TEST_CASE("several shells in one mesh: overlaps are inside, a cavity is not") {
   const TriangleMesh large = Cuboid({1, 1, 1}), small = Cuboid({0.5F, 0.5F, 0.5F});
   const auto holds = [](const TriangleMesh& shells, const Vec3& p_W) {
     Interference scene;
@@ -200,18 +200,18 @@ TEST_CASE("shells in one file: what two of them hold is inside, a cavity is not"
     CHECK_FALSE(holds(shells, {0.9, 0.1, 0.05}));
   }
   const Vec3 middle(0.01, 0.02, 0.03);
-  CHECK(holds(Together(large, small, Vec3f::Zero()), middle));  // a body in a body
+  CHECK(holds(Together(large, small, Vec3f::Zero()), middle));  // one body inside another
   const TriangleMesh hollow = Together(large, TurnedOver(small), Vec3f::Zero());
   CHECK_FALSE(holds(hollow, middle));
   CHECK(holds(hollow, {0.4, 0.02, 0.03}));
-  // One triangle the wrong way: nothing winds, parity decides.
+  // One reversed triangle: parity decides instead of the winding number.
   TriangleMesh torn = hollow;
   std::swap(torn.triangles[0][1], torn.triangles[0][2]);
   CHECK_FALSE(holds(torn, middle));
   CHECK(holds(torn, {0.4, 0.02, 0.03}));
 }
 
-TEST_CASE("a bent mesh measures as one that was built bent") {
+TEST_CASE("a bent mesh gives the same distances as a mesh built bent") {
   const BendField field = Hanging();
   const Pose X_FO{RotationFromRollPitchYaw({0.1, 0.2, 0.3}), Vec3(0.02, 0.01, 0.5)};
   const TriangleMesh tool = Sphere(0.45F, 24, 36);
@@ -244,7 +244,7 @@ TEST_CASE("a bent mesh measures as one that was built bent") {
   CHECK(scene.PointOf(a, p_O).isApprox(X_FO * p_O, 1e-12));
 }
 
-TEST_CASE("what was nearest before does not mislead: leaps, touching and apart by turns") {
+TEST_CASE("the nearest triangles of the previous call do not affect the result") {
   const CheckedMesh mesh = Checked(Sphere(0.2F, 12, 20));
   Interference scene;
   const std::size_t a = scene.Add(mesh, {}, 1, false), b = scene.Add(mesh, {}, 1, false);
@@ -265,7 +265,7 @@ TEST_CASE("what was nearest before does not mislead: leaps, touching and apart b
   }
 }
 
-TEST_CASE("a point's distance to a cuboid") {
+TEST_CASE("distance of a point to a cuboid") {
   Interference scene;
   const std::size_t box = scene.Add(Checked(Cuboid({0.2F, 0.4F, 0.6F})), {}, 1, false);
   std::mt19937 random(11);
@@ -281,7 +281,7 @@ TEST_CASE("a point's distance to a cuboid") {
   }
 }
 
-TEST_CASE("an approach path is swept to the first contact, thin things are not passed through") {
+TEST_CASE("a sweep stops at the first contact and does not pass through thin objects") {
   Interference scene;
   const Pose X_KO{RotationFromRollPitchYaw({0, 0, 0.5}), Vec3(0.1, 0, 0)};
   const std::size_t module = scene.Add(Checked(Sphere(0.1F, 60, 80)), X_KO, 1, false);
@@ -293,7 +293,7 @@ TEST_CASE("an approach path is swept to the first contact, thin things are not p
   const SweepResult hit = scene.Sweep(module, {}, path, {far, wall});
   CHECK(hit.hits);
   CHECK(hit.other == 1);
-  // Contact is found at most a step late.
+  // Contact is found at most one step late.
   CHECK(hit.travelled_m == Approx(1.399).margin(1.1e-3));
   CHECK(hit.p_W.x() == Approx(0.499).margin(1.1e-3));
   CHECK(hit.least_m == 0);

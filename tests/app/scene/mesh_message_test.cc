@@ -1,4 +1,4 @@
-// The answer of the process that reads meshes, whole and damaged.
+// Codec of plumbline-mesh's response, complete and damaged.
 #include "app/scene/mesh_message.h"
 
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("an answer comes back as it was sent, and no part of it is one") {
+TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   RawMesh raw;
   raw.mesh = test::Cuboid({1, 2, 3});
   raw.other_elements = 5;
@@ -34,7 +34,7 @@ TEST_CASE("an answer comes back as it was sent, and no part of it is one") {
   CHECK_FALSE(MeshAnswerOfBytes(bytes, {.triangles = 11}));
 }
 
-TEST_CASE("a reason is printable, and not endless") {
+TEST_CASE("an error text is made printable and limited in length") {
   const auto told = [](const std::string& why) {
     const auto answer = MeshAnswerOfBytes(BytesOfMeshAnswer(Result<RawMesh>(Error{why})), {});
     REQUIRE(answer);
@@ -46,7 +46,7 @@ TEST_CASE("a reason is printable, and not endless") {
   CHECK_FALSE(MeshAnswerOfBytes(BytesOfMeshAnswer(Result<RawMesh>(Error{""})), {}));
 }
 
-TEST_CASE("counts that no memory holds are no answer") {
+TEST_CASE("implausible counts are refused") {
   RawMesh raw;
   raw.mesh = test::Cuboid({1, 2, 3});
   auto bytes = BytesOfMeshAnswer(raw);

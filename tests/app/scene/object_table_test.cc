@@ -1,4 +1,4 @@
-// The object table: the example as it is delivered, every fault, and edits while it runs.
+// Object table: the shipped example, every fault, and edits at run time.
 #include "app/scene/object_table.h"
 
 #include <fmt/format.h>
@@ -105,7 +105,7 @@ bool ReadTable(const std::string& text, FaultList& faults) {
 
 }  // namespace
 
-TEST_CASE("every key arrives where it belongs, in SI") {
+TEST_CASE("every key is read and converted to SI") {
   FaultList faults;
   const TagDatabase tags = Tags();
   const auto table = ObjectTableFromText(kTable, "/etc/cell/objects.toml", &tags, faults);
@@ -149,34 +149,34 @@ TEST_CASE("every key arrives where it belongs, in SI") {
   CHECK(table->distances[1].from.place == 2);
 }
 
-TEST_CASE("each fault with its line, and what was meant") {
+TEST_CASE("each fault is reported with its line and a suggestion") {
   ExpectOneFaultEach(
       kTable, "objects.toml",
       {{"schema = 1", "schema = 2", "schema: 2 is outside 1..1"},
        {"normal = [0.0, 3.0, 4.0]", "normal = [0.0, 0.0, 0.0]",
-        "clip.normal: [0, 0, 0] has no direction"},
+        "clip.normal: [0, 0, 0] has zero length"},
        {"number = 7", "number = 2", "object[3].number: 2 is the number of another object"},
        {"name = \"approach\"", "name = \"axis\"",
-        "line[2].name: \"axis\" stands in another table of this kind already"},
+        "line[2].name: \"axis\" is used by another table of this kind"},
        {"unit = \"inch\"", "unit = \"furlong\"",
-        "object[1].unit: \"furlong\" is none of um, mm, cm, m, inch, ft"},
+        "object[1].unit: \"furlong\" must be one of um, mm, cm, m, inch, ft"},
        {"unit = \"inch\"", "", "@9 object[1].unit: missing; expected a text in quotes"},
        {"file = \"part.glb\"", "file = \"part.step\"",
-        "object[3].file: \"part.step\" ends in none of .wrl, .stl, .obj, .ply, .gltf, .glb"},
+        "object[3].file: \"part.step\" must end in one of .wrl, .stl, .obj, .ply, .gltf, .glb"},
        {"on = { tag = 17 }", "on = { tag = 16 }",
-        "object[3].on.tag: 16 is not a tag of the file of tags and bodies; the nearest of 4 is 17"},
+        "object[3].on.tag: 16 is not defined in the file of tags and bodies; the nearest of 4 is "
+        "17"},
        {"on = { tag = 17 }", "on = { body = \"griper\" }",
-        "object[3].on.body: \"griper\" is not a body of the file of tags and bodies; did you mean "
+        "object[3].on.body: \"griper\" is not defined in the file of tags and bodies; did you mean "
         "\"gripper\"?"},
        {"on = { tag = 17 }", "on = { frame = \"flansch\" }",
         "object[3].on.frame: \"flansch\" is not one of \"world\", \"base\", \"flange\""},
        {"on = { tag = 17 }", "on = { tag = 17, frame = \"world\" }",
-        "object[3].on: takes one of body = \"...\", tag = ..., frame = \"world\", \"base\" or "
-        "\"flange\""},
+        "object[3].on: needs exactly one of body = \"...\", tag = ..., frame = \"world\", \"base\" "
+        "or \"flange\""},
        {"occludes = true", "bends = true",
-        "object[2].bends: true needs on = { frame = \"flange\" }: what stands on tags is seen "
-        "where "
-        "the bent tool carries it"},
+        "object[2].bends: true needs on = { frame = \"flange\" }: an object on a tag or "
+        "body is already drawn where the bent tool carries it"},
        {"scale = 2.0", "scale = -1.0", "object[1].scale: -1 is outside 0.001..1000"},
        {"visible = false", "visble = false",
         "object[2].visble: unknown key; did you mean \"visible\"?"},
@@ -198,11 +198,11 @@ TEST_CASE("each fault with its line, and what was meant") {
        {"to = \"bracket\"\n[[distance]]", "to = \"brackett\"\n[[distance]]",
         "distance[1].to: \"brackett\" is neither a point nor an object; did you mean \"bracket\"?"},
        {"from = \"part\"", "from = \"bracket\"",
-        "@67 distance[2].to: \"bracket\" is where it starts from"}},
+        "@67 distance[2].to: \"bracket\" is the same as from"}},
       ReadTable);
 }
 
-TEST_CASE("all faults at once; without a file of tags those are not checked") {
+TEST_CASE("all faults are reported at once; without a tag file tags are not checked") {
   FaultList faults;
   CHECK_FALSE(
       ReadTable("[[object]]\nname = \"a\"\n[[line]]\nname = \"b\"\nagainst = [\"a\"]\n", faults));
@@ -216,7 +216,8 @@ TEST_CASE("all faults at once; without a file of tags those are not checked") {
   CHECK(ObjectTableFromText(kTable, "objects.toml", nullptr, none));
 }
 
-TEST_CASE("the example fits its tags, and its meshes are closed bodies of the size they say") {
+TEST_CASE(
+    "the example table matches its tag file, and its meshes are closed bodies of their size") {
   FaultList faults;
   const auto bodies = ReadTextFile("config/bodies.toml"),
              text = ReadTextFile("config/objects.toml");
@@ -239,47 +240,47 @@ TEST_CASE("the example fits its tags, and its meshes are closed bodies of the si
   }
 }
 
-TEST_CASE("a table is read again when it was saved; a faulty edit keeps the former one") {
+TEST_CASE("a saved table is read again; a faulty one leaves the previous table in use") {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() + "/objects.toml";
   const auto save = [&path](const std::string& text) { std::ofstream(path) << text; };
   const TagDatabase tags = Tags();
   ObjectTableFile file(path, &tags);
-  const auto missing = file.Look();
+  const auto missing = file.Poll();
   REQUIRE(missing);
   CHECK_FALSE(missing->accepted);
   CHECK_THAT(FaultsText(missing->faults), Catch::Contains("cannot be read"));
-  CHECK_FALSE(file.Look());
+  CHECK_FALSE(file.Poll());
   CHECK_FALSE(file.table());
 
   save(kTable);
-  CHECK_FALSE(file.Look());  // it may not be whole yet
-  const auto first = file.Look();
+  CHECK_FALSE(file.Poll());  // may be incomplete
+  const auto first = file.Poll();
   REQUIRE(first);
   CHECK(first->accepted);
   CHECK(file.table()->objects.size() == 3);
-  CHECK_FALSE(file.Look());
+  CHECK_FALSE(file.Poll());
 
   save("schema = 1\n[[object]]\nname = \"half");
-  CHECK_FALSE(file.Look());
-  const auto faulty = file.Look();
+  CHECK_FALSE(file.Poll());
+  const auto faulty = file.Poll();
   REQUIRE(faulty);
   CHECK_FALSE(faulty->accepted);
   CHECK(faulty->faults.HasFaults());
   CHECK(file.table()->objects.size() == 3);
-  CHECK_FALSE(file.Look());
+  CHECK_FALSE(file.Poll());
 
   save("schema = 1\n");
-  file.Look();
-  const auto empty = file.Look();
+  file.Poll();
+  const auto empty = file.Poll();
   REQUIRE(empty);
   CHECK(empty->accepted);
-  CHECK_FALSE(empty->faults.All().empty());  // a warning: nothing is shown
+  CHECK_FALSE(empty->faults.All().empty());  // a warning: no objects
   CHECK(file.table()->objects.empty());
 
   std::filesystem::remove(path);
-  file.Look();
-  const auto gone = file.Look();
+  file.Poll();
+  const auto gone = file.Poll();
   REQUIRE(gone);
   CHECK_FALSE(gone->accepted);
   CHECK(file.table());

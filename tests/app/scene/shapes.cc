@@ -75,7 +75,7 @@ std::string Base64(const std::string& bytes) {
   return text;
 }
 
-/// The bytes that glTF describes: vertices, then indices.
+/// Binary buffer of a glTF file: vertices, then indices.
 std::string GltfBuffer(const TriangleMesh& mesh) {
   std::string buffer;
   for (const Vec3f& p : mesh.vertices_O) buffer += BytesOf(p);

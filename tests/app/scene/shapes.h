@@ -1,4 +1,4 @@
-// Meshes with known measures, and as files of every format.
+// Meshes of known geometry, also as files of every format.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace plumbline::test {
 
-/// A cuboid about the origin, 12 triangles that face outwards.
+/// A cuboid centred at the origin, 12 triangles facing outwards.
 TriangleMesh Cuboid(const Vec3f& size);
 
-/// A sphere about the origin: 2 segments (rings - 1) triangles, every vertex at `radius`.
+/// A sphere centred at the origin: 2 segments (rings - 1) triangles, all vertices at `radius`.
 TriangleMesh Sphere(float radius, int rings, int segments);
 
-/// The mesh as a file: .wrl as IndexedFaceSet, binary .stl, .obj, ASCII .ply, glTF with its buffer
-/// in it, .glb.
+/// The mesh as a file: .wrl with an IndexedFaceSet, binary .stl, .obj, ASCII .ply, .gltf with an
+/// embedded buffer, .glb.
 std::string MeshFileText(const TriangleMesh& mesh, MeshFormat format);
-std::string StlText(const TriangleMesh& mesh);        ///< the form of STL that is text
+std::string StlText(const TriangleMesh& mesh);        ///< text STL
 std::string BinaryPlyText(const TriangleMesh& mesh);  ///< little-endian
 
 }  // namespace plumbline::test

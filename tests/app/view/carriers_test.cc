@@ -5,7 +5,7 @@
 using namespace plumbline;
 using namespace plumbline::test;
 
-TEST_CASE("the cell's frame from its marks, the tip where the loaded arm has it") {
+TEST_CASE("the cell frame follows from the cell tags, the tip from the loaded arm") {
   ViewScene scene;
   const Carriers carriers = scene.Placed();
   REQUIRE(carriers.world);
@@ -22,7 +22,7 @@ TEST_CASE("the cell's frame from its marks, the tip where the loaded arm has it"
   const Vec3 tip_C = carriers.flange->X_CK * tip_F;
   CHECK((tip_C - scene.X_CW * loaded.X_WT.p).norm() < 1e-5);
   CHECK((tip_C - Vec3(0.02, -0.03, 1.5)).norm() < 1e-5);
-  // The nominal tip is where the controller believes it is: millimetres away.
+  // The nominal tip is where the controller assumes it to be: millimetres away.
   CHECK((carriers.tool->tip_nominal_W - scene.model->arm.UnloadedTip(scene.state.q).p).norm() <
         1e-9);
   CHECK((carriers.tool->tip_nominal_W - carriers.tool->tip_W).norm() > 1e-3);
@@ -35,7 +35,7 @@ TEST_CASE("the cell's frame from its marks, the tip where the loaded arm has it"
   CHECK((in_world->p - kMarksInW.p).norm() < 1e-9);
 }
 
-TEST_CASE("what is hidden stays for a moment, is stale, and is forgotten; the cell's frame stays") {
+TEST_CASE("a hidden carrier becomes stale, then is dropped; the cell frame is kept") {
   ViewScene scene;
   scene.Placed();
   scene.state.cameras[0].bodies.clear();
@@ -58,7 +58,7 @@ TEST_CASE("what is hidden stays for a moment, is stale, and is forgotten; the ce
   CHECK_FALSE(after_5_s.InWorld({Carrier::Kind::kBase, "", 0}));
 }
 
-TEST_CASE("another lens forgets all that was seen through the former") {
+TEST_CASE("a new lens drops every pose estimated with the previous one") {
   ViewScene scene;
   scene.Placed();
   scene.state.cameras[0].bodies.clear();
@@ -70,7 +70,7 @@ TEST_CASE("another lens forgets all that was seen through the former") {
   CHECK(carriers.bodies.empty());
 }
 
-TEST_CASE("a lens that is not valid, an old image, an untrusted robot: stale") {
+TEST_CASE("an invalid lens, an old image or an untrusted robot reading makes carriers stale") {
   ViewScene scene;
   SECTION("lens") {
     scene.state.cameras[0].status.state = ZoomState::kMoving;
@@ -112,11 +112,11 @@ TEST_CASE("a lens that is not valid, an old image, an untrusted robot: stale") {
   }
 }
 
-TEST_CASE("the model is the version that the daemon has in force, and nothing is written") {
+TEST_CASE("the viewer reads the model version that the daemon has in force and writes nothing") {
   ViewScene scene;
   FaultList faults;
   CHECK_FALSE(ReadViewModel(scene.ConfigFile(), 3, faults));
-  CHECK_THAT(FaultsText(faults), Catch::Contains("version 3 is in force, but cannot be read"));
+  CHECK_THAT(FaultsText(faults), Catch::Contains("model version 3 is in force but cannot be read"));
   CHECK_FALSE(std::filesystem::exists(scene.folder.path() + "/state"));
 
   std::filesystem::create_directories(scene.folder.path() + "/state/models");
@@ -133,14 +133,14 @@ TEST_CASE("the model is the version that the daemon has in force, and nothing is
 
 namespace {
 
-/// A second camera, to the right of the first and turned towards the same place.
+/// A second camera, to the right of the first and turned towards the same spot.
 const Pose kRearFromSide{RotationFromVector(Vec3(0, 0.5, 0)), Vec3(-0.7, 0, 0.2)};
 
-/// The scene with it; it sees the cell alone.
-struct TwoEyes : ViewScene {
+/// The scene with this second camera, which sees only the cell.
+struct TwoCameras : ViewScene {
   std::array<CarrierMemory, 2> memories;
 
-  TwoEyes() {
+  TwoCameras() {
     state.cameras.push_back(state.cameras[0]);
     ViewCamera& rear = state.cameras[1];
     rear.lens->fx = 2400;
@@ -150,7 +150,7 @@ struct TwoEyes : ViewScene {
   std::vector<Carriers> Placed(double now_s = kNow_s) {
     std::vector<Carriers> placed;
     for (std::size_t k = 0; k < 2; ++k) {
-      placed.push_back(memories[k].Take(state, k, &*model, now_s));
+      placed.push_back(memories[k].Update(state, k, &*model, now_s));
     }
     return placed;
   }
@@ -160,47 +160,47 @@ const Carrier kGripper{Carrier::Kind::kBody, "gripper", 0}, kTag{Carrier::Kind::
 
 }  // namespace
 
-TEST_CASE("what one camera sees is placed in the other's picture, by the cell that both see") {
-  TwoEyes scene;
-  std::vector<Carriers> eyes = scene.Placed();
-  CHECK(eyes[1].Find(kGripper) == nullptr);
-  const Pose own = eyes[0].Find(kGripper)->X_CK;
-  ShareSights(eyes);
+TEST_CASE("a body seen by one camera is placed in the other's picture through the cell frame") {
+  TwoCameras scene;
+  std::vector<Carriers> cameras = scene.Placed();
+  CHECK(cameras[1].Find(kGripper) == nullptr);
+  const Pose own = cameras[0].Find(kGripper)->X_CK;
+  ShareDetections(cameras);
   for (const Carrier& carrier : {kGripper, kTag}) {
-    const PlacedCarrier* const lent = eyes[1].Find(carrier);
+    const PlacedCarrier* const lent = cameras[1].Find(carrier);
     REQUIRE(lent != nullptr);
     CHECK_FALSE(lent->stale);
-    const Pose expected = kRearFromSide * eyes[0].Find(carrier)->X_CK;
+    const Pose expected = kRearFromSide * cameras[0].Find(carrier)->X_CK;
     CHECK((lent->X_CK.p - expected.p).norm() < 1e-9);
     CHECK((lent->X_CK.R - expected.R).norm() < 1e-9);
   }
-  CHECK(eyes[0].Find(kGripper)->X_CK.p == own.p);
+  CHECK(cameras[0].Find(kGripper)->X_CK.p == own.p);
 
-  SECTION("what it sees itself stays as it sees it") {
+  SECTION("its own detections are not replaced") {
     scene.state.cameras[1].bodies.push_back({"gripper", {Mat3::Identity(), Vec3(9, 9, 9)}, false});
-    eyes = scene.Placed();
-    ShareSights(eyes);
-    CHECK(eyes[1].Find(kGripper)->X_CK.p == Vec3(9, 9, 9));
-    CHECK(eyes[0].Find(kGripper)->X_CK.p == own.p);
+    cameras = scene.Placed();
+    ShareDetections(cameras);
+    CHECK(cameras[1].Find(kGripper)->X_CK.p == Vec3(9, 9, 9));
+    CHECK(cameras[0].Find(kGripper)->X_CK.p == own.p);
   }
-  SECTION("nothing is given by a camera whose lens is stale, or taken by one") {
+  SECTION("a camera with a stale lens neither contributes nor receives") {
     for (const std::size_t stale : {0, 1}) {
       scene.state.cameras[stale].status.state = ZoomState::kStale;
-      eyes = scene.Placed();
-      ShareSights(eyes);
-      CHECK(eyes[1].Find(kGripper) == nullptr);
+      cameras = scene.Placed();
+      ShareDetections(cameras);
+      CHECK(cameras[1].Find(kGripper) == nullptr);
       scene.state.cameras[stale].status.state = ZoomState::kValid;
     }
   }
 }
 
-TEST_CASE("in the measurement frame a thing stands where it is seen largest") {
-  TwoEyes scene;
-  const auto gripper_W = [&] { return InMeasurementFrame(scene.Placed()).InWorld(kGripper); };
+TEST_CASE("in the measurement frame the camera with the highest resolution determines a pose") {
+  TwoCameras scene;
+  const auto gripper_W = [&] { return MergeInMeasurementFrame(scene.Placed()).InWorld(kGripper); };
   const Vec3 by_side = scene.X_CW.Inverse() * scene.state.cameras[0].bodies[1].X_CK.p;
   REQUIRE(gripper_W());
   CHECK((gripper_W()->p - by_side).norm() < 1e-9);
-  // The rear one sees it too, a little elsewhere: its focal length is longer, and it is nearer.
+  // The rear camera sees it 1 mm away; it is nearer and has a longer focal length.
   Pose X_RK = kRearFromSide * scene.state.cameras[0].bodies[1].X_CK;
   X_RK.p.y() += 0.001;
   scene.state.cameras[1].bodies.push_back({"gripper", X_RK, false});
@@ -212,10 +212,10 @@ TEST_CASE("in the measurement frame a thing stands where it is seen largest") {
   CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
   scene.state.cameras[1].status.state = ZoomState::kStale;
   CHECK_FALSE(gripper_W());
-  // Of one camera it is what that one sees.
+  // With a single camera, its detections are used unchanged.
   ViewScene one;
   const Carriers own = one.Placed();
-  const Carriers merged = InMeasurementFrame(std::span(&own, 1));
+  const Carriers merged = MergeInMeasurementFrame(std::span(&own, 1));
   for (const Carrier& carrier : {kGripper, kTag, Carrier{Carrier::Kind::kBase, "", 0},
                                  Carrier{Carrier::Kind::kFlange, "", 0}}) {
     REQUIRE(merged.InWorld(carrier));

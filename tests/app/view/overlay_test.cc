@@ -1,4 +1,4 @@
-// The overlay's list against projections that share no code with it.
+// Overlay display list, checked against projections that share no code with it.
 #include "app/view/overlay.h"
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ struct Composed {
   PictureLayout layout;
 
   Composed(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
-           const Measured* measured = nullptr)
+           const SceneMeasurements* measured = nullptr)
       : carriers(scene.Placed()), layout(LayoutOf(size)) {
     facts.state = &scene.state;
     facts.carriers = std::span(&carriers, 1);
@@ -65,7 +65,7 @@ ObjectTable Table() {
 
 }  // namespace
 
-TEST_CASE("the picture's pinhole is the lens, scaled: pixels keep their places") {
+TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep their positions") {
   // An independent camera without distortion: the truth renderer's.
   const Lens lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
   renderer::Camera straight;
@@ -96,7 +96,7 @@ TEST_CASE("the picture's pinhole is the lens, scaled: pixels keep their places")
   }
 }
 
-TEST_CASE("objects stand on their carriers; what bends is told so; what is hidden is not there") {
+TEST_CASE("objects are drawn on their carriers, bent if configured, and omitted if hidden") {
   ViewScene scene;
   const ObjectTable table = Table();
   const Composed composed(scene, {1280, 720}, &table);
@@ -120,7 +120,7 @@ TEST_CASE("objects stand on their carriers; what bends is told so; what is hidde
   CHECK(composed.list.background.lens->k1 == -0.08);
 }
 
-TEST_CASE("assembly points: where taught, where hit without correction, and with it") {
+TEST_CASE("assembly points show the taught position, the uncorrected tip and the 95 % radius") {
   ViewScene scene("exaggeration = 20.0\n");
   const Composed composed(scene, {1280, 720});
   CHECK(composed.list.exaggeration == 20);
@@ -140,10 +140,10 @@ TEST_CASE("assembly points: where taught, where hit without correction, and with
     return one.points_C.size() > 8 &&
            std::abs((one.points_C[3] - taught_C).norm() - 20 * 0.0003) < 1e-9;
   }));
-  CHECK(composed.Labelled("assembly 1: corrected 4.15 mm, ±0.30 mm (measured)"));
+  CHECK(composed.Labelled("assembly 1: corrected by 4.15 mm, ±0.30 mm (95 %, measured)"));
 }
 
-TEST_CASE("a point without correction is told, not drawn as if it had one") {
+TEST_CASE("a point without a valid correction is labelled so") {
   ViewScene scene;
   scene.state.points[1].valid = false;
   scene.state.points[1].code = CorrectionCode::kUnreachable;
@@ -151,7 +151,7 @@ TEST_CASE("a point without correction is told, not drawn as if it had one") {
   CHECK(composed.Labelled("assembly 2: no correction"));
 }
 
-TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
+TEST_CASE("stale objects are grey; objects without a pose are not drawn") {
   ViewScene scene;
   const ObjectTable table = Table();
   const Colour grey = Greyed({1, 1, 1, 1});
@@ -160,7 +160,7 @@ TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
     const Composed composed(scene, {1280, 720}, &table);
     for (const DrawnMesh& mesh : composed.list.meshes) CHECK(mesh.colour.r == grey.r);
     for (const DrawnLine& line : composed.list.lines) CHECK(line.colour.r == grey.r);
-    CHECK_FALSE(StaleBecause(composed.facts).empty());
+    CHECK_FALSE(StaleReasons(composed.facts).empty());
   }
   SECTION("robot: the tool alone") {
     scene.state.alarms = alarm::kRobotStale;
@@ -177,11 +177,11 @@ TEST_CASE("stale things are grey, things that cannot be placed are not drawn") {
   }
   SECTION("nothing wrong") {
     const Composed composed(scene, {1280, 720}, &table);
-    CHECK(StaleBecause(composed.facts).empty());
+    CHECK(StaleReasons(composed.facts).empty());
   }
 }
 
-TEST_CASE("the tool without load: behind the loaded one or beside it") {
+TEST_CASE("the unloaded tool is drawn behind the loaded one or beside it") {
   const ObjectTable table = Table();
   ViewScene behind("nominal = \"behind\"\n"), beside("nominal = \"beside\"\n");
   const Composed first(behind, {1280, 720}, &table), second(beside, {1280, 720}, &table);
@@ -206,9 +206,9 @@ TEST_CASE("a clip plane follows its carrier") {
   CHECK(composed.list.clip->normal_C.dot(on_it) == Approx(composed.list.clip->distance_m));
 }
 
-TEST_CASE("interference is called out where it is; old results are not") {
+TEST_CASE("interference is labelled at its location; outdated results are not drawn") {
   ViewScene scene;
-  Measured measured;
+  SceneMeasurements measured;
   measured.time_s = ViewScene::kNow_s - 0.1;
   MeasuredPair pair{"gripper", "car body", 1, 2, Nearness::kInterference, Separation{}};
   pair.separation->touching = true;

@@ -9,7 +9,7 @@ using namespace plumbline::test;
 
 namespace {
 
-/// Letters as wide as a font's widest would be too wide for truth; 0.6 em is the middle.
+/// Text width with 0.6 em a character, a typical mean of proportional fonts.
 float WidthOf(const std::string& text, float height_px) {
   float letters = 0;
   for (const char byte : text) letters += (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
@@ -23,12 +23,12 @@ struct Drawn {
   DisplayList list;
 
   Drawn(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
-        const Measured* measured = nullptr)
+        const SceneMeasurements* measured = nullptr)
       : layout(LayoutOf(size)) {
     facts.shown.clear();
     for (std::size_t k = 0; k < scene.state.cameras.size(); ++k) {
       CarrierMemory memory;
-      carriers.push_back(memory.Take(scene.state, k, &*scene.model, ViewScene::kNow_s));
+      carriers.push_back(memory.Update(scene.state, k, &*scene.model, ViewScene::kNow_s));
       facts.shown.push_back(k);
     }
     facts.state = &scene.state;
@@ -47,7 +47,7 @@ struct Drawn {
   }
 };
 
-/// What a text covers.
+/// The area that a text covers.
 Area Of(const DrawnText& text) {
   return {text.x, text.y - text.height_px, WidthOf(text.text, text.height_px),
           1.25F * text.height_px};
@@ -93,7 +93,7 @@ void MakeEverythingLong(ViewScene& scene) {
 
 }  // namespace
 
-TEST_CASE("nothing overlaps and nothing leaves the picture, at any size, however much there is") {
+TEST_CASE("no text overlaps another or leaves the picture, at any size and amount of text") {
   for (const ImageSize size : {ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
     ViewScene plain("exaggeration = 10.0\nstress = true\n"), full("exaggeration = 10.0\n");
     ExpectTidy(Drawn(plain, size));
@@ -102,7 +102,7 @@ TEST_CASE("nothing overlaps and nothing leaves the picture, at any size, however
   }
 }
 
-TEST_CASE("text is at least 12 px high, and a 38th of the picture") {
+TEST_CASE("text is 1/38 of the picture height, at least 12 px") {
   CHECK(LayoutOf({640, 480}).em >= 12);
   CHECK(LayoutOf({1920, 1080}).em >= 28);
   ViewScene scene;
@@ -110,9 +110,9 @@ TEST_CASE("text is at least 12 px high, and a 38th of the picture") {
   for (const DrawnText& text : drawn.list.texts) CHECK(text.height_px >= 12);
 }
 
-TEST_CASE("a text that is too long ends in an ellipsis, between letters") {
+TEST_CASE("a text that is too long is cut between characters and ends in an ellipsis") {
   const auto fitted = [](const std::string& text, float letters) {
-    return Fitted(text, 10, letters * 6, WidthOf);
+    return Elided(text, 10, letters * 6, WidthOf);
   };
   CHECK(fitted("short", 5) == "short");
   CHECK(fitted("longer", 5) == "long…");
@@ -123,7 +123,7 @@ TEST_CASE("a text that is too long ends in an ellipsis, between letters") {
   CHECK(fitted("", 5).empty());
 }
 
-TEST_CASE("a text in lines: divided between words, a word too long is left whole") {
+TEST_CASE("lines break between words; a word that is too long is not broken") {
   const auto wrapped = [](const std::string& text, float letters) {
     return Wrapped(text, 10, letters * 6, WidthOf);
   };
@@ -134,7 +134,7 @@ TEST_CASE("a text in lines: divided between words, a word too long is left whole
   CHECK(wrapped("", 5) == Lines{""});
 }
 
-TEST_CASE("what somebody should act on is written in full, in as many rows as it takes") {
+TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   ViewScene scene;
   scene.state.cameras[0].status.state = ZoomState::kStale;
   scene.state.cameras[0].status.reason = ZoomReason::kMarksBad;
@@ -149,10 +149,10 @@ TEST_CASE("what somebody should act on is written in full, in as many rows as it
   CHECK(column.find("stale: " + reason) != std::string::npos);
   ViewScene full;
   MakeEverythingLong(full);
-  CHECK(Drawn(full, {640, 480}).Says("…"));  // what is cut says so
+  CHECK(Drawn(full, {640, 480}).Says("…"));  // a cut text is marked
 }
 
-TEST_CASE("all is well: one word, and every panel") {
+TEST_CASE("without faults the headline is OK and every panel is shown") {
   ViewScene scene;
   const Drawn drawn(scene, {1920, 1080});
   CHECK(drawn.Says("OK"));
@@ -161,15 +161,15 @@ TEST_CASE("all is well: one word, and every panel") {
     CAPTURE(title);
     CHECK(drawn.Says(title));
   }
-  CHECK(drawn.Says("valid: the marks are in place"));
-  CHECK(drawn.Says("3 seen, threshold by the light"));
+  CHECK(drawn.Says("valid: tags in place"));
+  CHECK(drawn.Says("3 visible, threshold automatic"));
   CHECK(drawn.Says("assembly 1: 4.15 ±0.30 measured"));
   CHECK(drawn.Says("the zoom changed"));
   CHECK_FALSE(drawn.Says("STALE"));
-  CHECK_FALSE(drawn.Says("deflection shown"));
+  CHECK_FALSE(drawn.Says("exaggerated"));
 }
 
-TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
+TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are shown") {
   SECTION("lens, and the prompt of a calibration") {
     ViewScene scene;
     scene.state.cameras[0].status.state = ZoomState::kCalibrating;
@@ -177,9 +177,9 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     scene.state.cameras[0].status.prompt = BoardPrompt::kTiltLeft;
     scene.state.cameras[0].status.board_views = 7;
     const Drawn drawn(scene, {1280, 720});
-    CHECK(drawn.Says("STALE: the lens is calibrating"));
+    CHECK(drawn.Says("STALE: lens calibrating"));
     CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
-    CHECK(drawn.Says("7 of 20 views so far"));
+    CHECK(drawn.Says("7 of 20 views recorded"));
   }
   SECTION("alarm") {
     ViewScene scene;
@@ -188,20 +188,20 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("ALARM: robot input stale"));
     CHECK(drawn.Says("→ check the cable to the robot"));
-    CHECK(drawn.Says("STALE: the robot's joints are not known"));
+    CHECK(drawn.Says("STALE: no current robot joint positions"));
   }
   SECTION("a point in a posture that is not the taught one") {
     ViewScene scene;
-    CHECK_FALSE(Drawn(scene, {1920, 1080}).Says("other posture"));
+    CHECK_FALSE(Drawn(scene, {1920, 1080}).Says("not the taught posture"));
     scene.state.points[1].differs = true;
-    CHECK(Drawn(scene, {1920, 1080}).Says("other posture"));
+    CHECK(Drawn(scene, {1920, 1080}).Says("not the taught posture"));
   }
   SECTION("a silent daemon") {
     ViewScene scene;
     scene.state.now_s -= 10;
     const Drawn drawn(scene, {1280, 720});
-    CHECK(drawn.Says("STALE: the daemon's last word is 10 s ago"));
-    CHECK(drawn.Says("NO DAEMON: its last state came 10 s ago"));
+    CHECK(drawn.Says("STALE: last data from plumblined 10 s ago"));
+    CHECK(drawn.Says("NO DAEMON: last data 10 s ago"));
     CHECK(drawn.Says("→ start plumblined"));
     const auto panels_say = [&](const std::string& words) {
       for (const Panel& panel : PanelsOf(drawn.facts)) {
@@ -213,17 +213,17 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
       }
       return false;
     };
-    CHECK(panels_say("robot read 10 s ago"));
+    CHECK(panels_say("last robot reading 10 s ago"));
     CHECK(panels_say(": no daemon"));
     CHECK_FALSE(drawn.Says("±0.30 measured"));
-    CHECK_FALSE(drawn.Says("corrected 4."));
+    CHECK_FALSE(drawn.Says("corrected by 4."));
   }
   SECTION("exaggeration, at every size") {
     for (const ImageSize size : {ImageSize{640, 480}, {1920, 1080}}) {
       ViewScene scene("exaggeration = 25.0\n");
-      CHECK(Drawn(scene, size).Says("deflection shown x 25"));
+      CHECK(Drawn(scene, size).Says("deflection exaggerated 25 times"));
       scene.state.cameras[0].status.state = ZoomState::kMoving;
-      CHECK(Drawn(scene, size).Says("deflection shown x 25"));
+      CHECK(Drawn(scene, size).Says("deflection exaggerated 25 times"));
     }
   }
   SECTION("interference") {
@@ -231,7 +231,7 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     ObjectTable table;
     table.objects.resize(2);
     table.pairs.push_back({0, 1, 0, 0});
-    Measured measured;
+    SceneMeasurements measured;
     measured.time_s = ViewScene::kNow_s;
     MeasuredPair pair{"gripper", "car body", 1, 2, Nearness::kInterference, Separation{}};
     pair.separation->touching = true;
@@ -243,12 +243,12 @@ TEST_CASE("stale, alarms with what to do, prompts, the exaggeration") {
     CHECK_FALSE(drawn.Says("OK"));
     measured.time_s -= 5;
     const Drawn old(scene, {1920, 1080}, &table, &measured);
-    CHECK(old.Says("not measured now"));
+    CHECK(old.Says("no current measurement"));
     CHECK_FALSE(old.Says("INTERFERENCE"));
   }
 }
 
-TEST_CASE("without a daemon the picture says so") {
+TEST_CASE("the picture states that there is no daemon") {
   ViewFacts facts;
   facts.link_problem = "/var/lib/plumbline/view.socket: No such file or directory";
   const PictureLayout layout = LayoutOf({1280, 720});
@@ -257,7 +257,7 @@ TEST_CASE("without a daemon the picture says so") {
                     [](const DrawnText& text) { return text.text.rfind("NO DAEMON: ", 0) == 0; }));
 }
 
-TEST_CASE("two cameras: each in a part of its own, named; each line says whose it is") {
+TEST_CASE("two cameras each get a named part of the picture; panel lines name the camera") {
   ViewScene scene;
   scene.state.cameras.push_back(scene.state.cameras[0]);
   scene.state.cameras[0].status.name = CameraName::kSide;
@@ -285,7 +285,7 @@ TEST_CASE("two cameras: each in a part of its own, named; each line says whose i
     CHECK(drawn.Says("side"));
     CHECK(drawn.Says("side: valid"));
     CHECK(drawn.Says("rear: stale"));
-    // The one that is stale is marked, the other is not.
+    // Only the stale camera is marked.
     int in_a = 0, in_b = 0;
     for (const DrawnText& text : drawn.list.texts) {
       if (text.text.rfind("STALE", 0) != 0 || text.y < image.y) continue;
@@ -297,17 +297,17 @@ TEST_CASE("two cameras: each in a part of its own, named; each line says whose i
   }
 }
 
-TEST_CASE("two images are put beside or below each other, whichever leaves them larger") {
+TEST_CASE("two images are placed side by side or stacked, whichever shows them larger") {
   const Area wide{0, 0, 1000, 300}, high{10, 20, 400, 600};
-  const std::vector<Area> beside = PartsOf(wide, 2, {1920, 1080}, 10);
+  const std::vector<Area> beside = SplitArea(wide, 2, {1920, 1080}, 10);
   CHECK(beside[1].x == 505);
   CHECK(beside[1].width == 495);
   CHECK(beside[1].height == 300);
-  const std::vector<Area> below = PartsOf(high, 2, {1920, 1080}, 10);
+  const std::vector<Area> below = SplitArea(high, 2, {1920, 1080}, 10);
   CHECK(below[1].y == 325);
   CHECK(below[1].height == 295);
   CHECK(below[1].width == 400);
-  const std::vector<Area> one = PartsOf(high, 1, {1920, 1080}, 10);
+  const std::vector<Area> one = SplitArea(high, 1, {1920, 1080}, 10);
   CHECK(one[0].width == 400);
   CHECK(one[0].height == 600);
 }

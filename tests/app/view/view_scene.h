@@ -1,5 +1,5 @@
-// The demo's cell as a viewer gets it: configuration files, a camera 1.5 m beside the loaded tip,
-// and a state of the daemon in which everything is well.
+// Fixture: the demo cell as the viewer receives it, with configuration files, a camera 1.5 m beside
+// the loaded tip, and a daemon state without faults.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -12,7 +12,7 @@
 
 namespace plumbline::test {
 
-/// Of the cell's marks in W, as [tags] says below.
+/// Pose of the cell's tags in W, as [tags] below states it.
 inline const Pose kMarksInW{RotationFromRollPitchYaw(Vec3(0.1, 0.2, 0.3)), Vec3(2.0, 0.1, 0.8)};
 
 inline std::string ViewConfigText(const std::string& folder, const std::string& overlay = "") {
@@ -59,16 +59,16 @@ struct ViewScene {
     state.payload_kg = 40;
     state.payload_cog_F = Vec3(0.02, -0.05, 0.9);
     for (const AssemblyPoint& point : model->config.machine.points) {
-      ViewPoint told;
-      told.id = point.id;
-      told.valid = true;
-      told.code = CorrectionCode::kOk;
-      told.translation_B = Vec3(0.001, -0.002, 0.0035);
-      told.uncertainty_m = 0.0003;
-      told.basis = RadiusBasis::kMeasured;
-      told.q = state.q;
-      told.taught = true;
-      state.points.push_back(told);
+      ViewPoint output;
+      output.id = point.id;
+      output.valid = true;
+      output.code = CorrectionCode::kOk;
+      output.translation_B = Vec3(0.001, -0.002, 0.0035);
+      output.uncertainty_m = 0.0003;
+      output.basis = RadiusBasis::kMeasured;
+      output.q = state.q;
+      output.taught = true;
+      state.points.push_back(output);
     }
     state.cameras.resize(1);
     state.cameras[0].status.configured = true;
@@ -76,7 +76,7 @@ struct ViewScene {
     state.cameras[0].status.reason = ZoomReason::kMarksGood;
     state.cameras[0].status.zoom_counts = 4000;
     state.cameras[0].status.lens_id = 1;
-    // Beside the tip, the image's right along W's x.
+    // Beside the tip; the image's right points along x of W.
     LoadedState loaded;
     REQUIRE(model->arm.AtCommanded(state.q, {*state.payload_kg, state.payload_cog_F}, {}, loaded));
     X_CW.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
@@ -98,7 +98,7 @@ struct ViewScene {
                    {2, 1.8e9 - 10, 4, "the zoom changed"}};
   }
   std::string ConfigFile() const { return folder.path() + "/plumbline.toml"; }
-  Carriers Placed(double now_s = kNow_s) { return memory.Take(state, 0, &*model, now_s); }
+  Carriers Placed(double now_s = kNow_s) { return memory.Update(state, 0, &*model, now_s); }
 };
 
 }  // namespace plumbline::test

@@ -1,4 +1,4 @@
-// The view between two ends of a real socket.
+// View link tests over a real socket.
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -21,7 +21,7 @@ using namespace plumbline;
 
 namespace {
 
-/// A state with a value other than its default in every field.
+/// A state with a non-default value in every field.
 ViewState FullState() {
   ViewState state;
   state.now_s = 12.5;
@@ -93,17 +93,17 @@ std::vector<std::uint8_t> Ramp(int width, int height) {
   return pixels;
 }
 
-struct Ends {
+struct Link {
   test::TemporaryFolder folder;
   std::string path = folder.path() + "/view";
   std::unique_ptr<ViewPublisher> publisher = ViewPublisher::Open(path).value();
   ViewClient client{path};
 
   /// The client connects while it waits for its first state.
-  Ends() {
+  Link() {
     View none;
     REQUIRE_FALSE(client.Read(0, none));
-    REQUIRE(publisher->Watched());
+    REQUIRE(publisher->PollViewers());
   }
   void Publish(const std::vector<std::uint8_t>& pixels, int width, std::uint64_t sequence) {
     ViewState state = FullState();
@@ -117,7 +117,7 @@ struct Ends {
 
 }  // namespace
 
-TEST_CASE("A state survives the text whole") {
+TEST_CASE("a state is unchanged after encoding and decoding") {
   const ViewState state = FullState();
   const std::string text = JsonOfView(state);
   const auto back = ViewOfJson(text);
@@ -138,7 +138,7 @@ TEST_CASE("A state survives the text whole") {
   CHECK(back->cameras[0].status.tip_covariance_W == state.cameras[0].status.tip_covariance_W);
 }
 
-TEST_CASE("The fuzzer starts from a state of the present form, as it is sent") {
+TEST_CASE("the fuzzer's seed is a state of the present schema") {
   std::ifstream file(VIEW_LINK_SEED);
   const std::string seed(std::istreambuf_iterator<char>(file), {});
   const auto state = ViewOfJson(seed);
@@ -147,7 +147,7 @@ TEST_CASE("The fuzzer starts from a state of the present form, as it is sent") {
   CHECK(JsonOfView(*state) == seed);
 }
 
-TEST_CASE("A text that is none is told, and why") {
+TEST_CASE("a malformed text is refused with the reason") {
   std::string text = JsonOfView(FullState());
   using Catch::Contains;
   CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
@@ -166,103 +166,104 @@ TEST_CASE("A text that is none is told, and why") {
   }
 }
 
-TEST_CASE("The newest state comes with its image") {
-  Ends ends;
+TEST_CASE("the client receives the newest state with its image") {
+  Link link;
   const auto first = Ramp(8, 4);
   auto second = first;
   second[5] = 200;
-  ends.Publish(first, 8, 1);
-  ends.Publish(second, 8, 2);
+  link.Publish(first, 8, 1);
+  link.Publish(second, 8, 2);
   View view;
-  REQUIRE(ends.client.Read(1, view));
+  REQUIRE(link.client.Read(1, view));
   CHECK(view.state.cameras[0].image->sequence == 2);
   CHECK(view.pixels[0].bytes == second);
-  CHECK(ends.client.problem().empty());
-  CHECK_FALSE(ends.client.Read(0.01, view));  // nothing newer
+  CHECK(link.client.problem().empty());
+  CHECK_FALSE(link.client.Read(0.01, view));  // nothing newer
 }
 
-TEST_CASE("Who wants states alone gets them, with images around or without") {
-  Ends ends;
-  ViewClient states(ends.path, false);
+TEST_CASE("a client without images receives states only") {
+  Link link;
+  ViewClient states(link.path, false);
   View view;
   CHECK_FALSE(states.Read(0, view));
-  REQUIRE(ends.publisher->Watched());
-  ends.Publish(Ramp(8, 4), 8, 1);
+  REQUIRE(link.publisher->PollViewers());
+  link.Publish(Ramp(8, 4), 8, 1);
   REQUIRE(states.Read(1, view));
   CHECK(view.state.cameras[0].image->sequence == 1);
   CHECK(view.pixels.empty());
-  ends.Publish(Ramp(320, 240), 320, 2);
+  link.Publish(Ramp(320, 240), 320, 2);
   REQUIRE(states.Read(1, view));
   CHECK(view.state.cameras[0].image->sequence == 2);
   CHECK(view.pixels.empty());
 }
 
-TEST_CASE("A larger image takes another memory, which viewers are handed") {
-  Ends ends;
-  ends.Publish(Ramp(8, 4), 8, 1);
+TEST_CASE("a larger image needs a new shared memory, which viewers receive") {
+  Link link;
+  link.Publish(Ramp(8, 4), 8, 1);
   View view;
-  REQUIRE(ends.client.Read(1, view));
+  REQUIRE(link.client.Read(1, view));
   const auto large = Ramp(320, 240);
-  ends.Publish(large, 320, 2);
-  REQUIRE(ends.client.Read(1, view));
+  link.Publish(large, 320, 2);
+  REQUIRE(link.client.Read(1, view));
   CHECK(view.pixels[0].bytes == large);
 }
 
-TEST_CASE("An image that was overtaken is not taken for another one") {
-  Ends ends;
+TEST_CASE("an overwritten image is detected") {
+  Link link;
   ViewState state = FullState();
   const auto pixels = Ramp(8, 4);
   const LumaView luma{pixels.data(), 8, 4, 8};
-  state.cameras[0].image = ends.publisher->Share(0, luma, nullptr);
-  for (int k = 0; k < ViewPublisher::kSlotsEach; ++k) (void)ends.publisher->Share(0, luma, nullptr);
-  ends.publisher->Send(state);
+  state.cameras[0].image = link.publisher->Share(0, luma, nullptr);
+  for (int k = 0; k < ViewPublisher::kSlotsPerCamera; ++k)
+    (void)link.publisher->Share(0, luma, nullptr);
+  link.publisher->Send(state);
   View view;
-  CHECK_FALSE(ends.client.Read(0.2, view));
+  CHECK_FALSE(link.client.Read(0.2, view));
 }
 
-TEST_CASE("Two cameras: each has its own places, its image stays while the other's go round") {
-  Ends ends;
+TEST_CASE("each camera has its own slots: its image stays valid while the other camera's change") {
+  Link link;
   const auto side = Ramp(8, 4);
   auto rear = Ramp(16, 2);
   ViewState state = FullState();
   state.cameras.push_back(state.cameras[0]);
-  state.cameras[0].image = ends.publisher->Share(0, {side.data(), 8, 4, 8}, nullptr);
-  const int memory = ends.publisher->memory_number();
+  state.cameras[0].image = link.publisher->Share(0, {side.data(), 8, 4, 8}, nullptr);
+  const int memory = link.publisher->memory_number();
   View view;
-  for (int k = 0; k < 2 * ViewPublisher::kSlotsEach; ++k) {
+  for (int k = 0; k < 2 * ViewPublisher::kSlotsPerCamera; ++k) {
     rear[3] = static_cast<std::uint8_t>(100 + k);
-    state.cameras[1].image = ends.publisher->Share(1, {rear.data(), 16, 2, 16}, nullptr);
-    ends.publisher->Send(state);
-    REQUIRE(ends.client.Read(1, view));
+    state.cameras[1].image = link.publisher->Share(1, {rear.data(), 16, 2, 16}, nullptr);
+    link.publisher->Send(state);
+    REQUIRE(link.client.Read(1, view));
     REQUIRE(view.pixels.size() == 2);
     CHECK(view.pixels[0].bytes == side);
     CHECK(view.pixels[1].bytes == rear);
     CHECK(view.state.cameras[1].image->width == 16);
   }
-  CHECK(ends.publisher->memory_number() == memory);
-  // A larger image takes another memory: who holds images of the former must let them go.
+  CHECK(link.publisher->memory_number() == memory);
+  // A larger image needs a new memory; images in the previous one are no longer valid.
   const auto large = Ramp(320, 240);
-  state.cameras[1].image = ends.publisher->Share(1, {large.data(), 320, 240, 320}, nullptr);
-  CHECK(ends.publisher->memory_number() != memory);
+  state.cameras[1].image = link.publisher->Share(1, {large.data(), 320, 240, 320}, nullptr);
+  CHECK(link.publisher->memory_number() != memory);
   state.cameras[0].image.reset();
-  ends.publisher->Send(state);
-  REQUIRE(ends.client.Read(1, view));
+  link.publisher->Send(state);
+  REQUIRE(link.client.Read(1, view));
   CHECK(view.pixels[0].bytes.empty());
   CHECK(view.pixels[1].bytes == large);
   state.cameras.push_back(state.cameras[0]);
-  CHECK_THAT(ViewOfJson(JsonOfView(state)).error(), Catch::Contains("more cameras"));
+  CHECK_THAT(ViewOfJson(JsonOfView(state)).error(), Catch::Contains("too many cameras"));
 }
 
-TEST_CASE("Who looks cannot write") {
-  Ends ends;
-  ends.Publish(Ramp(8, 4), 8, 1);
+TEST_CASE("a viewer cannot write to the shared memory") {
+  Link link;
+  link.Publish(Ramp(8, 4), 8, 1);
   const int other = socket(AF_UNIX, SOCK_SEQPACKET, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  ends.path.copy(address.sun_path, sizeof address.sun_path - 1);
+  link.path.copy(address.sun_path, sizeof address.sun_path - 1);
   REQUIRE(connect(other, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
-  REQUIRE(ends.publisher->Watched());
-  ends.Publish(Ramp(8, 4), 8, 2);
+  REQUIRE(link.publisher->PollViewers());
+  link.Publish(Ramp(8, 4), 8, 2);
   ViewMemory memory;
   iovec part{&memory, sizeof memory};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
@@ -281,21 +282,20 @@ TEST_CASE("Who looks cannot write") {
   close(other);
 }
 
-TEST_CASE(
-    "A viewer that does not read costs nothing but its own states; one that is gone, a place") {
-  Ends ends;
-  for (std::uint64_t k = 0; k < 5000; ++k) ends.Publish(Ramp(8, 4), 8, k);
-  CHECK(ends.publisher->Watched());
+TEST_CASE("a viewer that does not read misses states only; a disconnected viewer is dropped") {
+  Link link;
+  for (std::uint64_t k = 0; k < 5000; ++k) link.Publish(Ramp(8, 4), 8, k);
+  CHECK(link.publisher->PollViewers());
   View view;
   {
-    ViewClient passing(ends.path);
+    ViewClient passing(link.path);
     CHECK_FALSE(passing.Read(0, view));
-    CHECK(ends.publisher->Watched());
+    CHECK(link.publisher->PollViewers());
   }
-  CHECK(ends.publisher->Watched());  // the first one still looks
+  CHECK(link.publisher->PollViewers());  // the first one is still connected
 }
 
-TEST_CASE("A daemon that ends is told, and found again") {
+TEST_CASE("the client reports a missing daemon and reconnects") {
   test::TemporaryFolder folder;
   const std::string path = folder.path() + "/view";
   ViewClient client(path);
@@ -304,7 +304,7 @@ TEST_CASE("A daemon that ends is told, and found again") {
   CHECK_THAT(client.problem(), Catch::Contains("is plumblined running"));
   auto publisher = ViewPublisher::Open(path).value();
   for (int k = 0; k < 100 && !client.connected(); ++k) client.Read(0.05, view);
-  REQUIRE(publisher->Watched());
+  REQUIRE(publisher->PollViewers());
   publisher->Send(FullState());
   REQUIRE(client.Read(1, view));
   CHECK(view.state.cell == FullState().cell);
@@ -314,12 +314,12 @@ TEST_CASE("A daemon that ends is told, and found again") {
   CHECK_FALSE(client.connected());
 }
 
-TEST_CASE("A path that cannot be a socket is refused with its reason") {
+TEST_CASE("an invalid socket path is refused") {
   CHECK_FALSE(ViewPublisher::Open("/no/such/folder/view"));
   CHECK_FALSE(ViewPublisher::Open("/tmp/" + std::string(200, 'x')));
 }
 
-TEST_CASE("what a viewer may say: one message of a fixed form, and nothing else") {
+TEST_CASE("a scene message is decoded only if complete and plausible") {
   const SceneStatus scene{2, 1, 0.0125, 3, 17, 0};
   const SceneMessage message = BytesOfScene(scene);
   const auto read = SceneOfBytes(message);
@@ -348,7 +348,7 @@ TEST_CASE("what a viewer may say: one message of a fixed form, and nothing else"
   CHECK_FALSE(spoilt({0, 0, 0.1, 10000, 2, 0}));
   CHECK_FALSE(spoilt({0, 0, 0.1, 1, 0, 0}));
   CHECK_FALSE(spoilt({0, 0, 0.1, 0, 0, 0}));
-  // Any byte changed in any way gives a message within the limits, or none.
+  // Changing any byte yields a message within the limits, or none.
   for (std::size_t at = 0; at < message.size(); ++at) {
     for (int value = 0; value < 256; ++value) {
       SceneMessage other = message;
@@ -362,7 +362,7 @@ TEST_CASE("what a viewer may say: one message of a fixed form, and nothing else"
   }
 }
 
-TEST_CASE("the daemon hears a viewer of its own user, and nobody else; nonsense changes nothing") {
+TEST_CASE("the daemon accepts scene messages from its own user only and ignores malformed ones") {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() + "/view.socket";
   auto publisher = ViewPublisher::Open(path);
@@ -372,52 +372,52 @@ TEST_CASE("the daemon hears a viewer of its own user, and nobody else; nonsense 
   View view;
   static_cast<void>(viewer.Read(0, view));
   REQUIRE(viewer.connected());
-  REQUIRE(daemon.Watched());
+  REQUIRE(daemon.PollViewers());
   CHECK_FALSE(daemon.scene());
-  viewer.Tell({1, 0, 0, 3, 17, 0});
-  REQUIRE(daemon.Watched());
+  viewer.SendScene({1, 0, 0, 3, 17, 0});
+  REQUIRE(daemon.PollViewers());
   REQUIRE(daemon.scene());
   CHECK(daemon.scene()->interferences == 1);
   CHECK(daemon.scene()->time_s > 0);
-  for (int k = 0; k < 100; ++k) viewer.Tell({0, 0, 1e-3 * k, 3, 17, 0});
-  for (int looks = 0; looks < 20; ++looks) REQUIRE(daemon.Watched());
-  viewer.Tell({0, 0, 0.5, 3, 17, 0});  // the newest counts, however many came before
-  REQUIRE(daemon.Watched());
+  for (int k = 0; k < 100; ++k) viewer.SendScene({0, 0, 1e-3 * k, 3, 17, 0});
+  for (int polls = 0; polls < 20; ++polls) REQUIRE(daemon.PollViewers());
+  viewer.SendScene({0, 0, 0.5, 3, 17, 0});  // the newest counts, however many came before
+  REQUIRE(daemon.PollViewers());
   CHECK(daemon.scene()->smallest_m == Approx(0.5));
   const SceneStatus before = *daemon.scene();
 
-  const auto say = [&](const std::string& words) {
+  const auto send_text = [&](const std::string& words) {
     const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strcpy(address.sun_path, path.c_str());
-    const bool said =
+    const bool sent =
         connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
         send(socket, words.data(), words.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(words.size());
-    return std::pair(socket, said);
+    return std::pair(socket, sent);
   };
   for (const std::string& words :
        {std::string("x"), std::string(24, 'x'), std::string(60000, 'x')}) {
-    const auto [socket, said] = say(words);
-    CHECK(said);
-    REQUIRE(daemon.Watched());
+    const auto [socket, sent] = send_text(words);
+    CHECK(sent);
+    REQUIRE(daemon.PollViewers());
     CHECK(daemon.scene()->time_s == before.time_s);
     close(socket);
   }
 
   if (geteuid() != 0) {
-    WARN("SKIPPED: another user cannot be played without being root");
+    WARN("SKIPPED: acting as another user needs root");
     return;
   }
   chmod(folder.path().c_str(), 0755);
   chmod(path.c_str(), 0666);
   const SceneMessage message = BytesOfScene({9, 0, 0, 3, 17, 0});
   REQUIRE(seteuid(65534) == 0);
-  const auto [socket, said] = say(std::string(message.begin(), message.end()));
+  const auto [socket, sent] = send_text(std::string(message.begin(), message.end()));
   REQUIRE(seteuid(0) == 0);
-  CHECK(said);
-  REQUIRE(daemon.Watched());
+  CHECK(sent);
+  REQUIRE(daemon.PollViewers());
   CHECK(daemon.scene()->interferences != 9);
   close(socket);
 }

@@ -44,20 +44,20 @@ int GreyOf(const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("a PNG reads back as it was written; what cannot be written is told") {
+TEST_CASE("a PNG reads back as written; a failure to write is reported") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/a.png";
   CHECK(WritePng(file, Picture(77)));
   CHECK(GreyOf(file) == 77);
-  CHECK(KeepPngBytes(file, PngOf(Picture(78), true).value()));
+  CHECK(WritePngBytes(file, PngOf(Picture(78), true).value()));
   CHECK(GreyOf(file) == 78);
   CHECK(Files(folder.path()).size() == 1);
   CHECK_FALSE(WritePng(folder.path() + "/none/a.png", Picture(1)));
   CHECK_FALSE(WritePng(file, {{}, {64, 48}}));
-  CHECK_FALSE(KeepPngBytes(folder.path() + "/none/a.png", "x"));
+  CHECK_FALSE(WritePngBytes(folder.path() + "/none/a.png", "x"));
 }
 
-TEST_CASE("an alarm keeps the last pictures before it and the first after it") {
+TEST_CASE("an alarm stores the last pictures before it and the first after it") {
   const TemporaryFolder folder;
   const std::string kept = folder.path() + "/alarms";
   {
@@ -71,9 +71,9 @@ TEST_CASE("an alarm keeps the last pictures before it and the first after it") {
     alarms.Observe(2, 1.8e9);
     CHECK(alarms.Due(9.1));
     alarms.Remember(Picture(99), 9.1);
-    alarms.Observe(2, 1.8e9);  // stands on: no more files
+    alarms.Observe(2, 1.8e9);  // still set: no more files
     alarms.Observe(0, 1.8e9);
-  }  // what waits is written
+  }  // the destructor writes what is queued
   const auto files = Files(kept);
   REQUIRE(files.size() == 4);
   CHECK(files[0] == "alarm-20270115T080000Z-0002-1.png");
@@ -82,7 +82,7 @@ TEST_CASE("an alarm keeps the last pictures before it and the first after it") {
   CHECK(GreyOf(kept + "/" + files[3]) == 99);
 }
 
-TEST_CASE("an alarm that stood when the viewer came keeps nothing; a further bit does") {
+TEST_CASE("an alarm set before the first state stores nothing; a further bit does") {
   const TemporaryFolder folder;
   const std::string kept = folder.path() + "/alarms";
   {
@@ -95,7 +95,9 @@ TEST_CASE("an alarm that stood when the viewer came keeps nothing; a further bit
   CHECK(Files(kept).size() == 1);
 }
 
-TEST_CASE("pictures of alarms are bounded in number and bytes, the oldest go, others' files stay") {
+TEST_CASE(
+    "alarm pictures are limited in number and bytes: the oldest are deleted, others' files "
+    "never") {
   const TemporaryFolder folder;
   std::ofstream(folder.path() + "/notes.txt") << "mine";
   std::ofstream(folder.path() + "/alarm.txt") << "mine";
@@ -112,7 +114,7 @@ TEST_CASE("pictures of alarms are bounded in number and bytes, the oldest go, ot
   CHECK(files.size() == 5 + 2);
   CHECK(GreyOf(folder.path() + "/alarm-20270115T080008Z-0001-1.png") == 8);
   CHECK(GreyOf(folder.path() + "/alarm-20270115T080003Z-0001-1.png") == -1);
-  raise({100, 200}, 3);  // bytes: room is made before each
+  raise({100, 200}, 3);  // byte limit: files are deleted before each write
   std::uint64_t bytes = 0;
   for (const std::string& name : Files(folder.path())) {
     if (name.find(".png") == std::string::npos) continue;
@@ -122,18 +124,18 @@ TEST_CASE("pictures of alarms are bounded in number and bytes, the oldest go, ot
   CHECK(FileText(folder.path() + "/notes.txt") == "mine");
 }
 
-TEST_CASE("a folder that cannot be written is told, and the viewer goes on") {
+TEST_CASE("a folder that cannot be written is logged") {
   const TemporaryFolder folder;
   std::ofstream(folder.path() + "/alarms") << "a file in the way";
-  std::vector<std::string> told;
+  std::vector<std::string> logged;
   {
     AlarmPictures alarms(folder.path() + "/alarms", {}, [&](const LogEntry& entry) {
-      if (entry.event == Event::kViewFault) told.push_back(entry.text);
+      if (entry.event == Event::kViewFault) logged.push_back(entry.text);
     });
     alarms.Observe(0, 1.8e9);
     alarms.Remember(Picture(1), 0);
     alarms.Observe(1, 1.8e9);
   }
-  REQUIRE(told.size() == 1);
-  CHECK_THAT(told[0], Catch::Contains("picture of an alarm not kept"));
+  REQUIRE(logged.size() == 1);
+  CHECK_THAT(logged[0], Catch::Contains("picture of an alarm not stored"));
 }

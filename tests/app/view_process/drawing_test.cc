@@ -1,4 +1,4 @@
-// The drawing process through what happens to a GPU: resets, and none at all.
+// Drawing with GPU resets and without a GPU.
 #include "app/view_process/drawing.h"
 
 #include <catch2/catch.hpp>
@@ -17,8 +17,8 @@ std::ptrdiff_t Descriptors() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 }
 
-std::shared_ptr<const SceneNow> SceneOfABox() {
-  auto scene = std::make_shared<SceneNow>();
+std::shared_ptr<const SceneSnapshot> SceneOfABox() {
+  auto scene = std::make_shared<SceneSnapshot>();
   scene->version = 1;
   auto checked = CheckMesh(test::Cuboid({1, 1, 1}), 1);
   REQUIRE(checked);
@@ -41,50 +41,50 @@ int RedIn(plumbline::Drawing& drawing, int mesh) {
 
 }  // namespace
 
-TEST_CASE(
-    "a GPU that is reset a hundred times: told each time, drawn again, nothing is left over") {
+TEST_CASE("a hundred GPU resets are each logged and recovered from, without leaking descriptors") {
   if (const auto context = GlContext::Create(); !context || !(*context)->tells_resets()) {
-    std::puts("SKIPPED: no EGL here, or its driver tells no resets");
+    std::puts("SKIPPED: no EGL here, or its driver reports no resets");
     return;
   }
-  std::vector<std::string> told;
-  plumbline::Drawing drawing([&](const plumbline::LogEntry& entry) { told.push_back(entry.text); });
+  std::vector<std::string> logged;
+  plumbline::Drawing drawing(
+      [&](const plumbline::LogEntry& entry) { logged.push_back(entry.text); });
   const auto scene = SceneOfABox();
   double now_s = 0;
   std::ptrdiff_t before = 0;
   for (int resets = 0; resets < 100; ++resets) {
-    REQUIRE(drawing.Ready(now_s));  // at once, without the pause of a computer that has no GPU
+    REQUIRE(drawing.Ready(now_s));  // at once, without the retry pause of a missing GPU
     const std::vector<int> meshes = drawing.Meshes(scene);
     REQUIRE(meshes.size() == 1);
     REQUIRE(RedIn(drawing, meshes[0]) > 100);
     if (resets == 5) before = Descriptors();
-    told.clear();
+    logged.clear();
     test::reset_status = test::kGuiltyContextReset;
     CHECK(RedIn(drawing, meshes[0]) == -1);
-    REQUIRE(told.size() == 1);
-    CHECK_THAT(told[0], Catch::Contains("was reset"));
+    REQUIRE(logged.size() == 1);
+    CHECK_THAT(logged[0], Catch::Contains("was reset"));
     now_s += 0.03;
   }
   CHECK(Descriptors() == before);
 }
 
-TEST_CASE("no GPU and no EGL: told once, tried again seldom, and drawn once there is one") {
-  std::vector<std::string> told;
-  plumbline::Drawing drawing([&](const plumbline::LogEntry& entry) { told.push_back(entry.text); });
+TEST_CASE("a missing GPU is logged once and retried until drawing works") {
+  std::vector<std::string> logged;
+  plumbline::Drawing drawing(
+      [&](const plumbline::LogEntry& entry) { logged.push_back(entry.text); });
   test::no_platforms = true;
   for (double now_s = 0; now_s < 1000; now_s += 0.5) {
     CHECK_FALSE(drawing.Ready(now_s));
     CHECK_FALSE(drawing.Draw(test::EmptyList({64, 48})));
   }
   test::no_platforms = false;
-  REQUIRE(told.size() == 1);
-  CHECK_THAT(told[0],
-             Catch::Contains("nothing can be drawn") && Catch::Contains("libgl1-mesa-dri"));
+  REQUIRE(logged.size() == 1);
+  CHECK_THAT(logged[0], Catch::Contains("cannot draw") && Catch::Contains("libgl1-mesa-dri"));
   if (!GlContext::Create()) {
     std::puts("SKIPPED: no EGL here");
     return;
   }
   CHECK(drawing.Ready(2000));
   CHECK(drawing.Draw(test::EmptyList({64, 48})));
-  CHECK_THAT(told.back(), Catch::Contains("drawing by"));
+  CHECK_THAT(logged.back(), Catch::Contains("drawing with"));
 }

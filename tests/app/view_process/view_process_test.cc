@@ -1,5 +1,5 @@
-// The real daemon with a recorded camera, and the real viewer that looks at it: pictures drawn
-// without a screen, by EGL on the processor where there is no GPU.
+// plumbline-view and snapshot against the real daemon with a recorded camera; drawn off-screen by
+// EGL, in software if there is no GPU.
 #include <png.h>
 
 #include <catch2/catch.hpp>
@@ -23,7 +23,7 @@ using virtual_cell::RunningCell;
 
 namespace {
 
-/// Patience for a busy machine: three processes and a software renderer share it.
+/// Long timeout: three processes and a software renderer may share a loaded machine.
 template <typename Condition>
 bool Eventually(Condition holds) {
   for (int tries = 0; tries < 6; ++tries) {
@@ -165,7 +165,7 @@ struct Png {
     width = static_cast<int>(image.width);
     height = static_cast<int>(image.height);
   }
-  /// How many pixels are about so coloured.
+  /// Number of pixels of a colour.
   int Count(bool (*is)(int r, int g, int b)) const {
     int count = 0;
     for (std::size_t k = 0; k + 2 < rgb.size(); k += 3) count += is(rgb[k], rgb[k + 1], rgb[k + 2]);
@@ -184,7 +184,7 @@ std::string Snapshot(const std::string& config, const std::string& arguments) {
   return std::string(PLUMBLINE) + " snapshot " + config + " " + arguments;
 }
 
-/// For the manual, where PLUMBLINE_KEEP_PICTURES names a folder.
+/// Stores a picture for the manual if PLUMBLINE_KEEP_PICTURES names a folder.
 void Keep(const std::string& picture, const std::string& name) {
   const char* const folder = std::getenv("PLUMBLINE_KEEP_PICTURES");
   if (folder == nullptr) return;
@@ -229,7 +229,7 @@ class ViewProcess {
 
 }  // namespace
 
-TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as JSON") {
+TEST_CASE("a snapshot of the running daemon writes the picture and its content as JSON") {
   if (!CanDraw()) return;
   Station station;
   INFO(station.daemon->Log());
@@ -242,14 +242,14 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   const Png png(out);
   CHECK(png.width == 1920);
   CHECK(png.height == 1080);
-  CHECK(png.Count(IsMagenta) > 2000);  // the fixture stands on the cell's marks
-  CHECK(png.Count(IsAmber) < 500);     // no frame of staleness
+  CHECK(png.Count(IsMagenta) > 2000);  // the fixture is placed on the cell's tags
+  CHECK(png.Count(IsAmber) < 500);     // no stale frame
   const auto json = nlohmann::json::parse(ran.text);
   CHECK(json.at("stale_because").empty());
   CHECK(json.at("width_px") == 1920);
-  CHECK(json.at("panels").at("Objects").back() == "2 of 2 in place");
+  CHECK(json.at("panels").at("Objects").back() == "2 of 2 placed");
   CHECK(json.at("panels").at("Lens")[0].get<std::string>().rfind("valid", 0) == 0);
-  // Centre to centre about 0.21 m apart: told to the tenth of a millimetre, and measured by FCL.
+  // Centres about 0.21 m apart; reported to 0.1 mm.
   const std::string distance = json.at("panels").at("Distances")[0];
   REQUIRE_THAT(distance, Catch::StartsWith("fixture / part: ") && !Catch::Contains("not measured"));
   CHECK(std::stod(distance.substr(16)) > 20);
@@ -258,12 +258,12 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   const Ran all = Run(ask + " --json");
   INFO(all.text);
   REQUIRE(all.code == 0);
-  const auto told = nlohmann::json::parse(all.text);
-  CHECK(told.at("pairs")[0].at("objects") == nlohmann::json{"fixture", "part"});
-  CHECK(told.at("pairs")[0].at("distance_mm").get<double>() > 20);
-  CHECK(told.at("pairs")[0].at("state") == "apart");
-  const auto corner = told.at("points")[0].at("xyz_W_mm");
-  CHECK(told.at("points")[0].at("name") == "mark");
+  const auto json = nlohmann::json::parse(all.text);
+  CHECK(json.at("pairs")[0].at("objects") == nlohmann::json{"fixture", "part"});
+  CHECK(json.at("pairs")[0].at("distance_mm").get<double>() > 20);
+  CHECK(json.at("pairs")[0].at("state") == "apart");
+  const auto corner = json.at("points")[0].at("xyz_W_mm");
+  CHECK(json.at("points")[0].at("name") == "mark");
   CHECK(corner[0].get<double>() == Approx(10).margin(1e-6));
   const Ran one = Run(ask + " mark");
   CHECK(one.code == 0);
@@ -271,7 +271,7 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   const Ran unknown = Run(ask + " mrak");
   CHECK(unknown.code == 1);
   CHECK_THAT(unknown.text,
-             Catch::Contains("\"mrak\" is not in the object table, which has fixture"));
+             Catch::Contains("\"mrak\" is not in the object table; known are: fixture"));
   const std::string small = station.folder.path() + "/small.png";
   REQUIRE(Run(Snapshot(station.daemon->ConfigFile(), "--out " + small + " --size 640x480")).code ==
           0);
@@ -280,7 +280,7 @@ TEST_CASE("a snapshot of the running daemon: the picture, and what is in it as J
   CHECK(Run(Snapshot(station.daemon->ConfigFile(), "--out /nonexistent/a.png")).code == 2);
 }
 
-TEST_CASE("two cameras: both in one picture, or the one that is named") {
+TEST_CASE("a snapshot shows both cameras in one picture, or the named one") {
   if (!CanDraw()) return;
   Station station("", true);
   INFO(station.daemon->Log());
@@ -289,7 +289,7 @@ TEST_CASE("two cameras: both in one picture, or the one that is named") {
   const auto shot = [&](const std::string& name, const std::string& arguments) {
     const std::string out = station.folder.path() + "/" + name + ".png";
     nlohmann::json json;
-    // A busy machine may be late with an image: the next picture has a newer one.
+    // On a loaded machine an image may be late; retry with the next one.
     REQUIRE(Eventually([&] {
       const Ran ran = Run(Snapshot(station.daemon->ConfigFile(),
                                    "--out " + out + " --size 1280x720 --json " + arguments));
@@ -309,20 +309,21 @@ TEST_CASE("two cameras: both in one picture, or the one that is named") {
   CHECK(both.first == "side rear ");
   CHECK(side.first == "side ");
   CHECK(rear.first == "rear ");
-  // The fixture hangs on the cell's marks, which each of them sees; the part in both pictures.
+  // Both cameras see the cell's tags, which carry the fixture.
   CHECK(side.second > 1000);
   CHECK(rear.second > 1000);
   CHECK(both.second > 500);
   const Ran none = Run(Snapshot(station.daemon->ConfigFile(), "--out a.png --camera top"));
   CHECK(none.code == 2);
-  CHECK_THAT(none.text, Catch::Contains("--camera top: there is both, side, rear"));
+  CHECK_THAT(none.text,
+             Catch::Contains("--camera top: no such camera; known are: both, side, rear"));
 }
 
-TEST_CASE("the shipped example of an object table, exaggerated and coloured by stress") {
+TEST_CASE("the example object table is drawn exaggerated and coloured by stress") {
   if (!CanDraw()) return;
   Station station(
       "exaggeration = 30.0\nnominal = \"behind\"\nstress = true\nstress_full_MPa = 20.0\n");
-  station.cell.Tell("payload 60");
+  station.cell.PublishStatus("payload 60");
   REQUIRE(station.LensIsValid());
   for (const char* const name : {"objects.toml", "meshes"}) {
     std::filesystem::copy(std::string("config/") + name, station.folder.path() + "/" + name,
@@ -335,7 +336,7 @@ TEST_CASE("the shipped example of an object table, exaggerated and coloured by s
   INFO(ran.text);
   REQUIRE(ran.code == 0);
   const auto json = nlohmann::json::parse(ran.text);
-  CHECK(json.at("panels").at("Objects") == nlohmann::json{"3 of 3 in place"});
+  CHECK(json.at("panels").at("Objects") == nlohmann::json{"3 of 3 placed"});
   CHECK(json.at("panels").at("Distances").size() == 5);
   for (const auto& line : json.at("panels").at("Distances")) {
     CHECK_THAT(line.get<std::string>(), !Catch::Contains("not measured"));
@@ -343,7 +344,7 @@ TEST_CASE("the shipped example of an object table, exaggerated and coloured by s
   Keep(out, "example.png");
 }
 
-TEST_CASE("a snapshot whose lens is not verified is marked, and says why") {
+TEST_CASE("a snapshot with stale data is marked with the reason") {
   if (!CanDraw()) return;
   Station station;
   REQUIRE(station.LensIsValid());
@@ -359,7 +360,7 @@ TEST_CASE("a snapshot whose lens is not verified is marked, and says why") {
   Keep(out, "stale.png");
 }
 
-TEST_CASE("snapshots that cannot be: no daemon, faults, a wrong size") {
+TEST_CASE("a snapshot fails without a daemon, with a faulty configuration or a wrong size") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/plumbline.toml";
   const auto write = [&](const std::string& overlay) {
@@ -385,54 +386,53 @@ TEST_CASE("snapshots that cannot be: no daemon, faults, a wrong size") {
   CHECK_THAT(faults.text, Catch::Contains("overlay.display") && Catch::Contains("needs a token"));
 }
 
-TEST_CASE("the viewer: comes before the daemon, stays through its restart, keeps an alarm") {
+TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pictures") {
   if (!CanDraw()) return;
   Station station;
   const std::string config = station.daemon->ConfigFile();
   ViewProcess view(config, station.folder.path() + "/view.log");
   INFO(view.Log());
-  REQUIRE(view.Says("drawing by"));
+  REQUIRE(view.Says("drawing with"));
   REQUIRE(view.Says("fixture.obj: 12 triangles"));
   REQUIRE(station.LensIsValid());
-  // What the viewer measures ends in the PLC's registers.
+  // The viewer's measurements reach the PLC registers.
   REQUIRE(Eventually([&] { return station.plc->Read(640, 8).Word(0) == 1; }));
-  const auto told = station.plc->Read(640, 8);
-  CHECK(told.Word(2) == 1);
-  CHECK(told.Word(3) == 2);
-  CHECK(told.Float(4) > 20);
-  // A point that the daemon takes on is shown without a word to the viewer.
+  const auto registers = station.plc->Read(640, 8);
+  CHECK(registers.Word(2) == 1);
+  CHECK(registers.Word(3) == 2);
+  CHECK(registers.Float(4) > 20);
+  // The viewer shows a new point of the daemon without a reload of its own.
   station.daemon->Write(station.Config("") +
                         "\n[[point]]\nid = 77\nxyz_mm = [2683.0, 0.0, 973.7]\n"
                         "rpy_deg = [0.0, 90.0, 0.0]\n");
   station.daemon->Signal(SIGHUP);
-  REQUIRE(view.Says("the daemon has other points"));
-  // An alarm: the robot goes. The last pictures are kept.
+  REQUIRE(view.Says("plumblined uses other assembly points"));
+  // A robot alarm stores the last pictures.
   REQUIRE(Eventually([&] { return (station.plc->Read(12, 1).Word(0)) == 0; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // a picture a second is kept
-  station.cell.Tell("fault nan on");
+  station.cell.PublishStatus("fault nan on");
   REQUIRE(view.Says("picture of an alarm kept"));
 
-  // A faulty edit of the object table changes nothing; the next good one is taken.
+  // A faulty edit of the object table is reported.
   std::ofstream(station.folder.path() + "/objects.toml") << "schema = 1\nobjct = 1\n";
   REQUIRE(view.Says("objct"));
 
   view.Signal(SIGHUP);
   REQUIRE(view.Says("reloaded"));
-  view.Signal(SIGSTOP);  // it hangs: the registers say that nothing is known
+  view.Signal(SIGSTOP);  // a hanging viewer: the registers revert to unknown
   CHECK(Eventually([&] { return station.plc->Read(640, 8).Word(0) == 0; }));
   view.Signal(SIGCONT);
   station.daemon->Signal(SIGTERM);
   REQUIRE(station.daemon->Wait() == 0);
-  REQUIRE(view.Says("the daemon has ended the connection"));
+  REQUIRE(view.Says("plumblined closed the connection"));
   view.Signal(SIGTERM);
   CHECK(view.Wait() == 0);
 }
 
-TEST_CASE(
-    "the viewer's page: the drawn picture and the daemon's state, through its loss and reload") {
+TEST_CASE("the viewer's page serves the picture and the state, through reload and daemon loss") {
   if (!CanDraw()) return;
   Station station("exaggeration = 30.0\nnominal = \"behind\"\n[page]\nport = 0\n");
-  station.cell.Tell("payload 60");
+  station.cell.PublishStatus("payload 60");
   for (const char* const name : {"objects.toml", "meshes"}) {
     std::filesystem::copy(std::string("config/") + name, station.folder.path() + "/" + name,
                           std::filesystem::copy_options::recursive |
@@ -442,22 +442,22 @@ TEST_CASE(
   ViewProcess view(config, station.folder.path() + "/view.log");
   const std::string served = "the page is served on http://127.0.0.1:";
   REQUIRE(view.Says(served));
-  const auto port_told = [&] {
+  const auto served_port = [&] {
     const std::string log = view.Log();
     return std::stoi(log.substr(log.rfind(served) + served.size()));
   };
-  const int port = port_told();
+  const int port = served_port();
   REQUIRE(station.LensIsValid());
-  const auto metrics = [&] { return Exposition(Ask(port, "/metrics").body); };
+  const auto metrics = [&] { return Exposition(Request(port, "/metrics").body); };
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_up") == 1; }));
   CHECK(metrics().problem.empty());
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_cycles_total") > 10; }));
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_payload_kilograms") == 60; }));
-  const auto status = [&] { return nlohmann::json::parse(Ask(port, "/status.json").body); };
+  const auto status = [&] { return nlohmann::json::parse(Request(port, "/status.json").body); };
   CHECK(status().at("cell") == "KR 210 R2700 extra");
   CHECK(Eventually([&] { return status().at("cameras")[0].at("lens_valid") == true; }));
   CHECK(status().at("points").size() == 2);
-  // Pictures are drawn because somebody looks.
+  // Pictures are drawn on request of the page.
   PageConnection live(port);
   live.Send("GET /live.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n");
   CHECK_THAT(live.Read("\xff\xd9\r\n"), Catch::Contains("Content-Type: image/jpeg"));
@@ -465,22 +465,21 @@ TEST_CASE(
     Browser browser(1280, 1100, false, false);
     browser.Open("http://127.0.0.1:" + std::to_string(port) + "/");
     CHECK(browser.Becomes("document.getElementById('picture').naturalWidth > 0"));
-    CHECK(
-        browser.Becomes("document.getElementById('panels').innerText.includes('3 of 3 in place')"));
+    CHECK(browser.Becomes("document.getElementById('panels').innerText.includes('3 of 3 placed')"));
     browser.Becomes("document.getElementById('head').className === 'good'");
     browser.Keep("page-real");
   }
-  // Another token comes into force by SIGHUP, and is asked for.
+  // A new token takes effect on SIGHUP.
   station.daemon->Write(FileText(config) + "token = \"0123456789abcdef\"\n");
   view.Signal(SIGHUP);
-  REQUIRE(Eventually([&] { return port_told() != port; }));
-  CHECK(view.Says("holds the page's token, and every user of this computer may read it"));
-  CHECK(Ask(port_told(), "/metrics").status == 401);
+  REQUIRE(Eventually([&] { return served_port() != port; }));
+  CHECK(view.Says("holds the page's token and is readable by every user of this computer"));
+  CHECK(Request(served_port(), "/metrics").status == 401);
   const std::string bearer = "Authorization: Bearer 0123456789abcdef\r\n";
-  CHECK(Ask(port_told(), "/healthz", bearer).status == 200);
+  CHECK(Request(served_port(), "/healthz", bearer).status == 200);
   station.daemon->Signal(SIGTERM);
   REQUIRE(station.daemon->Wait() == 0);
-  CHECK(Eventually([&] { return Ask(port_told(), "/healthz", bearer).status == 503; }));
+  CHECK(Eventually([&] { return Request(served_port(), "/healthz", bearer).status == 503; }));
   view.Signal(SIGTERM);
   CHECK(view.Wait() == 0);
 }

@@ -1,4 +1,4 @@
-#include "app/view_process/measuring.h"
+#include "app/view_process/scene_measurer.h"
 
 #include <fmt/format.h>
 
@@ -10,11 +10,11 @@ namespace plumbline {
 namespace {
 
 constexpr double kSweepPeriod_s = 1.0;
-constexpr double kSweepShare = 10;  ///< they pause for so many times as long as they took
+constexpr double kSweepPauseFactor = 10;  ///< pause after a sweep, in multiples of its duration
 
 }  // namespace
 
-SceneStatus SceneForPlc(const Measured& measured) {
+SceneStatus SceneForPlc(const SceneMeasurements& measured) {
   SceneStatus scene;
   for (const MeasuredPair& pair : measured.pairs) {
     if (pair.state == Nearness::kInterference) ++scene.interferences;
@@ -32,13 +32,13 @@ SceneStatus SceneForPlc(const Measured& measured) {
   return scene;
 }
 
-void Measuring::Take(std::shared_ptr<const SceneNow> scene) {
+void SceneMeasurer::SetScene(std::shared_ptr<const SceneSnapshot> scene) {
   if (!scene || !scene->complete || scene == scene_) return;
   scene_ = std::move(scene);
   Build();
 }
 
-bool Measuring::idle() const {
+bool SceneMeasurer::idle() const {
   return !scene_ || !scene_->table ||
          (scene_->table->pairs.empty() && scene_->table->distances.empty() &&
           scene_->table->points.empty() &&
@@ -46,7 +46,7 @@ bool Measuring::idle() const {
                        [](const SceneLine& line) { return line.sweep.has_value(); }));
 }
 
-void Measuring::Build() {
+void SceneMeasurer::Build() {
   solids_ = std::make_unique<Interference>();
   solid_.clear();
   watches_.clear();
@@ -67,7 +67,7 @@ void Measuring::Build() {
   }
 }
 
-bool Measuring::Place(const Carriers& carriers) {
+bool SceneMeasurer::Place(const Carriers& carriers) {
   const ObjectTable& table = *scene_->table;
   bool any = false;
   for (std::size_t k = 0; k < table.objects.size(); ++k) {
@@ -82,8 +82,8 @@ bool Measuring::Place(const Carriers& carriers) {
   return any;
 }
 
-Measured Measuring::Measure(const MeasureInput& input, double now_s) {
-  Measured measured;
+SceneMeasurements SceneMeasurer::Measure(const MeasureInput& input, double now_s) {
+  SceneMeasurements measured;
   measured.time_s = input.time_s;
   if (idle()) return measured;
   const double started_s = MonotonicSeconds();
@@ -94,7 +94,7 @@ Measured Measuring::Measure(const MeasureInput& input, double now_s) {
     measured.distances.push_back(MeasureNamed(asked));
   }
   for (std::size_t k = 0; k < scene_->table->points.size(); ++k) {
-    const auto point = EndOf({false, k});
+    const auto point = ResolveEndpoint({false, k});
     measured.points.push_back({scene_->table->points[k].name, {}});
     if (point) measured.points.back().p_W = point->p_W;
   }
@@ -105,7 +105,7 @@ Measured Measuring::Measure(const MeasureInput& input, double now_s) {
   return measured;
 }
 
-MeasuredPair Measuring::MeasurePair(std::size_t index) {
+MeasuredPair SceneMeasurer::MeasurePair(std::size_t index) {
   const ObjectTable& table = *scene_->table;
   const ScenePair& pair = table.pairs[index];
   const SceneObject &a = table.objects[pair.a], &b = table.objects[pair.b];
@@ -119,13 +119,13 @@ MeasuredPair Measuring::MeasurePair(std::size_t index) {
   if (measured.separation) distance_m = measured.separation->distance_m;
   const bool changed = watch.Update(distance_m).has_value();
   measured.state = watch.state();
-  if (changed) Tell(measured, before);
+  if (changed) LogTransition(measured, before);
   return measured;
 }
 
-void Measuring::Tell(const MeasuredPair& pair, Nearness before) {
+void SceneMeasurer::LogTransition(const MeasuredPair& pair, Nearness before) {
   const std::string names = pair.a + " and " + pair.b;
-  const Separation& now = *pair.separation;  // an unmeasured pair changes nothing
+  const Separation& now = *pair.separation;  // an unmeasured pair has no transition
   const std::string apart = fmt::format("{:.2f} mm", 1e3 * now.distance_m);
   LogEntry entry{Event::kInterferenceEnds, "", {{"PAIR", names}}};
   if (pair.state == Nearness::kInterference) {
@@ -144,23 +144,24 @@ void Measuring::Tell(const MeasuredPair& pair, Nearness before) {
   sink_(entry);
 }
 
-std::optional<Measuring::End> Measuring::EndOf(const SceneDistance::End& end) const {
+std::optional<SceneMeasurer::Endpoint> SceneMeasurer::ResolveEndpoint(
+    const SceneDistance::End& end) const {
   const ObjectTable& table = *scene_->table;
   if (end.is_object) {
-    return Ready(end.place) ? std::optional(End{end.place, {}}) : std::nullopt;
+    return Ready(end.place) ? std::optional(Endpoint{end.place, {}}) : std::nullopt;
   }
   const ScenePoint& point = table.points[end.place];
   if (const auto* const object = std::get_if<std::size_t>(&point.of)) {
     if (!Ready(*object)) return std::nullopt;
-    return End{std::nullopt, solids_->PointOf(*solid_[*object], point.p)};
+    return Endpoint{std::nullopt, solids_->PointOf(*solid_[*object], point.p)};
   }
   const auto X_WK = carriers_->InWorld(std::get<Carrier>(point.of));
-  return X_WK ? std::optional(End{std::nullopt, *X_WK * point.p}) : std::nullopt;
+  return X_WK ? std::optional(Endpoint{std::nullopt, *X_WK * point.p}) : std::nullopt;
 }
 
-MeasuredDistance Measuring::MeasureNamed(const SceneDistance& asked) const {
+MeasuredDistance SceneMeasurer::MeasureNamed(const SceneDistance& asked) const {
   MeasuredDistance measured{asked.name, {}, {}, {}};
-  const auto from = EndOf(asked.from), to = EndOf(asked.to);
+  const auto from = ResolveEndpoint(asked.from), to = ResolveEndpoint(asked.to);
   if (!from || !to) return measured;
   Separation between;
   if (from->object && to->object) {
@@ -181,7 +182,7 @@ MeasuredDistance Measuring::MeasureNamed(const SceneDistance& asked) const {
   return measured;
 }
 
-void Measuring::MeasureSweeps(const Carriers& carriers, double now_s) {
+void SceneMeasurer::MeasureSweeps(const Carriers& carriers, double now_s) {
   const double started_s = MonotonicSeconds();
   const ObjectTable& table = *scene_->table;
   sweeps_.clear();
@@ -207,7 +208,7 @@ void Measuring::MeasureSweeps(const Carriers& carriers, double now_s) {
     sweeps_.push_back(measured);
   }
   const double took_s = MonotonicSeconds() - started_s;
-  sweep_due_s_ = now_s + std::max(kSweepPeriod_s, kSweepShare * took_s);
+  sweep_due_s_ = now_s + std::max(kSweepPeriod_s, kSweepPauseFactor * took_s);
 }
 
 }  // namespace plumbline

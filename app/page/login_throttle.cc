@@ -1,4 +1,4 @@
-#include "app/page/guess_limit.h"
+#include "app/page/login_throttle.h"
 
 #include <arpa/inet.h>
 
@@ -8,7 +8,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostDoublings = 16;
+constexpr int kMaxDoublings = 16;
 
 /// The first 64 bits of an IPv6 address; any other text as it is.
 std::string NetworkOf(const std::string& address) {
@@ -19,24 +19,24 @@ std::string NetworkOf(const std::string& address) {
 
 }  // namespace
 
-GuessLimit::Entry* GuessLimit::Find(const std::string& network) {
+LoginThrottle::Entry* LoginThrottle::Find(const std::string& network) {
   const auto found = std::find_if(entries_.begin(), entries_.end(),
                                   [&](const Entry& entry) { return entry.network == network; });
   return found == entries_.end() ? nullptr : &*found;
 }
 
-double GuessLimit::Wait_s(const std::string& address, double now_s) {
+double LoginThrottle::Wait_s(const std::string& address, double now_s) {
   const std::lock_guard lock(mutex_);
   const Entry* const entry = Find(NetworkOf(address));
   return entry == nullptr ? 0 : std::max(0.0, entry->until_s - now_s);
 }
 
-void GuessLimit::Failed(const std::string& address, std::uint64_t token_hash, double now_s) {
+void LoginThrottle::Failed(const std::string& address, std::uint64_t token_hash, double now_s) {
   const std::lock_guard lock(mutex_);
   const std::string network = NetworkOf(address);
   Entry* entry = Find(network);
   if (entry == nullptr) {
-    if (entries_.size() < kMost) {
+    if (entries_.size() < kMaxAddresses) {
       entry = &entries_.emplace_back();
     } else {
       entry =
@@ -45,17 +45,17 @@ void GuessLimit::Failed(const std::string& address, std::uint64_t token_hash, do
     }
     *entry = {network, 0, 0, now_s, 0};
   }
-  if (now_s - entry->last_s > kForgotten_s) entry->failures = 0;
+  if (now_s - entry->last_s > kForgetAfter_s) entry->failures = 0;
   entry->last_s = now_s;
   if (entry->failures > 0 && entry->token_hash == token_hash) return;
   entry->token_hash = token_hash;
   ++entry->failures;
-  if (entry->failures < kFree) return;
-  const int doublings = std::min(entry->failures - kFree, kMostDoublings);
-  entry->until_s = now_s + std::min(std::ldexp(1.0, doublings), kLongestWait_s);
+  if (entry->failures < kFreeFailures) return;
+  const int doublings = std::min(entry->failures - kFreeFailures, kMaxDoublings);
+  entry->until_s = now_s + std::min(std::ldexp(1.0, doublings), kMaxWait_s);
 }
 
-void GuessLimit::Succeeded(const std::string& address) {
+void LoginThrottle::Succeeded(const std::string& address) {
   const std::lock_guard lock(mutex_);
   const std::string network = NetworkOf(address);
   std::erase_if(entries_, [&](const Entry& entry) { return entry.network == network; });

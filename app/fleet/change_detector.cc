@@ -1,4 +1,4 @@
-#include "app/fleet/changes.h"
+#include "app/fleet/change_detector.h"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@ namespace plumbline {
 namespace {
 
 constexpr int kMemorySchema = 1;
-/// Bits of the status word that change in ordinary work, and mean nothing to a plant.
-constexpr std::uint16_t kRestless = status::kToggle | status::kBusy | status::kResultValid;
+/// Status bits that change in normal operation and are irrelevant to a plant.
+constexpr std::uint16_t kVolatileBits = status::kToggle | status::kBusy | status::kResultValid;
 
 std::int64_t Milliseconds(double utc_s) {
   return std::llround(1e3 * utc_s);
@@ -27,42 +27,44 @@ bool Differs(const ViewPoint& a, const ViewPoint& b, double change_m) {
 
 }  // namespace
 
-Changes::Changes(const MqttConfig& config, FleetCell cell, const std::string& memory)
+ChangeDetector::ChangeDetector(const MqttConfig& config, FleetCell cell, const std::string& memory)
     : config_(config), cell_(std::move(cell)) {
   const auto json = JsonOrNull(memory);
   if (!json.is_object() || json.value("schema", 0) != kMemorySchema) return;
   alarms_ = json.value("alarms", std::uint16_t{0});
   warnings_ = json.value("warnings", std::uint16_t{0});
   silent_ = json.value("silent", false);
-  model_version_ = json.value("model", kNothingTold);
+  model_version_ = json.value("model", kNotReported);
   lenses_ = json.value("lenses", std::vector<int>());
 }
 
-std::string Changes::Memory() const {
+std::string ChangeDetector::Memory() const {
   return nlohmann::ordered_json{{"schema", kMemorySchema}, {"alarms", alarms_},
                                 {"warnings", warnings_},   {"silent", silent_},
                                 {"model", model_version_}, {"lenses", lenses_}}
       .dump();
 }
 
-void Changes::TakeWord(const char* word, std::uint16_t bits, std::span<const BitMeaning> meanings,
-                       std::uint16_t& told, std::map<std::uint16_t, TimedBit>& timed,
-                       const ViewState& state, double now_s, std::vector<Message>& messages) {
+void ChangeDetector::UpdateWord(const char* word, std::uint16_t bits,
+                                std::span<const BitMeaning> meanings, std::uint16_t& reported,
+                                std::map<std::uint16_t, TimedBit>& timed, const ViewState& state,
+                                double now_s, std::vector<Message>& messages) {
   for (const BitMeaning& meaning : meanings) {
     TimedBit& bit = timed[meaning.mask];
-    const bool set = (bits & meaning.mask) != 0, was = (told & meaning.mask) != 0;
-    if (set || bit.seen_s < -1e299) {  // of a former run: it counts from now
+    const bool set = (bits & meaning.mask) != 0, was = (reported & meaning.mask) != 0;
+    if (set || bit.seen_s < -1e299) {  // reported by a previous run: its time starts now
       bit.seen_s = now_s;
       bit.seen_utc_s = state.utc_s;
     }
     if (set == was || (was && now_s - bit.seen_s < kAlarmOff_s)) continue;
-    told = static_cast<std::uint16_t>(told ^ meaning.mask);
+    reported = static_cast<std::uint16_t>(reported ^ meaning.mask);
     messages.push_back({MessageKind::kAlarm, Milliseconds(bit.seen_utc_s),
                         AlarmBody(word, std::countr_zero(meaning.mask), meaning.meaning, set)});
   }
 }
 
-void Changes::TakePoints(const ViewState& state, double now_s, std::vector<Message>& messages) {
+void ChangeDetector::UpdatePoints(const ViewState& state, double now_s,
+                                  std::vector<Message>& messages) {
   for (const ViewPoint& point : state.points) {
     if (point.code == CorrectionCode::kPending) continue;
     const auto known = points_.find(point.id);
@@ -76,8 +78,9 @@ void Changes::TakePoints(const ViewState& state, double now_s, std::vector<Messa
   }
 }
 
-void Changes::TakeState(const ViewState& state, double now_s, std::vector<Message>& messages) {
-  std::vector<int> summary = {state.status & ~kRestless, state.alarms, state.warnings,
+void ChangeDetector::UpdateState(const ViewState& state, double now_s,
+                                 std::vector<Message>& messages) {
+  std::vector<int> summary = {state.status & ~kVolatileBits, state.alarms, state.warnings,
                               state.model_version, plc_map::MonitoringWord(state.monitoring)};
   summary.insert(summary.end(), lenses_.begin(), lenses_.end());
   const double since_s = now_s - state_s_;
@@ -88,11 +91,11 @@ void Changes::TakeState(const ViewState& state, double now_s, std::vector<Messag
   messages.push_back({MessageKind::kState, Milliseconds(state.utc_s), StateBody(state, cell_)});
 }
 
-void Changes::TakeLenses(const ViewState& state, std::vector<Message>& messages) {
-  lenses_.resize(state.cameras.size(), kNothingTold);
+void ChangeDetector::UpdateLenses(const ViewState& state, std::vector<Message>& messages) {
+  lenses_.resize(state.cameras.size(), kNotReported);
   for (std::size_t k = 0; k < lenses_.size(); ++k) {
     const CameraStatus& status = state.cameras[k].status;
-    const int lens = status.configured ? static_cast<int>(status.state) : kNothingTold;
+    const int lens = status.configured ? static_cast<int>(status.state) : kNotReported;
     if (lens == lenses_[k]) continue;
     lenses_[k] = lens;
     if (!status.configured) continue;
@@ -100,36 +103,36 @@ void Changes::TakeLenses(const ViewState& state, std::vector<Message>& messages)
   }
 }
 
-std::vector<Message> Changes::Take(const ViewState& state, double now_s) {
+std::vector<Message> ChangeDetector::Update(const ViewState& state, double now_s) {
   std::vector<Message> messages;
-  heard_s_ = now_s;
+  received_s_ = now_s;
   if (silent_) {
     silent_ = false;
     messages.push_back({MessageKind::kAlarm, Milliseconds(state.utc_s),
-                        AlarmBody("fleet", 0, "the daemon's states do not come", false)});
+                        AlarmBody("fleet", 0, "no data from plumblined", false)});
   }
   if (state.model_version != model_version_) {
     messages.push_back(
         {MessageKind::kModel, Milliseconds(state.utc_s), ModelBody(state, model_version_)});
     model_version_ = state.model_version;
   }
-  TakeLenses(state, messages);
-  TakeWord("alarms", state.alarms, plc_map::AlarmBits(), alarms_, alarm_times_, state, now_s,
-           messages);
-  TakeWord("warnings", state.warnings, plc_map::WarningBits(), warnings_, warning_times_, state,
-           now_s, messages);
-  TakePoints(state, now_s, messages);
-  TakeState(state, now_s, messages);
+  UpdateLenses(state, messages);
+  UpdateWord("alarms", state.alarms, plc_map::AlarmBits(), alarms_, alarm_times_, state, now_s,
+             messages);
+  UpdateWord("warnings", state.warnings, plc_map::WarningBits(), warnings_, warning_times_, state,
+             now_s, messages);
+  UpdatePoints(state, now_s, messages);
+  UpdateState(state, now_s, messages);
   return messages;
 }
 
-std::vector<Message> Changes::Wait(double now_s, double utc_s) {
-  if (heard_s_ < -1e299) heard_s_ = now_s;
-  if (silent_ || now_s - heard_s_ < kSilent_s) return {};
+std::vector<Message> ChangeDetector::UpdateWithoutState(double now_s, double utc_s) {
+  if (received_s_ < -1e299) received_s_ = now_s;
+  if (silent_ || now_s - received_s_ < kSilent_s) return {};
   silent_ = true;
-  state_s_ = -1e300;  // what comes next is told at once
+  state_s_ = -1e300;  // report the next state at once
   return {{MessageKind::kAlarm, Milliseconds(utc_s),
-           AlarmBody("fleet", 0, "the daemon's states do not come", true)}};
+           AlarmBody("fleet", 0, "no data from plumblined", true)}};
 }
 
 }  // namespace plumbline

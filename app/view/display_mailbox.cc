@@ -1,19 +1,19 @@
-#include "app/view/shown.h"
+#include "app/view/display_mailbox.h"
 
 #include "app/view/silent_daemon.h"
 
 namespace plumbline {
 
-ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
+ShownNow MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem) {
   ShownNow now;
   now.time_s = facts.now_s;
   if (facts.state != nullptr) now.state = std::make_shared<const ViewState>(*facts.state);
   now.link_problem = facts.link_problem;
   now.picture_problem = std::move(picture_problem);
   now.headline = Headline(facts);
-  now.health = ShownHealth(facts);
+  now.health = DisplayedHealth(facts);
   now.panels = PanelsOf(facts);
-  now.own_lines = facts.own_lines;
+  now.viewer_lines = facts.viewer_lines;
   if (facts.model != nullptr) {
     for (const AssemblyPoint& point : facts.model->config.machine.points) {
       if (!point.name.empty()) now.point_names[point.id] = point.name;
@@ -29,48 +29,48 @@ ShownNow ShownOf(const ViewFacts& facts, std::string picture_problem) {
   return now;
 }
 
-ShownNow AsShownAt(const ShownNow& now, double now_s) {
+ShownNow WithdrawIfSilent(const ShownNow& now, double now_s) {
   ShownNow shown = now;
   if (now.state == nullptr) return shown;
   auto withdrawn = WithdrawnState(*now.state, now.link_problem, now_s);
   if (!withdrawn) return shown;
   shown.health = withdrawn->health;
   if (shown.headline.tone != Tone::kBad) {
-    shown.headline = {"NO DAEMON: plumbline-view receives no state", Tone::kBad};
+    shown.headline = {"NO DAEMON: plumbline-view receives no data from plumblined", Tone::kBad};
   }
   shown.state = std::make_shared<const ViewState>(*std::move(withdrawn));
   return shown;
 }
 
-void Shown::Put(std::shared_ptr<const ShownNow> now) {
+void DisplayMailbox::Publish(std::shared_ptr<const ShownNow> status) {
   const std::lock_guard lock(mutex_);
-  now_ = std::move(now);
+  status_ = std::move(status);
 }
 
-void Shown::Put(std::shared_ptr<const ShownPicture> picture) {
+void DisplayMailbox::Publish(std::shared_ptr<const DisplayPicture> picture) {
   const std::lock_guard lock(mutex_);
   picture_ = std::move(picture);
 }
 
-std::shared_ptr<const ShownNow> Shown::Now() const {
+std::shared_ptr<const ShownNow> DisplayMailbox::status() const {
   const std::lock_guard lock(mutex_);
-  return now_;
+  return status_;
 }
 
-std::shared_ptr<const ShownPicture> Shown::picture() const {
+std::shared_ptr<const DisplayPicture> DisplayMailbox::picture() const {
   const std::lock_guard lock(mutex_);
   return picture_;
 }
 
-std::shared_ptr<const ShownPicture> Shown::AskPicture(double now_s) {
+std::shared_ptr<const DisplayPicture> DisplayMailbox::RequestPicture(double now_s) {
   const std::lock_guard lock(mutex_);
-  asked_s_ = now_s;
+  requested_s_ = now_s;
   return picture_;
 }
 
-bool Shown::Asked(double now_s) const {
+bool DisplayMailbox::PictureRequested(double now_s) const {
   const std::lock_guard lock(mutex_);
-  return now_s - asked_s_ < kAskedFor_s;
+  return now_s - requested_s_ < kPictureRequestLifetime_s;
 }
 
 }  // namespace plumbline

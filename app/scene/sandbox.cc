@@ -1,4 +1,4 @@
-#include "app/scene/closed_off.h"
+#include "app/scene/sandbox.h"
 
 #include <linux/audit.h>
 #include <linux/filter.h>
@@ -30,7 +30,7 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #error "name this processor's AUDIT_ARCH_..."
 #endif
 
-/// @param grace  of a process that ignores the signal
+/// @param grace  by how much the hard limit exceeds the soft limit
 bool Limit(__rlimit_resource what, rlim_t most, rlim_t grace = 0) {
   const rlimit limit{most, most + grace};
   return setrlimit(what, &limit) == 0;
@@ -45,7 +45,7 @@ sock_filter UnlessEqual(std::uint32_t k) {
   return {BPF_JMP | BPF_JEQ | BPF_K, 0, 1, k};
 }
 
-/// The kernel's filter of system calls.
+/// Installs the seccomp filter.
 bool AllowFewCalls() {
   constexpr std::uint32_t kAllowed[] = {
       __NR_read,   __NR_write,      __NR_close,         __NR_lseek,        __NR_fstat,
@@ -71,7 +71,7 @@ bool AllowFewCalls() {
 
 }  // namespace
 
-Result<void> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s) {
+Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s) {
   const bool limited = Limit(RLIMIT_CORE, 0) && Limit(RLIMIT_NPROC, 0) &&
                        Limit(RLIMIT_CPU, cpu_s, 1) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
   if (limited && kSanitized) return {};
@@ -79,7 +79,7 @@ Result<void> CloseOff(std::uint64_t memory_bytes, unsigned cpu_s) {
       Limit(RLIMIT_AS, memory_bytes) && AllowFewCalls()) {
     return {};
   }
-  return Error{std::string("the process cannot be closed off: ") + std::strerror(errno)};
+  return Error{std::string("the process cannot be sandboxed: ") + std::strerror(errno)};
 }
 
 }  // namespace plumbline

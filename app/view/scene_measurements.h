@@ -1,4 +1,4 @@
-// What was found between the virtual objects, and between them and the cell's model.
+// Measured distances, interferences and sweeps between the virtual objects.
 #pragma once
 
 #include <optional>
@@ -13,9 +13,9 @@ namespace plumbline {
 
 struct MeasuredPair {
   std::string a, b;
-  int number_a = 0, number_b = 0;  ///< of the object table
+  int number_a = 0, number_b = 0;  ///< object numbers of the object table
   Nearness state = Nearness::kApart;
-  std::optional<Separation> separation;  ///< nothing: one of them is not placed or not loaded
+  std::optional<Separation> separation;  ///< nullopt: an object has no pose or no mesh
 };
 
 struct MeasuredDistance {
@@ -24,32 +24,32 @@ struct MeasuredDistance {
   Vec3 p_a_W = Vec3::Zero(), p_b_W = Vec3::Zero();
 };
 
-/// A point of the table, where it is now.
+/// A named point of the object table at its present position.
 struct PlacedPoint {
   std::string name;
-  std::optional<Vec3> p_W;  ///< nothing: what carries it is not in place
+  std::optional<Vec3> p_W;  ///< nullopt: its carrier has no pose
 };
 
 struct MeasuredSweep {
   std::string name;
   std::optional<SweepResult> result;
-  std::string other;  ///< what is hit, or came nearest
+  std::string other;  ///< the object that is hit or came nearest
 };
 
-/// All of one moment, in the deflected state.
-struct Measured {
-  double time_s = 0;  ///< monotonic, of the state that it is about
-  double took_s = 0;
+/// All measurements of one state, with the tool and arm deflected.
+struct SceneMeasurements {
+  double time_s = 0;  ///< time of the state, monotonic
+  double took_s = 0;  ///< duration of the computation
   std::vector<MeasuredPair> pairs;
   std::vector<MeasuredDistance> distances;
   std::vector<PlacedPoint> points;
   std::vector<MeasuredSweep> sweeps;
 };
 
-/// What of it the PLC is told; without its time.
-SceneStatus SceneForPlc(const Measured& measured);
+/// Summary for the PLC; its `time_s` is not set.
+SceneStatus SceneForPlc(const SceneMeasurements& measured);
 
-/// Older results are told as not known.
+/// Older measurements count as unknown.
 inline constexpr double kMeasuredFresh_s = 1.0;
 
 }  // namespace plumbline

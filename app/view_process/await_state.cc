@@ -1,23 +1,23 @@
-#include "app/view_process/awaited.h"
+#include "app/view_process/await_state.h"
 
 #include "drivers/clock.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kNewest_s = 3;  ///< patience for a state and distances of now
+constexpr double kMeasurementTimeout_s = 3;  ///< for a current state and its measurements
 
 }  // namespace
 
-bool AwaitState(Viewer& viewer, double patience_s) {
-  const double until_s = MonotonicSeconds() + patience_s;
+bool AwaitState(Viewer& viewer, double timeout_s) {
+  const double until_s = MonotonicSeconds() + timeout_s;
   while (!viewer.has_state() && MonotonicSeconds() < until_s) viewer.Read(0.1);
   return viewer.has_state();
 }
 
-void AwaitMeasured(Viewer& viewer, double meshes_patience_s) {
-  // The table is read, then its meshes, then what is between them is measured.
-  const double until_s = MonotonicSeconds() + meshes_patience_s;
+void AwaitMeasured(Viewer& viewer, double meshes_timeout_s) {
+  // First the table is read, then its meshes, then the distances are measured.
+  const double until_s = MonotonicSeconds() + meshes_timeout_s;
   for (;;) {
     const ViewFacts& facts = viewer.Facts();
     const bool read = viewer.config().objects_file.empty() ||
@@ -30,7 +30,7 @@ void AwaitMeasured(Viewer& viewer, double meshes_patience_s) {
   }
   const double asked_s = MonotonicSeconds();
   for (bool newer = false, measured = false;
-       !(newer && measured) && MonotonicSeconds() < asked_s + kNewest_s;) {
+       !(newer && measured) && MonotonicSeconds() < asked_s + kMeasurementTimeout_s;) {
     newer = viewer.Read(0.05) || newer;
     const ViewFacts& facts = viewer.Facts();
     measured =

@@ -1,5 +1,5 @@
-// Distances and interference of a small scene: two cuboids, one on the flange, one in the cell.
-#include "app/view_process/measuring.h"
+// SceneMeasurer with two cuboids, one on the flange and one in the cell.
+#include "app/view_process/scene_measurer.h"
 
 #include <catch2/catch.hpp>
 
@@ -17,22 +17,22 @@ MeshOfObject Box(float side) {
   return std::make_shared<const CheckedMesh>(std::move(checked).value());
 }
 
-struct Watched {
+struct MeasuredScene {
   ViewScene view;
-  std::vector<std::string> told;
+  std::vector<std::string> logged;
   std::vector<Event> events;
-  Measuring measuring{0, [this](const LogEntry& entry) {
-                        told.push_back(entry.text);
-                        events.push_back(entry.event);
-                      }};
-  std::shared_ptr<SceneNow> scene = std::make_shared<SceneNow>();
+  SceneMeasurer measurer{0, [this](const LogEntry& entry) {
+                           logged.push_back(entry.text);
+                           events.push_back(entry.event);
+                         }};
+  std::shared_ptr<SceneSnapshot> scene = std::make_shared<SceneSnapshot>();
 
-  /// A cuboid of 0.2 m at the tool's tip; a wall of 0.2 m whose centre is `apart_m` further along
-  /// x.
-  void Stand(double apart_m) {
+  /// A cuboid of 0.2 m at the tool tip, and a wall of 0.2 m whose centre is `apart_m` further along
+  /// y.
+  void PlaceWall(double apart_m) {
     const Carriers carriers = view.Placed();
     REQUIRE(carriers.tool);
-    scene = std::make_shared<SceneNow>(*scene);
+    scene = std::make_shared<SceneSnapshot>(*scene);
     ++scene->version;
     ObjectTable table;
     SceneObject box, wall;
@@ -64,29 +64,29 @@ struct Watched {
     scene->table = table;
     scene->meshes = {Box(0.2F), Box(0.2F)};
   }
-  Measured Measure() {
-    measuring.Take(scene);
-    return measuring.Measure({ViewScene::kNow_s, view.Placed()}, ViewScene::kNow_s);
+  SceneMeasurements Measure() {
+    measurer.SetScene(scene);
+    return measurer.Measure({ViewScene::kNow_s, view.Placed()}, ViewScene::kNow_s);
   }
 };
 
 }  // namespace
 
-TEST_CASE("the bent tool's box and a wall: apart, near, interference, and the end of it") {
-  Watched watched;
-  watched.Stand(0.5);
-  Measured measured = watched.Measure();
-  const SceneStatus told = SceneForPlc(measured);
-  CHECK(told.interferences == 0);
-  CHECK(told.object_a == 4);
-  CHECK(told.object_b == 9);
-  CHECK(told.smallest_m == Approx(0.3).margin(5e-4));
+TEST_CASE("distance, named distance and sweep between the bent tool's box and a wall") {
+  MeasuredScene watched;
+  watched.PlaceWall(0.5);
+  SceneMeasurements measured = watched.Measure();
+  const SceneStatus logged = SceneForPlc(measured);
+  CHECK(logged.interferences == 0);
+  CHECK(logged.object_a == 4);
+  CHECK(logged.object_b == 9);
+  CHECK(logged.smallest_m == Approx(0.3).margin(5e-4));
   REQUIRE(measured.pairs.size() == 1);
   REQUIRE(measured.pairs[0].separation);
   // The box is bent with the tool: its sections turn by milliradians, its sides by micrometres.
   CHECK(measured.pairs[0].separation->distance_m == Approx(0.3).margin(5e-4));
   CHECK(measured.pairs[0].state == Nearness::kApart);
-  CHECK(watched.told.empty());
+  CHECK(watched.logged.empty());
   REQUIRE(measured.distances.size() == 1);
   REQUIRE(measured.distances[0].distance_m);
   CHECK(*measured.distances[0].distance_m == Approx(0.3).margin(5e-4));
@@ -96,26 +96,26 @@ TEST_CASE("the bent tool's box and a wall: apart, near, interference, and the en
   CHECK(measured.sweeps[0].other == "wall");
 }
 
-TEST_CASE("begin and end of interference are told once each, nearness too") {
-  Watched watched;
-  watched.Stand(0.22);
+TEST_CASE("begin and end of nearness and interference are logged once each") {
+  MeasuredScene watched;
+  watched.PlaceWall(0.22);
   CHECK(watched.Measure().pairs[0].state == Nearness::kNear);
   watched.Measure();
-  REQUIRE(watched.told.size() == 1);
-  CHECK_THAT(watched.told[0], Catch::Contains("box and wall are near: 2"));
+  REQUIRE(watched.logged.size() == 1);
+  CHECK_THAT(watched.logged[0], Catch::Contains("box and wall are near: 2"));
 
-  // The cell's marks out of sight: what stands on the flange and in W is placed by the robot.
+  // Without the cell tags, objects on the flange and in W are still placed by the robot's joints.
   watched.view.state.cameras[0].bodies.clear();
   CHECK(watched.Measure().pairs[0].separation);
-  // The robot is not trusted: nothing is measured, and nothing has ended.
+  // Without a trusted robot reading nothing is measured, and the state does not change.
   watched.view.state.alarms = alarm::kRobotStale;
-  const Measured unknown = watched.Measure();
+  const SceneMeasurements unknown = watched.Measure();
   CHECK_FALSE(unknown.pairs[0].separation);
   CHECK(unknown.pairs[0].state == Nearness::kNear);
   CHECK(SceneForPlc(unknown).unmeasured == 1);
   CHECK(SceneForPlc(unknown).object_a == 0);
   CHECK_FALSE(unknown.distances[0].distance_m);
-  CHECK(watched.told.size() == 1);
+  CHECK(watched.logged.size() == 1);
 
   watched.view.state.alarms = 0;
   // Joint 1 turns the tool towards the wall, whichever its sign is, and away again.
@@ -130,34 +130,34 @@ TEST_CASE("begin and end of interference are told once each, nearness too") {
   CHECK(hit.state == Nearness::kInterference);
   REQUIRE(hit.separation);
   CHECK(hit.separation->depth_m > 0.001);
-  REQUIRE(watched.told.size() == 2);
-  CHECK_THAT(watched.told[1], Catch::Contains("interference of box and wall begins"));
+  REQUIRE(watched.logged.size() == 2);
+  CHECK_THAT(watched.logged[1], Catch::Contains("interference of box and wall begins"));
   turned(-10 * towards);
   CHECK(watched.Measure().pairs[0].state == Nearness::kApart);
-  CHECK(watched.told.size() == 3);
-  CHECK_THAT(watched.told[2], Catch::Contains("interference of box and wall has ended"));
+  CHECK(watched.logged.size() == 3);
+  CHECK_THAT(watched.logged[2], Catch::Contains("interference of box and wall has ended"));
   CHECK(watched.events == std::vector{Event::kInterferenceNear, Event::kInterferenceBegins,
                                       Event::kInterferenceEnds});
 }
 
-TEST_CASE("a mesh that is not there yet: not measured, and no fault") {
-  Watched watched;
-  watched.Stand(0.5);
+TEST_CASE("an object without a mesh is not measured") {
+  MeasuredScene watched;
+  watched.PlaceWall(0.5);
   watched.scene->meshes[1] = nullptr;
-  const Measured measured = watched.Measure();
+  const SceneMeasurements measured = watched.Measure();
   CHECK_FALSE(measured.pairs[0].separation);
   CHECK_FALSE(measured.sweeps[0].result);
 }
 
-TEST_CASE("a scene that is still being read does not take the place of the one before") {
-  Watched watched;
-  watched.Stand(0.5);
+TEST_CASE("an incomplete scene does not replace the previous one") {
+  MeasuredScene watched;
+  watched.PlaceWall(0.5);
   watched.Measure();
-  watched.scene = std::make_shared<SceneNow>();
+  watched.scene = std::make_shared<SceneSnapshot>();
   watched.scene->version = 99;
   watched.scene->complete = false;
   CHECK(watched.Measure().pairs.size() == 1);
-  watched.scene = std::make_shared<SceneNow>(*watched.scene);
+  watched.scene = std::make_shared<SceneSnapshot>(*watched.scene);
   watched.scene->complete = true;
   CHECK(watched.Measure().pairs.empty());
 }
