@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostStartTags = 3;
+constexpr std::size_t kMaxStartTags = 3;
 constexpr double kContradicts_px = 0.5, kContradicts_sd = 6, kContradictsPlace_sd = 4;
 
 /// A body's tag as it is seen.
@@ -76,7 +76,7 @@ std::size_t OddOne(const KnownLens& lens, const std::vector<CornerSet>& sets, co
 
 std::vector<Pose> StartsOf(const KnownLens& lens, const std::vector<Sight>& sights) {
   std::vector<Pose> starts;
-  for (std::size_t i = 0; i < std::min(sights.size(), kMostStartTags); ++i) {
+  for (std::size_t i = 0; i < std::min(sights.size(), kMaxStartTags); ++i) {
     const BodyTag& on_body = *sights[i].on_body;
     const auto poses =
         PosesOfTag(lens, sights[i].seen->corners_px, sights[i].seen->covariance, on_body.side_m);

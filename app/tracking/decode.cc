@@ -11,7 +11,7 @@ namespace {
 constexpr double kAside = 0.22;        // of a cell, where a cell is looked at
 constexpr double kSmallCell_px = 3.5;  // below it the cells' blur into each other is taken back
 constexpr double kSharpening = 0.25;
-constexpr int kMostCells = 11;  // of a side, with the places around
+constexpr int kMaxCells = 11;  // of a side, with the places around
 
 /// Grey levels of all cells, and of a ring of places around them.
 class Cells {
@@ -31,9 +31,9 @@ class Cells {
       }
     }
   }
-  double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMostCells + c + 1]; }
+  double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1]; }
   double At(int r, int c) const {
-    return grey_[static_cast<std::size_t>(r + 1) * kMostCells + c + 1];
+    return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1];
   }
 
   /// Whether the cell lies on the ring of that index: -1 around the tag, 0 its border.
@@ -66,7 +66,7 @@ class Cells {
 
  private:
   int cells_;
-  std::array<double, std::size_t{kMostCells} * kMostCells> grey_{};
+  std::array<double, std::size_t{kMaxCells} * kMaxCells> grey_{};
 };
 
 }  // namespace

@@ -11,15 +11,15 @@ namespace plumbline {
 namespace {
 
 constexpr int kParameters = 7;             // d0, d1, log sigma, B, b, A, a
-constexpr std::size_t kLeastSamples = 21;  // three a parameter
-constexpr int kMostSteps = 6;
+constexpr std::size_t kMinSamples = 21;  // three a parameter
+constexpr int kMaxSteps = 6;
 constexpr double kConverged_px = 2e-3;
 constexpr double kUsualBlur_px = 0.9;
 constexpr double kReach = 3.9, kFromCorner = 2.9;  // in the blur's deviations
 constexpr double kOtherEdges = 1.7;                // likewise: from the cells' other side
 constexpr double kNearest_px = 1.6;                // reach where the cells are narrow
 constexpr double kWider = 1.15;                    // than thought: the pixels are chosen again
-constexpr double kMostShift_px = 2;
+constexpr double kMaxShift_px = 2;
 constexpr double kBlackest = 1, kBrightest = 254;  // [grey levels] at the ends of the scale
 
 using Normal = Eigen::Matrix<double, kParameters, kParameters>;
@@ -141,11 +141,11 @@ Sum Accumulate(const std::vector<Sample>& samples, const Parameters& x, Normal& 
 
 /// The fit over one choice of pixels; x holds where it starts, and what it found.
 std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters& x) {
-  if (samples.size() < kLeastSamples) return std::nullopt;
+  if (samples.size() < kMinSamples) return std::nullopt;
   Normal JtJ;
   Parameters Jtr;
   Sum sum;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     sum = Accumulate(samples, x, JtJ, Jtr);
     // A weak spring holds the blur and the slopes where the pixels do not tell them.
     const double held = 1e-6 * JtJ.diagonal().maxCoeff();
@@ -154,10 +154,10 @@ std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters
     if (!change.allFinite()) return std::nullopt;
     x += change;
     x[2] = std::clamp(x[2], std::log(0.25), std::log(4.0));
-    if (!(std::abs(x[0]) < kMostShift_px && std::abs(x[1]) < kMostShift_px)) return std::nullopt;
+    if (!(std::abs(x[0]) < kMaxShift_px && std::abs(x[1]) < kMaxShift_px)) return std::nullopt;
     if (std::abs(change[0]) < kConverged_px && std::abs(change[1]) < kConverged_px) break;
   }
-  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < static_cast<int>(kLeastSamples)) return std::nullopt;
+  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < static_cast<int>(kMinSamples)) return std::nullopt;
   const double variance = sum.squares / (sum.count - kParameters);
   const Normal covariance =
       variance * JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Normal::Identity());

@@ -10,11 +10,11 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostProfiles = 24, kLeastProfiles = 8;
+constexpr int kMaxProfiles = 24, kMinProfiles = 8;
 constexpr double kFromEnd = 0.1;  // share of a side at its ends that is left out
 constexpr int kTrims = 3;         // times that far places are left out
-constexpr double kLeastTrim_px = 0.8;
-constexpr int kMostReach = 8;
+constexpr double kMinTrim_px = 0.8;
+constexpr int kMaxReach = 8;
 
 /// A straight line n . p = offset, n pointing outwards.
 struct Line {
@@ -33,7 +33,7 @@ struct Step {
 };
 
 Step SteepestStep(const LumaView& image, const Vec2& at, const Vec2& normal, int reach) {
-  std::array<double, 2 * kMostReach + 4> grey{};
+  std::array<double, 2 * kMaxReach + 4> grey{};
   const int half = reach + 1;
   for (int k = -half; k <= half + 1; ++k) {
     const Vec2 p = at + (k - 0.5) * normal;
@@ -56,7 +56,7 @@ Step SteepestStep(const LumaView& image, const Vec2& at, const Vec2& normal, int
 }
 
 /// Least squares across = a + b along over the places in use.
-std::optional<std::pair<double, double>> Fit(const std::array<Place, kMostProfiles>& places,
+std::optional<std::pair<double, double>> Fit(const std::array<Place, kMaxProfiles>& places,
                                              int count) {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
   for (int i = 0; i < count; ++i) {
@@ -76,9 +76,9 @@ std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, co
   const Vec2 normal(direction.y(), -direction.x());
   const double length = (to - from).norm();
   const Vec2 middle = 0.5 * (from + to);
-  const int count = std::clamp(static_cast<int>(0.5 * length), kLeastProfiles, kMostProfiles);
-  const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMostReach);
-  std::array<Place, kMostProfiles> places{};
+  const int count = std::clamp(static_cast<int>(0.5 * length), kMinProfiles, kMaxProfiles);
+  const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMaxReach);
+  std::array<Place, kMaxProfiles> places{};
   int used = 0;
   for (int i = 0; i < count; ++i) {
     const double share = kFromEnd + (1 - 2 * kFromEnd) * (i + 0.5) / count - 0.5;
@@ -90,7 +90,7 @@ std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, co
   if (used < search.least_share * count) return std::nullopt;
   auto fit = Fit(places, count);
   for (int trim = 0; fit && trim < kTrims; ++trim) {
-    std::array<double, kMostProfiles> off{};
+    std::array<double, kMaxProfiles> off{};
     int n = 0;
     for (int i = 0; i < count; ++i) {
       const double miss = std::abs(places[i].across - fit->first - fit->second * places[i].along);
@@ -98,7 +98,7 @@ std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, co
     }
     if (n < 3) return std::nullopt;
     std::nth_element(off.begin(), off.begin() + n / 2, off.begin() + n);
-    const double most = std::max(kLeastTrim_px, 2.5 * off[n / 2]);
+    const double most = std::max(kMinTrim_px, 2.5 * off[n / 2]);
     for (int i = 0; i < count; ++i) {
       const double miss = std::abs(places[i].across - fit->first - fit->second * places[i].along);
       places[i].used &= miss <= most;

@@ -6,9 +6,9 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLeastShareOfHull = 0.82;  // of the hull's area in the quadrilateral
-constexpr double kLeastSide_px = 4;         // of the search image
-constexpr std::size_t kMostHullPoints = 400;
+constexpr double kMinShareOfHull = 0.82;  // of the hull's area in the quadrilateral
+constexpr double kMinSide_px = 4;         // of the search image
+constexpr std::size_t kMaxHullPoints = 400;
 
 double Cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -135,7 +135,7 @@ void QuadFinder::HullOf(const Region& region) {
 /// either side, which moves on as the diagonal turns. Quadratic in the hull's points.
 bool QuadFinder::LargestQuad(Corners& quad) const {
   const int n = static_cast<int>(hull_.size());
-  if (n < 4 || hull_.size() > kMostHullPoints) return false;
+  if (n < 4 || hull_.size() > kMaxHullPoints) return false;
   const auto at = [&](int i) -> const Vec2& { return hull_[i < n ? i : i - n]; };
   double hull_area = 0, best = 0;
   for (int i = 1; i + 1 < n; ++i) hull_area += Area2(hull_[0], hull_[i], hull_[i + 1]);
@@ -152,14 +152,14 @@ bool QuadFinder::LargestQuad(Corners& quad) const {
       corner[0] = i, corner[1] = a, corner[2] = j, corner[3] = b;
     }
   }
-  if (!(best >= kLeastShareOfHull * hull_area)) return false;
+  if (!(best >= kMinShareOfHull * hull_area)) return false;
   for (int k = 0; k < 4; ++k) quad[k] = at(corner[k]);
   for (int k = 0; k < 4; ++k) {
     const double side = (quad[(k + 1) % 4] - quad[k]).norm();
     // Half of what the triangle would have at a right angle: about 15 degrees at the corner.
     const double turn = Area2(quad[k], quad[(k + 1) % 4], quad[(k + 2) % 4]);
     const double next = (quad[(k + 2) % 4] - quad[(k + 1) % 4]).norm();
-    if (side < kLeastSide_px || turn < 0.26 * side * next) return false;
+    if (side < kMinSide_px || turn < 0.26 * side * next) return false;
   }
   return true;
 }

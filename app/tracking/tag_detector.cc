@@ -9,7 +9,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLeastImage_px = 12;
+constexpr int kMinImage_px = 12;
 
 double LeastSide(const Corners& corners) {
   double least = (corners[1] - corners[0]).norm();
@@ -42,7 +42,7 @@ TagDetector::TagDetector(TagFamily family, const DetectorSettings& settings)
 void TagDetector::Search(const LumaView& image, const Part& part, bool whole, const Lens* lens,
                          SeenTags& seen) {
   const ImageBox box = WithinImage(part.box, image.size());
-  if (std::min(box.width(), box.height()) < kLeastImage_px) return;
+  if (std::min(box.width(), box.height()) < kMinImage_px) return;
   MakeSearchImage(image, box, part.shrink, search_);
   threshold_.Apply(search_, whole);
   found_.clear();

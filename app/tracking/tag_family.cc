@@ -13,16 +13,16 @@ namespace {
 
 // Chance that a square of random cells is taken for some tag of the family; more bits are not
 // corrected than keep it below this.
-constexpr double kMostFalseTags = 3e-5;
+constexpr double kMaxFalseTags = 3e-5;
 
-/// The largest h <= most with 4 N sum_{k <= h} C(n, k) / 2^n below kMostFalseTags; 0 at least.
+/// The largest h <= most with 4 N sum_{k <= h} C(n, k) / 2^n below kMaxFalseTags; 0 at least.
 int CorrectableBits(std::size_t codes, int bits, int most) {
   double ways = 1, sum = 1;
   int correctable = 0;
   for (int k = 1; k <= most; ++k) {
     ways *= static_cast<double>(bits - k + 1) / k;
     sum += ways;
-    if (4 * static_cast<double>(codes) * sum / std::exp2(bits) > kMostFalseTags) break;
+    if (4 * static_cast<double>(codes) * sum / std::exp2(bits) > kMaxFalseTags) break;
     correctable = k;
   }
   return correctable;

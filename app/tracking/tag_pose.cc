@@ -9,12 +9,12 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostPoseSteps = 30;
+constexpr int kMaxPoseSteps = 30;
 constexpr double kConverged = 1e-10;      // of chi2, and of the step in its own deviation
 constexpr double kCornerFloor_px = 2e-3;  // no corner is better: grey levels are whole numbers
 constexpr double kTellsApart = 16;        // of chi2
 constexpr double kOneMinimum_sd = 3;
-constexpr double kLeastTurn = 0.02;  // sine of the turn at a corner, clockwise
+constexpr double kMinTurn = 0.02;  // sine of the turn at a corner, clockwise
 
 using Columns = Eigen::Matrix<double, 8, 6>;
 using Residual = Eigen::Matrix<double, 8, 1>;
@@ -137,7 +137,7 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
   auto here = Linearise(known.lens, sets, whitening, X);
   if (!here) return std::nullopt;
   double damping = 1e-6;
-  for (int step = 0; step < kMostPoseSteps; ++step) {
+  for (int step = 0; step < kMaxPoseSteps; ++step) {
     Mat6 damped = here->JtJ;
     damped.diagonal() *= 1 + damping;
     const Vec6 change = damped.ldlt().solve(here->Jtr);
@@ -197,7 +197,7 @@ std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
     const Vec2 side = pixels[(k + 1) % 4] - pixels[k];
     const Vec2 next = pixels[(k + 2) % 4] - pixels[(k + 1) % 4];
     const double turn = side.x() * next.y() - side.y() * next.x();
-    if (!(turn > kLeastTurn * side.norm() * next.norm())) return std::nullopt;
+    if (!(turn > kMinTurn * side.norm() * next.norm())) return std::nullopt;
   }
   std::array<Vec2, 4> normalised;
   for (int k = 0; k < 4; ++k) {

@@ -10,7 +10,7 @@ namespace {
 constexpr int kTile = 4;                 // [px]
 constexpr double kTileRangeOfNoise = 3;  // range of 16 normal numbers, flattest fifth [sd]
 constexpr double kRangeInNoise = 6.5;    // the range of 144 of them is 5.3 on average
-constexpr int kLeastRange = 5, kMostLeastRange = 24;  // [grey levels]
+constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
 
 void Halve(const LumaView& image, const ImageBox& box, SearchImage& search) {
   for (int y = 0; y < search.height; ++y) {
@@ -90,13 +90,13 @@ int Threshold::LeastRange() const {
     below += count[range++];
   }
   const int least = static_cast<int>(std::lround(kRangeInNoise * range / kTileRangeOfNoise));
-  return std::clamp(least, kLeastRange, kMostLeastRange);
+  return std::clamp(least, kMinRange, kMaxMinRange);
 }
 
 void Threshold::Apply(SearchImage& search, bool whole_image) {
   search.dark.resize(search.grey.size());
   if (fixed_) {
-    least_range_ = kLeastRange;
+    least_range_ = kMinRange;
     const int level = *fixed_;
     for (std::size_t i = 0; i < search.grey.size(); ++i) search.dark[i] = search.grey[i] < level;
     return;

@@ -8,7 +8,7 @@ namespace plumbline {
 namespace {
 
 constexpr double kSmallTag_px = 60;  // below it the search runs at full size
-constexpr double kLeastMargin_px = 12;
+constexpr double kMinMargin_px = 12;
 
 double LongestSide(const Corners& corners) {
   double longest = 0;
@@ -58,7 +58,7 @@ bool Tracker::SearchPredicted(const LumaView& image, double time_s, const Lens* 
     const Corners corners = Predicted(track, time_s);
     const double side = LongestSide(corners);
     const double moved = (CentreOf(corners) - CentreOf(track.corners)).norm();
-    const double margin = std::max(kLeastMargin_px, 0.5 * side) + 0.5 * moved;
+    const double margin = std::max(kMinMargin_px, 0.5 * side) + 0.5 * moved;
     parts_.push_back({BoxAround(corners, margin), side < kSmallTag_px ? 1 : 2});
   }
   detector_.DetectIn(image, parts_, lens, seen_);

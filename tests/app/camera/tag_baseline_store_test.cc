@@ -1,55 +1,55 @@
-#include "app/camera/marks_store.h"
+#include "app/camera/tag_baseline_store.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "tests/app/camera/marks_scene.h"
+#include "tests/app/camera/reference_tag_scene.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
 using namespace plumbline;
 using namespace plumbline::test;
 
-TEST_CASE("marks are remembered over a restart, to the last digit") {
+TEST_CASE("baselines survive a restart exactly") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/fixed_marks.json";
   const Body cell = CellMarks();
-  const KnownLens lens{MarksLens(), LensCovariance::Zero()};
-  const MarksMemory memory =
-      Remember(lens, cell, SeenMarks(lens.lens, cell, CellInCamera(), 0.05, 3), CellInCamera());
+  const KnownLens lens{TagSceneLens(), LensCovariance::Zero()};
+  const TagBaseline baseline =
+      BaselineAt(lens, cell, ObserveTags(lens.lens, cell, CellInCamera(), 0.05, 3), CellInCamera());
   std::string problem;
   {
-    MarksStore store(path, cell, problem);
+    TagBaselineStore store(path, cell, problem);
     CHECK(problem.empty());
     CHECK_FALSE(store.Find(7));
-    CHECK(store.Keep(7, memory));
-    CHECK(store.Keep(8, memory));
+    CHECK(store.Store(7, baseline));
+    CHECK(store.Store(8, baseline));
   }
-  const MarksStore again(path, cell, problem);
+  const TagBaselineStore again(path, cell, problem);
   CHECK(problem.empty());
   const auto read = again.Find(7);
   REQUIRE(read);
-  CHECK(read->X_CK.p == memory.X_CK.p);
-  CHECK(read->X_CK.R == memory.X_CK.R);
-  REQUIRE(read->tags.size() == memory.tags.size());
-  CHECK(read->tags.at(2).residual_px[3] == memory.tags.at(2).residual_px[3]);
-  CHECK(read->tags.at(4).covariance == memory.tags.at(4).covariance);
+  CHECK(read->X_CK.p == baseline.X_CK.p);
+  CHECK(read->X_CK.R == baseline.X_CK.R);
+  REQUIRE(read->tags.size() == baseline.tags.size());
+  CHECK(read->tags.at(2).residual_px[3] == baseline.tags.at(2).residual_px[3]);
+  CHECK(read->tags.at(4).covariance == baseline.tags.at(4).covariance);
   CHECK(again.Find(8));
-  MarksMemory bent = memory;  // as a file that somebody wrote in may say
+  TagBaseline bent = baseline;  // as in a file edited by hand
   bent.X_CK.R *= 1.1;
   CHECK_FALSE(MarksFromJson(MarksJson({{7, bent}}, cell), cell).ok());
-  bent = memory;
+  bent = baseline;
   bent.tags.at(2).covariance(3, 3) = -1;
   CHECK_FALSE(MarksFromJson(MarksJson({{7, bent}}, cell), cell).ok());
 
   Body other = cell;
   other.tags[1].X_KM.p.x() += 1e-4;  // declared otherwise: what was left then means nothing now
-  const MarksStore fresh(path, other, problem);
+  const TagBaselineStore fresh(path, other, problem);
   CHECK(problem.empty());
   CHECK_FALSE(fresh.Find(7));
 }
 
-TEST_CASE("a file that is none is told, and written anew") {
+TEST_CASE("an unreadable file is reported and replaced") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/fixed_marks.json";
   const Body cell = CellMarks();
@@ -58,19 +58,19 @@ TEST_CASE("a file that is none is told, and written anew") {
     CAPTURE(text);
     std::ofstream(path) << text;
     std::string problem;
-    MarksStore store(path, cell, problem);
+    TagBaselineStore store(path, cell, problem);
     CHECK_FALSE(store.Find(1));
   }
   std::ofstream(path) << "{";
   std::string problem;
-  MarksStore store(path, cell, problem);
-  CHECK_THAT(problem, Catch::Contains("the marks are looked at anew"));
-  CHECK(store.Keep(1, {}));
+  TagBaselineStore store(path, cell, problem);
+  CHECK_THAT(problem, Catch::Contains("verified again without their history"));
+  CHECK(store.Store(1, {}));
   CHECK(FileText(path + ".unread") == "{");  // for whoever wants to know, or a newer version's
-  MarksStore again(path, cell, problem = "");
+  TagBaselineStore again(path, cell, problem = "");
   CHECK(problem.empty());
   CHECK(again.Find(1));
   std::string unused;
-  MarksStore nowhere("/nonexistent/marks.json", cell, unused);
-  CHECK_FALSE(nowhere.Keep(1, {}));
+  TagBaselineStore nowhere("/nonexistent/marks.json", cell, unused);
+  CHECK_FALSE(nowhere.Store(1, {}));
 }
