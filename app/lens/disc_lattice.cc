@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-constexpr double kMinContrast = 3;  // grey levels below the mean of the surroundings
+constexpr double kMinDarkness = 3;  // grey levels below the mean of the surroundings
 constexpr int kMinDiscArea_px = 16;
 constexpr double kMaxExtent = 0.25;  // of a disc, share of the image width
 // Tolerance of the area relative to that of the ellipse with the same moments (a square differs by
@@ -179,7 +179,7 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
   cv::Mat mean, dark, labels;
   cv::blur(smooth, mean, {around, around}, {-1, -1}, cv::BORDER_REFLECT);
   cv::subtract(mean, smooth, dark);  // saturates at zero
-  cv::threshold(dark, dark, kMinContrast, 255, cv::THRESH_BINARY);
+  cv::threshold(dark, dark, kMinDarkness, 255, cv::THRESH_BINARY);
   const int count = cv::connectedComponents(dark, labels, 4, CV_32S);
   std::vector<Moments> moments(static_cast<std::size_t>(count));
   for (int v = 0; v < labels.rows; ++v) {

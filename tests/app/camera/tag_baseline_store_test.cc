@@ -66,7 +66,7 @@ TEST_CASE("an unreadable file is reported and replaced") {
   TagBaselineStore store(path, cell, problem);
   CHECK_THAT(problem, Catch::Contains("verified again without their history"));
   CHECK(store.Store(1, {}));
-  CHECK(FileText(path + ".unread") == "{");  // for whoever wants to know, or a newer version's
+  CHECK(FileText(path + ".unread") == "{");  // preserved for inspection or a newer version
   TagBaselineStore again(path, cell, problem = "");
   CHECK(problem.empty());
   CHECK(again.Find(1));

@@ -76,7 +76,7 @@ TEST_CASE(
   const double spread = std::sqrt(sum / count);
   CAPTURE(spread, robot / seeds, corner / seeds, adjusted / seeds, linear / seeds);
   CHECK(spread > 0.85);
-  CHECK(spread < 1.25);  // twenty views tell the robot's noise to about 10 %
+  CHECK(spread < 1.25);  // twenty views determine the robot's noise to about 10 %
   CHECK(robot / seeds == Approx(0.3e-3).epsilon(0.15));
   CHECK(corner / seeds == Approx(0.1).epsilon(0.05));
   CHECK(adjusted < linear);
@@ -181,7 +181,7 @@ TEST_CASE("joint offsets of the robot are estimated together with the camera") {
   Making how;
   how.views = 30;
   how.robot_m = how.robot_rad = 0;
-  // Postures are drawn; the camera and the target stand where the first of them needs it, and those
+  // Postures are sampled; camera and target are placed to suit the first of them, and those
   // that see the target from the front are kept.
   std::mt19937 random(4);
   Made made = Make(how, 11);

@@ -17,7 +17,7 @@ struct Making {
   double corner_px = 0.1, robot_m = 0.3e-3, robot_rad = 0.3e-3;
   double tilt_rad = 0.5;     ///< largest turn of the target about two axes
   double spin_rad = 1.5;     ///< and about the third
-  double size = 1;           ///< the target's true size over the told one
+  double size = 1;           ///< true size of the target / declared size
   std::vector<int> wrong{};  ///< views whose robot pose is that of another
 };
 

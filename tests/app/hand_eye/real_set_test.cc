@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path Folder() {
-  const char* told = std::getenv("PLUMBLINE_MEASURED");
-  return fs::path(told != nullptr ? told : "../shared/measured") / "robot-charuco-rct";
+  const char* folder = std::getenv("PLUMBLINE_MEASURED");
+  return fs::path(folder != nullptr ? folder : "../shared/measured") / "robot-charuco-rct";
 }
 
 /// Parses "x: 0.1" lines.
