@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::int32_t kLargestSide = 16384;
+constexpr std::int32_t kMaxSide_px = 16384;
 constexpr std::uint8_t kFound = 1, kNone = 0;
 
 template <typename T>
@@ -16,7 +16,7 @@ void Put(Bytes& bytes, const T& value) {
   bytes.insert(bytes.end(), raw, raw + sizeof value);
 }
 
-/// Takes values off the front; false where there are too few bytes.
+/// Reads values from the front; Take() returns false if too few bytes remain.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
@@ -56,8 +56,8 @@ std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes) 
   const bool whole = reader.Take(request.width) && reader.Take(request.height) &&
                      reader.Take(board.columns) && reader.Take(board.rows) &&
                      reader.Take(board.square_m) && reader.Take(board.mark_m) && reader.Take(kind);
-  const auto side = [](std::int32_t v) { return v >= 1 && v <= kLargestSide; };
-  if (!whole || bytes.size() > kLargestBoardRequest || !side(request.width) ||
+  const auto side = [](std::int32_t v) { return v >= 1 && v <= kMaxSide_px; };
+  if (!whole || bytes.size() > kMaxBoardRequest_bytes || !side(request.width) ||
       !side(request.height) || kind > static_cast<std::uint8_t>(BoardKind::kAsymmetricCircles)) {
     return std::nullopt;
   }

@@ -1,5 +1,4 @@
-// What the daemon and its detecting worker say to each other, as bytes. Both run the same program
-// on the same machine; the lengths are checked all the same.
+// Messages between the daemon and its board worker, encoded as bytes.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +9,11 @@
 #include "app/lens/board.h"
 #include "firmware-like/result.h"
 
+// Both ends are the same program on the same machine, so values have native layout; lengths and
+// ranges are checked nevertheless.
 namespace plumbline {
 
-/// The image itself lies in shared memory, row by row, no padding.
+/// Request to detect a board. The image itself is in shared memory, row by row without padding.
 struct BoardRequest {
   std::int32_t width = 0, height = 0;
   Board board;
@@ -20,15 +21,16 @@ struct BoardRequest {
 
 using Bytes = std::vector<std::uint8_t>;
 
-inline constexpr std::size_t kLargestBoardMessage = 1 << 18;
-inline constexpr std::size_t kLargestBoardRequest = 256;
+inline constexpr std::size_t kMaxBoardResponse_bytes = 1 << 18;
+inline constexpr std::size_t kMaxBoardRequest_bytes = 256;
 
 Bytes BytesOfRequest(const BoardRequest& request);
-/// @return  nothing where the length or a number is impossible
+/// @return  nullopt if the length or a value is out of range
 std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes);
 
-/// A view without name and time, or why there is none.
-Bytes BytesOfAnswer(const Result<BoardView>& answer);
+/// Response: the detected view without its name and time, or the reason why there is none.
+Bytes BytesOfAnswer(const Result<BoardView>& response);
+/// @return  nullopt if the bytes are malformed
 std::optional<Result<BoardView>> AnswerOfBytes(std::span<const std::uint8_t> bytes);
 
 }  // namespace plumbline

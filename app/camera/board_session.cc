@@ -11,23 +11,27 @@
 namespace plumbline {
 namespace {
 
-constexpr double kNovel = 0.02;          ///< of the image's diagonal, RMS over the corners
-constexpr double kMoving_px = 3;         ///< from one frame to the next: smeared, or bent by a
-                                         ///< shutter that rolls
-constexpr double kFrameGap_s = 0.25;     ///< frames further apart say nothing of motion
-constexpr double kBlurred = 1.5;         ///< times the middle of the last frames ..
-constexpr double kAlwaysSharp_px = 1.2;  ///< .. unless below this
-constexpr std::size_t kBlurs = 40;
-constexpr std::size_t kLeastForFit = 3, kFurtherViews = 5;
-constexpr int kPromptViews = 2;  ///< kept while a prompt stands, before another is chosen
-constexpr int kAlike = 40;       ///< likewise, frames that show nothing new
+/// A view is new if its corners differ by this share of the image's diagonal (RMS) from those of
+/// every kept view.
+constexpr double kMinNovelty = 0.02;
+/// Motion between frames above which motion blur or a rolling shutter would distort the view.
+constexpr double kMaxMotion_px = 3;
+constexpr double kMaxFrameGap_s = 0.25;  ///< frames further apart are not compared for motion
+/// A frame is blurred if its edges are this much wider than the median of recent frames ..
+constexpr double kMaxBlurRatio = 1.5;
+constexpr double kAlwaysSharp_px = 1.2;  ///< .. and wider than this
+constexpr std::size_t kRecentBlurs = 40;
+constexpr std::size_t kMinViewsForFit = 3;
+constexpr std::size_t kFurtherViews = 5;  ///< between two judgements
+constexpr int kMaxViewsPerPrompt = 2;
+constexpr int kMaxRedundantFrames = 40;  ///< then another prompt is chosen
 
-/// Before a lens can be fitted: the tilts that make it possible.
+/// Prompts before a lens can be fitted: the tilts that make a fit possible.
 constexpr BoardPrompt kFirst[] = {BoardPrompt::kTiltLeft, BoardPrompt::kTiltUpper,
                                   BoardPrompt::kTiltRight};
 
-/// RMS over the points that both show [px]; infinite where there are none (parts of a ChArUco
-/// board).
+/// RMS distance over the points that both views show [px]; infinite if they share none (possible
+/// with partial views of a ChArUco board).
 double Distance(const BoardView& a, const BoardView& b) {
   double sum = 0;
   int count = 0;
@@ -44,8 +48,8 @@ double Distance(const BoardView& a, const BoardView& b) {
 BoardSession::BoardSession(const BoardSettings& settings, ImageSize size, double now_s)
     : settings_(settings),
       size_(size),
-      began_s_(now_s),
-      judge_at_(static_cast<std::size_t>(settings.views)) {}
+      start_s_(now_s),
+      judge_at_count_(static_cast<std::size_t>(settings.views)) {}
 
 double BoardSession::oldest_s() const {
   return kept_.empty() ? INFINITY : kept_.front().time_s;
@@ -57,8 +61,8 @@ double BoardSession::NoveltyOf(const BoardView& view) const {
   return nearest / std::hypot(size_.width, size_.height);
 }
 
-/// The prompts whose view, followed to the letter, would be like one that is kept.
-std::set<BoardPrompt> BoardSession::ShownAlready(const Lens& lens) const {
+/// Prompts whose exact view would resemble one that is already kept.
+std::set<BoardPrompt> BoardSession::PromptsAlreadyShown(const Lens& lens) const {
   std::set<BoardPrompt> shown;
   for (int number = static_cast<int>(BoardPrompt::kTiltLeft); number < kBoardPrompts; ++number) {
     const auto prompt = static_cast<BoardPrompt>(number);
@@ -70,62 +74,63 @@ std::set<BoardPrompt> BoardSession::ShownAlready(const Lens& lens) const {
       view.seen.push_back(p_C.z() > 0);
       view.corners_px.push_back(p_C.z() > 0 ? Project(lens, p_C) : Vec2(0, 0));
     }
-    if (NoveltyOf(view) < kNovel) shown.insert(prompt);
+    if (NoveltyOf(view) < kMinNovelty) shown.insert(prompt);
   }
   return shown;
 }
 
-/// Why a view is not kept; empty where it is.
-std::string BoardSession::Objection(const BoardView& view) {
-  std::vector<double> blurs(blurs_.begin(), blurs_.end());
-  const double middle = blurs.empty() ? view.blur_px : MedianOf(blurs);
-  blurs_.push_back(view.blur_px);
-  if (blurs_.size() > kBlurs) blurs_.pop_front();
-  if (view.blur_px > std::max(kAlwaysSharp_px, kBlurred * middle)) {
+/// Why a view is not kept; empty if it is. Also updates the prompt.
+std::string BoardSession::ReasonToReject(const BoardView& view) {
+  std::vector<double> blurs(recent_blur_px_.begin(), recent_blur_px_.end());
+  const double median = blurs.empty() ? view.blur_px : MedianOf(blurs);
+  recent_blur_px_.push_back(view.blur_px);
+  if (recent_blur_px_.size() > kRecentBlurs) recent_blur_px_.pop_front();
+  if (view.blur_px > std::max(kAlwaysSharp_px, kMaxBlurRatio * median)) {
     prompt_ = BoardPrompt::kHoldStill;
     return fmt::format("blurred: edges {:.1f} px wide", view.blur_px);
   }
-  if (previous_ && view.time_s - previous_->time_s < kFrameGap_s) {
+  if (previous_ && view.time_s - previous_->time_s < kMaxFrameGap_s) {
     const double moved = Distance(view, *previous_);
-    if (moved > kMoving_px) {
+    if (moved > kMaxMotion_px) {
       prompt_ = BoardPrompt::kHoldStill;
-      return std::isfinite(moved) ? fmt::format("moved by {:.1f} px since the last frame", moved)
-                                  : "another part of the board than in the last frame";
+      return std::isfinite(moved)
+                 ? fmt::format("moved by {:.1f} px since the previous frame", moved)
+                 : "shows another part of the board than the previous frame";
     }
   }
   prompt_ = wanted_;
-  if (NoveltyOf(view) < kNovel) return "like a view that is kept already";
+  if (NoveltyOf(view) < kMinNovelty) return "too similar to a view that is already kept";
   return {};
 }
 
 void BoardSession::Take(BoardView view) {
   if (state_ != State::kCapturing) return;
-  last_word_ = Objection(view);
+  rejection_ = ReasonToReject(view);
   previous_ = view;
   const double time_s = view.time_s;
-  if (last_word_.empty()) {
+  if (rejection_.empty()) {
     Keep(std::move(view));
-  } else if (prompt_ == wanted_ && ++alike_ >= kAlike) {
-    spent_.insert(wanted_);  // what was asked for does not come, or is there already
+  } else if (prompt_ == wanted_ && ++redundant_ >= kMaxRedundantFrames) {
+    exhausted_.insert(wanted_);  // the prompted view does not come, or is already covered
     ChoosePrompt();
   }
-  Expire(time_s);
+  CheckTimeout(time_s);
 }
 
-void BoardSession::TakeMiss(const std::string& why, double time_s) {
+void BoardSession::TakeFailure(const std::string& why, double time_s) {
   if (state_ != State::kCapturing) return;
-  last_word_ = last_miss_ = why;
+  rejection_ = last_miss_reason_ = why;
   previous_.reset();
   prompt_ = BoardPrompt::kShowBoard;
-  Expire(time_s);
+  CheckTimeout(time_s);
 }
 
 void BoardSession::Keep(BoardView view) {
   view.name = fmt::format("view {}", kept_.size() + 1);
   kept_.push_back(std::move(view));
-  ++kept_under_wanted_;
-  alike_ = 0;
-  if (kept_.size() >= judge_at_) {
+  ++kept_for_wanted_;
+  redundant_ = 0;
+  if (kept_.size() >= judge_at_count_) {
     Judge();
     if (state_ != State::kCapturing) return;
   }
@@ -134,19 +139,19 @@ void BoardSession::Keep(BoardView view) {
 
 void BoardSession::ChoosePrompt() {
   const BoardPrompt before = wanted_;
-  if (kept_.size() < kLeastForFit) {
+  if (kept_.size() < kMinViewsForFit) {
     wanted_ = kFirst[kept_.size()];
   } else if (const auto fit = FitLens(settings_.board, kept_, size_)) {
-    std::set<BoardPrompt> avoid = ShownAlready(LensOfShared(fit->shared));
-    avoid.insert(spent_.begin(), spent_.end());
-    if (kept_under_wanted_ >= kPromptViews) avoid.insert(before);
+    std::set<BoardPrompt> avoid = PromptsAlreadyShown(LensOfShared(fit->shared));
+    avoid.insert(exhausted_.begin(), exhausted_.end());
+    if (kept_for_wanted_ >= kMaxViewsPerPrompt) avoid.insert(before);
     wanted_ = BestPrompt(settings_.board, *fit, size_, avoid);
-    if (wanted_ == BoardPrompt::kShowBoard) {  // a hand is never twice at the same place
-      spent_.clear();
+    if (wanted_ == BoardPrompt::kShowBoard) {  // by hand, the same prompt always gives a new view
+      exhausted_.clear();
       wanted_ = BestPrompt(settings_.board, *fit, size_, {before});
     }
   }
-  if (wanted_ != before) kept_under_wanted_ = alike_ = 0;
+  if (wanted_ != before) kept_for_wanted_ = redundant_ = 0;
   prompt_ = wanted_;
 }
 
@@ -158,7 +163,7 @@ void BoardSession::Judge() {
     return;
   }
   reasons_ = calibration_->reasons;
-  judge_at_ = kept_.size() + kFurtherViews;
+  judge_at_count_ = kept_.size() + kFurtherViews;
   const bool full = kept_.size() >= static_cast<std::size_t>(settings_.most_views);
   if (full || !calibration_->further_views_help) {
     state_ = State::kRefused;
@@ -166,12 +171,13 @@ void BoardSession::Judge() {
   }
 }
 
-void BoardSession::Expire(double time_s) {
-  if (state_ != State::kCapturing || time_s - began_s_ < settings_.patience_s) return;
-  if (kept_.size() > kLeastForFit && !calibration_) Judge();
+void BoardSession::CheckTimeout(double time_s) {
+  if (state_ != State::kCapturing || time_s - start_s_ < settings_.patience_s) return;
+  if (kept_.size() > kMinViewsForFit && !calibration_) Judge();
   if (state_ == State::kAccepted) return;
-  Refuse(fmt::format("not accepted within {:.0f} s, {} views kept{}", settings_.patience_s,
-                     kept_.size(), last_miss_.empty() ? "" : "; at last: " + last_miss_));
+  Refuse(fmt::format("not accepted within {:.0f} s; {} views kept{}", settings_.patience_s,
+                     kept_.size(),
+                     last_miss_reason_.empty() ? "" : "; last frame: " + last_miss_reason_));
 }
 
 void BoardSession::Refuse(std::string reason) {

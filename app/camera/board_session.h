@@ -1,4 +1,4 @@
-// One capture of the board, from the first frame to a lens that is accepted or refused.
+// One capture of the calibration board, from the first frame to an accepted or refused lens.
 #pragma once
 
 #include <deque>
@@ -14,62 +14,63 @@ namespace plumbline {
 
 struct BoardSettings {
   Board board;
-  int views = 20;           ///< that are kept before the lens is judged first
-  int most_views = 60;      ///< then it is refused, whatever may still come
-  double patience_s = 180;  ///< likewise
+  int views = 20;           ///< kept views before the lens is judged for the first time
+  int most_views = 60;      ///< the capture is refused if the lens is still not good enough
+  double patience_s = 180;  ///< likewise, time since the start
   CalibrationOptions options;
 };
 
-/// Takes what the detector finds in each frame and keeps the views that add information: whole,
-/// sharp, at rest, and elsewhere or otherwise tilted than those that are kept. Says what to show
-/// next: the view that would make the projection least uncertain at its worst place. Pure: time
-/// comes with the frames.
+/// Receives the detections of each frame and keeps the views that add information: complete, sharp,
+/// stationary, and at a different place or tilt than those already kept. Prompts for the view that
+/// would reduce the projection uncertainty most at its worst place. Pure: time comes with the
+/// frames.
 class BoardSession {
  public:
   enum class State { kCapturing, kAccepted, kRefused };
 
   BoardSession(const BoardSettings& settings, ImageSize size, double now_s);
 
-  /// A frame with the board.
+  /// A frame in which the board was detected.
   void Take(BoardView view);
-  /// A frame without one; `why` in the detector's words.
-  void TakeMiss(const std::string& why, double time_s);
+  /// A frame in which it was not. @param why  the detector's reason
+  void TakeFailure(const std::string& why, double time_s);
 
   State state() const { return state_; }
   BoardPrompt prompt() const { return prompt_; }
-  /// Solved as soon as there are enough views; what was kept last where it was refused.
+  /// Set once there are enough views; if refused, the last attempt.
   const std::optional<LensCalibration>& calibration() const { return calibration_; }
   const std::vector<std::string>& reasons() const { return reasons_; }  ///< of kRefused
   std::size_t kept() const { return kept_.size(); }
   const std::vector<BoardView>& views() const { return kept_; }
-  double oldest_s() const;  ///< when the oldest kept view was taken
-  /// Why the last frame was not kept; empty where it was.
-  const std::string& last_word() const { return last_word_; }
+  double oldest_s() const;  ///< time of the oldest kept view; infinite without one
+  /// Why the last frame was not kept; empty if it was.
+  const std::string& rejection() const { return rejection_; }
 
  private:
-  std::string Objection(const BoardView& view);
+  std::string ReasonToReject(const BoardView& view);
   double NoveltyOf(const BoardView& view) const;
-  std::set<BoardPrompt> ShownAlready(const Lens& lens) const;
+  std::set<BoardPrompt> PromptsAlreadyShown(const Lens& lens) const;
   void Keep(BoardView view);
   void ChoosePrompt();
   void Judge();
-  void Expire(double time_s);
+  void CheckTimeout(double time_s);
   void Refuse(std::string reason);
 
   BoardSettings settings_;
   ImageSize size_;
-  double began_s_;
+  double start_s_;
   State state_ = State::kCapturing;
   BoardPrompt prompt_ = BoardPrompt::kShowBoard, wanted_ = BoardPrompt::kTiltLeft;
-  int kept_under_wanted_ = 0, alike_ = 0;  ///< alike: not kept for it since the last that was
-  std::set<BoardPrompt> spent_;            ///< asked for in vain, till every one was
+  int kept_for_wanted_ = 0;
+  int redundant_ = 0;  ///< frames rejected as redundant since the last kept view or prompt change
+  std::set<BoardPrompt> exhausted_;  ///< prompts that brought no new view; cleared once all have
   std::vector<BoardView> kept_;
   std::optional<BoardView> previous_;
-  std::deque<double> blurs_;  ///< of the last frames
-  std::size_t judge_at_;
+  std::deque<double> recent_blur_px_;
+  std::size_t judge_at_count_;
   std::optional<LensCalibration> calibration_;
   std::vector<std::string> reasons_;
-  std::string last_word_, last_miss_;
+  std::string rejection_, last_miss_reason_;
 };
 
 }  // namespace plumbline

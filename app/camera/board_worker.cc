@@ -16,7 +16,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kSocket = 3, kMemory = 4;  ///< the worker's descriptors
+constexpr int kSocket = 3, kMemory = 4;  ///< descriptors the worker inherits
 constexpr int kWorkerNice = 5;
 
 }  // namespace
@@ -25,41 +25,42 @@ BoardWorker::BoardWorker(std::string program, Clock clock)
     : program_(std::move(program)), clock_(clock) {}
 
 BoardWorker::~BoardWorker() {
-  End();
+  StopWorker();
   if (shared_ != nullptr) munmap(shared_, shared_bytes_);
 }
 
 Result<void> BoardWorker::Start() {
   std::array<int, 2> pair{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair.data()) != 0) {
-    return Error{fmt::format("no socket for the worker: {}", std::strerror(errno))};
+    return Error{
+        fmt::format("cannot create a socket for the board worker: {}", std::strerror(errno))};
   }
   Descriptor ours(pair[0]);
   const Descriptor its(pair[1]);
-  const int room = static_cast<int>(kLargestBoardMessage);
+  const int room = static_cast<int>(kMaxBoardResponse_bytes);
   setsockopt(its.get(), SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
   auto child = ChildProcess::Start({.arguments = {program_, "board-worker"},
                                     .descriptors = {{STDERR_FILENO, STDERR_FILENO},
                                                     {kSocket, its.get()},
                                                     {kMemory, memory_.get()}},
                                     .nice = kWorkerNice});
-  if (!child) return Error{fmt::format("no process for the worker: {}", child.error())};
+  if (!child) return Error{fmt::format("cannot start the board worker: {}", child.error())};
   child_ = std::move(child).value();
   socket_ = std::move(ours);
-  answered_ = false;
+  has_responded_ = false;
   return {};
 }
 
-void BoardWorker::End() {
+void BoardWorker::StopWorker() {
   child_.End();
   socket_.Reset();
-  asked_s_.reset();
+  sent_s_.reset();
 }
 
-Result<void> BoardWorker::Share(const LumaView& image) {
+Result<void> BoardWorker::CopyToSharedMemory(const LumaView& image) {
   const std::size_t bytes = static_cast<std::size_t>(image.width) * image.height;
   if (bytes > shared_bytes_) {
-    End();  // it has mapped the smaller memory
+    StopWorker();  // it has mapped the smaller memory
     if (shared_ != nullptr) munmap(shared_, shared_bytes_);
     shared_ = nullptr;
     shared_bytes_ = 0;
@@ -69,7 +70,8 @@ Result<void> BoardWorker::Share(const LumaView& image) {
       at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
     }
     if (at == MAP_FAILED) {
-      return Error{fmt::format("no memory for the worker's frames: {}", std::strerror(errno))};
+      return Error{fmt::format("cannot allocate shared memory for the board worker's frames: {}",
+                               std::strerror(errno))};
     }
     shared_ = static_cast<std::uint8_t*>(at);
     shared_bytes_ = bytes;
@@ -81,54 +83,57 @@ Result<void> BoardWorker::Share(const LumaView& image) {
   return {};
 }
 
-Result<void> BoardWorker::Ask(const LumaView& image, const Board& board) {
-  if (auto shared = Share(image); !shared) return shared;
+Result<void> BoardWorker::Submit(const LumaView& image, const Board& board) {
+  if (auto shared = CopyToSharedMemory(image); !shared) return shared;
   if (!child_.started()) {
     if (auto started = Start(); !started) return started;
   }
   const Bytes request = BytesOfRequest({image.width, image.height, board});
   if (send(socket_.get(), request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
     const std::string why = std::strerror(errno);
-    ++ended_;
-    End();
-    return Error{"the worker does not listen: " + why};
+    ++failures_;
+    StopWorker();
+    return Error{"cannot send to the board worker: " + why};
   }
-  asked_s_ = clock_();
-  points_ = static_cast<std::size_t>(board.corners());
+  sent_s_ = clock_();
+  expected_points_ = static_cast<std::size_t>(board.corners());
   return {};
 }
 
-Result<BoardView> BoardWorker::Failed(const std::string& why) {
-  ++ended_;
-  End();
+Result<BoardView> BoardWorker::Fail(const std::string& why) {
+  ++failures_;
+  StopWorker();
   return Error{why};
 }
 
 std::optional<Result<BoardView>> BoardWorker::Poll() {
-  if (!asked_s_) return std::nullopt;
-  Bytes bytes(kLargestBoardMessage);
+  if (!sent_s_) return std::nullopt;
+  Bytes bytes(kMaxBoardResponse_bytes);
   const ssize_t got = recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) {
-    const double spent_s = clock_() - *asked_s_;
-    if (spent_s < (answered_ ? kDeadline_s : kStart_s)) return std::nullopt;
-    return Failed(fmt::format("the board was not looked for within {:.1f} s; ended", spent_s));
+    const double spent_s = clock_() - *sent_s_;
+    if (spent_s < (has_responded_ ? kDeadline_s : kStartupDeadline_s)) return std::nullopt;
+    return Fail(
+        fmt::format("board detection did not finish within {:.1f} s; worker restarted", spent_s));
   }
-  if (got <= 0) return Failed(program_ + " board-worker ended; is it this version's plumbline?");
+  if (got <= 0)
+    return Fail(program_ +
+                " board-worker exited unexpectedly; check that it is this version's plumbline");
   bytes.resize(static_cast<std::size_t>(got));
-  auto answer = AnswerOfBytes(bytes);
-  if (!answer || (*answer && (*answer)->corners_px.size() != points_)) {
-    return Failed("the worker's answer makes no sense");
+  auto response = AnswerOfBytes(bytes);
+  if (!response || (*response && (*response)->corners_px.size() != expected_points_)) {
+    return Fail("the board worker sent a malformed response");
   }
-  answered_ = true;
-  asked_s_.reset();
-  return answer;
+  has_responded_ = true;
+  sent_s_.reset();
+  return response;
 }
 
 int RunBoardWorker() {
   const std::uint8_t* shared = nullptr;
   std::size_t mapped = 0;
   for (;;) {
-    std::array<std::uint8_t, kLargestBoardRequest> bytes{};
+    std::array<std::uint8_t, kMaxBoardRequest_bytes> bytes{};
     const ssize_t got = recv(kSocket, bytes.data(), bytes.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return got == 0 ? 0 : 1;
@@ -145,8 +150,8 @@ int RunBoardWorker() {
     }
     if (static_cast<std::size_t>(request->width) * request->height > mapped) return 1;
     const LumaView image{shared, request->width, request->height, request->width};
-    const Bytes answer = BytesOfAnswer(DetectBoard(image, request->board));
-    if (send(kSocket, answer.data(), answer.size(), MSG_NOSIGNAL) < 0) return 1;
+    const Bytes response = BytesOfAnswer(DetectBoard(image, request->board));
+    if (send(kSocket, response.data(), response.size(), MSG_NOSIGNAL) < 0) return 1;
   }
 }
 

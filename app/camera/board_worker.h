@@ -1,4 +1,4 @@
-// The detection of the board in a process of its own, which can be ended.
+// Board detection in a separate process that can be killed when it hangs.
 #pragma once
 
 #include <optional>
@@ -13,33 +13,34 @@
 
 namespace plumbline {
 
-/// Sends one frame at a time to `PROGRAM board-worker` and takes its answer. A worker that has not
-/// answered at the deadline, or died, is killed and another one started; the kernel kills it when
-/// the thread that started it ends. Never waits. Used by one thread.
+/// Sends one frame at a time to `PROGRAM board-worker` and receives its response. A worker that
+/// misses the deadline or exits is killed, and the next frame starts another. The kernel kills the
+/// worker when the thread that started it ends. Never blocks. For use by one thread.
 class BoardWorker {
  public:
   static constexpr double kDeadline_s = 0.2;
-  static constexpr double kStart_s = 10;  ///< of the first frame: the program has to be loaded
+  static constexpr double kStartupDeadline_s = 10;  ///< for the first frame: the program must load
 
-  /// @param program  `plumbline`, by its path
+  /// @param program  path of `plumbline`
   BoardWorker(std::string program, Clock clock);
   ~BoardWorker();
   BoardWorker(const BoardWorker&) = delete;
   BoardWorker& operator=(const BoardWorker&) = delete;
 
-  bool idle() const { return !asked_s_; }
-  /// Gives it a frame; only while idle. The image is copied. Any kind of board; FaultOf(board) is
-  /// nothing. @return why it could not be given
-  Result<void> Ask(const LumaView& image, const Board& board);
-  /// The answer to the last frame, once; nothing while it is worked on.
+  bool idle() const { return !sent_s_; }
+  /// Submits a frame; only while idle. The image is copied.
+  /// @param board  any kind of board for which FaultOf(board) is nullopt
+  /// @return       an error if the frame could not be submitted
+  Result<void> Submit(const LumaView& image, const Board& board);
+  /// The response to the submitted frame, once; nullopt while it is being processed.
   std::optional<Result<BoardView>> Poll();
-  int ended() const { return ended_; }  ///< workers that had to be ended, or died
+  int failures() const { return failures_; }  ///< workers that were killed or exited
 
  private:
   Result<void> Start();
-  Result<void> Share(const LumaView& image);
-  void End();
-  Result<BoardView> Failed(const std::string& why);
+  Result<void> CopyToSharedMemory(const LumaView& image);
+  void StopWorker();
+  Result<BoardView> Fail(const std::string& why);
 
   const std::string program_;
   const Clock clock_;
@@ -47,14 +48,14 @@ class BoardWorker {
   Descriptor socket_, memory_;
   std::uint8_t* shared_ = nullptr;
   std::size_t shared_bytes_ = 0;
-  std::optional<double> asked_s_;
-  std::size_t points_ = 0;  ///< of the board that was asked for
-  bool answered_ = false;   ///< this worker did once
-  int ended_ = 0;
+  std::optional<double> sent_s_;
+  std::size_t expected_points_ = 0;  ///< points of the submitted board
+  bool has_responded_ = false;       ///< this worker responded at least once
+  int failures_ = 0;
 };
 
-/// The worker's side: answers the requests of the socket it was started with, images in the memory
-/// it was given, until the socket closes.
+/// Worker side: serves requests from the inherited socket, with images in the inherited shared
+/// memory, until the socket closes.
 /// @return  the process's exit code
 int RunBoardWorker();
 

@@ -8,7 +8,7 @@ namespace plumbline {
 namespace {
 
 Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
-  if (config.kind.empty()) {  // a lens without zoom stands at 0
+  if (config.kind.empty()) {  // a lens without zoom is always at 0
     ZoomRow still;
     still.reading.zoom_counts = 0;
     return ReplayZoom::Create({still}, MonotonicSeconds);
@@ -22,7 +22,7 @@ Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
     connection.replay = std::move(rows).value();
   }
   const ZoomKind* const kind = FindZoomKind(config.kind);
-  if (kind == nullptr) return Error{fmt::format("there is no zoom sensor \"{}\"", config.kind)};
+  if (kind == nullptr) return Error{fmt::format("unknown zoom sensor \"{}\"", config.kind)};
   return kind->make(connection);
 }
 

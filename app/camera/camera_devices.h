@@ -1,4 +1,4 @@
-// The devices of a camera that a configuration asks for: it, its zoom sensor, its tracker.
+// The configured devices of one camera: the camera itself, its zoom sensor and its tag tracker.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,8 @@ struct CameraDevices {
   std::unique_ptr<Tracker> tracker;
 };
 
-/// Connects nothing yet. @return  or what cannot be made, with the key that says so
+/// Creates the devices without connecting to them.
+/// @return  an error that names the configuration key if one cannot be created
 Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config, const TagsConfig& tags);
 
 }  // namespace plumbline

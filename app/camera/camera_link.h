@@ -1,4 +1,4 @@
-// Lock-free mailboxes between the control cycle and a camera's watch: status out, requests in.
+// Lock-free mailboxes between the control cycle and a camera's supervisor: status out, requests in.
 #pragma once
 
 #include <atomic>
@@ -10,12 +10,13 @@
 
 namespace plumbline {
 
-/// Nobody waits. The cycle raises the counts; the watch handles a request when one has changed.
 struct CameraLink {
-  /// Written by the watch, read by the cycle and the view.
+  /// Written by the supervisor, read by the control cycle and the display.
   Latest<CameraStatus> status{2, CameraStatus()};
+  /// Request counters: the cycle increments one, the supervisor handles the request when it sees
+  /// the change.
   std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
-  std::atomic<double> temp_C{NAN};  ///< of the robot, by the cycle; NAN: not known
+  std::atomic<double> temp_C{NAN};  ///< of the robot, written by the cycle; NAN: unknown
 };
 
 }  // namespace plumbline

@@ -12,18 +12,20 @@ namespace plumbline {
 namespace {
 
 constexpr double kTilt_rad = 0.5, kCornerTilt_rad = 0.3;
-constexpr double kUsualShare = 0.5;  ///< of the image's width or height that the board fills
+/// Share of the image's width or height that the board fills.
+constexpr double kUsualShare = 0.5;
 constexpr double kCloseShare = 0.9, kFarShare = 0.35, kCornerShare = 0.4;
-constexpr double kMostOutside = 0.1;
+constexpr double kMaxOutside = 0.1;  ///< share of corners outside the image
 
-/// Where a prompt wants the board: its centre as a share of the half image, tilts, size.
-struct Wish {
+/// Where a prompt places the board: its centre (-1..1 over the space it leaves in the image), its
+/// tilts [rad] and the share of the image that it fills.
+struct PromptPlacement {
   BoardPrompt prompt;
   double right, down, about_x, about_y, share;
 };
 constexpr double t = kTilt_rad, c = kCornerTilt_rad;
-// About +y the right edge comes towards the camera, about +x the upper one.
-constexpr std::array<Wish, 10> kWishes = {{
+// A positive turn about y brings the right edge towards the camera, about x the upper one.
+constexpr std::array<PromptPlacement, 10> kPlacements = {{
     {BoardPrompt::kTiltLeft, 0, 0, 0, -t, kUsualShare},
     {BoardPrompt::kTiltRight, 0, 0, 0, t, kUsualShare},
     {BoardPrompt::kTiltUpper, 0, 0, t, 0, kUsualShare},
@@ -36,14 +38,15 @@ constexpr std::array<Wish, 10> kWishes = {{
     {BoardPrompt::kFarther, 0, 0, c, -c, kFarShare},
 }};
 
-Pose PoseOfWish(const Wish& wish, const Board& board, const Lens& lens, ImageSize size) {
+Pose PoseOfPlacement(const PromptPlacement& placement, const Board& board, const Lens& lens,
+                     ImageSize size) {
   const double width_m = 2 * board.Centre().x(), height_m = 2 * board.Centre().y();
-  const double z = std::max(lens.fx * width_m / (wish.share * size.width),
-                            lens.fy * height_m / (wish.share * size.height));
-  const double u = 0.5 * size.width + wish.right * 0.5 * (1 - wish.share) * size.width;
-  const double v = 0.5 * size.height + wish.down * 0.5 * (1 - wish.share) * size.height;
+  const double z = std::max(lens.fx * width_m / (placement.share * size.width),
+                            lens.fy * height_m / (placement.share * size.height));
+  const double u = 0.5 * size.width + placement.right * 0.5 * (1 - placement.share) * size.width;
+  const double v = 0.5 * size.height + placement.down * 0.5 * (1 - placement.share) * size.height;
   Pose X;
-  X.R = RotationFromVector(Vec3(wish.about_x, wish.about_y, 0));
+  X.R = RotationFromVector(Vec3(placement.about_x, placement.about_y, 0));
   const Vec3 centre_C((u - lens.cx) / lens.fx * z, (v - lens.cy) / lens.fy * z, z);
   X.p = centre_C - X.R * Vec3(board.Centre().x(), board.Centre().y(), 0);
   return X;
@@ -74,7 +77,7 @@ std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVe
     S.middleRows<2>(2 * k).setZero();
     P.middleRows<2>(2 * k).setZero();
   }
-  if (static_cast<double>(outside) > kMostOutside * static_cast<double>(n)) return std::nullopt;
+  if (static_cast<double>(outside) > kMaxOutside * static_cast<double>(n)) return std::nullopt;
   const Eigen::MatrixXd PtS = P.transpose() * S;
   const Eigen::MatrixXd information =
       S.transpose() * S - PtS.transpose() * (P.transpose() * P).ldlt().solve(PtS);
@@ -83,9 +86,11 @@ std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVe
 }
 
 Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, ImageSize size) {
-  const auto* wish = std::find_if(kWishes.begin(), kWishes.end(),
-                                  [&](const Wish& w) { return w.prompt == prompt; });
-  return PoseOfWish(wish != kWishes.end() ? *wish : kWishes[0], board, lens, size);
+  const auto* placement =
+      std::find_if(kPlacements.begin(), kPlacements.end(),
+                   [&](const PromptPlacement& p) { return p.prompt == prompt; });
+  return PoseOfPlacement(placement != kPlacements.end() ? *placement : kPlacements[0], board, lens,
+                         size);
 }
 
 BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
@@ -93,17 +98,18 @@ BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
   const Lens lens = LensOfShared(fit.shared);
   BoardPrompt best = BoardPrompt::kShowBoard;
   double least = INFINITY;
-  for (const Wish& wish : kWishes) {
-    if (avoid.contains(wish.prompt)) continue;
+  for (const PromptPlacement& placement : kPlacements) {
+    if (avoid.contains(placement.prompt)) continue;
     const auto information = InformationOfView(
-        board, fit.shared, PoseOfWish(wish, board, lens, size), size, fit.sigma_px);
+        board, fit.shared, PoseOfPlacement(placement, board, lens, size), size, fit.sigma_px);
     if (!information) continue;
-    // C' = (C^-1 + I)^-1 = C (1 + I C)^-1: terms that were dropped have no covariance to invert.
+    // C' = (C^-1 + I)^-1 = C (1 + I C)^-1, which avoids inverting C: dropped terms have zero
+    // variance.
     const SharedMatrix gained =
         fit.covariance * (SharedMatrix::Identity() + *information * fit.covariance).inverse();
     const LensMatrix covariance = gained.topLeftCorner<kLensCount, kLensCount>();
     const double worst = UncertaintyOf(lens, covariance, size).max_px;
-    if (worst < least) least = worst, best = wish.prompt;
+    if (worst < least) least = worst, best = placement.prompt;
   }
   return best;
 }

@@ -1,4 +1,4 @@
-// What a further view of the board would tell of the lens.
+// Information gain about the lens from one further view of the calibration board.
 #pragma once
 
 #include <optional>
@@ -9,20 +9,22 @@
 
 namespace plumbline {
 
-/// Information that a view with the board at X_CK gives on the shared parameters, its pose being
-/// free:  sum J_s^T J_s - J_s^T J_p (J_p^T J_p)^-1 J_p^T J_s, over sigma^2.
-/// @return  nothing where a corner is behind the camera or the share of corners outside the image
-///          is above a tenth
+/// Fisher information about the shared parameters from a view of the board at X_CK, whose pose is
+/// estimated too:
+///   (sum J_s^T J_s - J_s^T J_p (J_p^T J_p)^-1 J_p^T J_s) / sigma^2
+/// @return  nullopt if a corner is behind the camera or more than a tenth of the corners are
+/// outside
+///          the image
 std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVector& shared,
                                               const Pose& X_CK, ImageSize size, double sigma_px);
 
-/// Where the board would stand if a prompt were followed, by a lens that is roughly known.
+/// Pose of the board (X_CK) if a prompt is followed; `lens` need only be roughly right.
 Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, ImageSize size);
 
-/// The prompt after which the projection would be least uncertain at its worst place, were there
-/// one such view more: of tilts, corners, closer, farther.
-/// @param avoid  not these: they were asked for and do not come
-/// @return       kShowBoard where none is left
+/// The prompt whose view would make the projection least uncertain at its worst place; candidates
+/// are tilts, image corners, closer and farther.
+/// @param avoid  prompts to skip, since they were given without success
+/// @return       kShowBoard if no candidate remains
 BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
                        const std::set<BoardPrompt>& avoid = {});
 

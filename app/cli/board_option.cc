@@ -74,7 +74,7 @@ std::string WhyNoBoard(const Board& board) {
   if (!fault) return {};
   std::string option(fault->key == "columns" ? "board" : fault->key);
   std::replace(option.begin(), option.end(), '_', '-');
-  return fmt::format("--{}: {}", option, fault->words);
+  return fmt::format("--{}: {}", option, fault->message);
 }
 
 }  // namespace plumbline

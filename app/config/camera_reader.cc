@@ -22,8 +22,8 @@ BoardConfig BoardFromToml(const TomlTable& table) {
   if (config.most_views < config.views) table.AddFault("most_views", "is below views");
   // A number is judged against the others only if all could be read.
   const auto fault = printed ? FaultOf(config.board) : std::nullopt;
-  if (fault && table.Has(fault->key)) table.AddFault(fault->key, "is no board: " + fault->words);
-  if (fault && !table.Has(fault->key)) table.AddMissing(fault->key, fault->words);
+  if (fault && table.Has(fault->key)) table.AddFault(fault->key, "is no board: " + fault->message);
+  if (fault && !table.Has(fault->key)) table.AddMissing(fault->key, fault->message);
   return config;
 }
 

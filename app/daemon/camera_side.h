@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "app/camera/camera_watch.h"
+#include "app/camera/camera_supervisor.h"
 #include "app/config/daemon_config.h"
 #include "app/daemon/lifeline.h"
 #include "app/daemon/loop_link.h"

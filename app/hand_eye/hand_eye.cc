@@ -14,23 +14,24 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kFewestViews = 8;
-constexpr double kLeastTurn_rad = 10 * std::numbers::pi / 180;  // about the second axis
-constexpr double kMostRefused = 0.3;      // share of the views that may contradict the others
-constexpr double kOutlier = 5;            // robust deviations of a view's robot error
-constexpr double kWrongSize = 4.5;        // deviations at which the target's size is another
-constexpr double kLeastWrongSize = 1e-3;  // and at least that much
-constexpr double kWrongLens = 60;  // chi2; nine terms of a right one reach 46 once in a million
+constexpr std::size_t kMinViews = 8;
+constexpr double kMinRotation_rad = 10 * std::numbers::pi / 180;  // about the second axis
+constexpr double kMaxRefused = 0.3;            // share of views that may be refused
+constexpr double kOutlier = 5;                 // robust standard deviations of a view's robot error
+constexpr double kSizeContradiction_sd = 4.5;  // standard deviations ..
+constexpr double kMinSizeDifference = 1e-3;    // .. and absolute limit
+constexpr double kLensContradiction_chi2 =
+    60;  // nine correct parameters reach 46 once in a million
 constexpr int kNoiseRounds = 12;
 constexpr int kFolds = 5;
 
-Vec3 MiddleOf(const HandEyeView& view) {
+Vec3 CentreOf(const HandEyeView& view) {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& p : view.points_K) sum += p;
   return sum / static_cast<double>(std::max<std::size_t>(1, view.points_K.size()));
 }
 
-/// All that goes on from one set of views.
+/// State of one calibration run.
 class Calibration {
  public:
   Calibration(std::vector<HandEyeView> views, const KnownLens& lens, const HandEyeOptions& options)
@@ -39,16 +40,16 @@ class Calibration {
   HandEye Run();
 
  private:
-  void PlaceTargets();
-  bool Start();
+  void LocateTargets();
+  bool Initialize();
   void Adjust();
-  HandEyePrior Prior() const { return PriorOf(lens_, options_, joints()); }
-  bool LeaveOutWorst();
-  void HoldOut();
+  HandEyePrior Prior() const { return MakePrior(lens_, options_, joints()); }
+  bool ExcludeWorst();
+  void CrossValidate();
   void CheckSize();
   void CheckLens();
   void Fill();
-  void Decide();
+  void Judge();
   std::vector<PosePairing> PairingsWithout(int fold) const;
   HandEyeError ErrorOf(const HandEyeState& state, const Lens& lens, int fold) const;
   void Remove(std::size_t k, const std::string& reason);
@@ -63,20 +64,20 @@ class Calibration {
   HandEyeState state_;
   HandEyeNoise noise_;
   HandEyeFit fit_;
-  double lens_gain_ = 0;  ///< chi2 that another lens would gain
-  HandEye answer_;
+  double lens_gain_ = 0;  ///< reduction of chi^2 with a free lens
+  HandEye result_;
 };
 
 void Calibration::Remove(std::size_t k, const std::string& reason) {
-  answer_.refused.push_back({views_[k].name, reason});
+  result_.refused.push_back({views_[k].name, reason});
   const auto at = static_cast<std::ptrdiff_t>(k);
   views_.erase(views_.begin() + at);
   if (k < pairings_.size()) pairings_.erase(pairings_.begin() + at);
   if (k < state_.errors.size()) state_.errors.erase(state_.errors.begin() + at);
 }
 
-/// B of each view; a view without one goes. Half turns are put right.
-void Calibration::PlaceTargets() {
+/// Sets B of each view, removes views without a solution, and resolves half turns.
+void Calibration::LocateTargets() {
   for (std::size_t k = 0; k < views_.size();) {
     const auto B = PoseOfPoints(lens_.lens, views_[k].points_K, views_[k].pixels);
     if (!B) {
@@ -90,32 +91,34 @@ void Calibration::PlaceTargets() {
   }
   if (!options_.half_turns || views_.empty()) return;
   std::vector<bool> turned;
-  const Vec3 middle = MiddleOf(views_[0]);
-  PutHalfTurnsRight(pairings_, middle, turned);
+  const Vec3 centre = CentreOf(views_[0]);
+  ResolveHalfTurns(pairings_, centre, turned);
   for (std::size_t k = 0; k < views_.size(); ++k) {
     if (!turned[k]) continue;
     for (Vec3& p : views_[k].points_K)
-      p = Vec3(2 * middle.x() - p.x(), 2 * middle.y() - p.y(), p.z());
+      p = Vec3(2 * centre.x() - p.x(), 2 * centre.y() - p.y(), p.z());
   }
 }
 
-bool Calibration::Start() {
-  std::vector<bool> agreeing;
-  const auto poses = SolveLinearRobust(pairings_, agreeing);
+bool Calibration::Initialize() {
+  std::vector<bool> consistent;
+  const auto poses = SolveLinearRobust(pairings_, consistent);
   if (!poses) return false;
   state_.poses = *poses;
   state_.lens = lens_.lens;
   state_.offsets = JointVector::Zero(joints());
-  // Gross contradictions go at once: the robust start stands on more than half of the views. What
-  // is off by no more than a robot's own error is left to the adjustment.
-  constexpr double kGrossTurn_rad = 0.02, kGrossPlace_m = 0.01;
+  // Remove gross outliers now: the robust solution is supported by more than half of the views.
+  // Deviations within a robot's own error are left to the adjustment.
+  constexpr double kGrossRotation_rad = 0.02, kGrossPosition_m = 0.01;
   for (std::size_t k = views_.size(); k-- > 0;) {
     const PairingMisfit misfit = MisfitOf(*poses, pairings_[k]);
-    if (agreeing[k] || (misfit.place_m < kGrossPlace_m && misfit.turn_rad < kGrossTurn_rad))
+    if (consistent[k] ||
+        (misfit.position_m < kGrossPosition_m && misfit.rotation_rad < kGrossRotation_rad))
       continue;
-    Remove(k, fmt::format("contradicts the other images by {:.1f} mm and {:.1f} deg: another pose "
-                          "than the image's, or the robot still moved",
-                          1e3 * misfit.place_m, misfit.turn_rad * 180 / std::numbers::pi));
+    Remove(k,
+           fmt::format("contradicts the other images by {:.1f} mm and {:.1f} deg: the pose belongs "
+                       "to another image, or the robot was still moving",
+                       1e3 * misfit.position_m, misfit.rotation_rad * 180 / std::numbers::pi));
   }
   return views_.size() >= 3;
 }
@@ -133,11 +136,11 @@ void Calibration::Adjust() {
   }
 }
 
-/// The view that errs most, if it does by more than its robust share; false where none does.
-bool Calibration::LeaveOutWorst() {
+/// Removes the view with the largest robot error if it is an outlier. @return whether it did
+bool Calibration::ExcludeWorst() {
   std::vector<double> sizes;
   for (std::size_t k = 0; k < views_.size(); ++k)
-    sizes.push_back(std::max(fit_.place_misfit[k], fit_.turn_misfit[k]));
+    sizes.push_back(std::max(fit_.position_misfit[k], fit_.rotation_misfit[k]));
   std::vector<double> sorted = sizes;
   const double usual = std::max(1e-3, MedianOf(sorted));
   const auto worst =
@@ -145,13 +148,13 @@ bool Calibration::LeaveOutWorst() {
   if (sizes[worst] < kOutlier * usual) return false;
   const Pose& E = state_.errors[worst];
   Remove(worst,
-         fmt::format("the robot's pose is {:.2f} mm and {:.2f} deg off what the image shows, "
-                     "far more than in the others: check its pose, and that it stood still",
+         fmt::format("the robot's pose differs from the image by {:.2f} mm and {:.2f} deg, far "
+                     "more than in the others: check the pose, and that the robot was stationary",
                      1e3 * E.p.norm(), VectorFromRotation(E.R).norm() * 180 / std::numbers::pi));
   return true;
 }
 
-/// Those that belong to no fold (-1) or to another than this.
+/// The pairings outside of this fold.
 std::vector<PosePairing> Calibration::PairingsWithout(int fold) const {
   std::vector<PosePairing> chosen;
   for (std::size_t k = 0; k < pairings_.size(); ++k) {
@@ -176,19 +179,19 @@ HandEyeError Calibration::ErrorOf(const HandEyeState& state, const Lens& lens, i
     }
     const auto seen = PoseOfPoints(lens, view.points_K, view.pixels);
     if (!seen) continue;
-    const Vec3 middle = MiddleOf(view);
+    const Vec3 centre = CentreOf(view);
     sums.position_m +=
-        (X_CK * Vec3(state.size * middle) - state.size * (*seen * middle)).squaredNorm();
+        (X_CK * Vec3(state.size * centre) - state.size * (*seen * centre)).squaredNorm();
     ++views;
   }
-  // As sums over the fold; the caller divides.
+  // Mean squares over the fold; the caller averages and takes the root.
   sums.rms_px /= std::max(1.0, corners);
   sums.position_m /= std::max(1.0, views);
   return sums;
 }
 
-/// Each fifth image foretold by the others, the robot taken as it reports.
-void Calibration::HoldOut() {
+/// Five-fold cross-validation, with the robot's poses as reported.
+void Calibration::CrossValidate() {
   HandEyeError linear, adjusted;
   int folds = 0;
   const HandEyePrior prior = Prior();
@@ -214,54 +217,54 @@ void Calibration::HoldOut() {
     ++folds;
   }
   if (folds == 0) return;
-  answer_.linear = {std::sqrt(linear.rms_px / folds), std::sqrt(linear.position_m / folds)};
-  answer_.adjusted = {std::sqrt(adjusted.rms_px / folds), std::sqrt(adjusted.position_m / folds)};
+  result_.linear = {std::sqrt(linear.rms_px / folds), std::sqrt(linear.position_m / folds)};
+  result_.adjusted = {std::sqrt(adjusted.rms_px / folds), std::sqrt(adjusted.position_m / folds)};
 }
 
-/// The robot's motion tells the size of the target: is it the one that was told?
+/// Estimates the target's size, which the robot's motion determines.
 void Calibration::CheckSize() {
   HandEyeState state = state_;
   HandEyeOptions options = options_;
   options.free_size = true;
   const HandEyeFit fit =
-      FitHandEye(views_, options, PriorOf(lens_, options, joints()), noise_, state);
+      FitHandEye(views_, options, MakePrior(lens_, options, joints()), noise_, state);
   if (!fit.converged) return;
-  answer_.size_ratio = state.size;
-  answer_.size_ratio_sd = std::sqrt(fit.covariance(kTargetSize, kTargetSize));
+  result_.size_ratio = state.size;
+  result_.size_ratio_sd = std::sqrt(fit.covariance(kTargetSize, kTargetSize));
 }
 
-/// Would another lens, no farther off than what is known of it allows, fit far better?
+/// Computes how much better a free lens within its prior would fit.
 void Calibration::CheckLens() {
   if (options_.free_lens) return;
   HandEyeState state = state_;
   HandEyeOptions options = options_;
   options.free_lens = true;
   const HandEyeFit fit =
-      FitHandEye(views_, options, PriorOf(lens_, options, joints()), noise_, state);
+      FitHandEye(views_, options, MakePrior(lens_, options, joints()), noise_, state);
   lens_gain_ = fit.converged ? fit_.cost - fit.cost : 0;
 }
 
 void Calibration::Fill() {
-  answer_.camera.X = state_.poses.Y;
-  answer_.target.X = state_.poses.X;
-  answer_.camera.covariance = fit_.covariance.block<6, 6>(kCameraPlace, kCameraPlace);
-  answer_.target.covariance = fit_.covariance.block<6, 6>(kTargetPlace, kTargetPlace);
-  answer_.lens = lens_;
+  result_.camera.X = state_.poses.Y;
+  result_.target.X = state_.poses.X;
+  result_.camera.covariance = fit_.covariance.block<6, 6>(kCameraPosition, kCameraPosition);
+  result_.target.covariance = fit_.covariance.block<6, 6>(kTargetPosition, kTargetPosition);
+  result_.lens = lens_;
   if (options_.free_lens) {
-    answer_.lens.lens = state_.lens;
-    answer_.lens.covariance = fit_.covariance.block<9, 9>(kLensFirst, kLensFirst);
+    result_.lens.lens = state_.lens;
+    result_.lens.covariance = fit_.covariance.block<9, 9>(kLensFirst, kLensFirst);
   }
   if (options_.free_joints && joints() > 0) {
-    answer_.joint_offsets = state_.offsets;
-    answer_.joint_offset_sds = JointVector::Zero(joints());
+    result_.joint_offsets = state_.offsets;
+    result_.joint_offset_sds = JointVector::Zero(joints());
     for (int i = 1; i + 1 < joints(); ++i)
-      answer_.joint_offset_sds[i] = std::sqrt(fit_.covariance(kOffsetFirst + i, kOffsetFirst + i));
+      result_.joint_offset_sds[i] = std::sqrt(fit_.covariance(kOffsetFirst + i, kOffsetFirst + i));
   }
-  answer_.sigma_px = noise_.corner_px;
-  answer_.robot_m = noise_.robot_m;
-  answer_.rms_px = fit_.rms_px;
-  answer_.second_turn_rad = SecondTurn(pairings_);
-  // A point that the camera sees: p = Y p_C, so d p = d place - Y.R [p_C]x d turn.
+  result_.sigma_px = noise_.corner_px;
+  result_.robot_m = noise_.robot_m;
+  result_.rms_px = fit_.rms_px;
+  result_.second_axis_rad = SecondAxisRotation(pairings_);
+  // A point the camera sees: p = Y p_C, so d p = d position - Y.R [p_C]x d rotation.
   double distance_m = 0;
   for (const PosePairing& pairing : pairings_)
     distance_m += pairing.B.p.norm() / static_cast<double>(pairings_.size());
@@ -270,80 +273,81 @@ void Calibration::Fill() {
   for (int axis = 0; axis < 3; ++axis) {
     J.col(3 + axis) = state_.poses.Y.R * Vec3::Unit(axis).cross(Vec3(0, 0, distance_m));
   }
-  const Mat3 covariance = J * answer_.camera.covariance * J.transpose();
-  answer_.point_sd_m = std::sqrt(std::max(0.0, covariance.trace() / 3));
-  for (const HandEyeView& view : views_) answer_.used.push_back(view.name);
+  const Mat3 covariance = J * result_.camera.covariance * J.transpose();
+  result_.point_sd_m = std::sqrt(std::max(0.0, covariance.trace() / 3));
+  for (const HandEyeView& view : views_) result_.used.push_back(view.name);
 }
 
-void Calibration::Decide() {
-  const auto refuse = [&](std::string reason) { answer_.reasons.push_back(std::move(reason)); };
-  const std::size_t all = answer_.used.size() + answer_.refused.size();
-  if (answer_.used.size() < kFewestViews) {
-    refuse(
-        fmt::format("{} usable images are too few: take {} or more, the robot turned differently "
-                    "in each",
-                    answer_.used.size(), kFewestViews + 4));
+void Calibration::Judge() {
+  const auto refuse = [&](std::string reason) { result_.reasons.push_back(std::move(reason)); };
+  const std::size_t all = result_.used.size() + result_.refused.size();
+  if (result_.used.size() < kMinViews) {
+    refuse(fmt::format(
+        "{} usable images are too few: take {} or more, with a different orientation of "
+        "the robot in each",
+        result_.used.size(), kMinViews + 4));
   }
-  if (answer_.second_turn_rad < kLeastTurn_rad) {
+  if (result_.second_axis_rad < kMinRotation_rad) {
     refuse(
-        fmt::format("the robot turned nearly about one axis only ({:.1f} deg about the second): "
-                    "tilt the flange by 20 to 40 deg to all sides between the images",
-                    answer_.second_turn_rad * 180 / std::numbers::pi));
+        fmt::format("the robot rotated about nearly one axis only ({:.1f} deg about the second): "
+                    "tilt the flange by 20 to 40 deg in all directions between the images",
+                    result_.second_axis_rad * 180 / std::numbers::pi));
   }
-  if (static_cast<double>(answer_.refused.size()) > kMostRefused * static_cast<double>(all)) {
+  if (static_cast<double>(result_.refused.size()) > kMaxRefused * static_cast<double>(all)) {
     refuse(
         fmt::format("{} of {} images contradict the others or show no target: check that poses "
-                    "and images belong together, the convention of the poses, and that the "
-                    "target sits tight",
-                    answer_.refused.size(), all));
+                    "and images match, the convention of the poses, and that the target is "
+                    "firmly mounted",
+                    result_.refused.size(), all));
   }
-  if (answer_.point_sd_m > options_.acceptable_m) {
+  if (result_.point_sd_m > options_.acceptable_m) {
     refuse(
         fmt::format("a point that the camera sees would be uncertain by {:.2f} mm, more than "
                     "{:.2f} mm: take more images, with larger turns and nearer to the target",
-                    1e3 * answer_.point_sd_m, 1e3 * options_.acceptable_m));
+                    1e3 * result_.point_sd_m, 1e3 * options_.acceptable_m));
   }
-  const double off = std::abs(answer_.size_ratio - 1);
-  if (!options_.free_size && off > kLeastWrongSize && off > kWrongSize * answer_.size_ratio_sd) {
+  const double off = std::abs(result_.size_ratio - 1);
+  if (!options_.free_size && off > kMinSizeDifference &&
+      off > kSizeContradiction_sd * result_.size_ratio_sd) {
     refuse(
-        fmt::format("by the robot's motion the target is {:.2f} % {} than told: measure its "
+        fmt::format("by the robot's motion the target is {:.2f} % {} than declared: measure its "
                     "squares or tags, or calibrate the lens at this zoom",
-                    100 * off, answer_.size_ratio > 1 ? "larger" : "smaller"));
+                    100 * off, result_.size_ratio > 1 ? "larger" : "smaller"));
   }
-  if (lens_gain_ > kWrongLens) {
+  if (lens_gain_ > kLensContradiction_chi2) {
     refuse(
-        "the images contradict the lens: calibrate it at this zoom and focus, or let it be "
-        "adjusted "
-        "here");
+        "the images contradict the lens: calibrate it at this zoom and focus, or estimate it here "
+        "with --free-lens");
   }
-  answer_.accepted = answer_.reasons.empty();
+  result_.accepted = result_.reasons.empty();
 }
 
 HandEye Calibration::Run() {
-  PlaceTargets();
-  const bool started = views_.size() >= 3 && Start();
+  LocateTargets();
+  const bool started = views_.size() >= 3 && Initialize();
   if (started) {
     Adjust();
-    while (fit_.converged && views_.size() > kFewestViews && LeaveOutWorst()) Adjust();
+    while (fit_.converged && views_.size() > kMinViews && ExcludeWorst()) Adjust();
   }
   if (!started || !fit_.converged) {
-    for (const HandEyeView& view : views_) answer_.used.push_back(view.name);
-    answer_.second_turn_rad = SecondTurn(pairings_);
-    Decide();
-    if (answer_.reasons.empty())
-      answer_.reasons.emplace_back(
-          "no pose of the camera fits: check that poses and images belong together, and the "
-          "convention of the poses");
-    answer_.accepted = false;
-    answer_.camera = answer_.target = FoundPose{};
-    return answer_;
+    for (const HandEyeView& view : views_) result_.used.push_back(view.name);
+    result_.second_axis_rad = SecondAxisRotation(pairings_);
+    Judge();
+    if (result_.reasons.empty())
+      result_.reasons.emplace_back(
+          "no pose of the camera fits: check that poses and images match, and the convention of "
+          "the "
+          "poses");
+    result_.accepted = false;
+    result_.camera = result_.target = PoseWithCovariance{};
+    return result_;
   }
-  HoldOut();
+  CrossValidate();
   CheckSize();
   CheckLens();
   Fill();
-  Decide();
-  return answer_;
+  Judge();
+  return result_;
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Camera and robot calibrated against each other: where the camera is, on the flange or in the
-// cell.
+// Hand-eye calibration: pose of a camera on the flange (eye in hand) or in the cell (eye to hand).
 //
 // Frames: B robot base, F flange, C camera, K target (a board, or a body of tags).
 #pragma once
@@ -14,48 +13,49 @@
 namespace plumbline {
 
 enum class HandEyeSetup {
-  kEyeToHand,  ///< the camera stands in the cell, the robot carries the target
-  kEyeInHand,  ///< the robot carries the camera, the target stands in the cell
+  kEyeToHand,  ///< the camera is fixed in the cell, the robot carries the target
+  kEyeInHand,  ///< the robot carries the camera, the target is fixed in the cell
 };
 
-/// One image of the target and where the robot stood.
+/// One image of the target with the robot's pose.
 struct HandEyeView {
   std::string name;
   std::vector<Vec3> points_K;  ///< [m]
   std::vector<Vec2> pixels;    ///< of the same points
-  Pose X_BF;                   ///< as the robot reports it; with joints, found from `q`
-  JointVector q;               ///< [rad] or [m]; empty where only the pose is known
+  Pose X_BF;                   ///< as reported by the robot; computed from `q` if that is given
+  JointVector q;               ///< [rad] or [m]; empty if only the pose is known
 };
 
 struct HandEyeOptions {
   HandEyeSetup setup = HandEyeSetup::kEyeToHand;
   ImageSize image;
-  /// The lens is adjusted with its covariance as what is known before; where that is zero, weak
-  /// priors stand in its place.
+  /// Estimate the lens too, with its covariance as the prior; weak priors if that is zero.
   bool free_lens = false;
-  /// The target's size is adjusted too: the robot's motion tells it. Else a size that contradicts
-  /// the motion is a reason to refuse.
+  /// Estimate the target's size too, which the robot's motion determines. Otherwise a size that
+  /// contradicts the motion is a reason to refuse.
   bool free_size = false;
-  /// Joint offsets are adjusted too (views with `q` only); the first and the last joint's are not,
-  /// the poses of camera and target take them up.
+  /// Estimate joint offsets too (views with `q` only), except those of the first and the last
+  /// joint, which the poses of camera and target absorb.
   const Chain* chain = nullptr;
   bool free_joints = false;
-  /// The target's points may stand for half a turn of it: a board that looks the same so.
+  /// The target looks the same after half a turn, so its points may be numbered from either end.
   bool half_turns = false;
-  /// Largest deviation of a point that the camera sees at the mean distance, in B or F [m].
+  /// Largest acceptable standard deviation, in B or F, of a point the camera sees at the mean
+  /// distance [m].
   double acceptable_m = 0.5e-3;
 };
 
-/// A pose that was found, and what is known of it.
-struct FoundPose {
+struct PoseWithCovariance {
   Pose X;
-  Mat6 covariance = Mat6::Zero();  ///< of the place, and of the turn about its own axes [m, rad]
+  Mat6 covariance = Mat6::Zero();  ///< of position and rotation about the pose's own axes [m, rad]
 };
 
-/// How well images that took no part are foretold.
+/// Prediction error on held-out images.
 struct HandEyeError {
-  double rms_px = 0;      ///< a point
-  double position_m = 0;  ///< of the target's middle in C, by chain against by image alone; RMS
+  double rms_px = 0;  ///< per point
+  /// Distance between the target's centre predicted through the robot and that measured in the
+  /// image alone, in C, RMS.
+  double position_m = 0;
 };
 
 struct RefusedView {
@@ -65,23 +65,24 @@ struct RefusedView {
 struct HandEye {
   bool accepted = false;
   std::vector<std::string> reasons;
-  FoundPose camera;                             ///< X_BC, or X_FC of an eye in hand
-  FoundPose target;                             ///< X_FK, or X_BK of an eye in hand
-  KnownLens lens;                               ///< as adjusted, or as given
-  JointVector joint_offsets, joint_offset_sds;  ///< [rad]; empty where not adjusted
-  double sigma_px = 0;                          ///< of a corner's coordinate
-  double robot_m = 0;  ///< deviation of a robot pose, one axis; of its turn see kTurnLever_m
-  double size_ratio = 1, size_ratio_sd = 0;  ///< the target's true size over the told one
-  double point_sd_m = 0;                     ///< see acceptable_m
-  double rms_px = 0;                         ///< of a point, the robot's poses adjusted
-  double second_turn_rad = 0;                ///< RMS turn about the second axis between views
-  HandEyeError linear, adjusted;             ///< held out: by the linear method, and by all
+  PoseWithCovariance camera;                    ///< X_BC, or X_FC for eye in hand
+  PoseWithCovariance target;                    ///< X_FK, or X_BK for eye in hand
+  KnownLens lens;                               ///< as estimated, or as given
+  JointVector joint_offsets, joint_offset_sds;  ///< [rad]; empty if not estimated
+  double sigma_px = 0;                          ///< per coordinate of a corner
+  double robot_m = 0;  ///< standard deviation of a robot position per axis; see kRotationLever_m
+  double size_ratio = 1, size_ratio_sd = 0;  ///< true size of the target / declared size
+  double point_sd_m = 0;                     ///< see HandEyeOptions::acceptable_m
+  double rms_px = 0;                         ///< per point, with the robot's poses adjusted
+  double second_axis_rad = 0;                ///< RMS rotation about the second axis between views
+  HandEyeError linear, adjusted;             ///< held out: linear method, full adjustment
   std::vector<std::string> used;
   std::vector<RefusedView> refused;
 };
 
-/// Linear start (linear_hand_eye.h), then one adjustment of everything (hand_eye_fit.h); views that
-/// contradict the others are left out by name; accepted, or refused with what to do.
+/// Linear initialization (linear_hand_eye.h), then adjustment of all parameters (hand_eye_fit.h).
+/// Views that contradict the others are excluded and named. The result is accepted, or refused with
+/// advice.
 HandEye CalibrateHandEye(std::vector<HandEyeView> views, const KnownLens& lens,
                          const HandEyeOptions& options);
 

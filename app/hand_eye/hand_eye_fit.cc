@@ -10,12 +10,12 @@ namespace plumbline {
 namespace {
 
 using SharedColumn = Eigen::Matrix<double, kHandEyeShared, 1>;
-constexpr double kHuber = 3;  // of a corner's distance, in its deviations
-constexpr int kMostSteps = 60;
-constexpr double kLeastDistance_m = 1e-3;
+constexpr double kHuber = 3;  // threshold, in standard deviations of a corner
+constexpr int kMaxSteps = 60;
+constexpr double kMinDistance_m = 1e-3;
 
-/// The normal equations at one state: shared parameters, and each view's own six.
-struct Normal {
+/// Normal equations at one state: shared parameters, and the six of each view.
+struct NormalEquations {
   HandEyeMatrix S = HandEyeMatrix::Zero();
   SharedColumn g = SharedColumn::Zero();
   struct View {
@@ -31,7 +31,7 @@ struct Normal {
   bool in_front = true;
 };
 
-/// Columns of the flange's motion by each joint, in F: place, then turn.
+/// Derivative of the flange pose with respect to each joint, in F: position, then rotation.
 Jacobian JointMotion(const Chain& chain, const JointVector& q) {
   Posture posture;
   chain.Evaluate(q, posture);
@@ -43,31 +43,32 @@ Jacobian JointMotion(const Chain& chain, const JointVector& q) {
   return jacobian;
 }
 
-/// d p_C / d (shared, own) of one point, and p_C.
-struct PointSlopes {
+/// One point in C, and its derivatives with respect to the shared parameters and the view's own.
+struct PointDerivatives {
   Vec3 p_C;
   Eigen::Matrix<double, 3, kHandEyeShared> shared;
   Eigen::Matrix<double, 3, 6> own;
 };
 
-void SlopesAt(const HandEyeOptions& options, const HandEyeState& state, const Pose& X_BF,
-              const Jacobian* joints, const Pose& E, const Vec3& p_K, PointSlopes& slopes) {
+void DerivativesAt(const HandEyeOptions& options, const HandEyeState& state, const Pose& X_BF,
+                   const Jacobian* joints, const Pose& E, const Vec3& p_K,
+                   PointDerivatives& derivatives) {
   const Pose& Y = state.poses.Y;
   const Pose& X = state.poses.X;
   const Vec3 p = state.size * p_K, p_X = X * p;
   const Mat3 to_C = Y.R.transpose();
-  Mat3 from_X;  // d p_B / d p_X, p_B the point in the frame that Y stands in
+  Mat3 from_X;  // d p_B / d p_X, with p_B the point in Y's parent frame
   Vec3 p_B;
-  slopes.shared.setZero();
+  derivatives.shared.setZero();
   if (options.setup == HandEyeSetup::kEyeToHand) {
     const Vec3 p_E = E * p_X;
     p_B = X_BF * p_E;
     from_X = X_BF.R * E.R;
-    slopes.own.leftCols<3>() = to_C * X_BF.R;
-    slopes.own.rightCols<3>() = -to_C * from_X * CrossMatrix(p_X);
+    derivatives.own.leftCols<3>() = to_C * X_BF.R;
+    derivatives.own.rightCols<3>() = -to_C * from_X * CrossMatrix(p_X);
     for (int i = 0; joints != nullptr && i < joints->cols(); ++i) {
       const Vec3 turn = joints->col(i).tail<3>();
-      slopes.shared.col(kOffsetFirst + i) =
+      derivatives.shared.col(kOffsetFirst + i) =
           to_C * X_BF.R * (joints->col(i).head<3>() + turn.cross(p_E));
     }
   } else {
@@ -75,23 +76,23 @@ void SlopesAt(const HandEyeOptions& options, const HandEyeState& state, const Po
     const Vec3 p_A = A * p_X;
     p_B = E * p_A;
     from_X = E.R * A.R;
-    slopes.own.leftCols<3>() = to_C;
-    slopes.own.rightCols<3>() = -to_C * E.R * CrossMatrix(p_A);
+    derivatives.own.leftCols<3>() = to_C;
+    derivatives.own.rightCols<3>() = -to_C * E.R * CrossMatrix(p_A);
     for (int i = 0; joints != nullptr && i < joints->cols(); ++i) {
       const Vec3 turn = joints->col(i).tail<3>();
-      slopes.shared.col(kOffsetFirst + i) =
+      derivatives.shared.col(kOffsetFirst + i) =
           -to_C * E.R * (joints->col(i).head<3>() + turn.cross(p_A));
     }
   }
-  slopes.p_C = to_C * (p_B - Y.p);
-  slopes.shared.middleCols<3>(kCameraPlace) = -to_C;
-  slopes.shared.middleCols<3>(kCameraTurn) = CrossMatrix(slopes.p_C);
-  slopes.shared.middleCols<3>(kTargetPlace) = to_C * from_X;
-  slopes.shared.middleCols<3>(kTargetTurn) = -to_C * from_X * X.R * CrossMatrix(p);
-  slopes.shared.col(kTargetSize) = to_C * from_X * X.R * p_K;
+  derivatives.p_C = to_C * (p_B - Y.p);
+  derivatives.shared.middleCols<3>(kCameraPosition) = -to_C;
+  derivatives.shared.middleCols<3>(kCameraRotation) = CrossMatrix(derivatives.p_C);
+  derivatives.shared.middleCols<3>(kTargetPosition) = to_C * from_X;
+  derivatives.shared.middleCols<3>(kTargetRotation) = -to_C * from_X * X.R * CrossMatrix(p);
+  derivatives.shared.col(kTargetSize) = to_C * from_X * X.R * p_K;
 }
 
-SharedColumn DeviationOf(const HandEyePrior& prior, const HandEyeState& state) {
+SharedColumn DeviationFromPrior(const HandEyePrior& prior, const HandEyeState& state) {
   SharedColumn off = SharedColumn::Zero();
   const Lens &a = state.lens, &b = prior.lens;
   off[kTargetSize] = state.size - 1;
@@ -101,35 +102,37 @@ SharedColumn DeviationOf(const HandEyePrior& prior, const HandEyeState& state) {
   return off;
 }
 
-Normal NormalAt(const std::vector<HandEyeView>& views, const HandEyeOptions& options,
-                const HandEyePrior& prior, const HandEyeNoise& noise, const HandEyeState& state) {
-  Normal normal;
-  const SharedColumn off = DeviationOf(prior, state);
+NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOptions& options,
+                         const HandEyePrior& prior, const HandEyeNoise& noise,
+                         const HandEyeState& state) {
+  NormalEquations normal;
+  const SharedColumn off = DeviationFromPrior(prior, state);
   normal.S = prior.information;
   normal.g = prior.information * off;
   normal.cost = off.dot(normal.g);
   normal.views.resize(views.size());
-  Vec6 own_information;
-  own_information << Vec3::Constant(1 / (noise.robot_m * noise.robot_m)),
+  Vec6 robot_information;
+  robot_information << Vec3::Constant(1 / (noise.robot_m * noise.robot_m)),
       Vec3::Constant(1 / (noise.robot_rad * noise.robot_rad));
   for (std::size_t k = 0; k < views.size(); ++k) {
     const HandEyeView& view = views[k];
-    Normal::View& own = normal.views[k];
+    NormalEquations::View& own = normal.views[k];
     const Pose& E = state.errors[k];
     Vec6 error;
     error << E.p, VectorFromRotation(E.R);
-    own.H = own_information.asDiagonal();
-    own.g = own_information.cwiseProduct(error);
+    own.H = robot_information.asDiagonal();
+    own.g = robot_information.cwiseProduct(error);
     normal.cost += error.dot(own.g);
     const Pose X_BF = FlangePose(options, view, state.offsets);
     Jacobian joints;
     const bool moved = options.free_joints && state.offsets.size() > 0;
     if (moved) joints = JointMotion(*options.chain, view.q + state.offsets);
-    PointSlopes slopes;
+    PointDerivatives derivatives;
     for (std::size_t i = 0; i < view.pixels.size(); ++i) {
-      SlopesAt(options, state, X_BF, moved ? &joints : nullptr, E, view.points_K[i], slopes);
-      const Vec3& p = slopes.p_C;
-      if (!(p.z() > kLeastDistance_m)) {
+      DerivativesAt(options, state, X_BF, moved ? &joints : nullptr, E, view.points_K[i],
+                    derivatives);
+      const Vec3& p = derivatives.p_C;
+      if (!(p.z() > kMinDistance_m)) {
         normal.in_front = false;
         return normal;
       }
@@ -137,9 +140,9 @@ Normal NormalAt(const std::vector<HandEyeView>& views, const HandEyeOptions& opt
       Eigen::Matrix<double, 2, 3> d_point;
       const Eigen::Matrix2d d_n = PixelJacobian(state.lens, n);
       d_point << d_n / p.z(), -d_n * n / p.z();
-      Eigen::Matrix<double, 2, kHandEyeShared> J = d_point * slopes.shared;
+      Eigen::Matrix<double, 2, kHandEyeShared> J = d_point * derivatives.shared;
       J.middleCols<9>(kLensFirst) = PixelByLens(state.lens, n);
-      const Eigen::Matrix<double, 2, 6> J_own = d_point * slopes.own;
+      const Eigen::Matrix<double, 2, 6> J_own = d_point * derivatives.own;
       const Vec2 r = PixelOfNormalised<double>(state.lens, n) - view.pixels[i];
       const double length = r.norm() / noise.corner_px;
       const double weight = length > kHuber ? kHuber / length : 1;
@@ -158,7 +161,7 @@ Normal NormalAt(const std::vector<HandEyeView>& views, const HandEyeOptions& opt
   return normal;
 }
 
-/// Rows and columns of what is not adjusted become those of the identity.
+/// Replaces rows and columns of inactive parameters by those of the identity.
 void Deactivate(const HandEyePrior& prior, HandEyeMatrix& S, SharedColumn& g) {
   for (int i = 0; i < kHandEyeShared; ++i) {
     if (prior.active[static_cast<std::size_t>(i)]) continue;
@@ -169,15 +172,15 @@ void Deactivate(const HandEyePrior& prior, HandEyeMatrix& S, SharedColumn& g) {
   }
 }
 
-/// The shared part after the views' own errors are eliminated.
-void Reduce(const Normal& normal, const HandEyePrior& prior, double damping, HandEyeMatrix& S,
-            SharedColumn& g, std::vector<Mat6>& inverse) {
+/// The shared part after elimination of the views' own parameters.
+void Reduce(const NormalEquations& normal, const HandEyePrior& prior, double damping,
+            HandEyeMatrix& S, SharedColumn& g, std::vector<Mat6>& inverse) {
   S = normal.S;
   S.diagonal() *= 1 + damping;
   g = normal.g;
   inverse.resize(normal.views.size());
   for (std::size_t k = 0; k < normal.views.size(); ++k) {
-    const Normal::View& own = normal.views[k];
+    const NormalEquations::View& own = normal.views[k];
     Mat6 H = own.H;
     H.diagonal() *= 1 + damping;
     inverse[k] = H.llt().solve(Mat6::Identity());
@@ -188,20 +191,20 @@ void Reduce(const Normal& normal, const HandEyePrior& prior, double damping, Han
   Deactivate(prior, S, g);
 }
 
-HandEyeState Moved(const HandEyeState& state, const Normal& normal,
-                   const std::vector<Mat6>& inverse, const SharedColumn& step) {
+HandEyeState ApplyStep(const HandEyeState& state, const NormalEquations& normal,
+                       const std::vector<Mat6>& inverse, const SharedColumn& step) {
   HandEyeState next = state;
-  next.poses.Y.p += step.segment<3>(kCameraPlace);
-  next.poses.Y.R = state.poses.Y.R * RotationFromVector(step.segment<3>(kCameraTurn));
-  next.poses.X.p += step.segment<3>(kTargetPlace);
-  next.poses.X.R = state.poses.X.R * RotationFromVector(step.segment<3>(kTargetTurn));
+  next.poses.Y.p += step.segment<3>(kCameraPosition);
+  next.poses.Y.R = state.poses.Y.R * RotationFromVector(step.segment<3>(kCameraRotation));
+  next.poses.X.p += step.segment<3>(kTargetPosition);
+  next.poses.X.R = state.poses.X.R * RotationFromVector(step.segment<3>(kTargetRotation));
   next.size += step[kTargetSize];
   double* const lens[] = {&next.lens.fx, &next.lens.fy, &next.lens.cx, &next.lens.cy, &next.lens.k1,
                           &next.lens.k2, &next.lens.p1, &next.lens.p2, &next.lens.k3};
   for (int i = 0; i < 9; ++i) *lens[i] += step[kLensFirst + i];
   next.offsets += step.segment(kOffsetFirst, next.offsets.size());
   for (std::size_t k = 0; k < next.errors.size(); ++k) {
-    const Normal::View& own = normal.views[k];
+    const NormalEquations::View& own = normal.views[k];
     const Vec6 by = inverse[k] * (-own.g - own.to_shared.transpose() * step);
     next.errors[k].p += by.head<3>();
     next.errors[k].R = state.errors[k].R * RotationFromVector(by.tail<3>());
@@ -209,18 +212,19 @@ HandEyeState Moved(const HandEyeState& state, const Normal& normal,
   return next;
 }
 
-/// Variance components, and the misfit of each view.
-void Judge(const Normal& normal, const HandEyePrior& prior, const HandEyeNoise& noise,
-           const HandEyeState& state, HandEyeFit& fit) {
+/// Computes covariance, variance components, and the misfit of each view.
+void Evaluate(const NormalEquations& normal, const HandEyePrior& prior, const HandEyeNoise& noise,
+              const HandEyeState& state, HandEyeFit& fit) {
   HandEyeMatrix S;
   SharedColumn g;
   std::vector<Mat6> inverse;
   Reduce(normal, prior, 0, S, g, inverse);
   fit.covariance = S.ldlt().solve(HandEyeMatrix::Identity());
-  double place_squares = 0, turn_squares = 0, place_free = 0, turn_free = 0, corner_squares = 0;
+  double position_squares = 0, rotation_squares = 0, position_redundancy = 0,
+         rotation_redundancy = 0, corner_squares = 0;
   double all_px = 0, corners = 0;
   for (std::size_t k = 0; k < normal.views.size(); ++k) {
-    const Normal::View& own = normal.views[k];
+    const NormalEquations::View& own = normal.views[k];
     const Eigen::Matrix<double, 6, kHandEyeShared> through = inverse[k] * own.to_shared.transpose();
     HandEyeMatrix shared = fit.covariance;
     for (int i = 0; i < kHandEyeShared; ++i) {
@@ -228,39 +232,41 @@ void Judge(const Normal& normal, const HandEyePrior& prior, const HandEyeNoise& 
     }
     const Mat6 covariance = inverse[k] + through * shared * through.transpose();
     for (int axis = 0; axis < 3; ++axis) {
-      place_free += 1 - covariance(axis, axis) / (noise.robot_m * noise.robot_m);
-      turn_free += 1 - covariance(3 + axis, 3 + axis) / (noise.robot_rad * noise.robot_rad);
+      position_redundancy += 1 - covariance(axis, axis) / (noise.robot_m * noise.robot_m);
+      rotation_redundancy +=
+          1 - covariance(3 + axis, 3 + axis) / (noise.robot_rad * noise.robot_rad);
     }
     const double place = state.errors[k].p.squaredNorm();
     const double turn = VectorFromRotation(state.errors[k].R).squaredNorm();
-    place_squares += place;
-    turn_squares += turn;
-    fit.place_misfit.push_back(std::sqrt(place / 3) / noise.robot_m);
-    fit.turn_misfit.push_back(std::sqrt(turn / 3) / noise.robot_rad);
+    position_squares += place;
+    rotation_squares += turn;
+    fit.position_misfit.push_back(std::sqrt(place / 3) / noise.robot_m);
+    fit.rotation_misfit.push_back(std::sqrt(turn / 3) / noise.robot_rad);
     fit.view_rms_px.push_back(std::sqrt(own.squares_px / std::max(1, own.corners)));
     corner_squares += own.weighted_px;
     all_px += own.squares_px;
     corners += own.corners;
   }
-  double active = 0, known = 0, known_free = 0;
+  double active = 0, known = 0, prior_redundancy = 0;
   for (int i = 0; i < kHandEyeShared; ++i) {
     if (!prior.active[static_cast<std::size_t>(i)]) continue;
     ++active;
     if (prior.information(i, i) <= 0) continue;
     ++known;
-    known_free += std::clamp(1 - fit.covariance(i, i) * prior.information(i, i), 0.0, 1.0);
+    prior_redundancy += std::clamp(1 - fit.covariance(i, i) * prior.information(i, i), 0.0, 1.0);
   }
-  const double corner_free = 2 * corners + known - active - place_free - turn_free - known_free;
-  constexpr double kLeastPx = 0.005, kLeastPlace_m = 5e-6, kLeastFree = 0.5;
+  const double corner_redundancy =
+      2 * corners + known - active - position_redundancy - rotation_redundancy - prior_redundancy;
+  constexpr double kMinPx = 0.005, kMinPosition_m = 5e-6, kMinRedundancy = 0.5;
   fit.rms_px = std::sqrt(all_px / std::max(1.0, corners));
   fit.noise.corner_px =
-      std::max(kLeastPx, std::sqrt(corner_squares / std::max(kLeastFree, corner_free)));
-  // Place and turn share one component: see HandEyeNoise.
-  const double lever2 = kTurnLever_m * kTurnLever_m;
-  const double free = std::max(kLeastFree, place_free + turn_free);
+      std::max(kMinPx, std::sqrt(corner_squares / std::max(kMinRedundancy, corner_redundancy)));
+  // Position and rotation share one component: see HandEyeNoise.
+  const double lever2 = kRotationLever_m * kRotationLever_m;
+  const double free = std::max(kMinRedundancy, position_redundancy + rotation_redundancy);
   fit.noise.robot_m =
-      std::max(kLeastPlace_m, std::sqrt((place_squares + lever2 * turn_squares) / free));
-  fit.noise.robot_rad = fit.noise.robot_m / kTurnLever_m;
+      std::max(kMinPosition_m, std::sqrt((position_squares + lever2 * rotation_squares) / free));
+  fit.noise.robot_rad = fit.noise.robot_m / kRotationLever_m;
 }
 
 }  // namespace
@@ -281,34 +287,35 @@ Pose FlangePose(const HandEyeOptions& options, const HandEyeView& view,
 
 HandEyeFit FitHandEye(const std::vector<HandEyeView>& views, const HandEyeOptions& options,
                       const HandEyePrior& prior, const HandEyeNoise& noise, HandEyeState& state) {
-  constexpr double kSettled = 1e-9;  // relative drop of the cost
-  constexpr double kNothing = 1e-9;  // a cost that is rounding
+  constexpr double kSettled = 1e-9;     // relative decrease of the cost
+  constexpr double kNegligible = 1e-9;  // cost at rounding level
   HandEyeFit fit;
   state.errors.resize(views.size());
-  Normal normal = NormalAt(views, options, prior, noise, state);
+  NormalEquations normal = NormalAt(views, options, prior, noise, state);
   if (!normal.in_front) return fit;
   double damping = 1e-4;
-  for (int pass = 0; pass < kMostSteps && !fit.converged; ++pass) {
+  for (int pass = 0; pass < kMaxSteps && !fit.converged; ++pass) {
     HandEyeMatrix S;
     SharedColumn g;
     std::vector<Mat6> inverse;
     Reduce(normal, prior, damping, S, g, inverse);
     const SharedColumn step = S.ldlt().solve(-g);
-    HandEyeState next = Moved(state, normal, inverse, step);
-    Normal there = NormalAt(views, options, prior, noise, next);
-    if (step.allFinite() && there.in_front && there.cost <= normal.cost + kNothing) {
-      fit.converged = normal.cost - there.cost <= kSettled * normal.cost || there.cost < kNothing;
+    HandEyeState next = ApplyStep(state, normal, inverse, step);
+    NormalEquations there = NormalAt(views, options, prior, noise, next);
+    if (step.allFinite() && there.in_front && there.cost <= normal.cost + kNegligible) {
+      fit.converged =
+          normal.cost - there.cost <= kSettled * normal.cost || there.cost < kNegligible;
       state = std::move(next);
       normal = std::move(there);
       damping = std::max(1e-12, damping / 10);
     } else {
       damping *= 10;
-      // No step is better than the last: it stands as well as numbers can tell.
+      // No step improves the cost: converged to numerical precision.
       fit.converged = damping > 1e8;
     }
   }
   fit.cost = normal.cost;
-  Judge(normal, prior, noise, state, fit);
+  Evaluate(normal, prior, noise, state, fit);
   return fit;
 }
 

@@ -17,12 +17,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool Found(const FoundPose& pose) {
+bool IsSet(const PoseWithCovariance& pose) {
   return pose.covariance.trace() > 0;
 }
 
-Json PoseJson(const FoundPose& pose, const char* frame) {
-  if (!Found(pose)) return nullptr;
+Json PoseJson(const PoseWithCovariance& pose, const char* frame) {
+  if (!IsSet(pose)) return nullptr;
   Vec6 to_file;
   to_file << Vec3::Constant(kMmPerMetre), Vec3::Ones();
   const Mat6 covariance = to_file.asDiagonal() * pose.covariance * to_file.asDiagonal();
@@ -45,11 +45,11 @@ Json ErrorJson(const HandEyeError& error) {
   return {{"rms_px", error.rms_px}, {"position_mm", kMmPerMetre * error.position_m}};
 }
 
-Json LensJson(const HandEye& answer) {
-  const Lens& lens = answer.lens.lens;
+Json LensJson(const HandEye& result) {
+  const Lens& lens = result.lens.lens;
   Json sds;
   for (int k = 0; k < kLensCount; ++k)
-    sds[kLensNames[k]] = std::sqrt(std::max(0.0, answer.lens.covariance(k, k)));
+    sds[kLensNames[k]] = std::sqrt(std::max(0.0, result.lens.covariance(k, k)));
   return {{"fx", lens.fx},
           {"fy", lens.fy},
           {"cx", lens.cx},
@@ -58,55 +58,56 @@ Json LensJson(const HandEye& answer) {
           {"sd", sds}};
 }
 
-std::string PoseLine(const char* what, const char* frame, const FoundPose& pose) {
+std::string PoseLine(const char* what, const char* frame, const PoseWithCovariance& pose) {
   const Vec3 p = kMmPerMetre * pose.X.p, rpy = RollPitchYawFromRotation(pose.X.R) / kRadPerDeg;
   const Vec6 sd = pose.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Vec3 p_sd = kMmPerMetre * sd.head<3>();
-  const double turn_sd = sd.tail<3>().norm() / kRadPerDeg;
-  const int mm = DecimalsFor({p_sd.x(), p_sd.y(), p_sd.z()}, 2), deg = DecimalsFor({turn_sd}, 3);
+  const double rotation_sd = sd.tail<3>().norm() / kRadPerDeg;
+  const int mm = DecimalsFor({p_sd.x(), p_sd.y(), p_sd.z()}, 2),
+            deg = DecimalsFor({rotation_sd}, 3);
   return fmt::format(
       "  {} in the {}: {:.{}f}, {:.{}f}, {:.{}f} mm (+- {:.{}f}, {:.{}f}, {:.{}f}); roll, pitch, "
       "yaw {:.{}f}, {:.{}f}, {:.{}f} deg (+- {:.{}f})\n",
       what, frame, p.x(), mm, p.y(), mm, p.z(), mm, p_sd.x(), mm, p_sd.y(), mm, p_sd.z(), mm,
-      rpy.x(), deg, rpy.y(), deg, rpy.z(), deg, turn_sd, deg);
+      rpy.x(), deg, rpy.y(), deg, rpy.z(), deg, rotation_sd, deg);
 }
 
 }  // namespace
 
-std::string HandEyeJson(const HandEye& answer, const HandEyeOptions& options, const Pose* X_WB) {
+std::string HandEyeJson(const HandEye& result, const HandEyeOptions& options, const Pose* X_WB) {
   const bool to_hand = options.setup == HandEyeSetup::kEyeToHand;
-  const bool found = Found(answer.camera);
+  const bool found = IsSet(result.camera);
   Json refused = Json::array(), offsets = Json::array();
-  for (const RefusedView& view : answer.refused)
+  for (const RefusedView& view : result.refused)
     refused.push_back({{"name", view.name}, {"reason", view.reason}});
-  for (Eigen::Index i = 0; i < answer.joint_offsets.size(); ++i) {
-    if (answer.joint_offset_sds[i] <= 0) continue;
+  for (Eigen::Index i = 0; i < result.joint_offsets.size(); ++i) {
+    if (result.joint_offset_sds[i] <= 0) continue;
     offsets.push_back({{"name", fmt::format("q{}", i + 1)},
-                       {"value", answer.joint_offsets[i]},
-                       {"sd", answer.joint_offset_sds[i]},
+                       {"value", result.joint_offsets[i]},
+                       {"sd", result.joint_offset_sds[i]},
                        {"unit", "rad"}});
   }
   Json root = {
       {"schema", 1},
-      {"accepted", answer.accepted},
-      {"reasons", answer.reasons},
+      {"accepted", result.accepted},
+      {"reasons", result.reasons},
       {"setup", to_hand ? "eye-to-hand" : "eye-in-hand"},
-      {"camera", PoseJson(answer.camera, to_hand ? "base" : "flange")},
-      {"target", PoseJson(answer.target, to_hand ? "flange" : "base")},
-      {"point_sd_mm", found ? Json(kMmPerMetre * answer.point_sd_m) : Json(nullptr)},
-      {"target_size_ratio", {{"value", answer.size_ratio}, {"sd", answer.size_ratio_sd}}},
-      {"lens", found && options.free_lens ? LensJson(answer) : Json(nullptr)},
+      {"camera", PoseJson(result.camera, to_hand ? "base" : "flange")},
+      {"target", PoseJson(result.target, to_hand ? "flange" : "base")},
+      {"point_sd_mm", found ? Json(kMmPerMetre * result.point_sd_m) : Json(nullptr)},
+      {"target_size_ratio", {{"value", result.size_ratio}, {"sd", result.size_ratio_sd}}},
+      {"lens", found && options.free_lens ? LensJson(result) : Json(nullptr)},
       {"joint_offsets", offsets},
-      {"noise", {{"corner_px", answer.sigma_px}, {"robot_mm", kMmPerMetre * answer.robot_m}}},
-      {"rms_px", answer.rms_px},
-      {"second_turn_deg", answer.second_turn_rad / kRadPerDeg},
+      {"noise", {{"corner_px", result.sigma_px}, {"robot_mm", kMmPerMetre * result.robot_m}}},
+      {"rms_px", result.rms_px},
+      {"second_turn_deg", result.second_axis_rad / kRadPerDeg},
       {"held_out",
-       {{"linear", ErrorJson(answer.linear)}, {"adjusted", ErrorJson(answer.adjusted)}}},
-      {"images_used", answer.used},
+       {{"linear", ErrorJson(result.linear)}, {"adjusted", ErrorJson(result.adjusted)}}},
+      {"images_used", result.used},
       {"images_refused", refused},
   };
   if (X_WB != nullptr && to_hand && found) {
-    const Pose X_WC = *X_WB * answer.camera.X;
+    const Pose X_WC = *X_WB * result.camera.X;
     root["measurement"] = {
         {"camera_xyz_mm", JsonOfVector(kMmPerMetre * X_WC.p)},
         {"camera_rpy_deg", JsonOfVector(RollPitchYawFromRotation(X_WC.R) / kRadPerDeg)}};
@@ -114,27 +115,27 @@ std::string HandEyeJson(const HandEye& answer, const HandEyeOptions& options, co
   return root.dump(2) + "\n";
 }
 
-std::string HandEyeText(const HandEye& answer, const HandEyeOptions& options) {
+std::string HandEyeText(const HandEye& result, const HandEyeOptions& options) {
   const bool to_hand = options.setup == HandEyeSetup::kEyeToHand;
-  std::string text = answer.accepted ? "accepted\n" : "refused\n";
-  for (const std::string& reason : answer.reasons) text += "  " + reason + "\n";
-  if (Found(answer.camera)) {
-    text += PoseLine("camera", to_hand ? "base" : "flange", answer.camera);
-    text += PoseLine("target", to_hand ? "flange" : "base", answer.target);
-    const int ratio = DecimalsFor({answer.size_ratio_sd}, 4);
+  std::string text = result.accepted ? "accepted\n" : "refused\n";
+  for (const std::string& reason : result.reasons) text += "  " + reason + "\n";
+  if (IsSet(result.camera)) {
+    text += PoseLine("camera", to_hand ? "base" : "flange", result.camera);
+    text += PoseLine("target", to_hand ? "flange" : "base", result.target);
+    const int ratio = DecimalsFor({result.size_ratio_sd}, 4);
     text += fmt::format(
-        "  a point that the camera sees is known to {:.{}f} mm (one deviation)\n"
-        "  images that took no part: {:.2f} px and {:.2f} mm off ({:.2f} px and {:.2f} mm by the "
+        "  standard deviation of a point that the camera sees: {:.{}f} mm\n"
+        "  error on held-out images: {:.2f} px and {:.2f} mm ({:.2f} px and {:.2f} mm by the "
         "linear method)\n"
-        "  noise: corners {:.3f} px, robot {:.3f} mm; the target is {:.{}f} +- {:.{}f} of its told "
-        "size\n",
-        kMmPerMetre * answer.point_sd_m, DecimalsFor({kMmPerMetre * answer.point_sd_m}, 3),
-        answer.adjusted.rms_px, kMmPerMetre * answer.adjusted.position_m, answer.linear.rms_px,
-        kMmPerMetre * answer.linear.position_m, answer.sigma_px, kMmPerMetre * answer.robot_m,
-        answer.size_ratio, ratio, answer.size_ratio_sd, ratio);
+        "  noise: corners {:.3f} px, robot {:.3f} mm; target size {:.{}f} +- {:.{}f} times the "
+        "declared one\n",
+        kMmPerMetre * result.point_sd_m, DecimalsFor({kMmPerMetre * result.point_sd_m}, 3),
+        result.adjusted.rms_px, kMmPerMetre * result.adjusted.position_m, result.linear.rms_px,
+        kMmPerMetre * result.linear.position_m, result.sigma_px, kMmPerMetre * result.robot_m,
+        result.size_ratio, ratio, result.size_ratio_sd, ratio);
   }
-  text += fmt::format("  {} images used, {} refused\n", answer.used.size(), answer.refused.size());
-  for (const RefusedView& view : answer.refused)
+  text += fmt::format("  {} images used, {} refused\n", result.used.size(), result.refused.size());
+  for (const RefusedView& view : result.refused)
     text += fmt::format("    {}: {}\n", view.name, view.reason);
   return text;
 }

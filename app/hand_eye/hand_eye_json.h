@@ -1,4 +1,4 @@
-// The answer of a hand-eye calibration as a file.
+// Output of a hand-eye calibration: JSON file and readable text.
 #pragma once
 
 #include <string>
@@ -7,15 +7,14 @@
 
 namespace plumbline {
 
-/// HANDEYE.json: schema, accepted, reasons, setup; `camera` and `target`, each the frame that it
-/// stands in, xyz_mm, rpy_deg, quaternion_wxyz and the covariance of (x, y, z, turn about its own
-/// axes) in mm and rad; what was adjusted with them, the noise found, the error on images that took
-/// no part, images used and refused. Poses are null where none was found.
-/// @param X_WB  where the robot's base is declared; adds `measurement`, the camera in W as a cell
-///              file has it (of a camera in the cell only); null where no cell was given
-std::string HandEyeJson(const HandEye& answer, const HandEyeOptions& options, const Pose* X_WB);
+/// HANDEYE.json: schema, accepted, reasons, setup; `camera` and `target`, each with its parent
+/// frame, xyz_mm, rpy_deg, quaternion_wxyz and the covariance of (x, y, z, rotation about its own
+/// axes) in mm and rad; other estimated parameters, the estimated noise, the error on held-out
+/// images, images used and refused. Poses are null if there is no solution.
+/// @param X_WB  declared pose of the robot's base; adds `measurement`, the camera in W as in a cell
+///              file (camera in the cell only). Null without a cell.
+std::string HandEyeJson(const HandEye& result, const HandEyeOptions& options, const Pose* X_WB);
 
-/// The same for people.
-std::string HandEyeText(const HandEye& answer, const HandEyeOptions& options);
+std::string HandEyeText(const HandEye& result, const HandEyeOptions& options);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// What is known before any image of lens, target size and joint offsets.
+// Priors on lens, target size and joint offsets.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 namespace plumbline {
 namespace {
 
-/// Weak knowledge of a lens whose covariance nobody told: what its terms do at the image's corner.
-LensCovariance WideLens(const Lens& lens, const ImageSize& image) {
+/// Prior for a lens of unknown covariance, by the effect of each parameter at the image's corner.
+LensCovariance WeakLensPrior(const Lens& lens, const ImageSize& image) {
   const double corner = std::hypot(image.width, image.height) / (lens.fx + lens.fy);
   const double c2 = corner * corner;
   Eigen::Matrix<double, 9, 1> sd;
@@ -20,7 +20,7 @@ LensCovariance WideLens(const Lens& lens, const ImageSize& image) {
 
 }  // namespace
 
-HandEyePrior PriorOf(const KnownLens& lens, const HandEyeOptions& options, int joints) {
+HandEyePrior MakePrior(const KnownLens& lens, const HandEyeOptions& options, int joints) {
   constexpr double kSizeSd = 0.1, kOffsetSd_rad = 0.01;
   HandEyePrior prior;
   prior.lens = lens.lens;
@@ -29,8 +29,9 @@ HandEyePrior PriorOf(const KnownLens& lens, const HandEyeOptions& options, int j
   prior.information(kTargetSize, kTargetSize) = 1 / (kSizeSd * kSizeSd);
   if (options.free_lens) {
     LensCovariance covariance = lens.covariance;
-    if ((covariance.diagonal().array() <= 0).all()) covariance = WideLens(lens.lens, options.image);
-    std::vector<int> known;  // a term without deviation was dropped by the calibration: it stays
+    if ((covariance.diagonal().array() <= 0).all())
+      covariance = WeakLensPrior(lens.lens, options.image);
+    std::vector<int> known;  // zero variance: dropped by the calibration, so it stays fixed
     for (int i = 0; i < 9; ++i) {
       if (covariance(i, i) > 0) known.push_back(i);
     }
@@ -52,7 +53,7 @@ HandEyePrior PriorOf(const KnownLens& lens, const HandEyeOptions& options, int j
   for (int i = 0; i < joints; ++i) {
     const int row = kOffsetFirst + i;
     prior.information(row, row) = 1 / (kOffsetSd_rad * kOffsetSd_rad);
-    // A turn of the first joint is one of what Y or X stands in, one of the last likewise.
+    // Offsets of the first and the last joint are equivalent to rotations of Y and X.
     prior.active[static_cast<std::size_t>(row)] = options.free_joints && i > 0 && i + 1 < joints;
   }
   return prior;

@@ -32,13 +32,13 @@ double Angle(const Mat3& R) {
   return VectorFromRotation(R).norm();
 }
 
-/// One number for place and turn: the turn seen at the mean distance of the target.
+/// Position and rotation combined into a distance [m], at the mean distance of the target.
 std::vector<double> MisfitsOf(const HandEyePoses& poses, const std::vector<PosePairing>& pairings,
                               double distance_m) {
   std::vector<double> misfits;
   for (const PosePairing& pairing : pairings) {
     const PairingMisfit misfit = MisfitOf(poses, pairing);
-    misfits.push_back(std::hypot(misfit.place_m, distance_m * misfit.turn_rad));
+    misfits.push_back(std::hypot(misfit.position_m, distance_m * misfit.rotation_rad));
   }
   return misfits;
 }
@@ -46,10 +46,10 @@ std::vector<double> MisfitsOf(const HandEyePoses& poses, const std::vector<PoseP
 }  // namespace
 
 std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings) {
-  constexpr double kLeastSecond = 1e-4;  // of the turn about the second axis, squared
+  constexpr double kMinSecond = 1e-4;  // rotation about the second axis, squared [rad^2]
   if (pairings.size() < 3) return std::nullopt;
-  const double second = SecondTurn(pairings);
-  if (second * second < kLeastSecond) return std::nullopt;
+  const double second = SecondAxisRotation(pairings);
+  if (second * second < kMinSecond) return std::nullopt;
   Mat9 K = Mat9::Zero();
   for (const PosePairing& pairing : pairings) {
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -76,19 +76,19 @@ std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings
     M.block<3, 3>(3 * k, 3) = -Mat3::Identity();
     b.segment<3>(3 * k) = poses.Y.R * pairing.B.p - pairing.A.p;
   }
-  const Eigen::VectorXd places = M.colPivHouseholderQr().solve(b);
-  poses.X.p = places.head<3>();
-  poses.Y.p = places.tail<3>();
-  if (!places.allFinite()) return std::nullopt;
+  const Eigen::VectorXd positions = M.colPivHouseholderQr().solve(b);
+  poses.X.p = positions.head<3>();
+  poses.Y.p = positions.tail<3>();
+  if (!positions.allFinite()) return std::nullopt;
   return poses;
 }
 
 std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pairings,
-                                              std::vector<bool>& agreeing) {
-  constexpr int kMostTriples = 400;
-  constexpr double kAgrees = 4 * 1.4826;  // of the median misfit
+                                              std::vector<bool>& consistent) {
+  constexpr int kMaxTriples = 400;
+  constexpr double kConsistent = 4 * 1.4826;  // of the median misfit
   const std::size_t n = pairings.size();
-  agreeing.assign(n, true);
+  consistent.assign(n, true);
   if (n < 3) return std::nullopt;
   double distance_m = 0;
   for (const PosePairing& pairing : pairings)
@@ -105,9 +105,9 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
     }
   };
   judge(SolveLinear(pairings));
-  // Triples by a fixed walk through all of them, evenly.
+  // An evenly spaced, deterministic selection of all triples.
   const std::size_t all = n * (n - 1) * (n - 2) / 6;
-  const std::size_t stride = std::max<std::size_t>(1, all / kMostTriples);
+  const std::size_t stride = std::max<std::size_t>(1, all / kMaxTriples);
   std::size_t number = 0;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
@@ -120,16 +120,16 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
   const std::vector<double> misfits = MisfitsOf(*best, pairings, distance_m);
   std::vector<PosePairing> chosen;
   for (std::size_t k = 0; k < n; ++k) {
-    agreeing[k] = misfits[k] <= kAgrees * least + 1e-9;
-    if (agreeing[k]) chosen.push_back(pairings[k]);
+    consistent[k] = misfits[k] <= kConsistent * least + 1e-9;
+    if (consistent[k]) chosen.push_back(pairings[k]);
   }
   const auto refined = SolveLinear(chosen);
   return refined ? refined : best;
 }
 
 PairingMisfit MisfitOf(const HandEyePoses& poses, const PosePairing& pairing) {
-  const Pose by_robot = pairing.A * poses.X, by_camera = poses.Y * pairing.B;
-  return {(by_robot.p - by_camera.p).norm(), Angle(by_robot.R.transpose() * by_camera.R)};
+  const Pose from_robot = pairing.A * poses.X, from_camera = poses.Y * pairing.B;
+  return {(from_robot.p - from_camera.p).norm(), Angle(from_robot.R.transpose() * from_camera.R)};
 }
 
 std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& points_K,
@@ -146,23 +146,23 @@ std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& poin
   }
   if (points.size() < 6) return std::nullopt;
   const cv::Mat unit = cv::Mat::eye(3, 3, CV_64F);
-  std::vector<cv::Mat> turns, places;
+  std::vector<cv::Mat> rotations, positions;
   std::vector<double> errors;
   try {
-    cv::solvePnPGeneric(points, directions, unit, cv::noArray(), turns, places, false,
+    cv::solvePnPGeneric(points, directions, unit, cv::noArray(), rotations, positions, false,
                         flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_SQPNP);
   } catch (const cv::Exception&) {
     return std::nullopt;
   }
   std::optional<Pose> best;
   double least = 1e300;
-  for (std::size_t k = 0; k < turns.size(); ++k) {
-    cv::solvePnPRefineLM(points, directions, unit, cv::noArray(), turns[k], places[k]);
+  for (std::size_t k = 0; k < rotations.size(); ++k) {
+    cv::solvePnPRefineLM(points, directions, unit, cv::noArray(), rotations[k], positions[k]);
     cv::Mat R;
-    cv::Rodrigues(turns[k], R);
+    cv::Rodrigues(rotations[k], R);
     Pose pose;
     cv::cv2eigen(R, pose.R);
-    cv::cv2eigen(places[k], pose.p);
+    cv::cv2eigen(positions[k], pose.p);
     if (!pose.R.allFinite() || !pose.p.allFinite() || !(pose.p.z() > 0)) continue;
     double sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -178,7 +178,7 @@ std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& poin
   return best;
 }
 
-double SecondTurn(const std::vector<PosePairing>& pairings) {
+double SecondAxisRotation(const std::vector<PosePairing>& pairings) {
   Mat3 sum = Mat3::Zero();
   int pairs = 0;
   for (std::size_t i = 0; i < pairings.size(); ++i) {
@@ -193,19 +193,20 @@ double SecondTurn(const std::vector<PosePairing>& pairings) {
   return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
 }
 
-void PutHalfTurnsRight(std::vector<PosePairing>& pairings, const Vec3& middle_K,
-                       std::vector<bool>& turned) {
+void ResolveHalfTurns(std::vector<PosePairing>& pairings, const Vec3& centre_K,
+                      std::vector<bool>& turned) {
   turned.assign(pairings.size(), false);
-  // K turned by half a turn about its middle.
+  // Rotation of K by half a turn about its centre.
   Pose half;
   half.R = Vec3(-1, -1, 1).asDiagonal();
-  half.p = middle_K - half.R * middle_K;
+  half.p = centre_K - half.R * centre_K;
   const auto disagreement = [&](std::size_t k, const Pose& B) {
     double sum = 0;
     for (std::size_t i = 0; i < k; ++i) {
-      const double by_robot = Angle(pairings[i].A.R.transpose() * pairings[k].A.R);
-      const double by_camera = Angle(pairings[i].B.R.transpose() * B.R);
-      sum += std::min(0.1, std::abs(by_robot - by_camera));  // a wrong view has little say
+      const double from_robot = Angle(pairings[i].A.R.transpose() * pairings[k].A.R);
+      const double from_camera = Angle(pairings[i].B.R.transpose() * B.R);
+      sum +=
+          std::min(0.1, std::abs(from_robot - from_camera));  // bounded influence of a wrong view
     }
     return sum;
   };

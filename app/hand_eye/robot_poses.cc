@@ -13,7 +13,7 @@
 namespace plumbline {
 namespace {
 
-constexpr double kQuaternionTolerance = 0.01;  // of its length
+constexpr double kQuaternionTolerance = 0.01;  // deviation of its norm from 1
 constexpr double kLargestNumber = 1e6;
 
 std::string_view Trimmed(std::string_view text) {
@@ -40,7 +40,7 @@ std::optional<double> NumberOf(std::string_view field) {
   return number;
 }
 
-/// Columns of the header by name; -1 where there is none.
+/// Index of a column by name; -1 if there is none.
 int ColumnOf(const std::vector<std::string_view>& header, std::string_view name) {
   const auto found = std::find(header.begin(), header.end(), name);
   return found == header.end() ? -1 : static_cast<int>(found - header.begin());
@@ -75,7 +75,7 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
         return column && column->joint == 0 && column->form->quantity == JointQuantity::kPosition;
       });
       if (by_joints && joints.empty()) {
-        fault(line, "holds joints: give the cell as well (--cell), or the flange's poses");
+        fault(line, "contains joints: give the cell as well (--cell), or use flange poses");
         return std::nullopt;
       }
       names = {"x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
@@ -100,7 +100,7 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
       const auto at = static_cast<std::size_t>(columns[k]);
       const auto number = at < fields.size() ? NumberOf(fields[at]) : std::nullopt;
       if (!number) {
-        fault(line, fmt::format("{} is missing or no number", names[k]));
+        fault(line, fmt::format("{} is missing or not a number", names[k]));
         good = false;
         break;
       }
@@ -118,7 +118,7 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
     } else {
       const Eigen::Quaterniond turn(values[3], values[4], values[5], values[6]);
       if (std::abs(turn.norm() - 1) > kQuaternionTolerance) {
-        fault(line, "qw, qx, qy, qz are no unit quaternion");
+        fault(line, "qw, qx, qy, qz are not a unit quaternion");
         good = false;
         continue;
       }
@@ -126,12 +126,12 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
       pose.X_BF.p = kMetrePerMm * Vec3(values[0], values[1], values[2]);
     }
     if (name.empty() || !poses.emplace(name, pose).second) {
-      fault(line, name.empty() ? "names no image" : fmt::format("{} stands twice", name));
+      fault(line, name.empty() ? "names no image" : fmt::format("{} is listed twice", name));
       good = false;
     }
   }
   if (header.empty()) {
-    fault(1, "is empty; a header and a row for each image belong there");
+    fault(1, "is empty; expected a header and a row for each image");
     return std::nullopt;
   }
   return good ? std::optional(poses) : std::nullopt;

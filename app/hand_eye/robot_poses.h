@@ -1,4 +1,4 @@
-// Where the robot stood at each image: a table.
+// Table of robot poses, one per image.
 #pragma once
 
 #include <map>
@@ -14,15 +14,14 @@ namespace plumbline {
 /// One row: the flange in B, or the joints.
 struct RobotPose {
   Pose X_BF;
-  JointVector q;  ///< empty where the table holds poses
+  JointVector q;  ///< empty if the table contains poses
 };
 
 /// Reads a CSV with a header: `image`, a file name, and either x_mm, y_mm, z_mm, qw, qx, qy, qz
-/// (the flange in the base) or q1_deg .. qn_deg (q<i>_mm of a prismatic joint). Other columns are
-/// left alone. A row that cannot be read, and an image that stands twice, are faults with their
-/// line.
-/// @param joints  of the cell; empty where none was given: then only poses can be read
-/// @return        by image; nothing where there is a fault
+/// (flange in base) or q1_deg .. qn_deg (q<i>_mm for a prismatic joint). Other columns are ignored.
+/// An invalid row, or an image listed twice, is a fault with its line.
+/// @param joints  of the cell; empty without a cell, in which case only poses can be read
+/// @return        by image; nullopt if there is a fault
 std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_view text,
                                                                   const std::string& file,
                                                                   const std::vector<Joint>& joints,

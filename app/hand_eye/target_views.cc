@@ -11,7 +11,7 @@
 namespace plumbline {
 namespace {
 
-/// Appends the board's corners; why not, where there is none.
+/// Appends the board's corners. @return the reason if it is not found, else empty
 std::string AddBoard(const LumaView& image, const Board& board, HandEyeView& view) {
   const Result<BoardView> seen = DetectBoard(image, board);
   if (!seen) return seen.error();
@@ -24,7 +24,8 @@ std::string AddBoard(const LumaView& image, const Board& board, HandEyeView& vie
   return {};
 }
 
-/// Appends the corners of a body's tags that agree with each other.
+/// Appends the corners of the body's consistent tags. @return the reason if there are none, else
+/// empty
 std::string AddTags(const LumaView& image, const Body& body, const Lens& lens,
                     TagDetector& detector, HandEyeView& view) {
   SeenTags seen;
@@ -62,7 +63,7 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
     if (interrupted()) return found;
     const auto pose = poses.find(name);
     if (pose == poses.end()) {
-      refuse(name, "the table of the robot's poses does not name it");
+      refuse(name, "not listed in the table of robot poses");
       continue;
     }
     const Result<GreyImage> image = ReadImage((std::filesystem::path(folder) / name).string());
@@ -71,7 +72,7 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
       continue;
     }
     if (image->View().size() != size) {
-      refuse(name, fmt::format("{} x {} px where the lens was calibrated at {} x {}", image->width,
+      refuse(name, fmt::format("{} x {} px, but the lens was calibrated at {} x {}", image->width,
                                image->height, size.width, size.height));
       continue;
     }

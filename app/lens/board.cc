@@ -17,27 +17,28 @@ constexpr std::pair<BoardKind, std::string_view> kKinds[] = {
     {BoardKind::kCircles, "circles"},
     {BoardKind::kAsymmetricCircles, "acircles"},
 };
-constexpr int kLeastPoints = 3, kMostPoints = 100;
-constexpr double kLeastTag = 0.2, kLargestTag = 0.92;     // share of a square
-constexpr double kLeastDisc = 0.15, kLargestDisc = 0.85;  // share of the nearest neighbour's step
+constexpr int kMinPoints = 3, kMaxPoints = 100;
+constexpr double kMinTag = 0.2, kMaxTag = 0.92;  // share of a square
+constexpr double kMinDisc = 0.15,
+                 kMaxDisc = 0.85;  // share of the distance to the nearest neighbour
 
 std::optional<BoardFault> FaultOfCharuco(const Board& board) {
   const auto family = TagFamilyOfName(board.family);
   if (!family) return BoardFault{"family", family.error()};
-  if (!(board.mark_m >= kLeastTag * board.square_m &&
-        board.mark_m <= kLargestTag * board.square_m)) {
-    return BoardFault{
-        "mark_mm", fmt::format("a ChArUco board needs the side of its tags, black border "
-                               "included: {:g} to {:g} mm where its squares have {:g} mm",
-                               1e3 * kLeastTag * board.square_m, 1e3 * kLargestTag * board.square_m,
-                               1e3 * board.square_m)};
+  if (!(board.mark_m >= kMinTag * board.square_m && board.mark_m <= kMaxTag * board.square_m)) {
+    return BoardFault{"mark_mm",
+                      fmt::format("a ChArUco board needs the side of its tags, black border "
+                                  "included: {:g} to {:g} mm for squares of {:g} mm",
+                                  1e3 * kMinTag * board.square_m, 1e3 * kMaxTag * board.square_m,
+                                  1e3 * board.square_m)};
   }
   const int tags = ((board.columns + 1) * (board.rows + 1) + 1) / 2;
   const int codes = static_cast<int>(family->codes.size());
   if (tags > codes) {
-    return BoardFault{"family",
-                      fmt::format("{} has {} tags and a board of {} x {} inner corners up to {}",
-                                  board.family, codes, board.columns, board.rows, tags)};
+    return BoardFault{
+        "family",
+        fmt::format("{} has only {} tags, but a board of {} x {} inner corners needs up to {}",
+                    board.family, codes, board.columns, board.rows, tags)};
   }
   return std::nullopt;
 }
@@ -45,12 +46,12 @@ std::optional<BoardFault> FaultOfCharuco(const Board& board) {
 std::optional<BoardFault> FaultOfCircles(const Board& board) {
   // The nearest neighbour of an asymmetric grid lies diagonally.
   const double step = board.square_m * (board.kind == BoardKind::kCircles ? 1 : std::sqrt(2.0));
-  if (board.mark_m >= kLeastDisc * step && board.mark_m <= kLargestDisc * step) return std::nullopt;
+  if (board.mark_m >= kMinDisc * step && board.mark_m <= kMaxDisc * step) return std::nullopt;
   return BoardFault{
       "mark_mm",
-      fmt::format("a board of circles needs their diameter: {:.3g} to {:.3g} mm where its rows lie "
-                  "{:g} mm apart",
-                  1e3 * kLeastDisc * step, 1e3 * kLargestDisc * step, 1e3 * board.square_m)};
+      fmt::format(
+          "a board of circles needs their diameter: {:.3g} to {:.3g} mm for rows {:g} mm apart",
+          1e3 * kMinDisc * step, 1e3 * kMaxDisc * step, 1e3 * board.square_m)};
 }
 
 }  // namespace
@@ -79,9 +80,10 @@ std::string WordsOf(const Board& board) {
 
 std::optional<BoardFault> FaultOf(const Board& board) {
   const auto [fewest, most] = std::minmax(board.columns, board.rows);
-  if (fewest < kLeastPoints || most > kMostPoints) {
-    return BoardFault{"columns", fmt::format("{} x {} points; {} to {} each are possible",
-                                             board.columns, board.rows, kLeastPoints, kMostPoints)};
+  if (fewest < kMinPoints || most > kMaxPoints) {
+    return BoardFault{"columns",
+                      fmt::format("{} x {} points; {} to {} in each direction are possible",
+                                  board.columns, board.rows, kMinPoints, kMaxPoints)};
   }
   if (!(board.square_m > 0 && std::isfinite(board.square_m))) {
     return BoardFault{"square_mm", "must be positive"};

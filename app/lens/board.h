@@ -1,4 +1,4 @@
-// The flat target that a lens is calibrated with.
+// Calibration board: the flat target that a lens is calibrated with.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,36 +11,37 @@
 
 namespace plumbline {
 
-/// What is printed on the board.
+/// Pattern printed on the board. Its points are
 enum class BoardKind {
-  kChessboard,         ///< points are the inner corners: 18 x 12 squares have 17 x 11 of them
-  kCharuco,            ///< likewise, with a tag in each white square that tells which one it is
-  kCircles,            ///< points are the centres of dark discs, in straight columns
-  kAsymmetricCircles,  ///< likewise, every other row shifted by half a step
+  kChessboard,         ///< the inner corners: 18 x 12 squares have 17 x 11 of them
+  kCharuco,            ///< likewise; each white square also carries a tag that identifies it
+  kCircles,            ///< the centres of dark discs on a rectangular grid
+  kAsymmetricCircles,  ///< likewise, with every other row shifted by half a step
 };
 
-/// A board, told by its points.
-/// Frame K: origin at the first point, x along a row, y down the rows, z into the board; the camera
-/// looks along +z when the board is upright in front of it. ChArUco is upright as its tags are.
+/// Geometry of a board.
+/// Frame K: origin at the first point, x along a row, y down the rows, z into the board; a camera
+/// in front of the upright board looks along +z. A ChArUco board is upright when its tags are.
 struct Board {
-  int columns = 17, rows = 11;  ///< of points
-  double square_m = 0.010;      ///< side of a square; of circles, from one row to the next
+  int columns = 17, rows = 11;  ///< number of points
+  double square_m = 0.010;      ///< side of a square; for circles, distance between rows
   BoardKind kind = BoardKind::kChessboard;
-  double mark_m = 0;  ///< side of a ChArUco tag with its black border, or diameter of a disc
-  std::string family = "aruco-6x6-250";  ///< of ChArUco's tags
+  double mark_m = 0;  ///< side of a ChArUco tag including its black border, or diameter of a disc
+  std::string family = "aruco-6x6-250";  ///< of the ChArUco tags
 
   int corners() const { return columns * rows; }
   bool circles() const {
     return kind == BoardKind::kCircles || kind == BoardKind::kAsymmetricCircles;
   }
-  /// In steps of square_m, of point k, counted row by row. Asymmetric circles lie two steps apart
-  /// along a row, odd rows one step to the right (as OpenCV numbers them).
+  /// Column and row of point k in units of square_m; points are numbered row by row. On an
+  /// asymmetric grid the points of a row are two steps apart, and odd rows are shifted one step to
+  /// the right (OpenCV's numbering).
   int StepsRight(int k) const {
     return kind == BoardKind::kAsymmetricCircles ? 2 * (k % columns) + k / columns % 2
                                                  : k % columns;
   }
   int StepsDown(int k) const { return k / columns; }
-  /// Of point k [m], shape (2).
+  /// Position of point k in the board plane [m], shape (2).
   Vec2 Corner(int k) const { return {square_m * StepsRight(k), square_m * StepsDown(k)}; }
   Vec2 Centre() const {
     const int right = kind == BoardKind::kAsymmetricCircles ? 2 * columns - 1 : columns - 1;
@@ -48,27 +49,27 @@ struct Board {
   }
 };
 
-/// "chessboard", "charuco", "circles" and "acircles", as on the command line.
+/// "chessboard", "charuco", "circles" or "acircles", as on the command line.
 std::optional<BoardKind> BoardKindOfName(std::string_view name);
 std::string_view NameOf(BoardKind kind);
 
-/// A board by its kind and all its numbers, for a person.
+/// Readable description: kind and all dimensions.
 std::string WordsOf(const Board& board);
 
-/// A number that makes no board.
+/// An invalid dimension of a board.
 struct BoardFault {
-  std::string_view key;  ///< "columns" (of both), "square_mm", "mark_mm" or "family"
-  std::string words;     ///< what it must be
+  std::string_view key;  ///< "columns" (for both counts), "square_mm", "mark_mm" or "family"
+  std::string message;   ///< the requirement
 };
-/// Nothing where the board is one.
+/// @return  nullopt if the board is valid
 std::optional<BoardFault> FaultOf(const Board& board);
 
-/// The board's points as one frame shows them.
+/// The board's points as detected in one frame.
 struct BoardView {
-  std::string name;              ///< of the frame, for reasons
-  double time_s = 0;             ///< monotonic, or the frame's number where there is no clock
-  std::vector<Vec2> corners_px;  ///< row by row, Board::corners() of them
-  std::vector<bool> seen;        ///< false: hidden or at the image's edge; its place means nothing
+  std::string name;              ///< of the frame, for messages
+  double time_s = 0;             ///< monotonic, or the frame's number if there is no clock
+  std::vector<Vec2> corners_px;  ///< Board::corners() points, row by row
+  std::vector<bool> seen;        ///< false: hidden or outside; the point's position is meaningless
   double blur_px = 0;            ///< width of the edges, standard deviation
 };
 

@@ -16,7 +16,7 @@ Result<BoardView> DetectBoard(const LumaView& image, const Board& board) {
     case BoardKind::kAsymmetricCircles:
       return DetectCircles(image, board);
   }
-  return Error{"a kind of board that is not known"};
+  return Error{"unknown kind of board"};
 }
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// The board in one frame, of whichever kind it is, within a bounded time whatever the frame shows.
+// Detection of a calibration board of any kind in one frame.
 #pragma once
 
 #include "app/lens/board.h"
@@ -7,10 +7,11 @@
 
 namespace plumbline {
 
-/// Finds the board's points to a few hundredths of a pixel. The whole board must be in the image,
-/// except of ChArUco, of which a part is enough.
-/// @param board  valid: FaultOf(board) is nothing
-/// @return       the view without name and time, or why there is none, in words for an operator
+/// Locates the board's points to a few hundredths of a pixel, in a time that is bounded for any
+/// image content. The whole board must be in the image, except for ChArUco, where a part is enough.
+/// @param board  valid: FaultOf(board) is nullopt
+/// @return       the view without its name and time, or the reason for the operator why there is
+///               none
 Result<BoardView> DetectBoard(const LumaView& image, const Board& board);
 
 }  // namespace plumbline

@@ -10,17 +10,17 @@
 namespace plumbline {
 namespace {
 
-constexpr double kAside = 0.3;        // tangent of the angle that a neighbour may lie off the edge
-constexpr double kEdgesAgree = 0.35;  // [rad] between the edges of neighbours
-constexpr std::size_t kLooked = 12;   // nearest points that may be neighbours
-constexpr int kLeastCorners = 9;
+constexpr double kMaxAsideTangent = 0.3;    // tangent of a neighbour's largest angle to the edge
+constexpr double kMaxEdgeAngle_rad = 0.35;  // between the edges of neighbours
+constexpr std::size_t kNeighbourCandidates = 12;  // nearest points considered
+constexpr int kMinCorners = 9;
 
 double AngleBetween(double a, double b) {
   const double difference = std::fmod(std::abs(a - b), std::numbers::pi);
   return std::min(difference, std::numbers::pi - difference);
 }
 
-/// Points sorted into square cells, for the nearest ones.
+/// Spatial index of the points for nearest-neighbour queries.
 class Cells {
  public:
   Cells(const std::vector<SaddlePoint>& points, double size) : points_(points), size_(size) {
@@ -30,7 +30,7 @@ class Cells {
   std::vector<int> Nearest(int of) const {
     const auto [x, y] = Key(points_[of].at);
     std::vector<std::pair<double, int>> near;
-    for (int reach = 1; reach <= 4 && near.size() < kLooked; ++reach) {
+    for (int reach = 1; reach <= 4 && near.size() < kNeighbourCandidates; ++reach) {
       near.clear();
       for (int i = -reach; i <= reach; ++i) {
         for (int j = -reach; j <= reach; ++j) {
@@ -42,7 +42,7 @@ class Cells {
         }
       }
     }
-    const std::size_t count = std::min(kLooked, near.size());
+    const std::size_t count = std::min(kNeighbourCandidates, near.size());
     std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(count), near.end());
     std::vector<int> nearest;
     for (std::size_t k = 0; k < count; ++k) nearest.push_back(near[k].second);
@@ -58,26 +58,31 @@ class Cells {
   std::map<std::pair<int, int>, std::vector<int>> cells_;
 };
 
-/// The four ways from a corner: along edge [0], along edge [1], and back.
+/// The neighbours of a corner in four directions: along edge [0], along edge [1], and their
+/// opposites; -1 if there is none.
 using Links = std::array<int, 4>;
 
-Vec2 Way(const SaddlePoint& point, int way) {
-  const double angle = point.edge_rad[way % 2];
-  return (way < 2 ? 1 : -1) * Vec2(std::cos(angle), std::sin(angle));
+Vec2 DirectionOf(const SaddlePoint& point, int direction) {
+  const double angle = point.edge_rad[direction % 2];
+  return (direction < 2 ? 1 : -1) * Vec2(std::cos(angle), std::sin(angle));
 }
 
-/// Which way of `from` leads to `to`, or -1. Along an edge the colours swap sides, so what is edge
-/// [0] of one is edge [1] of its neighbour.
-int WayTo(const SaddlePoint& from, const SaddlePoint& to) {
+/// Direction in which `to` is a neighbour of `from`, or -1. The colours swap sides along an edge,
+/// so edge [0] of one corner continues as edge [1] of its neighbour.
+int LinkDirection(const SaddlePoint& from, const SaddlePoint& to) {
   const Vec2 step = to.at - from.at;
-  for (int way = 0; way < 4; ++way) {
-    const Vec2 along = Way(from, way);
+  for (int direction = 0; direction < 4; ++direction) {
+    const Vec2 along = DirectionOf(from, direction);
     const double ahead = along.dot(step);
     const double aside = std::abs(along.x() * step.y() - along.y() * step.x());
-    if (ahead <= 0 || aside > kAside * ahead) continue;
-    if (AngleBetween(from.edge_rad[way % 2], to.edge_rad[1 - way % 2]) > kEdgesAgree) continue;
-    if (AngleBetween(from.edge_rad[1 - way % 2], to.edge_rad[way % 2]) > kEdgesAgree) continue;
-    return way;
+    if (ahead <= 0 || aside > kMaxAsideTangent * ahead) continue;
+    if (AngleBetween(from.edge_rad[direction % 2], to.edge_rad[1 - direction % 2]) >
+        kMaxEdgeAngle_rad)
+      continue;
+    if (AngleBetween(from.edge_rad[1 - direction % 2], to.edge_rad[direction % 2]) >
+        kMaxEdgeAngle_rad)
+      continue;
+    return direction;
   }
   return -1;
 }
@@ -90,11 +95,11 @@ std::vector<Links> LinksOf(const std::vector<SaddlePoint>& points) {
   std::vector<Links> nearest(points.size(), Links{-1, -1, -1, -1});
   for (std::size_t k = 0; k < points.size(); ++k) {
     for (const int other : cells.Nearest(static_cast<int>(k))) {
-      const int way = WayTo(points[k], points[other]);
-      if (way >= 0 && nearest[k][way] < 0) nearest[k][way] = other;
+      const int direction = LinkDirection(points[k], points[other]);
+      if (direction >= 0 && nearest[k][direction] < 0) nearest[k][direction] = other;
     }
   }
-  // Only what both sides see is a link.
+  // A link must be mutual.
   std::vector<Links> links = nearest;
   for (std::size_t k = 0; k < points.size(); ++k) {
     for (int& link : links[k]) {
@@ -111,28 +116,29 @@ struct Place {
   auto operator<=>(const Place&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// Numbers everything that hangs on `seed`. At each corner the two axes of the board are known from
-/// the corner it was reached from.
-std::map<Place, int> Numbered(const std::vector<SaddlePoint>& points,
-                              const std::vector<Links>& links, int seed, std::vector<bool>& taken) {
+/// Numbers all corners connected to `seed`. The board's two axes at each corner follow from those
+/// of the corner it was reached from.
+std::map<Place, int> NumberFrom(const std::vector<SaddlePoint>& points,
+                                const std::vector<Links>& links, int seed,
+                                std::vector<bool>& taken) {
   struct Step {
     int point;
     Place place;
-    Vec2 x, y;  ///< the board's axes here, unit vectors in the image
+    Vec2 x, y;  ///< local axes of the board, unit vectors in the image
   };
   std::map<Place, int> lattice;
   std::queue<Step> open;
-  const Vec2 x0 = Way(points[seed], 0), y0 = Way(points[seed], 1);
+  const Vec2 x0 = DirectionOf(points[seed], 0), y0 = DirectionOf(points[seed], 1);
   open.push({seed, {0, 0}, x0, y0});
   taken[seed] = true;
   while (!open.empty()) {
     const Step step = open.front();
     open.pop();
     if (!lattice.emplace(step.place, step.point).second) continue;
-    for (int way = 0; way < 4; ++way) {
-      const int next = links[step.point][way];
+    for (int direction = 0; direction < 4; ++direction) {
+      const int next = links[step.point][direction];
       if (next < 0 || taken[next]) continue;
-      const Vec2 along = Way(points[step.point], way);
+      const Vec2 along = DirectionOf(points[step.point], direction);
       const double on_x = along.dot(step.x), on_y = along.dot(step.y);
       Place place = step.place;
       if (std::abs(on_x) > std::abs(on_y)) {
@@ -140,18 +146,18 @@ std::map<Place, int> Numbered(const std::vector<SaddlePoint>& points,
       } else {
         place.row += on_y > 0 ? 1 : -1;
       }
-      // The neighbour's axes are those of its own ways that point along ours.
+      // The neighbour's axes are those of its directions closest to ours.
       Step onward{next, place, Vec2::Zero(), Vec2::Zero()};
       double best_x = -2, best_y = -2;
-      for (int its = 0; its < 4; ++its) {
-        const Vec2 direction = Way(points[next], its);
-        if (direction.dot(step.x) > best_x) {
-          best_x = direction.dot(step.x);
-          onward.x = direction;
+      for (int k = 0; k < 4; ++k) {
+        const Vec2 axis = DirectionOf(points[next], k);
+        if (axis.dot(step.x) > best_x) {
+          best_x = axis.dot(step.x);
+          onward.x = axis;
         }
-        if (direction.dot(step.y) > best_y) {
-          best_y = direction.dot(step.y);
-          onward.y = direction;
+        if (axis.dot(step.y) > best_y) {
+          best_y = axis.dot(step.y);
+          onward.y = axis;
         }
       }
       taken[next] = true;
@@ -161,7 +167,7 @@ std::map<Place, int> Numbered(const std::vector<SaddlePoint>& points,
   return lattice;
 }
 
-Lattice Packed(const std::map<Place, int>& numbered, const std::vector<SaddlePoint>& points) {
+Lattice PackLattice(const std::map<Place, int>& numbered, const std::vector<SaddlePoint>& points) {
   Place least{1 << 20, 1 << 20}, most{-(1 << 20), -(1 << 20)};
   for (const auto& [place, point] : numbered) {
     least = {std::min(least.column, place.column), std::min(least.row, place.row)};
@@ -205,8 +211,8 @@ std::vector<Lattice> FindLattices(const std::vector<SaddlePoint>& points) {
   std::vector<Lattice> lattices;
   for (std::size_t seed = 0; seed < points.size(); ++seed) {
     if (taken[seed]) continue;
-    const std::map<Place, int> numbered = Numbered(points, links, static_cast<int>(seed), taken);
-    if (numbered.size() >= kLeastCorners) lattices.push_back(Packed(numbered, points));
+    const std::map<Place, int> numbered = NumberFrom(points, links, static_cast<int>(seed), taken);
+    if (numbered.size() >= kMinCorners) lattices.push_back(PackLattice(numbered, points));
   }
   std::stable_sort(lattices.begin(), lattices.end(),
                    [](const Lattice& a, const Lattice& b) { return a.found() > b.found(); });

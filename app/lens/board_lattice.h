@@ -1,4 +1,4 @@
-// Saddle points that hang together as the corners of one board.
+// Grouping of saddle points into chessboard lattices.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,10 @@
 
 namespace plumbline {
 
-/// A connected piece of a chessboard: places of its corners, row by row.
+/// A connected piece of a chessboard.
 struct Lattice {
   int columns = 0, rows = 0;
-  std::vector<int> points;  ///< index into the saddle points, or -1 where there is none
+  std::vector<int> points;  ///< row by row: index of the saddle point, or -1 if there is none
 
   int At(int column, int row) const {
     return points[static_cast<std::size_t>(row) * columns + column];
@@ -18,10 +18,10 @@ struct Lattice {
   int found() const;
 };
 
-/// Links neighbours along their edges and numbers each connected piece, largest first. Two points
-/// are neighbours where each is the nearest along an edge of the other and their colours alternate.
-/// Rows run to the right and downwards as far as the board's turn allows; x cross y points away
-/// from the viewer, so that a lattice is never mirrored.
+/// Links neighbouring points along their edges and numbers each connected piece; largest first. Two
+/// points are neighbours if each is the nearest along an edge of the other and their colours
+/// alternate. Rows run right and down as far as the board's rotation allows; x cross y points away
+/// from the viewer, so a lattice is never mirrored.
 std::vector<Lattice> FindLattices(const std::vector<SaddlePoint>& points);
 
 }  // namespace plumbline

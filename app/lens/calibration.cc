@@ -11,26 +11,27 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kLeastViews = 6;
-// Of views without any change, for each of three kinds of change. 5 % may be refused in all; at
-// this level one simulated capture in a hundred was.
-constexpr double kChanceOfChange = 1e-2;
-constexpr double kAlsoExplains = 1.0 / 3;  // of the likeliest change's chi^2: named as well
-constexpr double kLeastCoverage = 0.35;
+constexpr std::size_t kMinViews = 6;
+// Nominal false alarm rate for each of three kinds of change. In simulation one faultless capture
+// in a hundred is refused at this level.
+constexpr double kChangeSignificance = 1e-2;
+constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
+constexpr double kMinCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
-constexpr double kLeastTilt_rad = 0.15;  // spread of the board's normals
-constexpr double kFarEnough = 0.9;       // of the way to the image's corner; for the words alone
-constexpr double kBlurred = 2.5;         // times the middle width of the edges
-constexpr double kMisfit = 3;            // times the middle RMS of the views
-constexpr double kUnevenBoard = 0.4;     // share of a view's variance that all views share
+constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
+constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
+constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
+constexpr double kMaxMisfitRatio = 3;       // times the median RMS of the views
+constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
 
-/// Takes the views out that are far more blurred than the others.
-std::vector<BoardView> Sharp(std::span<const BoardView> views, std::vector<RefusedFrame>& refused) {
+/// The views without those that are far more blurred than the others.
+std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
+                                     std::vector<RefusedFrame>& refused) {
   std::vector<double> widths;
   for (const BoardView& view : views) widths.push_back(view.blur_px);
   std::vector<BoardView> sharp;
   if (widths.empty()) return sharp;
-  const double limit = std::max(kBlurred * MedianOf(widths), 1.5);
+  const double limit = std::max(kMaxBlurRatio * MedianOf(widths), 1.5);
   for (const BoardView& view : views) {
     if (view.blur_px > limit) {
       refused.push_back(
@@ -43,17 +44,18 @@ std::vector<BoardView> Sharp(std::span<const BoardView> views, std::vector<Refus
   return sharp;
 }
 
-/// Takes the views out that the fit does not reach. @return whether there were any
-bool TakeMisfitsOut(const LensFit& fit, std::vector<BoardView>& views,
-                    std::vector<RefusedFrame>& refused) {
+/// Removes views that the fit cannot reproduce. @return whether there were any
+bool RemoveMisfits(const LensFit& fit, std::vector<BoardView>& views,
+                   std::vector<RefusedFrame>& refused) {
   std::vector<double> sizes = fit.view_rms_px;
-  const double limit = kMisfit * std::max(MedianOf(sizes), 0.01);
+  const double limit = kMaxMisfitRatio * std::max(MedianOf(sizes), 0.01);
   std::vector<BoardView> fitting;
   for (std::size_t j = 0; j < views.size(); ++j) {
     const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
     const auto used = std::count(fit.used[j].begin(), fit.used[j].end(), true);
     if (fit.view_rms_px[j] > limit || 2 * used < seen) {
-      refused.push_back({views[j].name, "does not fit the other views: moved, or found wrongly"});
+      refused.push_back(
+          {views[j].name, "does not fit the other views: moved, or detected wrongly"});
     } else {
       fitting.push_back(views[j]);
     }
@@ -78,8 +80,8 @@ double Coverage(std::span<const BoardView> views, ImageSize size) {
          static_cast<double>(cells.size());
 }
 
-/// Variance of a corner's coordinate that all views share: the print's own errors and what is left
-/// of the board's shape.
+/// Variance of a corner's coordinate that is common to all views: errors of the print and board
+/// shape beyond the model.
 double SharedVariance(const LensFit& fit) {
   const std::size_t corners = fit.residuals_px[0].size();
   double sum = 0;
@@ -108,9 +110,9 @@ double TiltSpread(const LensFit& fit) {
   return widest;
 }
 
-/// From the image's middle to the farthest corner that was used, share of the way to the image's
+/// Distance from the image centre to the farthest used corner, as a share of that to the image's
 /// corner.
-double Reach(const LensFit& fit, std::span<const BoardView> views, ImageSize size) {
+double ReachOf(const LensFit& fit, std::span<const BoardView> views, ImageSize size) {
   const Vec2 middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
   double farthest = 0;
   for (std::size_t j = 0; j < views.size(); ++j) {
@@ -121,7 +123,7 @@ double Reach(const LensFit& fit, std::span<const BoardView> views, ImageSize siz
   return farthest / middle.norm();
 }
 
-/// Difference of the highest and the lowest place of the board over its plane [m].
+/// Peak-to-valley deviation of the board from its plane [m].
 /// @param bow  kBowX, kBowY, kBowXY
 double LargestBow(const Vec3& bow, const Board& board) {
   double lowest = 0, highest = 0;
@@ -136,134 +138,136 @@ double LargestBow(const Vec3& bow, const Board& board) {
 }
 
 /// "the focal length changed by 0.21 % between view 4 and view 5"
-std::string InWords(const Change& change, const LensFit& fit, std::span<const BoardView> views,
-                    const Board& board) {
+std::string Describe(const CaptureChange& change, const LensFit& fit,
+                     std::span<const BoardView> views, const Board& board) {
   const std::string when =
-      change.steady
-          ? "from the first to the last"
-          : fmt::format("between {} and {}", views[change.at - 1].name, views[change.at].name);
-  switch (change.of) {
-    case Change::Of::kFocalLength:
+      change.steady ? "from the first to the last"
+                    : fmt::format("between {} and {}", views[change.first_view_after - 1].name,
+                                  views[change.first_view_after].name);
+  switch (change.kind) {
+    case CaptureChange::Kind::kFocalLength:
       return fmt::format("the focal length changed by {:.2f} % {}",
-                         100 * change.by[kFx] / fit.shared[kFx], when);
-    case Change::Of::kCentre:
+                         100 * change.delta[kFx] / fit.shared[kFx], when);
+    case CaptureChange::Kind::kCentre:
       return fmt::format("the principal point moved by {:.1f} px {}",
-                         std::hypot(change.by[kCx], change.by[kCy]), when);
-    case Change::Of::kBoard:
+                         std::hypot(change.delta[kCx], change.delta[kCy]), when);
+    case CaptureChange::Kind::kBoard:
       break;
   }
   return fmt::format("the board bent by {:.2f} mm {}",
-                     1e3 * LargestBow(change.by.segment<3>(kBowX), board), when);
+                     1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
 }
 
-/// A change of lens or board refuses the answer; one that cannot be told widens its covariance.
+/// Refuses the calibration if the lens or the board changed; widens its covariance for changes that
+/// are too small to be detected.
 void JudgeStandstill(const LensFit& fit, std::span<const BoardView> views, double widening,
-                     LensCalibration& answer) {
-  Standstill standstill = StandstillOf(fit, views, widening);
-  answer.covariance += standstill.doubt;
+                     LensCalibration& result) {
+  StandstillTest standstill = TestStandstill(fit, views, widening);
+  result.covariance += standstill.undetected_covariance;
   auto& changes = standstill.changes;
   std::sort(changes.begin(), changes.end(),
-            [](const Change& a, const Change& b) { return a.chi2 > b.chi2; });
+            [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
   std::string words;
   bool lens_moved = false;
-  for (const Change& change : changes) {
-    if (change.chance > kChanceOfChange || change.chi2 < kAlsoExplains * changes[0].chi2) continue;
+  for (const CaptureChange& change : changes) {
+    if (change.p_value > kChangeSignificance ||
+        change.chi2 < kAlternativeChi2Share * changes[0].chi2)
+      continue;
     if (!words.empty()) words += ", or ";
-    words += InWords(change, fit, views, answer.board);
-    lens_moved |= change.of != Change::Of::kBoard;
+    words += Describe(change, fit, views, result.board);
+    lens_moved |= change.kind != CaptureChange::Kind::kBoard;
   }
   if (words.empty()) return;
-  answer.reasons.push_back(
+  result.reasons.push_back(
       fmt::format("the {} moved while the frames were taken: {}; let the zoom come to rest, fasten "
-                  "camera, lens "
-                  "and board, then take them anew",
+                  "camera, lens and board, and repeat the capture",
                   lens_moved ? "lens" : "board", words));
 }
 
 void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
-                      const CalibrationOptions& options, LensCalibration& answer) {
-  answer.uncertainty =
-      UncertaintyOf(answer.lens, answer.covariance, answer.size, options.distance_m);
-  if (answer.uncertainty.max_px <= options.acceptable_px) return;
+                      const CalibrationOptions& options, LensCalibration& result) {
+  result.uncertainty =
+      UncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
+  if (result.uncertainty.max_px <= options.acceptable_px) return;
   std::string reason = fmt::format(
-      "the projection is uncertain by {:.2g} px at the worst place of the image; {:.2g} px is "
-      "allowed: ",
-      answer.uncertainty.max_px, options.acceptable_px);
-  const double reach = Reach(fit, views, answer.size);
-  if (TiltSpread(fit) < kLeastTilt_rad) {
+      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
+      "{:.2g} px is acceptable: ",
+      result.uncertainty.max_px, options.acceptable_px);
+  const double reach = ReachOf(fit, views, result.size);
+  if (TiltSpread(fit) < kMinTilt_rad) {
     reason +=
-        "the views are too much alike; tilt the board by 20 to 40 degrees, to the left, to the "
-        "right, up and down";
-  } else if (reach < kFarEnough) {
+        "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the right, "
+        "up and down";
+  } else if (reach < kSufficientReach) {
     reason += fmt::format(
-        "the board was seen only as far as {:.0f} % of the way from the middle to the corners of "
-        "the image, and what the lens does beyond is a guess; hold it into the corners",
+        "the board was seen only up to {:.0f} % of the way from the centre to the corners of the "
+        "image, and the lens is unknown beyond; hold the board into the corners",
         100 * reach);
   } else {
-    reason += "take further views, tilted and close to the corners of the image";
+    reason += "take more views, tilted and close to the corners of the image";
   }
-  answer.reasons.push_back(std::move(reason));
+  result.reasons.push_back(std::move(reason));
 }
 
 }  // namespace
 
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                               const CalibrationOptions& options) {
-  LensCalibration answer;
-  answer.size = size;
-  answer.board = board;
-  std::vector<BoardView> kept = Sharp(views, answer.frames_refused);
+  LensCalibration result;
+  result.size = size;
+  result.board = board;
+  std::vector<BoardView> kept = RemoveBlurred(views, result.frames_refused);
   std::optional<LensFit> fit;
   for (int round = 0; round < 3; ++round) {
-    if (kept.size() < kLeastViews) break;
+    if (kept.size() < kMinViews) break;
     const Result<LensFit> fitted = FitLens(board, kept, size);
     if (!fitted) {
-      answer.reasons.push_back(fitted.error());
-      answer.further_views_help = true;
-      return answer;
+      result.reasons.push_back(fitted.error());
+      result.further_views_help = true;
+      return result;
     }
     fit = *fitted;
-    if (!TakeMisfitsOut(*fit, kept, answer.frames_refused)) break;
+    if (!RemoveMisfits(*fit, kept, result.frames_refused)) break;
     fit.reset();
   }
   if (!fit) {
-    answer.reasons.push_back(fmt::format(
+    result.reasons.push_back(fmt::format(
         "the board was found in {} usable frames; at least {} are needed: hold the whole "
-        "board into the image, well lit and still",
-        kept.size(), kLeastViews));
-    answer.further_views_help = true;
-    return answer;
+        "board in the image, well lit and still",
+        kept.size(), kMinViews));
+    result.further_views_help = true;
+    return result;
   }
-  for (const BoardView& view : kept) answer.frames_used.push_back(view.name);
-  answer.lens = LensOfShared(fit->shared);
-  answer.rms_px = fit->rms_px;
-  answer.sigma_px = fit->sigma_px;
-  answer.board_bow_m = LargestBow(fit->shared.segment<3>(kBowX), board);
-  answer.coverage = Coverage(kept, size);
+  for (const BoardView& view : kept) result.frames_used.push_back(view.name);
+  result.lens = LensOfShared(fit->shared);
+  result.rms_px = fit->rms_px;
+  result.sigma_px = fit->sigma_px;
+  result.board_bow_m = LargestBow(fit->shared.segment<3>(kBowX), board);
+  result.coverage = Coverage(kept, size);
   const double shared = SharedVariance(*fit) / (fit->sigma_px * fit->sigma_px);
   const double widening =
       std::max({1.0, fit->dispersion, 1 + static_cast<double>(kept.size()) * shared});
-  answer.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  JudgeStandstill(*fit, kept, widening, answer);
-  std::size_t mendable = answer.reasons.size();
-  JudgeUncertainty(*fit, kept, options, answer);
-  mendable = answer.reasons.size() - mendable;
-  if (shared > kUnevenBoard) {
-    answer.reasons.push_back(fmt::format(
-        "the board is not what it should be: {:.0f} % of the corners' error is the same in all "
-        "views; use a board that is flat and printed true to size",
+  result.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
+  JudgeStandstill(*fit, kept, widening, result);
+  std::size_t fixable = result.reasons.size();
+  JudgeUncertainty(*fit, kept, options, result);
+  fixable = result.reasons.size() - fixable;
+  if (shared > kMaxSharedVariance) {
+    result.reasons.push_back(fmt::format(
+        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
+        "same in all views; use a flat board that is printed true to size",
         100 * shared));
   }
-  if (answer.coverage < kLeastCoverage) {
-    answer.reasons.push_back(
-        fmt::format("the corners cover only {:.0f} % of the image; hold the board nearer, and into "
+  if (result.coverage < kMinCoverage) {
+    result.reasons.push_back(
+        fmt::format("the corners cover only {:.0f} % of the image; hold the board closer, and into "
                     "the corners of the image",
-                    100 * answer.coverage));
-    ++mendable;
+                    100 * result.coverage));
+    ++fixable;
   }
-  answer.further_views_help = mendable > 0 && mendable == answer.reasons.size();
-  answer.accepted = answer.reasons.empty();
-  return answer;
+  result.further_views_help = fixable > 0 && fixable == result.reasons.size();
+  result.accepted = result.reasons.empty();
+  return result;
 }
 
 }  // namespace plumbline

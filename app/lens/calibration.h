@@ -1,4 +1,4 @@
-// From the views of a board to a lens that is accepted, or refused with reasons.
+// Lens calibration from views of a board: fit, uncertainty and the decision to accept or refuse.
 #pragma once
 
 #include <span>
@@ -12,35 +12,35 @@
 namespace plumbline {
 
 struct CalibrationOptions {
-  /// Largest projection uncertainty over the image that is accepted, one standard deviation [px].
+  /// Largest acceptable projection uncertainty over the image, one standard deviation [px].
   double acceptable_px = 0.5;
-  std::optional<double> distance_m;  ///< basis of it; none: infinity
+  std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: infinity
 };
 
 struct RefusedFrame {
   std::string name, reason;
 };
 
-/// The answer. Where it is not accepted, `reasons` say what an operator should do; the lens is then
-/// the best there is, if there is one at all (fx > 0).
+/// Result of a calibration. If it is not accepted, `reasons` tell the operator what to do; the lens
+/// is then the best available one, if any (fx > 0).
 struct LensCalibration : KnownLens {
   bool accepted = false;
   std::vector<std::string> reasons;
-  bool further_views_help = false;  ///< of a refusal: more or other views can mend every reason
+  bool further_views_help = false;  ///< if refused: further views can resolve every reason
   Board board;
-  double rms_px = 0;       ///< a point
-  double sigma_px = 0;     ///< a coordinate of a corner
-  double board_bow_m = 0;  ///< largest height of the board over its plane
-  double coverage = 0;     ///< share of the image's cells that saw a corner
+  double rms_px = 0;       ///< per point
+  double sigma_px = 0;     ///< per coordinate of a corner
+  double board_bow_m = 0;  ///< peak-to-valley deviation of the board from its plane
+  double coverage = 0;     ///< share of the image's cells in which a corner was seen
   ProjectionUncertainty uncertainty;
   std::vector<std::string> frames_used;
   std::vector<RefusedFrame> frames_refused;
 };
 
-/// Fits, and accepts by what a small RMS does not tell: the projection uncertainty over the image,
-/// a lens and a board that stood still from the first view to the last, a board that is bent no
-/// further than its model, corners all over the image. Errors that all views share (an uneven
-/// print) widen the covariance, and so does what may have moved too little to be told.
+/// Fits the lens and accepts it by criteria that a small RMS does not guarantee: the projection
+/// uncertainty over the image, a lens and board that did not change between the first and the last
+/// view, a board shape within its model, and corners all over the image. The covariance is widened
+/// for errors that all views share (an uneven print) and for changes too small to be detected.
 /// @param views  in order of time
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                               const CalibrationOptions& options = {});

@@ -14,25 +14,25 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kLeastTags = 2;
-constexpr int kLeastCharucoCorners = 8;
-constexpr double kOutOfPlace = 0.35;    // of a tag's side, against all tags together
-constexpr double kMoved = 0.12;         // of a step, by the refinement
-constexpr double kColourAt = 0.6;       // of the tags' rim: where a square's colour is looked at
-constexpr double kColourAlong = 0.42;   // of a step, likewise along the edges
-constexpr double kLeastContrast = 0.3;  // share of the tags' contrast
+constexpr std::size_t kMinTags = 2;
+constexpr int kMinCharucoCorners = 8;
+constexpr double kMaxTagOffset = 0.35;  // of a tag's side, from the common homography
+constexpr double kMoved = 0.12;         // of a step: largest refinement
+constexpr double kColourProbe = 0.6;    // of the tags' margin: where a square's colour is sampled
+constexpr double kColourProbeAlong = 0.42;  // of a step: likewise along the edges
+constexpr double kMinContrast = 0.3;        // share of the tags' contrast
 
-/// Squares of the board that carry tags, and where tags lie on it.
-class Tags {
+/// Layout of a ChArUco board: the squares that carry tags and the tags' positions.
+class CharucoLayout {
  public:
-  Tags(const Board& board, bool white_first) : board_(board), white_first_(white_first) {
+  CharucoLayout(const Board& board, bool white_first) : board_(board), white_first_(white_first) {
     for (int row = 0; row <= board.rows; ++row) {
       for (int column = 0; column <= board.columns; ++column) {
         if (White(column, row)) squares_.emplace_back(column, row);
       }
     }
   }
-  /// Squares count from the one at the top left, which has corner 0 at its lower right.
+  /// Squares are counted from the top left one, which has corner 0 at its lower right.
   bool White(int column, int row) const { return ((column + row) % 2 == 0) == white_first_; }
   int count() const { return static_cast<int>(squares_.size()); }
   std::pair<int, int> Square(int id) const { return squares_[id]; }
@@ -63,8 +63,8 @@ std::optional<Eigen::Matrix3d> TagHomography(const std::vector<cv::Point2d>& boa
   return homography;
 }
 
-std::optional<Eigen::Matrix3d> TagHomography(const Tags& tags, const std::vector<SeenTag>& seen,
-                                             double within) {
+std::optional<Eigen::Matrix3d> TagHomography(const CharucoLayout& tags,
+                                             const std::vector<SeenTag>& seen, double within) {
   std::vector<cv::Point2d> board, image;
   for (const SeenTag& tag : seen) {
     const auto corners = tags.Corners(tag.id);
@@ -76,8 +76,8 @@ std::optional<Eigen::Matrix3d> TagHomography(const Tags& tags, const std::vector
   return TagHomography(board, image, within);
 }
 
-/// The tags that lie as on the board, once each.
-std::vector<SeenTag> InPlace(const Tags& tags, const std::vector<SeenTag>& seen) {
+/// The tags that agree with a common homography of the board.
+std::vector<SeenTag> TagsInPlace(const CharucoLayout& tags, const std::vector<SeenTag>& seen) {
   std::vector<SeenTag> known;
   double side = 1e9;
   for (const SeenTag& tag : seen) {
@@ -85,12 +85,12 @@ std::vector<SeenTag> InPlace(const Tags& tags, const std::vector<SeenTag>& seen)
     known.push_back(tag);
     side = std::min(side, (tag.corners_px[2] - tag.corners_px[0]).norm() / std::sqrt(2.0));
   }
-  if (known.size() < kLeastTags) return {};
-  const auto H = TagHomography(tags, known, kOutOfPlace * side);
+  if (known.size() < kMinTags) return {};
+  const auto H = TagHomography(tags, known, kMaxTagOffset * side);
   if (!H) return {};
   std::erase_if(known, [&](const SeenTag& tag) {
     const auto corners = tags.Corners(tag.id);
-    const double limit = kOutOfPlace * (tag.corners_px[2] - tag.corners_px[0]).norm();
+    const double limit = kMaxTagOffset * (tag.corners_px[2] - tag.corners_px[0]).norm();
     for (std::size_t k = 0; k < 4; ++k) {
       if ((Mapped(*H, corners[k]) - tag.corners_px[k]).norm() > limit) return true;
     }
@@ -99,7 +99,7 @@ std::vector<SeenTag> InPlace(const Tags& tags, const std::vector<SeenTag>& seen)
   return known;
 }
 
-/// Bilinear; the nearest pixel's at the rim.
+/// Bilinear interpolation, clamped at the image border.
 double GreyAt(const LumaView& image, const Vec2& at) {
   const double x = std::clamp(at.x(), 0.0, image.width - 1.001);
   const double y = std::clamp(at.y(), 0.0, image.height - 1.001);
@@ -109,12 +109,12 @@ double GreyAt(const LumaView& image, const Vec2& at) {
   return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
 }
 
-/// The corners beside the tags, before refinement: the mean of what each tag's own homography says,
-/// so that the lens' distortion does not matter.
-void PlaceCorners(const Board& board, const Tags& tags, const std::vector<SeenTag>& seen,
+/// Predicts the corners adjacent to the tags: the mean over each tag's own homography, so that lens
+/// distortion does not matter.
+void PlaceCorners(const Board& board, const CharucoLayout& tags, const std::vector<SeenTag>& seen,
                   BoardView& view, std::vector<LatticeSteps>& steps,
                   std::vector<double>& contrast) {
-  std::vector<int> sayings(board.corners(), 0);
+  std::vector<int> votes(board.corners(), 0);
   for (const SeenTag& tag : seen) {
     const auto H = TagHomography(tags, {tag}, 0);
     if (!H) continue;
@@ -129,26 +129,27 @@ void PlaceCorners(const Board& board, const Tags& tags, const std::vector<SeenTa
       steps[k].along_row += 2 * (Mapped(*H, at + Vec2(half, 0)) - Mapped(*H, at - Vec2(half, 0)));
       steps[k].down_column += 2 * (Mapped(*H, at + Vec2(0, half)) - Mapped(*H, at - Vec2(0, half)));
       contrast[k] += tag.contrast;
-      ++sayings[k];
+      ++votes[k];
     }
   }
   for (int k = 0; k < board.corners(); ++k) {
-    view.seen[k] = sayings[k] > 0;
-    if (sayings[k] == 0) continue;
-    view.corners_px[k] /= sayings[k];
-    steps[k].along_row /= sayings[k];
-    steps[k].down_column /= sayings[k];
-    contrast[k] /= sayings[k];
+    view.seen[k] = votes[k] > 0;
+    if (votes[k] == 0) continue;
+    view.corners_px[k] /= votes[k];
+    steps[k].along_row /= votes[k];
+    steps[k].down_column /= votes[k];
+    contrast[k] /= votes[k];
   }
 }
 
-/// Whether the four squares at a corner are as dark and as bright as they are printed, near it and
-/// along the four edges as far as the refinement looks: nothing lies over them.
-bool ColoursAgree(const LumaView& image, const Board& board, const Tags& tags, int k,
+/// Whether the four squares at a corner are dark and bright as printed, near it and along the four
+/// edges as far as the refinement uses them. If not, something covers the corner.
+bool ColoursMatch(const LumaView& image, const Board& board, const CharucoLayout& tags, int k,
                   const Vec2& at, const LatticeSteps& steps, double contrast) {
-  const double near = kColourAt * 0.5 * (1 - board.mark_m / board.square_m);
+  const double near = kColourProbe * 0.5 * (1 - board.mark_m / board.square_m);
   double darkest_white = 255, brightest_black = 0;
-  for (const auto& [a, b] : {std::pair{near, near}, {kColourAlong, near}, {near, kColourAlong}}) {
+  for (const auto& [a, b] :
+       {std::pair{near, near}, {kColourProbeAlong, near}, {near, kColourProbeAlong}}) {
     for (const int right : {0, 1}) {
       for (const int down : {0, 1}) {
         const double grey = GreyAt(image, at + (2 * right - 1) * a * steps.along_row +
@@ -161,11 +162,11 @@ bool ColoursAgree(const LumaView& image, const Board& board, const Tags& tags, i
       }
     }
   }
-  return darkest_white - brightest_black > kLeastContrast * contrast;
+  return darkest_white - brightest_black > kMinContrast * contrast;
 }
 
-/// Whether the corners seen span rows and columns: a single row tells no homography.
-bool SpanBoth(const Board& board, const BoardView& view) {
+/// Whether the corners span several rows and columns; a single row determines no homography.
+bool SpansRowsAndColumns(const Board& board, const BoardView& view) {
   std::vector<bool> columns(board.columns, false), rows(board.rows, false);
   for (int k = 0; k < board.corners(); ++k) {
     if (!view.seen[k]) continue;
@@ -185,23 +186,24 @@ Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
   SeenTags seen;
   detector.Detect(image, nullptr, seen);
   if (seen.tags.empty()) return Error{fmt::format("no tag of {}", board.family)};
-  const Tags black_first(board, false), white_first(board, true);
-  const std::vector<SeenTag> black = InPlace(black_first, seen.tags);
-  const std::vector<SeenTag> white = InPlace(white_first, seen.tags);
-  const bool white_begins = white.size() > black.size();
-  const Tags& tags = white_begins ? white_first : black_first;
-  const std::vector<SeenTag>& placed = white_begins ? white : black;
+  const CharucoLayout black_first(board, false), white_first(board, true);
+  const std::vector<SeenTag> black = TagsInPlace(black_first, seen.tags);
+  const std::vector<SeenTag> white = TagsInPlace(white_first, seen.tags);
+  const bool starts_white = white.size() > black.size();
+  const CharucoLayout& tags = starts_white ? white_first : black_first;
+  const std::vector<SeenTag>& in_place = starts_white ? white : black;
   const auto known = std::count_if(seen.tags.begin(), seen.tags.end(),
                                    [&](const SeenTag& tag) { return tag.id < tags.count(); });
-  if (placed.size() < kLeastTags || 2 * static_cast<std::ptrdiff_t>(placed.size()) <= known) {
-    return Error{fmt::format(
-        "{} tags of {}, but not as on a board of {} x {} inner corners: check --board and --family",
-        seen.tags.size(), board.family, board.columns, board.rows)};
+  if (in_place.size() < kMinTags || 2 * static_cast<std::ptrdiff_t>(in_place.size()) <= known) {
+    return Error{
+        fmt::format("{} tags of {}, but not arranged as on a board of {} x {} inner corners: check "
+                    "--board and --family",
+                    seen.tags.size(), board.family, board.columns, board.rows)};
   }
-  // Tags that would go on in further rows below.
+  // Tags that continue below the declared rows mean that the board is larger.
   Board longer = board;
   longer.rows *= 2;
-  const std::vector<SeenTag> more = InPlace(Tags(longer, white_begins), seen.tags);
+  const std::vector<SeenTag> more = TagsInPlace(CharucoLayout(longer, starts_white), seen.tags);
   if (std::any_of(more.begin(), more.end(),
                   [&](const SeenTag& tag) { return tag.id >= tags.count(); })) {
     return Error{fmt::format("a board of more than {} x {} inner corners: check --board",
@@ -212,19 +214,19 @@ Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
   view.seen.assign(board.corners(), false);
   std::vector<LatticeSteps> steps(board.corners());
   std::vector<double> contrast(board.corners(), 0);
-  PlaceCorners(board, tags, placed, view, steps, contrast);
+  PlaceCorners(board, tags, in_place, view, steps, contrast);
   const std::vector<Vec2> before = view.corners_px;
   RefineCorners(image, steps, view, 0.5 * (1 - board.mark_m / board.square_m));
   for (int k = 0; k < board.corners(); ++k) {
     if (!view.seen[k]) continue;
     const double step = std::min(steps[k].along_row.norm(), steps[k].down_column.norm());
     view.seen[k] = (view.corners_px[k] - before[k]).norm() < std::max(kMoved * step, 1.0) &&
-                   ColoursAgree(image, board, tags, k, view.corners_px[k], steps[k], contrast[k]);
+                   ColoursMatch(image, board, tags, k, view.corners_px[k], steps[k], contrast[k]);
   }
   const auto count = std::count(view.seen.begin(), view.seen.end(), true);
-  if (count < kLeastCharucoCorners || !SpanBoth(board, view)) {
+  if (count < kMinCharucoCorners || !SpansRowsAndColumns(board, view)) {
     return Error{fmt::format("only {} of {} corners of the board, in {} of its tags", count,
-                             board.corners(), placed.size())};
+                             board.corners(), in_place.size())};
   }
   return view;
 }

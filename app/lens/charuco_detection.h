@@ -1,4 +1,4 @@
-// The ChArUco board, or a part of it, in one frame.
+// Detection of a complete or partly visible ChArUco board in one frame.
 #pragma once
 
 #include "app/lens/board.h"
@@ -7,14 +7,14 @@
 
 namespace plumbline {
 
-/// Reads the board's tags, places the corners beside them by the tags' own homographies, and
-/// refines those whose four squares have the right colours. A part of the board is enough: the
-/// tags tell which one. Tags count row by row from the top left over the white squares; a board
-/// begins with a black square at the top left, or with a white one (OpenCV's older boards with an
-/// even number of rows): both are tried.
-/// The work is bounded as the tags' detection is.
-/// @return  the view without name and time, or why there is none: "no tag of aruco-6x6-250", tags
-///          that do not lie as on this board, too few corners
+/// Decodes the board's tags, predicts the adjacent corners by each tag's own homography, and
+/// refines those whose four squares have the expected colours. A part of the board is enough,
+/// because the tags identify it. Tags are numbered row by row over the white squares from the top
+/// left. The top left square is black, or white on OpenCV's older boards with an even number of
+/// rows; both layouts are tried. Run time is bounded as for tag detection.
+/// @return  the view without its name and time, or why there is none: "no tag of aruco-6x6-250",
+/// tags
+///          not arranged as on this board, too few corners
 Result<BoardView> DetectCharuco(const LumaView& image, const Board& board);
 
 }  // namespace plumbline

@@ -16,13 +16,14 @@ namespace {
 constexpr int kBoardWidth_px = 960;
 constexpr double kSaddleSmooth_px = 1.2;
 constexpr double kRing_px = 4;  // smaller than the smallest square, at the search size
-constexpr int kLeastWidth_px = 16;
-constexpr std::size_t kMostSaddles = 3000;
-constexpr double kLeastCornersSeen = 0.85;   // share of the corners that make a whole board
-constexpr double kMostCornersBeside = 0.08;  // likewise, of what may hang on to its rim
+constexpr int kMinWidth_px = 16;
+constexpr std::size_t kMaxSaddles = 3000;
+constexpr double kMinCornersSeen = 0.85;  // share of the corners for a board to count as complete
+constexpr double kMaxCornersBeside =
+    0.08;  // share of extra points that may be linked to its border
 
-/// Counter-clockwise quarter turns of the lattice; the board stays unmirrored.
-Lattice Turned(const Lattice& lattice) {
+/// The lattice rotated by a quarter turn counter-clockwise; never mirrored.
+Lattice Rotated(const Lattice& lattice) {
   Lattice turned{lattice.rows, lattice.columns, {}};
   turned.points.resize(lattice.points.size());
   for (int row = 0; row < turned.rows; ++row) {
@@ -34,14 +35,14 @@ Lattice Turned(const Lattice& lattice) {
   return turned;
 }
 
-/// Of the turns that fit the board, the one whose first corner is nearest to the top left.
-Lattice Upright(Lattice lattice, const Board& board, const std::vector<SaddlePoint>& points) {
+/// The rotation that fits the board's size with the first corner nearest to the top left.
+Lattice ChooseUpright(Lattice lattice, const Board& board, const std::vector<SaddlePoint>& points) {
   Lattice best;
   double least = 0;
   for (int turn = 0; turn < 4; ++turn) {
-    lattice = Turned(lattice);
+    lattice = Rotated(lattice);
     if (lattice.columns != board.columns || lattice.rows != board.rows) continue;
-    double along = 0;  // of the first row against the last one
+    double along = 0;  // u + v of the first row minus that of the last one
     for (int column = 0; column < lattice.columns; ++column) {
       const int first = lattice.At(column, 0), last = lattice.At(column, lattice.rows - 1);
       if (first >= 0 && last >= 0) along += (points[first].at - points[last].at).sum();
@@ -54,8 +55,8 @@ Lattice Upright(Lattice lattice, const Board& board, const std::vector<SaddlePoi
   return best;
 }
 
-/// The board within a lattice: textures beside it may have been linked to its rim. Nothing where no
-/// place of the board's size is nearly full, or where too much lies outside of it.
+/// The board within a lattice, which may have texture linked to its border. Nullopt if no part of
+/// the board's size is nearly complete, or if too much lies outside of it.
 std::optional<Lattice> ChessboardWithin(const Lattice& lattice, const Board& board) {
   Lattice best;
   int most = 0;
@@ -73,14 +74,14 @@ std::optional<Lattice> ChessboardWithin(const Lattice& lattice, const Board& boa
       }
     }
   }
-  if (most < kLeastCornersSeen * board.corners() ||
-      lattice.found() - most > kMostCornersBeside * board.corners())
+  if (most < kMinCornersSeen * board.corners() ||
+      lattice.found() - most > kMaxCornersBeside * board.corners())
     return std::nullopt;
   return best;
 }
 
-Error Misfit(const std::vector<Lattice>& lattices, const Board& board) {
-  // Textures hang together as well, but in ragged pieces.
+Error DescribeMismatch(const std::vector<Lattice>& lattices, const Board& board) {
+  // Texture forms lattices as well, but ragged ones.
   if (lattices.empty() || lattices[0].found() < board.corners() / 6 ||
       2 * lattices[0].found() < lattices[0].columns * lattices[0].rows)
     return {"no chessboard"};
@@ -97,7 +98,7 @@ Error Misfit(const std::vector<Lattice>& lattices, const Board& board) {
                       board.corners(), longer, shorter)};
 }
 
-/// From the neighbours on both sides where there are two.
+/// Lattice vectors at each corner, averaged over the neighbours on both sides where both exist.
 std::vector<LatticeSteps> StepsOf(const BoardView& view, const Board& board) {
   const auto step = [&](int column, int row, int dx, int dy) {
     Vec2 sum = Vec2::Zero();
@@ -121,22 +122,22 @@ std::vector<LatticeSteps> StepsOf(const BoardView& view, const Board& board) {
   return steps;
 }
 
-/// What hangs together in an image, seen at the search size.
+/// Lattices found in the reduced image.
 struct Search {
-  int factor = 1;  ///< pixels of the image to one of the search
+  int factor = 1;  ///< reduction: image pixels per reduced pixel
   std::vector<SaddlePoint> points;
   std::vector<Lattice> lattices;  ///< the largest first
 };
 
-Result<Search> SearchIn(const LumaView& image) {
+Result<Search> SearchLattices(const LumaView& image) {
   Search search;
   search.factor = std::max(1, (image.width + kBoardWidth_px / 2) / kBoardWidth_px);
   const int factor = search.factor;
-  if (std::min(image.width, image.height) / factor < kLeastWidth_px)
+  if (std::min(image.width, image.height) / factor < kMinWidth_px)
     return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
   const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                       static_cast<std::size_t>(image.stride));
-  // A multiple of the factor, so that a small pixel is exactly the mean of its large ones.
+  // Cropped to a multiple of the factor, so that each reduced pixel is the mean of whole pixels.
   const cv::Mat even =
       whole(cv::Rect(0, 0, image.width / factor * factor, image.height / factor * factor));
   cv::Mat small, small_float, smooth;
@@ -144,7 +145,7 @@ Result<Search> SearchIn(const LumaView& image) {
   small.convertTo(small_float, CV_32F);
   cv::GaussianBlur(small_float, smooth, {0, 0}, kSaddleSmooth_px, kSaddleSmooth_px,
                    cv::BORDER_REPLICATE);
-  search.points = FindSaddlePoints(smooth, kRing_px, kMostSaddles);
+  search.points = FindSaddlePoints(smooth, kRing_px, kMaxSaddles);
   search.lattices = FindLattices(search.points);
   return search;
 }
@@ -152,17 +153,17 @@ Result<Search> SearchIn(const LumaView& image) {
 }  // namespace
 
 std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image) {
-  constexpr int kFewest = 3;  // fewer corners in a row stand in any texture
-  const Result<Search> search = SearchIn(image);
+  constexpr int kMinCount = 3;  // shorter rows occur in any texture
+  const Result<Search> search = SearchLattices(image);
   if (!search || search->lattices.empty()) return std::nullopt;
   const Lattice& largest = search->lattices[0];
   const auto [shorter, longer] = std::minmax(largest.columns, largest.rows);
-  if (shorter < kFewest || largest.found() != largest.columns * largest.rows) return std::nullopt;
+  if (shorter < kMinCount || largest.found() != largest.columns * largest.rows) return std::nullopt;
   return std::pair(longer, shorter);
 }
 
 Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
-  const Result<Search> search = SearchIn(image);
+  const Result<Search> search = SearchLattices(image);
   if (!search) return search.failure();
   const int factor = search->factor;
   const std::vector<SaddlePoint>& points = search->points;
@@ -170,9 +171,9 @@ Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
   std::optional<Lattice> fitting;
   for (std::size_t k = 0; k < lattices.size() && !fitting; ++k)
     fitting = ChessboardWithin(lattices[k], board);
-  if (!fitting) return Misfit(lattices, board);
+  if (!fitting) return DescribeMismatch(lattices, board);
   BoardView view;
-  for (const int point : Upright(*fitting, board, points).points) {
+  for (const int point : ChooseUpright(*fitting, board, points).points) {
     view.seen.push_back(point >= 0);
     view.corners_px.push_back(
         point < 0 ? Vec2::Zero()

@@ -14,21 +14,22 @@ namespace {
 
 constexpr int kCircleWidth_px = 960;
 constexpr double kCircleSmooth_px = 1;
-constexpr int kAround[] = {8, 24, 4};  // image widths over that of the surroundings, in turn
-constexpr std::size_t kMostDiscs = 2000;
-constexpr double kLeastDiscsSeen = 0.85;   // share of the discs that make a whole board
-constexpr double kMostDiscsBeside = 0.08;  // likewise, of what may hang on to its rim
-constexpr int kLongestAxis = 2;            // of the grid's axes in the lattice's, and back
+constexpr int kBackgroundDivisors[] = {
+    8, 24, 4};  // image width / width of the background window, tried in turn
+constexpr std::size_t kMaxDiscs = 2000;
+constexpr double kMinDiscsSeen = 0.85;    // share of the discs for a board to count as complete
+constexpr double kMaxDiscsBeside = 0.08;  // share of extra discs that may be linked to its border
+constexpr int kMaxAxisStep = 2;           // of the grid's axes in lattice steps, and vice versa
 
 using DiscMap = std::map<LatticePlace, int>;
 using Turn = Eigen::Matrix2i;
 
-/// All ways in which the lattice's two shortest steps may be steps of the grid: what they span has
-/// one disc for each step of a symmetric grid and for every other one of an asymmetric grid.
+/// All integer matrices that may map the lattice's two shortest steps to steps of the grid. Their
+/// determinant is the number of grid positions per disc: 1, or 2 on an asymmetric grid.
 std::vector<Turn> TurnsOf(const Board& board) {
   const int discs_apart = board.kind == BoardKind::kAsymmetricCircles ? 2 : 1;
   std::vector<Turn> turns;
-  const int m = kLongestAxis;
+  const int m = kMaxAxisStep;
   for (int a = -m; a <= m; ++a) {
     for (int b = -m; b <= m; ++b) {
       for (int c = -m; c <= m; ++c) {
@@ -45,13 +46,13 @@ std::vector<Turn> TurnsOf(const Board& board) {
 
 struct Match {
   int found = 0;
-  double first_px = 0;     ///< u + v of the first half of the points less that of the others
+  double first_px = 0;     ///< u + v of the first half of the points minus that of the others
   std::vector<int> discs;  ///< of each point, or -1
 };
 
-/// The board's pattern laid over a lattice in one turn, where most of its discs are.
-Match Laid(const DiscMap& lattice, const Turn& turn, const Board& board,
-           const std::vector<Disc>& discs) {
+/// The placement of the board's pattern on a rotated lattice that covers most discs.
+Match BestPlacement(const DiscMap& lattice, const Turn& turn, const Board& board,
+                    const std::vector<Disc>& discs) {
   DiscMap turned;
   LatticePlace least{1 << 20, 1 << 20}, most{-(1 << 20), -(1 << 20)};
   for (const auto& [place, disc] : lattice) {
@@ -64,9 +65,9 @@ Match Laid(const DiscMap& lattice, const Turn& turn, const Board& board,
   Match best;
   const int right = static_cast<int>(std::lround(2 * board.Centre().x() / board.square_m));
   const int down = board.rows - 1;
-  // What hangs on to the rim may stretch the lattice by two steps for each disc.
+  // Each extra disc linked to the border may extend the lattice by two steps.
   const int beyond = most.x - least.x - right + most.y - least.y - down;
-  if (beyond > 2 * kMostDiscsBeside * board.corners()) return best;
+  if (beyond > 2 * kMaxDiscsBeside * board.corners()) return best;
   for (int y = least.y; y + down <= most.y; ++y) {
     for (int x = least.x; x + right <= most.x; ++x) {
       Match match;
@@ -83,25 +84,25 @@ Match Laid(const DiscMap& lattice, const Turn& turn, const Board& board,
   return best;
 }
 
-/// The board within a lattice, upright; nothing where it is not nearly whole, or where too much
-/// hangs on to it.
+/// The board within a lattice, upright; nullopt if it is not nearly complete or too many other
+/// discs are linked to it.
 std::optional<Match> DiscsWithin(const DiscMap& lattice, const Board& board,
                                  const std::vector<Disc>& discs) {
-  const int least = static_cast<int>(std::ceil(kLeastDiscsSeen * board.corners()));
+  const int least = static_cast<int>(std::ceil(kMinDiscsSeen * board.corners()));
   const int size = static_cast<int>(lattice.size());
-  if (size < least || size > (1 + kMostDiscsBeside) * board.corners()) return std::nullopt;
+  if (size < least || size > (1 + kMaxDiscsBeside) * board.corners()) return std::nullopt;
   Match best;
   for (const Turn& turn : TurnsOf(board)) {
-    Match match = Laid(lattice, turn, board, discs);
+    Match match = BestPlacement(lattice, turn, board, discs);
     if (match.found > best.found || (match.found == best.found && match.first_px < best.first_px))
       best = std::move(match);
   }
-  if (best.found < least || size - best.found > kMostDiscsBeside * board.corners())
+  if (best.found < least || size - best.found > kMaxDiscsBeside * board.corners())
     return std::nullopt;
   return best;
 }
 
-/// Between the rims of the two nearest discs of the board [px].
+/// Smallest distance between the rims of two of the board's discs [px].
 double GapOf(const Match& match, const std::vector<Disc>& discs) {
   double gap = 1e9;
   for (const int a : match.discs) {
@@ -120,7 +121,7 @@ double GapOf(const Match& match, const std::vector<Disc>& discs) {
 Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
   const int factor = std::max(1, (image.width + kCircleWidth_px / 2) / kCircleWidth_px);
   const int width = image.width / factor, height = image.height / factor;
-  if (std::min(width, height) < 2 * kAround[1])
+  if (std::min(width, height) < 2 * kBackgroundDivisors[1])
     return Error{fmt::format("the image is only {} x {} px", image.width, image.height)};
   const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                       static_cast<std::size_t>(image.stride));
@@ -129,8 +130,8 @@ Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
              cv::INTER_AREA);
   cv::GaussianBlur(small, smooth, {0, 0}, kCircleSmooth_px, kCircleSmooth_px, cv::BORDER_REPLICATE);
   std::size_t largest = 0;
-  for (const int around : kAround) {
-    std::vector<Disc> discs = FindDiscs(smooth, width / around | 1, kMostDiscs);
+  for (const int around : kBackgroundDivisors) {
+    std::vector<Disc> discs = FindDiscs(smooth, width / around | 1, kMaxDiscs);
     for (const DiscMap& lattice : FindDiscLattices(discs)) {
       largest = std::max(largest, lattice.size());
       const auto match = DiscsWithin(lattice, board, discs);
@@ -154,7 +155,7 @@ Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
   if (largest < points / 4) return Error{"no grid of circles"};
   if (largest > points) {
     return Error{
-        fmt::format("a grid of {} circles where the board has {} ({} x {}): check --board and "
+        fmt::format("a grid of {} circles instead of {} ({} x {}): check --board and "
                     "--board-kind",
                     largest, points, board.columns, board.rows)};
   }

@@ -1,4 +1,4 @@
-// A grid of circles in one frame.
+// Detection of a complete grid of circles in one frame.
 #pragma once
 
 #include "app/lens/board.h"
@@ -7,13 +7,14 @@
 
 namespace plumbline {
 
-/// Finds the whole grid of dark discs on white: what is darker than its surroundings and has the
-/// moments of an ellipse at a size of about 960 px, linked into lattices, the one with the board's
-/// pattern refined at full size. The work is bounded by the pixels and the number of discs taken
-/// up. The first disc is that of the possible ones (two or four; an asymmetric grid of an odd
-/// number of rows has one) that lies nearest to the top left. The points are the centres of the
-/// ellipses in the image, which are not quite the images of the discs' centres: see DiscOffsets.
-/// @return  the view without name and time, or why there is none: "no grid of circles", "only a
+/// Finds dark discs on white at a width of about 960 px (regions darker than their surroundings
+/// with the moments of an ellipse), links them into lattices, and refines the lattice with the
+/// board's pattern at full resolution. Run time is bounded by the number of pixels and a limit on
+/// the discs considered. Of the possible first discs (two or four; one on an asymmetric grid with
+/// an odd number of rows), the one nearest to the top left is chosen. The points are the centres of
+/// the ellipses in the image, which differ slightly from the images of the discs' centres: see
+/// DiscOffsets.
+/// @return  the view without its name and time, or why there is none: "no grid of circles", "only a
 ///          part of the board: ..."
 Result<BoardView> DetectCircles(const LumaView& image, const Board& board);
 

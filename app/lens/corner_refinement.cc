@@ -12,23 +12,23 @@ namespace plumbline {
 namespace {
 
 constexpr double kSmooth_px = 2, kSmoothAmongTags_px = 1;
-constexpr double kLeak = 2.5;      // standard deviations that an edge reaches beyond its place
-constexpr double kSharp_px = 1;    // of an edge in a good image
-constexpr double kWindow = 0.42;   // of a step, to each side
-constexpr int kMostReach_px = 30;  // of a window from its corner
-constexpr double kLeastArea_px = 60;
-constexpr float kNear_px = 8;         // a gradient's error counts by its distance from the corner
-constexpr double kLeastArm_px = 2.5;  // half the width of a cross
-constexpr int kMostSteps = 8;
-constexpr double kStands_px = 0.1;  // the edges do the rest
-constexpr double kArm_px = 5.5;     // half the width of what belongs to an edge
+constexpr double kEdgeReach_sd = 2.5;  // extent of a blurred edge, in standard deviations
+constexpr double kTypicalBlur_px = 1;  // blur of an edge in a good image
+constexpr double kWindow = 0.42;       // half width of a window, share of a step
+constexpr int kMaxReach_px = 30;       // largest extent of a window from its corner
+constexpr double kMinArea_px = 60;
+constexpr float kWeightScale_px = 8;  // scale of the weight: see RefineCorners
+constexpr double kMinArm_px = 2.5;    // smallest half width of a cross's arm
+constexpr int kMaxSteps = 8;
+constexpr double kConverged_px = 0.1;  // the edge fit refines further
+constexpr double kArm_px = 5.5;        // largest half width of a cross's arm
 constexpr int kEdgePasses = 8;
-constexpr double kSlowest = 0.9;  // share of what is missing that a step may leave
-constexpr double kEdgesStand_px = 0.003;
-constexpr double kEdgesMove_px = 1.5;
+constexpr double kMaxContraction = 0.9;  // largest contraction rate that is extrapolated
+constexpr double kEdgesConverged_px = 0.003;
+constexpr double kEdgesMaxMotion_px = 1.5;
 constexpr int kMargin_px = 4;
 
-/// The window as an interval of columns for each row.
+/// A parallelogram of pixels, as an interval of columns for each row.
 class Window {
  public:
   Window() = default;
@@ -81,24 +81,24 @@ struct Sums {
   }
 };
 
-/// The pixels that count at one corner: a parallelogram, or a cross of two whose middle is shared.
+/// Pixels evaluated at one corner: a parallelogram, or a cross of two that share their middle.
 class Region {
  public:
   Region(const LatticeSteps& steps, double rim, double smooth_px) : steps_(steps) {
     Vec2 x = kWindow * steps.along_row, y = kWindow * steps.down_column;
     const double far = std::max((x + y).cwiseAbs().maxCoeff(), (x - y).cwiseAbs().maxCoeff());
-    if (far > kMostReach_px) {
-      x *= kMostReach_px / far;
-      y *= kMostReach_px / far;
+    if (far > kMaxReach_px) {
+      x *= kMaxReach_px / far;
+      y *= kMaxReach_px / far;
     }
-    // Half the width of each arm, in steps: as far as the edge's rise reaches, or the tags' rim.
+    // Half width of each arm: the extent of the blurred edge, limited by the tags' free margin.
     const double area = std::abs(steps.along_row.x() * steps.down_column.y() -
                                  steps.along_row.y() * steps.down_column.x());
     const auto thin = [&](const Vec2& across, const Vec2& along) -> Vec2 {
       const double step_px = std::max(area / std::max(along.norm(), 1e-9), 1e-9);
-      const double half_px =
-          std::max(std::min(kArm_px, rim * step_px - kLeak * std::hypot(smooth_px, kSharp_px)),
-                   kLeastArm_px);
+      const double half_px = std::max(
+          std::min(kArm_px, rim * step_px - kEdgeReach_sd * std::hypot(smooth_px, kTypicalBlur_px)),
+          kMinArm_px);
       return across * std::min(kWindow, half_px / step_px);
     };
     const Vec2 thin_x = thin(steps.along_row, steps.down_column);
@@ -112,8 +112,8 @@ class Region {
     }
   }
 
-  /// Whether there are enough pixels to tell a corner.
-  bool enough() const { return parts_.front().window.area_px() >= kLeastArea_px; }
+  /// Whether there are enough pixels to locate a corner.
+  bool enough() const { return parts_.front().window.area_px() >= kMinArea_px; }
   const LatticeSteps& steps() const { return steps_; }
   const Window& row_arm() const { return row_arm_; }
   const Window& column_arm() const { return column_arm_; }
@@ -150,7 +150,7 @@ Sums Region::SumsOver(const Window& window, const cv::Mat& smooth, const Vec2& a
     const auto [first, last] = window.Columns(j);
     const float cx = static_cast<float>(at.x() - u0);
     const float dy = static_cast<float>(at.y() - v0) - static_cast<float>(j);
-    const float dy2 = dy * dy + kNear_px * kNear_px;
+    const float dy2 = dy * dy + kWeightScale_px * kWeightScale_px;
     float rxx = 0, rxy = 0, ryy = 0, rxxi = 0, rxyi = 0;
     for (int i = first; i <= last; ++i) {
       const float gx = here[i + 1] - here[i - 1];
@@ -173,11 +173,13 @@ Sums Region::SumsOver(const Window& window, const cv::Mat& smooth, const Vec2& a
   return sums;
 }
 
-/// One corner, or nothing where the region leaves the image or shows no corner.
-std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Region& region) {
+/// Gradient-based position of one corner; nullopt if the region leaves the image or shows no
+/// corner.
+std::optional<Vec2> RefineByGradients(const cv::Mat& smooth, const Vec2& start,
+                                      const Region& region) {
   const int across = region.across(), reach = region.reach();
   Vec2 at = start;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const int u0 = static_cast<int>(std::lround(at.x())),
               v0 = static_cast<int>(std::lround(at.y()));
     if (u0 <= across || v0 <= reach || u0 + across + 1 >= smooth.cols ||
@@ -191,23 +193,23 @@ std::optional<Vec2> Refined(const cv::Mat& smooth, const Vec2& start, const Regi
     if ((next - start).norm() > 0.5 * across) return std::nullopt;
     const double moved = (next - at).norm();
     at = next;
-    if (moved < kStands_px) break;
+    if (moved < kConverged_px) break;
   }
   return at;
 }
 
-/// One of the two edges through a corner, near it: s = offset + slope a, s to the left of the unit
-/// vector `along`, a along it, both from the place where it was looked for [px].
+/// One of the two edges through a corner, as a line s = offset + slope a, with a along the unit
+/// vector `along` and s to its left, both relative to the expected corner [px].
 struct Edge {
   Vec2 along, across;
   double offset = 0, slope = 0;
 };
 
-/// Weighted least squares over the pixels beside the edge, each with the square of its gradient
-/// across the edge less that along it: the other edge, where the two are not square, counts little.
-///  Nothing where there is no edge.
-std::optional<Edge> EdgeNear(const cv::Mat& smooth, const Vec2& at, const Window& arm,
-                             const Vec2& direction) {
+/// Fits a line by weighted least squares over the pixels near the edge. The weight is the squared
+/// gradient across the edge minus that along it, which suppresses the other edge if the two are not
+/// perpendicular. Nullopt if there is no edge.
+std::optional<Edge> FitEdge(const cv::Mat& smooth, const Vec2& at, const Window& arm,
+                            const Vec2& direction) {
   const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
   if (u0 <= arm.across() || v0 <= arm.reach() || u0 + arm.across() + 1 >= smooth.cols ||
       v0 + arm.reach() + 1 >= smooth.rows)
@@ -250,10 +252,11 @@ std::optional<Edge> EdgeNear(const cv::Mat& smooth, const Vec2& at, const Window
   return edge;
 }
 
-/// How far from a place the two edges meet.
-std::optional<Vec2> ToMeeting(const cv::Mat& smooth, const Vec2& at, const Region& region) {
-  const auto row = EdgeNear(smooth, at, region.row_arm(), region.steps().along_row);
-  const auto column = EdgeNear(smooth, at, region.column_arm(), region.steps().down_column);
+/// Offset from a position to the intersection of the two edges.
+std::optional<Vec2> OffsetToIntersection(const cv::Mat& smooth, const Vec2& at,
+                                         const Region& region) {
+  const auto row = FitEdge(smooth, at, region.row_arm(), region.steps().along_row);
+  const auto column = FitEdge(smooth, at, region.column_arm(), region.steps().down_column);
   if (!row || !column) return std::nullopt;
   // across . q - slope along . q = offset, for both.
   Eigen::Matrix2d lines;
@@ -262,25 +265,25 @@ std::optional<Vec2> ToMeeting(const cv::Mat& smooth, const Vec2& at, const Regio
   return Vec2(lines.inverse() * Vec2(row->offset, column->offset));
 }
 
-/// Where the two edges meet, from a place near it. Arms narrower than the edge's rise move by a
-/// constant share of what is missing: every other step is stretched by it [A. C. Aitken, 1926].
-std::optional<Vec2> Met(const cv::Mat& smooth, const Vec2& start, const Region& region) {
+/// Intersection of the two edges, iterated from a nearby start. With arms narrower than the blurred
+/// edge the iteration converges linearly, so every other step is extrapolated [A. C. Aitken, 1926].
+std::optional<Vec2> IntersectEdges(const cv::Mat& smooth, const Vec2& start, const Region& region) {
   Vec2 at = start, before = Vec2::Zero();
   for (int pass = 0; pass < kEdgePasses; ++pass) {
-    const auto to = ToMeeting(smooth, at, region);
+    const auto to = OffsetToIntersection(smooth, at, region);
     if (!to || !to->allFinite()) return std::nullopt;
     const double left = pass % 2 == 1 ? to->dot(before) / before.squaredNorm() : 0;
-    const Vec2 move = *to / (1 - std::clamp(left, 0.0, kSlowest));
+    const Vec2 move = *to / (1 - std::clamp(left, 0.0, kMaxContraction));
     at += move;
-    if (!((at - start).norm() < kEdgesMove_px)) return std::nullopt;
-    if (to->norm() < kEdgesStand_px) break;
+    if (!((at - start).norm() < kEdgesMaxMotion_px)) return std::nullopt;
+    if (to->norm() < kEdgesConverged_px) break;
     before = *to;
   }
   return at;
 }
 
-/// Half of the distance over which a smoothed edge rises, from its steepest slope: an edge of
-/// height h and Gaussian width s has the slope h / (s sqrt(2 pi)).
+/// Gaussian width s of the unsmoothed edge [px], from its steepest slope h / (s sqrt(2 pi)) for
+/// height h.
 double EdgeWidth(const cv::Mat& smooth, double smooth_px, const Vec2& at, const Region& region) {
   const int reach = std::min(region.reach(), region.across());
   const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
@@ -306,7 +309,7 @@ double EdgeWidth(const cv::Mat& smooth, double smooth_px, const Vec2& at, const 
 
 void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
                    double rim) {
-  // Only the board's part of the image is smoothed.
+  // Smooth only the part of the image that shows the board.
   Vec2 least = Vec2::Constant(1e9), most = Vec2::Constant(-1e9);
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
     if (!view.seen[k]) continue;
@@ -314,7 +317,7 @@ void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps
     most = most.cwiseMax(view.corners_px[k]);
   }
   const auto inside = [](double at, int size) { return std::clamp(static_cast<int>(at), 0, size); };
-  const int margin = kMostReach_px + kMargin_px;
+  const int margin = kMaxReach_px + kMargin_px;
   const int u0 = inside(least.x() - margin, image.width);
   const int v0 = inside(least.y() - margin, image.height);
   const int u1 = inside(most.x() + margin, image.width);
@@ -333,8 +336,9 @@ void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps
     if (!view.seen[k]) continue;
     const Vec2 start = view.corners_px[k] - origin;
     const Region region(steps[k], rim, smooth_px);
-    std::optional<Vec2> refined = region.enough() ? Refined(smooth, start, region) : std::nullopt;
-    if (refined) refined = Met(smooth, *refined, region);
+    std::optional<Vec2> refined =
+        region.enough() ? RefineByGradients(smooth, start, region) : std::nullopt;
+    if (refined) refined = IntersectEdges(smooth, *refined, region);
     view.seen[k] = refined.has_value();
     if (!refined) continue;
     view.corners_px[k] = *refined + origin;

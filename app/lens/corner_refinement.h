@@ -1,4 +1,4 @@
-// Corners of a board to a few hundredths of a pixel.
+// Sub-pixel refinement of board corners.
 #pragma once
 
 #include <vector>
@@ -8,25 +8,25 @@
 
 namespace plumbline {
 
-/// The board's steps at one corner, to its neighbours along a row and down a column [px].
+/// Local lattice vectors at a corner, to its neighbours along a row and down a column [px].
 struct LatticeSteps {
   Vec2 along_row = Vec2::Zero(), down_column = Vec2::Zero();
 };
 
-/// Moves each corner to where the edges through it meet: the point that every gradient near it is
-/// perpendicular to,
+/// Moves each corner to the intersection of the edges through it. First to the point c to which all
+/// nearby gradients g are perpendicular [W. Foerstner and E. Guelch, ISPRS 1987]:
 ///   sum_q w(q) g(q) g(q)^T (c - q) = 0,   w = 1 / (|c - q|^2 + (8 px)^2)
-/// over the parallelogram of the four squares' inner halves; w is the weight of an error that grows
-/// with the distance
-/// [W. Foerstner and E. Guelch, ISPRS 1987], repeated about the new place until it stands. The
-/// image is smoothed by a Gaussian of 2 px before, which costs nothing in accuracy (straight edges
-/// stay where they are) and takes the pixel noise away.
-/// Where the squares carry tags (ChArUco), only the cross along the edges counts: the pixels that
-/// are within the tags' free rim of either edge, less what smoothing carries in.
+/// summed over the parallelogram of the four squares' inner halves and iterated; the weight
+/// accounts for an error that grows with distance. Then to the intersection of two lines fitted to
+/// the edges. The image is smoothed by a Gaussian of 2 px first, which leaves straight edges in
+/// place and suppresses pixel noise. If the squares carry tags (ChArUco), only a cross along the
+/// edges is used: pixels within the tags' free margin on either side of an edge, minus what
+/// smoothing carries in.
 /// @param steps  of each corner
-/// @param rim    least distance of a tag from an edge, share of a step; 1/2 and more: no tags
-/// @param view   corners_px within about a sixth of a step, changed in place; `seen` becomes false
-///               where no corner is found; blur_px is set
+/// @param rim    smallest distance of a tag from an edge, as a share of a step; 1/2 or more: no
+/// tags
+/// @param view   on input, corners_px within about a sixth of a step; refined in place. `seen` is
+///               cleared where no corner is found; blur_px is set.
 void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
                    double rim = 0.5);
 

@@ -10,19 +10,19 @@
 namespace plumbline {
 namespace {
 
-constexpr double kDarker = 3;  // grey levels under the mean of the surroundings
-constexpr int kLeastDiscArea_px = 16;
-constexpr double kLargestExtent = 0.25;  // of a disc, share of the image's width
-// From the area of the ellipse with the same moments, as a share: a square is 0.045 off; the second
-// number is for the steps of the rim, over the square root of the area.
-constexpr double kAreaOff = 0.025, kStepsOff_px = 0.6;
-constexpr double kMostFlat = 16;      // ratio of the moments: a disc seen at a quarter
-constexpr double kSizesDiffer = 2.2;  // ratio of the areas of neighbours
-constexpr double kOffPlace = 0.3;     // of the shorter step
-constexpr std::size_t kNearest = 8;   // that the first steps are taken from
-constexpr double kLeastSine = 0.5;    // between the two first steps
-constexpr int kFarthestCells = 16;
-constexpr std::size_t kLeastDiscs = 7;
+constexpr double kMinDarkness = 3;  // grey levels below the mean of the surroundings
+constexpr int kMinDiscArea_px = 16;
+constexpr double kMaxExtent = 0.25;  // of a disc, share of the image width
+// Tolerance of the area relative to that of the ellipse with the same moments (a square differs by
+// 0.045); the second term, over the square root of the area, allows for the pixelated rim.
+constexpr double kAreaTolerance = 0.025, kPerimeterTolerance_px = 0.6;
+constexpr double kMaxFlat = 16;        // ratio of the moments: an axis ratio of 4
+constexpr double kMaxAreaRatio = 2.2;  // ratio of the areas of neighbours
+constexpr double kMaxOffPlace = 0.3;   // of the shorter step
+constexpr std::size_t kNearest = 8;    // neighbours considered for the first steps
+constexpr double kMinSine = 0.5;       // between the two first steps
+constexpr int kMaxSearchCells = 16;
+constexpr std::size_t kMinDiscs = 7;
 
 /// Sums over the pixels of one region.
 struct Moments {
@@ -30,24 +30,25 @@ struct Moments {
 };
 
 std::optional<Disc> DiscOf(const Moments& m, double longest) {
-  if (m.n < kLeastDiscArea_px) return std::nullopt;
+  if (m.n < kMinDiscArea_px) return std::nullopt;
   Disc disc;
   disc.area = m.n;
   disc.at = {m.x / m.n, m.y / m.n};
   disc.spread << m.xx / m.n - disc.at.x() * disc.at.x(), m.xy / m.n - disc.at.x() * disc.at.y(),
       m.xy / m.n - disc.at.x() * disc.at.y(), m.yy / m.n - disc.at.y() * disc.at.y();
-  disc.spread.diagonal().array() += 1.0 / 12;  // each pixel is a square
+  disc.spread.diagonal().array() += 1.0 / 12;  // second moment of a pixel's square
   const double det = disc.spread.determinant(), trace = disc.spread.trace();
   // The eigenvalues' ratio q gives trace^2 / det = q + 2 + 1 / q.
-  if (!(det > 0) || trace * trace > (kMostFlat + 2 + 1 / kMostFlat) * det) return std::nullopt;
+  if (!(det > 0) || trace * trace > (kMaxFlat + 2 + 1 / kMaxFlat) * det) return std::nullopt;
   if (4 * std::sqrt(trace) > longest) return std::nullopt;
   const double ellipse = 4 * std::numbers::pi * std::sqrt(det);
-  if (std::abs(disc.area / ellipse - 1) > kAreaOff + kStepsOff_px / std::sqrt(disc.area))
+  if (std::abs(disc.area / ellipse - 1) >
+      kAreaTolerance + kPerimeterTolerance_px / std::sqrt(disc.area))
     return std::nullopt;
   return disc;
 }
 
-/// Discs by square cells of about one disc each.
+/// Spatial index of the discs, with cells of about one disc each.
 class DiscCells {
  public:
   explicit DiscCells(const std::vector<Disc>& discs) : discs_(discs) {
@@ -63,7 +64,7 @@ class DiscCells {
           static_cast<int>(k));
   }
 
-  /// Calls `each` with the discs of all cells that a square touches; some lie beyond it.
+  /// Calls `each` for the discs of all cells that a square touches; some are outside the square.
   template <typename Each>
   void Around(const Vec2& at, double reach, const Each& each) const {
     for (int row = Of(at.y() - reach, rows_); row <= Of(at.y() + reach, rows_); ++row) {
@@ -74,10 +75,10 @@ class DiscCells {
     }
   }
 
-  /// Up to kNearest others, nearest first, as far as a few cells.
+  /// Up to kNearest other discs within a few cells, nearest first.
   std::vector<int> NearestTo(int of) const {
     std::vector<std::pair<double, int>> near;
-    for (int reach = 2; reach <= kFarthestCells && near.size() < kNearest; reach *= 2) {
+    for (int reach = 2; reach <= kMaxSearchCells && near.size() < kNearest; reach *= 2) {
       near.clear();
       Around(discs_[of].at, reach * size_, [&](int other) {
         if (other != of) near.emplace_back((discs_[other].at - discs_[of].at).squaredNorm(), other);
@@ -90,7 +91,7 @@ class DiscCells {
     return nearest;
   }
 
-  /// The disc nearest to a place, or -1.
+  /// The disc nearest to a position, or -1.
   int At(const Vec2& place, double within) const {
     int nearest = -1;
     double least = within * within;
@@ -113,8 +114,8 @@ class DiscCells {
   std::vector<std::vector<int>> cells_;
 };
 
-bool AlikeInSize(const Disc& a, const Disc& b) {
-  return std::max(a.area, b.area) < kSizesDiffer * std::min(a.area, b.area);
+bool SimilarSize(const Disc& a, const Disc& b) {
+  return std::max(a.area, b.area) < kMaxAreaRatio * std::min(a.area, b.area);
 }
 
 double Cross(const Vec2& a, const Vec2& b) {
@@ -125,23 +126,23 @@ struct Axes {
   Vec2 x, y;
 };
 
-/// The two shortest steps from a disc that are not parallel; they span the whole lattice.
+/// The two shortest non-parallel steps from a disc, which span the lattice.
 std::optional<Axes> AxesAt(const std::vector<Disc>& discs, const DiscCells& cells, int seed) {
   std::optional<Vec2> first;
   for (const int other : cells.NearestTo(seed)) {
-    if (!AlikeInSize(discs[seed], discs[other])) continue;
+    if (!SimilarSize(discs[seed], discs[other])) continue;
     const Vec2 step = discs[other].at - discs[seed].at;
     if (!first) {
       first = step;
-    } else if (std::abs(Cross(*first, step)) > kLeastSine * first->norm() * step.norm()) {
+    } else if (std::abs(Cross(*first, step)) > kMinSine * first->norm() * step.norm()) {
       return Cross(*first, step) > 0 ? Axes{*first, step} : Axes{step, *first};
     }
   }
   return std::nullopt;
 }
 
-std::map<LatticePlace, int> NumberedDiscs(const std::vector<Disc>& discs, const DiscCells& cells,
-                                          int seed, const Axes& axes, std::vector<bool>& taken) {
+std::map<LatticePlace, int> NumberDiscsFrom(const std::vector<Disc>& discs, const DiscCells& cells,
+                                            int seed, const Axes& axes, std::vector<bool>& taken) {
   struct Step {
     int disc;
     LatticePlace place;
@@ -155,12 +156,12 @@ std::map<LatticePlace, int> NumberedDiscs(const std::vector<Disc>& discs, const 
     const Step step = open.front();
     open.pop();
     if (!lattice.emplace(step.place, step.disc).second) continue;
-    const double within = kOffPlace * std::min(step.axes.x.norm(), step.axes.y.norm());
+    const double within = kMaxOffPlace * std::min(step.axes.x.norm(), step.axes.y.norm());
     for (const auto& [dx, dy] :
          {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}) {
-      const Vec2 way = dx * step.axes.x + dy * step.axes.y;
-      const int next = cells.At(discs[step.disc].at + way, within);
-      if (next < 0 || taken[next] || !AlikeInSize(discs[step.disc], discs[next])) continue;
+      const Vec2 direction = dx * step.axes.x + dy * step.axes.y;
+      const int next = cells.At(discs[step.disc].at + direction, within);
+      if (next < 0 || taken[next] || !SimilarSize(discs[step.disc], discs[next])) continue;
       Axes onward = step.axes;
       const Vec2 stepped = discs[next].at - discs[step.disc].at;
       if (dy == 0) onward.x = dx * stepped;
@@ -178,7 +179,7 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
   cv::Mat mean, dark, labels;
   cv::blur(smooth, mean, {around, around}, {-1, -1}, cv::BORDER_REFLECT);
   cv::subtract(mean, smooth, dark);  // saturates at zero
-  cv::threshold(dark, dark, kDarker, 255, cv::THRESH_BINARY);
+  cv::threshold(dark, dark, kMinDarkness, 255, cv::THRESH_BINARY);
   const int count = cv::connectedComponents(dark, labels, 4, CV_32S);
   std::vector<Moments> moments(static_cast<std::size_t>(count));
   for (int v = 0; v < labels.rows; ++v) {
@@ -196,7 +197,7 @@ std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most)
   }
   std::vector<Disc> discs;
   for (const Moments& m : moments) {
-    if (const auto disc = DiscOf(m, kLargestExtent * smooth.cols)) discs.push_back(*disc);
+    if (const auto disc = DiscOf(m, kMaxExtent * smooth.cols)) discs.push_back(*disc);
   }
   std::stable_sort(discs.begin(), discs.end(),
                    [](const Disc& a, const Disc& b) { return a.area > b.area; });
@@ -212,8 +213,8 @@ std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc
     if (taken[seed]) continue;
     const auto axes = AxesAt(discs, cells, static_cast<int>(seed));
     if (!axes) continue;
-    auto lattice = NumberedDiscs(discs, cells, static_cast<int>(seed), *axes, taken);
-    if (lattice.size() >= kLeastDiscs) lattices.push_back(std::move(lattice));
+    auto lattice = NumberDiscsFrom(discs, cells, static_cast<int>(seed), *axes, taken);
+    if (lattice.size() >= kMinDiscs) lattices.push_back(std::move(lattice));
   }
   std::stable_sort(lattices.begin(), lattices.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });

@@ -1,4 +1,4 @@
-// Dark discs that hang together as one grid.
+// Detection of dark discs and their grouping into lattices.
 #pragma once
 
 #include <map>
@@ -15,24 +15,26 @@ struct Disc {
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< second central moments [px^2]
   double area = 0;                                   ///< [px^2]
 
-  /// Of the ellipse that has these moments, along the unit vector n [px].
+  /// Radius along the unit vector n of the ellipse with these moments [px].
   double RadiusAlong(const Vec2& n) const { return 1 / std::sqrt(n.dot(spread.inverse() * n) / 4); }
 };
 
-/// Regions darker than the mean over a square of `around` pixels, whose area is that of the ellipse
-/// with their moments, 4 pi sqrt(det spread). Largest first, at most `most` of them.
+/// Regions darker than the local mean whose area equals that of the ellipse with their moments,
+/// 4 pi sqrt(det spread). Largest first.
 /// @param smooth  CV_8U
+/// @param around  side of the square over which the mean is taken [px]
+/// @param most    maximum number of discs
 std::vector<Disc> FindDiscs(const cv::Mat& smooth, int around, std::size_t most);
 
-/// Whole steps of a lattice; the axes are two of its shortest steps, x cross y away from the
-/// viewer.
+/// Integer lattice coordinates. The axes are two of the lattice's shortest steps, with x cross y
+/// pointing away from the viewer.
 struct LatticePlace {
   int x = 0, y = 0;
   auto operator<=>(const LatticePlace&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// Connected pieces, largest first: from disc to disc by steps that change little, between discs
-/// whose sizes differ little.
+/// Connected lattices, largest first, as disc indices by place. A lattice grows from disc to disc
+/// while its steps and the discs' sizes change little.
 std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc>& discs);
 
 }  // namespace plumbline

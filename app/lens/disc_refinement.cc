@@ -12,10 +12,10 @@ namespace plumbline {
 namespace {
 
 constexpr double kDiscSmooth_px = 1;
-constexpr double kInside = 0.55;  // of the radius: where the rim begins
-constexpr double kBeyond_px = 5;  // outside the radius, where it ends at most
-constexpr double kLeastRadius_px = 3;
-constexpr double kMovedFurthest = 0.3;  // of the radius, from where the disc was found
+constexpr double kRimStart = 0.55;  // of the radius: where the rim zone starts
+constexpr double kRimEnd_px = 5;    // beyond the radius, where it ends at the latest
+constexpr double kMinRadius_px = 3;
+constexpr double kMaxShift = 0.3;  // of the radius: largest correction
 
 struct Centre {
   Vec2 at;
@@ -26,9 +26,9 @@ struct Centre {
 std::optional<Centre> RefinedDisc(const cv::Mat& smooth, const Disc& disc, const Vec2& at,
                                   double gap_px) {
   const double longest = std::max(disc.RadiusAlong(Vec2::UnitX()), disc.RadiusAlong(Vec2::UnitY()));
-  if (longest < kLeastRadius_px) return std::nullopt;
-  const double radius = 2 * std::sqrt(disc.spread.trace());  // at least the longer one
-  const double beyond = std::min(kBeyond_px, 0.5 * gap_px);
+  if (longest < kMinRadius_px) return std::nullopt;
+  const double radius = 2 * std::sqrt(disc.spread.trace());  // an upper bound of the longer radius
+  const double beyond = std::min(kRimEnd_px, 0.5 * gap_px);
   const int reach = static_cast<int>(std::ceil(radius + beyond));
   const int u0 = static_cast<int>(std::lround(at.x())), v0 = static_cast<int>(std::lround(at.y()));
   if (u0 <= reach || v0 <= reach || u0 + reach + 1 >= smooth.cols || v0 + reach + 1 >= smooth.rows)
@@ -44,7 +44,7 @@ std::optional<Centre> RefinedDisc(const cv::Mat& smooth, const Disc& disc, const
     for (int i = -reach; i <= reach; ++i) {
       const Vec2 q = Vec2(u0 + i, v0 + j) - at;
       const double share = std::sqrt(q.dot(shape * q));  // 1 on the rim
-      if (share < kInside || (share - 1) * q.norm() > beyond * share) continue;
+      if (share < kRimStart || (share - 1) * q.norm() > beyond * share) continue;
       Vec2 n(0.5 * (here[i + 1] - here[i - 1]), 0.5 * (below[i] - above[i]));
       const double g = n.norm();
       darkest = std::min(darkest, static_cast<double>(here[i]));
@@ -62,7 +62,7 @@ std::optional<Centre> RefinedDisc(const cv::Mat& smooth, const Disc& disc, const
   const Eigen::LDLT<Eigen::Matrix<double, 5, 5>> solver(normal);
   const Eigen::Matrix<double, 5, 1> conic = solver.solve(right);
   const Vec2 moved = 0.5 * radius * conic.tail<2>();
-  if (!moved.allFinite() || !(moved.norm() < kMovedFurthest * longest)) return std::nullopt;
+  if (!moved.allFinite() || !(moved.norm() < kMaxShift * longest)) return std::nullopt;
   return Centre{at + moved, (brightest - darkest) / std::max(2.5066 * steepest, 1e-6)};
 }
 

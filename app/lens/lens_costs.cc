@@ -5,13 +5,13 @@
 
 namespace plumbline {
 
-int CornersUsed(const PlacedView& placed) {
-  return static_cast<int>(std::count(placed.used.begin(), placed.used.end(), true));
+int CountUsed(const ViewState& state) {
+  return static_cast<int>(std::count(state.used.begin(), state.used.end(), true));
 }
 
-ViewCost::ViewCost(const Board& board, const PlacedView& placed, double sigma_px)
-    : board_(board), placed_(placed), sigma_px_(sigma_px) {
-  set_num_residuals(2 * CornersUsed(placed));
+ViewCost::ViewCost(const Board& board, const ViewState& state, double sigma_px)
+    : board_(board), state_(state), sigma_px_(sigma_px) {
+  set_num_residuals(2 * CountUsed(state));
   mutable_parameter_block_sizes()->push_back(kSharedCount);
   mutable_parameter_block_sizes()->push_back(6);
 }
@@ -25,7 +25,7 @@ bool ViewCost::Evaluate(double const* const* parameters, double* residuals,
   std::vector<Vec2> pixels;
   std::vector<double> by_shared(derive ? corners * 2 * kSharedCount : 0);
   std::vector<double> by_pose(derive ? corners * 12 : 0);
-  if (!BoardPixels(board_, shared, placed_.R_start, pose.head<3>(), pose.tail<3>(), pixels,
+  if (!BoardPixels(board_, shared, state_.R_start, pose.head<3>(), pose.tail<3>(), pixels,
                    derive ? by_shared.data() : nullptr, by_pose.data()))
     return false;
   std::size_t row = 0;
@@ -34,8 +34,8 @@ bool ViewCost::Evaluate(double const* const* parameters, double* residuals,
     for (std::size_t i = 0; i < count; ++i) to[i] = scale * from[i];
   };
   for (std::size_t k = 0; k < corners; ++k) {
-    if (!placed_.used[k]) continue;
-    const Vec2 error = scale * (pixels[k] - placed_.Seen(k));
+    if (!state_.used[k]) continue;
+    const Vec2 error = scale * (pixels[k] - state_.Seen(k));
     residuals[2 * row] = error.x();
     residuals[2 * row + 1] = error.y();
     if (derive && jacobians[0] != nullptr)

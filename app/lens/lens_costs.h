@@ -1,4 +1,4 @@
-// What the fit of a lens minimises: each view's corners, and the prior.
+// Cost functions of the lens fit: reprojection errors of each view, and the prior.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -9,14 +9,15 @@
 
 namespace plumbline {
 
-/// One view's place in the fit.
-struct PlacedView {
+/// State of one view during the fit.
+struct ViewState {
   const BoardView* view = nullptr;
   Mat3 R_start = Mat3::Identity();
-  Vec6 pose = Vec6::Zero();  ///< rotation vector after R_start, then p_CK
+  Vec6 pose = Vec6::Zero();  ///< rotation vector applied after R_start, then p_CK
   std::vector<bool> used;
-  std::vector<Vec2> offsets;  ///< of what is seen from the images of the board's points [px]
+  std::vector<Vec2> offsets;  ///< see DiscOffsets; zero for boards without discs [px]
 
+  /// Measured image of the board's point k.
   Vec2 Seen(std::size_t k) const { return view->corners_px[k] - offsets[k]; }
   Pose X_CK() const {
     const Vec3 w = pose.head<3>();
@@ -25,36 +26,37 @@ struct PlacedView {
         angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Mat3(Mat3::Identity());
     return {R_start * turn, pose.tail<3>()};
   }
-  void Place(const Pose& X_CK) {
+  void SetPose(const Pose& X_CK) {
     R_start = X_CK.R;
     pose << Vec3::Zero(), X_CK.p;
   }
 };
 
-int CornersUsed(const PlacedView& placed);
+int CountUsed(const ViewState& state);
 
-/// Residuals of one view, corners not used left out.
+/// Reprojection errors of the used corners of one view, in units of sigma_px.
 class ViewCost : public ceres::CostFunction {
  public:
-  ViewCost(const Board& board, const PlacedView& placed, double sigma_px);
+  ViewCost(const Board& board, const ViewState& state, double sigma_px);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   const Board& board_;
-  const PlacedView& placed_;
+  const ViewState& state_;
   double sigma_px_;
 };
 
-/// Standard deviations of the prior in the parameters' own units, for a lens of focal length f.
+/// Prior standard deviations in the parameters' own units, for a lens of focal length f [px].
 SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSize size, double f);
 
-/// The prior as rows of least squares: what is added to J^T J, and a cost for Ceres.
+/// The prior as least-squares rows.
 class PriorCost : public ceres::SizedCostFunction<kSharedCount, kSharedCount> {
  public:
   PriorCost(const SharedVector& sd, ImageSize size);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
+  /// Its contribution to J^T J.
   SharedMatrix Information() const { return rows_.transpose() * rows_; }
 
  private:

@@ -1,4 +1,4 @@
-// The lens by bundle adjustment over all views of the board.
+// Bundle adjustment of the lens, the board's shape and the board's pose in each view.
 #pragma once
 
 #include <array>
@@ -9,51 +9,51 @@
 
 namespace plumbline {
 
-/// What is known before any view: standard deviations so wide that they matter only where the views
-/// say nothing. Distortion is told by how far it moves the image's corner, as a share of its
-/// distance from the middle.
+/// Weak priors, as standard deviations: they matter only for parameters that the views do not
+/// determine. For distortion, the displacement at the image's corner as a share of its distance
+/// from the centre.
 struct LensPrior {
-  double centre = 0.03;                 ///< of the principal point, share of the image's width
-  double aspect = 0.01;                 ///< of fx / fy - 1
-  double radial[3] = {0.3, 0.1, 0.03};  ///< of k1, k2, k3
-  double tangential = 0.01;             ///< of p1 and p2
-  double bow = 0.005;  ///< of the board's corner out of its plane, share of its diagonal
+  double centre = 0.03;                 ///< principal point, share of the image width
+  double aspect = 0.01;                 ///< fx / fy - 1
+  double radial[3] = {0.3, 0.1, 0.03};  ///< k1, k2, k3
+  double tangential = 0.01;             ///< p1 and p2
+  double bow = 0.005;  ///< height of the board's corner over its plane, share of the diagonal
 };
 
-/// What one view tells of the shared parameters, its own pose left free: its J^T J / sigma^2 after
-/// the pose is eliminated, and where its residuals pull them. All pulls and that of the prior sum
-/// up to nothing.
-struct ToldByView {
-  SharedMatrix information = SharedMatrix::Zero();
-  SharedVector pull = SharedVector::Zero();
+/// Contribution of one view to the normal equations of the shared parameters, after its own pose is
+/// eliminated. The pulls of all views and of the prior sum to zero at the solution.
+struct ViewInformation {
+  SharedMatrix information = SharedMatrix::Zero();  ///< J^T J / sigma^2
+  SharedVector pull = SharedVector::Zero();         ///< -J^T r / sigma^2
 };
 
-/// The fitted calibration and what it rests on.
+/// Result of the fit.
 struct LensFit {
   SharedVector shared = SharedVector::Zero();
   SharedMatrix covariance = SharedMatrix::Zero();  ///< posterior, of `shared`
-  std::array<bool, kSharedCount> dropped{};        ///< held at zero: the views cannot tell it
-  std::vector<Pose> X_CK;                          ///< board in the camera, of each view
-  std::vector<ToldByView> told;                    ///< by each view
-  std::vector<double> view_rms_px;                 ///< a coordinate, of each view
-  std::vector<std::vector<Vec2>> residuals_px;     ///< seen minus predicted; zero where not seen
+  std::array<bool, kSharedCount> dropped{};        ///< fixed at zero: not identifiable
+  std::vector<Pose> X_CK;                          ///< board in the camera, per view
+  std::vector<ViewInformation> view_information;   ///< per view
+  std::vector<double> view_rms_px;                 ///< per coordinate, per view
+  std::vector<std::vector<Vec2>> residuals_px;     ///< measured minus predicted; zero if not seen
   std::vector<std::vector<bool>> used;             ///< corners of each view that took part
   double sigma_px = 0;                             ///< standard deviation of a corner's coordinate
-  /// Variance of what each view would change in `shared`, over what independent corners of sigma_px
-  /// would make it: 1 where errors are independent, more where neighbours err alike.
+  /// Overdispersion: variance of the change that each view would make in `shared`, relative to
+  /// independent corner errors of sigma_px. 1 if errors are independent, larger if the errors of
+  /// neighbouring corners are correlated.
   double dispersion = 1;
-  double rms_px = 0;  ///< of the corners used, a point (as OpenCV reports it)
+  double rms_px = 0;  ///< per used corner (as OpenCV reports it)
   int iterations = 0;
 };
 
-/// Least squares over all corners with Ceres (Levenberg-Marquardt, Schur complement), corners
-/// farther than 4.5 robust standard deviations left out, terms dropped that the views do not hold,
-/// poses of a flat board that flipped set right, discs placed where a tilted one is seen (after
-/// each round anew; the offsets hardly depend on what they change). The covariance is that of the
-/// posterior: the inverse of J^T J / sigma^2 + prior after the poses are eliminated, sigma from the
-/// residuals.
+/// Least squares over all corners with Ceres (Levenberg-Marquardt, Schur complement). Corners
+/// beyond 4.5 robust standard deviations are excluded, parameters that are not identifiable are
+/// dropped, and poses of a flat board that converged to the mirrored solution are corrected. Disc
+/// offsets are updated after each round; they hardly depend on the parameters. The covariance is
+/// that of the posterior: the inverse of J^T J / sigma^2 + prior after elimination of the poses,
+/// with sigma from the residuals.
 /// @param views  at least 3
-/// @return       or why it has no answer
+/// @return       an error if there is no solution
 Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                         const LensPrior& prior = {});
 

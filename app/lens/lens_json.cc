@@ -40,7 +40,7 @@ Json BoardJson(const Board& board) {
   return json;
 }
 
-/// A number of the object, or an error that names it.
+/// Reads numbers from an object; `fault` names the first one that is missing or not a number.
 class Numbers {
  public:
   explicit Numbers(const nlohmann::json& object) : object_(object) {}
@@ -48,7 +48,7 @@ class Numbers {
   double Of(const char* key) {
     const auto found = object_.find(key);
     if (found == object_.end() || !found->is_number()) {
-      if (fault.empty()) fault = fmt::format("\"{}\" is missing or no number", key);
+      if (fault.empty()) fault = fmt::format("\"{}\" is missing or not a number", key);
       return 0;
     }
     return found->get<double>();
@@ -62,7 +62,7 @@ class Numbers {
 
 bool FillCovariance(const nlohmann::json& root, LensMatrix& covariance) {
   const auto given = root.find("covariance");
-  if (given == root.end()) return true;  // a lens from elsewhere need not tell it
+  if (given == root.end()) return true;  // optional: other programs' files may not have it
   const auto matrix = given->is_object() ? given->find("matrix") : given->end();
   if (!given->is_object() || matrix == given->end() || !matrix->is_array() ||
       matrix->size() != kLensCount)
@@ -119,8 +119,8 @@ std::string LensJson(const LensCalibration& c) {
 Result<LensFile> LensFromJson(std::string_view text) {
   const auto json = JsonFromText(text);
   if (!json || !json->is_object()) {
-    return Error{fmt::format("{}; it is what plumbline calibrate-lens writes",
-                             json ? "is no JSON object" : json.error())};
+    return Error{fmt::format("{}; a lens file is written by plumbline calibrate-lens",
+                             json ? "not a JSON object" : json.error())};
   }
   const nlohmann::json& root = *json;
   LensFile file;

@@ -1,4 +1,4 @@
-// A calibrated lens as a file: LENS.json of the public formats.
+// JSON file of a calibrated lens (LENS.json of the public formats).
 #pragma once
 
 #include <string>
@@ -11,13 +11,14 @@ namespace plumbline {
 
 std::string LensJson(const LensCalibration& calibration);
 
-/// What a tracker needs of such a file.
+/// The part of the file that is read back.
 struct LensFile : KnownLens {
   bool accepted = false;
 };
 
-/// Reads LENS.json. Refused are missing or non-finite numbers, focal lengths that are not positive,
-/// and a covariance that is none; the error names the key.
+/// Reads LENS.json.
+/// @return  an error that names the key if a number is missing or not finite, a focal length is not
+///          positive, or the covariance is invalid
 Result<LensFile> LensFromJson(std::string_view text);
 
 }  // namespace plumbline

@@ -7,10 +7,10 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLeastDistance_m = 1e-4;
+constexpr double kMinDistance_m = 1e-4;
 constexpr double kSmallTurn = 1e-8;
 
-Mat3 Exponential(const Vec3& w) {
+Mat3 ExpSo3(const Vec3& w) {
   const double angle = w.norm();
   if (angle < kSmallTurn) return Mat3::Identity() + CrossMatrix(w);
   return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
@@ -42,7 +42,7 @@ bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_s
                  const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,
                  double* d_pose) {
   const Lens lens = LensOfShared(shared);
-  const Mat3 R = R_start * Exponential(turn);
+  const Mat3 R = R_start * ExpSo3(turn);
   const Mat3 J_turn = RightJacobian(turn);
   const Vec2 centre = board.Centre();
   pixels.resize(static_cast<std::size_t>(board.corners()));
@@ -52,14 +52,15 @@ bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_s
     const Vec3 p_K(xy.x(), xy.y(),
                    shared[kBowX] * u * u + shared[kBowY] * v * v + shared[kBowXY] * u * v);
     const Vec3 p_C = R * p_K + p_CK;
-    if (!(p_C.z() > kLeastDistance_m)) return false;
+    if (!(p_C.z() > kMinDistance_m)) return false;
     const double x = p_C.x() / p_C.z(), y = p_C.y() / p_C.z();
     const Vec2 pixel = PixelOfNormalised(lens, Vec2(x, y));
     pixels[k] = pixel;
     if (d_shared == nullptr) continue;
     const double r2 = x * x + y * y;
     const Eigen::Matrix2d d_n = PixelJacobian(lens, {x, y});
-    Eigen::Matrix<double, 2, 3> d_point;  // of the pixel, by the point in the camera frame
+    Eigen::Matrix<double, 2, 3>
+        d_point;  // of the pixel with respect to the point in the camera frame
     d_point << d_n / p_C.z(), -d_n * Vec2(x, y) / p_C.z();
     using Row = Eigen::Matrix<double, 2, kSharedCount, Eigen::RowMajor>;
     Eigen::Map<Row> by_shared(d_shared + std::size_t{2} * kSharedCount * k);

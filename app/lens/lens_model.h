@@ -1,4 +1,4 @@
-// What a calibration estimates: the lens, the board's shape, and where the board was in each view.
+// Parameters of a lens calibration and the projection model of a slightly bowed board.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace plumbline {
 
-/// Parameters that all views share, in this order. The first nine are the lens.
+/// Parameters shared by all views, in this order. The first nine are the lens.
 enum Shared : int {
   kFx,
   kFy,
@@ -30,7 +30,7 @@ using SharedVector = Eigen::Matrix<double, kSharedCount, 1>;
 using SharedMatrix = Eigen::Matrix<double, kSharedCount, kSharedCount>;
 using LensMatrix = Eigen::Matrix<double, kLensCount, kLensCount>;
 
-/// Names of the lens parameters as the files have them.
+/// Names of the lens parameters in the files.
 inline constexpr const char* kLensNames[kLensCount] = {"fx", "fy", "cx", "cy", "k1",
                                                        "k2", "p1", "p2", "k3"};
 
@@ -40,11 +40,12 @@ SharedVector SharedOfLens(const Lens& lens);
 /// Pixels of the board's corners in one view:
 ///   p_K = (x, y, bow_x u^2 + bow_y v^2 + bow_xy u v),  (u, v) = (x, y) - centre
 ///   pixel = Project(lens, X_CK p_K)
-/// and, where asked for, their derivatives.
-/// @param turn    rotation vector w of X_CK.R = R_start exp(w)
-/// @param d_shared  shape (2 n, kSharedCount) row-major, or null
-/// @param d_pose    shape (2 n, 6) row-major, of (w, p_CK), or null
-/// @return        false where a corner is not in front of the camera
+/// with optional derivatives.
+/// @param turn      rotation vector w of X_CK.R = R_start exp(w)
+/// @param d_shared  shape (2 n, kSharedCount) row-major; null: no derivatives
+/// @param d_pose    shape (2 n, 6) row-major, with respect to (w, p_CK); used if d_shared is not
+/// null
+/// @return          false if a corner is not in front of the camera
 bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_start,
                  const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,
                  double* d_pose);

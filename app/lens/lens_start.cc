@@ -8,14 +8,15 @@
 namespace plumbline {
 namespace {
 
-constexpr double kShortest = 0.4, kLongest = 20;  // focal lengths over the image's width
-constexpr double kGuesses[] = {0.9, 2.6, 6.2};    // likewise
+// Focal lengths in units of the image width: range of plausible ones, and fixed guesses.
+constexpr double kShortest = 0.4, kLongest = 20;
+constexpr double kGuesses[] = {0.9, 2.6, 6.2};
 
 struct Pairs {
   std::vector<cv::Point2d> board, image;
 };
 
-/// What homography of the view there is, in pixels from the image's middle.
+/// Homography from the board to pixels relative to the image centre; zero if there is none.
 Eigen::Matrix3d HomographyOf(const Board& board, const BoardView& view, ImageSize size) {
   Pairs pairs;
   for (int k = 0; k < board.corners(); ++k) {
@@ -35,7 +36,7 @@ Eigen::Matrix3d HomographyOf(const Board& board, const BoardView& view, ImageSiz
 
 std::vector<double> FocalGuesses(const Board& board, std::span<const BoardView> views,
                                  ImageSize size) {
-  // With w = 1 / f^2:  w (h1x h2x + h1y h2y) + h1z h2z = 0 and likewise for |h1|^2 - |h2|^2.
+  // With w = 1 / f^2:  w (h1x h2x + h1y h2y) + h1z h2z = 0 and similarly for |h1|^2 - |h2|^2.
   double aa = 0, ab = 0;
   for (const BoardView& view : views) {
     Eigen::Matrix3d H = HomographyOf(board, view, size);

@@ -1,4 +1,4 @@
-// A first guess of the lens and of the board's poses, for the fit to begin from.
+// Initial guesses for the lens fit: focal lengths and board poses.
 #pragma once
 
 #include <span>
@@ -8,14 +8,15 @@
 
 namespace plumbline {
 
-/// Focal lengths to begin from, best first: the one that makes the columns of all homographies
-/// equally long and perpendicular [Z. Zhang, PAMI 22 (2000) 1330, with the principal point in the
-/// middle and square pixels], where the views tell one, and a few spread over what lenses have.
+/// Candidate focal lengths [px], best first: the one for which the columns of all homographies are
+/// equally long and perpendicular [Z. Zhang, PAMI 22 (2000) 1330, with the principal point at the
+/// image centre and square pixels], if the views determine one, then a few that cover common
+/// lenses.
 std::vector<double> FocalGuesses(const Board& board, std::span<const BoardView> views,
                                  ImageSize size);
 
-/// Both poses of a flat board that a view allows, the better one first [T. Collins and A. Bartoli,
-/// Infinitesimal plane-based pose estimation, IJCV 109 (2014)].
+/// The two poses of a flat board that are consistent with a view, the better one first [T. Collins
+/// and A. Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014)].
 std::vector<Pose> BoardPoses(const Board& board, const BoardView& view, const Lens& lens);
 
 }  // namespace plumbline

@@ -18,7 +18,7 @@ Vec2 GridPixel(int column, int row, ImageSize size) {
           (size.height - 1) * static_cast<double>(row) / (kRows - 1)};
 }
 
-LensRows ByLens(const Lens& lens, const Vec2& n) {
+LensRows PixelByLensAt(const Lens& lens, const Vec2& n) {
   const double x = n.x(), y = n.y(), r2 = n.squaredNorm();
   const Vec2 pixel = PixelOfNormalised(lens, n);
   const Vec2 fxy(lens.fx * x, lens.fy * y);
@@ -34,10 +34,11 @@ LensRows ByLens(const Lens& lens, const Vec2& n) {
   return J;
 }
 
-/// Pixel by a small turn of the camera, and, at a distance, by a small shift of it.
-Eigen::MatrixXd ByMotion(const Lens& lens, const Vec2& n, std::optional<double> distance_m) {
+/// Derivative of the pixel with respect to a small camera rotation and, at a finite distance, a
+/// small translation.
+Eigen::MatrixXd PixelByMotion(const Lens& lens, const Vec2& n, std::optional<double> distance_m) {
   const double x = n.x(), y = n.y();
-  Eigen::Matrix<double, 2, 3> turn;  // of (x, y) by the rotation vector
+  Eigen::Matrix<double, 2, 3> turn;  // of (x, y) with respect to the rotation vector
   turn << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
   const Eigen::Matrix2d D = PixelJacobian(lens, n);
   if (!distance_m) return D * turn;
@@ -64,17 +65,18 @@ ProjectionUncertainty UncertaintyOf(const Lens& lens, const LensMatrix& covarian
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       const auto n = NormalisedOfPixel(lens, GridPixel(column, row, size));
-      // Where the polynomial has folded back nothing is known.
-      by_lens.push_back(n ? ByLens(lens, *n) : LensRows(LensRows::Zero()));
-      by_motion.push_back(n ? ByMotion(lens, *n, distance_m) : Eigen::MatrixXd::Zero(2, motions));
+      // No direction maps to this pixel: the distortion polynomial has folded back.
+      by_lens.push_back(n ? PixelByLensAt(lens, *n) : LensRows(LensRows::Zero()));
+      by_motion.push_back(n ? PixelByMotion(lens, *n, distance_m)
+                            : Eigen::MatrixXd::Zero(2, motions));
       square += by_motion.back().transpose() * by_motion.back();
       mixed += by_motion.back().transpose() * by_lens.back();
       if (!n) result.max_px = INFINITY;
     }
   }
-  const Eigen::MatrixXd undone = square.ldlt().solve(mixed);
+  const Eigen::MatrixXd compensated = square.ldlt().solve(mixed);
   for (std::size_t k = 0; k < by_lens.size(); ++k) {
-    const LensRows error = by_lens[k] - by_motion[k] * undone;
+    const LensRows error = by_lens[k] - by_motion[k] * compensated;
     const Eigen::Matrix2d C = error * covariance * error.transpose();
     const double largest =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(C, Eigen::EigenvaluesOnly).eigenvalues()[1];
@@ -86,7 +88,7 @@ ProjectionUncertainty UncertaintyOf(const Lens& lens, const LensMatrix& covarian
 
 double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
                          std::optional<double> distance_m) {
-  // The camera's motion that brings b's pixels of a's directions as near to a's as possible.
+  // Gauss-Newton for the camera motion that best aligns b's pixels of a's directions with a's.
   const int motions = distance_m ? 6 : 3;
   std::vector<Vec3> points;
   std::vector<Vec2> pixels;
@@ -111,7 +113,7 @@ double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
       const Vec2 n(p.x() / p.z(), p.y() / p.z());
       const Vec2 error = PixelOfNormalised(b, n) - pixels[k];
       largest = std::max(largest, error.norm());
-      const Eigen::MatrixXd D = ByMotion(b, n, distance_m);
+      const Eigen::MatrixXd D = PixelByMotion(b, n, distance_m);
       square += D.transpose() * D;
       mixed += D.transpose() * error;
     }

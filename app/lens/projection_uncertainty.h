@@ -1,4 +1,4 @@
-// How far the lens may err over the image.
+// Projection uncertainty of a calibrated lens over the image.
 #pragma once
 
 #include <optional>
@@ -10,22 +10,24 @@ namespace plumbline {
 
 /// One standard deviation of the projection on a grid of pixels, row by row from the top left.
 struct ProjectionUncertainty {
-  std::optional<double> distance_m;  ///< none: at infinity
+  std::optional<double> distance_m;  ///< nullopt: at infinity
   int columns = 0, rows = 0;
-  std::vector<double> sd_px;  ///< along the worst direction, at each grid point
+  std::vector<double> sd_px;  ///< in the worst direction, at each grid point
   double max_px = 0;
 };
 
-/// A change of the lens parameters moves what each pixel sees; the part of it that a turn of the
-/// camera undoes is no error of the lens, since poses are estimated with it:
+/// A change d of the lens parameters moves the image of each direction. The part of that motion
+/// which a rotation of the camera compensates is harmless, because poses are estimated with the
+/// same lens. What remains is
 ///   e(q) = J(q) d - R(q) (sum R^T R)^-1 sum R^T J d
-/// with J the derivative of the pixel of a fixed direction and R that by a small rotation. At a
-/// distance a shift of the camera is undone as well. The standard deviation at q is that along the
-/// worst direction, from the covariance of d.
+/// with J the derivative of the pixel of a fixed direction with respect to the lens, and R that
+/// with respect to a small camera rotation. At a finite distance a translation is compensated as
+/// well. The result is the standard deviation of e(q) in its worst direction, from the covariance
+/// of d.
 ProjectionUncertainty UncertaintyOf(const Lens& lens, const LensMatrix& covariance, ImageSize size,
                                     std::optional<double> distance_m = std::nullopt);
 
-/// Largest difference of two lenses over the image by the same measure [px].
+/// Largest difference between two lenses over the image by the same measure [px].
 double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
                          std::optional<double> distance_m = std::nullopt);
 

@@ -8,11 +8,12 @@
 namespace plumbline {
 namespace {
 
-constexpr int kNeighbourhood = 3;  // a maximum is the largest within so many pixels
-constexpr double kOfTheStrongest = 0.02;
-constexpr double kLeastStrength = 0.3;  // grey levels^2 / px^4; noise of 3 levels gives 0.1
-constexpr int kRing = 32;               // samples; even
-constexpr double kAsymmetry = 0.45;     // share of the ring that may differ from its opposite
+constexpr int kNeighbourhood = 3;  // half width of the window for local maxima
+constexpr double kMinRelativeStrength = 0.02;
+constexpr double kMinStrength = 0.3;  // grey levels^2 / px^4; noise of 3 levels gives 0.1
+constexpr int kRingSamples = 32;      // samples; even
+constexpr double kMaxAsymmetry =
+    0.45;  // share of the ring that may differ from its point reflection
 
 cv::Mat StrengthOf(const cv::Mat& smooth) {
   cv::Mat strength = cv::Mat::zeros(smooth.size(), CV_32F);
@@ -36,7 +37,7 @@ bool IsMaximum(const cv::Mat& strength, int u, int v) {
   for (int j = -kNeighbourhood; j <= kNeighbourhood; ++j) {
     const float* row = strength.ptr<float>(v + j);
     for (int i = -kNeighbourhood; i <= kNeighbourhood; ++i) {
-      // Of equal neighbours the first one counts.
+      // Of equal neighbours, the first one is the maximum.
       if (row[u + i] > here || (row[u + i] == here && (j < 0 || (j == 0 && i < 0)))) return false;
     }
   }
@@ -51,8 +52,8 @@ double Bilinear(const cv::Mat& image, double x, double y) {
   return (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
 }
 
-/// The saddle's place between the pixels, where the gradient of the fitted quadric is zero.
-Vec2 Refined(const cv::Mat& smooth, int u, int v) {
+/// Sub-pixel position: where the gradient of the fitted quadric is zero.
+Vec2 RefineSubpixel(const cv::Mat& smooth, int u, int v) {
   const float* above = smooth.ptr<float>(v - 1);
   const float* here = smooth.ptr<float>(v);
   const float* below = smooth.ptr<float>(v + 1);
@@ -65,13 +66,13 @@ Vec2 Refined(const cv::Mat& smooth, int u, int v) {
   return Vec2(u, v) + (step.norm() < 1.5 ? step : Vec2::Zero());
 }
 
-/// Looks round the point; nothing where it is no meeting of four squares.
+/// Directions of the edges on a ring around the point; nullopt if four squares do not meet there.
 std::optional<std::array<double, 2>> EdgesAround(const cv::Mat& smooth, const Vec2& at,
                                                  double radius) {
-  static const std::array<Vec2, kRing> kDirections = [] {
-    std::array<Vec2, kRing> directions;
-    for (int k = 0; k < kRing; ++k) {
-      const double angle = 2 * std::numbers::pi * k / kRing;
+  static const std::array<Vec2, kRingSamples> kDirections = [] {
+    std::array<Vec2, kRingSamples> directions;
+    for (int k = 0; k < kRingSamples; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kRingSamples;
       directions[k] = {std::cos(angle), std::sin(angle)};
     }
     return directions;
@@ -79,32 +80,32 @@ std::optional<std::array<double, 2>> EdgesAround(const cv::Mat& smooth, const Ve
   if (at.x() < radius + 1 || at.y() < radius + 1 || at.x() > smooth.cols - radius - 3 ||
       at.y() > smooth.rows - radius - 3)
     return std::nullopt;
-  std::array<double, kRing> ring;
+  std::array<double, kRingSamples> ring;
   double mean = 0;
-  for (int k = 0; k < kRing; ++k) {
+  for (int k = 0; k < kRingSamples; ++k) {
     const Vec2 p = at + radius * kDirections[k];
     ring[k] = Bilinear(smooth, p.x(), p.y());
-    mean += ring[k] / kRing;
+    mean += ring[k] / kRingSamples;
   }
   double size = 0, asymmetry = 0;
-  for (int k = 0; k < kRing; ++k) {
+  for (int k = 0; k < kRingSamples; ++k) {
     ring[k] -= mean;
     size += std::abs(ring[k]);
   }
-  // Opposite samples are taken together: a shade across the corner cancels.
-  std::array<double, kRing / 2> half;
-  for (int k = 0; k < kRing / 2; ++k) {
-    asymmetry += std::abs(ring[k] - ring[k + kRing / 2]);
-    half[k] = ring[k] + ring[k + kRing / 2];
+  // Opposite samples are added, so that a brightness gradient across the corner cancels.
+  std::array<double, kRingSamples / 2> half;
+  for (int k = 0; k < kRingSamples / 2; ++k) {
+    asymmetry += std::abs(ring[k] - ring[k + kRingSamples / 2]);
+    half[k] = ring[k] + ring[k + kRingSamples / 2];
   }
-  if (asymmetry > kAsymmetry * size) return std::nullopt;
+  if (asymmetry > kMaxAsymmetry * size) return std::nullopt;
   int crossings = 0;
   std::array<double, 2> edges = {0, 0};
-  for (int k = 0; k < kRing / 2; ++k) {
-    const double next = half[(k + 1) % (kRing / 2)];
+  for (int k = 0; k < kRingSamples / 2; ++k) {
+    const double next = half[(k + 1) % (kRingSamples / 2)];
     if ((half[k] > 0) == (next > 0)) continue;
     if (++crossings > 2) return std::nullopt;
-    const double angle = 2 * std::numbers::pi / kRing * (k + half[k] / (half[k] - next));
+    const double angle = 2 * std::numbers::pi / kRingSamples * (k + half[k] / (half[k] - next));
     edges[next > 0 ? 0 : 1] = std::fmod(angle, std::numbers::pi);
   }
   if (crossings != 2) return std::nullopt;
@@ -117,7 +118,7 @@ std::vector<SaddlePoint> FindSaddlePoints(const cv::Mat& smooth, double radius, 
   const cv::Mat strength = StrengthOf(smooth);
   double strongest = 0;
   cv::minMaxLoc(strength, nullptr, &strongest);
-  const float least = static_cast<float>(std::max(kLeastStrength, kOfTheStrongest * strongest));
+  const float least = static_cast<float>(std::max(kMinStrength, kMinRelativeStrength * strongest));
   struct Peak {
     float strength;
     int u, v;
@@ -137,7 +138,7 @@ std::vector<SaddlePoint> FindSaddlePoints(const cv::Mat& smooth, double radius, 
   if (peaks.size() > most) peaks.resize(most);
   std::vector<SaddlePoint> points;
   for (const Peak& peak : peaks) {
-    const Vec2 at = Refined(smooth, peak.u, peak.v);
+    const Vec2 at = RefineSubpixel(smooth, peak.u, peak.v);
     if (const auto edges = EdgesAround(smooth, at, radius))
       points.push_back({at, *edges, peak.strength});
   }

@@ -1,4 +1,4 @@
-// Where two dark and two bright squares may meet.
+// Detection of saddle points: candidates for the corners of a chessboard.
 #pragma once
 
 #include <array>
@@ -12,15 +12,16 @@ namespace plumbline {
 /// A point around which the image is bright, dark, bright, dark.
 struct SaddlePoint {
   Vec2 at = Vec2::Zero();                   ///< [px]
-  std::array<double, 2> edge_rad = {0, 0};  ///< directions of the two edges, 0 <= angle < pi;
-                                            ///< going on from [0] to [1] the sector is bright
+  std::array<double, 2> edge_rad = {0, 0};  ///< directions of the two edges, 0 <= angle < pi; the
+                                            ///< sector from [0] to [1] is bright
   double strength = 0;                      ///< Ixy^2 - Ixx Iyy, grey levels^2 / px^4
 };
 
-/// The saddle points of a grey image, strongest first, at most `most` of them. Local maxima of
+/// Saddle points of a grey image, strongest first: local maxima of
 ///   S = Ixy^2 - Ixx Iyy
-/// whose ring of `radius` pixels crosses its mean four times, point-symmetrically.
+/// around which a ring of `radius` pixels crosses its mean four times, point-symmetrically.
 /// @param smooth  CV_32F, already smoothed
+/// @param most    maximum number of points
 std::vector<SaddlePoint> FindSaddlePoints(const cv::Mat& smooth, double radius, std::size_t most);
 
 }  // namespace plumbline

@@ -8,33 +8,34 @@
 namespace plumbline {
 namespace {
 
-// Views on either side of a jump that may add to the doubt: of fewer, chance makes anything.
-constexpr std::size_t kLeastBeside = 3;
-// chi^2 of the focal length that one simulated capture in three reaches where nothing moved.
-constexpr double kOfChance = 4;
+// Views needed on either side of a jump to count for the undetected covariance: with fewer, noise
+// alone produces large estimates.
+constexpr std::size_t kMinBeside = 3;
+// chi^2 of the focal length that one simulated capture in three exceeds without any change.
+constexpr double kExpectedChi2 = 4;
 
-/// How the shared parameters may change: a column for each degree of freedom.
+/// Possible changes of the shared parameters: one column per degree of freedom.
 using Directions = Eigen::Matrix<double, kSharedCount, Eigen::Dynamic>;
 
-Directions DirectionsOf(Change::Of of, const SharedVector& shared) {
-  Directions D = Directions::Zero(kSharedCount, static_cast<int>(of) + 1);
-  switch (of) {
-    case Change::Of::kFocalLength:
+Directions DirectionsOf(CaptureChange::Kind kind, const SharedVector& shared) {
+  Directions D = Directions::Zero(kSharedCount, static_cast<int>(kind) + 1);
+  switch (kind) {
+    case CaptureChange::Kind::kFocalLength:
       D(kFx, 0) = shared[kFx];
       D(kFy, 0) = shared[kFy];
       break;
-    case Change::Of::kCentre:
+    case CaptureChange::Kind::kCentre:
       D(kCx, 0) = D(kCy, 1) = 1;
       break;
-    case Change::Of::kBoard:
+    case CaptureChange::Kind::kBoard:
       D(kBowX, 0) = D(kBowY, 1) = D(kBowXY, 2) = 1;
       break;
   }
   return D;
 }
 
-/// Covariance of the shared parameters with the dropped ones held.
-SharedMatrix CovarianceOfHeld(const LensFit& fit) {
+/// Covariance of the shared parameters with the dropped ones fixed.
+SharedMatrix CovarianceWithDroppedFixed(const LensFit& fit) {
   const SharedVector sd = fit.covariance.diagonal().cwiseSqrt();
   SharedMatrix information =
       sd.asDiagonal() * SharedMatrix(fit.covariance.inverse()) * sd.asDiagonal();
@@ -51,94 +52,97 @@ SharedMatrix CovarianceOfHeld(const LensFit& fit) {
   return sd.asDiagonal() * covariance * sd.asDiagonal();
 }
 
-/// How a change may run over the views.
-struct Course {
+/// Time course of a change over the views: the weights w_j.
+struct ChangeProfile {
   bool steady = false;
-  std::size_t at = 0;
+  std::size_t first_view_after = 0;
   std::vector<double> w;
 };
 
-std::vector<Course> AllCourses(std::span<const BoardView> views) {
-  std::vector<Course> courses;
+std::vector<ChangeProfile> AllProfiles(std::span<const BoardView> views) {
+  std::vector<ChangeProfile> profiles;
   const double first = views.front().time_s, span = views.back().time_s - first;
   if (span > 0) {
-    Course steady{true, 0, {}};
+    ChangeProfile steady{true, 0, {}};
     for (const BoardView& view : views) steady.w.push_back((view.time_s - first) / span - 0.5);
-    courses.push_back(std::move(steady));
+    profiles.push_back(std::move(steady));
   }
   for (std::size_t at = 1; at < views.size(); ++at) {
-    Course jump{false, at, std::vector<double>(views.size(), 0.5)};
+    ChangeProfile jump{false, at, std::vector<double>(views.size(), 0.5)};
     std::fill_n(jump.w.begin(), at, -0.5);
-    courses.push_back(std::move(jump));
+    profiles.push_back(std::move(jump));
   }
-  return courses;
+  return profiles;
 }
 
-/// A course tried: its change, and how far the lens fitted lies off.
+/// Estimated change for one profile, and the error of the fitted lens if it is real.
 struct Trial {
-  Change change;
-  LensMatrix square = LensMatrix::Zero();  ///< e e^T
+  CaptureChange change;
+  LensMatrix error_square = LensMatrix::Zero();  ///< e e^T
 };
 
-Trial Try(const LensFit& fit, const SharedMatrix& C, const Course& course, const Directions& D,
-          double widening) {
+Trial Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile& profile,
+          const Directions& D, double widening) {
   SharedMatrix A = SharedMatrix::Zero(), square = SharedMatrix::Zero();
   SharedVector pull = SharedVector::Zero();
-  for (std::size_t j = 0; j < course.w.size(); ++j) {
-    A += course.w[j] * fit.told[j].information;
-    square += course.w[j] * course.w[j] * fit.told[j].information;
-    pull += course.w[j] * fit.told[j].pull;
+  for (std::size_t j = 0; j < profile.w.size(); ++j) {
+    A += profile.w[j] * fit.view_information[j].information;
+    square += profile.w[j] * profile.w[j] * fit.view_information[j].information;
+    pull += profile.w[j] * fit.view_information[j].pull;
   }
   const Eigen::VectorXd S = D.transpose() * pull;
   const Eigen::MatrixXd V = D.transpose() * (square - A * C * A) * D;
   const Eigen::VectorXd d = V.ldlt().solve(S);
   Trial trial;
-  trial.change.steady = course.steady;
-  trial.change.at = course.at;
+  trial.change.steady = profile.steady;
+  trial.change.first_view_after = profile.first_view_after;
   trial.change.chi2 = std::max(0.0, S.dot(d) / widening);
-  trial.change.by = D * d;
-  const SharedVector bias = C * A * trial.change.by;
-  const SharedVector last = 0.5 * trial.change.by - bias, first = -0.5 * trial.change.by - bias;
+  trial.change.delta = D * d;
+  const SharedVector bias = C * A * trial.change.delta;
+  const SharedVector last = 0.5 * trial.change.delta - bias,
+                     first = -0.5 * trial.change.delta - bias;
   const auto e = (std::abs(last[kFx]) > std::abs(first[kFx]) ? last : first).head<kLensCount>();
-  trial.square = e * e.transpose();
+  trial.error_square = e * e.transpose();
   return trial;
 }
 
 }  // namespace
 
-Standstill StandstillOf(const LensFit& fit, std::span<const BoardView> views, double widening) {
-  Standstill standstill;
-  const SharedMatrix C = CovarianceOfHeld(fit);
-  const std::vector<Course> courses = AllCourses(views);
-  double doubted = kOfChance;
-  for (std::size_t k = 0; k < standstill.changes.size(); ++k) {
-    Change& change = standstill.changes[k];
-    change.of = static_cast<Change::Of>(k);
-    const Directions D = DirectionsOf(change.of, fit.shared);
-    for (const Course& course : courses) {
-      Trial trial = Try(fit, C, course, D, widening);
+StandstillTest TestStandstill(const LensFit& fit, std::span<const BoardView> views,
+                              double widening) {
+  StandstillTest test;
+  const SharedMatrix C = CovarianceWithDroppedFixed(fit);
+  const std::vector<ChangeProfile> profiles = AllProfiles(views);
+  double largest_undetected = kExpectedChi2;
+  for (std::size_t k = 0; k < test.changes.size(); ++k) {
+    CaptureChange& change = test.changes[k];
+    change.kind = static_cast<CaptureChange::Kind>(k);
+    const Directions D = DirectionsOf(change.kind, fit.shared);
+    for (const ChangeProfile& profile : profiles) {
+      Trial trial = Try(fit, C, profile, D, widening);
       const double chi2 = trial.change.chi2;
-      const bool early = course.at<kLeastBeside, late = course.at + kLeastBeside> views.size();
-      if (change.of == Change::Of::kFocalLength && chi2 > doubted &&
-          (course.steady || (!early && !late))) {
-        doubted = chi2;
-        standstill.doubt = (1 - kOfChance / chi2) * trial.square;
+      const bool early = profile.first_view_after < kMinBeside;
+      const bool late = profile.first_view_after + kMinBeside > views.size();
+      if (change.kind == CaptureChange::Kind::kFocalLength && chi2 > largest_undetected &&
+          (profile.steady || (!early && !late))) {
+        largest_undetected = chi2;
+        test.undetected_covariance = (1 - kExpectedChi2 / chi2) * trial.error_square;
       }
       if (!(chi2 > change.chi2)) continue;
-      trial.change.of = change.of;
+      trial.change.kind = change.kind;
       change = trial.change;
     }
-    change.chance = ChanceOfScan(change.chi2, static_cast<int>(D.cols()),
-                                 1 / static_cast<double>(views.size()));
+    change.p_value =
+        ScanPValue(change.chi2, static_cast<int>(D.cols()), 1 / static_cast<double>(views.size()));
   }
-  return standstill;
+  return test;
 }
 
-double ChanceOfScan(double chi2, int freedom, double first) {
-  if (!(chi2 > freedom) || !(first < 0.5)) return 1;
-  const double p = 0.5 * freedom, L = 2 * std::log((1 - first) / first);
+double ScanPValue(double chi2, int degrees_of_freedom, double first) {
+  if (!(chi2 > degrees_of_freedom) || !(first < 0.5)) return 1;
+  const double p = 0.5 * degrees_of_freedom, L = 2 * std::log((1 - first) / first);
   const double density = std::pow(0.5 * chi2, p) * std::exp(-0.5 * chi2) / std::tgamma(p);
-  return std::min(1.0, density * (L * (1 - freedom / chi2) + 4 / chi2));
+  return std::min(1.0, density * (L * (1 - degrees_of_freedom / chi2) + 4 / chi2));
 }
 
 }  // namespace plumbline

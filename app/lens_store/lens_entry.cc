@@ -19,7 +19,7 @@ class Hash {
   }
   void Add(std::int64_t value) { Add(&value, sizeof value); }
   void Add(double value) {
-    if (value == 0) value = 0;  // one zero of both signs, as a text keeps it
+    if (value == 0) value = 0;  // -0 and 0 hash alike: text storage may lose the sign
     Add(&value, sizeof value);
   }
   void Add(const std::string& text) {

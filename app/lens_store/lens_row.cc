@@ -14,19 +14,19 @@ namespace {
 
 constexpr std::size_t kCovarianceNumbers = 81;  // kLensParameters squared
 
-/// A number that no such value can have becomes one that FaultOf() or the checksum refuses.
-std::int32_t Narrowed(std::int64_t value) {
+/// Out-of-range values become one that FaultOf() or the checksum rejects.
+std::int32_t ToInt32(std::int64_t value) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
   return static_cast<std::int32_t>(value > kMost || value < -kMost ? -kMost - 1 : value);
 }
 
-/// Schema 1 as the columns of kSelectLens.
+/// Schema 1 in the columns of kSelectLens.
 constexpr const char* kSelectSchema1 =
     "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
     " k2, p1, p2, k3, covariance, rms_px, board, nullif(pupil_shift_m, 0), temp_C, corners,"
     " checksum, id, NULL FROM lens_of_schema_1 ORDER BY id";
 
-constexpr const char* kPutSchema1Aside = R"(
+constexpr const char* kRenameSchema1 = R"(
 DROP TRIGGER lens_is_not_changed;
 DROP TRIGGER lens_is_not_removed;
 DROP INDEX lens_of_camera;
@@ -99,9 +99,9 @@ std::optional<LensEntry> ValuesOfRow(const Statement& row) {
   entry.utc = row.Text(0);
   entry.key.camera_serial = row.Text(1);
   entry.key.mode = row.Text(2);
-  entry.key.zoom_counts = Narrowed(row.Integer(3));
-  if (!row.IsNull(4)) entry.key.focus_counts = Narrowed(row.Integer(4));
-  entry.size = {Narrowed(row.Integer(5)), Narrowed(row.Integer(6))};
+  entry.key.zoom_counts = ToInt32(row.Integer(3));
+  if (!row.IsNull(4)) entry.key.focus_counts = ToInt32(row.Integer(4));
+  entry.size = {ToInt32(row.Integer(5)), ToInt32(row.Integer(6))};
   LensVector values;
   for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
   entry.lens = LensOfVector(values);
@@ -122,7 +122,7 @@ std::optional<LensEntry> ValuesOfRow(const Statement& row) {
   const std::string corners = row.Text(21);
   entry.corners.assign(corners.begin(), corners.end());
   entry.uncertainty_px = row.NumberIfThere(24);
-  entry.id = IdOfRow(row);
+  entry.id = RowId(row);
   if (FaultOf(entry)) return std::nullopt;
   return entry;
 }
@@ -135,16 +135,16 @@ std::optional<LensEntry> EntryOfRow(const Statement& row) {
   return entry;
 }
 
-std::int64_t IdOfRow(const Statement& row) {
+std::int64_t RowId(const Statement& row) {
   return row.Integer(23);
 }
 
-Result<void> BringToLensSchema(Database& database, std::int64_t version, bool& damaged) {
+Result<void> MigrateLensSchema(Database& database, std::int64_t version, bool& damaged) {
   if (version != 1) return {};
   const auto failed = [&database] {
-    return Error{database.path() + ": cannot be brought to this schema: " + database.Problem()};
+    return Error{database.path() + ": cannot be migrated to this schema: " + database.Problem()};
   };
-  if (!database.Run(kPutSchema1Aside) || !database.Run(kLensSchema)) return failed();
+  if (!database.Run(kRenameSchema1) || !database.Run(kLensSchema)) return failed();
   {
     Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
     int code = SQLITE_ROW;
@@ -152,15 +152,15 @@ Result<void> BringToLensSchema(Database& database, std::int64_t version, bool& d
       const auto entry = ValuesOfRow(rows);
       if (!entry || static_cast<std::uint64_t>(rows.Integer(22)) != ChecksumOfSchema1(*entry)) {
         damaged = true;
-        return Error{fmt::format("{}: lens {} fails its checksum", database.path(), IdOfRow(rows))};
+        return Error{fmt::format("{}: lens {} fails its checksum", database.path(), RowId(rows))};
       }
       if (!InsertLens(insert, *entry)) return failed();
     }
     if (code != SQLITE_DONE) return failed();
   }
-  const std::string mark =
+  const std::string finish =
       fmt::format("DROP TABLE lens_of_schema_1; PRAGMA user_version={}", kLensSchemaVersion);
-  if (!database.Run(mark.c_str())) return failed();
+  if (!database.Run(finish.c_str())) return failed();
   return {};
 }
 

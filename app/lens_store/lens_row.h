@@ -1,4 +1,4 @@
-// A lens as a row of the store's table.
+// Mapping between lens entries and rows of the store's table, with schema migration.
 #pragma once
 
 #include <optional>
@@ -8,28 +8,28 @@
 
 namespace plumbline {
 
-/// Makes the table, its index, and the triggers that refuse to change or remove a row.
+/// Creates the table, its index, and triggers that refuse to change or remove a row.
 extern const char* const kLensSchema;
 extern const char* const kInsertLens;
-extern const char* const kSelectLens;  ///< all rows, without order
+extern const char* const kSelectLens;  ///< all rows, unordered
 
 inline constexpr int kLensSchemaVersion = 2;
-/// Brings the tables of an older version to this one, within the caller's transaction: every lens
-/// keeps its number. Schema 1 told a shift of the entrance pupil that nobody had measured (0), and
-/// no uncertainty.
-/// @param damaged  becomes true where a row fails its checksum
-/// @return         why not: that, or the disk
-Result<void> BringToLensSchema(Database& database, std::int64_t version, bool& damaged);
+/// Migrates the tables of an older version within the caller's transaction. Every lens retains its
+/// id. Schema 1 stored a pupil shift that had not been measured (0) and no uncertainty.
+/// @param damaged  set to true if a row fails its checksum
+/// @return         an error if that happens or the database fails
+Result<void> MigrateLensSchema(Database& database, std::int64_t version, bool& damaged);
 
-/// Under the entry's id, or the next one where that is 0. @param statement  of kInsertLens
+/// Inserts under the entry's id, or the next free one if that is 0.
+/// @param statement  prepared from kInsertLens
 bool InsertLens(Statement& statement, const LensEntry& entry);
 
 /// @param row  of kSelectLens
-/// @return     nothing where the row is damaged: a value that is missing or that no lens has
-///             (FaultOf), another checksum
+/// @return     nullopt if the row is damaged: a missing or invalid value (FaultOf) or a wrong
+/// checksum
 std::optional<LensEntry> EntryOfRow(const Statement& row);
-/// The same, whatever the checksum.
+/// Likewise, without verifying the checksum.
 std::optional<LensEntry> ValuesOfRow(const Statement& row);
-std::int64_t IdOfRow(const Statement& row);
+std::int64_t RowId(const Statement& row);
 
 }  // namespace plumbline

@@ -17,19 +17,19 @@
 namespace plumbline {
 namespace {
 
-constexpr int kApplicationId = 0x504C4C31;  // "PLL1", told by file(1)
+constexpr int kApplicationId = 0x504C4C31;  // "PLL1", shown by file(1)
 
 std::string BackupOf(const std::string& path) {
   return path + ".backup";
 }
 
-bool PassesCheck(Database& database) {
+bool PassesIntegrityCheck(Database& database) {
   Statement check(database.get(), "PRAGMA integrity_check(1)");
   return check.Step() == SQLITE_ROW && check.Text(0) == "ok";
 }
 
-/// Why it is none, or none of ours. @param empty  no table was made in it yet
-std::optional<Error> NoLensStore(Database& database, bool& empty) {
+/// Why the database is not a lens store this version can use. @param empty  set if it has no tables
+std::optional<Error> CheckIdentity(Database& database, bool& empty) {
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
   const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
@@ -41,23 +41,23 @@ std::optional<Error> NoLensStore(Database& database, bool& empty) {
   }
   empty = *tables == 0;
   if (empty || *kind == kApplicationId) return std::nullopt;
-  return Error{fmt::format("{}: is a database, but no lens store of plumbline", database.path())};
+  return Error{fmt::format("{}: is a database, but not a plumbline lens store", database.path())};
 }
 
-/// Moves the file and what SQLite keeps beside it out of the way. @return its new name
-Result<std::string> MoveAway(const std::string& path) {
-  std::string away;
-  for (int number = 1; away.empty() || std::filesystem::exists(away); ++number) {
-    away = fmt::format("{}.damaged-{}", path, number);
+/// Renames the file and SQLite's companion files. @return the new name
+Result<std::string> MoveAside(const std::string& path) {
+  std::string moved_to;
+  for (int number = 1; moved_to.empty() || std::filesystem::exists(moved_to); ++number) {
+    moved_to = fmt::format("{}.damaged-{}", path, number);
   }
   for (const char* suffix : {"-wal", "-shm"}) {
-    std::rename((path + suffix).c_str(), (away + suffix).c_str());  // may not be there
+    std::rename((path + suffix).c_str(), (moved_to + suffix).c_str());  // may not exist
   }
-  if (std::rename(path.c_str(), away.c_str()) != 0) {
+  if (std::rename(path.c_str(), moved_to.c_str()) != 0) {
     return Error{
-        fmt::format("{}: is damaged, and cannot be moved away: {}", path, std::strerror(errno))};
+        fmt::format("{}: is damaged and cannot be renamed: {}", path, std::strerror(errno))};
   }
-  return away;
+  return moved_to;
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ Error LensStore::Failed(const std::string& what) const {
   return Error{fmt::format("{}: {}: {}", database_->path(), what, database_->Problem())};
 }
 
-Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
+Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
   if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
@@ -77,18 +77,18 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
     return store.Failed("cannot be read");
   }
   bool empty = false;
-  if (auto why = NoLensStore(database, empty)) return *std::move(why);
-  if (!PassesCheck(database)) {
+  if (auto why = CheckIdentity(database, empty)) return *std::move(why);
+  if (!PassesIntegrityCheck(database)) {
     damaged = true;
-    return Error{fmt::format("{}: fails its check", path)};
+    return Error{fmt::format("{}: fails its integrity check", path)};
   }
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return store.Failed("cannot be prepared");
   }
-  // A write version that SQLite does not know: it reads the file, and refuses every lens.
+  // A corrupted write version in the header: SQLite opens such a file read-only.
   if (sqlite3_db_readonly(database.get(), "main") == 1 && access(path.c_str(), W_OK) == 0) {
     damaged = true;
-    return Error{fmt::format("{}: its header lets nobody write", path)};
+    return Error{fmt::format("{}: its header makes it read-only", path)};
   }
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return store.Failed("cannot be read");
@@ -103,21 +103,21 @@ Result<LensStore> LensStore::OpenSound(const std::string& path, bool& damaged) {
   return store;
 }
 
-/// Makes the tables, or brings older ones to this version: both or neither.
+/// Creates the tables or migrates older ones, in one transaction.
 Result<void> LensStore::Prepare(bool& damaged) {
   Transaction transaction(*database_);
-  // Another process may have done it since.
+  // Another process may have done this in the meantime.
   const Result<std::int64_t> version = database_->IntegerOf("PRAGMA user_version");
   const Result<std::int64_t> tables = database_->IntegerOf("SELECT count(*) FROM sqlite_master");
   if (!transaction.begun() || !version || !tables) return Failed("cannot be prepared");
   if (*tables == 0) {
-    const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
-                                         kApplicationId, kSchemaVersion);
-    if (!database_->Run(kLensSchema) || !database_->Run(mark.c_str())) {
-      return Failed("cannot be made");
+    const std::string header = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
+                                           kApplicationId, kSchemaVersion);
+    if (!database_->Run(kLensSchema) || !database_->Run(header.c_str())) {
+      return Failed("cannot be created");
     }
-  } else if (auto brought = BringToLensSchema(*database_, *version, damaged); !brought) {
-    return brought;
+  } else if (auto migrated = MigrateLensSchema(*database_, *version, damaged); !migrated) {
+    return migrated;
   }
   if (!transaction.Commit()) return Failed("cannot be prepared");
   return {};
@@ -125,31 +125,31 @@ Result<void> LensStore::Prepare(bool& damaged) {
 
 Result<LensStore> LensStore::Open(const std::string& path) {
   bool damaged = false;
-  Result<LensStore> store = OpenSound(path, damaged);
+  Result<LensStore> store = OpenVerified(path, damaged);
   if (store.ok() || !damaged) return store;
   const std::string problem = store.error();
   const std::string backup = BackupOf(path);
   if (!std::filesystem::exists(backup)) {
-    return Error{fmt::format("{}; there is no backup ({}): move the file away to begin anew",
+    return Error{fmt::format("{}; there is no backup ({}): move the file away to start a new store",
                              problem, backup)};
   }
-  // Only a sound backup may take the place of the file.
+  // Replace the file only if the backup is intact.
   bool backup_damaged = false;
   {
-    const Result<LensStore> sound = OpenSound(backup, backup_damaged);
+    const Result<LensStore> sound = OpenVerified(backup, backup_damaged);
     if (!sound) return Error{fmt::format("{}; and the backup: {}", problem, sound.error())};
   }
-  const Result<std::string> away = MoveAway(path);
-  if (!away) return away.failure();
+  const Result<std::string> moved_to = MoveAside(path);
+  if (!moved_to) return moved_to.failure();
   std::error_code copied;
   std::filesystem::copy_file(backup, path, copied);
   if (copied) return Error{fmt::format("{}: {}", path, copied.message())};
-  store = OpenSound(path, damaged);
+  store = OpenVerified(path, damaged);
   if (!store) return store;
   const auto count = store.value().Count();
   store.value().notice_ =
-      fmt::format("{}; it was moved to {}, and the backup with {} lenses is in use", problem, *away,
-                  count ? *count : 0);
+      fmt::format("{}; it was moved to {}, and the backup with {} lenses is in use", problem,
+                  *moved_to, count ? *count : 0);
   return store;
 }
 
@@ -158,8 +158,8 @@ Result<LensStore> LensStore::OpenForReading(const std::string& path) {
   if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
   bool empty = false;
-  if (auto why = NoLensStore(*store.database_, empty)) return *std::move(why);
-  if (empty) return Error{fmt::format("{}: is empty, no lens store yet", path)};
+  if (auto why = CheckIdentity(*store.database_, empty)) return *std::move(why);
+  if (empty) return Error{fmt::format("{}: is empty, not a lens store yet", path)};
   const Result<std::int64_t> version = store.database_->IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version < kSchemaVersion) {
@@ -171,36 +171,36 @@ Result<LensStore> LensStore::OpenForReading(const std::string& path) {
   return store;
 }
 
-Result<std::int64_t> LensStore::Append(const LensEntry& given) {
-  LensEntry entry = given;
+Result<std::int64_t> LensStore::Append(const LensEntry& requested) {
+  LensEntry entry = requested;
   entry.id = 0;
   if (const auto fault = FaultOf(entry)) {
-    return Error{fmt::format("{}: lens not kept: {}", database_->path(), *fault)};
+    return Error{fmt::format("{}: lens not stored: {}", database_->path(), *fault)};
   }
   std::int64_t id = 0;
   {
     Transaction transaction(*database_);
-    if (!transaction.begun()) return Failed("lens not kept");
+    if (!transaction.begun()) return Failed("lens not stored");
     Statement statement(database_->get(), kInsertLens);
-    if (!InsertLens(statement, entry)) return Failed("lens not kept");
+    if (!InsertLens(statement, entry)) return Failed("lens not stored");
     id = sqlite3_last_insert_rowid(database_->get());
-    if (!transaction.Commit()) return Failed("lens not kept");
+    if (!transaction.Commit()) return Failed("lens not stored");
   }
-  const Result<void> kept = KeepBackup();
-  notice_ = kept ? "" : kept.error();
+  const Result<void> backed_up = WriteBackup();
+  notice_ = backed_up ? "" : backed_up.error();
   return id;
 }
 
-/// A copy of the whole file, replaced as a whole.
-Result<void> LensStore::KeepBackup() {
+/// Copies the whole file and replaces the previous copy atomically.
+Result<void> LensStore::WriteBackup() {
   const std::string backup = BackupOf(database_->path()), fresh = backup + ".new";
   unlink(fresh.c_str());
   Statement copy(database_->get(), "VACUUM INTO ?");
   copy.Bind(1, fresh);
-  if (!copy.Run()) return Failed("no backup made");
+  if (!copy.Run()) return Failed("backup failed");
   const std::string folder = std::filesystem::absolute(backup).parent_path().string();
   if (!SyncFile(fresh) || std::rename(fresh.c_str(), backup.c_str()) != 0 || !SyncFolder(folder)) {
-    return Error{fmt::format("{}: no backup made: {}", backup, std::strerror(errno))};
+    return Error{fmt::format("{}: backup failed: {}", backup, std::strerror(errno))};
   }
   return {};
 }
@@ -221,7 +221,7 @@ Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>&
     std::optional<LensEntry> entry = EntryOfRow(statement);
     if (!entry) {
       return Error{
-          fmt::format("{}: lens {} fails its checksum", database_->path(), IdOfRow(statement))};
+          fmt::format("{}: lens {} fails its checksum", database_->path(), RowId(statement))};
     }
     entries.push_back(*std::move(entry));
   }
@@ -240,15 +240,15 @@ Result<std::int64_t> LensStore::Count() {
   return statement.Integer(0);
 }
 
-std::vector<LensEntry> LensStore::Nodes(std::vector<LensEntry> entries, const LensKey& key,
-                                        const LensTolerance& tolerance) {
+std::vector<LensEntry> LensStore::CurveNodes(std::vector<LensEntry> entries, const LensKey& key,
+                                             const LensTolerance& tolerance) {
   const auto other_focus = [&](const LensEntry& entry) {
     return key.focus_counts && entry.key.focus_counts &&
            std::abs(std::int64_t{*key.focus_counts} - *entry.key.focus_counts) >
                tolerance.focus_counts;
   };
   std::erase_if(entries, other_focus);
-  // The newest first; an older one at the same zoom is left out.
+  // Newest first; older entries at the same zoom are skipped.
   std::reverse(entries.begin(), entries.end());
   std::vector<LensEntry> nodes;
   for (LensEntry& entry : entries) {
@@ -265,7 +265,7 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
                                                  const LensTolerance& tolerance) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
   if (!entries) return entries.failure();
-  const std::vector<LensEntry> nodes = Nodes(std::move(entries).value(), key, tolerance);
+  const std::vector<LensEntry> nodes = CurveNodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
   std::vector<LensNode> curve_nodes;
   curve_nodes.reserve(nodes.size());
@@ -304,7 +304,7 @@ Result<std::vector<std::int32_t>> LensStore::Propose(const LensKey& key,
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
   if (!entries) return entries.failure();
   std::vector<LensNode> nodes;
-  for (const LensEntry& node : Nodes(std::move(entries).value(), key, tolerance)) {
+  for (const LensEntry& node : CurveNodes(std::move(entries).value(), key, tolerance)) {
     nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
   }
   return LensCurve(nodes).Propose(lowest, highest, count, good_enough);

@@ -7,9 +7,9 @@ namespace {
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// What is written, in this order; a form is how.
+/// Writes all values in order. @param form  the syntax: Yaml or Xml
 template <typename Form>
-std::string Written(const LensEntry& entry, Form form) {
+std::string WriteAll(const LensEntry& entry, Form form) {
   Matrix camera = Matrix::Identity(3, 3), distortion(5, 1);
   camera(0, 0) = entry.lens.fx;
   camera(1, 1) = entry.lens.fy;
@@ -31,7 +31,7 @@ std::string Written(const LensEntry& entry, Form form) {
   return form.Done();
 }
 
-/// All digits, and always recognised as a real number.
+/// Exact decimal representation, always recognizable as a real number.
 std::string Digits(double value) {
   std::string text = fmt::format("{:.17g}", value);
   if (text.find_first_of(".e") == std::string::npos) text += ".";
@@ -104,11 +104,11 @@ class Xml {
 }  // namespace
 
 std::string OpenCvYaml(const LensEntry& entry) {
-  return Written(entry, Yaml());
+  return WriteAll(entry, Yaml());
 }
 
 std::string OpenCvXml(const LensEntry& entry) {
-  return Written(entry, Xml());
+  return WriteAll(entry, Xml());
 }
 
 }  // namespace plumbline

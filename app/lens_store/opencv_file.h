@@ -1,4 +1,4 @@
-// A lens as OpenCV's cv::FileStorage reads it, written without OpenCV.
+// Export of a lens for OpenCV's cv::FileStorage, without a dependency on OpenCV.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace plumbline {
 
-/// The keys of OpenCV's calibration sample: calibration_time, image_width, image_height,
-/// camera_matrix (3 x 3), distortion_coefficients (5 x 1: k1 k2 p1 p2 k3),
-/// avg_reprojection_error; and of our own zoom_counts, focus_counts, camera_serial,
-/// parameter_covariance (9 x 9, order of LensVector). Numbers keep all their digits; what the entry
-/// does not tell (time, camera) is left out.
+/// Has the keys of OpenCV's calibration sample: calibration_time, image_width, image_height,
+/// camera_matrix (3 x 3), distortion_coefficients (5 x 1: k1 k2 p1 p2 k3), avg_reprojection_error;
+/// and additional ones: zoom_counts, focus_counts, camera_serial, parameter_covariance (9 x 9,
+/// order of LensVector). Numbers are exact; values missing from the entry (time, camera) are
+/// omitted.
 std::string OpenCvYaml(const LensEntry& entry);
 std::string OpenCvXml(const LensEntry& entry);
 

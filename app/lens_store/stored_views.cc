@@ -14,17 +14,17 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kMmPerMetre = 1e3, kPerPixel = 1e5;
-constexpr double kLargestPixel = 1e6;
+constexpr double kMaxPixel = 1e6;
 
 Json Point(const Vec2& p) {
   return {std::round(kPerPixel * p.x()) / kPerPixel, std::round(kPerPixel * p.y()) / kPerPixel};
 }
 
-/// Throws as the library does; only below ViewsOfBytes().
+/// Throws on malformed input, as the JSON library does; ViewsOfBytes() catches both.
 Board BoardFrom(const Json& json) {
   Board board;
   const auto kind = BoardKindOfName(json.at("kind").get<std::string>());
-  if (!kind) throw std::runtime_error("a kind of board that is not known");
+  if (!kind) throw std::runtime_error("unknown kind of board");
   board.kind = *kind;
   board.columns = WholeOf<int>(json.at("columns"));
   board.rows = WholeOf<int>(json.at("rows"));
@@ -32,7 +32,7 @@ Board BoardFrom(const Json& json) {
   board.mark_m = json.at("mark_mm").get<double>() / kMmPerMetre;
   board.family = json.at("family").get<std::string>();
   if (const auto fault = FaultOf(board)) {
-    throw std::runtime_error(fmt::format("{}: {}", fault->key, fault->words));
+    throw std::runtime_error(fmt::format("{}: {}", fault->key, fault->message));
   }
   return board;
 }
@@ -46,14 +46,14 @@ BoardView ViewFrom(const Json& json, const Board& board, std::size_t number) {
     view.seen.push_back(!point.is_null());
     view.corners_px.emplace_back(0, 0);
     if (point.is_null()) continue;
-    if (point.size() != 2) throw std::runtime_error("a point that is not [u, v]");
+    if (point.size() != 2) throw std::runtime_error("a point is not [u, v]");
     view.corners_px.back() = {point.at(0).get<double>(), point.at(1).get<double>()};
-    if (!(view.corners_px.back().cwiseAbs().maxCoeff() <= kLargestPixel)) {
-      throw std::runtime_error("a point outside any image");
+    if (!(view.corners_px.back().cwiseAbs().maxCoeff() <= kMaxPixel)) {
+      throw std::runtime_error("a point is outside any image");
     }
   }
   if (view.seen.size() != static_cast<std::size_t>(board.corners())) {
-    throw std::runtime_error("another number of points than the board has");
+    throw std::runtime_error("the number of points does not match the board");
   }
   return view;
 }
@@ -89,7 +89,7 @@ Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes) {
     const auto read = JsonFromText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     if (!read) return read.failure();
     const Json& json = *read;
-    if (json.at("schema") != 1) return Error{"their schema is not 1"};
+    if (json.at("schema") != 1) return Error{"the schema is not 1"};
     stored.board = BoardFrom(json.at("board"));
     for (const Json& view : json.at("views")) {
       stored.views.push_back(ViewFrom(view, stored.board, stored.views.size() + 1));

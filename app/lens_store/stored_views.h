@@ -1,4 +1,4 @@
-// What a calibration needs to be done again, as it is kept with the lens.
+// Encoding of the board views that are stored with a lens, so that it can be solved again.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,13 @@ struct StoredViews {
   std::vector<BoardView> views;  ///< in order of time
 };
 
-/// As JSON, to be read with the sqlite3 command too: the board, and of each view its time, the
-/// width of its edges, and [u, v] of each point row by row, null where it was not seen. Rounded to
-/// 1e-5 px, a thousandth of what a corner errs by.
+/// JSON, also readable with the sqlite3 command: the board, and for each view its time, edge width,
+/// and [u, v] of each point row by row, null if not seen. Rounded to 1e-5 px, a thousandth of a
+/// corner's error.
 std::vector<std::uint8_t> BytesOfViews(const StoredViews& stored);
 
-/// @return  or what is wrong with them: no JSON, another schema, no board, other numbers of points
+/// @return  an error if the bytes are not JSON or have another schema, an invalid board or a wrong
+///          number of points
 Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes);
 
 }  // namespace plumbline

@@ -7,47 +7,47 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostStartTags = 3;
-constexpr double kContradicts_px = 0.5, kContradicts_sd = 6, kContradictsPlace_sd = 4;
+constexpr std::size_t kMaxStartTags = 3;
+constexpr double kOutlier_px = 0.5, kOutlier_sd = 6, kOutlierPlace_sd = 4;
 
-/// A body's tag as it is seen.
-struct Sight {
+/// A tag of the body with its detection.
+struct Observation {
   const BodyTag* on_body;
   const SeenTag* seen;
 };
 
-std::vector<Sight> SightsOf(const Body& body, const std::vector<SeenTag>& tags) {
-  std::vector<Sight> sights;
+std::vector<Observation> ObservationsOf(const Body& body, const std::vector<SeenTag>& tags) {
+  std::vector<Observation> observations;
   for (const BodyTag& on_body : body.tags) {
     const SeenTag* seen = nullptr;
     int count = 0;
     for (const SeenTag& tag : tags) {
       if (tag.id == on_body.id) seen = &tag, ++count;
     }
-    if (count == 1) sights.push_back({&on_body, seen});
+    if (count == 1) observations.push_back({&on_body, seen});
   }
-  const auto size = [](const Sight& s) {
+  const auto size = [](const Observation& s) {
     return (s.seen->corners_px[2] - s.seen->corners_px[0]).squaredNorm();
   };
-  std::stable_sort(sights.begin(), sights.end(),
-                   [&](const Sight& a, const Sight& b) { return size(a) > size(b); });
-  return sights;
+  std::stable_sort(observations.begin(), observations.end(),
+                   [&](const Observation& a, const Observation& b) { return size(a) > size(b); });
+  return observations;
 }
 
-std::vector<CornerSet> SetsOf(const std::vector<Sight>& sights) {
+std::vector<CornerSet> SetsOf(const std::vector<Observation>& observations) {
   std::vector<CornerSet> sets;
-  for (const Sight& sight : sights) {
-    CornerSet set{CornersInTag(sight.on_body->side_m), sight.seen->corners_px,
-                  sight.seen->covariance};
-    for (Vec3& p : set.p_K) p = sight.on_body->X_KM * p;
+  for (const Observation& observation : observations) {
+    CornerSet set{CornersInTag(observation.on_body->side_m), observation.seen->corners_px,
+                  observation.seen->covariance};
+    for (Vec3& p : set.p_K) p = observation.on_body->X_KM * p;
     sets.push_back(set);
   }
   return sets;
 }
 
-/// Whether some tag's corners are too far from where the pose puts them.
-bool SomeContradicts(const KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
-                     double place_sd_m) {
+/// Whether the corners of some tag are too far from their projections.
+bool HasOutlier(const KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
+                double place_sd_m) {
   return std::any_of(sets.begin(), sets.end(), [&](const CornerSet& set) {
     double square = 0;
     for (int k = 0; k < 4; ++k) {
@@ -57,29 +57,30 @@ bool SomeContradicts(const KnownLens& lens, const Pose& X_CK, const std::vector<
     const double sd = std::sqrt(set.covariance.trace() / 4);
     const double place_sd_px = lens.lens.fx / (X_CK * set.p_K[0]).z() * place_sd_m;
     return std::sqrt(square) >
-           std::max({kContradicts_px, kContradicts_sd * sd, kContradictsPlace_sd * place_sd_px});
+           std::max({kOutlier_px, kOutlier_sd * sd, kOutlierPlace_sd * place_sd_px});
   });
 }
 
-/// The tag without which the others agree best.
-std::size_t OddOne(const KnownLens& lens, const std::vector<CornerSet>& sets, const Pose& start) {
-  std::size_t odd = 0;
+/// Index of the tag without which the others agree best.
+std::size_t FindOutlier(const KnownLens& lens, const std::vector<CornerSet>& sets,
+                        const Pose& start) {
+  std::size_t outlier = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < sets.size(); ++i) {
     std::vector<CornerSet> others = sets;
     others.erase(others.begin() + static_cast<long>(i));
     const auto fit = RefinePose(lens, others, start);
-    if (fit && fit->chi2 < least) least = fit->chi2, odd = i;
+    if (fit && fit->chi2 < least) least = fit->chi2, outlier = i;
   }
-  return odd;
+  return outlier;
 }
 
-std::vector<Pose> StartsOf(const KnownLens& lens, const std::vector<Sight>& sights) {
+std::vector<Pose> StartsOf(const KnownLens& lens, const std::vector<Observation>& observations) {
   std::vector<Pose> starts;
-  for (std::size_t i = 0; i < std::min(sights.size(), kMostStartTags); ++i) {
-    const BodyTag& on_body = *sights[i].on_body;
-    const auto poses =
-        PosesOfTag(lens, sights[i].seen->corners_px, sights[i].seen->covariance, on_body.side_m);
+  for (std::size_t i = 0; i < std::min(observations.size(), kMaxStartTags); ++i) {
+    const BodyTag& on_body = *observations[i].on_body;
+    const auto poses = PosesOfTag(lens, observations[i].seen->corners_px,
+                                  observations[i].seen->covariance, on_body.side_m);
     if (!poses) continue;
     starts.push_back(poses->best.X_CK * on_body.X_KM.Inverse());
     if (poses->other) starts.push_back(poses->other->X_CK * on_body.X_KM.Inverse());
@@ -113,22 +114,22 @@ const Body* TagDatabase::BodyOf(int id) const {
 std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
                                    const std::vector<SeenTag>& tags,
                                    const std::optional<Pose>& previous) {
-  std::vector<Sight> sights = SightsOf(body, tags);
+  std::vector<Observation> observations = ObservationsOf(body, tags);
   SeenBody seen;
   seen.body = &body;
   std::optional<PosePair> poses;
-  while (!sights.empty()) {
-    const std::vector<CornerSet> sets = SetsOf(sights);
-    std::vector<Pose> starts = StartsOf(lens, sights);
+  while (!observations.empty()) {
+    const std::vector<CornerSet> sets = SetsOf(observations);
+    std::vector<Pose> starts = StartsOf(lens, observations);
     if (previous) starts.push_back(*previous);
     poses = BestPoses(lens, sets, starts);
     if (!poses) return std::nullopt;
-    if (sights.size() <= 2 ||
-        !SomeContradicts(lens, poses->best.X_CK, sets, body.place_sd_m.value_or(0)))
+    if (observations.size() <= 2 ||
+        !HasOutlier(lens, poses->best.X_CK, sets, body.place_sd_m.value_or(0)))
       break;
-    const std::size_t odd = OddOne(lens, sets, poses->best.X_CK);
-    seen.left_out.push_back(sights[odd].on_body->id);
-    sights.erase(sights.begin() + static_cast<long>(odd));
+    const std::size_t outlier = FindOutlier(lens, sets, poses->best.X_CK);
+    seen.left_out.push_back(observations[outlier].on_body->id);
+    observations.erase(observations.begin() + static_cast<long>(outlier));
   }
   if (!poses) return std::nullopt;
   seen.estimate = poses->best;
@@ -137,7 +138,7 @@ std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
       AngleBetween(poses->other->X_CK, *previous) < AngleBetween(poses->best.X_CK, *previous)) {
     seen.estimate = *poses->other;
   }
-  for (const Sight& sight : sights) seen.used.push_back(sight.on_body->id);
+  for (const Observation& observation : observations) seen.used.push_back(observation.on_body->id);
   std::sort(seen.used.begin(), seen.used.end());
   std::sort(seen.left_out.begin(), seen.left_out.end());
   return seen;

@@ -10,11 +10,11 @@
 namespace plumbline {
 namespace {
 
-/// How far the image of a straight side bends outwards at its middle [px].
+/// Outward deflection of the image of a straight side at its middle [px].
 double BowAtMiddle(const Lens& lens, const Vec2& from, const Vec2& to, const Vec2& normal) {
   const auto a = NormalisedOfPixel(lens, from), b = NormalisedOfPixel(lens, to);
   if (!a || !b) return 0;
-  // Near the middle: where along the side the point lies does not matter.
+  // Evaluated near the middle, where a displacement along the side does not matter.
   return normal.dot(PixelOfNormalised<double>(lens, 0.5 * (*a + *b)) - 0.5 * (from + to));
 }
 
@@ -34,7 +34,7 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
     normal[k] = Vec2(direction[k].y(), -direction[k].x());
   }
   for (Eigen::Index k = 0; k < 4; ++k) {
-    // The border's width across this side, where the tag is narrower.
+    // Cell size across this side, at the narrower end of the tag.
     const double across = std::min(-normal[k].dot(rough[(k + 2) % 4] - rough[k]),
                                    -normal[k].dot(rough[(k + 3) % 4] - rough[k]));
     EdgeRegion region{rough[k], rough[(k + 1) % 4], normal[(k + 3) % 4], normal[(k + 1) % 4],
@@ -49,8 +49,9 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
   }
   refined.covariance.setZero();
   for (Eigen::Index k = 0; k < 4; ++k) {
-    // n . x = d0 + (d1 - d0) s for both sides, x from the rough corner: s = 1 + t . x / length at
-    // the end of the side before, s = t . x / length at the start of the side after.
+    // n . x = d0 + (d1 - d0) s for both sides, with x relative to the rough corner:
+    // s = 1 + t . x / length at the end of the previous side, s = t . x / length at the start of
+    // the next side.
     const Eigen::Index before = (k + 3) % 4;
     const EdgeFit &b = fits[before], &a = fits[k];
     Eigen::Matrix2d N;
@@ -59,7 +60,7 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
     if (std::abs(N.determinant()) < 0.1) return std::nullopt;
     const Eigen::Matrix2d inverse = N.inverse();
     refined.corners[k] = rough[k] + inverse * Vec2(b.d1, a.d0);
-    // The end of one side, and its start, move the corners k + 1 and k.
+    // The end of side k determines corner k + 1, its start corner k.
     const Vec2 by_start = inverse.col(1), by_end_of_before = inverse.col(0);
     const Eigen::Index next = (k + 1) % 4;
     refined.covariance.block<2, 2>(2 * k, 2 * k) +=

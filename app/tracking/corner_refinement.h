@@ -1,4 +1,4 @@
-// The corners of a tag to a few hundredths of a pixel, with what is known of their error.
+// Sub-pixel refinement of a tag's corners, with their covariance.
 #pragma once
 
 #include <optional>
@@ -8,25 +8,27 @@
 
 namespace plumbline {
 
-/// Covariance of four corners (u0, v0, u1, v1, ..) [px^2]. Neighbours share a side: correlated.
+/// Covariance of four corners (u0, v0, u1, v1, ..) [px^2]. Neighbouring corners share a side and
+/// are therefore correlated.
 using CornersCovariance = Eigen::Matrix<double, 8, 8>;
 
 struct RefinedCorners {
   Corners corners;
   CornersCovariance covariance;
-  double blur_px = 0;  ///< standard deviation of the edges' blur, mean of the four sides
+  double blur_px = 0;  ///< standard deviation of the edges' blur, mean over the four sides
 };
 
-/// Fits each side to the image as the edge of a half plane, blurred:
+/// Fits each side to the image as the blurred edge of a half plane:
 ///   I(p) = B + b s + (A + a s) Phi(d / sigma),  d = n . p - bow(s) - d0 (1 - s) - d1 s
-/// over the pixels p near the side, s in 0..1 along it, d outwards [px], Phi the normal
-/// distribution; d0, d1, sigma, B, b, A, a by Gauss-Newton. The blur of a pixel's area and of
-/// optics and motion are symmetric and do not move the edge. bow is the side's curvature by the
-/// lens' distortion (a parabola, zero at both corners). The corners are where two sides meet;
-/// the covariance follows from the residuals of the grey levels.
-/// Valid for corners good to about half a pixel. @param cells  of a side, with the border
-/// @param lens   nothing where it is not known: sides are then taken as straight in the image
-/// @return       nothing where a side has too few pixels or its edge cannot be fitted
+/// over the pixels p near the side, with s in 0..1 along it, d outwards [px], and Phi the normal
+/// distribution function; d0, d1, sigma, B, b, A, a by Gauss-Newton. Blur from pixel area, optics
+/// and motion is symmetric and does not shift the edge. bow is the curvature of the side by lens
+/// distortion (a parabola, zero at both corners). The corners are the intersections of the sides;
+/// their covariance follows from the residual grey levels.
+/// Valid for corners within about half a pixel.
+/// @param cells  per side, including the border
+/// @param lens   null if unknown: sides are then assumed to be straight in the image
+/// @return       nullopt if a side has too few pixels or its edge cannot be fitted
 std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners& rough, int cells,
                                             const Lens* lens);
 

@@ -8,12 +8,12 @@
 namespace plumbline {
 namespace {
 
-constexpr double kAside = 0.22;        // of a cell, where a cell is looked at
-constexpr double kSmallCell_px = 3.5;  // below it the cells' blur into each other is taken back
+constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
+constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since blur mixes neighbours
 constexpr double kSharpening = 0.25;
-constexpr int kMostCells = 11;  // of a side, with the places around
+constexpr int kMaxCells = 11;  // per side, including the surrounding ring
 
-/// Grey levels of all cells, and of a ring of places around them.
+/// Grey levels of all cells and of a ring around them.
 class Cells {
  public:
   Cells(const LumaView& image, const Corners& corners, int cells) : cells_(cells) {
@@ -25,25 +25,26 @@ class Cells {
     for (int r = -1; r <= cells; ++r) {
       for (int c = -1; c <= cells; ++c) {
         const double x = c + 0.5, y = r + 0.5;
-        At(r, c) = 0.2 * (grey_at(x, y) + grey_at(x - kAside, y - kAside) +
-                          grey_at(x + kAside, y - kAside) + grey_at(x - kAside, y + kAside) +
-                          grey_at(x + kAside, y + kAside));
+        At(r, c) = 0.2 * (grey_at(x, y) + grey_at(x - kSampleOffset, y - kSampleOffset) +
+                          grey_at(x + kSampleOffset, y - kSampleOffset) +
+                          grey_at(x - kSampleOffset, y + kSampleOffset) +
+                          grey_at(x + kSampleOffset, y + kSampleOffset));
       }
     }
   }
-  double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMostCells + c + 1]; }
+  double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1]; }
   double At(int r, int c) const {
-    return grey_[static_cast<std::size_t>(r + 1) * kMostCells + c + 1];
+    return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1];
   }
 
-  /// Whether the cell lies on the ring of that index: -1 around the tag, 0 its border.
+  /// Whether the cell is on a ring: -1 around the tag, 0 its border.
   bool OnRing(int r, int c, int ring) const {
     const int last = cells_ - 1 - ring;
     return (r == ring || r == last || c == ring || c == last) && r >= ring && r <= last &&
            c >= ring && c <= last;
   }
 
-  /// grey = plane . (1, c, r) through the cells of a ring.
+  /// Least-squares plane grey = plane . (1, c, r) through the cells of a ring.
   Vec3 PlaneOfRing(int ring) const {
     Mat3 normal = Mat3::Zero();
     Vec3 right = Vec3::Zero();
@@ -58,7 +59,7 @@ class Cells {
     return normal.inverse() * right;
   }
 
-  /// The grey level of a data cell with its neighbours' share taken out.
+  /// Grey level of a data cell with the blur from its neighbours removed.
   double Sharpened(int r, int c) const {
     const double around = At(r - 1, c) + At(r + 1, c) + At(r, c - 1) + At(r, c + 1);
     return At(r, c) + kSharpening * (4 * At(r, c) - around);
@@ -66,7 +67,7 @@ class Cells {
 
  private:
   int cells_;
-  std::array<double, std::size_t{kMostCells} * kMostCells> grey_{};
+  std::array<double, std::size_t{kMaxCells} * kMaxCells> grey_{};
 };
 
 }  // namespace
@@ -89,14 +90,14 @@ Vec2 Mapped(const Mat3& map, const Vec2& point) {
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-std::optional<ReadTag> ReadCells(const LumaView& image, const TagFamily& family,
-                                 const Corners& corners, double least_contrast) {
+std::optional<DecodedTag> DecodeCells(const LumaView& image, const TagFamily& family,
+                                      const Corners& corners, double min_contrast) {
   const int n = family.cells();
   const Cells cells(image, corners, n);
   const Vec3 dark = cells.PlaneOfRing(0), bright = cells.PlaneOfRing(-1);
   const Vec3 middle(1, 0.5 * (n - 1), 0.5 * (n - 1));
   const double contrast = (bright - dark).dot(middle);
-  if (!(contrast >= least_contrast)) return std::nullopt;
+  if (!(contrast >= min_contrast)) return std::nullopt;
 
   const Vec3 threshold = 0.5 * (dark + bright);
   const double area = 0.5 * std::abs((corners[2] - corners[0]).x() * (corners[3] - corners[1]).y() -
@@ -122,7 +123,7 @@ std::optional<ReadTag> ReadCells(const LumaView& image, const TagFamily& family,
   if (14 * bright_border > border || 6 * dark_around > around) return std::nullopt;
   const auto code = NearestTag(family, read);
   if (!code) return std::nullopt;
-  return ReadTag{*code, contrast};
+  return DecodedTag{*code, contrast};
 }
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// What the cells of a quadrilateral say.
+// Decoding of a tag from the cells of a quadrilateral.
 #pragma once
 
 #include <optional>
@@ -10,24 +10,24 @@
 
 namespace plumbline {
 
-/// The projective map that takes the corners (0,0), (1,0), (1,1), (0,1) of the unit square to four
-/// points, none three of them on a line.
+/// Homography that maps the unit square's corners (0,0), (1,0), (1,1), (0,1) to four points, no
+/// three of which are collinear.
 Mat3 MapOfUnitSquare(const Corners& corners);
 
-/// Where a projective map takes a point.
+/// Applies a homography to a point.
 Vec2 Mapped(const Mat3& map, const Vec2& point);
 
-/// A tag read from the cells of a quadrilateral.
-struct ReadTag {
+struct DecodedTag {
   TagCode code;
-  double contrast = 0;  ///< bright less dark [grey levels]
+  double contrast = 0;  ///< bright minus dark [grey levels]
 };
 
-/// Reads the cells: dark is a plane through the grey levels of the border's cells, bright one
-/// through those half a cell outside of it, the threshold of a cell the middle of the two. Of the
-/// border's cells at most one in 14 may be bright, and of the places around it one in 6 dark.
-/// @param least_contrast  [grey levels]
-std::optional<ReadTag> ReadCells(const LumaView& image, const TagFamily& family,
-                                 const Corners& corners, double least_contrast);
+/// Reads the cells. The dark level is a plane fitted to the grey levels of the border's cells, the
+/// bright level one fitted just outside of them; a cell's threshold is halfway between. At most one
+/// in 14 border cells may be bright, and one in 6 of the surrounding samples dark.
+/// @param min_contrast  [grey levels]
+/// @return              nullopt if the quadrilateral is not a tag of the family
+std::optional<DecodedTag> DecodeCells(const LumaView& image, const TagFamily& family,
+                                      const Corners& corners, double min_contrast);
 
 }  // namespace plumbline

@@ -10,22 +10,23 @@
 namespace plumbline {
 namespace {
 
-constexpr int kParameters = 7;             // d0, d1, log sigma, B, b, A, a
-constexpr std::size_t kLeastSamples = 21;  // three a parameter
-constexpr int kMostSteps = 6;
+constexpr int kParameters = 7;           // d0, d1, log sigma, B, b, A, a
+constexpr std::size_t kMinSamples = 21;  // three per parameter
+constexpr int kMaxSteps = 6;
 constexpr double kConverged_px = 2e-3;
-constexpr double kUsualBlur_px = 0.9;
-constexpr double kReach = 3.9, kFromCorner = 2.9;  // in the blur's deviations
-constexpr double kOtherEdges = 1.7;                // likewise: from the cells' other side
-constexpr double kNearest_px = 1.6;                // reach where the cells are narrow
-constexpr double kWider = 1.15;                    // than thought: the pixels are chosen again
-constexpr double kMostShift_px = 2;
-constexpr double kBlackest = 1, kBrightest = 254;  // [grey levels] at the ends of the scale
+constexpr double kTypicalBlur_px = 0.9;
+constexpr double kReach = 3.9, kCornerMargin = 2.9;  // in standard deviations of the blur
+constexpr double kOtherEdgesMargin = 1.7;            // likewise, from the far side of the cell
+constexpr double kMinReach_px = 1.6;                 // smallest reach, for narrow cells
+constexpr double kReselectRatio =
+    1.15;  // blur / assumed blur above which the pixels are reselected
+constexpr double kMaxShift_px = 2;
+constexpr double kMinGrey = 1, kMaxGrey = 254;  // [grey levels] saturation limits
 
 using Normal = Eigen::Matrix<double, kParameters, kParameters>;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
-/// The normal distribution Phi and its density phi, from a table: 2e-6 right.
+/// Normal distribution function Phi and density phi from a table, accurate to 2e-6.
 class Gauss {
  public:
   Gauss() {
@@ -50,7 +51,7 @@ class Gauss {
 };
 
 struct Sample {
-  double d, s, grey;  ///< outwards of the chord and its bow [px]; along it (1); grey level
+  double d, s, grey;  ///< outward distance from the bowed chord [px]; along it (1); grey level
 };
 
 void CollectSamples(const LumaView& image, const EdgeRegion& region, double reach,
@@ -59,7 +60,7 @@ void CollectSamples(const LumaView& image, const EdgeRegion& region, double reac
   const double length = side.norm();
   const Vec2 t = side / length, n(t.y(), -t.x());
   samples.clear();
-  // Row by row or column by column, whichever crosses the edge more steeply.
+  // Scan rows or columns, whichever crosses the edge more steeply.
   const bool by_columns = std::abs(t.x()) > std::abs(t.y());
   const int main = by_columns ? 0 : 1, other = 1 - main;
   const int most[2] = {image.width - 1, image.height - 1};
@@ -89,8 +90,8 @@ void CollectSamples(const LumaView& image, const EdgeRegion& region, double reac
   }
 }
 
-/// The grey levels far inside and far outside, to begin with.
-void StartLevels(const std::vector<Sample>& samples, double reach, Parameters& x) {
+/// Initial grey levels far inside and far outside.
+void InitializeLevels(const std::vector<Sample>& samples, double reach, Parameters& x) {
   double dark = 0, bright = 0;
   int darks = 0, brights = 0;
   for (const Sample& sample : samples) {
@@ -120,13 +121,14 @@ Sum Accumulate(const std::vector<Sample>& samples, const Parameters& x, Normal& 
     gauss.At(scaled, Phi, phi);
     const double height = x[5] + x[6] * s;
     const double model = x[3] + x[4] * s + height * Phi;
-    // Where the camera has reached the end of its scale, the light beyond it is not known.
-    if ((sample.grey <= kBlackest && model <= kBlackest) ||
-        (sample.grey >= kBrightest && model >= kBrightest)) {
+    // A saturated pixel only bounds the light.
+    if ((sample.grey <= kMinGrey && model <= kMinGrey) ||
+        (sample.grey >= kMaxGrey && model >= kMaxGrey)) {
       continue;
     }
     const double residual = sample.grey - model;
-    const double slope = -height * phi * inverse;  // of the grey level by d0 + d1
+    const double slope =
+        -height * phi * inverse;  // derivative of the grey level with respect to d0 + d1
     const double row[kParameters] = {slope * (1 - s), slope * s, -height * phi * scaled, 1, s, Phi,
                                      Phi * s};
     for (int i = 0; i < kParameters; ++i) {
@@ -139,25 +141,25 @@ Sum Accumulate(const std::vector<Sample>& samples, const Parameters& x, Normal& 
   return sum;
 }
 
-/// The fit over one choice of pixels; x holds where it starts, and what it found.
+/// Fits one selection of pixels. @param x  initial values on input, the solution on output
 std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters& x) {
-  if (samples.size() < kLeastSamples) return std::nullopt;
+  if (samples.size() < kMinSamples) return std::nullopt;
   Normal JtJ;
   Parameters Jtr;
   Sum sum;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     sum = Accumulate(samples, x, JtJ, Jtr);
-    // A weak spring holds the blur and the slopes where the pixels do not tell them.
+    // Weak prior on blur and slopes, in case the pixels do not determine them.
     const double held = 1e-6 * JtJ.diagonal().maxCoeff();
     for (int i = 0; i < kParameters; ++i) JtJ(i, i) += held;
     const Parameters change = JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Jtr);
     if (!change.allFinite()) return std::nullopt;
     x += change;
     x[2] = std::clamp(x[2], std::log(0.25), std::log(4.0));
-    if (!(std::abs(x[0]) < kMostShift_px && std::abs(x[1]) < kMostShift_px)) return std::nullopt;
+    if (!(std::abs(x[0]) < kMaxShift_px && std::abs(x[1]) < kMaxShift_px)) return std::nullopt;
     if (std::abs(change[0]) < kConverged_px && std::abs(change[1]) < kConverged_px) break;
   }
-  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < static_cast<int>(kLeastSamples)) return std::nullopt;
+  if (!(x[5] + 0.5 * x[6] > 0) || sum.count < static_cast<int>(kMinSamples)) return std::nullopt;
   const double variance = sum.squares / (sum.count - kParameters);
   const Normal covariance =
       variance * JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Normal::Identity());
@@ -170,15 +172,15 @@ std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region) 
   const double length = (region.end - region.start).norm();
   static thread_local std::vector<Sample> samples;
   Parameters x = Parameters::Zero();
-  x[2] = std::log(kUsualBlur_px);
-  double blur = kUsualBlur_px;
+  x[2] = std::log(kTypicalBlur_px);
+  double blur = kTypicalBlur_px;
   for (;;) {
     const double reach =
-        std::max(kNearest_px, std::min(kReach * blur, region.cell_px - kOtherEdges * blur));
-    CollectSamples(image, region, reach, std::min(kFromCorner * blur, 0.2 * length), samples);
-    if (blur == kUsualBlur_px) StartLevels(samples, reach, x);
+        std::max(kMinReach_px, std::min(kReach * blur, region.cell_px - kOtherEdgesMargin * blur));
+    CollectSamples(image, region, reach, std::min(kCornerMargin * blur, 0.2 * length), samples);
+    if (blur == kTypicalBlur_px) InitializeLevels(samples, reach, x);
     auto fit = FitSamples(samples, x);
-    if (!fit || blur > kUsualBlur_px || fit->blur_px < kWider * blur) return fit;
+    if (!fit || blur > kTypicalBlur_px || fit->blur_px < kReselectRatio * blur) return fit;
     blur = fit->blur_px;
   }
 }

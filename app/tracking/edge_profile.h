@@ -1,4 +1,4 @@
-// One straight edge from dark to bright, fitted to the grey levels around it.
+// Fit of one straight dark-to-bright edge to the surrounding grey levels.
 #pragma once
 
 #include <optional>
@@ -7,25 +7,25 @@
 
 namespace plumbline {
 
-/// Where an edge is, roughly. Its outside (bright) is to the left of the way from start to end as
-/// seen (v downwards).
+/// Approximate position of an edge. Its bright outside is to the left when going from start to end
+/// as seen in the image (v downwards).
 struct EdgeRegion {
-  Vec2 start, end;     ///< corners [px], good to about half a pixel
-  Vec2 before, after;  ///< unit normals of the sides that meet at start and end, outwards
-  double cell_px = 0;  ///< how far dark reaches inwards and bright outwards
-  double bow_px = 0;   ///< how far the edge bends outwards at its middle
+  Vec2 start, end;     ///< corners [px], accurate to about half a pixel
+  Vec2 before, after;  ///< outward unit normals of the adjacent sides at start and end
+  double cell_px = 0;  ///< width of the dark zone inside and of the bright zone outside
+  double bow_px = 0;   ///< outward deflection of the edge at its middle
 };
 
-/// What the fit found: the edge passes start and end at d0 and d1 outwards.
+/// Fitted edge: it passes start and end at the outward distances d0 and d1.
 struct EdgeFit {
   double d0 = 0, d1 = 0;       ///< [px]
   Eigen::Matrix2d covariance;  ///< of (d0, d1), from the residuals [px^2]
-  double blur_px = 0;          ///< standard deviation of the edge's spread
+  double blur_px = 0;          ///< standard deviation of the blur
   double noise = 0;            ///< standard deviation of the residuals [grey levels]
 };
 
-/// The equation stands in corner_refinement.h. Pixels closer to a neighbouring side than
-/// three times the blur are left out.
+/// See corner_refinement.h for the model. Pixels closer to an adjacent side than three times the
+/// blur are excluded.
 std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region);
 
 }  // namespace plumbline

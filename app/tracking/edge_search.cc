@@ -10,11 +10,11 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostProfiles = 24, kLeastProfiles = 8;
-constexpr double kFromEnd = 0.1;  // share of a side at its ends that is left out
-constexpr int kTrims = 3;         // times that far places are left out
-constexpr double kLeastTrim_px = 0.8;
-constexpr int kMostReach = 8;
+constexpr int kMaxProfiles = 24, kMinProfiles = 8;
+constexpr double kEndMargin = 0.1;  // share of a side that is skipped at each end
+constexpr int kTrimRounds = 3;      // rounds of outlier removal
+constexpr double kMinTrim_px = 0.8;
+constexpr int kMaxReach = 8;
 
 /// A straight line n . p = offset, n pointing outwards.
 struct Line {
@@ -22,24 +22,25 @@ struct Line {
   double offset;
 };
 
+/// Edge position of one profile.
 struct Place {
-  double along, across;  ///< [px] from the middle of the side; outwards
+  double along, across;  ///< [px] from the middle of the side; outwards positive
   bool used;
 };
 
-/// The steepest rise outwards within the reach, with its height over three pixels.
+/// Position of the steepest outward rise, and its height over three pixels.
 struct Step {
   double across, height;
 };
 
-Step SteepestStep(const LumaView& image, const Vec2& at, const Vec2& normal, int reach) {
-  std::array<double, 2 * kMostReach + 4> grey{};
+Step SteepestRise(const LumaView& image, const Vec2& at, const Vec2& normal, int reach) {
+  std::array<double, 2 * kMaxReach + 4> grey{};
   const int half = reach + 1;
   for (int k = -half; k <= half + 1; ++k) {
     const Vec2 p = at + (k - 0.5) * normal;
     grey[k + half] = GreyAt(image, p.x(), p.y());
   }
-  // rise(k) is centred at offset k: the two pixels beyond against the two before.
+  // rise(k) is centred at offset k: two pixels outside minus two inside.
   const auto rise = [&](int k) {
     const int i = k + half;
     return 0.5 *
@@ -55,8 +56,8 @@ Step SteepestStep(const LumaView& image, const Vec2& at, const Vec2& normal, int
   return {best + shift, here};
 }
 
-/// Least squares across = a + b along over the places in use.
-std::optional<std::pair<double, double>> Fit(const std::array<Place, kMostProfiles>& places,
+/// Least squares across = a + b along over the used points.
+std::optional<std::pair<double, double>> Fit(const std::array<Place, kMaxProfiles>& places,
                                              int count) {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
   for (int i = 0; i < count; ++i) {
@@ -70,27 +71,27 @@ std::optional<std::pair<double, double>> Fit(const std::array<Place, kMostProfil
   return std::pair{(y - b * x) / n, b};
 }
 
-std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, const Vec2& from,
-                             const Vec2& to) {
+std::optional<Line> FitLineNear(const LumaView& image, const EdgeSearch& search, const Vec2& from,
+                                const Vec2& to) {
   const Vec2 direction = (to - from).normalized();
   const Vec2 normal(direction.y(), -direction.x());
   const double length = (to - from).norm();
   const Vec2 middle = 0.5 * (from + to);
-  const int count = std::clamp(static_cast<int>(0.5 * length), kLeastProfiles, kMostProfiles);
-  const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMostReach);
-  std::array<Place, kMostProfiles> places{};
+  const int count = std::clamp(static_cast<int>(0.5 * length), kMinProfiles, kMaxProfiles);
+  const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMaxReach);
+  std::array<Place, kMaxProfiles> places{};
   int used = 0;
   for (int i = 0; i < count; ++i) {
-    const double share = kFromEnd + (1 - 2 * kFromEnd) * (i + 0.5) / count - 0.5;
+    const double share = kEndMargin + (1 - 2 * kEndMargin) * (i + 0.5) / count - 0.5;
     const double along = share * length;
-    const Step step = SteepestStep(image, middle + along * direction, normal, reach);
-    places[i] = {along, step.across, step.height >= search.least_step};
+    const Step step = SteepestRise(image, middle + along * direction, normal, reach);
+    places[i] = {along, step.across, step.height >= search.min_step};
     used += places[i].used ? 1 : 0;
   }
-  if (used < search.least_share * count) return std::nullopt;
+  if (used < search.min_share * count) return std::nullopt;
   auto fit = Fit(places, count);
-  for (int trim = 0; fit && trim < kTrims; ++trim) {
-    std::array<double, kMostProfiles> off{};
+  for (int trim = 0; fit && trim < kTrimRounds; ++trim) {
+    std::array<double, kMaxProfiles> off{};
     int n = 0;
     for (int i = 0; i < count; ++i) {
       const double miss = std::abs(places[i].across - fit->first - fit->second * places[i].along);
@@ -98,7 +99,7 @@ std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, co
     }
     if (n < 3) return std::nullopt;
     std::nth_element(off.begin(), off.begin() + n / 2, off.begin() + n);
-    const double most = std::max(kLeastTrim_px, 2.5 * off[n / 2]);
+    const double most = std::max(kMinTrim_px, 2.5 * off[n / 2]);
     for (int i = 0; i < count; ++i) {
       const double miss = std::abs(places[i].across - fit->first - fit->second * places[i].along);
       places[i].used &= miss <= most;
@@ -107,7 +108,7 @@ std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, co
   }
   const auto kept = std::count_if(places.begin(), places.begin() + count,
                                   [](const Place& place) { return place.used; });
-  if (!fit || static_cast<double>(kept) < search.least_share * count) return std::nullopt;
+  if (!fit || static_cast<double>(kept) < search.min_share * count) return std::nullopt;
   const Vec2 turned = (normal - fit->second * direction).normalized();
   return Line{turned, turned.dot(middle + fit->first * normal)};
 }
@@ -117,7 +118,7 @@ std::optional<Line> LineNear(const LumaView& image, const EdgeSearch& search, co
 bool SnapToEdges(const LumaView& image, const EdgeSearch& search, Corners& corners) {
   std::array<Line, 4> lines;
   for (int k = 0; k < 4; ++k) {
-    const auto line = LineNear(image, search, corners[k], corners[(k + 1) % 4]);
+    const auto line = FitLineNear(image, search, corners[k], corners[(k + 1) % 4]);
     if (!line) return false;
     lines[k] = *line;
   }

@@ -1,4 +1,4 @@
-// Grey levels between the pixels.
+// Bilinear interpolation of grey levels.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace plumbline {
 
-/// Grey level at (u, v), bilinear; outside of the image that of its nearest border.
+/// Grey level at (u, v); positions outside the image are clamped to its border.
 inline double GreyAt(const LumaView& image, double u, double v) {
   u = std::clamp(u, 0.0, static_cast<double>(image.width - 1));
   v = std::clamp(v, 0.0, static_cast<double>(image.height - 1));

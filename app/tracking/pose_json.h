@@ -1,4 +1,4 @@
-// Parts of a pose as the answers' files write them.
+// JSON representation of vectors and rotations in result files.
 #pragma once
 
 #include <Eigen/Geometry>

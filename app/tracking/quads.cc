@@ -6,9 +6,9 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLeastShareOfHull = 0.82;  // of the hull's area in the quadrilateral
-constexpr double kLeastSide_px = 4;         // of the search image
-constexpr std::size_t kMostHullPoints = 400;
+constexpr double kMinShareOfHull = 0.82;  // of the hull's area in the quadrilateral
+constexpr double kMinSide_px = 4;         // of the search image
+constexpr std::size_t kMaxHullPoints = 400;
 
 double Cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -19,7 +19,7 @@ double Area2(const Vec2& a, const Vec2& b, const Vec2& c) {
   return Cross(b - a, c - a);
 }
 
-/// Adds a point to a chain that must turn clockwise (sign 1) or the other way (-1).
+/// Adds a point to a hull chain that turns clockwise (sign 1) or counter-clockwise (-1).
 void AddToChain(std::vector<Vec2>& chain, const Vec2& point, double sign) {
   while (chain.size() >= 2 && sign * Area2(chain[chain.size() - 2], chain.back(), point) <= 0) {
     chain.pop_back();
@@ -39,7 +39,7 @@ int QuadFinder::RootOf(int run) {
 
 void QuadFinder::FindRuns(const SearchImage& search) {
   runs_.clear();
-  std::size_t above = 0, above_end = 0;  // the runs of the row above
+  std::size_t above = 0, above_end = 0;  // runs of the row above
   for (int y = 0; y < search.height; ++y) {
     const std::uint8_t* row = &search.dark[static_cast<std::size_t>(y) * search.width];
     const std::uint8_t* const end = row + search.width;
@@ -52,7 +52,7 @@ void QuadFinder::FindRuns(const SearchImage& search) {
       while (above < above_end && runs_[above].x1 <= x0) ++above;
       for (std::size_t other = above; other < above_end && runs_[other].x0 < x1; ++other) {
         const int a = RootOf(static_cast<int>(other)), b = RootOf(index);
-        // The older run is the root, so that parents always come first.
+        // The older run becomes the root, so that parents always precede their children.
         if (a != b) runs_[std::max(a, b)].parent = std::min(a, b);
       }
       p = stop;
@@ -79,16 +79,16 @@ void QuadFinder::SelectRegions() {
   }
   for (const Region& region : regions_) runs_[region.root].region = -1;
   std::erase_if(regions_, [&](const Region& r) {
-    return std::min(r.x1 - r.x0, r.y1 - r.y0) < limits_.least_side;
+    return std::min(r.x1 - r.x0, r.y1 - r.y0) < limits_.min_side;
   });
-  limited_ = static_cast<int>(regions_.size()) > limits_.most_regions;
+  limited_ = static_cast<int>(regions_.size()) > limits_.max_regions;
   if (limited_) {
     const auto size = [](const Region& r) { return (r.x1 - r.x0) + (r.y1 - r.y0); };
-    std::nth_element(regions_.begin(), regions_.begin() + limits_.most_regions, regions_.end(),
+    std::nth_element(regions_.begin(), regions_.begin() + limits_.max_regions, regions_.end(),
                      [&](const Region& a, const Region& b) {
                        return size(a) != size(b) ? size(a) > size(b) : a.root < b.root;
                      });
-    regions_.resize(limits_.most_regions);
+    regions_.resize(limits_.max_regions);
   }
 }
 
@@ -109,7 +109,7 @@ void QuadFinder::CollectRows() {
   }
 }
 
-/// The hull of the middles of the cracks between the region and its surroundings, clockwise.
+/// Convex hull of the region's boundary (midpoints of its outer pixel edges), clockwise.
 void QuadFinder::HullOf(const Region& region) {
   right_.clear();
   left_.clear();
@@ -132,10 +132,10 @@ void QuadFinder::HullOf(const Region& region) {
 }
 
 /// The largest quadrilateral with corners on the hull: for each diagonal the farthest point on
-/// either side, which moves on as the diagonal turns. Quadratic in the hull's points.
+/// either side, which advances as the diagonal rotates. Quadratic in the number of hull points.
 bool QuadFinder::LargestQuad(Corners& quad) const {
   const int n = static_cast<int>(hull_.size());
-  if (n < 4 || hull_.size() > kMostHullPoints) return false;
+  if (n < 4 || hull_.size() > kMaxHullPoints) return false;
   const auto at = [&](int i) -> const Vec2& { return hull_[i < n ? i : i - n]; };
   double hull_area = 0, best = 0;
   for (int i = 1; i + 1 < n; ++i) hull_area += Area2(hull_[0], hull_[i], hull_[i + 1]);
@@ -152,14 +152,14 @@ bool QuadFinder::LargestQuad(Corners& quad) const {
       corner[0] = i, corner[1] = a, corner[2] = j, corner[3] = b;
     }
   }
-  if (!(best >= kLeastShareOfHull * hull_area)) return false;
+  if (!(best >= kMinShareOfHull * hull_area)) return false;
   for (int k = 0; k < 4; ++k) quad[k] = at(corner[k]);
   for (int k = 0; k < 4; ++k) {
     const double side = (quad[(k + 1) % 4] - quad[k]).norm();
-    // Half of what the triangle would have at a right angle: about 15 degrees at the corner.
+    // Sine of the corner's angle, at least that of 15 degrees.
     const double turn = Area2(quad[k], quad[(k + 1) % 4], quad[(k + 2) % 4]);
     const double next = (quad[(k + 2) % 4] - quad[(k + 1) % 4]).norm();
-    if (side < kLeastSide_px || turn < 0.26 * side * next) return false;
+    if (side < kMinSide_px || turn < 0.26 * side * next) return false;
   }
   return true;
 }

@@ -1,4 +1,4 @@
-// Dark regions of an image that are bordered by four straight sides.
+// Detection of dark quadrilateral regions.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@ namespace plumbline {
 /// Four corners [px], clockwise as seen in the image (v downwards).
 using Corners = std::array<Vec2, 4>;
 
-/// Finds the dark regions (joined by their sides) whose convex hull is nearly a quadrilateral. It
-/// looks at hulls only: that the hull follows an edge in the image is found out by SnapToEdges.
-/// Keeps its working memory, so that a frame allocates nothing once it is warm.
+/// Finds the dark regions (4-connected) whose convex hull is nearly a quadrilateral. Only hulls are
+/// examined; SnapToEdges verifies that a hull follows an edge in the image. Reuses its buffers, so
+/// that steady-state frames allocate nothing.
 class QuadFinder {
  public:
   struct Limits {
-    int least_side = 5;       ///< of a region's bounding box [px of the search image]
-    int most_regions = 1500;  ///< the largest of them are looked at
+    int min_side = 5;        ///< of a region's bounding box [px of the search image]
+    int max_regions = 1500;  ///< only the largest ones are examined
   };
 
   explicit QuadFinder(const Limits& limits) : limits_(limits) {}
@@ -26,7 +26,8 @@ class QuadFinder {
   /// Appends the quadrilaterals, in pixels of the whole image.
   void Find(const SearchImage& search, std::vector<Corners>& quads);
 
-  /// More regions than most_regions were there in the last image: the smaller ones were left out.
+  /// Whether the last image had more than max_regions regions, so that the smaller ones were
+  /// skipped.
   bool limited() const { return limited_; }
 
  private:
@@ -38,7 +39,7 @@ class QuadFinder {
   struct Region {
     int x0, y0, x1, y1;  ///< bounding box, half open
     int root;
-    int first_row;  ///< where its rows begin in rows_
+    int first_row;  ///< start of its rows in rows_
   };
   struct Extent {
     int x0, x1;

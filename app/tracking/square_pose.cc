@@ -1,4 +1,4 @@
-// The two poses of a flat square.
+// PosesOfSquare: the two poses of a flat square.
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
@@ -9,13 +9,13 @@
 namespace plumbline {
 namespace {
 
-/// The rotation that turns the z axis to a direction.
+/// A rotation that takes the z axis to a direction.
 Mat3 RotationOntoDirection(const Vec3& direction) {
   return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), direction).toRotationMatrix();
 }
 
-/// The translation for which the corners' rays pass closest to the corners: each direction (x, y)
-/// gives p_x - x p_z = x q_z - q_x and p_y - y p_z = y q_z - q_y, q the turned corner.
+/// Least-squares translation p: a corner q = R p_K seen in direction (x, y) gives
+/// p_x - x p_z = x q_z - q_x and p_y - y p_z = y q_z - q_y.
 Vec3 TranslationFor(const Mat3& R, const std::array<Vec2, 4>& normalised,
                     const std::array<Vec3, 4>& corners) {
   Mat3 normal = Mat3::Zero();
@@ -54,7 +54,7 @@ std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double si
   Mat3 H = MapOfUnitSquare(normalised) * unit_of_tag;
   if (!H.allFinite() || std::abs(H(2, 2)) < 1e-12) return {};
   H /= H(2, 2);
-  // The image of the tag's centre, and the map's derivative there.
+  // Image of the tag's centre, and the derivative of the homography there.
   const Vec2 v(H(0, 2), H(1, 2));
   Eigen::Matrix2d J;
   J << H(0, 0) - H(2, 0) * v.x(), H(0, 1) - H(2, 1) * v.x(), H(1, 0) - H(2, 0) * v.y(),
@@ -66,7 +66,7 @@ std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double si
   const Eigen::Matrix2d A = B.inverse() * J;
   const double largest = Eigen::JacobiSVD<Eigen::Matrix2d>(A).singularValues()[0];
   if (!(largest > 1e-12)) return {};
-  const Eigen::Matrix2d upper = A / largest;  // two rows and columns of the rotation
+  const Eigen::Matrix2d upper = A / largest;  // upper left 2 x 2 block of the rotation
   const Eigen::Matrix2d rest = Eigen::Matrix2d::Identity() - upper.transpose() * upper;
   Vec2 b(std::sqrt(std::max(0.0, rest(0, 0))), std::sqrt(std::max(0.0, rest(1, 1))));
   if (rest(0, 1) < 0) b.y() = -b.y();
@@ -79,7 +79,7 @@ std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double si
     R.col(1) << upper.col(1), sign * b.y();
     R.col(2) = R.col(0).cross(R.col(1));
     R = R_v * R;
-    // What rounding and an inexact homography left is taken out.
+    // Re-orthonormalize: rounding and an inexact homography leave small errors.
     R = Eigen::Quaterniond(R).normalized().toRotationMatrix();
     const Pose X{R, TranslationFor(R, normalised, corners)};
     if (X.p.allFinite() && X.p.z() > 0) poses.push_back(X);

@@ -9,23 +9,24 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLeastImage_px = 12;
+constexpr int kMinImage_px = 12;
 
-double LeastSide(const Corners& corners) {
+double ShortestSide(const Corners& corners) {
   double least = (corners[1] - corners[0]).norm();
   for (int k = 1; k < 4; ++k) least = std::min(least, (corners[(k + 1) % 4] - corners[k]).norm());
   return least;
 }
 
-/// Whether both are the same square: found in two parts, or as the border's two sides.
-bool SamePlace(const SeenTag& a, const SeenTag& b) {
+/// Whether both are the same tag: detected in two parts of the image, or as the inner and outer
+/// outline of its border.
+bool SameTag(const SeenTag& a, const SeenTag& b) {
   Vec2 between = Vec2::Zero();
   for (int k = 0; k < 4; ++k) between += 0.25 * (a.corners_px[k] - b.corners_px[k]);
-  return a.id == b.id && between.norm() < 0.5 * LeastSide(a.corners_px);
+  return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
 }
 
-/// The corners in the tag's own order: read clockwise from its top left.
-Corners InTagsOrder(const Corners& corners, int turns) {
+/// The corners in the tag's own order: clockwise from its top left.
+Corners InTagOrder(const Corners& corners, int turns) {
   Corners turned;
   for (int k = 0; k < 4; ++k) turned[k] = corners[(k + turns) % 4];
   return turned;
@@ -37,31 +38,32 @@ TagDetector::TagDetector(TagFamily family, const DetectorSettings& settings)
     : family_(std::move(family)),
       settings_(settings),
       threshold_(settings.threshold),
-      quads_({.most_regions = settings.most_regions}) {}
+      quads_({.max_regions = settings.max_regions}) {}
 
 void TagDetector::Search(const LumaView& image, const Part& part, bool whole, const Lens* lens,
                          SeenTags& seen) {
   const ImageBox box = WithinImage(part.box, image.size());
-  if (std::min(box.width(), box.height()) < kLeastImage_px) return;
+  if (std::min(box.width(), box.height()) < kMinImage_px) return;
   MakeSearchImage(image, box, part.shrink, search_);
   threshold_.Apply(search_, whole);
   found_.clear();
   quads_.Find(search_, found_);
   seen.limited |= quads_.limited();
   EdgeSearch edges;
-  edges.least_step = 0.4 * threshold_.least_range();
+  edges.min_step = 0.4 * threshold_.min_range();
   for (Corners& corners : found_) {
-    // Beyond half a cell the edges of the data begin.
-    edges.reach_px = std::clamp(0.8 * LeastSide(corners) / family_.cells(), 2.0, 2.0 * part.shrink);
+    // Stay within the border: the edges of the data cells are a cell further in.
+    edges.reach_px =
+        std::clamp(0.8 * ShortestSide(corners) / family_.cells(), 2.0, 2.0 * part.shrink);
     if (!SnapToEdges(image, edges, corners)) continue;
-    const auto read = ReadCells(image, family_, corners, threshold_.least_range());
+    const auto read = DecodeCells(image, family_, corners, threshold_.min_range());
     if (!read) continue;
     const auto refined = RefineCorners(image, corners, family_.cells(), lens);
     if (!refined) continue;
     SeenTag tag{read->code.id, read->code.wrong_bits, refined->corners, refined->covariance,
                 read->contrast};
     const int turns = read->code.turns;
-    tag.corners_px = InTagsOrder(refined->corners, turns);
+    tag.corners_px = InTagOrder(refined->corners, turns);
     for (Eigen::Index i = 0; i < 4; ++i) {
       for (Eigen::Index j = 0; j < 4; ++j) {
         tag.covariance.block<2, 2>(2 * i, 2 * j) =
@@ -69,7 +71,7 @@ void TagDetector::Search(const LumaView& image, const Part& part, bool whole, co
       }
     }
     const auto same = std::find_if(seen.tags.begin(), seen.tags.end(),
-                                   [&](const SeenTag& other) { return SamePlace(tag, other); });
+                                   [&](const SeenTag& other) { return SameTag(tag, other); });
     if (same == seen.tags.end()) {
       seen.tags.push_back(tag);
     } else if (tag.wrong_bits < same->wrong_bits) {

@@ -1,4 +1,4 @@
-// Square tags in a grey image: found, read, and their corners measured.
+// Detector of square tags: finds and decodes tags in a grey image and measures their corners.
 #pragma once
 
 #include <optional>
@@ -10,42 +10,41 @@
 
 namespace plumbline {
 
-/// One tag in one image.
+/// A detected tag.
 struct SeenTag {
   int id = 0;
-  int wrong_bits = 0;            ///< cells that had to be put right
-  Corners corners_px;            ///< from the tag's own top left, clockwise as seen upright
-  CornersCovariance covariance;  ///< of the corners, by the image's noise [px^2]
-  double contrast = 0;           ///< bright less dark [grey levels]
+  int wrong_bits = 0;            ///< cells that were corrected
+  Corners corners_px;            ///< clockwise from the tag's own top left
+  CornersCovariance covariance;  ///< of the corners, from image noise [px^2]
+  double contrast = 0;           ///< bright minus dark [grey levels]
 };
 
-/// How tags are looked for.
 struct DetectorSettings {
-  std::optional<int> threshold = {};  ///< fixed, 0..255; nothing: by the light around each place
-  bool small_tags = false;  ///< the whole image also at full size: down to 18 px, 5x the time
-  int most_regions = 1500;  ///< dark regions that are looked at; bounds the time of any frame
+  std::optional<int> threshold = {};  ///< fixed, 0..255; nullopt: adaptive
+  bool small_tags = false;  ///< also search at full resolution: down to 18 px, 5x the time
+  int max_regions = 1500;   ///< limit on dark regions examined; bounds the time per frame
 };
 
-/// What one image showed.
 struct SeenTags {
   std::vector<SeenTag> tags;
-  bool limited = false;  ///< more dark regions than most_regions: the smaller ones were left out
+  bool limited = false;  ///< more than max_regions dark regions: the smaller ones were skipped
 };
 
-/// Finds tags: dark regions -> quadrilaterals -> their edges -> their cells -> their corners.
-/// Keeps its working memory from frame to frame; one detector a thread.
+/// Pipeline: dark regions -> quadrilaterals -> edges -> cells -> refined corners. Reuses its
+/// buffers; use one detector per thread.
 class TagDetector {
  public:
   TagDetector(TagFamily family, const DetectorSettings& settings);
 
-  /// Looks at the whole image. @param lens  null where it is not known; see RefineCorners
+  /// Searches the whole image. @param lens  null if unknown; see RefineCorners
   void Detect(const LumaView& image, const Lens* lens, SeenTags& seen);
 
-  /// Looks at parts of it, each with its own shrink.
+  /// A part of the image to search, and the reduction factor for it: 1 or 2.
   struct Part {
     ImageBox box;
     int shrink = 2;
   };
+  /// Searches only the given parts.
   void DetectIn(const LumaView& image, const std::vector<Part>& parts, const Lens* lens,
                 SeenTags& seen);
 

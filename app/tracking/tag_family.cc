@@ -11,18 +11,18 @@
 namespace plumbline {
 namespace {
 
-// Chance that a square of random cells is taken for some tag of the family; more bits are not
-// corrected than keep it below this.
-constexpr double kMostFalseTags = 3e-5;
+// Upper bound on the probability that a square of random cells is taken for a tag of the family;
+// limits the number of corrected bits.
+constexpr double kMaxFalseTags = 3e-5;
 
-/// The largest h <= most with 4 N sum_{k <= h} C(n, k) / 2^n below kMostFalseTags; 0 at least.
+/// The largest h <= most with 4 N sum_{k <= h} C(n, k) / 2^n below kMaxFalseTags; 0 at least.
 int CorrectableBits(std::size_t codes, int bits, int most) {
   double ways = 1, sum = 1;
   int correctable = 0;
   for (int k = 1; k <= most; ++k) {
     ways *= static_cast<double>(bits - k + 1) / k;
     sum += ways;
-    if (4 * static_cast<double>(codes) * sum / std::exp2(bits) > kMostFalseTags) break;
+    if (4 * static_cast<double>(codes) * sum / std::exp2(bits) > kMaxFalseTags) break;
     correctable = k;
   }
   return correctable;
@@ -30,7 +30,7 @@ int CorrectableBits(std::size_t codes, int bits, int most) {
 
 }  // namespace
 
-std::uint64_t TurnedClockwise(std::uint64_t code, int n) {
+std::uint64_t RotatedClockwise(std::uint64_t code, int n) {
   std::uint64_t turned = 0;
   for (int r = 0; r < n; ++r) {
     for (int c = 0; c < n; ++c) {
@@ -46,7 +46,8 @@ Result<TagFamily> TagFamilyOfName(std::string_view name) {
       std::find_if(std::begin(tag_codes::kDictionaries), std::end(tag_codes::kDictionaries),
                    [&](const auto& d) { return d.name == name; });
   if (named == std::end(tag_codes::kDictionaries)) {
-    return Error{fmt::format("\"{}\" is no tag family; one of {}", name, TagFamilyNames())};
+    return Error{
+        fmt::format("\"{}\" is not a tag family; choose one of {}", name, TagFamilyNames())};
   }
   TagFamily family;
   family.name = name;
@@ -68,13 +69,13 @@ std::string TagFamilyNames() {
 
 std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
   TagCode best{0, family.correctable_bits + 1, 0};
-  // A tag turned clockwise by k quarters is upright after 4 - k more.
+  // A tag rotated clockwise by k quarter turns is upright after 4 - k more.
   for (int turns = 4; turns >= 1; --turns) {
     for (std::size_t id = 0; id < family.codes.size(); ++id) {
       const int wrong = std::popcount(family.codes[id] ^ read);
       if (wrong < best.wrong_bits) best = {static_cast<int>(id), wrong, turns % 4};
     }
-    read = TurnedClockwise(read, family.data_cells);
+    read = RotatedClockwise(read, family.data_cells);
   }
   if (best.wrong_bits > family.correctable_bits) return std::nullopt;
   return best;

@@ -9,33 +9,33 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostPoseSteps = 30;
-constexpr double kConverged = 1e-10;      // of chi2, and of the step in its own deviation
-constexpr double kCornerFloor_px = 2e-3;  // no corner is better: grey levels are whole numbers
-constexpr double kTellsApart = 16;        // of chi2
-constexpr double kOneMinimum_sd = 3;
-constexpr double kLeastTurn = 0.02;  // sine of the turn at a corner, clockwise
+constexpr int kMaxPoseSteps = 30;
+constexpr double kConverged = 1e-10;       // relative change of chi2
+constexpr double kCornerFloor_px = 2e-3;   // limit by the quantization of grey levels
+constexpr double kAmbiguityChi2Gain = 16;  // of chi2
+constexpr double kSameMinimum_sd = 3;
+constexpr double kMinCornerSine = 0.02;  // of the clockwise turn at a corner
 
 using Columns = Eigen::Matrix<double, 8, 6>;
 using Residual = Eigen::Matrix<double, 8, 1>;
 
-/// chi2 about a pose: its normal equations, and by the lens.
-struct Linearised {
+/// chi2 at a pose, its normal equations, and the mixed term with the lens parameters.
+struct NormalEquations {
   Mat6 JtJ = Mat6::Zero();
   Vec6 Jtr = Vec6::Zero();
   Eigen::Matrix<double, 6, 9> JtL = Eigen::Matrix<double, 6, 9>::Zero();
   double chi2 = 0;
 };
 
-/// One factor a set: covariance + floor = L L^T.
+/// One factor per set: covariance + floor = L L^T.
 using Whitening = std::vector<Eigen::LLT<CornersCovariance>>;
 
-/// A set's pixels and their derivatives, in their own deviations.
+/// Residuals of a set and their derivatives, whitened by its covariance.
 struct SetDerivatives {
   Residual residual;
   Columns by_pose;
   Eigen::Matrix<double, 8, 9> by_lens;
-  Eigen::Matrix<double, 8, 3> by_place;  ///< of the set in K
+  Eigen::Matrix<double, 8, 3> by_place;  ///< with respect to the set's position in K
 };
 
 std::optional<SetDerivatives> DerivativesOf(const Lens& lens, const CornerSet& set,
@@ -64,9 +64,9 @@ std::optional<SetDerivatives> DerivativesOf(const Lens& lens, const CornerSet& s
   return d;
 }
 
-std::optional<Linearised> Linearise(const Lens& lens, const std::vector<CornerSet>& sets,
-                                    const Whitening& whitening, const Pose& X) {
-  Linearised sum;
+std::optional<NormalEquations> LinearizeAt(const Lens& lens, const std::vector<CornerSet>& sets,
+                                           const Whitening& whitening, const Pose& X) {
+  NormalEquations sum;
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const auto d = DerivativesOf(lens, sets[i], whitening[i], X);
     if (!d) return std::nullopt;
@@ -80,9 +80,10 @@ std::optional<Linearised> Linearise(const Lens& lens, const std::vector<CornerSe
   return sum;
 }
 
-/// See PoseEstimate::by_places.
-Mat6 ByPlaces(const Lens& lens, const std::vector<CornerSet>& sets, const Whitening& whitening,
-              const Pose& X, const Eigen::LDLT<Mat6>& normal) {
+/// See PoseEstimate::unit_place_covariance.
+Mat6 UnitPlaceCovariance(const Lens& lens, const std::vector<CornerSet>& sets,
+                         const Whitening& whitening, const Pose& X,
+                         const Eigen::LDLT<Mat6>& normal) {
   Mat6 sum = Mat6::Zero();
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const auto d = DerivativesOf(lens, sets[i], whitening[i], X);
@@ -93,7 +94,7 @@ Mat6 ByPlaces(const Lens& lens, const std::vector<CornerSet>& sets, const Whiten
   return sum;
 }
 
-Pose Moved(const Pose& X, const Vec6& by) {
+Pose ApplyStep(const Pose& X, const Vec6& by) {
   return {RotationFromVector(by.tail<3>()) * X.R, X.p + by.head<3>()};
 }
 
@@ -134,15 +135,15 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
     if (whitening.back().info() != Eigen::Success) return std::nullopt;
   }
   Pose X = start;
-  auto here = Linearise(known.lens, sets, whitening, X);
+  auto here = LinearizeAt(known.lens, sets, whitening, X);
   if (!here) return std::nullopt;
   double damping = 1e-6;
-  for (int step = 0; step < kMostPoseSteps; ++step) {
+  for (int step = 0; step < kMaxPoseSteps; ++step) {
     Mat6 damped = here->JtJ;
     damped.diagonal() *= 1 + damping;
     const Vec6 change = damped.ldlt().solve(here->Jtr);
-    const Pose next_pose = Moved(X, change);
-    auto next = Linearise(known.lens, sets, whitening, next_pose);
+    const Pose next_pose = ApplyStep(X, change);
+    auto next = LinearizeAt(known.lens, sets, whitening, next_pose);
     if (!next || !(next->chi2 <= here->chi2)) {
       damping *= 10;
       if (damping > 1e8) break;
@@ -158,7 +159,7 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
   const Eigen::LDLT<Mat6> solved(here->JtJ);
   const Eigen::Matrix<double, 6, 9> by_lens = -solved.solve(here->JtL);
   PoseEstimate estimate{X,          solved.solve(Mat6::Identity()),
-                        by_lens,    ByPlaces(known.lens, sets, whitening, X, solved),
+                        by_lens,    UnitPlaceCovariance(known.lens, sets, whitening, X, solved),
                         here->chi2, 8 * static_cast<int>(sets.size()) - 6};
   estimate.covariance += by_lens * known.covariance * by_lens.transpose();
   if (!estimate.covariance.allFinite()) return std::nullopt;
@@ -167,8 +168,8 @@ std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector
 
 bool PosePair::ambiguous() const {
   if (!other) return false;
-  const double misfit = std::max(1.0, best.chi2 / std::max(1, best.freedom));
-  return other->chi2 - best.chi2 < kTellsApart * misfit;
+  const double misfit = std::max(1.0, best.chi2 / std::max(1, best.degrees_of_freedom));
+  return other->chi2 - best.chi2 < kAmbiguityChi2Gain * misfit;
 }
 
 std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<CornerSet>& sets,
@@ -179,7 +180,7 @@ std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<Corne
     if (!found) continue;
     const double sd = std::sqrt(found->covariance.bottomRightCorner<3, 3>().trace());
     const bool known = std::any_of(minima.begin(), minima.end(), [&](const PoseEstimate& other) {
-      return AngleBetween(found->X_CK, other.X_CK) < kOneMinimum_sd * sd;
+      return AngleBetween(found->X_CK, other.X_CK) < kSameMinimum_sd * sd;
     });
     if (!known) minima.push_back(*found);
   }
@@ -197,7 +198,7 @@ std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
     const Vec2 side = pixels[(k + 1) % 4] - pixels[k];
     const Vec2 next = pixels[(k + 2) % 4] - pixels[(k + 1) % 4];
     const double turn = side.x() * next.y() - side.y() * next.x();
-    if (!(turn > kLeastTurn * side.norm() * next.norm())) return std::nullopt;
+    if (!(turn > kMinCornerSine * side.norm() * next.norm())) return std::nullopt;
   }
   std::array<Vec2, 4> normalised;
   for (int k = 0; k < 4; ++k) {

@@ -1,4 +1,4 @@
-// The pose of a tag, or of a body of several, from its corners.
+// Pose estimation of a tag, or of a body of several tags, from corners.
 //
 // Frames: C camera; M marker: origin at the tag's centre, x to its right, y downwards as seen
 // upright, z into it, so that a tag that faces the camera upright has the identity rotation.
@@ -16,68 +16,71 @@ namespace plumbline {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
-/// Four corners of a tag: where they are in the frame of the body (or tag) K, and in the image.
+/// The four corners of a tag in the frame of the body (or tag) K and in the image.
 struct CornerSet {
   std::array<Vec3, 4> p_K;  ///< [m]
   Corners pixels;
   CornersCovariance covariance;  ///< [px^2]
 };
 
-/// The corners of a tag in its own frame M, from the top left clockwise [m].
+/// The corners of a tag in its own frame M, clockwise from the top left [m].
 std::array<Vec3, 4> CornersInTag(double side_m);
 
-/// A pose with what is known of its error.
+/// An estimated pose with its covariance.
 struct PoseEstimate {
   Pose X_CK;
-  /// Of (delta, phi): X = (exp([phi]x) R_CK, p_CK + delta), both along the camera's axes
-  /// [m^2, m rad, rad^2]. From the corners' noise, and where it is given the lens' covariance.
+  /// Of (delta, phi) with X = (exp([phi]x) R_CK, p_CK + delta), both in the camera's axes
+  /// [m^2, m rad, rad^2]. From corner noise and, if given, the lens covariance.
   Mat6 covariance = Mat6::Zero();
-  /// Derivative of (delta, phi) by the lens, at fixed corners: what two poses of one image share.
+  /// Derivative of (delta, phi) with respect to the lens at fixed corners: the error that two poses
+  /// from one image have in common.
   Eigen::Matrix<double, 6, 9> by_lens = Eigen::Matrix<double, 6, 9>::Zero();
-  /// Of (delta, phi), for each square metre of variance that each set's place in K has along each
-  /// axis, the sets independent and their four corners alike: sum A A^T, A the derivative by one
-  /// set's place. Not in `covariance`.
-  Mat6 by_places = Mat6::Zero();
-  double chi2 = 0;  ///< squared reprojection error, each corner in its own deviation
-  int freedom = 0;  ///< coordinates less six
+  /// Covariance of (delta, phi) for unit variance (1 m^2 per axis) of each tag's place in K,
+  /// independent between tags: sum A A^T, with A the derivative with respect to one tag's place.
+  /// Not included in `covariance`.
+  Mat6 unit_place_covariance = Mat6::Zero();
+  double chi2 = 0;  ///< squared reprojection error, normalized by the corners' covariance
+  int degrees_of_freedom = 0;  ///< coordinates minus six
 };
 
-/// Covariance of a point fixed in K, along the camera's axes [m^2].
+/// Covariance of a point fixed in K, in the camera's axes [m^2].
 Mat3 PointCovariance(const PoseEstimate& estimate, const Vec3& p_KQ);
 
-/// The two poses that a flat square can have by its corners:
-///   [T. Collins, A. Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014)]
-/// @param normalised  the corners' directions (1)
-/// @return            the one that reprojects better first; empty where the corners are degenerate
+/// The two poses of a flat square that are consistent with its corners
+/// [T. Collins, A. Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014)].
+/// @param normalised  normalized image coordinates of the corners (1)
+/// @return            the one with the smaller reprojection error first; empty if the corners are
+///                    degenerate
 std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double side_m);
 
-/// The pose with the least chi2 near a start, by Levenberg and Marquardt.
-/// @return  nothing where it does not converge with every corner in front of the camera
+/// Minimizes chi2 from a start by Levenberg-Marquardt.
+/// @return  nullopt unless it converges with every corner in front of the camera
 std::optional<PoseEstimate> RefinePose(const KnownLens& lens, const std::vector<CornerSet>& sets,
                                        const Pose& start);
 
-/// The best pose and, where there is a second minimum, the next best.
+/// The best pose and, if there is a second minimum, the next best.
 struct PosePair {
   PoseEstimate best;
   std::optional<PoseEstimate> other;
 
-  /// The corners do not tell the two apart: the other's chi2 is larger by less than 16, in units
-  /// of the best one's own misfit. (A likelihood ratio of 3000.)
+  /// The corners do not separate the two: the chi2 of the other is larger by less than 16, in units
+  /// of the best one's reduced chi2 (a likelihood ratio of 3000).
   bool ambiguous() const;
 };
 
-/// Refines each start; starts that end in one minimum count once (3 standard deviations).
+/// Refines each start; minima within 3 standard deviations of each other count as one.
 std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<CornerSet>& sets,
                                   const std::vector<Pose>& starts);
 
-/// Both poses of a single tag. Nothing where its corners do not run clockwise round a square.
+/// Both poses of a single tag. @return  nullopt if its corners are not those of a square, clockwise
 std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
                                    const CornersCovariance& covariance, double side_m);
 
-/// Angle of the rotation between two poses [rad].
+/// Rotation angle between two poses [rad].
 double AngleBetween(const Pose& a, const Pose& b);
 
-/// Derivative of a pixel with respect to the lens [px per unit], in the order of LensCovariance.
+/// Derivative of a pixel with respect to the lens parameters [px per unit], in the order of
+/// LensCovariance.
 Eigen::Matrix<double, 2, 9> PixelByLens(const Lens& lens, const Vec2& normalised);
 
 }  // namespace plumbline

@@ -7,10 +7,10 @@
 namespace plumbline {
 namespace {
 
-constexpr int kTile = 4;                 // [px]
-constexpr double kTileRangeOfNoise = 3;  // range of 16 normal numbers, flattest fifth [sd]
-constexpr double kRangeInNoise = 6.5;    // the range of 144 of them is 5.3 on average
-constexpr int kLeastRange = 5, kMostLeastRange = 24;  // [grey levels]
+constexpr int kTile = 4;                         // [px]
+constexpr double kTileRangeOfNoise = 3;          // range of 16 normal numbers, flattest fifth [sd]
+constexpr double kRangeInNoise = 6.5;            // the range of 144 of them is 5.3 on average
+constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
 
 void Halve(const LumaView& image, const ImageBox& box, SearchImage& search) {
   for (int y = 0; y < search.height; ++y) {
@@ -82,7 +82,7 @@ void Threshold::MeasureTiles(const SearchImage& search) {
   }
 }
 
-int Threshold::LeastRange() const {
+int Threshold::MinRange() const {
   std::array<int, 256> count{};
   for (std::size_t i = 0; i < lowest_.size(); ++i) ++count[highest_[i] - lowest_[i]];
   int below = 0, range = 0;
@@ -90,19 +90,19 @@ int Threshold::LeastRange() const {
     below += count[range++];
   }
   const int least = static_cast<int>(std::lround(kRangeInNoise * range / kTileRangeOfNoise));
-  return std::clamp(least, kLeastRange, kMostLeastRange);
+  return std::clamp(least, kMinRange, kMaxMinRange);
 }
 
 void Threshold::Apply(SearchImage& search, bool whole_image) {
   search.dark.resize(search.grey.size());
   if (fixed_) {
-    least_range_ = kLeastRange;
+    min_range_ = kMinRange;
     const int level = *fixed_;
     for (std::size_t i = 0; i < search.grey.size(); ++i) search.dark[i] = search.grey[i] < level;
     return;
   }
   MeasureTiles(search);
-  least_range_ = whole_image ? LeastRange() : std::min(least_range_, LeastRange());
+  min_range_ = whole_image ? MinRange() : std::min(min_range_, MinRange());
   level_.resize(static_cast<std::size_t>(columns_) + 1);
   for (int tile_row = 0; tile_row < rows_; ++tile_row) {
     for (int column = 0; column < columns_; ++column) {
@@ -113,9 +113,9 @@ void Threshold::Apply(SearchImage& search, bool whole_image) {
           high = std::max<int>(high, highest_[static_cast<std::size_t>(r) * columns_ + c]);
         }
       }
-      // Nothing is below level 0: no dark pixel where the light hardly changes.
-      level_[column] = high - low < least_range_ ? std::uint8_t{0}
-                                                 : static_cast<std::uint8_t>((low + high + 1) / 2);
+      // Level 0 marks no pixel as dark: the grey levels hardly vary here.
+      level_[column] = high - low < min_range_ ? std::uint8_t{0}
+                                               : static_cast<std::uint8_t>((low + high + 1) / 2);
     }
     for (int y = tile_row * kTile; y < std::min((tile_row + 1) * kTile, search.height); ++y) {
       const std::size_t start = static_cast<std::size_t>(y) * search.width;

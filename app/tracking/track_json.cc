@@ -71,7 +71,7 @@ std::string TrackText(const TrackedFrame& frame) {
   for (const TrackedTag& tag : frame.tags) {
     text += fmt::format("tag {:<12d} {}\n", tag.seen.id,
                         tag.estimate ? PoseText(*tag.estimate, tag.ambiguous)
-                                     : std::string("no pose: size not known, or none fits"));
+                                     : std::string("no pose: size unknown, or no pose fits"));
   }
   for (const SeenBody& body : frame.bodies) {
     text += fmt::format("{:16s} {}\n", body.body->name, PoseText(body.estimate, body.ambiguous));

@@ -7,8 +7,8 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSmallTag_px = 60;  // below it the search runs at full size
-constexpr double kLeastMargin_px = 12;
+constexpr double kSmallTag_px = 60;  // smaller tags are searched at full resolution
+constexpr double kMinMargin_px = 12;
 
 double LongestSide(const Corners& corners) {
   double longest = 0;
@@ -21,7 +21,7 @@ double LongestSide(const Corners& corners) {
 ImageBox BoxAround(const Corners& corners, double margin) {
   Vec2 low = corners[0], high = corners[0];
   for (const Vec2& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-  // Far outside of any image the numbers are held, so that they fit.
+  // Clamped to avoid integer overflow far outside of the image.
   const auto whole = [](double value) {
     return static_cast<int>(std::clamp(std::floor(value), -1e6, 1e6));
   };
@@ -58,7 +58,7 @@ bool Tracker::SearchPredicted(const LumaView& image, double time_s, const Lens* 
     const Corners corners = Predicted(track, time_s);
     const double side = LongestSide(corners);
     const double moved = (CentreOf(corners) - CentreOf(track.corners)).norm();
-    const double margin = std::max(kLeastMargin_px, 0.5 * side) + 0.5 * moved;
+    const double margin = std::max(kMinMargin_px, 0.5 * side) + 0.5 * moved;
     parts_.push_back({BoxAround(corners, margin), side < kSmallTag_px ? 1 : 2});
   }
   detector_.DetectIn(image, parts_, lens, seen_);
@@ -73,7 +73,7 @@ void Tracker::UpdateTracks(double time_s) {
   for (const SeenTag& tag : seen_.tags) {
     Track track{tag.id, tag.corners_px, {}, time_s};
     track.velocity.fill(Vec2::Zero());
-    // Of two tags with one id each follows the nearer.
+    // If an id is visible twice, each tag continues the nearer track.
     const Track* before = nullptr;
     double nearest = 2 * LongestSide(tag.corners_px);
     for (const Track& old : tracks_) {
@@ -96,17 +96,18 @@ void Tracker::LocateTag(TrackedTag& tag, double time_s, const KnownLens& lens) {
   tag.estimate = poses->best;
   tag.ambiguous = poses->ambiguous();
   const int id = tag.seen.id;
-  std::optional<Remembered> guide;
+  std::optional<PastPose> guide;
   const Body* body = database_.BodyOf(id);
   for (const SeenBody& seen : frame_.bodies) {
     if (seen.body != body || !std::binary_search(seen.used.begin(), seen.used.end(), id)) continue;
     for (const BodyTag& on_body : body->tags) {
       if (on_body.id != id) continue;
-      guide = Remembered{seen.estimate.X_CK * on_body.X_KM, seen.ambiguous, time_s};
+      guide = PastPose{seen.estimate.X_CK * on_body.X_KM, seen.ambiguous, time_s};
     }
   }
   const auto last = last_tag_.find(id);
-  if (!guide && last != last_tag_.end() && time_s - last->second.time_s <= settings_.remember_s) {
+  if (!guide && last != last_tag_.end() &&
+      time_s - last->second.time_s <= settings_.pose_memory_s) {
     guide = last->second;
   }
   if (tag.ambiguous && guide) {
@@ -123,7 +124,7 @@ void Tracker::Locate(double time_s, const KnownLens& lens) {
     std::optional<Pose> previous;
     const auto last = last_body_.find(body.name);
     const bool recent =
-        last != last_body_.end() && time_s - last->second.time_s <= settings_.remember_s;
+        last != last_body_.end() && time_s - last->second.time_s <= settings_.pose_memory_s;
     if (recent) previous = last->second.X;
     auto seen = LocateBody(lens, body, seen_.tags, previous);
     if (!seen) continue;
@@ -138,12 +139,12 @@ void Tracker::Locate(double time_s, const KnownLens& lens) {
 
 const TrackedFrame& Tracker::Update(const LumaView& image, double time_s, const KnownLens* lens) {
   const Lens* const known = lens != nullptr ? &lens->lens : nullptr;
-  const bool due = tracks_.empty() || ++frames_since_whole_ >= settings_.whole_every;
+  const bool due = tracks_.empty() || ++frames_since_full_search_ >= settings_.full_search_interval;
   frame_ = {};
-  frame_.whole_frame = due || !SearchPredicted(image, time_s, known);
-  if (frame_.whole_frame) {
+  frame_.full_search = due || !SearchPredicted(image, time_s, known);
+  if (frame_.full_search) {
     detector_.Detect(image, known, seen_);
-    frames_since_whole_ = 0;
+    frames_since_full_search_ = 0;
   }
   frame_.limited = seen_.limited;
   UpdateTracks(time_s);

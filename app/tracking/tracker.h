@@ -1,4 +1,4 @@
-// Tags and bodies from frame to frame.
+// Tracker of tags and bodies over a sequence of frames.
 #pragma once
 
 #include <map>
@@ -11,58 +11,58 @@
 
 namespace plumbline {
 
-/// A tag of one frame, with its pose where its size and the lens are known.
+/// A tag of one frame, with its pose if its size and the lens are known.
 struct TrackedTag {
   SeenTag seen;
-  double side_m = 0;                     ///< 0: not known
+  double side_m = 0;                     ///< 0: unknown
   std::optional<PoseEstimate> estimate;  ///< X_CM
-  bool ambiguous = false;                ///< the corners allow another pose, and nothing decides
+  bool ambiguous = false;                ///< another pose fits as well and nothing decides
 };
 
 struct TrackedFrame {
   std::vector<TrackedTag> tags;
   std::vector<SeenBody> bodies;
-  bool whole_frame = false;  ///< the whole image was searched, not only around predicted tags
+  bool full_search = false;  ///< the whole image was searched, not only predicted regions
   bool limited = false;      ///< see SeenTags
 };
 
 struct TrackerSettings {
   DetectorSettings detector = {};
-  int whole_every = 15;     ///< frames from one search of the whole image to the next
-  double remember_s = 0.5;  ///< for so long a pose decides between two
+  int full_search_interval = 15;  ///< frames between two searches of the whole image
+  double pose_memory_s = 0.5;     ///< how long a past pose resolves an ambiguity
 };
 
-/// Follows tags. Where a tag is expected it is looked for around there: its last corners moved on
-/// at their last velocity, in a box larger by half its size and by what it moved. The whole image
-/// is searched at the start, every `whole_every` frames, and once in the frame in which a tag that
-/// was expected is not found. Not for several threads.
+/// Searches each known tag only around its predicted position: its last corners moved on at their
+/// last velocity, in a box enlarged by half its size and by its motion. The whole image is searched
+/// at the start, every `full_search_interval` frames, and in any frame in which an expected tag is
+/// not found. Not thread-safe.
 ///
-/// Where corners allow two poses (PosePair::ambiguous), the body's pose decides, else the pose
-/// just before: flips are suppressed. A tag's pose just before that was itself undecided leaves
-/// it ambiguous.
+/// If the corners allow two poses (PosePair::ambiguous), the body's pose decides, otherwise the
+/// previous pose of the tag, which suppresses flips. If that pose was itself ambiguous, the tag
+/// remains so.
 class Tracker {
  public:
   Tracker(TagFamily family, TagDatabase database, const TrackerSettings& settings);
 
   /// @param time_s  when the image was taken, monotonic
-  /// @param lens    null while it is not known: corners only
+  /// @param lens    null if unknown: only corners are measured
   /// @return        valid until the next call
   const TrackedFrame& Update(const LumaView& image, double time_s, const KnownLens* lens);
 
-  /// Forgets every prediction: after a cut, or when the camera returns.
+  /// Discards all predictions: after a cut, or when the camera reconnects.
   void Forget();
 
   const TagDatabase& database() const { return database_; }
 
  private:
-  /// A tag of the last frames.
+  /// A tag that is being followed.
   struct Track {
     int id = 0;
     Corners corners;
     Corners velocity;  ///< [px/s], zero after one frame
     double time_s = 0;
   };
-  struct Remembered {
+  struct PastPose {
     Pose X;
     bool ambiguous = false;
     double time_s = 0;
@@ -81,9 +81,9 @@ class Tracker {
   TrackedFrame frame_;
   std::vector<Track> tracks_;
   std::vector<TagDetector::Part> parts_;
-  std::map<int, Remembered> last_tag_;
-  std::map<std::string, Remembered> last_body_;
-  int frames_since_whole_ = 0;
+  std::map<int, PastPose> last_tag_;
+  std::map<std::string, PastPose> last_body_;
+  int frames_since_full_search_ = 0;
 };
 
 }  // namespace plumbline

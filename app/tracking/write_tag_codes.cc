@@ -1,5 +1,5 @@
-// Build tool: prints the header tag_codes.h, the codes of every tag family as OpenCV carries them.
-// The programs then need neither OpenCV's ArUco module nor the libraries behind it to know them.
+// Build tool: generates the header tag_codes.h with the codes of all tag families from OpenCV, so
+// that programs do not need to link OpenCV's ArUco module and its dependencies.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -32,10 +32,10 @@ constexpr NamedDictionary kDictionaries[] = {
     {"aruco-7x7-1000", cv::aruco::DICT_7X7_1000},
     {"aruco-original", cv::aruco::DICT_ARUCO_ORIGINAL},
 };
-constexpr int kCorrectable36h11 = 5;  // its codes differ by 11 bits at least
+constexpr int kCorrectable36h11 = 5;  // its codes differ by at least 11 bits
 
-/// The data cells row by row from the top left, the first in the most significant bit, 1 white;
-/// `turned` by half a turn.
+/// The data cells row by row from the top left, most significant bit first, 1 is white.
+/// @param turned  rotate by half a turn
 std::uint64_t CodeOf(const cv::aruco::Dictionary& dictionary, int id, bool turned) {
   const int bits = dictionary.markerSize * dictionary.markerSize;
   const cv::Mat cells = cv::aruco::Dictionary::getBitsFromByteList(

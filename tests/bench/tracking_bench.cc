@@ -131,14 +131,14 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
     ours.Add(scene, SeenBy(seen));
     TagDatabase database;
     database.other_side_m = scene.side_m;
-    Tracker tracker(family, database, {.whole_every = 1 << 30});
+    Tracker tracker(family, database, {.full_search_interval = 1 << 30});
     const KnownLens known{lens};
     double t = 0;
     tracker.Update(view, t, &known);
     bool whole = false;
     tracked.ms +=
-        Median_ms(times, [&] { whole |= tracker.Update(view, t += 0.04, &known).whole_frame; });
-    if (whole) fmt::print("(a tag was lost during tracking)\n");
+        Median_ms(times, [&] { whole |= tracker.Update(view, t += 0.04, &known).full_search; });
+    if (whole) fmt::print("(a tag was lost while tracking)\n");
     Seen by;
     april.ms += Median_ms(times, [&] { by = peers.April(image); });
     april.Add(scene, by);

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-#include "app/camera/camera_watch.h"
+#include "app/camera/camera_supervisor.h"
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/camera/marks_store.h"
+#include "app/camera/tag_baseline_store.h"
 #include "app/config/body_reader.h"
 #include "app/lens/lens_json.h"
 #include "drivers/zoom/replay_zoom.h"

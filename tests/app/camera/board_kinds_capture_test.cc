@@ -1,5 +1,5 @@
-// A capture as the daemon makes it, of each kind of board: drawn frames, the real worker process,
-// the session's prompts followed.
+// Complete capture of each kind of board as the daemon runs it: rendered frames, the real worker
+// process, and a user who follows the prompts.
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
@@ -12,7 +12,7 @@ using namespace plumbline;
 
 namespace {
 
-/// No deadline: how long a busy machine takes is not tested here.
+/// Disables the deadline: speed is not tested here.
 double StoppedClock() {
   return 0;
 }
@@ -29,7 +29,7 @@ LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 
-/// The same view with 1280 x 720 pixels, which are drawn sooner.
+/// The same view at 1280 x 720 pixels, which renders faster.
 renderer::Camera Small(renderer::Camera camera) {
   const double scale = 1280.0 / camera.width;
   camera.width = 1280;
@@ -43,7 +43,9 @@ renderer::Camera Small(renderer::Camera camera) {
 
 }  // namespace
 
-TEST_CASE("every kind of board is captured by its prompts, to a lens that is as good as it says") {
+TEST_CASE(
+    "every kind of board: following the prompts gives a lens as accurate as its stated "
+    "uncertainty") {
   const Board boards[] = {{17, 11, 0.010},
                           {9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
                           {11, 7, 0.020, BoardKind::kCircles, 0.012, {}},
@@ -64,7 +66,7 @@ TEST_CASE("every kind of board is captured by its prompts, to a lens that is as 
         prompt = static_cast<BoardPrompt>(3 + frame % 4);
       }
       const renderer::Image image = test::DrawBoard(camera, board, prompt, frame + 1, 0.25);
-      REQUIRE(worker.Ask(ViewOf(image), board));
+      REQUIRE(worker.Submit(ViewOf(image), board));
       auto found = Await(worker);
       const double time_s = static_cast<double>(frame);
       if (found) {
@@ -72,15 +74,15 @@ TEST_CASE("every kind of board is captured by its prompts, to a lens that is as 
         view.time_s = time_s;
         session.Take(std::move(view));
       } else {
-        session.TakeMiss(found.error(), time_s);
+        session.TakeFailure(found.error(), time_s);
         misses += found.error() + "; ";
       }
     }
-    CAPTURE(frame, session.kept(), session.last_word(), misses, session.reasons());
+    CAPTURE(frame, session.kept(), session.rejection(), misses, session.reasons());
     REQUIRE(session.state() == BoardSession::State::kAccepted);
     const LensCalibration& solved = *session.calibration();
     const double wrong = LargestDifference(solved.lens, TrueLens(camera), solved.size);
     CHECK(wrong < 4 * solved.uncertainty.max_px);
-    CHECK(worker.ended() == 0);
+    CHECK(worker.failures() == 0);
   }
 }

@@ -5,7 +5,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("a request and an answer come back as they were") {
+TEST_CASE("requests and responses survive a round trip") {
   for (const Board& board :
        {Board{}, Board{9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
         Board{4, 11, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}}}) {
@@ -36,7 +36,7 @@ TEST_CASE("a request and an answer come back as they were") {
   CHECK(none->error() == "no chessboard");
 }
 
-TEST_CASE("bytes that were cut or changed are refused, or mean what they say") {
+TEST_CASE("truncated or corrupted messages are refused or decode to valid values") {
   BoardView view;
   view.corners_px.assign(187, Vec2(10, 20));
   view.seen.assign(187, true);

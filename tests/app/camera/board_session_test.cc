@@ -13,12 +13,12 @@ namespace {
 
 constexpr ImageSize kSize{1920, 1080};
 
-/// Somebody who holds the board, and does about what the prompts say.
+/// A user who holds the board and roughly follows the prompts.
 class Operator {
  public:
   Operator(double f, std::uint64_t seed) : lens_(TrueLens(renderer::ZoomLens(f))), random_(seed) {}
 
-  /// The next frame, 1/20 s later; several to each pose: nobody changes it from frame to frame.
+  /// The next frame, 1/20 s later. The pose is kept for several frames, as by hand.
   BoardView Next(BoardPrompt prompt) {
     if (frame_ % 4 == 0) {
       X_ = PoseOfPrompt(prompt, board_, lens_, kSize);
@@ -61,7 +61,7 @@ int FramesUntilDone(BoardSession& session, Operator& somebody, int most) {
 
 }  // namespace
 
-TEST_CASE("each prompt is what its words say, and the whole board is in the image") {
+TEST_CASE("each prompt's pose matches its text, and the whole board is in the image") {
   const Board board;
   for (const double f : {1500.0, 5000.0}) {
     const Lens lens = TrueLens(renderer::ZoomLens(f));
@@ -87,13 +87,13 @@ TEST_CASE("each prompt is what its words say, and the whole board is in the imag
   }
 }
 
-TEST_CASE("whoever follows the prompts gets a lens that is as good as it says") {
+TEST_CASE("following the prompts gives a lens as accurate as its stated uncertainty") {
   for (const double f : {1700.0, 5000.0}) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       Operator somebody(f, seed);
       BoardSession session({}, kSize, 0);
       const int frames = FramesUntilDone(session, somebody, 2000);
-      CAPTURE(f, seed, frames, session.kept(), session.last_word());
+      CAPTURE(f, seed, frames, session.kept(), session.rejection());
       REQUIRE(session.state() == BoardSession::State::kAccepted);
       CHECK(session.kept() <= 30);
       CHECK(session.prompt() == BoardPrompt::kNone);
@@ -105,7 +105,7 @@ TEST_CASE("whoever follows the prompts gets a lens that is as good as it says") 
   }
 }
 
-TEST_CASE("a view that follows the prompt tells more than one more of the same") {
+TEST_CASE("a view that follows the prompt adds more information than repeating the last view") {
   Operator somebody(3000, 4);
   const Board board;
   std::vector<BoardView> views;
@@ -133,7 +133,7 @@ TEST_CASE("a view that follows the prompt tells more than one more of the same")
   CHECK(BestPrompt(board, *fit, kSize, {best}) != best);
 }
 
-TEST_CASE("what is not kept, and what is said of it") {
+TEST_CASE("rejected views and their reasons") {
   Operator somebody(1700, 2);
   BoardSession session({}, kSize, 0);
   CHECK(session.prompt() == BoardPrompt::kShowBoard);
@@ -144,26 +144,26 @@ TEST_CASE("what is not kept, and what is said of it") {
 
   session.Take(somebody.Next(BoardPrompt::kTiltLeft));
   CHECK(session.kept() == 1);
-  CHECK_THAT(session.last_word(), Catch::Contains("like a view"));
+  CHECK_THAT(session.rejection(), Catch::Contains("like a view"));
 
   BoardView moved = somebody.Next(BoardPrompt::kTiltLeft);
   for (Vec2& corner : moved.corners_px) corner.x() += 200;
   session.Take(moved);
-  CHECK_THAT(session.last_word(), Catch::Contains("moved by 200"));
+  CHECK_THAT(session.rejection(), Catch::Contains("moved by 200"));
   CHECK(session.prompt() == BoardPrompt::kHoldStill);
 
   BoardView blurred = somebody.Next(BoardPrompt::kTiltLeft);
   blurred.blur_px = 4;
   session.Take(blurred);
-  CHECK_THAT(session.last_word(), Catch::Contains("blurred"));
+  CHECK_THAT(session.rejection(), Catch::Contains("blurred"));
   CHECK(session.prompt() == BoardPrompt::kHoldStill);
 
-  session.TakeMiss("only a part of the board", 0.25);
+  session.TakeFailure("only a part of the board", 0.25);
   CHECK(session.prompt() == BoardPrompt::kShowBoard);
   CHECK(session.kept() == 1);
 }
 
-TEST_CASE("a prompt that brings nothing new gives way to another") {
+TEST_CASE("a prompt that brings no new view is replaced by another") {
   Operator somebody(1700, 6);
   BoardSession session({}, kSize, 0);
   while (session.kept() < 4) session.Take(somebody.Next(session.prompt()));
@@ -181,7 +181,7 @@ TEST_CASE("a prompt that brings nothing new gives way to another") {
   CHECK(session.kept() == 5);
 }
 
-TEST_CASE("the board that is never moved is refused when patience ends, with what was missing") {
+TEST_CASE("a board that is never moved: refused at the timeout, with the reason") {
   Operator somebody(1700, 3);
   BoardSession session({}, kSize, 0);
   const BoardView view = somebody.Next(BoardPrompt::kTiltLeft);
@@ -197,7 +197,7 @@ TEST_CASE("the board that is never moved is refused when patience ends, with wha
   CHECK_THAT(session.reasons().back(), Catch::Contains("1 views kept"));
 }
 
-TEST_CASE("a lens that creeps meanwhile is refused at once: no further view mends it") {
+TEST_CASE("a lens that creeps during the capture is refused at once: further views cannot help") {
   BoardSession session({}, kSize, 0);
   Operator somebody(1700, 5);
   int frames = 0;

@@ -1,4 +1,4 @@
-// The real worker process, and stand-ins that misbehave.
+// BoardWorker with the real worker process and with misbehaving substitutes.
 #include "app/camera/board_worker.h"
 
 #include <sys/stat.h>
@@ -16,8 +16,8 @@ using plumbline::test::TemporaryFolder;
 
 namespace {
 
-/// Goes on by the test's word only: a worker yields to every other program, and where the computer
-/// is busy it starts late.
+/// Advances only when the test says so: the worker has low priority, so on a busy machine it starts
+/// late.
 double now_s = 0;
 double OwnClock() {
   return now_s;
@@ -42,28 +42,28 @@ LumaView ViewOf(const renderer::Image& image) {
 
 }  // namespace
 
-TEST_CASE("the board is found in another process; frames of any size follow each other") {
+TEST_CASE("the board is found by the worker process, in frames of changing size") {
   BoardWorker worker(PLUMBLINE, OwnClock);
   const Board board;
   CHECK(worker.idle());
   CHECK_FALSE(worker.Poll());
   const std::vector<std::uint8_t> black(64 * 48, 0);
-  REQUIRE(worker.Ask({black.data(), 64, 48, 64}, board));
+  REQUIRE(worker.Submit({black.data(), 64, 48, 64}, board));
   CHECK_FALSE(worker.idle());
   const auto none = Await(worker);
   CHECK_THAT(none.error(), Catch::Contains("no chessboard"));
   const renderer::Image image = DrawnBoard(board);
   for (int frame = 0; frame < 3; ++frame) {
-    REQUIRE(worker.Ask(ViewOf(image), board));
+    REQUIRE(worker.Submit(ViewOf(image), board));
     const auto found = Await(worker);
     INFO((found ? "" : found.error()));
     REQUIRE(found);
     CHECK(found->corners_px.size() == static_cast<std::size_t>(board.corners()));
   }
-  CHECK(worker.ended() == 0);
+  CHECK(worker.failures() == 0);
 }
 
-TEST_CASE("a worker that does not answer is ended at the deadline, and another one works") {
+TEST_CASE("a worker that does not respond is killed at the deadline and replaced") {
   const TemporaryFolder folder;
   const std::string program = folder.path() + "/plumbline";
   std::ofstream(program) << "#!/bin/sh\n[ -e " << folder.path() << "/sound ] && exec " << PLUMBLINE
@@ -73,33 +73,33 @@ TEST_CASE("a worker that does not answer is ended at the deadline, and another o
   BoardWorker worker(program, OwnClock);
   const Board board;
   const renderer::Image image = DrawnBoard(board);
-  REQUIRE(worker.Ask(ViewOf(image), board));
-  now_s = BoardWorker::kStart_s - 1;
+  REQUIRE(worker.Submit(ViewOf(image), board));
+  now_s = BoardWorker::kStartupDeadline_s - 1;
   CHECK_FALSE(worker.Poll());
-  now_s = BoardWorker::kStart_s + 1;
+  now_s = BoardWorker::kStartupDeadline_s + 1;
   const auto late = worker.Poll();
   REQUIRE(late);
-  CHECK_THAT(late->error(), Catch::Contains("not looked for within"));
-  CHECK(worker.ended() == 1);
+  CHECK_THAT(late->error(), Catch::Contains("did not finish within"));
+  CHECK(worker.failures() == 1);
   CHECK(worker.idle());
 
   std::ofstream(folder.path() + "/sound") << "1";
-  REQUIRE(worker.Ask(ViewOf(image), board));
+  REQUIRE(worker.Submit(ViewOf(image), board));
   REQUIRE(Await(worker));
-  REQUIRE(worker.Ask(ViewOf(image), board));
+  REQUIRE(worker.Submit(ViewOf(image), board));
   now_s += BoardWorker::kDeadline_s / 2;  // it has answered before: the short deadline holds
   CHECK(Await(worker).ok());
 }
 
-TEST_CASE("a program that is none, or ends, is told") {
+TEST_CASE("a program that cannot be started, or exits, is reported") {
   const Board board;
   const std::vector<std::uint8_t> black(64 * 48, 0);
   for (const char* program : {"/nonexistent/plumbline", "/bin/true"}) {
     BoardWorker worker(program, MonotonicSeconds);
-    const auto asked = worker.Ask({black.data(), 64, 48, 64}, board);
-    const std::string why = asked ? Await(worker).error() : asked.error();
+    const auto context = worker.Submit({black.data(), 64, 48, 64}, board);
+    const std::string why = context ? Await(worker).error() : context.error();
     CHECK_FALSE(why.empty());
-    CHECK(worker.ended() == 1);
+    CHECK(worker.failures() == 1);
     CHECK(worker.idle());
   }
 }

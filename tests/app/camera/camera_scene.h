@@ -1,4 +1,4 @@
-// The cell as a recorded camera shows it: one image file that is replaced while the camera runs.
+// Rendered cell for tests with a recorded camera: one image file, replaced while the camera runs.
 #pragma once
 
 #include <filesystem>
@@ -6,20 +6,20 @@
 #include <string>
 
 #include "app/camera/view_gain.h"
-#include "tests/app/camera/marks_scene.h"
+#include "tests/app/camera/reference_tag_scene.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/renderer/pgm.h"
 
 namespace plumbline::test {
 
-inline Eigen::Isometry3d Placed(const Pose& X) {
+inline Eigen::Isometry3d IsometryOf(const Pose& X) {
   Eigen::Isometry3d placed = Eigen::Isometry3d::Identity();
   placed.linear() = X.R;
   placed.translation() = X.p;
   return placed;
 }
 
-/// The gripper with three tags; its tip 150 mm beside it.
+/// A gripper with three tags and its tip 150 mm to the side.
 inline Body GripperBody() {
   return {"gripper",
           {{20, 0.06, {Mat3::Identity(), Vec3(-0.1, -0.02, 0)}},
@@ -38,15 +38,15 @@ inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK
   const TagFamily family = TagFamilyOfName("36h11").value();
   std::vector<renderer::Sheet> sheets;
   for (const BodyTag& tag : CellMarks().tags) {
-    sheets.push_back(TagSheet(family, tag.id, tag.side_m, Placed(X_CK * tag.X_KM)));
+    sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CK * tag.X_KM)));
   }
   for (const BodyTag& tag : GripperBody().tags) {
-    sheets.push_back(TagSheet(family, tag.id, tag.side_m, Placed(X_CT * tag.X_KM)));
+    sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CT * tag.X_KM)));
   }
   return renderer::Render(camera, sheets, {}, 1);
 }
 
-/// The board about where the prompt wants it. @param roll_rad  at most, as hands turn it
+/// The board roughly where the prompt asks for it. @param roll_rad  largest random roll, as by hand
 inline renderer::Image DrawBoard(const renderer::Camera& camera, const Board& board,
                                  BoardPrompt prompt, std::uint64_t seed, double roll_rad = 0) {
   std::mt19937_64 random(seed);
@@ -59,7 +59,7 @@ inline renderer::Image DrawBoard(const renderer::Camera& camera, const Board& bo
   X = Pose{rolled * X.R, centre + rolled * (X.p - centre)};
   renderer::Sheet sheet;
   sheet.print = PrintOf(board);
-  sheet.X_CK = Placed(X);
+  sheet.X_CK = IsometryOf(X);
   sheet.centre_x_m = board.Centre().x();
   sheet.centre_y_m = board.Centre().y();
   sheet.half_width_m = board.Centre().x() + 2 * board.square_m;
@@ -85,7 +85,7 @@ class ShownImage {
   std::string folder_;
 };
 
-/// The tags' file of this cell.
+/// The tag file of this cell.
 inline std::string TagsText() {
   std::string text = "schema = 1\n";
   for (const Body& body : {CellMarks(), GripperBody()}) {

@@ -3,14 +3,14 @@
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
-#include "tests/app/camera/marks_scene.h"
+#include "tests/app/camera/reference_tag_scene.h"
 
 using namespace plumbline;
 using namespace plumbline::test;
 
 namespace {
 
-/// The gripper of six tags on 400 x 200 mm, its tip 300 mm beside it.
+/// A gripper with six tags on 400 x 200 mm and its tip 300 mm to the side.
 Body Gripper() {
   Body body{"gripper", {}};
   for (int k = 0; k < 6; ++k) {
@@ -26,7 +26,7 @@ const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.3, -0.2, 1.1)), Vec3(1, 2, 0
 
 }  // namespace
 
-TEST_CASE("the tip by camera: its error is what is stated, the lens' error included") {
+TEST_CASE("the tip error matches the stated covariance, including the lens error") {
   const Body cell = CellMarks(4), gripper = Gripper();
   const Pose X_CK = CellInCamera();
   const Pose X_CT{RotationFromRollPitchYaw(Vec3(-0.2, 0.25, 0.4)), Vec3(-0.1, 0.05, 1.5)};
@@ -38,20 +38,20 @@ TEST_CASE("the tip by camera: its error is what is stated, the lens' error inclu
   for (int seed = 1; seed <= kSeeds; ++seed) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal(0, 1);
-    KnownLens known{MarksLens(), lens_covariance};
+    KnownLens known{TagSceneLens(), lens_covariance};
     Lens real = known.lens;
     real.fx += 2 * normal(random);
     real.fy += 2 * normal(random);
     real.cx += 3 * normal(random);
     real.cy += 3 * normal(random);
     real.k1 += 1e-3 * normal(random);
-    auto seen = SeenMarks(real, cell, X_CK, 0.05, 10 * seed);
-    for (const SeenTag& tag : SeenMarks(real, gripper, X_CT, 0.05, 10 * seed + 1))
+    auto seen = ObserveTags(real, cell, X_CK, 0.05, 10 * seed);
+    for (const SeenTag& tag : ObserveTags(real, gripper, X_CT, 0.05, 10 * seed + 1))
       seen.push_back(tag);
     const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
     const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
-    const PointByCamera tip =
+    const MeasuredPoint tip =
         MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip, lens_covariance, 0);
     const Vec3 error = tip.p_W - truth;
     chi2 += error.dot(tip.covariance_W.ldlt().solve(error));
@@ -63,8 +63,8 @@ TEST_CASE("the tip by camera: its error is what is stated, the lens' error inclu
   CHECK(std::sqrt(squares / kSeeds) < 1e-3);
 }
 
-TEST_CASE("errors of the tags' declared places are in what is stated, and no mean hides them") {
-  // What is told are the declared places; the tags really are elsewhere, in each run otherwise.
+TEST_CASE("errors of the tags' declared places are stated and are not reduced by averaging") {
+  // The tags are displaced from their declared places, differently in each run.
   constexpr double kCellSd_m = 3e-4, kToolSd_m = 1e-4;
   Body cell = CellMarks(4), gripper = Gripper();
   cell.place_sd_m = kCellSd_m;
@@ -83,17 +83,17 @@ TEST_CASE("errors of the tags' declared places are in what is stated, and no mea
       }
       return body;
     };
-    const KnownLens known{MarksLens(), LensCovariance::Zero()};
-    auto seen = SeenMarks(known.lens, moved(cell, kCellSd_m), X_CK, 0.05, 10 * run);
+    const KnownLens known{TagSceneLens(), LensCovariance::Zero()};
+    auto seen = ObserveTags(known.lens, moved(cell, kCellSd_m), X_CK, 0.05, 10 * run);
     for (const SeenTag& tag :
-         SeenMarks(known.lens, moved(gripper, kToolSd_m), X_CT, 0.05, 10 * run + 1)) {
+         ObserveTags(known.lens, moved(gripper, kToolSd_m), X_CT, 0.05, 10 * run + 1)) {
       seen.push_back(tag);
     }
     const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
     const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
     REQUIRE((cell_seen->left_out.empty() && tool_seen->left_out.empty()));
-    const PointByCamera tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
+    const MeasuredPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
                                            known.covariance, 0, {kCellSd_m, kToolSd_m});
     const Vec3 error = tip.p_W - truth;
     chi2 += error.dot((tip.covariance_W + tip.places_W).ldlt().solve(error));
@@ -103,44 +103,44 @@ TEST_CASE("errors of the tags' declared places are in what is stated, and no mea
   CHECK(std::sqrt(by_noise / (3 * kRuns)) > 2);  // without them it would be a lie
 }
 
-TEST_CASE("a single tag's place is the body's") {
-  const KnownLens known{MarksLens(), LensCovariance::Zero()};
+TEST_CASE("the placement error of a single tag is that of its body") {
+  const KnownLens known{TagSceneLens(), LensCovariance::Zero()};
   const Body one{"one", {{7, 0.08, {Mat3::Identity(), Vec3::Zero()}}}};
   const Pose X{RotationFromRollPitchYaw(Vec3(0.4, 0.3, 0.1)), Vec3(0, 0, 1)};
   const auto located =
-      LocateBody(known, one, SeenMarks(known.lens, one, X, 0, 1), std::optional(X));
+      LocateBody(known, one, ObserveTags(known.lens, one, X, 0, 1), std::optional(X));
   REQUIRE(located);
   Mat6 expected = Mat6::Zero();
   expected.topLeftCorner<3, 3>().setIdentity();
-  CHECK((located->estimate.by_places - expected).cwiseAbs().maxCoeff() < 1e-6);
+  CHECK((located->estimate.unit_place_covariance - expected).cwiseAbs().maxCoeff() < 1e-6);
 }
 
-TEST_CASE("a tip stands where three looks agree, and only then") {
-  Standing standing;
-  PointByCamera look;
-  look.covariance_W = 1e-10 * Mat3::Identity();
-  look.p_W = Vec3(1, 2, 3);
+TEST_CASE("the tip is stationary only while three samples agree") {
+  StationaryPointFilter filter;
+  MeasuredPoint point;
+  point.covariance_W = 1e-10 * Mat3::Identity();
+  point.p_W = Vec3(1, 2, 3);
   const auto take = [&](double time_s, double x) {
-    look.time_s = time_s;
-    look.p_W.x() = x;
-    standing.Take(look);
+    point.time_s = time_s;
+    point.p_W.x() = x;
+    filter.Take(point);
   };
   take(0.0, 1.0);
   take(0.1, 1.00001);
-  CHECK_FALSE(standing.Point());
+  CHECK_FALSE(filter.Point());
   take(0.2, 0.99999);
-  REQUIRE(standing.Point());
-  CHECK(standing.Point()->p_W.x() == Approx(1).margin(1e-9));
-  CHECK(standing.Point()->time_s == 0.2);
+  REQUIRE(filter.Point());
+  CHECK(filter.Point()->p_W.x() == Approx(1).margin(1e-9));
+  CHECK(filter.Point()->time_s == 0.2);
   take(0.3, 1.0005);
-  CHECK_FALSE(standing.Point());
+  CHECK_FALSE(filter.Point());
   take(0.4, 1.0005);
   take(0.5, 1.0005);
-  CHECK(standing.Point());
-  take(2.5, 1.0005);  // after a gap the looks begin anew
-  CHECK_FALSE(standing.Point());
+  CHECK(filter.Point());
+  take(2.5, 1.0005);  // after a gap the samples are discarded
+  CHECK_FALSE(filter.Point());
   take(2.6, NAN);
   take(2.7, 1.0005);
   take(2.8, 1.0005);
-  CHECK_FALSE(standing.Point());
+  CHECK_FALSE(filter.Point());
 }

@@ -144,9 +144,9 @@ TEST_CASE("Few images, no board, and faulty tables of poses are told") {
   CHECK(answer.err.find("poses.csv:4") != std::string::npos);
   CHECK(answer.err.find("z_mm") != std::string::npos);
   files.rows[2] = "shot2.pgm,1,2,3,2,0,0,0\n";
-  CHECK(files.Calibrate("").err.find("no unit quaternion") != std::string::npos);
+  CHECK(files.Calibrate("").err.find("not a unit quaternion") != std::string::npos);
   files.rows[2] = rows[1];
-  CHECK(files.Calibrate("").err.find("stands twice") != std::string::npos);
+  CHECK(files.Calibrate("").err.find("is listed twice") != std::string::npos);
   files.header = "image,x_mm,y_mm,qw,qx,qy,qz\n";
   CHECK(files.Calibrate("").err.find("no column z_mm") != std::string::npos);
   files.header = "image,q1_deg\n";

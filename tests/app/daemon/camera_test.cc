@@ -168,7 +168,7 @@ TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts,
     station.ShowBoard(camera, {});
     INFO(station.daemon->Log());
     REQUIRE(station.State() == 4);
-    CHECK(station.daemon->Says("the board is in view; its capture begins"));
+    CHECK(station.daemon->Says("the board is in view; capture started"));
     CHECK(station.daemon->Says("camera valid: the calibration was accepted"));
     station.ShowCell();
     REQUIRE(Eventually([&] { return (station.plc->Read(500, 24).Word(23) & 1) == 1; }));
@@ -263,7 +263,7 @@ TEST_CASE("a damaged lens store: it is told what to do, and the last good lens s
       std::filesystem::remove(store + ".backup");
     });
     INFO(station.daemon->Log());
-    REQUIRE(station.daemon->Awaits("move the file away to begin anew"));
+    REQUIRE(station.daemon->Awaits("move the file away to start a new store"));
     REQUIRE(station.Becomes(5));  // once it has waited in vain for a lens
     CHECK((station.Bits() & kStoreFault) != 0);
     CHECK((station.Bits() & 1) == 1);

@@ -5,7 +5,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("a deviation is printed with two significant digits at least") {
+TEST_CASE("a standard deviation is printed with at least two significant digits") {
   CHECK(DecimalsFor({1.234}, 2) == 2);
   CHECK(DecimalsFor({0.12}, 2) == 2);
   CHECK(DecimalsFor({0.099}, 2) == 3);
@@ -15,21 +15,23 @@ TEST_CASE("a deviation is printed with two significant digits at least") {
   CHECK(DecimalsFor({0.0}, 2) == 2);  // nothing was estimated
 }
 
-TEST_CASE("a camera that is known to micrometres does not read as known exactly") {
-  HandEye answer;
-  answer.accepted = true;
-  answer.camera.X.p = Vec3(1.2345678, -0.5, 0.25);
+TEST_CASE("micrometre uncertainties are not printed as zero") {
+  HandEye result;
+  result.accepted = true;
+  result.camera.X.p = Vec3(1.2345678, -0.5, 0.25);
   Vec6 sd;
   sd << 4.2e-6, 3.1e-6, 11e-6, 2e-6, 2e-6, 1e-6;
-  answer.camera.covariance = sd.cwiseAbs2().asDiagonal();
-  answer.target = answer.camera;
-  answer.point_sd_m = 2.5e-7;
-  answer.size_ratio_sd = 3e-6;
-  const std::string text = HandEyeText(answer, {});
+  result.camera.covariance = sd.cwiseAbs2().asDiagonal();
+  result.target = result.camera;
+  result.point_sd_m = 2.5e-7;
+  result.size_ratio_sd = 3e-6;
+  const std::string text = HandEyeText(result, {});
   INFO(text);
   CHECK(text.find("1234.5678, -500.0000, 250.0000 mm (+- 0.0042, 0.0031, 0.0110)") !=
         std::string::npos);
   CHECK(text.find("0.00000 deg (+- 0.00017)") != std::string::npos);
-  CHECK(text.find("known to 0.00025 mm (one deviation)") != std::string::npos);
-  CHECK(text.find("the target is 1.0000000 +- 0.0000030 of its told size") != std::string::npos);
+  CHECK(text.find("standard deviation of a point that the camera sees: 0.00025 mm") !=
+        std::string::npos);
+  CHECK(text.find("target size 1.0000000 +- 0.0000030 times the declared one") !=
+        std::string::npos);
 }

@@ -1,4 +1,4 @@
-// Images of a target by a robot that errs, as corners: made with the renderer's own camera.
+// Simulated hand-eye views: projected corners of a target and noisy robot poses.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@ struct Making {
   double corner_px = 0.1, robot_m = 0.3e-3, robot_rad = 0.3e-3;
   double tilt_rad = 0.5;     ///< largest turn of the target about two axes
   double spin_rad = 1.5;     ///< and about the third
-  double size = 1;           ///< the target's true size over the told one
+  double size = 1;           ///< true size of the target / declared size
   std::vector<int> wrong{};  ///< views whose robot pose is that of another
 };
 
@@ -38,7 +38,7 @@ inline Pose PoseOfIso(const Eigen::Isometry3d& X) {
   return {X.linear(), X.translation()};
 }
 
-/// A board of 9 x 6 corners 30 mm apart, 0.8 to 1.4 m before a camera of f = 2000 px.
+/// A board of 9 x 6 corners 30 mm apart, 0.8 to 1.4 m in front of a camera with f = 2000 px.
 inline Made Make(const Making& how, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> draw(-1, 1);
@@ -57,15 +57,15 @@ inline Made Make(const Making& how, std::uint64_t seed) {
   made.camera_pose = Iso(vector(2), vector(1.5));
   made.target_pose = Iso(vector(1.5), vector(0.2));
   while (static_cast<int>(made.views.size()) < how.views) {
-    const Eigen::Vector3d middle(0.12, 0.075, 0);
+    const Eigen::Vector3d centre(0.12, 0.075, 0);
     const double distance = 1.1 + 0.3 * draw(random);
     Eigen::Isometry3d X_CK =
         Iso({0, 0, how.spin_rad * draw(random)}, Eigen::Vector3d::Zero()) *
         Iso({how.tilt_rad * draw(random), how.tilt_rad * draw(random), 0}, Eigen::Vector3d::Zero());
     X_CK.translation() =
         Eigen::Vector3d(0.25 * distance * draw(random), 0.12 * distance * draw(random), distance) -
-        X_CK.linear() * middle;
-    // The robot stands where the image needs it.
+        X_CK.linear() * centre;
+    // The robot pose that the image requires.
     const Eigen::Isometry3d X_BF = how.setup == HandEyeSetup::kEyeToHand
                                        ? made.camera_pose * X_CK * made.target_pose.inverse()
                                        : made.target_pose * (made.camera_pose * X_CK).inverse();

@@ -1,5 +1,5 @@
-// A robot that carries a ChArUco board before a fixed camera: corners of
-// github.com/Jmeyer1292/robot_cal_tools (Apache-2.0), read where the measured folder is present.
+// A real robot that carries a ChArUco board in front of a fixed camera: corners from
+// github.com/Jmeyer1292/robot_cal_tools (Apache-2.0). Skipped without the folder of measured data.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -18,11 +18,11 @@ namespace fs = std::filesystem;
 namespace {
 
 fs::path Folder() {
-  const char* told = std::getenv("PLUMBLINE_MEASURED");
-  return fs::path(told != nullptr ? told : "../shared/measured") / "robot-charuco-rct";
+  const char* folder = std::getenv("PLUMBLINE_MEASURED");
+  return fs::path(folder != nullptr ? folder : "../shared/measured") / "robot-charuco-rct";
 }
 
-/// "x: 0.1" lines.
+/// Parses "x: 0.1" lines.
 std::map<std::string, double> Numbers(const fs::path& file) {
   std::ifstream stream(file);
   std::map<std::string, double> numbers;
@@ -66,7 +66,7 @@ std::vector<HandEyeView> Views() {
 
 }  // namespace
 
-TEST_CASE("a real robot and camera: the published lens, and the lens adjusted with them",
+TEST_CASE("a real robot and camera: with the published lens, and with the lens estimated",
           "[measured]") {
   if (!fs::exists(Folder())) {
     WARN("SKIPPED: no " << Folder() << " (set PLUMBLINE_MEASURED)");
@@ -85,7 +85,7 @@ TEST_CASE("a real robot and camera: the published lens, and the lens adjusted wi
   const HandEye published = CalibrateHandEye(views, lens, options);
   options.free_lens = options.free_size = true;
   const HandEye adjusted = CalibrateHandEye(views, lens, options);
-  // The published lens has no distortion, the real one has.
+  // The published lens has no distortion, but the real one has.
   CHECK_FALSE(published.accepted);
   CHECK(std::any_of(published.reasons.begin(), published.reasons.end(), [](const auto& reason) {
     return reason.find("contradict the lens") != std::string::npos;
@@ -100,7 +100,7 @@ TEST_CASE("a real robot and camera: the published lens, and the lens adjusted wi
   CHECK(adjusted.adjusted.position_m < 0.2 * adjusted.linear.position_m);
   CHECK(std::abs(adjusted.lens.lens.fx / lens.lens.fx - 1) < 0.01);
   CHECK(std::abs(adjusted.lens.lens.k1 + 0.118) < 0.03);  // as others fitted it
-  // The folder's guess of the camera, which its own method starts from.
+  // The data set's own initial guess of the camera pose.
   CHECK(adjusted.camera.X.p.x() == Approx(-0.0196).margin(0.02));
   CHECK(adjusted.camera.X.p.y() == Approx(1.2784).margin(0.02));
   CHECK(adjusted.camera.X.p.z() == Approx(0.2840).margin(0.02));

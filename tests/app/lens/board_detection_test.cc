@@ -1,4 +1,4 @@
-// Corners of drawn boards against where they really are; frames that show none.
+// Chessboard detection in rendered images against ground truth, and in images without a board.
 #include "app/lens/board_detection.h"
 
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@ LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 
-/// Root mean square of a coordinate; the board may be found turned by half a turn.
+/// RMS error per coordinate; the board may be detected rotated by half a turn.
 double RmsOf(const BoardView& found, const std::vector<Vec2>& truth) {
   double least = 1e9;
   for (const bool turned : {false, true}) {
@@ -87,7 +87,7 @@ TEST_CASE("poor light, shade, ripple and blur") {
   }
 }
 
-TEST_CASE("a frame without the board says what it shows") {
+TEST_CASE("a frame without the board: the error says what it shows") {
   const Board board;
   Capture capture;
   capture.views = 1;
@@ -128,7 +128,7 @@ TEST_CASE("a frame without the board says what it shows") {
   }
 }
 
-TEST_CASE("noise and fine chessboards over the whole frame are looked at within bounds") {
+TEST_CASE("noise and fine chessboards over the whole frame are processed in bounded time") {
   std::mt19937_64 random(1);
   std::vector<std::uint8_t> image(1920 * 1080);
   for (std::uint8_t& pixel : image) pixel = static_cast<std::uint8_t>(random());

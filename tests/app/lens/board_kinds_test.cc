@@ -1,4 +1,5 @@
-// ChArUco boards and grids of circles, drawn, against the truth; what they are mistaken for.
+// Detection of rendered ChArUco boards and circle grids against ground truth, and mix-ups of
+// boards.
 #include <catch2/catch.hpp>
 #include <numeric>
 
@@ -23,12 +24,12 @@ Board Charuco() {
 Board Circles() {
   return {11, 7, 0.020, BoardKind::kCircles, 0.012, {}};
 }
-/// OpenCV's pattern: rows of 4, every other one shifted.
+/// OpenCV's asymmetric pattern: rows of 4, every other one shifted.
 Board Shifted() {
   return {4, 11, 0.020, BoardKind::kAsymmetricCircles, 0.015, {}};
 }
 
-/// Where the board's points are seen: of discs, their images' centres.
+/// True image positions of the board's points; for discs, the centres of their images.
 std::vector<Vec2> TruePoints(const DrawnView& view, const Board& board) {
   SharedVector shared = SharedOfLens(TrueLens(view.camera));
   std::vector<Vec2> points = TrueCorners(view, board);
@@ -57,7 +58,7 @@ Errors ErrorsOf(const BoardView& view, const std::vector<Vec2>& truth) {
   return errors;
 }
 
-/// A grid that looks the same after half a turn may be numbered from its other end.
+/// A grid with half-turn symmetry may be numbered from its other end.
 Errors BetterErrors(const BoardView& view, std::vector<Vec2> truth) {
   const Errors as_is = ErrorsOf(view, truth);
   std::reverse(truth.begin(), truth.end());
@@ -70,7 +71,7 @@ renderer::Image Drawn(const DrawnView& view, std::uint64_t seed,
   return renderer::Render(view.camera, {view.sheet}, light, seed);
 }
 
-/// A view from the front, tilted, whose board is `share` of the image's width wide.
+/// A tilted view from the front in which the board fills `share` of the image width.
 DrawnView Tilted(const Board& board, double tilt, double share, double roll = 0.1) {
   DrawnView view{renderer::ZoomLens(1700), {}};
   const Vec2 centre = board.Centre();
@@ -89,7 +90,7 @@ DrawnView Tilted(const Board& board, double tilt, double share, double roll = 0.
 
 }  // namespace
 
-TEST_CASE("each kind of board is found from many sides, to a few hundredths of a pixel") {
+TEST_CASE("each kind of board is found from many directions, to a few hundredths of a pixel") {
   for (const Board& board : {Charuco(), Circles(), Shifted()}) {
     REQUIRE_FALSE(FaultOf(board));
     Capture capture;
@@ -112,7 +113,7 @@ TEST_CASE("each kind of board is found from many sides, to a few hundredths of a
   }
 }
 
-TEST_CASE("ChArUco tells its corners apart in any turn, also where only a part is seen") {
+TEST_CASE("ChArUco corners are identified in any rotation and if only a part is visible") {
   const Board board = Charuco();
   for (const double roll : {0.0, 1.6, 3.1, 4.7}) {
     const DrawnView view = Tilted(board, 0.4, 0.5, roll);
@@ -132,7 +133,7 @@ TEST_CASE("ChArUco tells its corners apart in any turn, also where only a part i
   CHECK(errors.worst_px < 0.3);
 }
 
-TEST_CASE("a ChArUco board of an even number of rows may begin with a white square") {
+TEST_CASE("a ChArUco board with an even number of rows may start with a white square") {
   Board board = Charuco();
   board.rows = 7;  // of corners: eight rows of squares
   DrawnView view = Tilted(board, 0.3, 0.5);
@@ -164,7 +165,7 @@ TEST_CASE("a hand over ChArUco's corners, and a sheet over circles") {
   CHECK(discs.error().find("only a part of the board") == 0);
 }
 
-TEST_CASE("the wrong kind or size of board is refused, and it is told what is there") {
+TEST_CASE("a board of the wrong kind or size is refused; the error says what was found") {
   const auto error = [](const Board& drawn, const Board& asked) {
     const auto found = DetectBoard(ViewOf(Drawn(Tilted(drawn, 0.3, 0.35), 7)), asked);
     return found ? std::string("found") : found.error();
@@ -178,14 +179,14 @@ TEST_CASE("the wrong kind or size of board is refused, and it is told what is th
   CHECK(error(Charuco(), other).find("no tag of aruco-4x4-100") == 0);
   other = Charuco();
   other.columns = 6;
-  CHECK(error(Charuco(), other).find("but not as on a board of 6 x 6 inner corners") !=
+  CHECK(error(Charuco(), other).find("but not arranged as on a board of 6 x 6 inner corners") !=
         std::string::npos);
   other = Charuco();
   other.rows = 4;
   CHECK(error(Charuco(), other).find("a board of more than 9 x 4 inner corners") == 0);
   other = Circles();
   other.columns = 9;
-  CHECK(error(Circles(), other).find("a grid of 77 circles where the board has 63") == 0);
+  CHECK(error(Circles(), other).find("a grid of 77 circles instead of 63") == 0);
   other.columns = 7;
   other.rows = 11;
   CHECK(error(Circles(), other) == "found");  // the same board, turned by a quarter
@@ -195,7 +196,7 @@ TEST_CASE("the wrong kind or size of board is refused, and it is told what is th
   CHECK(error(Shifted(), shifted).find("a grid of 44 circles, but not in 4 rows of 11") == 0);
 }
 
-TEST_CASE("frames without such a board") {
+TEST_CASE("frames without a board of that kind") {
   renderer::Conditions cluttered;
   cluttered.clutter = 60;
   for (const Board& board : {Charuco(), Circles(), Shifted()}) {
@@ -218,7 +219,7 @@ TEST_CASE("frames without such a board") {
   }
 }
 
-TEST_CASE("numbers that are no board say which of them to mend") {
+TEST_CASE("invalid board dimensions: the error names the key") {
   const auto why = [](Board board, auto change) {
     change(board);
     const auto fault = FaultOf(board);
@@ -240,7 +241,7 @@ TEST_CASE("numbers that are no board say which of them to mend") {
   CHECK_FALSE(BoardKindOfName("hexagons"));
 }
 
-TEST_CASE("discs are placed where a tilted one is seen") {
+TEST_CASE("disc offsets agree with the dual conic of a tilted circle") {
   // Without distortion the image of a circle is an ellipse, whose centre follows from its dual
   // conic: H diag(r^2, r^2, -1) H^T about the disc's centre.
   const Board board{3, 3, 0.1, BoardKind::kCircles, 0.06, {}};
@@ -265,7 +266,7 @@ TEST_CASE("discs are placed where a tilted one is seen") {
   CHECK(largest > 1);
 }
 
-TEST_CASE("the lens is right within what it claims, with each kind of board") {
+TEST_CASE("with each kind of board, the lens error is within its stated uncertainty") {
   for (const Board& board : {Charuco(), Circles(), Shifted()}) {
     Capture capture;
     capture.views = 14;

@@ -1,4 +1,4 @@
-// Lenses against the truth they were drawn with, and what must not be accepted.
+// Calibrated lenses against ground truth, and captures that must be refused.
 #include "app/lens/calibration.h"
 
 #include <catch2/catch.hpp>
@@ -29,7 +29,7 @@ std::string AllReasons(const LensCalibration& calibration) {
 
 }  // namespace
 
-TEST_CASE("the lens is right within what it claims, from wide to long") {
+TEST_CASE("the lens error is within its stated uncertainty, from wide to long lenses") {
   for (const double f : {1000.0, 1700.0, 5000.0, 12000.0}) {
     Capture capture;
     capture.f = f;
@@ -51,7 +51,7 @@ TEST_CASE("the lens is right within what it claims, from wide to long") {
   }
 }
 
-TEST_CASE("a bowed board is seen through") {
+TEST_CASE("a bowed board does not bias the lens") {
   Capture capture;
   capture.bow = 0.05;  // up to about half a millimetre at the board's ends
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -66,20 +66,20 @@ TEST_CASE("a bowed board is seen through") {
   }
 }
 
-TEST_CASE("what must not be accepted is refused, with what to do") {
+TEST_CASE("unsuitable captures are refused with advice") {
   Capture capture;
   std::string expected;
   SECTION("a lens that creeps") {
     capture.creep = 0.005;
     expected = "the lens moved while the frames were taken";
   }
-  SECTION("a lens that jumps half way") {
+  SECTION("a lens that jumps halfway through") {
     capture.step = 0.004;
     expected = "the lens moved";
   }
   SECTION("twenty identical views") {
     capture.kind = Capture::Kind::kSame;
-    expected = "the views are too much alike; tilt the board";
+    expected = "the views are too similar; tilt the board";
   }
   SECTION("a one-second burst through a long lens") {
     capture.kind = Capture::Kind::kBurst;
@@ -98,14 +98,14 @@ TEST_CASE("what must not be accepted is refused, with what to do") {
   }
 }
 
-TEST_CASE("no views at all is an answer too") {
+TEST_CASE("without any views, the calibration is refused") {
   const LensCalibration c = CalibrateLens(Board{}, {}, {});
   CHECK_FALSE(c.accepted);
   CHECK(c.reasons.size() == 1);
   CHECK(LensJson(c).find("\"fx\": null") != std::string::npos);
 }
 
-TEST_CASE("blurred views and views that fit nothing are left out by name") {
+TEST_CASE("blurred and inconsistent views are excluded and named") {
   const Board board;
   auto views = NoisyViews(DrawViews({}, board, 3), board, kNoise_px, 3);
   views[4].blur_px = 6;
@@ -124,7 +124,7 @@ TEST_CASE("blurred views and views that fit nothing are left out by name") {
         5 * c.uncertainty.max_px);
 }
 
-TEST_CASE("errors that every view shares widen what is claimed") {
+TEST_CASE("errors common to all views widen the stated uncertainty") {
   const Board board;
   auto views = NoisyViews(DrawViews({}, board, 3), board, kNoise_px, 3);
   const LensCalibration even = CalibrateLens(board, views, kSize);
@@ -139,7 +139,7 @@ TEST_CASE("errors that every view shares widen what is claimed") {
   CHECK(uneven.uncertainty.max_px > 1.5 * even.uncertainty.max_px);
 }
 
-TEST_CASE("the file says what was found, and is read back") {
+TEST_CASE("the JSON file contains the result and is read back") {
   const LensCalibration c = Calibrated({}, 2);
   const auto file = LensFromJson(LensJson(c));
   REQUIRE(file);

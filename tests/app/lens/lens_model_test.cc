@@ -1,4 +1,4 @@
-// The projection and its derivatives; the covariance of what follows from them.
+// Board projection, its derivatives, and projection uncertainty.
 #include "app/lens/lens_model.h"
 
 #include <catch2/catch.hpp>
@@ -20,7 +20,7 @@ SharedVector SomeShared() {
 
 }  // namespace
 
-TEST_CASE("the lens puts points where the renderer puts them") {
+TEST_CASE("the lens projects points as the renderer does") {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> U(-1, 1);
   for (const double f : {1000.0, 1700.0, 5000.0, 12000.0}) {
@@ -87,7 +87,7 @@ TEST_CASE("a board behind the camera has no pixels") {
                           pixels, nullptr, nullptr));
 }
 
-TEST_CASE("what a turn of the camera undoes is no uncertainty of the lens") {
+TEST_CASE("errors that a camera rotation compensates do not count as projection uncertainty") {
   const Lens lens{5000, 5000, 960, 540};
   LensMatrix covariance = LensMatrix::Zero();
   covariance(kCx, kCx) = covariance(kCy, kCy) = 9;  // 3 px
@@ -97,11 +97,11 @@ TEST_CASE("what a turn of the camera undoes is no uncertainty of the lens") {
   const double focal = UncertaintyOf(lens, covariance, {1920, 1080}).max_px;
   CHECK(centre < 0.2);                         // of 3 px nearly all is a turn
   CHECK(focal == Approx(1.10).epsilon(0.05));  // 5 px of 5000 at 1101 px from the middle
-  // At one distance a shift along the axis undoes the focal length as well.
+  // At one distance, a translation along the axis also compensates the focal length.
   CHECK(UncertaintyOf(lens, covariance, {1920, 1080}, 1.5).max_px < 0.02);
 }
 
-TEST_CASE("the largest difference of two lenses is that of the pixels after the best turn") {
+TEST_CASE("the difference between two lenses is evaluated after the best camera rotation") {
   const Lens lens{2000, 2000, 960, 540};
   Lens other = lens;
   other.cx += 2;

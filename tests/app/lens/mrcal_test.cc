@@ -1,4 +1,5 @@
-// The calibration library mrcal on the same corners: the error of fx, and what is claimed of it.
+// Comparison with the calibration library mrcal on the same corners: error and stated uncertainty
+// of fx.
 #include <catch2/catch.hpp>
 #include <iostream>
 
@@ -21,7 +22,8 @@ double RmsOf(const std::vector<double>& values) {
 
 }  // namespace
 
-TEST_CASE("the focal length errs no more than mrcal's, and what is claimed of it holds", "[peer]") {
+TEST_CASE("the focal length error is at most mrcal's and consistent with its stated uncertainty",
+          "[peer]") {
   if (!HasMrcal()) {
     WARN("SKIPPED: built without mrcal (libmrcal-dev)");
     std::cout << "SKIPPED: no mrcal\n";
@@ -44,9 +46,9 @@ TEST_CASE("the focal length errs no more than mrcal's, and what is claimed of it
       z.push_back(ours.back() / std::sqrt(fit->covariance(kFx, kFx)));
     }
     INFO("f " << f << ": ours " << RmsOf(ours) << " px, mrcal " << RmsOf(theirs) << " px");
-    // Two equally good ones whose errors correlate by 0.95 differ by 6 % over 30 seeds.
+    // Two equally good estimates whose errors correlate by 0.95 differ by 6 % over 30 seeds.
     CHECK(RmsOf(ours) < 1.1 * RmsOf(theirs));
-    // chi^2 of 30 degrees of freedom: within these once in a thousand.
+    // chi^2 with 30 degrees of freedom: outside these limits once in a thousand.
     CHECK(RmsOf(z) < std::sqrt(59.7 / kSeeds));
     CHECK(RmsOf(z) > std::sqrt(11.6 / kSeeds));
   }

@@ -1,4 +1,4 @@
-// Real images against what is published of their lenses.
+// Calibration from real images against the published lenses.
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of the recordings; empty, and told, where it is not.
+/// Path of a folder of recordings; empty, with a warning, if it is not available.
 fs::path Measured(const std::string& name) {
   const char* given = std::getenv("PLUMBLINE_MEASURED");
   fs::path folder = fs::path(given != nullptr ? given : "../shared/measured") / name;
@@ -81,16 +81,16 @@ TEST_CASE("OpenCV's two sample cameras: every board found, focal lengths as publ
     CHECK(views.size() == 13);
     const LensCalibration c = CalibrateLens({9, 6, 0.025}, views, {640, 480});
     INFO(camera.name << "\n" << AllReasons(c));
-    // OpenCV's corners leave 0.41 and 0.46 px a point.
+    // With OpenCV's corners the RMS is 0.41 and 0.46 px per point.
     CHECK(c.rms_px < 0.17);
     CHECK(c.lens.fx == Approx(camera.f_px).epsilon(0.01));
     CHECK(c.lens.cx == Approx(camera.cx_px).margin(4));
     CHECK(c.lens.cy == Approx(camera.cy_px).margin(4));
-    // The refusal is right: the board never came near the image's corners.
+    // Refused rightly: the board never came near the image's corners.
     CHECK_FALSE(c.accepted);
-    CHECK(AllReasons(c).find("the board was seen only as far as") != std::string::npos);
+    CHECK(AllReasons(c).find("the board was seen only up to") != std::string::npos);
   }
-  // So is what is claimed: it covers the distance to the published lens of the same images.
+  // The stated uncertainty covers the difference to the published lens of the same images.
   const LensCalibration left =
       CalibrateLens({9, 6, 0.025}, SampleViews(folder, "left"), {640, 480});
   const Lens published{535.916,  535.916,    342.283,     235.571, -0.26637,
@@ -98,8 +98,7 @@ TEST_CASE("OpenCV's two sample cameras: every board found, focal lengths as publ
   CHECK(LargestDifference(published, left.lens, {640, 480}) < 2 * left.uncertainty.max_px);
 }
 
-TEST_CASE("OpenCV's sample board bent: two cameras that share nothing else see the same",
-          "[measured]") {
+TEST_CASE("OpenCV's sample board was bent: two independent cameras agree on it", "[measured]") {
   const fs::path folder = Measured("camera-chessboards/opencv-left-right");
   if (folder.empty()) return;
   const Board board{9, 6, 0.025};
@@ -113,16 +112,16 @@ TEST_CASE("OpenCV's sample board bent: two cameras that share nothing else see t
     REQUIRE(late);
     changes.push_back(late->shared[kBowX] - early->shared[kBowX]);
   }
-  // That is why the halves of these sets disagree.
+  // This explains why the two halves of these sets disagree.
   CHECK(changes[0] > 0.02);
   CHECK(changes[1] == Approx(changes[0]).epsilon(0.2));
 }
 
-TEST_CASE("Zhang's squares: the lens as he published it", "[measured]") {
+TEST_CASE("Zhang's squares: the lens agrees with the published one", "[measured]") {
   const fs::path folder = Measured("camera-chessboards/zhang1998");
   if (folder.empty()) return;
-  // The corners of 8 x 8 separate squares, a square a line: the four corners of the squares are
-  // four boards of 8 x 8 points each.
+  // The file has the corners of 8 x 8 separate squares, one square per line. The squares' four
+  // corners form four boards of 8 x 8 points.
   constexpr double kPitch_in = 0.888889, kMetresPerInch = 0.0254;
   const Board board{8, 8, kPitch_in * kMetresPerInch};
   const auto model = Numbers(folder / "Model.txt");
@@ -158,7 +157,7 @@ TEST_CASE("Zhang's squares: the lens as he published it", "[measured]") {
   CHECK(fit->shared[kCx] == Approx(303.96).margin(3));
   CHECK(fit->shared[kCy] == Approx(206.59).margin(3));
   CHECK(fit->shared[kK1] == Approx(-0.229).margin(0.02));
-  // Separate squares are no chessboard.
+  // Separate squares do not form a chessboard.
   const auto image = ReadImage((folder / "CalibIm1.png").string());
   REQUIRE(image);
   CHECK_FALSE(DetectBoard(image->View(), board));
@@ -166,7 +165,7 @@ TEST_CASE("Zhang's squares: the lens as he published it", "[measured]") {
 
 namespace {
 
-/// 5 x 7 squares; the corners of the file count as ours do, row by row from the top left.
+/// 5 x 7 squares; corners in the file are numbered as here, row by row from the top left.
 const Board kRobotBoard{4, 6, 0.036195, BoardKind::kCharuco, 0.018256, "aruco-6x6-250"};
 
 std::map<int, BoardView> CornersOfFile(const fs::path& path) {
@@ -194,7 +193,8 @@ std::map<int, BoardView> CornersOfFile(const fs::path& path) {
 
 }  // namespace
 
-TEST_CASE("a real ChArUco board: corners as OpenCV's, a lens as published", "[measured]") {
+TEST_CASE("a real ChArUco board: corners agree with OpenCV's, the lens with the published one",
+          "[measured]") {
   const fs::path folder = Measured("robot-charuco-rct");
   if (folder.empty()) return;
   std::map<int, BoardView> views = CornersOfFile(folder / "corners_opencv46.csv");
@@ -230,8 +230,8 @@ TEST_CASE("a real ChArUco board: corners as OpenCV's, a lens as published", "[me
   all.reserve(views.size());
   for (const auto& [number, view] : views) all.push_back(view);
   const LensCalibration c = CalibrateLens(kRobotBoard, all, {1600, 1200});
-  // Published: a pinhole without distortion, 1352.03, 1356.14, (789.67, 627.30), whose corners
-  // leave 0.74 px where a lens with distortion leaves 0.54.
+  // Published: a pinhole without distortion, 1352.03, 1356.14, (789.67, 627.30), with an RMS of
+  // 0.74 px; a lens with distortion reaches 0.54.
   INFO("fx " << c.lens.fx << " +- " << std::sqrt(c.covariance(kFx, kFx)) << ", fy " << c.lens.fy
              << ", centre " << c.lens.cx << ", " << c.lens.cy << ", k1 " << c.lens.k1 << ", rms "
              << c.rms_px << ", claimed " << c.uncertainty.max_px << "\n"

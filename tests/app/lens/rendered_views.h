@@ -1,4 +1,4 @@
-// Views of a chessboard drawn by the renderer of truth, for tests and benchmarks.
+// Rendered views of a calibration board with ground truth, for tests and benchmarks.
 #pragma once
 
 #include <random>
@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-/// How the views are taken.
+/// Conditions of a simulated capture.
 struct Capture {
   enum class Kind { kVaried, kBurst, kSame } kind = Kind::kVaried;
   double f = 1700;
@@ -22,13 +22,13 @@ struct Capture {
   double shift_px = 0;   ///< of the principal point, likewise
 };
 
-/// A board as the renderer draws it, where the camera saw it.
+/// A rendered board and its pose.
 struct DrawnView {
   renderer::Camera camera;
   renderer::Sheet sheet;
 };
 
-/// What is printed on a board. @param white_first  of ChArUco: the top left square is white
+/// The pattern of a board. @param white_first  for ChArUco: the top left square is white
 inline renderer::Print PrintOf(const Board& board, bool white_first = false) {
   switch (board.kind) {
     case BoardKind::kChessboard:
@@ -61,7 +61,7 @@ inline Lens TrueLens(const renderer::Camera& c) {
           c.distortion[4]};
 }
 
-/// Where the corners really are.
+/// True image positions of the corners.
 inline std::vector<Vec2> TrueCorners(const DrawnView& view, const Board& board) {
   std::vector<Vec2> pixels;
   for (int k = 0; k < board.corners(); ++k) {
@@ -72,7 +72,7 @@ inline std::vector<Vec2> TrueCorners(const DrawnView& view, const Board& board) 
   return pixels;
 }
 
-/// Draws poses until `views` of them show the whole board.
+/// Samples poses until `views` of them show the whole board.
 inline std::vector<DrawnView> DrawViews(const Capture& capture, const Board& board,
                                         std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -137,7 +137,7 @@ inline std::vector<DrawnView> DrawViews(const Capture& capture, const Board& boa
   return views;
 }
 
-/// The corners as a detector with Gaussian noise would give them, without drawing any image.
+/// Simulated detections with Gaussian noise, without rendering.
 inline std::vector<BoardView> NoisyViews(const std::vector<DrawnView>& drawn, const Board& board,
                                          double noise_px, std::uint64_t seed) {
   std::mt19937_64 random(seed + 1000);

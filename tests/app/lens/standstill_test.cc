@@ -1,4 +1,4 @@
-// A lens that moves between the views is told, whenever it moves, and one that stands still is not.
+// Detection of a lens that changes during a capture, without false alarms for one that does not.
 #include "app/lens/standstill.h"
 
 #include <catch2/catch.hpp>
@@ -12,16 +12,16 @@ namespace {
 constexpr ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
-Standstill StandstillIn(const Capture& capture, std::uint64_t seed) {
+StandstillTest StandstillIn(const Capture& capture, std::uint64_t seed) {
   const Board board;
   const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
   const auto fit = FitLens(board, views, kSize);
   REQUIRE(fit);
-  return StandstillOf(*fit, views, 1);
+  return TestStandstill(*fit, views, 1);
 }
 
-const Change& Of(const Standstill& standstill, Change::Of of) {
-  return standstill.changes[static_cast<std::size_t>(of)];
+const CaptureChange& Of(const StandstillTest& standstill, CaptureChange::Kind kind) {
+  return standstill.changes[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace
@@ -32,68 +32,68 @@ TEST_CASE("a jump of the focal length is found at the frame where it happened") 
     capture.step = 0.002;
     capture.step_at = at;
     for (std::uint64_t seed = 71; seed <= 73; ++seed) {
-      const Standstill standstill = StandstillIn(capture, seed);
-      const Change& change = Of(standstill, Change::Of::kFocalLength);
+      const StandstillTest standstill = StandstillIn(capture, seed);
+      const CaptureChange& change = Of(standstill, CaptureChange::Kind::kFocalLength);
       INFO("at " << at << ", seed " << seed << ", chi^2 " << change.chi2);
-      CHECK(change.chance < 1e-6);
+      CHECK(change.p_value < 1e-6);
       CHECK_FALSE(change.steady);
-      CHECK(std::abs(static_cast<double>(change.at) - 20 * at) <= 2);
-      CHECK(change.by[kFx] == Approx(0.002 * 1700).epsilon(0.2));
+      CHECK(std::abs(static_cast<double>(change.first_view_after) - 20 * at) <= 2);
+      CHECK(change.delta[kFx] == Approx(0.002 * 1700).epsilon(0.2));
     }
   }
 }
 
-TEST_CASE("a lens that creeps and a centre that shifts are told apart") {
+TEST_CASE("a focal length that creeps and a principal point that shifts are distinguished") {
   Capture capture;
   capture.creep = 0.003;
   for (std::uint64_t seed = 81; seed <= 83; ++seed) {
-    const Standstill standstill = StandstillIn(capture, seed);
-    const Change& change = Of(standstill, Change::Of::kFocalLength);
-    CHECK(change.chance < 1e-6);
-    CHECK(change.chi2 > Of(standstill, Change::Of::kCentre).chi2);
+    const StandstillTest standstill = StandstillIn(capture, seed);
+    const CaptureChange& change = Of(standstill, CaptureChange::Kind::kFocalLength);
+    CHECK(change.p_value < 1e-6);
+    CHECK(change.chi2 > Of(standstill, CaptureChange::Kind::kCentre).chi2);
   }
   capture.creep = 0;
   capture.shift_px = 4;
   for (std::uint64_t seed = 84; seed <= 86; ++seed) {
-    const Standstill standstill = StandstillIn(capture, seed);
-    const Change& change = Of(standstill, Change::Of::kCentre);
-    CHECK(change.chance < 1e-6);
-    CHECK(change.chi2 > Of(standstill, Change::Of::kFocalLength).chi2);
+    const StandstillTest standstill = StandstillIn(capture, seed);
+    const CaptureChange& change = Of(standstill, CaptureChange::Kind::kCentre);
+    CHECK(change.p_value < 1e-6);
+    CHECK(change.chi2 > Of(standstill, CaptureChange::Kind::kFocalLength).chi2);
   }
 }
 
-TEST_CASE("a lens that stands still is not said to have moved, and doubted little") {
-  int doubted = 0;
+TEST_CASE("a constant lens raises no alarm and rarely widens the covariance") {
+  int widened = 0;
   for (std::uint64_t seed = 91; seed <= 110; ++seed) {
-    const Standstill standstill = StandstillIn({}, seed);
-    // Each of 60 changes is that unlikely once in ten thousand.
-    for (const Change& change : standstill.changes) CHECK(change.chance > 1e-4);
-    doubted += standstill.doubt(kFx, kFx) > 0;
+    const StandstillTest standstill = StandstillIn({}, seed);
+    // With 60 changes, a false alarm at this level is rare.
+    for (const CaptureChange& change : standstill.changes) CHECK(change.p_value > 1e-4);
+    widened += standstill.undetected_covariance(kFx, kFx) > 0;
   }
-  // One in three: 14 or more of 20 once in two thousand.
-  CHECK(doubted < 14);
+  // Expected in one of three; 14 or more of 20 once in two thousand.
+  CHECK(widened < 14);
 }
 
-TEST_CASE("a change too small to be told adds its effect to the covariance") {
-  // A jump of two and a half standard deviations: half of it is the lens's error.
+TEST_CASE("a change too small to be detected adds its effect to the covariance") {
+  // A jump of 2.5 standard deviations; half of it is the error of the lens.
   Capture capture;
   capture.step = 0.0003;
-  double doubt = 0;
+  double mean_sd_px = 0;
   for (std::uint64_t seed = 61; seed <= 66; ++seed)
-    doubt += std::sqrt(StandstillIn(capture, seed).doubt(kFx, kFx)) / 6;
-  CHECK(doubt > 0.25 * 0.0003 * 1700);
-  CHECK(doubt < 1.0 * 0.0003 * 1700);
+    mean_sd_px += std::sqrt(StandstillIn(capture, seed).undetected_covariance(kFx, kFx)) / 6;
+  CHECK(mean_sd_px > 0.25 * 0.0003 * 1700);
+  CHECK(mean_sd_px < 1.0 * 0.0003 * 1700);
 }
 
-TEST_CASE("the chance of a scan falls with what is seen and rises with the freedom") {
-  CHECK(ChanceOfScan(0.5, 1, 0.05) == 1);
-  CHECK(ChanceOfScan(12, 1, 0.05) < ChanceOfScan(10, 1, 0.05));
-  CHECK(ChanceOfScan(12, 1, 0.05) < ChanceOfScan(12, 3, 0.05));
-  CHECK(ChanceOfScan(12, 1, 0.15) < ChanceOfScan(12, 1, 0.05));
+TEST_CASE("the p-value of a scan falls with chi^2 and rises with the degrees of freedom") {
+  CHECK(ScanPValue(0.5, 1, 0.05) == 1);
+  CHECK(ScanPValue(12, 1, 0.05) < ScanPValue(10, 1, 0.05));
+  CHECK(ScanPValue(12, 1, 0.05) < ScanPValue(12, 3, 0.05));
+  CHECK(ScanPValue(12, 1, 0.15) < ScanPValue(12, 1, 0.05));
   // Andrews (1993), table I: critical values for one parameter at 5 %, 2003 corrigendum.
-  CHECK(ChanceOfScan(8.68, 1, 0.15) == Approx(0.05).epsilon(0.15));
-  CHECK(ChanceOfScan(12.16, 1, 0.15) == Approx(0.01).epsilon(0.15));
-  CHECK(ChanceOfScan(1e6, 3, 0.05) == 0);
+  CHECK(ScanPValue(8.68, 1, 0.15) == Approx(0.05).epsilon(0.15));
+  CHECK(ScanPValue(12.16, 1, 0.15) == Approx(0.01).epsilon(0.15));
+  CHECK(ScanPValue(1e6, 3, 0.05) == 0);
 }
 
 }  // namespace plumbline

@@ -47,7 +47,7 @@ void Keep(LensStore& store, const LensEntry& entry) {
   CHECK(store.notice().empty());
 }
 
-/// Flips bytes of a text wherever it stands in the file.
+/// Flips bytes of each occurrence of a text in the file.
 int Damage(const std::string& path, const std::string& text) {
   std::string content = test::FileText(path);
   int places = 0;
@@ -61,7 +61,7 @@ int Damage(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an entry comes back as it was, to the last bit") {
+TEST_CASE("an entry is read back bit-exactly") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   const LensEntry kept = EntryAt(0x1606, 1700.1234567890123);
@@ -100,7 +100,7 @@ TEST_CASE("an entry comes back as it was, to the last bit") {
   CHECK(store.Entries("SN-1", "GREY")->empty());
 }
 
-TEST_CASE("what must not be kept is refused with its reason, and nothing is written") {
+TEST_CASE("an invalid entry is refused with the reason, and nothing is written") {
   const TemporaryFolder folder;
   LensStore store = Opened(folder.path() + "/lenses.sqlite");
   struct Case {
@@ -142,7 +142,7 @@ TEST_CASE("the file itself refuses to change or remove a lens") {
   CHECK(*store.Count() == 1);
 }
 
-TEST_CASE("a zoom is found by its newest entry, else by the curve, else not") {
+TEST_CASE("Find: newest entry of the zoom, else the curve, else nothing") {
   const TemporaryFolder folder;
   LensStore store = Opened(folder.path() + "/lenses.sqlite");
   const LensTolerance tolerance{2, 4};
@@ -199,13 +199,13 @@ TEST_CASE("a zoom is found by its newest entry, else by the curve, else not") {
   CHECK((*proposed)[0] == 16384);  // the end that was never calibrated
 }
 
-TEST_CASE("a damaged file: moved away, the backup with every lens takes its place") {
+TEST_CASE("a damaged file is moved aside and replaced by the backup with every lens") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   struct Case {
     const char* what;
     void (*damage)(const std::string&);
-    const char* told;
+    const char* notice;
   };
   const Case cases[] = {
       {"no database", [](const std::string& p) { std::ofstream(p) << std::string(5000, 'x'); },
@@ -219,7 +219,7 @@ TEST_CASE("a damaged file: moved away, the backup with every lens takes its plac
          file.seekp(18);  // of the header
          file.put('\x9a');
        },
-       "its header lets nobody write"},
+       "its header makes it read-only"},
   };
   int expected = 0;
   for (const Case& c : cases) {
@@ -232,7 +232,7 @@ TEST_CASE("a damaged file: moved away, the backup with every lens takes its plac
     REQUIRE_FALSE(std::filesystem::exists(path + "-wal"));  // all is in the one file
     c.damage(path);
     LensStore store = Opened(path);
-    CHECK_THAT(store.notice(), Catch::Contains(c.told));
+    CHECK_THAT(store.notice(), Catch::Contains(c.notice));
     CHECK_THAT(store.notice(), Catch::Contains("backup with " + std::to_string(expected)));
     CHECK_THAT(store.notice(), Catch::Contains(".damaged-" + std::to_string(expected)));
     CHECK(std::filesystem::exists(path + ".damaged-" + std::to_string(expected)));
@@ -241,7 +241,7 @@ TEST_CASE("a damaged file: moved away, the backup with every lens takes its plac
   }
 }
 
-TEST_CASE("bytes changed anywhere: every lens as it was, or the backup") {
+TEST_CASE("bytes changed anywhere: every lens is unchanged or recovered from the backup") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   std::vector<std::uint64_t> checksums;
@@ -285,7 +285,7 @@ TEST_CASE("bytes changed anywhere: every lens as it was, or the backup") {
   CHECK(refused < 20);
 }
 
-TEST_CASE("damaged without a sound backup, or not a lens store: nothing is touched") {
+TEST_CASE("damaged without an intact backup, or not a lens store: nothing is touched") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   std::ofstream(path) << std::string(5000, 'x');
@@ -306,7 +306,7 @@ TEST_CASE("damaged without a sound backup, or not a lens store: nothing is touch
   }
   const auto wrong = LensStore::Open(other);
   REQUIRE_FALSE(wrong.ok());
-  CHECK_THAT(wrong.error(), Catch::Contains("no lens store"));
+  CHECK_THAT(wrong.error(), Catch::Contains("not a plumbline lens store"));
 
   const std::string newer = folder.path() + "/newer.sqlite";
   Opened(newer);
@@ -321,13 +321,13 @@ TEST_CASE("damaged without a sound backup, or not a lens store: nothing is touch
   CHECK_FALSE(LensStore::Open(folder.path() + "/none/lenses.sqlite").ok());
 }
 
-TEST_CASE("a lens that was kept while the backup could not be made is kept, and that is told") {
+TEST_CASE("a lens is stored even if the backup fails, and that is reported") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   LensStore store = Opened(path);
   std::filesystem::create_directories(path + ".backup.new/in the way");
   CHECK(store.Append(EntryAt(1, 1000)).ok());
-  CHECK_THAT(store.notice(), Catch::Contains("no backup made"));
+  CHECK_THAT(store.notice(), Catch::Contains("backup failed"));
   CHECK(*store.Count() == 1);
   std::filesystem::remove_all(path + ".backup.new");
   Keep(store, EntryAt(2, 1000));

@@ -1,4 +1,4 @@
-// What we write, read by OpenCV itself.
+// Exported lens files read by OpenCV itself.
 #include "app/lens_store/opencv_file.h"
 
 #include <catch2/catch.hpp>
@@ -6,7 +6,7 @@
 
 namespace plumbline {
 
-TEST_CASE("OpenCV reads every number to the last bit, as YAML and as XML") {
+TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
   LensEntry entry;
   entry.key = {"SN \"1\" <&> \\", "GREY", 0x1606, -5};
   entry.lens = {1700, 1701.1234567890123, 959.5, 540, -1.0 / 3, 0.05, 1e-17, -2e-5, 1e5 / 3};

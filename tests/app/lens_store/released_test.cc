@@ -1,4 +1,4 @@
-// Lens stores of every released schema, with the code of today: every lens under its number.
+// Lens stores of every released schema read by the current code: every lens under its id.
 #include "tests/app/released.h"
 
 #include <catch2/catch.hpp>
@@ -32,7 +32,7 @@ void CheckLens(const LensEntry& entry, int number, int schema) {
   CHECK(entry.covariance(8, 8) == 1.0 / 256);
   CHECK(entry.rms_px == 0.04);
   CHECK(entry.board == "chessboard 18x12, 10 mm");
-  CHECK(entry.pupil_shift_m.has_value() == (number == 2));  // 0 of schema 1: nobody had measured it
+  CHECK(entry.pupil_shift_m.has_value() == (number == 2));  // schema 1 stored 0, which was not measured
   if (number == 2) CHECK(entry.pupil_shift_m == 0.0021);
   CHECK(entry.temp_C.has_value() == (number == 2));
   CHECK(entry.uncertainty_px.has_value() == (schema >= 2));
@@ -47,7 +47,7 @@ LensStore OpenedStore(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("a lens store of every released schema opens, loses nothing, and goes on") {
+TEST_CASE("a lens store of every released schema opens, loses nothing, and accepts new lenses") {
   for (int schema = 1; schema <= kLensSchemaVersion; ++schema) {
     CAPTURE(schema);
     const TemporaryFolder folder;
@@ -79,7 +79,7 @@ TEST_CASE("a lens store of every released schema opens, loses nothing, and goes 
   }
 }
 
-TEST_CASE("a lens of schema 1 that fails its checksum is not taken over; the backup is") {
+TEST_CASE("a schema 1 lens that fails its checksum is not migrated; the backup is used") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   WriteReleased("lens_store", 1, path);
@@ -100,7 +100,7 @@ TEST_CASE("a lens of schema 1 that fails its checksum is not taken over; the bac
   CHECK(std::filesystem::exists(path + ".damaged-1"));  // kept aside
 }
 
-TEST_CASE("a lens store of a newer version is refused with what to do, and left as it is") {
+TEST_CASE("a lens store of a newer version is refused with advice and left untouched") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/lenses.sqlite";
   WriteReleased("lens_store", kLensSchemaVersion, path);

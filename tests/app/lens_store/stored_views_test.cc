@@ -25,7 +25,7 @@ StoredViews Some() {
 
 }  // namespace
 
-TEST_CASE("views come back as they were, to a hundred thousandth of a pixel") {
+TEST_CASE("views survive a round trip to 1e-5 px") {
   const StoredViews kept = Some();
   const auto bytes = BytesOfViews(kept);
   const auto read = ViewsOfBytes(bytes);
@@ -40,7 +40,7 @@ TEST_CASE("views come back as they were, to a hundred thousandth of a pixel") {
   CHECK(std::string(bytes.begin(), bytes.end()).find("101.12346") != std::string::npos);
 }
 
-TEST_CASE("what is no set of views is refused in words") {
+TEST_CASE("malformed views are refused with the reason") {
   const auto why = [](std::string text, const std::string& from, const std::string& to) {
     if (!from.empty()) text.replace(text.find(from), from.size(), to);
     const auto read =
@@ -52,7 +52,7 @@ TEST_CASE("what is no set of views is refused in words") {
   CHECK(why(sound, "", "") == "read");
   CHECK(why("", "", "") != "read");
   CHECK_THAT(why(sound, "\"schema\":1", "\"schema\":2"), Catch::Contains("schema"));
-  CHECK_THAT(why(sound, "charuco", "hexagon"), Catch::Contains("not known"));
+  CHECK_THAT(why(sound, "charuco", "hexagon"), Catch::Contains("unknown kind"));
   CHECK_THAT(why(sound, "\"columns\":4", "\"columns\":5"), Catch::Contains("number of points"));
   CHECK_THAT(why(sound, "\"columns\":4", "\"columns\":-4"), Catch::Contains("columns"));
   CHECK_THAT(why(sound, "null", "[1]"), Catch::Contains("[u, v]"));

@@ -1,4 +1,4 @@
-// Bodies of several tags, rendered.
+// Pose of bodies with several tags in rendered images.
 #include "app/tracking/bodies.h"
 
 #include <catch2/catch.hpp>
@@ -26,7 +26,7 @@ struct Shot {
   std::vector<SeenTag> tags;
 };
 
-/// The plate seen at 1.5 m, f 5000. @param shifted  its index, and where that tag really is
+/// The plate at 1.5 m, f = 5000. @param shifted  index of a displaced tag, and its true pose
 Shot ShotOf(const Body& body, std::uint64_t seed, int shifted = -1,
             const Vec3& shift = Vec3::Zero()) {
   const TagFamily family = *TagFamilyOfName("36h11");
@@ -74,12 +74,12 @@ TEST_CASE("A tip 300 mm from a body of six tags at 1.5 m") {
   }
   CHECK(1e3 * std::sqrt(squares / kShots) < 0.1);
   CHECK(std::sqrt(turns / kShots) * 180 / std::numbers::pi < 0.02);
-  // chi2 of 18 numbers: outside of these once in 500 times each.
+  // chi2 with 18 degrees of freedom: outside of each limit once in 500.
   CHECK(whitened > 5.4);
   CHECK(whitened < 40);
 }
 
-TEST_CASE("A tag that was moved is left out, and told") {
+TEST_CASE("A tag that was moved is excluded and named") {
   const Body body = Plate();
   const Shot shot = ShotOf(body, 11, 2, Vec3(0.004, 0.002, 0));
   const auto seen = LocateBody(shot.lens, body, shot.tags, std::nullopt);
@@ -89,7 +89,7 @@ TEST_CASE("A tag that was moved is left out, and told") {
   CHECK((seen->estimate.X_CK.p - shot.X_CK.translation()).norm() < 1e-4);
 }
 
-TEST_CASE("A tag seen twice is not used; a body without a seen tag is not there") {
+TEST_CASE("A tag detected twice is not used; a body without a visible tag is not reported") {
   const Body body = Plate();
   Shot shot = ShotOf(body, 12);
   shot.tags.push_back(shot.tags.front());

@@ -1,4 +1,4 @@
-// Images without tags, and images made to be slow.
+// False detections in images without tags, and worst cases of run time.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -25,7 +25,7 @@ struct Canvas {
   }
 };
 
-/// Turned rectangles, some with a grid of random cells and a border as of a tag, and noise.
+/// Rotated rectangles, some with random cells and a border like a tag's, and noise.
 Canvas Clutter(std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform(0, 1);
   Canvas canvas(640, 480, static_cast<int>(255 * uniform(random)));
@@ -60,7 +60,7 @@ Canvas Clutter(std::mt19937_64& random) {
 
 }  // namespace
 
-TEST_CASE("No tag is seen in 200 frames of clutter that holds none") {
+TEST_CASE("No tag is detected in 200 frames of clutter without tags") {
   std::mt19937_64 random(3);
   TagDetector detector(*TagFamilyOfName("36h11"), {});
   int tags = 0;
@@ -72,7 +72,7 @@ TEST_CASE("No tag is seen in 200 frames of clutter that holds none") {
   CHECK(tags == 0);
 }
 
-TEST_CASE("Any image of any size is looked at without harm") {
+TEST_CASE("Images of any content and size are processed safely") {
   std::mt19937_64 random(4);
   TagDetector automatic(*TagFamilyOfName("36h11"), {.small_tags = true});
   TagDetector fixed(*TagFamilyOfName("aruco-4x4-50"), {.threshold = 128, .small_tags = true});
@@ -81,7 +81,7 @@ TEST_CASE("Any image of any size is looked at without harm") {
     const int width = 1 + static_cast<int>(random() % (frame % 10 == 0 ? 900 : 90));
     const int height = 1 + static_cast<int>(random() % (frame % 7 == 0 ? 900 : 90));
     const int stride = width + static_cast<int>(random() % 5);
-    // As large as its pixels and no larger: a read beyond them is seen by the sanitizer.
+    // Allocated without slack, so that the sanitizer detects reads beyond the pixels.
     std::vector<std::uint8_t> grey(static_cast<std::size_t>(stride) * (height - 1) + width);
     const int block = 1 + static_cast<int>(random() % 12);
     const std::uint64_t kind = random() % 4;
@@ -101,7 +101,7 @@ TEST_CASE("Any image of any size is looked at without harm") {
   }
 }
 
-TEST_CASE("More dark regions than are looked at: the small ones are left out, and it is told") {
+TEST_CASE("More dark regions than the limit: the smaller ones are skipped, and this is reported") {
   Canvas canvas(1920, 1080, 255);
   for (int v = 0; v < 1080; ++v) {
     for (int u = 0; u < 1920; ++u) {
@@ -113,7 +113,7 @@ TEST_CASE("More dark regions than are looked at: the small ones are left out, an
   detector.Detect(canvas.View(), nullptr, seen);
   CHECK(seen.limited);
   CHECK(seen.tags.empty());
-  // The next frame is judged anew.
+  // The next frame is not affected.
   std::fill(canvas.grey.begin(), canvas.grey.end(), std::uint8_t{0});
   detector.Detect(canvas.View(), nullptr, seen);
   CHECK_FALSE(seen.limited);

@@ -1,4 +1,4 @@
-// Tags in rendered images, whose corners are known.
+// Tag detection in rendered images with known corners.
 #include "app/tracking/tag_detector.h"
 
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@ using test::ViewOf;
 
 namespace {
 
-/// A lens at focal length f on a sensor of a quarter of the pixels, which renders faster.
+/// A lens of focal length f with a quarter of the pixels, which renders faster.
 renderer::Camera SmallCamera(double f) {
   renderer::Camera camera = renderer::ZoomLens(2 * f);
   camera.width /= 2;
@@ -72,7 +72,7 @@ Score Scored(const Look& look, int scenes) {
                              look.most_tilt, seed);
     const auto image = renderer::Render(scene.camera, scene.sheets, look.light, seed, look.motion);
     if (!look.motion.isApprox(Eigen::Isometry3d::Identity())) {
-      // The middle of the exposure is what the corners mean.
+      // Corners refer to the middle of the exposure.
       Eigen::Isometry3d half = Eigen::Isometry3d::Identity();
       half.translation() = 0.5 * look.motion.translation();
       for (std::size_t k = 0; k < scene.ids.size(); ++k) {
@@ -93,7 +93,7 @@ Score Scored(const Look& look, int scenes) {
 
 }  // namespace
 
-TEST_CASE("Six tags through distorting lenses: all found, corners as good as they say") {
+TEST_CASE("Six tags through distorting lenses: all found, corner errors match their covariance") {
   const Score score = Scored({}, 6);
   CHECK(score.found == score.tags);
   CHECK(score.strange == 0);
@@ -127,7 +127,7 @@ TEST_CASE("Uneven light, ripple over the rows, a busy background") {
   CHECK(score.rmse() < 0.03);
 }
 
-TEST_CASE("Light beyond the scale, dark print at its end") {
+TEST_CASE("Saturated highlights and black level") {
   Look look;
   look.light.white = 300;
   look.light.black = 0;
@@ -188,7 +188,7 @@ TEST_CASE("A threshold set by hand") {
   CHECK(Scored(look, 1).found == 0);
 }
 
-TEST_CASE("Covered cells are put right; a covered corner hides the tag, it does not bend it") {
+TEST_CASE("Covered cells are corrected; a covered corner hides the tag instead of distorting it") {
   const TagFamily family = *TagFamilyOfName("36h11");
   TagScene scene;
   scene.camera = SmallCamera(1000);
@@ -223,7 +223,7 @@ TEST_CASE("Covered cells are put right; a covered corner hides the tag, it does 
   }
 }
 
-TEST_CASE("At the image's edge: a whole tag is found, one that is cut is not") {
+TEST_CASE("At the image border: a complete tag is found, a truncated one is not") {
   const TagFamily family = *TagFamilyOfName("36h11");
   const renderer::Camera camera = SmallCamera(1000);
   const Lens lens = LensOfCamera(camera);

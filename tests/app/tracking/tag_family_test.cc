@@ -1,4 +1,4 @@
-// The codes are those that the makers print.
+// Tag codes against the tags drawn by the AprilTag library and OpenCV.
 #include "app/tracking/tag_family.h"
 
 extern "C" {
@@ -24,7 +24,7 @@ bool CodeBit(const TagFamily& family, int id, int r, int c) {
 
 }  // namespace
 
-TEST_CASE("36h11: every tag as the AprilTag library prints it") {
+TEST_CASE("36h11: every tag matches the AprilTag library") {
   const auto family = TagFamilyOfName("36h11");
   REQUIRE(family.ok());
   const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> printed(tag36h11_create(),
@@ -46,7 +46,7 @@ TEST_CASE("36h11: every tag as the AprilTag library prints it") {
   }
 }
 
-TEST_CASE("ArUco: every tag as OpenCV draws it") {
+TEST_CASE("ArUco: every tag matches OpenCV's drawing") {
   struct Named {
     const char* name;
     cv::aruco::PREDEFINED_DICTIONARY_NAME dictionary;
@@ -76,7 +76,8 @@ TEST_CASE("ArUco: every tag as OpenCV draws it") {
   }
 }
 
-TEST_CASE("A tag is read in every orientation, with as many wrong cells as are put right") {
+TEST_CASE(
+    "A tag is decoded in every orientation, with up to the correctable number of wrong cells") {
   std::mt19937_64 random(1);
   for (const char* name : {"36h11", "aruco-6x6-250", "aruco-4x4-50"}) {
     const auto family = TagFamilyOfName(name);
@@ -86,7 +87,7 @@ TEST_CASE("A tag is read in every orientation, with as many wrong cells as are p
       const int id = static_cast<int>(random() % family->codes.size());
       const int turns = static_cast<int>(random() % 4);
       std::uint64_t read = family->codes[id];
-      for (int k = 0; k < turns; ++k) read = TurnedClockwise(read, family->data_cells);
+      for (int k = 0; k < turns; ++k) read = RotatedClockwise(read, family->data_cells);
       std::uint64_t spoilt = 0;
       while (std::popcount(spoilt) < family->correctable_bits) spoilt |= 1ULL << (random() % bits);
       const auto found = NearestTag(*family, read ^ spoilt);
@@ -98,7 +99,7 @@ TEST_CASE("A tag is read in every orientation, with as many wrong cells as are p
   }
 }
 
-TEST_CASE("Random cells are hardly ever a tag") {
+TEST_CASE("Random cells are rarely decoded as a tag") {
   const auto family = TagFamilyOfName("36h11");
   REQUIRE(family.ok());
   CHECK(family->correctable_bits == 2);
@@ -108,7 +109,7 @@ TEST_CASE("Random cells are hardly ever a tag") {
   CHECK(tags <= 3);  // 0.5 expected
 }
 
-TEST_CASE("An unknown family is named with those there are") {
+TEST_CASE("An unknown family is refused with the list of names") {
   const auto family = TagFamilyOfName("36h12");
   REQUIRE_FALSE(family.ok());
   CHECK(family.error().find("\"36h12\"") != std::string::npos);

@@ -1,4 +1,4 @@
-// Poses from exact and from noisy corners.
+// Pose estimation from exact and noisy corners.
 #include "app/tracking/tag_pose.h"
 
 #include <catch2/catch.hpp>
@@ -46,7 +46,7 @@ Vec6 ErrorOf(const Pose& estimated, const Pose& truth) {
 
 }  // namespace
 
-TEST_CASE("A pixel's derivative by the lens agrees with differences") {
+TEST_CASE("The derivative of a pixel with respect to the lens agrees with finite differences") {
   const Lens lens = SomeLens(1500).lens;
   const Vec2 n(0.31, -0.2);
   const auto J = PixelByLens(lens, n);
@@ -62,7 +62,7 @@ TEST_CASE("A pixel's derivative by the lens agrees with differences") {
   }
 }
 
-TEST_CASE("Exact corners give the exact pose, and one of the square's two is it") {
+TEST_CASE("Exact corners give the exact pose, and one of the square's two poses is that") {
   std::mt19937_64 random(1);
   const KnownLens known = SomeLens(1500);
   for (int round = 0; round < 300; ++round) {
@@ -79,7 +79,7 @@ TEST_CASE("Exact corners give the exact pose, and one of the square's two is it"
   }
 }
 
-TEST_CASE("The stated covariance is true, and the error meets the corners' Cramer-Rao bound") {
+TEST_CASE("Errors match the stated covariance and reach the Cramer-Rao bound of the corners") {
   std::mt19937_64 random(2);
   const KnownLens known = SomeLens(2500);
   const double sd = 0.05;
@@ -87,7 +87,7 @@ TEST_CASE("The stated covariance is true, and the error meets the corners' Crame
   int count = 0;
   for (int round = 0; round < 400; ++round) {
     const Pose X = RandomPose(random, 1.5, 0.9);
-    // Nearly frontal ones have two minima that noise joins: a bound says nothing there.
+    // Nearly frontal tags have two minima that noise merges, so the bound does not apply.
     if (std::abs(X.R(2, 2)) > 0.95) continue;
     const auto poses = PosesOfTag(known, Seen(known.lens, X, sd, random),
                                   sd * sd * CornersCovariance::Identity(), kSide_m);
@@ -104,7 +104,7 @@ TEST_CASE("The stated covariance is true, and the error meets the corners' Crame
   CHECK(std::sqrt(squares / bound) < 1.2);
 }
 
-TEST_CASE("What is not known of the lens is in the pose's covariance") {
+TEST_CASE("The lens covariance is propagated into the pose covariance") {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal(0, 1);
   KnownLens known = SomeLens(2500);
@@ -129,7 +129,7 @@ TEST_CASE("What is not known of the lens is in the pose's covariance") {
   CHECK(std::sqrt(whitened / 300) == Approx(1).margin(0.15));
 }
 
-TEST_CASE("A far tag whose two poses cannot be told apart is ambiguous, never surely wrong") {
+TEST_CASE("A far tag with inseparable poses is ambiguous, never confidently wrong") {
   std::mt19937_64 random(4);
   const KnownLens known = SomeLens(1500);
   int ambiguous = 0, wrong = 0;
@@ -149,7 +149,7 @@ TEST_CASE("A far tag whose two poses cannot be told apart is ambiguous, never su
   CHECK(wrong == 0);
 }
 
-TEST_CASE("Corners that are no square's give nothing") {
+TEST_CASE("Corners that are not a square's give no pose") {
   const KnownLens known = SomeLens(1500);
   Corners line;
   for (int k = 0; k < 4; ++k) line[k] = Vec2(100 + 20 * k, 100 + 20 * k);

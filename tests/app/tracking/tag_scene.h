@@ -41,7 +41,7 @@ inline std::vector<bool> CellsOf(const TagFamily& family, int id) {
   return white;
 }
 
-/// A tag lying at a pose, with a white margin of one cell.
+/// A tag at a pose, with a white margin of one cell.
 inline renderer::Sheet TagSheet(const TagFamily& family, int id, double side_m,
                                 const Eigen::Isometry3d& X_CM) {
   renderer::Sheet sheet;
@@ -51,13 +51,13 @@ inline renderer::Sheet TagSheet(const TagFamily& family, int id, double side_m,
   return sheet;
 }
 
-/// The tag's corners in its own frame: x to its right, y downwards, from the top left clockwise.
+/// The tag's corners in its own frame (x right, y down), clockwise from the top left.
 inline std::array<Eigen::Vector3d, 4> TagCorners(double side_m) {
   const double h = 0.5 * side_m;
   return {Eigen::Vector3d(-h, -h, 0), {h, -h, 0}, {h, h, 0}, {-h, h, 0}};
 }
 
-/// A tag facing the camera, tilted by `tilt` about an axis in its plane, turned by `roll`.
+/// A tag facing the camera, tilted by `tilt` about an axis in its plane, rotated by `roll`.
 inline Eigen::Isometry3d FacingPose(const Eigen::Vector3d& p_CM, double tilt, double tilt_axis,
                                     double roll) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -69,7 +69,7 @@ inline Eigen::Isometry3d FacingPose(const Eigen::Vector3d& p_CM, double tilt, do
   return X;
 }
 
-/// Where the direction through a pixel meets a depth, by the plain pinhole.
+/// The point at a given depth on the ray through a pixel, for an undistorted pinhole.
 inline Eigen::Vector3d PointAt(const renderer::Camera& c, double u, double v, double depth_m) {
   return depth_m * Eigen::Vector3d((u - c.cx) / c.fx, (v - c.cy) / c.fy, 1);
 }
@@ -91,8 +91,7 @@ struct TagScene {
   }
 };
 
-/// Six tags of 80 mm spread over the image, of about `side_px`, tilted up to `most_tilt`, at
-/// random.
+/// Six randomly placed tags of 80 mm, about `side_px` large and tilted by up to `most_tilt`.
 inline TagScene SixTags(const TagFamily& family, const renderer::Camera& camera, double side_px,
                         double most_tilt, std::uint64_t seed) {
   std::mt19937_64 random(seed);

@@ -1,4 +1,4 @@
-// Tags followed through rendered sequences.
+// Tracking through rendered sequences.
 #include "app/tracking/tracker.h"
 
 #include <catch2/catch.hpp>
@@ -41,7 +41,7 @@ TEST_CASE("Moving tags are followed without a search of the whole image") {
   const KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
   database.other_side_m = 0.08;
-  Tracker tracker(family, database, {.whole_every = 5});
+  Tracker tracker(family, database, {.full_search_interval = 5});
   for (int frame = 0; frame < 8; ++frame) {
     const double t = 0.04 * frame;
     const auto shot = ShotOf(family,
@@ -49,7 +49,7 @@ TEST_CASE("Moving tags are followed without a search of the whole image") {
                               test::FacingPose({0.2, 0.1 - 0.3 * t, 1.2}, 0.4, 2, -t)},
                              frame);
     const TrackedFrame& seen = tracker.Update(test::ViewOf(shot.image), t, &lens);
-    CHECK(seen.whole_frame == (frame % 5 == 0));
+    CHECK(seen.full_search == (frame % 5 == 0));
     REQUIRE(seen.tags.size() == 2);
     for (int k = 0; k < 2; ++k) {
       CHECK(seen.tags[k].seen.id == 10 + k);
@@ -60,7 +60,7 @@ TEST_CASE("Moving tags are followed without a search of the whole image") {
   }
 }
 
-TEST_CASE("A tag that jumped is found in the same frame; one that left is gone") {
+TEST_CASE("A tag that jumped is found in the same frame; one that left is dropped") {
   const TagFamily family = *TagFamilyOfName("36h11");
   Tracker tracker(family, {}, {});
   const auto here = ShotOf(family, {test::FacingPose({-0.25, -0.1, 1}, 0.3, 1, 0)}, 1);
@@ -68,14 +68,15 @@ TEST_CASE("A tag that jumped is found in the same frame; one that left is gone")
   const auto gone = ShotOf(family, {}, 3);
   CHECK(tracker.Update(test::ViewOf(here.image), 0, nullptr).tags.size() == 1);
   const TrackedFrame& jumped = tracker.Update(test::ViewOf(there.image), 0.04, nullptr);
-  CHECK(jumped.whole_frame);
+  CHECK(jumped.full_search);
   REQUIRE(jumped.tags.size() == 1);
   CHECK_FALSE(jumped.tags[0].estimate);  // no lens: corners only
   CHECK(tracker.Update(test::ViewOf(gone.image), 0.08, nullptr).tags.empty());
   CHECK(tracker.Update(test::ViewOf(here.image), 0.12, nullptr).tags.size() == 1);
 }
 
-TEST_CASE("An ambiguous tag keeps to the pose just before; at first sight it is told") {
+TEST_CASE(
+    "An ambiguous tag follows its previous pose; at first sight it is reported as ambiguous") {
   const TagFamily family = *TagFamilyOfName("36h11");
   const KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
@@ -90,7 +91,7 @@ TEST_CASE("An ambiguous tag keeps to the pose just before; at first sight it is 
   int ambiguous_alone = 0, flips = 0;
   Tracker tracker(family, database, {});
   for (int frame = 0; frame < 16; ++frame) {
-    // It goes away from the camera until its two poses cannot be told apart.
+    // It moves away from the camera until its two poses are inseparable.
     const double depth = 0.8 + 0.12 * frame;
     const auto shot = ShotOf(family, {X(depth, 0.35)}, frame, dim);
     const TrackedFrame& seen = tracker.Update(test::ViewOf(shot.image), 0.04 * frame, &lens);
@@ -106,7 +107,7 @@ TEST_CASE("An ambiguous tag keeps to the pose just before; at first sight it is 
   CHECK(ambiguous_alone > 0);
 }
 
-TEST_CASE("A body decides what its tag alone does not") {
+TEST_CASE("A body resolves the ambiguity of its tag") {
   const TagFamily family = *TagFamilyOfName("36h11");
   const KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;

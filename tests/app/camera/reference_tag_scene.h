@@ -1,4 +1,4 @@
-// The cell's fixed marks as a camera sees them, by numbers alone or drawn.
+// Simulated observations of the cell's reference tags.
 #pragma once
 
 #include <random>
@@ -9,7 +9,7 @@
 
 namespace plumbline::test {
 
-/// Marks of 60 mm around the field of view at different depths: 600 x 300 mm, 200 mm deep.
+/// Tags of 60 mm around the field of view: 600 x 300 mm, at depths within 200 mm.
 inline Body CellMarks(int count = 5) {
   const Vec3 places[] = {{-0.30, -0.16, 0.00}, {0.30, -0.15, 0.20}, {0.29, 0.16, 0.02},
                          {-0.31, 0.15, 0.18},  {0.02, -0.17, 0.10}, {0.0, 0.17, 0.05}};
@@ -21,27 +21,27 @@ inline Body CellMarks(int count = 5) {
   return cell;
 }
 
-/// The body 1.6 m in front of the camera, turned a little.
+/// The cell 1.6 m in front of the camera, slightly rotated.
 inline Pose CellInCamera() {
   return {RotationFromRollPitchYaw(Vec3(0.12, -0.08, 0.02)), Vec3(0.01, -0.02, 1.6)};
 }
 
-inline Lens MarksLens() {
+inline Lens TagSceneLens() {
   return LensOfCamera(renderer::ZoomLens(2600));
 }
 
-/// Marks as a detector with independent noise would give them.
-inline std::vector<SeenTag> SeenMarks(const Lens& lens, const Body& cell, const Pose& X_CK,
-                                      double noise_px, std::uint64_t seed) {
+/// Tag detections with independent corner noise.
+inline std::vector<SeenTag> ObserveTags(const Lens& lens, const Body& cell, const Pose& X_CK,
+                                        double noise_px, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, noise_px);
   std::vector<SeenTag> seen;
-  for (const BodyTag& mark : cell.tags) {
+  for (const BodyTag& declared : cell.tags) {
     SeenTag tag;
-    tag.id = mark.id;
-    const auto corners = CornersInTag(mark.side_m);
+    tag.id = declared.id;
+    const auto corners = CornersInTag(declared.side_m);
     for (std::size_t k = 0; k < 4; ++k) {
-      tag.corners_px[k] = Project<double>(lens, X_CK * (mark.X_KM * corners[k])) +
+      tag.corners_px[k] = Project<double>(lens, X_CK * (declared.X_KM * corners[k])) +
                           Vec2(noise(random), noise(random));
     }
     tag.covariance = noise_px * noise_px * CornersCovariance::Identity();

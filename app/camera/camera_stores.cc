@@ -1,14 +1,14 @@
-#include "app/camera/watch_stores.h"
+#include "app/camera/camera_stores.h"
 
 #include "drivers/clock.h"
 
 namespace plumbline {
 
-bool LensShelf::Open() {
+bool SharedLensStore::Open() {
   if (store_) return true;
   const double now_s = MonotonicSeconds();
-  if (now_s - tried_s_ < kRetry_s) return false;
-  tried_s_ = now_s;
+  if (now_s - last_attempt_s_ < kRetryInterval_s) return false;
+  last_attempt_s_ = now_s;
   auto opened = LensStore::Open(path_);
   if (!opened) {
     problem_ = opened.error();
@@ -20,8 +20,8 @@ bool LensShelf::Open() {
   return true;
 }
 
-Result<std::optional<LensFound>> LensShelf::Find(const LensKey& key,
-                                                 const LensTolerance& tolerance) {
+Result<std::optional<LensFound>> SharedLensStore::Find(const LensKey& key,
+                                                       const LensTolerance& tolerance) {
   const std::lock_guard lock(mutex_);
   if (!Open()) return Error{problem_};
   auto found = store_->Find(key, tolerance);
@@ -32,17 +32,18 @@ Result<std::optional<LensFound>> LensShelf::Find(const LensKey& key,
   return found;
 }
 
-Result<std::int64_t> LensShelf::Append(const LensEntry& entry) {
+Result<std::int64_t> SharedLensStore::Append(const LensEntry& entry) {
   const std::lock_guard lock(mutex_);
-  if (!store_) tried_s_ = -1e300;  // a lens is worth an attempt
+  if (!store_) last_attempt_s_ = -1e300;  // a new lens is always worth an attempt
   if (!Open()) return Error{problem_};
   return store_->Append(entry);
 }
 
-WatchStores::WatchStores(const std::string& state_directory, const Body& cell, const LogSink& sink)
+CameraStores::CameraStores(const std::string& state_directory, const Body& cell,
+                           const LogSink& sink)
     : lenses(state_directory + "/lenses.sqlite", sink),
-      marks(state_directory + "/fixed_marks.json", cell, marks_problem) {
-  if (!marks_problem.empty()) sink({Event::kMarksFile, "fixed marks: " + marks_problem});
+      baselines(state_directory + "/fixed_marks.json", cell, baselines_problem) {
+  if (!baselines_problem.empty()) sink({Event::kMarksFile, "reference tags: " + baselines_problem});
 }
 
 }  // namespace plumbline

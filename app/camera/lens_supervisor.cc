@@ -1,4 +1,4 @@
-#include "app/camera/watch_core.h"
+#include "app/camera/lens_supervisor.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -40,64 +40,64 @@ const SeenBody* Find(const std::vector<SeenBody>& bodies, const std::string& nam
 
 }  // namespace
 
-WatchCore::WatchCore(WatchSettings settings, LogSink sink)
+LensSupervisor::LensSupervisor(LensSupervisorSettings settings, LogSink sink)
     : settings_(std::move(settings)), sink_(std::move(sink)), supervision_(settings_.zoom) {}
 
-void WatchCore::Take(ZoomEvent event) {
-  if (const auto transition = supervision_.Handle(event)) Tell(*transition);
+void LensSupervisor::Take(ZoomEvent event) {
+  if (const auto transition = supervision_.Handle(event)) ApplyTransition(*transition);
 }
 
-void WatchCore::Tell(const ZoomTransition& transition) {
+void LensSupervisor::ApplyTransition(const ZoomTransition& transition) {
   const ZoomState to = transition.to;
-  const bool stands = transition.why == ZoomReason::kStoodStill;
+  const bool came_to_rest = transition.why == ZoomReason::kStoodStill;
   if (to == ZoomState::kMoving || to == ZoomState::kUnknown ||
       transition.why == ZoomReason::kDigitalZoom) {
-    ++rest_;
-    ForgetLens();
+    ++standstill_;
+    DropLens();
   }
-  if (stands) {
-    rest_zoom_ = transition.zoom_counts;
-    rest_focus_ = transition.focus_counts;
+  if (came_to_rest) {
+    standstill_zoom_ = transition.zoom_counts;
+    standstill_focus_ = transition.focus_counts;
   }
-  if (to != ZoomState::kValid) ForgetBodies();
+  if (to != ZoomState::kValid) InvalidateBodies();
   if (to != ZoomState::kCalibrating) {
     prompt_ = BoardPrompt::kNone;
     board_views_ = 0;
   }
   const std::string at =
       transition.zoom_counts ? fmt::format(" (zoom {})", *transition.zoom_counts) : "";
-  const bool said = !look_words_.empty() && (transition.why == ZoomReason::kMarksBad);
+  const bool explain = !check_message_.empty() && (transition.why == ZoomReason::kMarksBad);
   std::vector<LogField> fields = {{"CAMERA_STATE", std::string(ZoomStateText(to))}};
   if (transition.zoom_counts) {
     fields.push_back({"ZOOM_COUNTS", fmt::format("{}", *transition.zoom_counts)});
   }
   sink_({LogEventOf(transition),
          fmt::format("camera {}: {}{}{}", ZoomStateText(to), ZoomReasonText(transition.why), at,
-                     said ? "; " + look_words_ : ""),
+                     explain ? "; " + check_message_ : ""),
          fields});
 }
 
-void WatchCore::ForgetLens() {
+void LensSupervisor::DropLens() {
   lens_.reset();
-  memory_.reset();
+  baseline_.reset();
   looked_up_ = false;
-  doubts_ = 0;
-  look_words_.clear();
-  mark_moved_ = false;
+  failed_checks_ = 0;
+  check_message_.clear();
+  tag_moved_ = false;
 }
 
-void WatchCore::ForgetBodies() {
-  tip_.Forget();
+void LensSupervisor::InvalidateBodies() {
+  tip_.Reset();
   for (CameraStatus::Body& body : bodies_) body.valid = false;
 }
 
-bool WatchCore::IsOf(const WatchOrders& asked) const {
-  return asked.rest == rest_ && asked.lens == lens_;
+bool LensSupervisor::IsCurrent(const FrameContext& context) const {
+  return context.standstill == standstill_ && context.lens == lens_;
 }
 
-void WatchCore::TakeReading(const ZoomReading& reading, double now_s) {
+void LensSupervisor::OnZoomReading(const ZoomReading& reading, double now_s) {
   if (sensor_ && *sensor_ != ZoomResult::kOk)
-    sink_({Event::kSensorBack, "zoom sensor answers again"});
+    sink_({Event::kSensorBack, "zoom sensor responds again"});
   sensor_ = ZoomResult::kOk;
   if (reading.zoom_counts) zoom_counts_ = reading.zoom_counts;
   if (reading.focus_counts) focus_counts_ = reading.focus_counts;
@@ -107,7 +107,7 @@ void WatchCore::TakeReading(const ZoomReading& reading, double now_s) {
   Take(event);
 }
 
-void WatchCore::TakeSensorFault(ZoomResult result, std::string_view problem, double now_s) {
+void LensSupervisor::OnSensorFault(ZoomResult result, std::string_view problem, double now_s) {
   if (result != ZoomResult::kWaiting && sensor_ != result) {
     sensor_ = result;
     sink_(
@@ -116,174 +116,177 @@ void WatchCore::TakeSensorFault(ZoomResult result, std::string_view problem, dou
   Take(EventOf(ZoomEvent::Kind::kLost, now_s));
 }
 
-void WatchCore::TakeTime(double now_s) {
+void LensSupervisor::OnTime(double now_s) {
   Take(EventOf(ZoomEvent::Kind::kTime, now_s));
 }
 
-void WatchCore::TakeCameraResult(CameraResult result, std::string_view problem, double now_s) {
-  const bool well = result == CameraResult::kFrame;
-  if (well) frame_time_s_ = now_s;
+void LensSupervisor::OnCameraResult(CameraResult result, std::string_view problem, double now_s) {
+  const bool ok = result == CameraResult::kFrame;
+  if (ok) frame_time_s_ = now_s;
   if (result == CameraResult::kWaiting || result == CameraResult::kNoFrame || camera_ == result) {
     return;
   }
-  if (well && camera_) {
+  if (ok && camera_) {
     sink_({Event::kCameraBack, fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_)});
-  } else if (!well) {
+  } else if (!ok) {
     if (!camera_ || *camera_ == CameraResult::kFrame) camera_lost_s_ = now_s;
-    ForgetBodies();
+    InvalidateBodies();
     sink_({result == CameraResult::kEnded ? Event::kCameraEnded : Event::kCameraLost,
            fmt::format("camera: {}: {}", CameraResultText(result), problem)});
   }
   camera_ = result;
 }
 
-WatchOrders WatchCore::orders() const {
-  WatchOrders orders;
-  orders.state = state();
+FrameContext LensSupervisor::frame_context() const {
+  FrameContext context;
+  context.state = state();
   const bool at_rest = state() == ZoomState::kVerifying || state() == ZoomState::kStale;
-  orders.look_up = at_rest && !lens_ && !looked_up_;
-  orders.want_board = supervision_.request() == ZoomAsk::kBoard;
-  orders.zoom_counts = rest_zoom_;
-  orders.focus_counts = rest_focus_;
-  orders.lens = lens_;
-  orders.memory = memory_;
-  orders.rest = rest_;
-  return orders;
+  context.needs_lens = at_rest && !lens_ && !looked_up_;
+  context.search_for_board = supervision_.request() == ZoomAsk::kBoard;
+  context.zoom_counts = standstill_zoom_;
+  context.focus_counts = standstill_focus_;
+  context.lens = lens_;
+  context.baseline = baseline_;
+  context.standstill = standstill_;
+  return context;
 }
 
-void WatchCore::TakeLens(std::shared_ptr<const LensInUse> lens,
-                         std::shared_ptr<const MarksMemory> memory, const WatchOrders& asked,
-                         double asked_s, double now_s) {
-  if (asked.rest != rest_ || lens_) return;
+void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
+                                  std::shared_ptr<const TagBaseline> baseline,
+                                  const FrameContext& context, double lookup_time_s, double now_s) {
+  if (context.standstill != standstill_ || lens_) return;
   looked_up_ = true;
   ZoomEvent event = EventOf(ZoomEvent::Kind::kLensUnknown, now_s);
-  event.about_s = asked_s;
+  event.about_s = lookup_time_s;
   if (lens) {
     event.kind = ZoomEvent::Kind::kLensKnown;
     event.zoom_band_counts = lens->band_counts;
-    sink_({Event::kLensFound,
-           lens->calibrated
-               ? fmt::format("camera: lens {} of the store, f {:.1f} px", lens->id,
-                             lens->known.lens.fx)
-               : fmt::format("camera: a lens between calibrated zooms, f {:.1f} px +- {:.{}f} %",
-                             lens->known.lens.fx, 100 * lens->log_focal_sd,
-                             DecimalsFor({100 * lens->log_focal_sd}, 2))});
+    sink_({Event::kLensFound, lens->calibrated
+                                  ? fmt::format("camera: lens {} from the store, f {:.1f} px",
+                                                lens->id, lens->known.lens.fx)
+                                  : fmt::format("camera: lens interpolated between calibrated "
+                                                "zooms, f {:.1f} px +- {:.{}f} % (1 sd)",
+                                                lens->known.lens.fx, 100 * lens->log_focal_sd,
+                                                DecimalsFor({100 * lens->log_focal_sd}, 2))});
   }
   lens_ = std::move(lens);
-  memory_ = lens_ ? std::move(memory) : nullptr;
-  doubts_ = 0;
+  baseline_ = lens_ ? std::move(baseline) : nullptr;
+  failed_checks_ = 0;
   Take(event);
 }
 
-bool WatchCore::TakeLook(const MarksLook& look, const WatchOrders& asked, double image_s,
-                         double now_s) {
-  // An image from before the lens stood, or was loaded, tells nothing of it.
-  if (!IsOf(asked) || image_s < supervision_.trusted_from_s()) return false;
+bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& context, double image_s,
+                                double now_s) {
+  // An image taken before the zoom came to rest, or before the lens was loaded, says nothing about
+  // the lens.
+  if (!IsCurrent(context) || image_s < supervision_.trusted_from_s()) return false;
   ZoomEvent event = EventOf(ZoomEvent::Kind::kTime, now_s);
   event.about_s = image_s;
   bool changed = false;
-  const bool good = look.verdict == MarksVerdict::kGood;
-  if (good || look.verdict == MarksVerdict::kNotVisible) {
+  const bool good = check.verdict == TagVerdict::kGood;
+  if (good || check.verdict == TagVerdict::kNotVisible) {
     event.kind = good ? ZoomEvent::Kind::kMarksGood : ZoomEvent::Kind::kMarksNotVisible;
-    if (good) doubts_ = 0;
+    if (good) failed_checks_ = 0;
   } else {
-    tip_.Forget();
-    if (++doubts_ < kLooksToDoubt) return false;
-    event.kind = look.verdict == MarksVerdict::kBad ? ZoomEvent::Kind::kMarksBad
-                                                    : ZoomEvent::Kind::kMarksGood;
-    doubts_ = look.verdict == MarksVerdict::kBad ? kLooksToDoubt : 0;
+    tip_.Reset();
+    if (++failed_checks_ < kChecksToReject) return false;
+    event.kind = check.verdict == TagVerdict::kBad ? ZoomEvent::Kind::kMarksBad
+                                                   : ZoomEvent::Kind::kMarksGood;
+    failed_checks_ = check.verdict == TagVerdict::kBad ? kChecksToReject : 0;
   }
-  mark_moved_ = !look.left_out.empty();
-  if (look.words != look_words_) {
-    look_words_ = look.words;
-    // What is bad is told with the change of state.
-    if (!look.words.empty() && look.verdict != MarksVerdict::kBad) {
-      sink_({good && !mark_moved_ ? Event::kMarksExplained : Event::kMarksDoubted,
-             "camera: " + look.words});
+  tag_moved_ = !check.excluded.empty();
+  if (check.message != check_message_) {
+    check_message_ = check.message;
+    // A bad lens is logged with the change of state.
+    if (!check.message.empty() && check.verdict != TagVerdict::kBad) {
+      sink_({good && !tag_moved_ ? Event::kMarksExplained : Event::kMarksDoubted,
+             "camera: " + check.message});
     }
   }
-  if (look.lens) {
-    auto refined = std::make_shared<LensInUse>(*lens_);
-    refined->known = *look.lens;
+  if (check.lens) {
+    auto refined = std::make_shared<ActiveLens>(*lens_);
+    refined->known = *check.lens;
     lens_ = std::move(refined);
   }
-  if (look.memory) {
-    memory_ = std::make_shared<MarksMemory>(*look.memory);
+  if (check.baseline) {
+    baseline_ = std::make_shared<TagBaseline>(*check.baseline);
     changed = true;
   }
   Take(event);
   return changed;
 }
 
-void WatchCore::TakeBodies(const std::vector<SeenBody>& seen, const WatchOrders& asked,
-                           double image_s) {
-  if (!asked.lens || asked.rest != rest_ || state() != ZoomState::kValid || doubts_ > 0) return;
-  const LensCovariance& lens = asked.lens->known.covariance;
+void LensSupervisor::OnBodies(const std::vector<SeenBody>& seen, const FrameContext& context,
+                              double image_s) {
+  if (!context.lens || context.standstill != standstill_ || state() != ZoomState::kValid ||
+      failed_checks_ > 0)
+    return;
+  const LensCovariance& lens = context.lens->known.covariance;
   const SeenBody* const cell = Find(seen, settings_.cell.name);
   const auto places = [this](const SeenBody& body) {
-    return PlaceErrors{settings_.marks.place_sd_m,
-                       body.body->place_sd_m.value_or(kPlaceSdOnOnePlate_m)};
+    return TagPlacementSd{settings_.tag_check.place_sd_m,
+                          body.body->place_sd_m.value_or(kPlaceSdOnOnePlate_m)};
   };
   for (std::size_t k = 0; k < settings_.bodies.size() && k < bodies_.size(); ++k) {
     const SeenBody* const body = Find(seen, settings_.bodies[k]);
-    CameraStatus::Body& told = bodies_[k];
-    told.valid = body != nullptr && cell != nullptr;
-    if (!told.valid) continue;
-    told.ambiguous = body->ambiguous || cell->ambiguous;
-    told.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    const PointByCamera origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
+    CameraStatus::Body& status = bodies_[k];
+    status.valid = body != nullptr && cell != nullptr;
+    if (!status.valid) continue;
+    status.ambiguous = body->ambiguous || cell->ambiguous;
+    status.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
+    const MeasuredPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
                                               Vec3::Zero(), lens, image_s, places(*body));
-    told.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.places_W);
-    told.time_s = image_s;
+    status.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.places_W);
+    status.time_s = image_s;
   }
   const SeenBody* const tool = settings_.tool.empty() ? nullptr : Find(seen, settings_.tool);
-  const bool sure = tool != nullptr && cell != nullptr && !tool->ambiguous && !cell->ambiguous &&
-                    cell->used.size() >= 2;
-  if (sure) {
+  const bool reliable = tool != nullptr && cell != nullptr && !tool->ambiguous &&
+                        !cell->ambiguous && cell->used.size() >= 2;
+  if (reliable) {
     tip_.Take(MeasurePoint(cell->estimate, tool->estimate, settings_.X_WK, settings_.tip_T, lens,
                            image_s, places(*tool)));
   } else {
-    tip_.Forget();
+    tip_.Reset();
   }
 }
 
-bool WatchCore::StartBoard(double now_s) {
+bool LensSupervisor::StartBoard(double now_s) {
   Take(EventOf(ZoomEvent::Kind::kBoardStarted, now_s));
   const bool started = state() == ZoomState::kCalibrating;
   if (started) {
     prompt_ = BoardPrompt::kShowBoard;
   } else {
-    sink_({Event::kBoardRefusedNow,
-           fmt::format("camera: no calibration now: {}", ZoomReasonText(supervision_.reason()))});
+    sink_({Event::kBoardRefusedNow, fmt::format("camera: calibration cannot start now: {}",
+                                                ZoomReasonText(supervision_.reason()))});
   }
   return started;
 }
 
-void WatchCore::TakeProgress(BoardPrompt prompt, std::size_t kept, double now_s) {
+void LensSupervisor::OnBoardProgress(BoardPrompt prompt, std::size_t views, double now_s) {
   if (state() != ZoomState::kCalibrating) return;
-  if (kept != board_views_ && prompt != BoardPrompt::kHoldStill) {
+  if (views != board_views_ && prompt != BoardPrompt::kHoldStill) {
     sink_({Event::kBoardProgress,
-           fmt::format("camera: {} views of the board; {}", kept, BoardPromptText(prompt))});
+           fmt::format("camera: {} views of the board; {}", views, BoardPromptText(prompt))});
   }
   prompt_ = prompt;
-  board_views_ = kept;
-  TakeTime(now_s);
+  board_views_ = views;
+  OnTime(now_s);
 }
 
-bool WatchCore::TakeAccepted(const LensInUse& lens, double oldest_s, double now_s) {
+bool LensSupervisor::OnBoardAccepted(const ActiveLens& lens, double oldest_s, double now_s) {
   if (state() != ZoomState::kCalibrating) return false;
   ZoomEvent event = EventOf(ZoomEvent::Kind::kBoardAccepted, now_s);
   event.about_s = oldest_s;
   Take(event);
   if (state() != ZoomState::kValid) return false;
-  lens_ = std::make_shared<LensInUse>(lens);
-  memory_.reset();  // the first look at the marks makes a new one
+  lens_ = std::make_shared<ActiveLens>(lens);
+  baseline_.reset();  // the first tag check sets a new one
   looked_up_ = true;
-  doubts_ = 0;
+  failed_checks_ = 0;
   return true;
 }
 
-void WatchCore::TakeRefused(const std::vector<std::string>& reasons, double now_s) {
+void LensSupervisor::OnBoardRefused(const std::vector<std::string>& reasons, double now_s) {
   if (state() != ZoomState::kCalibrating) return;
   for (const std::string& reason : reasons) {
     sink_({Event::kBoardRefused, "camera: calibration refused: " + reason});
@@ -291,19 +294,19 @@ void WatchCore::TakeRefused(const std::vector<std::string>& reasons, double now_
   Take(EventOf(ZoomEvent::Kind::kBoardRefused, now_s));
 }
 
-void WatchCore::CancelBoard(double now_s) {
+void LensSupervisor::CancelBoard(double now_s) {
   if (state() != ZoomState::kCalibrating) return;
   Take(EventOf(ZoomEvent::Kind::kBoardCancelled, now_s));
 }
 
-void WatchCore::NoteKept(std::int64_t id) {
+void LensSupervisor::SetStoredId(std::int64_t id) {
   if (!lens_) return;
-  auto kept = std::make_shared<LensInUse>(*lens_);
-  kept->id = id;
-  lens_ = std::move(kept);
+  auto stored = std::make_shared<ActiveLens>(*lens_);
+  stored->id = id;
+  lens_ = std::move(stored);
 }
 
-void WatchCore::NoteStoreFault(const std::string& fault) {
+void LensSupervisor::OnStoreFault(const std::string& fault) {
   if (fault == store_fault_) return;
   if (fault.empty()) {
     sink_({Event::kLensStoreWorks, "lens store works again"});
@@ -313,7 +316,7 @@ void WatchCore::NoteStoreFault(const std::string& fault) {
   store_fault_ = fault;
 }
 
-CameraStatus WatchCore::Status() const {
+CameraStatus LensSupervisor::Status() const {
   CameraStatus status;
   status.configured = true;
   status.name = settings_.name;
@@ -324,7 +327,7 @@ CameraStatus WatchCore::Status() const {
   status.zoom_unknown = state() == ZoomState::kUnknown;
   status.board_wanted = supervision_.request() == ZoomAsk::kBoard;
   status.fiducials_hidden = status.reason == ZoomReason::kMarksNotVisible;
-  status.fiducial_moved = mark_moved_;
+  status.fiducial_moved = tag_moved_;
   status.store_fault = !store_fault_.empty();
   status.prompt = prompt_;
   if (status.prompt == BoardPrompt::kNone && status.board_wanted) {

@@ -1,7 +1,7 @@
-// The watch's two threads in this process, for the sanitizers: a recorded camera, a sensor that the
-// test turns, a reader as the cycle is one. What it decides is tested in watch_core_test.cc, the
-// whole of it in tests/app/daemon/camera_test.cc.
-#include "app/camera/camera_watch.h"
+// The two threads of a CameraSupervisor in this process, for the sanitizers: a recorded camera, a
+// zoom sensor set by the test, and a status reader like the control cycle. Decisions are tested in
+// lens_supervisor_test.cc, the daemon as a whole in tests/app/daemon/camera_test.cc.
+#include "app/camera/camera_supervisor.h"
 
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -17,9 +17,9 @@ namespace {
 
 constexpr int kWaits = 6000;  // of 10 ms: a minute, for a busy machine
 
-class TurnedByHand : public ZoomSensor {
+class SettableZoom : public ZoomSensor {
  public:
-  explicit TurnedByHand(const std::atomic<int>& zoom) : zoom_(zoom) {}
+  explicit SettableZoom(const std::atomic<int>& zoom) : zoom_(zoom) {}
   ZoomResult Read(ZoomReading& reading) override {
     if (zoom_ < 0) return ZoomResult::kTimeout;
     reading = {};
@@ -27,7 +27,7 @@ class TurnedByHand : public ZoomSensor {
     reading.time_s = MonotonicSeconds();
     return ZoomResult::kOk;
   }
-  std::string_view problem() const override { return "turned away"; }
+  std::string_view problem() const override { return "no reading"; }
 
  private:
   const std::atomic<int>& zoom_;
@@ -37,7 +37,7 @@ class TurnedByHand : public ZoomSensor {
 
 namespace {
 
-/// A watch over a shown image, a lens of the zoom 100 in its store.
+/// A supervisor whose camera shows an image file and whose store has a lens for zoom 100.
 struct Bench {
   TemporaryFolder folder;
   ShownImage image{folder.path()};
@@ -45,8 +45,8 @@ struct Bench {
   CameraLink link;
   std::mutex mutex;
   std::vector<std::string> log;
-  std::optional<WatchStores> stores;
-  std::optional<CameraWatch> watch;
+  std::optional<CameraStores> stores;
+  std::optional<CameraSupervisor> supervisor;
 
   explicit Bench(double patience_s, ImageSize lens_size = {1920, 1080}) {
     ShowCell();
@@ -71,14 +71,15 @@ struct Bench {
     vision.board.patience_s = patience_s;
     auto devices = CameraDevicesFrom(config, vision.tags);
     REQUIRE(devices);
-    devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
+    devices.value().zoom = std::make_unique<SettableZoom>(zoom);
     const auto sink = [this](const LogEntry& entry) {
       const std::lock_guard lock(mutex);
       log.push_back(entry.text);
     };
     stores.emplace(folder.path(), CellMarks(), sink);
-    watch.emplace(config, vision, std::move(devices).value(), *stores, "/bin/false", link, sink);
-    watch->Start();
+    supervisor.emplace(config, vision, std::move(devices).value(), *stores, "/bin/false", link,
+                       sink);
+    supervisor->Start();
   }
   void ShowCell() const {
     image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
@@ -106,30 +107,31 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, the lens is kept") {
+TEST_CASE(
+    "camera unplugged during a capture: refused with the reason, the stored lens is unaffected") {
   Bench bench(1.5);
   REQUIRE(bench.Becomes(ZoomState::kValid));
   bench.zoom = 5000;
   REQUIRE(bench.Becomes(ZoomState::kStale));
-  SECTION("after its first frames") {
+  SECTION("after the first frames") {
     ++bench.link.start_board;
     REQUIRE(bench.Becomes(ZoomState::kCalibrating));
     bench.image.Hide();
     REQUIRE(bench.Becomes(ZoomState::kRefused));
     CHECK(bench.Says("camera: calibration refused: n"));
-    CHECK(bench.Says("no frame of the camera"));
+    CHECK(bench.Says("no frame from the camera"));
   }
-  SECTION("before any of them") {
+  SECTION("before the first frame") {
     bench.image.Hide();
     REQUIRE(bench.Says("frame.pgm"));
     ++bench.link.start_board;
     REQUIRE(bench.Becomes(ZoomState::kRefused));
-    CHECK(bench.Says("camera: calibration refused: no frame of the camera within 2 s"));
+    CHECK(bench.Says("camera: calibration refused: no frame from the camera within 2 s"));
   }
-  const auto told = bench.link.status.Read();
-  CHECK(told->camera_lost);
-  CHECK(told->lens_stale);
-  // Back, and where it was calibrated: the last good lens, as it was.
+  const auto status = bench.link.status.Read();
+  CHECK(status->camera_lost);
+  CHECK(status->lens_stale);
+  // Reconnected, and back at the calibrated zoom: the stored lens is in use again.
   bench.ShowCell();
   bench.zoom = 100;
   REQUIRE(bench.Becomes(ZoomState::kValid));
@@ -139,36 +141,38 @@ TEST_CASE("the camera is unplugged in mid-calibration: refused with the reason, 
   CHECK(*store.value().Count() == 1);
 }
 
-TEST_CASE("images of another size than the lens's, or than the first, are not measured in") {
-  const auto told = [](Bench& bench, bool valid) {
+TEST_CASE("nothing is measured in images of another size than the lens") {
+  const auto bodies_become_valid = [](Bench& bench, bool valid) {
     for (int wait = 0; wait < kWaits; ++wait) {
       if (bench.link.status.Read()->bodies[1].valid == valid) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
   };
-  SECTION("a lens of another size, under the same mode") {
+  SECTION("the lens was calibrated at another size in the same mode") {
     Bench bench(60, {1280, 720});
-    REQUIRE(bench.Says("its images have 1920 x 1080 px, the lens is of 1280 x 720"));
+    REQUIRE(bench.Says("images are 1920 x 1080 px, but the lens was calibrated at 1280 x 720 px"));
     REQUIRE(bench.Becomes(ZoomState::kStale));
     CHECK_FALSE(bench.link.status.Read()->bodies[1].valid);
   }
-  SECTION("an image that changes its size") {
+  SECTION("the image size changes") {
     Bench bench(60);
     REQUIRE(bench.Becomes(ZoomState::kValid));
-    CHECK(told(bench, true));
+    CHECK(bodies_become_valid(bench, true));
     renderer::Camera small = renderer::ZoomLens(2600);
     small.width = 640;
     small.height = 480;
     bench.image.Show(DrawCell(small, CellInCamera(), GripperInCamera()));
     REQUIRE(bench.Says("640 x 480"));
-    CHECK(told(bench, false));
+    CHECK(bodies_become_valid(bench, false));
     bench.ShowCell();
-    CHECK(told(bench, true));
+    CHECK(bodies_become_valid(bench, true));
   }
 }
 
-TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any moment") {
+TEST_CASE(
+    "a zoom change invalidates the lens, a capture starts and is cancelled, Stop() works at any "
+    "time") {
   const TemporaryFolder folder;
   const ShownImage image(folder.path());
   image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
@@ -194,12 +198,13 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
   auto devices = CameraDevicesFrom(config, vision.tags);
   REQUIRE(devices);
   std::atomic<int> zoom{100};
-  devices.value().zoom = std::make_unique<TurnedByHand>(zoom);
+  devices.value().zoom = std::make_unique<SettableZoom>(zoom);
   CameraLink link;
   const auto sink = [](const LogEntry&) {};
-  WatchStores stores(folder.path(), CellMarks(), sink);
-  CameraWatch watch(config, vision, std::move(devices).value(), stores, "/bin/false", link, sink);
-  watch.Start();
+  CameraStores stores(folder.path(), CellMarks(), sink);
+  CameraSupervisor supervisor(config, vision, std::move(devices).value(), stores, "/bin/false",
+                              link, sink);
+  supervisor.Start();
   const auto becomes = [&](ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {
       if (link.status.Read()->state == state) return true;
@@ -219,5 +224,5 @@ TEST_CASE("valid, stale on a turn of the zoom, board asked for, ended at any mom
   zoom = 100;
   REQUIRE(becomes(ZoomState::kValid));
   ++link.start_board;
-  watch.Stop();
+  supervisor.Stop();
 }

@@ -1,0 +1,370 @@
+#include "app/camera/camera_supervisor.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+#include "app/lens_store/stored_views.h"
+#include "app/printed_digits.h"
+
+namespace plumbline {
+namespace {
+
+constexpr double kFrameTimeout_s = 0.1;
+constexpr double kBoardSearchInterval_s = 0.3;
+constexpr int kImageThreadNice = 5;  ///< the control cycle has priority
+/// Dead band of a lens, as a relative change of its focal length: this moves the corner of a 1080p
+/// image by 0.3 px. It is converted to zoom counts by the slope of the lens curve.
+constexpr double kRelativeFocalBand = 3e-4;
+/// Limit on that conversion, in configured dead bands, where the curve is flat by chance.
+constexpr std::int32_t kMaxBands = 10;
+constexpr double kMinPlaceSd_m = 1e-6;  ///< keeps the fit regular if a place is declared exact
+
+LensSupervisorSettings SettingsFrom(const CameraConfig& camera, const VisionConfig& vision) {
+  const TagsConfig& tags = vision.tags;
+  LensSupervisorSettings settings;
+  settings.name = camera.name;
+  settings.zoom = camera.zoom.supervision;
+  settings.acceptable_px = vision.board.acceptable_px;
+  settings.cell = CellMarksOf(tags);
+  settings.tag_check.place_sd_m =
+      std::max(settings.cell.place_sd_m.value_or(tags.place_sd_m), kMinPlaceSd_m);
+  for (const Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
+  settings.X_WK = tags.X_WK;
+  settings.tool = tags.tool;
+  settings.tip_T = tags.tip_T;
+  return settings;
+}
+
+BoardSettings BoardFrom(const BoardConfig& config) {
+  BoardSettings board;
+  board.board = config.board;
+  board.views = config.views;
+  board.most_views = config.most_views;
+  board.patience_s = config.patience_s;
+  board.options = {config.acceptable_px, config.distance_m};
+  return board;
+}
+
+std::string UtcNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+}  // namespace
+
+CameraSupervisor::CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision,
+                                   CameraDevices devices, CameraStores& stores,
+                                   std::string plumbline, CameraLink& link, LogSink sink, Show show)
+    : zoom_(camera.zoom),
+      board_(vision.board),
+      devices_(std::move(devices)),
+      stores_(stores),
+      plumbline_(std::move(plumbline)),
+      link_(link),
+      sink_(sink),
+      show_(std::move(show)),
+      supervisor_(SettingsFrom(camera, vision), std::move(sink)) {}
+
+CameraSupervisor::~CameraSupervisor() {
+  Stop();
+}
+
+void CameraSupervisor::Start() {
+  WithSupervisor([](LensSupervisor&) {});
+  handled_starts_ = link_.start_board;
+  handled_cancels_ = link_.cancel_board;
+  zoom_thread_ = std::thread([this] { RunZoomThread(); });
+  pthread_setname_np(zoom_thread_.native_handle(), "zoom");
+  image_thread_ = std::thread([this] { RunImageThread(); });
+  pthread_setname_np(image_thread_.native_handle(), "images");
+}
+
+void CameraSupervisor::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  if (zoom_thread_.joinable()) zoom_thread_.join();
+  if (image_thread_.joinable()) image_thread_.join();
+}
+
+void CameraSupervisor::Pause(double seconds) {
+  std::unique_lock lock(mutex_);
+  wake_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return stop_; });
+}
+
+FrameContext CameraSupervisor::CurrentContext() {
+  const std::lock_guard lock(mutex_);
+  return supervisor_.frame_context();
+}
+
+void CameraSupervisor::RunZoomThread() {
+  double tick_s = MonotonicSeconds();
+  for (;;) {
+    sensor_pulse_.Beat();
+    ZoomReading reading;
+    const ZoomResult result = devices_.zoom->Read(reading);
+    const double now_s = MonotonicSeconds();
+    const bool stop = WithSupervisor([&](LensSupervisor& supervisor) {
+      if (result == ZoomResult::kOk) {
+        supervisor.OnZoomReading(reading, now_s);
+      } else {
+        supervisor.OnSensorFault(result, devices_.zoom->problem(), now_s);
+      }
+      return stop_;
+    });
+    if (stop) return;
+    tick_s = std::max(tick_s + zoom_.period_s, now_s);
+    Pause(tick_s - now_s);
+  }
+}
+
+void CameraSupervisor::RunImageThread() {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kImageThreadNice);
+  worker_.emplace(plumbline_, MonotonicSeconds);  // here: the process ends with this thread
+  for (;;) {
+    image_pulse_.Beat();
+    HandleRequests();
+    CameraFrame frame;
+    const CameraResult result = devices_.camera->Read(kFrameTimeout_s, frame);
+    const double now_s = MonotonicSeconds();
+    const bool stop = WithSupervisor([&](LensSupervisor& supervisor) {
+      supervisor.OnCameraResult(result, devices_.camera->problem(), now_s);
+      return stop_;
+    });
+    if (stop) break;
+    for (const std::string& remark : devices_.camera->TakeRemarks()) {
+      sink_({Event::kCameraRemark, "camera: " + remark});
+    }
+    if (result == CameraResult::kFrame) {
+      TakeFrame(frame);
+    } else {
+      OnMissingFrame(now_s);
+      Pause(result == CameraResult::kNoFrame ? 0 : kFrameTimeout_s);
+    }
+  }
+  worker_.reset();
+}
+
+/// A capture times out even if the camera no longer delivers frames.
+void CameraSupervisor::OnMissingFrame(double now_s) {
+  if (CurrentContext().state != ZoomState::kCalibrating) {
+    waiting_since_s_.reset();
+    return;
+  }
+  if (session_) {
+    session_->TakeFailure("no frame from the camera", now_s);
+    if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
+    return;
+  }
+  if (!waiting_since_s_) waiting_since_s_ = now_s;
+  if (now_s - *waiting_since_s_ < board_.patience_s) return;
+  waiting_since_s_.reset();
+  const std::string why =
+      fmt::format("no frame from the camera within {:.0f} s", board_.patience_s);
+  WithSupervisor([&](LensSupervisor& supervisor) { supervisor.OnBoardRefused({why}, now_s); });
+}
+
+void CameraSupervisor::HandleRequests() {
+  const double now_s = MonotonicSeconds();
+  if (const std::uint32_t starts = link_.start_board; starts != handled_starts_) {
+    handled_starts_ = starts;
+    WithSupervisor([&](LensSupervisor& supervisor) { return supervisor.StartBoard(now_s); });
+  }
+  if (const std::uint32_t cancels = link_.cancel_board; cancels != handled_cancels_) {
+    handled_cancels_ = cancels;
+    WithSupervisor([&](LensSupervisor& supervisor) { supervisor.CancelBoard(now_s); });
+  }
+}
+
+void CameraSupervisor::TakeFrame(const CameraFrame& frame) {
+  waiting_since_s_.reset();
+  const FrameContext context = CurrentContext();
+  if (context.standstill != standstill_) devices_.tracker->Forget();
+  standstill_ = context.standstill;
+  if (context.state == ZoomState::kCalibrating) {
+    if (show_) show_(*devices_.camera, frame, {}, nullptr);
+    CaptureBoard(frame);
+    return;
+  }
+  session_.reset();
+  if (context.needs_lens) LookUpLens(context);
+  Track(context, frame);
+  if (context.search_for_board && board_.by_itself) LookForBoard(frame);
+}
+
+void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& frame) {
+  const ActiveLens* const lens = context.lens.get();
+  const bool fits = lens != nullptr && lens->known.size == frame.luma.size();
+  if (lens != nullptr && !fits && !size_mismatch_) {
+    sink_({Event::kCameraSize,
+           fmt::format(
+               "camera: images are {} x {} px, but the lens was calibrated at {} x {} px; nothing "
+               "is measured in them. Set the camera to that size, or calibrate at this one.",
+               frame.luma.width, frame.luma.height, lens->known.size.width,
+               lens->known.size.height)});
+  }
+  size_mismatch_ = lens != nullptr && !fits;
+  const TrackedFrame& tracked =
+      devices_.tracker->Update(frame.luma, frame.time_s, fits ? &lens->known : nullptr);
+  if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known.lens : nullptr);
+  if (lens == nullptr) return;
+  std::vector<SeenTag> tags;  // empty if the lens does not apply to this image
+  if (fits) {
+    tags.reserve(tracked.tags.size());
+    for (const TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
+  }
+  const LensSupervisorSettings& settings = supervisor_.settings();
+  const TagCheck check = CheckReferenceTags(*lens, context.baseline.get(), settings.cell, tags,
+                                            settings.acceptable_px, settings.tag_check);
+  const bool changed = WithSupervisor([&](LensSupervisor& supervisor) {
+    const bool baseline = supervisor.OnTagCheck(check, context, frame.time_s, MonotonicSeconds());
+    supervisor.OnBodies(tracked.bodies, context, frame.time_s);
+    return baseline;
+  });
+  if (changed && check.baseline) StoreBaseline(context, *check.baseline);
+}
+
+void CameraSupervisor::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
+  if (!context.lens->calibrated || context.lens->id == 0) return;
+  if (const auto kept = stores_.baselines.Store(context.lens->id, baseline); !kept) {
+    sink_({Event::kMarksFile, "reference tags: not saved: " + kept.error()});
+  }
+}
+
+LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
+  const CameraIdentity& camera = devices_.camera->identity();
+  return {camera.serial, camera.mode, context.zoom_counts.value_or(0), context.focus_counts};
+}
+
+void CameraSupervisor::LookUpLens(const FrameContext& context) {
+  if (devices_.camera->identity().serial.empty()) return;
+  const double lookup_time_s = MonotonicSeconds();
+  const ZoomSupervisionSettings& bands = zoom_.supervision;
+  const auto found =
+      stores_.lenses.Find(LensKeyFor(context), {bands.zoom_band_counts, bands.focus_band_counts});
+  WithSupervisor(
+      [&](LensSupervisor& supervisor) { supervisor.OnStoreFault(found ? "" : found.error()); });
+  if (!found) return;
+  std::shared_ptr<ActiveLens> lens;
+  std::shared_ptr<const TagBaseline> baseline;
+  if (*found) {
+    const LensFound& entry = **found;
+    lens = std::make_shared<ActiveLens>();
+    lens->known = entry.entry;
+    lens->calibrated = entry.how == LensFound::How::kCalibrated;
+    lens->id = lens->calibrated ? entry.entry.id : 0;
+    lens->log_focal_sd = entry.log_focal_sd;
+    if (entry.log_focal_per_count) {
+      lens->band_counts = std::min(DeadBandCounts(*entry.log_focal_per_count, kRelativeFocalBand),
+                                   kMaxBands * std::max(1, zoom_.supervision.zoom_band_counts));
+    }
+    if (lens->calibrated) baseline = stores_.baselines.Find(lens->id);
+  }
+  WithSupervisor([&](LensSupervisor& supervisor) {
+    supervisor.OnLensLookup(lens, baseline, context, lookup_time_s, MonotonicSeconds());
+  });
+}
+
+void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
+  if (const auto answer = worker_->Poll(); answer && *answer && search_standstill_ == standstill_) {
+    const bool started = WithSupervisor(
+        [&](LensSupervisor& supervisor) { return supervisor.StartBoard(MonotonicSeconds()); });
+    if (started) sink_({Event::kBoardSeen, "camera: the board is in view; capture started"});
+    return;
+  }
+  if (!worker_->idle() || frame.time_s - searched_s_ < kBoardSearchInterval_s) return;
+  searched_s_ = frame.time_s;
+  search_standstill_ = standstill_;
+  if (const auto given = worker_->Submit(frame.luma, board_.board); !given) {
+    sink_({Event::kBoardWorker, "camera: " + given.error()});
+  }
+}
+
+void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
+  if (!session_) {
+    session_.emplace(BoardFrom(board_), frame.luma.size(), frame.time_s);
+    search_standstill_.reset();
+    worker_image_s_ = 0;  // a pending response belongs to a frame from before the capture
+  }
+  if (auto answer = worker_->Poll()) {
+    if (*answer && worker_image_s_ > 0) {
+      BoardView view = std::move(*answer).value();
+      view.time_s = worker_image_s_;
+      session_->Take(std::move(view));
+    } else if (!*answer) {
+      session_->TakeFailure(answer->error(), frame.time_s);
+    }
+  }
+  if (worker_->idle()) {
+    worker_image_s_ = frame.time_s;
+    if (const auto given = worker_->Submit(frame.luma, board_.board); !given) {
+      session_->TakeFailure(given.error(), frame.time_s);
+    }
+  }
+  WithSupervisor([&](LensSupervisor& supervisor) {
+    supervisor.OnBoardProgress(session_->prompt(), session_->kept(), MonotonicSeconds());
+  });
+  if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
+}
+
+void CameraSupervisor::FinishBoard() {
+  const BoardSession session = std::move(*session_);
+  session_.reset();
+  if (session.state() == BoardSession::State::kRefused) {
+    WithSupervisor([&](LensSupervisor& supervisor) {
+      supervisor.OnBoardRefused(session.reasons(), MonotonicSeconds());
+    });
+    return;
+  }
+  const LensCalibration& solved = *session.calibration();
+  ActiveLens lens;
+  lens.known = solved;
+  lens.calibrated = true;
+  const FrameContext context = CurrentContext();
+  const bool taken = WithSupervisor([&](LensSupervisor& supervisor) {
+    return supervisor.OnBoardAccepted(lens, session.oldest_s(), MonotonicSeconds());
+  });
+  if (taken) StoreLens(session, context);
+}
+
+void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext& context) {
+  const LensCalibration& solved = *session.calibration();
+  LensEntry entry;
+  entry.key = LensKeyFor(context);
+  static_cast<KnownLens&>(entry) = solved;
+  entry.rms_px = solved.rms_px;
+  entry.uncertainty_px = solved.uncertainty.max_px;
+  entry.board = WordsOf(solved.board);
+  entry.corners = BytesOfViews({solved.board, session.views()});
+  if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
+  entry.utc = UtcNow();
+  const double fx_sd = std::sqrt(solved.covariance(kFx, kFx));
+  const int decimals = DecimalsFor({fx_sd}, 2);
+  sink_({Event::kCalibrated, fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px (1 sd), "
+                                         "projection uncertainty {:.2g} px "
+                                         "(1 sd), {} views",
+                                         solved.lens.fx, decimals, fx_sd, decimals,
+                                         solved.uncertainty.max_px, solved.frames_used.size())});
+  // If this fails, the lens is still used until the zoom changes.
+  const auto kept = stores_.lenses.Append(entry);
+  WithSupervisor([&](LensSupervisor& supervisor) {
+    supervisor.OnStoreFault(kept ? "" : kept.error());
+    if (kept) supervisor.SetStoredId(*kept);
+  });
+}
+
+}  // namespace plumbline

@@ -1,0 +1,121 @@
+// Decision logic of a camera's supervision: zoom state, active lens, reference tags, tracked
+// bodies.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/camera/measured_tip.h"
+#include "app/camera/tag_check.h"
+#include "app/lens_store/lens_entry.h"
+#include "app/log/log_entry.h"
+#include "app/tracking/tracker.h"
+#include "drivers/camera/camera.h"
+#include "drivers/zoom/zoom.h"
+#include "firmware-like/lens/zoom_supervisor.h"
+#include "firmware-like/status/camera_status.h"
+
+namespace plumbline {
+
+struct LensSupervisorSettings {
+  CameraName name = CameraName::kNone;
+  ZoomSupervisionSettings zoom;
+  TagCheckSettings tag_check;
+  double acceptable_px = 0.5;       ///< largest acceptable projection uncertainty (1 sd)
+  Body cell;                        ///< the reference tags
+  Pose X_WK;                        ///< the cell's body in the measurement frame
+  std::string tool;                 ///< name of the body that carries the tip; empty: none
+  Vec3 tip_T = Vec3::Zero();        ///< on that body [m]
+  std::vector<std::string> bodies;  ///< bodies that are reported, in this order
+};
+
+/// Snapshot for the image thread: what to do with the next frame. Passed back with each result, so
+/// that results which belong to an earlier lens or zoom are recognized and dropped.
+struct FrameContext {
+  ZoomState state = ZoomState::kUnknown;
+  bool needs_lens = false;        ///< look the lens for this zoom up in the store
+  bool search_for_board = false;  ///< a board that comes into view starts a capture
+  std::optional<std::int32_t> zoom_counts, focus_counts;  ///< at this standstill
+  std::shared_ptr<const ActiveLens> lens;                 ///< null: none for this zoom
+  std::shared_ptr<const TagBaseline> baseline;            ///< of that lens
+  std::uint64_t standstill = 0;  ///< incremented when the zoom moves or becomes unknown
+};
+
+/// Pure logic: time is an input, no threads or devices. Not thread-safe; the CameraSupervisor calls
+/// it under a mutex.
+class LensSupervisor {
+ public:
+  LensSupervisor(LensSupervisorSettings settings, LogSink sink);
+
+  void OnZoomReading(const ZoomReading& reading, double now_s);
+  void OnSensorFault(ZoomResult result, std::string_view problem, double now_s);
+  void OnTime(double now_s);
+  void OnCameraResult(CameraResult result, std::string_view problem, double now_s);
+
+  FrameContext frame_context() const;
+
+  /// Result of a lookup that FrameContext::needs_lens requested.
+  /// @param lens           null if the store has no lens for this zoom
+  /// @param lookup_time_s  when the store was read
+  void OnLensLookup(std::shared_ptr<const ActiveLens> lens,
+                    std::shared_ptr<const TagBaseline> baseline, const FrameContext& context,
+                    double lookup_time_s, double now_s);
+  /// @return  true if the baseline of the lens changed and should be stored
+  bool OnTagCheck(const TagCheck& check, const FrameContext& context, double image_s, double now_s);
+  /// The bodies of one image, located with the lens of `context`.
+  void OnBodies(const std::vector<SeenBody>& bodies, const FrameContext& context, double image_s);
+
+  /// @return  whether the capture started: it does not while the zoom moves or is unknown
+  bool StartBoard(double now_s);
+  void OnBoardProgress(BoardPrompt prompt, std::size_t views, double now_s);
+  /// @param oldest_s  time of the oldest view in the calibration
+  /// @return          whether the lens is now active: false if the zoom has moved since `oldest_s`
+  bool OnBoardAccepted(const ActiveLens& lens, double oldest_s, double now_s);
+  void OnBoardRefused(const std::vector<std::string>& reasons, double now_s);
+  void CancelBoard(double now_s);
+  /// The active lens has been stored under this id.
+  void SetStoredId(std::int64_t id);
+  void OnStoreFault(const std::string& fault);  ///< empty: the store works
+
+  ZoomState state() const { return supervision_.state(); }
+  const LensSupervisorSettings& settings() const { return settings_; }  ///< constant: any thread
+  CameraStatus Status() const;
+
+ private:
+  void Take(ZoomEvent event);
+  void ApplyTransition(const ZoomTransition& transition);
+  void DropLens();
+  void InvalidateBodies();
+  bool IsCurrent(const FrameContext& context) const;
+
+  const LensSupervisorSettings settings_;
+  LogSink sink_;
+  ZoomSupervision supervision_;
+  std::optional<std::int32_t> zoom_counts_, focus_counts_;  ///< last reading
+  double zoom_time_s_ = CameraStatus::kNever, frame_time_s_ = CameraStatus::kNever;
+  std::uint64_t standstill_ = 0;
+  std::optional<std::int32_t> standstill_zoom_, standstill_focus_;
+  bool looked_up_ = false;  ///< during this standstill
+  std::shared_ptr<const ActiveLens> lens_;
+  std::shared_ptr<const TagBaseline> baseline_;
+  int failed_checks_ = 0;  ///< consecutive tag checks that were not good
+  std::string check_message_;
+  bool tag_moved_ = false;
+  BoardPrompt prompt_ = BoardPrompt::kNone;
+  std::size_t board_views_ = 0;
+  std::array<CameraStatus::Body, CameraStatus::kMostBodies> bodies_;
+  StationaryPointFilter tip_;
+  std::optional<CameraResult> camera_;  ///< last logged result
+  std::optional<ZoomResult> sensor_;    ///< last logged result
+  double camera_lost_s_ = 0;
+  std::string store_fault_;
+};
+
+/// Consecutive tag checks that must fail before the tags count as moved, the zoom as drifted or the
+/// lens as bad: a single one may be a hand in the picture.
+inline constexpr int kChecksToReject = 3;
+
+}  // namespace plumbline

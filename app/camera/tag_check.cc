@@ -1,0 +1,118 @@
+#include "app/camera/tag_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "app/lens/projection_uncertainty.h"
+#include "app/printed_digits.h"
+#include "firmware-like/geometry/angle.h"
+
+namespace plumbline {
+namespace {
+
+std::string ExclusionMessage(const std::vector<int>& ids) {
+  if (ids.empty()) return {};
+  return fmt::format(
+      "reference tag {} is not where the other tags imply; put it back, or measure its "
+      "place again",
+      fmt::join(ids, ", "));
+}
+
+/// Tests a calibrated lens as it is, an interpolated one with its focal length refined.
+TagCheck CheckWithoutBaseline(const ActiveLens& lens, const Body& cell,
+                              const std::vector<SeenTag>& seen, double acceptable_px,
+                              const TagCheckSettings& settings) {
+  TagCheck check;
+  KnownLens used = lens.known;
+  if (!lens.calibrated) {
+    const auto refined = RefineFocalLength(lens.known, lens.log_focal_sd, cell, seen, settings);
+    if (!refined) return check;
+    used = *refined;
+  }
+  const TagJudgement judgement = JudgeReferenceTags(used, cell, seen, nullptr, settings);
+  check.verdict = judgement.verdict;
+  check.excluded = judgement.excluded;
+  if (judgement.verdict == TagVerdict::kBad) {
+    check.message = fmt::format(
+        "the reference tags do not fit the lens: {:.2f} px, chi^2 {:.0f} with {} degrees of "
+        "freedom",
+        judgement.rms_px, judgement.chi2, judgement.degrees_of_freedom);
+  }
+  if (judgement.verdict != TagVerdict::kGood) return check;
+  if (!lens.calibrated) {
+    const double uncertain_px = UncertaintyOf(used.lens, used.covariance, used.size).max_px;
+    if (uncertain_px > acceptable_px) {
+      check.verdict = TagVerdict::kBad;
+      check.message = fmt::format(
+          "the lens is interpolated, and its projection uncertainty of {:.2g} px exceeds the "
+          "limit of {:.2g} px",
+          uncertain_px, acceptable_px);
+      return check;
+    }
+    check.lens = used;
+    check.message =
+        fmt::format("interpolated lens in use; its focal length is {:.1f} px by the reference tags",
+                    used.lens.fx);
+  }
+  if (!judgement.excluded.empty()) check.message = ExclusionMessage(judgement.excluded);
+  check.baseline = BaselineAt(used, cell, seen, judgement.X_CK);
+  for (const int id : judgement.excluded) check.baseline->tags.erase(id);
+  return check;
+}
+
+}  // namespace
+
+TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline, const Body& cell,
+                            const std::vector<SeenTag>& seen, double acceptable_px,
+                            const TagCheckSettings& settings) {
+  if (baseline == nullptr) return CheckWithoutBaseline(lens, cell, seen, acceptable_px, settings);
+  TagCheck check;
+  const TagJudgement judgement = JudgeReferenceTags(lens.known, cell, seen, baseline, settings);
+  check.verdict = judgement.verdict;
+  check.excluded = judgement.excluded;
+  switch (judgement.verdict) {
+    case TagVerdict::kNotVisible:
+      break;
+    case TagVerdict::kGood:
+      check.message = ExclusionMessage(judgement.excluded);
+      break;
+    case TagVerdict::kCameraMoved:
+      check.baseline = BaselineAt(lens.known, cell, seen, judgement.X_CK);
+      check.message = fmt::format(
+          "the camera was moved by {:.1f} mm and {:.2f} deg; its pose was solved again, the lens "
+          "remains valid",
+          1e3 * judgement.moved_m, kDegPerRad * judgement.turned_rad);
+      break;
+    case TagVerdict::kZoomDrifted: {
+      const KnownLens drifted =
+          WithFocalDrift(lens.known, judgement.log_focal, judgement.log_focal_sd);
+      const double uncertain_px =
+          UncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
+      if (uncertain_px > acceptable_px) {
+        check.verdict = TagVerdict::kBad;
+        check.message = fmt::format(
+            "the zoom drifted by {:.2f} %, but the reference tags determine it only to {:.2f} %",
+            100 * std::expm1(judgement.log_focal), 100 * judgement.log_focal_sd);
+        break;
+      }
+      check.lens = drifted;
+      check.baseline = BaselineAt(drifted, cell, seen, baseline->X_CK);
+      const int decimals = DecimalsFor({100 * judgement.log_focal_sd}, 3);
+      check.message = fmt::format(
+          "the zoom drifted: focal length {:+.{}f} % +- {:.{}f} % (1 sd), refined",
+          100 * std::expm1(judgement.log_focal), decimals, 100 * judgement.log_focal_sd, decimals);
+      break;
+    }
+    case TagVerdict::kBad:
+      check.message = fmt::format(
+          "the reference tags are off by {:.2f} px, which neither a drift of the zoom nor a moved "
+          "camera explains (chi^2 {:.0f} with {} degrees of freedom)",
+          judgement.rms_px, judgement.chi2, judgement.degrees_of_freedom);
+      break;
+  }
+  return check;
+}
+
+}  // namespace plumbline

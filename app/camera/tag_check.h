@@ -1,0 +1,38 @@
+// Consequences of one reference-tag check for the active lens.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "app/camera/reference_tags.h"
+
+namespace plumbline {
+
+/// The lens that frames are evaluated with.
+struct ActiveLens {
+  KnownLens known;
+  std::int64_t id = 0;                      ///< in the lens store; 0: not stored
+  bool calibrated = false;                  ///< at this zoom; false: interpolated, only a start
+  double log_focal_sd = 0;                  ///< of ln f, for an interpolated lens
+  std::optional<std::int32_t> band_counts;  ///< zoom range within which this lens is valid
+};
+
+struct TagCheck {
+  TagVerdict verdict = TagVerdict::kNotVisible;
+  std::string message;                  ///< for the log; empty: nothing new
+  std::optional<KnownLens> lens;        ///< replaces the active lens
+  std::optional<TagBaseline> baseline;  ///< replaces the previous baseline
+  std::vector<int> excluded;            ///< tags that moved
+};
+
+/// Judges the reference tags and prepares what follows: a drifted lens is refined, the pose of a
+/// moved camera is solved again, and an interpolated lens takes its focal length from the tags; it
+/// is good only if its projection uncertainty is then at most `acceptable_px` (1 sd, at infinity,
+/// worst place in the image).
+/// @param baseline  of this lens; null if there is none
+TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline, const Body& cell,
+                            const std::vector<SeenTag>& seen, double acceptable_px,
+                            const TagCheckSettings& settings = {});
+
+}  // namespace plumbline
