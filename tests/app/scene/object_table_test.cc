@@ -160,7 +160,7 @@ TEST_CASE("each fault with its line, and what was meant") {
         "line[2].name: \"axis\" stands in another table of this kind already"},
        {"unit = \"inch\"", "unit = \"furlong\"",
         "object[1].unit: \"furlong\" is none of um, mm, cm, m, inch, ft"},
-       {"unit = \"inch\"", "", "@9 object[1].unit: missing; expected a text in quotes"},
+       {"unit = \"inch\"", "", "@9 object[1].unit: missing; expected a string in quotes"},
        {"file = \"part.glb\"", "file = \"part.step\"",
         "object[3].file: \"part.step\" ends in none of .wrl, .stl, .obj, .ply, .gltf, .glb"},
        {"on = { tag = 17 }", "on = { tag = 16 }",
