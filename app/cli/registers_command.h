@@ -1,4 +1,4 @@
-// plumbline registers: the register map as a document.
+// plumbline registers: prints the Modbus register map as Markdown or JSON.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace plumbline {
 
 void AddRegistersCommand(CLI::App& app, int& exit_code);
 
-/// config/register-map.md, written from the table that drives the server.
+/// The text of config/register-map.md, generated from the table that drives the server.
 std::string RegisterMapMarkdown();
 
 }  // namespace plumbline

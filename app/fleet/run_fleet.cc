@@ -64,7 +64,7 @@ class Watch {
     const bool alive = now_s - beat_s_ < kLinkPatience_s;
     if (manager_.feed_period_s() && now_s - fed_s_ >= *manager_.feed_period_s() && alive) {
       fed_s_ = now_s;
-      manager_.Feed();
+      manager_.NotifyWatchdog();
     }
     if (now_s - told_s_ < kStatusPeriod_s) return;
     told_s_ = now_s;
