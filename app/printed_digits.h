@@ -1,4 +1,4 @@
-// How many digits a printed number needs beside its deviation.
+// Number of decimals for printing a value with its standard deviation.
 #pragma once
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 
 namespace plumbline {
 
-/// Decimals that show each of these deviations with two significant digits at least, so that none
-/// reads as 0.00: 0.0042 needs 4. A deviation of 0 was not estimated, and needs none.
-/// @param least  decimals that are printed in any case
+/// Number of decimals that shows each of these deviations with at least two significant digits, so
+/// that none is printed as 0.00: 0.0042 needs 4. A deviation of 0 was not estimated and is ignored.
+/// @param least  minimum number of decimals
 inline int DecimalsFor(std::initializer_list<double> deviations, int least) {
   constexpr int kMost = 9;
   int decimals = least;

@@ -15,21 +15,21 @@ namespace {
 
 constexpr double kStandardGravity_m_s2 = 9.80665;
 
-/// What acts besides the force of the series.
-BeamLoads SteadyLoads(const BeamOptions& options, const Vec3& along, double at_m) {
+/// The loads that act in addition to the force of the series.
+BeamLoads ConstantLoads(const BeamOptions& options, const Vec3& along, double at_m) {
   BeamLoads loads;
-  const Vec3 turns = Vec3::UnitZ().cross(along);  // a rotation about it moves +z towards `along`
+  const Vec3 bending = Vec3::UnitZ().cross(along);  // a rotation about it moves +z towards `along`
   if (options.own_weight) loads.g_F = kStandardGravity_m_s2 * along;
   loads.acceleration_F = options.acceleration_m_s2 * along;
-  loads.angular_acceleration_F = options.angular_acceleration_rad_s2 * turns;
+  loads.angular_acceleration_F = options.angular_acceleration_rad_s2 * bending;
   if (options.moment_Nm != 0) {
     loads.points.push_back(
-        {.z_m = at_m, .force_F = Vec3::Zero(), .moment_F = options.moment_Nm * turns});
+        {.z_m = at_m, .force_F = Vec3::Zero(), .moment_F = options.moment_Nm * bending});
   }
   return loads;
 }
 
-std::string InWords(const BeamOptions& options, double at_m) {
+std::string LoadsText(const BeamOptions& options, double at_m) {
   std::string words = fmt::format("force at {:.6g} mm", 1e3 * at_m);
   if (options.moment_Nm != 0) {
     words += fmt::format(", moment of {:.6g} N m there", options.moment_Nm);
@@ -53,8 +53,8 @@ BeamSeries Solve(const BeamOptions& options) {
   const double at_m = options.at_mm ? 1e-3 * *options.at_mm : beam.Length();
   if (!(at_m > 0 && at_m <= beam.Length())) {
     throw BeamUsageError(
-        fmt::format("--at-mm: {:.6g} lies outside the beam, above 0 up to {:.6g} mm", 1e3 * at_m,
-                    1e3 * beam.Length()));
+        fmt::format("--at-mm: {:.6g} is outside the beam; give a value above 0 and up to {:.6g} mm",
+                    1e3 * at_m, 1e3 * beam.Length()));
   }
   std::vector<double> forces{0};
   if (!options.forces.empty()) {
@@ -63,23 +63,23 @@ BeamSeries Solve(const BeamOptions& options) {
     forces = *read;
   } else if (options.moment_Nm == 0 && !options.LoadsTheMass()) {
     throw BeamUsageError(
-        "nothing loads the beam; give --force-n, --moment-nm, --own-weight or "
+        "the beam has no load; give --force-n, --moment-nm, --own-weight or "
         "--acceleration-m-s2");
   }
   series.points = BeamPointsOf(options, beam.Length());
-  series.loads = InWords(options, at_m);
+  series.loads = LoadsText(options, at_m);
   const Vec3 along = Vec3::Unit(static_cast<int>(series.axis));
   for (const double force_N : forces) {
-    BeamLoads loads = SteadyLoads(options, along, at_m);
+    BeamLoads loads = ConstantLoads(options, along, at_m);
     loads.points.push_back({.z_m = at_m, .force_F = force_N * along});
     series.cases.push_back({force_N, beam.Solve(loads)});
   }
   return series;
 }
 
-/// Small deflections: beyond a tenth of the length the beam's equations no longer hold.
-void WarnOfLargeDeflection(const BeamSeries& series) {
-  constexpr double kLinear = 0.1;
+/// Warns if a tip deflection exceeds the validity of linear beam theory.
+void WarnAboutLargeDeflection(const BeamSeries& series) {
+  constexpr double kLinearLimit = 0.1;  // share of the length
   double largest = 0, force_N = 0;
   for (const BeamCase& load_case : series.cases) {
     const double share = load_case.solution.Tip().d_F.norm() / series.tool.Length();
@@ -87,11 +87,11 @@ void WarnOfLargeDeflection(const BeamSeries& series) {
     largest = share;
     force_N = load_case.force_N;
   }
-  if (largest <= kLinear) return;
+  if (largest <= kLinearLimit) return;
   std::cerr << fmt::format(
-      "plumbline beam: warning: at {:g} N the tip moves by {:.0f} % of the length: beyond linear "
-      "theory, which holds to about {:.0f} %\n",
-      force_N, 100 * largest, 100 * kLinear);
+      "plumbline beam: warning: at {:g} N the tip moves by {:.0f} % of the length; linear theory "
+      "is valid up to about {:.0f} %\n",
+      force_N, 100 * largest, 100 * kLinearLimit);
 }
 
 int Run(const BeamOptions& options) {
@@ -101,7 +101,7 @@ int Run(const BeamOptions& options) {
   }
   try {
     const BeamSeries series = Solve(options);
-    WarnOfLargeDeflection(series);
+    WarnAboutLargeDeflection(series);
     if (options.csv) {
       PrintBeamCsv(series, std::cout);
     } else if (options.json) {
@@ -123,10 +123,11 @@ int Run(const BeamOptions& options) {
 
 void AddBeamCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<BeamOptions>();
-  CLI::App* command = app.add_subcommand("beam", "Deflection and stress of a tool as a beam");
+  CLI::App* command =
+      app.add_subcommand("beam", "Compute deflection and stress of a beam-shaped tool");
   AddBeamOptions(*command, *options);
   command->footer(
-      "A cantilever along z of the flange, clamped at z = 0; node 1 is the clamp.\n\n"
+      "The tool is a cantilever along z of the flange, clamped at z = 0, where node 1 is.\n\n"
       "Examples:\n"
       "  plumbline beam --length-mm 900 --section square_tube --side-mm 60 --wall-mm 4 \\\n"
       "      --material steel --force-n 100:100:500 --own-weight --stress\n"
@@ -134,7 +135,7 @@ void AddBeamCommand(CLI::App& app, int& exit_code) {
       "      --youngs-modulus-gpa 200 --elements 3 --force-n 100 --point-mm 900,40\n"
       "  plumbline beam --cell tests/virtual_cell/demo/cockpit-cell.toml --force-n 800 --csv\n"
       "  plumbline beam --paper-table2\n\n"
-      "Exit codes: 0 done, 1 faults in the cell or an unreadable one, 2 wrong arguments.");
+      "Exit codes: 0 success, 1 the cell has faults or cannot be read, 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

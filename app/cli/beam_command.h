@@ -1,4 +1,4 @@
-// plumbline beam: the deflection of a tool as a beam, for a series of loads.
+// plumbline beam: deflection and stress of a beam-shaped tool for a series of loads.
 #pragma once
 
 namespace CLI {

@@ -16,10 +16,10 @@ namespace {
 
 constexpr int kMaxElements = 1000;
 constexpr double kMaxForces = 10000;
-constexpr double kLargestLoad = 1e9;          // N, N m, mm: beyond it nothing is a tool
-constexpr double kLargestAcceleration = 1e6;  // m/s2, rad/s2
+constexpr double kMaxLoad = 1e9;          // N, N m, mm; far beyond any real tool
+constexpr double kMaxAcceleration = 1e6;  // m/s2, rad/s2
 
-/// An option that stands for a key of cell.toml's [tool], which checks it.
+/// An option that corresponds to a key of [tool] in cell.toml, whose reader checks it.
 struct ToolFlag {
   const char* flag;
   const char* key;
@@ -28,25 +28,27 @@ struct ToolFlag {
 constexpr ToolFlag kToolFlags[] = {
     {"--length-mm", "length_mm", "Length of the beam"},
     {"--side-mm", "side_mm", "square_tube: outer side"},
-    {"--wall-mm", "wall_mm", "square_tube, tube: wall"},
-    {"--b-mm", "b_mm", "rectangle: along x"},
-    {"--h-mm", "h_mm", "rectangle: along y"},
-    {"--outer-diameter-mm", "outer_diameter_mm", "tube"},
-    {"--diameter-mm", "diameter_mm", "rod"},
-    {"--height-mm", "height_mm", "i_beam: along y"},
-    {"--width-mm", "width_mm", "i_beam: flanges, along x"},
+    {"--wall-mm", "wall_mm", "square_tube, tube: wall thickness"},
+    {"--b-mm", "b_mm", "rectangle: width along x"},
+    {"--h-mm", "h_mm", "rectangle: height along y"},
+    {"--outer-diameter-mm", "outer_diameter_mm", "tube: outer diameter"},
+    {"--diameter-mm", "diameter_mm", "rod: diameter"},
+    {"--height-mm", "height_mm", "i_beam: height along y"},
+    {"--width-mm", "width_mm", "i_beam: width of the flanges along x"},
     {"--web-mm", "web_mm", "i_beam: thickness of the web"},
     {"--flange-mm", "flange_mm", "i_beam: thickness of a flange"},
-    {"--area-mm2", "area_mm2", "Instead of --section: area"},
-    {"--ix-mm4", "ix_mm4", "Second moment about x, for bending along y"},
-    {"--iy-mm4", "iy_mm4", "Second moment about y, for bending along x"},
-    {"--youngs-modulus-gpa", "youngs_modulus_GPa", "Instead of --material, or to refine it"},
-    {"--poisson-ratio", "poisson_ratio", "Likewise; needed by --theory timoshenko"},
-    {"--density-kg-m3", "density_kg_m3", "Likewise; needed by weight and acceleration"},
+    {"--area-mm2", "area_mm2", "Cross-section area, instead of --section"},
+    {"--ix-mm4", "ix_mm4", "Second moment of area about x, for bending along y"},
+    {"--iy-mm4", "iy_mm4", "Second moment of area about y, for bending along x"},
+    {"--youngs-modulus-gpa", "youngs_modulus_GPa",
+     "Young's modulus, instead of or overriding --material"},
+    {"--poisson-ratio", "poisson_ratio",
+     "Poisson's ratio, likewise; required by --theory timoshenko"},
+    {"--density-kg-m3", "density_kg_m3", "Density, likewise; required for weight and acceleration"},
 };
 
-/// A finite number; whether it lies in the range that the help shows is told by the reader of the
-/// [tool].
+/// Checks that the text is a finite number. The reader of [tool] checks the range that the help
+/// shows.
 CLI::Validator ToolNumber(const char* key) {
   const NumberRange range = RangeOfToolKey(key);
   return {[range](const std::string& text) {
@@ -64,23 +66,22 @@ std::string FlagOf(const std::string& key) {
   return key;
 }
 
-/// A fault of the [tool] in the words of the command line.
+/// A fault in [tool], worded for the command line.
 std::string FlagFault(const Fault& fault) {
-  if (fault.what.starts_with("unknown key"))
-    return "does not belong to this --section; leave it out";
+  if (fault.what.starts_with("unknown key")) return "does not apply to this --section; remove it";
   const bool of_material = fault.key == "youngs_modulus_GPa" || fault.key == "poisson_ratio" ||
                            fault.key == "density_kg_m3";
-  return fault.what + (of_material ? "; or name a --material" : "");
+  return fault.what + (of_material ? "; or give a --material" : "");
 }
 
-/// The flags as the [tool] of a cell, so that both are checked by the same reader.
+/// The flags as the text of a [tool] table, so that the reader of cell.toml checks them.
 std::string TomlOf(const BeamOptions& options) {
   const bool timoshenko = options.theory == "timoshenko";
   std::string text = fmt::format("model = \"{}\"\n", timoshenko ? "timoshenko" : "euler_bernoulli");
   if (!options.section.empty()) text += fmt::format("section = \"{}\"\n", options.section);
   if (!options.material.empty()) text += fmt::format("material = \"{}\"\n", options.material);
   for (const auto& [key, value] : options.numbers) text += fmt::format("{} = {}\n", key, value);
-  // What these loads and this theory do not need may stay unsaid.
+  // Values that these loads and this theory do not use are optional.
   const bool by_name = !options.material.empty();
   if (!by_name && !options.numbers.contains("poisson_ratio") && !timoshenko) {
     text += "poisson_ratio = 0.3\n";
@@ -97,20 +98,20 @@ Tool ToolFromFlags(const BeamOptions& options) {
   Tool tool = ToolFromToml(document.Root());
   document.ReportUnknownKeys();
   if (!faults.HasFaults()) return tool;
-  std::string told;
+  std::string text;
   for (const Fault& fault : faults.All()) {
-    told += fmt::format("{}{}: {}", told.empty() ? "" : "\nplumbline beam: ", FlagOf(fault.key),
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "\nplumbline beam: ", FlagOf(fault.key),
                         FlagFault(fault));
   }
-  throw BeamUsageError(told);
+  throw BeamUsageError(text);
 }
 
 Tool ToolFromCell(const BeamOptions& options) {
   if (!options.numbers.empty() || !options.section.empty() || !options.material.empty() ||
       !options.theory.empty()) {
     throw BeamUsageError(
-        "--cell: describes the whole tool; leave its dimensions, --section, "
-        "--material and --theory out");
+        "--cell: describes the whole tool; remove the dimensions, --section, "
+        "--material and --theory");
   }
   FaultList faults;
   const std::optional<CellModel> cell = ReadCell(options.cell, faults);
@@ -124,14 +125,14 @@ Tool ToolFromCell(const BeamOptions& options) {
   return cell->tool;
 }
 
-/// The numbers between separators; nothing where one of them is no number, or absurd.
+/// The numbers between the separators; nullopt if one is not a number or unreasonably large.
 std::optional<std::vector<double>> NumbersFromText(const std::string& text, char separator) {
   std::vector<double> numbers;
   std::size_t start = 0;
   while (true) {
     const std::size_t end = std::min(text.find(separator, start), text.size());
     const auto number = FiniteNumberFromText(std::string_view(text).substr(start, end - start));
-    if (!number || std::abs(*number) > kLargestLoad) return std::nullopt;
+    if (!number || std::abs(*number) > kMaxLoad) return std::nullopt;
     numbers.push_back(*number);
     if (end == text.size()) return numbers;
     start = end + 1;
@@ -155,8 +156,9 @@ void AddToolOptions(CLI::App& command, BeamOptions& options) {
   }
   command.add_option("--theory", options.theory, "Beam theory; default: euler_bernoulli")
       ->check(CLI::IsMember({"euler_bernoulli", "timoshenko"}));
-  command.add_option("--cell", options.cell, "Instead of all that: the [tool] of a CELL.toml");
-  command.add_option("--elements", options.elements, "Finite elements, in each segment")
+  command.add_option("--cell", options.cell,
+                     "CELL.toml whose [tool] to use, instead of the options above");
+  command.add_option("--elements", options.elements, "Finite elements per segment")
       ->check(WholeNumberWithin(1, kMaxElements))
       ->capture_default_str();
 }
@@ -164,35 +166,41 @@ void AddToolOptions(CLI::App& command, BeamOptions& options) {
 void AddLoadOptions(CLI::App& command, BeamOptions& options) {
   command.option_defaults()->group("Load");
   command.add_option("--force-n", options.forces, "Forces: 100,200,300 or FIRST:STEP:LAST");
-  command.add_option("--direction", options.direction, "Forces, weight and bending along x or y")
+  command
+      .add_option("--direction", options.direction,
+                  "Axis along which forces and weight act and the beam bends")
       ->check(CLI::IsMember({"x", "y"}))
       ->capture_default_str();
-  command.add_option("--at-mm", options.at_mm, "Where force and moment act; default: the tip")
-      ->check(NumberWithin(-kLargestLoad, kLargestLoad));
-  command.add_option("--moment-nm", options.moment_Nm, "Moment that bends along +direction")
-      ->check(NumberWithin(-kLargestLoad, kLargestLoad));
-  command.add_flag("--own-weight", options.own_weight, "Gravity, along +direction");
+  command
+      .add_option("--at-mm", options.at_mm, "Position where force and moment act; default: the tip")
+      ->check(NumberWithin(-kMaxLoad, kMaxLoad));
+  command
+      .add_option("--moment-nm", options.moment_Nm, "Moment that bends the beam towards +direction")
+      ->check(NumberWithin(-kMaxLoad, kMaxLoad));
+  command.add_flag("--own-weight", options.own_weight,
+                   "Include the beam's own weight, along +direction");
   command
       .add_option("--acceleration-m-s2", options.acceleration_m_s2,
-                  "Of the flange, along +direction; its inertia load acts the other way")
-      ->check(NumberWithin(-kLargestAcceleration, kLargestAcceleration));
+                  "Acceleration of the flange along +direction; the inertia force acts against it")
+      ->check(NumberWithin(-kMaxAcceleration, kMaxAcceleration));
   command
       .add_option("--angular-acceleration-rad-s2", options.angular_acceleration_rad_s2,
-                  "Of the flange, moving the tip along +direction")
-      ->check(NumberWithin(-kLargestAcceleration, kLargestAcceleration));
+                  "Angular acceleration of the flange that moves the tip towards +direction")
+      ->check(NumberWithin(-kMaxAcceleration, kMaxAcceleration));
 }
 
 void AddOutputOptions(CLI::App& command, BeamOptions& options) {
   command.option_defaults()->group("Output");
   command.add_option("--point-mm", options.points,
-                     "Z,Y of an assembly point: where it lands, and its compensation by its\n"
-                     "section and by the paper's eq. 3; may be repeated");
-  command.add_flag("--stress", options.stress, "Moment, shear and stress of each element");
-  CLI::Option* csv = command.add_flag("--csv", options.csv, "Write CSV");
-  command.add_flag("--json", options.json, "Write JSON")->excludes(csv);
+                     "Z,Y of an assembly point: print its loaded position and its compensation by\n"
+                     "the section's slope and by eq. 3 of the paper; may be repeated");
+  command.add_flag("--stress", options.stress, "Print moment, shear and stress of each element");
+  CLI::Option* csv = command.add_flag("--csv", options.csv, "Print CSV");
+  command.add_flag("--json", options.json, "Print JSON")->excludes(csv);
   CLI::Option* paper =
       command.add_flag("--paper-table2", options.paper_table2,
-                       "The paper's Table 2 beside its published columns; takes no other option");
+                       "Print Table 2 of the paper with the published columns; excludes all other "
+                       "options");
   for (CLI::Option* other : command.get_options()) {
     if (other != paper && other != command.get_help_ptr()) paper->excludes(other);
   }
@@ -215,12 +223,11 @@ std::vector<BeamPoint> BeamPointsOf(const BeamOptions& options, double length_m)
   for (const std::string& text : options.points) {
     const auto numbers = NumbersFromText(text, ',');
     if (!numbers || numbers->size() != 2) {
-      throw BeamUsageError(
-          fmt::format("--point-mm: \"{}\" is not Z,Y in mm; for example 900,40", text));
+      throw BeamUsageError(fmt::format("--point-mm: \"{}\" is not Z,Y in mm such as 900,40", text));
     }
     const BeamPoint point{1e-3 * numbers->at(0), 1e-3 * numbers->at(1)};
     if (point.z_m < 0 || point.z_m > length_m) {
-      throw BeamUsageError(fmt::format("--point-mm: Z of {} lies outside the beam, 0..{:.6g} mm",
+      throw BeamUsageError(fmt::format("--point-mm: Z of {} is outside the beam, 0..{:.6g} mm",
                                        text, 1e3 * length_m));
     }
     points.push_back(point);
@@ -229,7 +236,8 @@ std::vector<BeamPoint> BeamPointsOf(const BeamOptions& options, double length_m)
 }
 
 Result<std::vector<double>> ForceSeriesFromText(const std::string& text) {
-  constexpr const char* kForm = "give numbers as 100,200,300 or FIRST:STEP:LAST as 100:100:1000";
+  constexpr const char* kForm =
+      "write a list 100,200,300 or a series FIRST:STEP:LAST, 100:100:1000";
   if (text.find(':') == std::string::npos) {
     const auto list = NumbersFromText(text, ',');
     if (!list) return Error{fmt::format("\"{}\" is not a list of numbers; {}", text, kForm)};
@@ -242,11 +250,11 @@ Result<std::vector<double>> ForceSeriesFromText(const std::string& text) {
   const double first = series->at(0), step = series->at(1), last = series->at(2);
   const double steps = std::floor((last - first) / step + 1e-9);
   if (step == 0 || !(steps >= 0)) {
-    return Error{fmt::format("a step of {} never leads from {} to {}", step, first, last)};
+    return Error{fmt::format("a step of {} does not lead from {} to {}", step, first, last)};
   }
   if (steps >= kMaxForces) {
-    return Error{fmt::format("\"{}\" has {:.0f} forces; at most {:.0f} are taken", text, steps + 1,
-                             kMaxForces)};
+    return Error{fmt::format("\"{}\" has {:.0f} forces; at most {:.0f} are allowed", text,
+                             steps + 1, kMaxForces)};
   }
   std::vector<double> forces;
   for (int i = 0; i <= static_cast<int>(steps); ++i) forces.push_back(first + i * step);

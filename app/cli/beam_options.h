@@ -1,4 +1,4 @@
-// The arguments of plumbline beam, and the tool that they describe.
+// Command line arguments of plumbline beam and the tool that they describe.
 #pragma once
 
 #include <map>
@@ -17,7 +17,7 @@ class App;
 namespace plumbline {
 
 struct BeamOptions {
-  std::map<std::string, double> numbers;  ///< by key of [tool]; only those given
+  std::map<std::string, double> numbers;  ///< the given values by their key in [tool]
   std::string section, material, theory, cell;
   int elements = 10;
   std::string forces, direction = "y";
@@ -31,28 +31,29 @@ struct BeamOptions {
   }
 };
 
-/// A fault of the arguments, with its remedy: `--at-mm: 900 lies outside the beam, ...`.
+/// A fault in the arguments, with its remedy: `--at-mm: 900 is outside the beam; ...`.
 struct BeamUsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The same for a file that was named.
+/// A fault in the cell file given by --cell.
 struct BeamCellError : BeamUsageError {
   using BeamUsageError::BeamUsageError;
 };
 
-/// Declares the arguments; `options` must outlive the command.
+/// Adds the options to the command; `options` must outlive it.
 void AddBeamOptions(CLI::App& command, BeamOptions& options);
 
-/// The tool of the flags or of the cell, checked by the reader of cell.toml. Throws BeamUsageError,
-/// or BeamCellError of the cell, with every fault.
+/// The tool described by the flags or by the cell file, checked by the reader of cell.toml.
+/// @throws BeamUsageError or BeamCellError, listing every fault
 Tool BeamToolOf(const BeamOptions& options);
 
-/// The points of --point-mm. Throws BeamUsageError.
+/// The points of --point-mm.
+/// @throws BeamUsageError
 std::vector<BeamPoint> BeamPointsOf(const BeamOptions& options, double length_m);
 
-/// Forces of `100,200,300` or of a series `FIRST:STEP:LAST` (`100:100:1000`), in the unit given.
-/// @return the forces, at most 10000, or what is wrong with the text
+/// Parses a list `100,200,300` or a series `FIRST:STEP:LAST` (`100:100:1000`) of forces [N].
+/// @return at most 10000 forces, or the fault in the text
 Result<std::vector<double>> ForceSeriesFromText(const std::string& text);
 
 }  // namespace plumbline

@@ -14,12 +14,12 @@ namespace {
 
 constexpr double kMm = 1e3, kMrad = 1e3, kMPa = 1e-6;
 
-/// A section seen in the plane of bending, in the units that are written.
+/// State of a section in the plane of bending, in output units.
 struct NodeValues {
   double z_mm, displacement_mm, slope_mrad, moment_Nm, shear_N;
 };
 
-/// Adding 0 turns -0 into 0, for the files.
+/// Adding 0.0 turns -0 into 0.
 NodeValues ValuesOf(const SectionState& state, BendingAxis axis) {
   const bool along_x = axis == BendingAxis::kX;
   const double slope = along_x ? state.r_F.y() : -state.r_F.x();
@@ -79,7 +79,7 @@ void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostre
                  kMPa * stress.peak->stress.normal_Pa, kMPa * stress.peak->stress.shear_Pa,
                  kMPa * stress.peak->stress.von_mises_Pa, kMm * stress.peak->z_m);
     } else {
-      fmt::print(out, " {:>10} {:>10} {:>10} {:>10}\n", "not known", "", "", "");
+      fmt::print(out, " {:>10} {:>10} {:>10} {:>10}\n", "unknown", "", "", "");
     }
   }
   const LargestStress largest = LargestStressOf(solution);
@@ -87,14 +87,14 @@ void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostre
     fmt::print(out, "  largest: {:.3f} MPa in element {} at {:.1f} mm{}\n",
                kMPa * largest.peak->stress.von_mises_Pa, largest.element + 1,
                kMm * largest.peak->z_m,
-               largest.complete ? "" : ", of the elements whose section is known");
+               largest.complete ? "" : ", among the elements whose stress is known");
   }
 }
 
 void PrintPoints(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
   const char name = series.axis == BendingAxis::kX ? 'x' : 'y';
   fmt::print(out, "\n  {:>21} {:>25} {:>25} {:>25}\n", fmt::format("point (z, {})", name),
-             "lands loaded at", "compensated: section", "compensated: eq. 3");
+             "loaded position", "compensated: section", "compensated: eq. 3");
   for (const BeamPoint& point : series.points) {
     auto text = [](const BeamPoint& p, int digits) {
       return fmt::format("({:.{}f}, {:.{}f})", kMm * p.z_m, digits,
@@ -120,7 +120,7 @@ void PrintSummary(const BeamSeries& series, std::ostream& out) {
       if (const auto peak = LargestStressOf(load_case.solution).peak) {
         fmt::print(out, " {:>14.3f} {:>10.1f}", kMPa * peak->stress.von_mises_Pa, kMm * peak->z_m);
       } else {
-        fmt::print(out, " {:>14}", "not known");
+        fmt::print(out, " {:>14}", "unknown");
       }
     }
     out << '\n';
@@ -235,7 +235,7 @@ void PrintBeamJson(const BeamSeries& series, std::ostream& out) {
 void PrintPaperTable2(std::ostream& out) {
   const Tool tool = PaperTool();
   out << "Table 2 of Park & Park (2012): a cantilever of 1800 x 50 x 50 mm, E = 200 GPa,\n"
-         "three elements of 600 mm, a force at its tip. Printed there are E = 2 GPa and 600 mm,\n"
+         "three elements of 600 mm, a force at its tip. The paper prints E = 2 GPa and 600 mm,\n"
          "which would give 3.70 times these displacements.\n\n";
   fmt::print(out, "  {:>7} {:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "force", "node",
              "this beam", "developed", "difference", "Abaqus", "developed");

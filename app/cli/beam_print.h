@@ -1,4 +1,4 @@
-// What plumbline beam writes: tables for the eye, CSV, JSON.
+// Output of plumbline beam: text tables, CSV, JSON.
 #pragma once
 
 #include <ostream>
@@ -19,21 +19,21 @@ struct BeamCase {
 struct BeamSeries {
   Tool tool;
   BendingAxis axis = BendingAxis::kY;
-  std::string loads;              ///< in words: what acts besides the force, and where
-  std::vector<BeamPoint> points;  ///< to be compensated
+  std::string loads;              ///< description of all loads
+  std::vector<BeamPoint> points;  ///< points to compensate
   bool stress = false;
   std::vector<BeamCase> cases;
 };
 
 void PrintBeamTable(const BeamSeries& series, std::ostream& out);
 
-/// One row a node and force: force_N,node,z_mm,displacement_mm,slope_mrad,moment_Nm,shear_N, and
-/// with stress normal_MPa,shear_MPa,von_mises_MPa, empty where not known.
+/// One row per node and force: force_N,node,z_mm,displacement_mm,slope_mrad,moment_Nm,shear_N, and
+/// with stress normal_MPa,shear_MPa,von_mises_MPa, which are empty if unknown.
 void PrintBeamCsv(const BeamSeries& series, std::ostream& out);
 
 void PrintBeamJson(const BeamSeries& series, std::ostream& out);
 
-/// The paper's Table 2: this beam, the column published as developed, and that of Abaqus.
+/// Table 2 of the paper: this beam model beside the published columns "developed" and "Abaqus".
 void PrintPaperTable2(std::ostream& out);
 
 }  // namespace plumbline

@@ -15,7 +15,7 @@
 namespace plumbline {
 namespace {
 
-/// "17x11", or nothing.
+/// Columns and rows of "17x11", or nullopt.
 std::optional<std::pair<int, int>> PointsFromText(std::string_view text) {
   int columns = 0, rows = 0;
   const char* end = text.data() + text.size();
@@ -38,24 +38,26 @@ std::string BoardProblem(const std::string& text) {
 void AddBoardOptions(CLI::App& command, BoardOptions& options) {
   command
       .add_option("--board-kind", options.kind,
-                  "chessboard, charuco, circles, or acircles: every other row shifted")
+                  "Kind of board; acircles: circles with every other row shifted")
       ->capture_default_str()
       ->check(CLI::IsMember({"chessboard", "charuco", "circles", "acircles"}));
   command
       .add_option("--board", options.points,
-                  "COLUMNSxROWS of inner corners (chessboard, ChArUco) or of circles")
+                  "COLUMNSxROWS: inner corners (chessboard, ChArUco) or circles")
       ->capture_default_str()
       ->check(CLI::Validator([](const std::string& text) { return BoardProblem(text); }, ""));
   command
       .add_option("--square-mm", options.square_mm,
-                  "Side of a square; of circles, from one row to the next")
+                  "Side of a square, or row spacing of the circles")
       ->capture_default_str()
       ->check(NumberWithin(0.01, 10000));
   command
       .add_option("--mark-mm", options.mark_mm,
-                  "Side of ChArUco's tags with their black border, or diameter of the circles")
+                  "Side of a ChArUco tag including its black border, or diameter of the circles")
       ->check(NumberWithin(0.01, 10000));
-  command.add_option("--family", options.family, "Of the tags, one of " + TagFamilyNames())
+  command
+      .add_option("--family", options.family,
+                  "Family of a ChArUco board's tags, one of " + TagFamilyNames())
       ->capture_default_str();
 }
 
@@ -69,7 +71,7 @@ Board BoardOf(const BoardOptions& options) {
           options.family};
 }
 
-std::string WhyNoBoard(const Board& board) {
+std::string BoardOptionProblem(const Board& board) {
   const auto fault = FaultOf(board);
   if (!fault) return {};
   std::string option(fault->key == "columns" ? "board" : fault->key);

@@ -1,4 +1,4 @@
-// A board on the command line: the options that name it, shared by the commands that look for one.
+// Command line options that describe a calibration board, shared by the commands that detect one.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ class App;
 
 namespace plumbline {
 
-/// As typed.
+/// The option values as entered.
 struct BoardOptions {
   std::string kind = "chessboard", points = "17x11", family = Board{}.family;
   double square_mm = 10, mark_mm = 0;
@@ -20,9 +20,9 @@ struct BoardOptions {
 /// Adds --board-kind, --board, --square-mm, --mark-mm and --family.
 void AddBoardOptions(CLI::App& command, BoardOptions& options);
 
-/// The board that they name, once the command line was taken.
+/// The board described by the options, which must have been parsed.
 Board BoardOf(const BoardOptions& options);
-/// Which option makes it no board, and what to write in its place; empty where none does.
-std::string WhyNoBoard(const Board& board);
+/// The option that makes the board impossible, with the remedy; empty for a possible board.
+std::string BoardOptionProblem(const Board& board);
 
 }  // namespace plumbline

@@ -7,8 +7,8 @@
 namespace plumbline {
 
 void AddBoardWorkerCommand(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("board-worker", "Finds boards for plumblined");
-  command->group("");  // plumblined starts it, nobody else
+  CLI::App* command = app.add_subcommand("board-worker", "Detects boards for plumblined");
+  command->group("");  // hidden: only plumblined starts it
   command->callback([&exit_code] { exit_code = RunBoardWorker(); });
 }
 

@@ -1,4 +1,4 @@
-// plumbline board-worker: the daemon's own, not shown by --help.
+// plumbline board-worker: child process of plumblined that detects boards; hidden from --help.
 #pragma once
 
 namespace CLI {

@@ -34,7 +34,7 @@ struct CalibrateHandEyeOptions {
   bool free_lens = false, free_size = false, free_joints = false, force = false, quiet = false;
 };
 
-/// All that the command reads, or nothing after the reasons were told.
+/// Everything that the command reads.
 struct Inputs {
   std::optional<CellModel> cell;
   std::map<std::string, RobotPose> poses;
@@ -43,6 +43,8 @@ struct Inputs {
   Target target;
   std::vector<std::string> names;
 };
+
+// The Read functions print the reason if they fail and return false.
 
 bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
   const auto text = ReadTextFile(options.intrinsics);
@@ -57,8 +59,8 @@ bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
   }
   if (!read->accepted && !options.force) {
     Fail(
-        fmt::format("{}: this calibration was refused (accepted is not true): calibrate again, "
-                    "or use it all the same with --force",
+        fmt::format("{}: this calibration was refused (accepted is not true); calibrate again, "
+                    "or use it anyway with --force",
                     options.intrinsics));
     return false;
   }
@@ -69,8 +71,8 @@ bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
 bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   if (options.bodies.empty()) {
     inputs.target.board = BoardOf(options.board);
-    if (const std::string why = WhyNoBoard(inputs.target.board); !why.empty()) {
-      std::cerr << "plumbline calibrate-hand-eye: " << why << '\n';
+    if (const std::string problem = BoardOptionProblem(inputs.target.board); !problem.empty()) {
+      std::cerr << "plumbline calibrate-hand-eye: " << problem << '\n';
       return false;
     }
     return true;
@@ -95,7 +97,8 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     if (body.name == options.body) inputs.target.body = &body;
   }
   if (inputs.target.body == nullptr) {
-    Fail(fmt::format("{}: has no body \"{}\"; name one by --body", options.bodies, options.body));
+    Fail(fmt::format("{}: has no body \"{}\"; select one with --body", options.bodies,
+                     options.body));
     return false;
   }
   return true;
@@ -123,7 +126,8 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   inputs.poses = *poses;
   const bool joints = !poses->empty() && poses->begin()->second.q.size() > 0;
   if (options.free_joints && !joints) {
-    Fail(fmt::format("{}: --free-joints needs joints (q1_deg ..) and --cell", options.poses));
+    Fail(fmt::format("{}: --free-joints requires joint columns (q1_deg ..) and --cell",
+                     options.poses));
     return false;
   }
   return true;
@@ -145,7 +149,9 @@ int Run(const CalibrateHandEyeOptions& options) {
          {options.poses, options.intrinsics, options.bodies, options.cell}) {
       if (!SameFile(options.json, input)) continue;
       std::cerr << fmt::format(
-          "plumbline calibrate-hand-eye: --json is {} itself; choose another file\n", input);
+          "plumbline calibrate-hand-eye: --json would overwrite the input {}; choose another "
+          "file\n",
+          input);
       return kExitUsage;
     }
     if (const auto why = WhyNotWritable(options.json)) {
@@ -161,8 +167,8 @@ int Run(const CalibrateHandEyeOptions& options) {
   Interruption interruption;
   TargetViews found =
       FindTargets(options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens,
-                  inputs.lens.size, [] { return Interruption::Asked(); });
-  if (Interruption::Asked()) return Interrupted();
+                  inputs.lens.size, [] { return Interruption::Requested(); });
+  if (Interruption::Requested()) return Interrupted();
   if (const auto missing = MissingImageCodecs()) return Fail(missing->message);
   HandEyeOptions how;
   how.setup = options.setup == "eye-in-hand" ? HandEyeSetup::kEyeInHand : HandEyeSetup::kEyeToHand;
@@ -181,7 +187,7 @@ int Run(const CalibrateHandEyeOptions& options) {
   answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
   const std::string json =
       HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
-  if (!interruption.TooLate()) return Interrupted();
+  if (!interruption.Disarm()) return Interrupted();
   if (options.json == "-") {
     std::cout << json;
   } else if (!options.json.empty()) {
@@ -200,42 +206,47 @@ int Run(const CalibrateHandEyeOptions& options) {
 void AddCalibrateHandEyeCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CalibrateHandEyeOptions>();
   CLI::App* command = app.add_subcommand(
-      "calibrate-hand-eye", "Where the camera is, on the flange or in the cell, by robot poses");
-  command->add_option("--images", options->images, "Folder with the images")->required();
+      "calibrate-hand-eye",
+      "Determine the pose of a camera, in the cell or on the flange, from robot poses");
+  command->add_option("--images", options->images, "Folder of images")->required();
   command
       ->add_option("--poses", options->poses,
-                   "CSV: image and the flange's pose, or image and joints with --cell")
+                   "CSV table: image and flange pose, or image and joints together with --cell")
       ->required();
   command
       ->add_option("--intrinsics", options->intrinsics,
-                   "The lens, LENS.json of plumbline calibrate-lens")
+                   "Lens calibration, LENS.json from plumbline calibrate-lens")
       ->required();
-  command->add_option("--setup", options->setup, "eye-to-hand: the camera stands in the cell")
+  command
+      ->add_option("--setup", options->setup,
+                   "eye-to-hand: camera fixed in the cell; eye-in-hand: camera on the flange")
       ->capture_default_str()
       ->check(CLI::IsMember({"eye-to-hand", "eye-in-hand"}));
   AddBoardOptions(*command, options->board);
   command->add_option("--bodies", options->bodies,
-                      "Bodies of tags, a TOML file, in place of a board");
-  command->add_option("--body", options->body, "Which of them is the target");
-  command->add_option("--tag-family", options->tag_family, "Of the bodies' tags")
+                      "TOML file with tag bodies, to use one of them instead of a board");
+  command->add_option("--body", options->body, "Name of the body to use as target");
+  command->add_option("--tag-family", options->tag_family, "Tag family of the bodies")
       ->capture_default_str();
-  command->add_option("--cell", options->cell, "The cell, for joints and for the camera in it");
+  command->add_option("--cell", options->cell,
+                      "CELL.toml, required for joints and for the camera pose in the cell");
   command->add_flag("--free-lens", options->free_lens,
-                    "Adjust the lens too, its calibration being known before");
-  command->add_flag("--free-size", options->free_size, "Adjust the target's size too");
-  command->add_flag("--free-joints", options->free_joints, "Adjust joint offsets too");
+                    "Also estimate the lens, with its calibration as prior");
+  command->add_flag("--free-size", options->free_size, "Also estimate the size of the target");
+  command->add_flag("--free-joints", options->free_joints, "Also estimate joint offsets");
   command
       ->add_option("--acceptable-mm", options->acceptable_mm,
-                   "Largest deviation of a point that the camera sees")
+                   "Largest accepted position deviation of a point seen by the camera")
       ->capture_default_str()
       ->check(NumberWithin(0.001, 1000));
-  command->add_option("--json", options->json, "The answer for programs; - is standard output");
-  command->add_flag("--force", options->force, "Use a lens that was refused");
-  command->add_flag("--quiet", options->quiet, "No summary");
+  command->add_option("--json", options->json, "Write the result as JSON; - is standard output");
+  command->add_flag("--force", options->force, "Use a lens whose calibration was refused");
+  command->add_flag("--quiet", options->quiet, "Print no summary");
   command->footer(
-      "Take 12 to 30 images, the robot at rest, the flange tilted by 20 to 40 degrees to all "
-      "sides.\n"
-      "A refusal is an answer: exit code 0, \"accepted\": false, and what to do.\n\n"
+      "Take 12 to 30 images with the robot at rest and the flange tilted by 20 to 40 degrees in "
+      "all\n"
+      "directions. A refused result also has exit code 0, with \"accepted\": false and the "
+      "remedy.\n\n"
       "Examples:\n"
       "  plumbline calibrate-hand-eye --images frames --poses poses.csv --intrinsics lens.json \\\n"
       "      --board 9x6 --square-mm 30 --json handeye.json\n"

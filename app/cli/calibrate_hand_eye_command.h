@@ -1,4 +1,4 @@
-// plumbline calibrate-hand-eye: where the camera is, by the robot's own motion.
+// plumbline calibrate-hand-eye: hand-eye calibration of a camera from images and robot poses.
 #pragma once
 
 namespace CLI {

@@ -40,7 +40,8 @@ struct Frames {
   ImageSize size;
 };
 
-/// Looks for the board in every image; images of another size than most are refused.
+/// Detects the board in every image. Images whose size differs from the most frequent one are
+/// refused.
 Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::string>& names,
                   const Board& board) {
   struct Found {
@@ -50,7 +51,7 @@ Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::st
   std::vector<Found> found;
   Frames frames;
   std::map<std::pair<int, int>, int> sizes;
-  for (std::size_t k = 0; k < names.size() && !Interruption::Asked(); ++k) {
+  for (std::size_t k = 0; k < names.size() && !Interruption::Requested(); ++k) {
     const Result<GreyImage> image =
         ReadImage((std::filesystem::path(options.images) / names[k]).string());
     if (!image) {
@@ -78,30 +79,29 @@ Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::st
       frames.views.push_back(std::move(one.view));
     } else {
       frames.refused.push_back(
-          {one.view.name, fmt::format("{} x {} px where most images are {} x {}", one.size.width,
+          {one.view.name, fmt::format("{} x {} px, but most images are {} x {}", one.size.width,
                                       one.size.height, frames.size.width, frames.size.height)});
     }
   }
   return frames;
 }
 
-/// Which board the images show, where most of them show one whole board that is not the one asked
-/// for; else nothing.
-std::string OtherBoard(const CalibrateLensOptions& options, const std::vector<std::string>& names,
-                       const Board& board) {
+/// Hint if most images show a complete chessboard of another size than requested; else empty.
+std::string OtherBoardHint(const CalibrateLensOptions& options,
+                           const std::vector<std::string>& names, const Board& board) {
   if (board.kind != BoardKind::kChessboard) return "";
   std::map<std::pair<int, int>, std::size_t> seen;
   std::size_t readable = 0;
   for (const std::string& name : names) {
     const auto image = ReadImage((std::filesystem::path(options.images) / name).string());
-    if (!image || Interruption::Asked()) continue;
+    if (!image || Interruption::Requested()) continue;
     ++readable;
     if (const auto size = WholeChessboardIn(image->View())) ++seen[*size];
   }
   for (const auto& [size, count] : seen) {
     if (2 * count <= readable) continue;
     return fmt::format(
-        "no image shows {} x {} inner corners, {} of {} show {} x {}: try --board {}x{}",
+        "no image shows {} x {} inner corners, but {} of {} show {} x {}; try --board {}x{}",
         board.columns, board.rows, count, readable, size.first, size.second, size.first,
         size.second);
   }
@@ -118,8 +118,9 @@ std::string Summary(const LensCalibration& c, std::size_t images) {
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  distortion k1 {:.5g}, k2 {:.5g}, p1 {:.5g}, p2 {:.5g}, k3 {:.5g}\n"
-        "  uncertain by at most {:.3g} px over the image ({}), one standard deviation\n"
-        "  RMS {:.3f} px a point; board bowed by {:.2f} mm; corners on {:.0f} % of the image\n",
+        "  standard deviation of the projection at most {:.3g} px over the image ({})\n"
+        "  RMS residual {:.3f} px per point; board bow {:.2f} mm; corners cover {:.0f} % of the "
+        "image\n",
         c.lens.fx, f, c.lens.fy, f, sd(kFx), f, sd(kFy), f, c.lens.cx, centre, c.lens.cy, centre,
         sd(kCx), centre, sd(kCy), centre, c.lens.k1, c.lens.k2, c.lens.p1, c.lens.p2, c.lens.k3,
         c.uncertainty.max_px,
@@ -130,7 +131,7 @@ std::string Summary(const LensCalibration& c, std::size_t images) {
   const std::size_t used = c.frames_used.size(), refused = c.frames_refused.size();
   text += fmt::format("  {} images: {} used, {} refused{}\n", images, used, refused,
                       images > used + refused
-                          ? fmt::format(", {} good ones not used", images - used - refused)
+                          ? fmt::format(", {} valid but not used", images - used - refused)
                           : "");
   for (const RefusedFrame& frame : c.frames_refused)
     text += fmt::format("    {}: {}\n", frame.name, frame.reason);
@@ -141,7 +142,7 @@ std::string Yaml(const LensCalibration& calibration) {
   LensEntry entry;
   static_cast<KnownLens&>(entry) = calibration;
   entry.rms_px = calibration.rms_px;
-  // A reader that does not ask for the mark meets the reasons above the numbers.
+  // A person who opens the file sees the reasons above the numbers.
   std::string mark = fmt::format("accepted: {}\n", calibration.accepted ? 1 : 0);
   for (const std::string& reason : calibration.reasons) {
     mark += fmt::format("# {}: {}\n", calibration.accepted ? "note" : "refused", reason);
@@ -164,8 +165,8 @@ bool Write(const std::string& option, const std::string& path, const std::string
 
 int Run(const CalibrateLensOptions& options) {
   const Board board = BoardOf(options.board);
-  if (const std::string why = WhyNoBoard(board); !why.empty()) {
-    std::cerr << "plumbline calibrate-lens: " << why << '\n';
+  if (const std::string problem = BoardOptionProblem(board); !problem.empty()) {
+    std::cerr << "plumbline calibrate-lens: " << problem << '\n';
     return kExitUsage;
   }
   for (const auto& [option, path] : {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
@@ -177,7 +178,7 @@ int Run(const CalibrateLensOptions& options) {
     }
   }
   if (SameFile(options.json, options.yaml) && options.json != "-") {
-    std::cerr << "plumbline calibrate-lens: --yaml is the --json file itself; choose another\n";
+    std::cerr << "plumbline calibrate-lens: --yaml and --json are the same file; choose another\n";
     return kExitUsage;
   }
   Result<std::vector<std::string>> names = ImageNames(options.images);
@@ -190,7 +191,7 @@ int Run(const CalibrateLensOptions& options) {
     return fnmatch(options.match.c_str(), name.c_str(), 0) != 0;
   });
   if (names->empty()) {
-    std::cerr << fmt::format("{}: holds no image (png, jpg, bmp, tif, pgm) named {}\n",
+    std::cerr << fmt::format("{}: contains no image (png, jpg, bmp, tif, pgm) named {}\n",
                              options.images, options.match);
     return kExitFault;
   }
@@ -199,26 +200,27 @@ int Run(const CalibrateLensOptions& options) {
     for (const auto& [option, path] :
          {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
       if (path.empty() || path == "-" || !SameFile(path, image)) continue;
-      std::cerr << fmt::format("plumbline calibrate-lens: {} is {} itself; choose another file\n",
-                               option, image);
+      std::cerr << fmt::format(
+          "plumbline calibrate-lens: {} would overwrite the input {}; choose another file\n",
+          option, image);
       return kExitUsage;
     }
   }
   Interruption interruption;
   Frames frames = ReadFrames(options, *names, board);
-  if (Interruption::Asked()) return Interrupted();
+  if (Interruption::Requested()) return Interrupted();
   if (const auto missing = MissingImageCodecs()) return Fail(missing->message);
-  CalibrationOptions judged;
-  judged.acceptable_px = options.acceptable_px;
-  if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;
-  LensCalibration calibration = CalibrateLens(board, frames.views, frames.size, judged);
+  CalibrationOptions criteria;
+  criteria.acceptable_px = options.acceptable_px;
+  if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
+  LensCalibration calibration = CalibrateLens(board, frames.views, frames.size, criteria);
   if (frames.views.empty()) {
-    const std::string other = OtherBoard(options, *names, board);
-    if (!other.empty()) calibration.reasons.insert(calibration.reasons.begin(), other);
+    const std::string hint = OtherBoardHint(options, *names, board);
+    if (!hint.empty()) calibration.reasons.insert(calibration.reasons.begin(), hint);
   }
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
                                     frames.refused.end());
-  if (!interruption.TooLate()) return Interrupted();
+  if (!interruption.Disarm()) return Interrupted();
   if (!Write("--json", options.json, LensJson(calibration)) ||
       !Write("--yaml", options.yaml, Yaml(calibration)))
     return kExitUsage;
@@ -232,33 +234,34 @@ int Run(const CalibrateLensOptions& options) {
 
 void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CalibrateLensOptions>();
-  CLI::App* command = app.add_subcommand(
-      "calibrate-lens", "A lens from images of a board: accepted, or refused with reasons");
-  command->add_option("--images", options->images, "Folder with the images, in order of time")
+  CLI::App* command =
+      app.add_subcommand("calibrate-lens", "Calibrate a lens from images of a board");
+  command->add_option("--images", options->images, "Folder of images, named in order of time")
       ->required();
-  command->add_option("--match", options->match, "Only images of this name, such as 'left*'")
+  command->add_option("--match", options->match, "Use only images whose name matches, e.g. 'left*'")
       ->capture_default_str();
   AddBoardOptions(*command, options->board);
-  command->add_option("--json", options->json, "The answer for programs; - is standard output");
+  command->add_option("--json", options->json, "Write the result as JSON; - is standard output");
   command->add_option("--yaml", options->yaml,
-                      "The lens as OpenCV reads it; \"accepted: 0\" marks a refused one");
+                      "Write the lens in OpenCV's format; \"accepted: 0\" marks a refused one");
   command
       ->add_option("--acceptable-px", options->acceptable_px,
-                   "Largest uncertainty of the projection that is accepted")
+                   "Largest accepted standard deviation of the projection")
       ->capture_default_str()
       ->check(NumberWithin(0.001, 100));
   command
       ->add_option("--distance-mm", options->distance_mm,
-                   "Judge the uncertainty at this distance in place of infinity")
+                   "Evaluate the projection at this distance instead of at infinity")
       ->check(NumberWithin(1, 1e6));
-  command->add_flag("--quiet", options->quiet, "No summary");
+  command->add_flag("--quiet", options->quiet, "Print no summary");
   command->footer(
-      "Take about 20 images at one zoom and focus: the whole board (of ChArUco, a part will do),\n"
-      "tilted by 20 to 40 degrees to all sides, near the corners of the image as well. Circles "
-      "are\n"
-      "dark on white; acircles are numbered as OpenCV does, 4x11 being rows of 4. A refusal is an "
-      "answer: exit code 0,\n"
-      "\"accepted\": false, and what to do.\n\n"
+      "Take about 20 images at the same zoom and focus. They must show the whole board (part of "
+      "it\n"
+      "suffices for ChArUco), tilted by 20 to 40 degrees in all directions, also near the corners "
+      "of\n"
+      "the image. Circles are dark on white; acircles are counted as in OpenCV, 4x11 means rows of "
+      "4.\n"
+      "A refused calibration also has exit code 0, with \"accepted\": false and the remedy.\n\n"
       "Examples:\n"
       "  plumbline calibrate-lens --images frames --board 17x11 --square-mm 10 --json lens.json\n"
       "  plumbline calibrate-lens --images frames --board 9x6 --square-mm 25 --json - --quiet\n"

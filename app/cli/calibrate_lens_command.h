@@ -1,4 +1,4 @@
-// plumbline calibrate-lens: a lens from images of a chessboard.
+// plumbline calibrate-lens: lens calibration from images of a board.
 #pragma once
 
 namespace CLI {

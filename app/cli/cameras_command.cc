@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A device with what it can do; `device.problem` where it does not say.
+/// A device with its capabilities; if they cannot be queried, device.problem is set.
 struct Listed {
   V4l2Device device;
   std::string select;
@@ -104,7 +104,7 @@ std::string CamerasText(const DeviceTree& tree) {
   for (const Listed& listed : List(tree)) {
     const V4l2Device& device = listed.device;
     text += fmt::format("{}  {}\n  --camera {}\n", device.path, device.name, listed.select);
-    if (device.serial.empty()) text += "  has no serial number: known by its port\n";
+    if (device.serial.empty()) text += "  no serial number: identified by its port\n";
     if (!device.problem.empty()) text += fmt::format("  {}\n", device.problem);
     std::set<std::string> unreadable;
     for (const V4l2Mode& mode : listed.offer.modes) {
@@ -115,10 +115,11 @@ std::string CamerasText(const DeviceTree& tree) {
       }
     }
     if (!unreadable.empty()) {
-      text += fmt::format("  not read by Plumbline: {}\n", fmt::join(unreadable, ", "));
+      text +=
+          fmt::format("  formats not supported by Plumbline: {}\n", fmt::join(unreadable, ", "));
     }
     for (const V4l2Control& control : listed.offer.controls) {
-      text += fmt::format("  {} {:g} ({:g}..{:g}, standard {:g})\n", control.name, control.value,
+      text += fmt::format("  {} {:g} ({:g}..{:g}, default {:g})\n", control.name, control.value,
                           control.smallest, control.largest, control.standard);
     }
   }
@@ -128,17 +129,17 @@ std::string CamerasText(const DeviceTree& tree) {
 void AddCamerasCommand(CLI::App& app, int& exit_code) {
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
-      app.add_subcommand("cameras", "Cameras of this computer: names, modes, settings");
-  command->add_flag("--json", *json, "For programs");
+      app.add_subcommand("cameras", "List the connected cameras: names, modes, settings");
+  command->add_flag("--json", *json, "Print JSON");
   command->footer(
-      "Name a camera by what stands behind --camera: a device such as /dev/video0 may be another "
-      "one\n"
-      "after a start. The port (@1-2) is part of the name where the serial number is not "
-      "enough.\n\n"
+      "Refer to a camera by the name printed after --camera: a device such as /dev/video0 may be "
+      "a\n"
+      "different camera after the next start. The port (@1-2) is part of the name if the serial\n"
+      "number alone is not unique.\n\n"
       "Examples:\n  plumbline cameras\n"
       "  plumbline cameras --json\n"
       "  plumbline track --camera A1B2C3 --intrinsics lens.json --tag-size-mm 80\n\n"
-      "Exit code: 0, also where there is no camera.");
+      "Exit code: 0, even if there is no camera.");
   command->callback([json, &exit_code] {
     std::cout << (*json ? CamerasJson({}) : CamerasText({}));
     exit_code = kExitOk;

@@ -1,4 +1,4 @@
-// plumbline cameras: what cameras there are, what they can send, and how to name them.
+// plumbline cameras: list of the connected cameras with their names, modes and controls.
 #pragma once
 
 #include <string>
@@ -15,11 +15,11 @@ void AddCamerasCommand(CLI::App& app, int& exit_code);
 
 /// {"cameras": [{"device", "select", "name", "driver", "serial", "port", "problem", "modes":
 /// [{"format", "readable", "width", "height", "smallest", "step", "rates_hz"}], "controls":
-/// [{"name", "smallest", "largest", "standard", "value"}]}]}; `smallest` and `step` only where a
-/// mode is a range of sizes, `problem` null where the camera answers.
+/// [{"name", "smallest", "largest", "standard", "value"}]}]}. A mode has `smallest` and `step` only
+/// if it is a range of sizes; `problem` is null if the camera responds.
 std::string CamerasJson(const DeviceTree& tree);
 
-/// The same to be read.
+/// The same as text for people.
 std::string CamerasText(const DeviceTree& tree);
 
 }  // namespace plumbline

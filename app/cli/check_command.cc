@@ -32,16 +32,16 @@ struct CheckOptions {
   bool json = false;
 };
 
-/// What was found in a file.
-struct Checked {
+/// Result of checking a file.
+struct CheckedFile {
   bool is_configuration = false;
   FaultList faults;
   std::optional<CellModel> cell;
   std::optional<DaemonConfig> config;
-  /// Of a configuration: its machine with the model that is in force, and the points it computes.
+  /// For a configuration: the machine with the model in force, and its solutions of the points.
   MachineConfig in_force;
   std::vector<PointSolution> points;
-  bool model_applied = false;  ///< that model is not the cell file's
+  bool model_applied = false;  ///< an applied model replaces the cell file
 };
 
 std::string MmText(const Vec3& p) {
@@ -78,9 +78,9 @@ std::string MassText(const Robot& robot) {
   for (const Joint& joint : robot.joints) mass_kg += joint.link_mass_kg.value_or(0);
   const std::string known =
       JointsWith(robot, [](const Joint& joint) { return joint.link_mass_kg.has_value(); });
-  if (known == "none") return "no link mass declared: joint torques are unknown";
+  if (known == "none") return "no link masses declared: joint torques are unknown";
   return fmt::format(
-      "link mass known of {} ({:.4g} kg), centre of mass of {}", known, mass_kg,
+      "link masses declared: {} ({:.4g} kg), centres of mass: {}", known, mass_kg,
       JointsWith(robot, [](const Joint& joint) { return joint.link_com_m.has_value(); }));
 }
 
@@ -89,8 +89,9 @@ std::string MeasurementText(const Measurement& measurement) {
                      : measurement.kind == MeasurementKind::kRange  ? "range from an anchor"
                                                                     : "pose of the tip";
   const std::string sigma =
-      measurement.sigma_m ? fmt::format("one axis repeats to {:.4g} mm", 1e3 * *measurement.sigma_m)
-                          : "repeatability unknown";
+      measurement.sigma_m
+          ? fmt::format("standard deviation {:.4g} mm per axis", 1e3 * *measurement.sigma_m)
+          : "standard deviation unknown";
   return fmt::format("{}; instrument {}, tip {}, {}", kind,
                      measurement.frame_known ? "aligned" : "unaligned",
                      measurement.tool_known ? "known" : "to be estimated", sigma);
@@ -114,8 +115,8 @@ std::string CameraText(const CameraConfig& camera) {
       camera.zoom.kind.empty() ? "no zoom" : "zoom by " + camera.zoom.kind);
 }
 
-/// The object table that the configuration names, and whether its meshes are there.
-/// @return  false where it has faults
+/// Checks the object table of the configuration and whether its mesh files are readable.
+/// @return  false if the table has faults
 bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
   const std::string& file = config.overlay.objects_file;
   if (file.empty()) return true;
@@ -137,43 +138,43 @@ bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
   return true;
 }
 
-Checked Check(const std::string& text, const std::string& file) {
-  Checked finding;
-  finding.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
-  if (finding.is_configuration) {
-    finding.config = DaemonConfigFromText(text, file, finding.faults);
-    const bool replay = finding.config && finding.config->robot.transport == "replay";
-    if (replay && !ReadReplayFile(*finding.config, finding.faults)) finding.config.reset();
-    if (finding.config) {
-      if (const auto why_not = WhyNotUsable(finding.config->machine.cell)) {
-        finding.faults.Add(
-            {Fault::Severity::kFault, finding.config->cell_file, 0, "effect", *why_not});
-        finding.config.reset();
+CheckedFile Check(const std::string& text, const std::string& file) {
+  CheckedFile checked;
+  checked.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
+  if (checked.is_configuration) {
+    checked.config = DaemonConfigFromText(text, file, checked.faults);
+    const bool replay = checked.config && checked.config->robot.transport == "replay";
+    if (replay && !ReadReplayFile(*checked.config, checked.faults)) checked.config.reset();
+    if (checked.config) {
+      if (const auto why_not = WhyNotUsable(checked.config->machine.cell)) {
+        checked.faults.Add(
+            {Fault::Severity::kFault, checked.config->cell_file, 0, "effect", *why_not});
+        checked.config.reset();
       }
     }
-    if (finding.config) {
+    if (checked.config) {
       FaultList applied;
-      finding.in_force = finding.config->machine;
-      if (auto model = AddFaultsOfModelStore(finding.config->state_directory,
-                                             finding.config->cell_file, applied)) {
-        finding.in_force.cell = CellOfSession(*model, "");
-        finding.model_applied = true;
+      checked.in_force = checked.config->machine;
+      if (auto model = AddFaultsOfModelStore(checked.config->state_directory,
+                                             checked.config->cell_file, applied)) {
+        checked.in_force.cell = CellOfSession(*model, "");
+        checked.model_applied = true;
       }
-      finding.faults.Append(applied);
-      if (applied.HasFaults()) finding.config.reset();
+      checked.faults.Append(applied);
+      if (applied.HasFaults()) checked.config.reset();
     }
-    if (finding.config && !CheckObjects(*finding.config, finding.faults)) finding.config.reset();
-    if (finding.config) {
-      finding.cell = finding.config->machine.cell;
-      finding.points = SolvePoints(finding.in_force);
+    if (checked.config && !CheckObjects(*checked.config, checked.faults)) checked.config.reset();
+    if (checked.config) {
+      checked.cell = checked.config->machine.cell;
+      checked.points = SolvePoints(checked.in_force);
     }
   } else {
-    finding.cell = CellFromText(text, file, finding.faults);
+    checked.cell = CellFromText(text, file, checked.faults);
   }
-  return finding;
+  return checked;
 }
 
-/// "at (0, 0, 0) mm in the flange frame, 600 mm from the tool's tip".
+/// "centre of gravity (0, 0, 0) mm in the flange frame, 600 mm from the tool's tip".
 std::string CogText(const CellModel& cell, const Vec3& cog_F) {
   return fmt::format("centre of gravity {} in the flange frame, {:.6g} mm from the tool's tip",
                      MmText(cog_F), 1e3 * (cell.tool.tcp_F - cog_F).norm());
@@ -181,20 +182,20 @@ std::string CogText(const CellModel& cell, const Vec3& cog_F) {
 
 std::string CogText(const CellModel& cell) {
   return cell.payload_cog_F ? CogText(cell, *cell.payload_cog_F)
-                            : "centre of gravity unknown: no payload mass can be used";
+                            : "centre of gravity unknown: payload masses cannot be used";
 }
 
 std::string DomainText(const std::optional<Domain>& domain) {
-  if (!domain) return "none: joint limits bound what is known";
+  if (!domain) return "none: the model is used within the joint limits";
   if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
   return fmt::format(
-      "declared; points deviate by {:.3g} mm at the measured poses and by {:.3g} mm a radian away "
-      "from them (one sigma, one axis)",
+      "declared; standard deviation per axis {:.3g} mm at the measured poses and {:.3g} mm at a "
+      "distance of one radian from them",
       *domain->residual_sigma_m / kMetrePerMm,
       std::hypot(*domain->residual_sigma_m, *domain->distant_sigma_m) / kMetrePerMm);
 }
 
-/// The mass, which only the configuration tells, and the centre in force with it.
+/// The payload mass, which only the configuration contains, and its centre of gravity.
 std::string PayloadText(const DaemonConfig& config) {
   const CellModel& cell = config.machine.cell;
   const PayloadPolicy& payload = config.machine.payload;
@@ -204,17 +205,17 @@ std::string PayloadText(const DaemonConfig& config) {
                        cog_F ? CogText(cell, *cog_F) : CogText(cell));
   }
   const bool by_tool = payload.source == PayloadPolicy::Source::kTable;
-  return fmt::format("mass {}; unless that tells its own, {}",
+  return fmt::format("mass {}; {} unless given there",
                      by_tool ? fmt::format("by tool number ({} tools)", payload.table.size())
-                             : std::string("as the robot tells it"),
+                             : std::string("reported by the robot"),
                      CogText(cell));
 }
 
-std::vector<SummaryLine> Summary(const Checked& finding) {
-  if (!finding.cell) return {};
-  std::vector<SummaryLine> lines = CellSummary(*finding.cell);
-  if (finding.config) {
-    const DaemonConfig& config = *finding.config;
+std::vector<SummaryLine> Summary(const CheckedFile& checked) {
+  if (!checked.cell) return {};
+  std::vector<SummaryLine> lines = CellSummary(*checked.cell);
+  if (checked.config) {
+    const DaemonConfig& config = *checked.config;
     for (SummaryLine& line : lines) {
       if (line.topic == "payload") line.text = PayloadText(config);
     }
@@ -227,30 +228,30 @@ std::vector<SummaryLine> Summary(const Checked& finding) {
     lines.push_back({"points", fmt::format("{} assembly point{}, cycle {:g} ms, PLC port {}",
                                            points, points == 1 ? "" : "s",
                                            1e3 * config.cycle_period_s, config.plc.tcp.port)});
-    if (finding.model_applied) {
+    if (checked.model_applied) {
       lines.push_back({"model",
-                       "an applied model is in force in place of the cell file: the "
-                       "points below are computed with it"});
+                       "an applied model is in force instead of the cell file; the points below "
+                       "are computed with it"});
     }
   }
   return lines;
 }
 
-nlohmann::json JsonOf(const Checked& finding, const std::string& file) {
+nlohmann::json JsonOf(const CheckedFile& checked, const std::string& file) {
   nlohmann::json json = {{"schema", 1},
                          {"file", file},
-                         {"kind", finding.is_configuration ? "configuration" : "cell"},
-                         {"good", finding.cell.has_value()},
+                         {"kind", checked.is_configuration ? "configuration" : "cell"},
+                         {"good", checked.cell.has_value()},
                          {"faults", nlohmann::json::array()},
                          {"warnings", nlohmann::json::array()},
                          {"summary", nlohmann::json::object()}};
-  for (const Fault& fault : finding.faults.All()) {
+  for (const Fault& fault : checked.faults.All()) {
     const bool warning = fault.severity == Fault::Severity::kWarning;
     json[warning ? "warnings" : "faults"].push_back(
         {{"file", fault.file}, {"line", fault.line}, {"key", fault.key}, {"what", fault.what}});
   }
-  for (const SummaryLine& line : Summary(finding)) json["summary"][line.topic] = line.text;
-  if (finding.config) json["points"] = PointsJson(finding.in_force, finding.points);
+  for (const SummaryLine& line : Summary(checked)) json["summary"][line.topic] = line.text;
+  if (checked.config) json["points"] = PointsJson(checked.in_force, checked.points);
   return json;
 }
 
@@ -273,21 +274,21 @@ int Run(const CheckOptions& options) {
     std::cerr << options.file << ": " << CannotBeRead(options.file, text.error()) << '\n';
     return kExitFault;
   }
-  const Checked finding = Check(*text, options.file);
+  const CheckedFile checked = Check(*text, options.file);
   if (options.json) {
-    // A faulty file may hold bytes that are no UTF-8; they are replaced, not refused.
-    std::cout << JsonOf(finding, options.file)
+    // A faulty file may contain invalid UTF-8, which is replaced.
+    std::cout << JsonOf(checked, options.file)
                      .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
               << '\n';
   } else {
-    std::cout << FaultsText(finding.faults);
-    for (const SummaryLine& line : Summary(finding)) {
+    std::cout << FaultsText(checked.faults);
+    for (const SummaryLine& line : Summary(checked)) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
-    std::cout << PointTable(finding.in_force, finding.points);
-    std::cout << '\n' << options.file << ": " << CountText(finding.faults) << '\n';
+    std::cout << PointTable(checked.in_force, checked.points);
+    std::cout << '\n' << options.file << ": " << CountText(checked.faults) << '\n';
   }
-  return finding.cell ? kExitOk : kExitFault;
+  return checked.cell ? kExitOk : kExitFault;
 }
 
 }  // namespace
@@ -301,8 +302,8 @@ std::vector<SummaryLine> CellSummary(const CellModel& cell) {
       {"masses", MassText(robot)}};
   const std::string compliant = JointsWith(
       robot, [](const Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
-  lines.push_back({"compliance", compliant == "none" ? "none declared: joints taken as rigid"
-                                                     : "declared of " + compliant});
+  lines.push_back({"compliance", compliant == "none" ? "none declared: joints are assumed rigid"
+                                                     : "declared: " + compliant});
   lines.push_back({"payload", CogText(cell)});
   lines.push_back({"measurement", MeasurementText(cell.measurement)});
   std::string effects;
@@ -317,20 +318,19 @@ std::vector<SummaryLine> CellSummary(const CellModel& cell) {
 void AddCheckCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command =
-      app.add_subcommand("check", "Tell every fault of a cell or configuration file");
+      app.add_subcommand("check", "Check a cell or configuration file and report every fault");
   command->add_option("file", options->file, "CELL.toml, or the daemon's plumbline.toml")
       ->required();
-  command->add_flag("--json", options->json, "Faults, warnings and summary as JSON");
+  command->add_flag("--json", options->json, "Print faults, warnings and summary as JSON");
   command->footer(
-      "A plumbline.toml is checked together with the cell, the profile and the objects that it "
-      "names, "
-      "and with the model of its state directory that is in force. Each point is solved with its "
-      "payload: correction, 95 % radius and what that rests on, posture, nearest joint limit, "
-      "smallest singular value. A point that the arm does not reach is a warning: the daemon "
-      "starts "
-      "without it.\n\n"
+      "A plumbline.toml is checked together with the cell, profile and object table that it "
+      "refers\n"
+      "to, and with the model in force in its state directory. Each point is solved with its\n"
+      "payload; the result lists the correction, the 95 % radius and its basis, the posture, the\n"
+      "nearest joint limit and the smallest singular value. A point out of the arm's reach is a\n"
+      "warning: the daemon starts without it.\n\n"
       "Example:\n  plumbline check config/cells/ur10.toml\n\n"
-      "Exit codes: 0 no faults (warnings may remain), 1 faults or an unreadable file, 2 wrong "
+      "Exit codes: 0 no faults (there may be warnings), 1 faults or an unreadable file, 2 wrong\n"
       "arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

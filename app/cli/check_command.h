@@ -1,4 +1,4 @@
-// plumbline check: every fault of a cell or a configuration, and what the cell amounts to.
+// plumbline check: reports every fault of a cell or configuration file, and a summary of the cell.
 #pragma once
 
 #include <string>
@@ -15,13 +15,13 @@ namespace plumbline {
 
 void AddCheckCommand(CLI::App& app, int& exit_code);
 
-/// A line of the summary: what of the cell, and what is known of it.
+/// One line of the summary.
 struct SummaryLine {
   std::string topic, text;
 };
 
-/// What a cell amounts to, in the units of its file: arm, tool, masses, compliance, payload,
-/// measurement, effects. What is not declared is said as such.
+/// Summary of a cell in the units of its file: arm, tool, masses, compliance, payload, measurement,
+/// effects. States explicitly what is not declared.
 std::vector<SummaryLine> CellSummary(const CellModel& cell);
 
 }  // namespace plumbline

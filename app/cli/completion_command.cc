@@ -11,7 +11,7 @@
 namespace plumbline {
 namespace {
 
-/// The script's cases: what there is after a command's words, and after an option of it.
+/// Case branches of the script: subcommands, words of a command, values of an option.
 struct Cases {
   std::string commands, words, values;
 };
@@ -28,7 +28,7 @@ std::vector<std::string> SpellingsOf(const CLI::Option& option) {
   return spellings;
 }
 
-/// "a b" of an option whose type says "TEXT:{a,b}"; empty where any value will do.
+/// "a b" for an option of type "TEXT:{a,b}"; empty if the values are not enumerated.
 std::string ListedValues(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const auto from = type.find('{'), to = type.find('}');
@@ -38,7 +38,7 @@ std::string ListedValues(const CLI::Option& option) {
   return values;
 }
 
-/// @param path  the command's words so far, "journal import"; empty for plumbline itself
+/// @param path  the command with its parents, "journal import"; empty for plumbline itself
 void AddCases(const CLI::App& app, const std::string& path, Cases& cases) {
   std::vector<std::string> words;
   for (const CLI::Option* option : app.get_options()) {
@@ -83,9 +83,9 @@ _plumbline() {{
   if [[ -z $words ]]; then
     case $path in
 {}    esac
-    if [[ $word == -* ]]; then  # options alone
+    if [[ $word == -* ]]; then  # options only
       words=$(printf '%s\n' $words | grep -e ^-)
-    else  # commands, or else a file's name
+    else  # commands; if there are none, file names
       words=$(printf '%s\n' $words | grep -ve ^-)
     fi
   fi
@@ -99,7 +99,7 @@ complete -o bashdefault -o default -F _plumbline plumbline
 void AddCompletionCommand(CLI::App& app, int& exit_code) {
   static_cast<void>(exit_code);
   CLI::App* command = app.add_subcommand("completion", "Completions for bash");
-  command->group("");  // for the package's build
+  command->group("");  // hidden: used by the package build
   command->callback([&app] { std::cout << BashCompletion(app); });
 }
 

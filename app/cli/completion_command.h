@@ -1,4 +1,4 @@
-// plumbline completion: what a shell completes, for the package.
+// plumbline completion: bash completion script, generated for the package.
 #pragma once
 
 #include <string>
@@ -11,9 +11,8 @@ namespace plumbline {
 
 void AddCompletionCommand(CLI::App& app, int& exit_code);
 
-/// A script for bash that completes commands, options and the values of options that have a list
-/// of them; everything else is completed as a file's name. Made from the parser itself, so that it
-/// knows every option, and no other.
+/// A bash script that completes commands, options and enumerated option values; everything else is
+/// completed as a file name. Generated from the parser, so that it matches the options exactly.
 std::string BashCompletion(const CLI::App& app);
 
 }  // namespace plumbline

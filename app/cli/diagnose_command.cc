@@ -40,7 +40,7 @@ std::string Today() {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &local)};
 }
 
-/// One line that is written over on a terminal; elsewhere a line each ten per cent.
+/// Progress display: a single updated line on a terminal, elsewhere a line every ten per cent.
 class Progress {
  public:
   Progress(std::ostream& err, bool quiet) : err_(err), quiet_(quiet) {}
@@ -75,7 +75,7 @@ struct Output {
   std::string option, path, text;
 };
 
-/// Name of the proposed poses' file; empty where none is to be written.
+/// Path of the file for proposed poses; empty if none is to be written.
 std::string NextPosesPath(const DiagnoseArguments& arguments) {
   if (!arguments.next_poses.empty()) return arguments.next_poses;
   if (arguments.json.empty() || arguments.json == "-") return "";
@@ -85,7 +85,7 @@ std::string NextPosesPath(const DiagnoseArguments& arguments) {
   return special ? "" : (fs::path(arguments.json).parent_path() / "next_poses.csv").string();
 }
 
-/// How the JSON file names the poses' file: by its name alone where both share a folder.
+/// The reference to the poses file in the JSON file: only its name if both are in one folder.
 std::string NameForJson(const std::string& poses, const std::string& json) {
   const fs::path path(poses);
   return path.parent_path() == fs::path(json).parent_path() ? path.filename().string() : poses;
@@ -96,7 +96,8 @@ bool IsOrdinaryOrNew(const std::string& path) {
   return !fs::exists(path, unknown) || fs::is_regular_file(path, unknown);
 }
 
-/// Tells every output that would destroy an input or another output, or cannot be written.
+/// Checks that no output overwrites an input or another output and that all can be written; prints
+/// every violation.
 bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
   const std::pair<const char*, std::string> outputs[] = {
       {"--json", arguments.json},
@@ -109,7 +110,7 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
     if (path.empty() || path == "-") continue;
     for (const std::string& other : others) {
       if (!IsOrdinaryOrNew(path) || !SameFile(path, other)) continue;
-      err << fmt::format("plumbline diagnose: {} is {} itself; choose another file\n", option,
+      err << fmt::format("plumbline diagnose: {} would overwrite {}; choose another file\n", option,
                          other);
       writable = false;
     }
@@ -131,7 +132,7 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
 struct Input {
   std::string cell_text;
   CellModel cell;
-  MeasuredTable measured;  ///< given to the diagnosis
+  MeasuredTable measured;  ///< moved into the diagnosis
   std::size_t rows = 0;
   std::vector<int> unreadable_lines;
 };
@@ -169,9 +170,9 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
       outputs.push_back({"--write-model", arguments.model, *model});
     } else {
       err << arguments.model
-          << ": not written, since the corrected model would not be a valid cell; a residual or "
-             "value this large is a mistake in the data (units, columns, another cell) rather than "
-             "an effect:\n"
+          << ": not written, because the corrected model would not be a valid cell. A residual or "
+             "value this large indicates a mistake in the data (units, columns, another cell) "
+             "rather than an effect:\n"
           << model.error();
     }
   }
@@ -189,7 +190,7 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
     outputs.push_back({"--next-poses", poses, NextPosesCsv(diagnosis, input.cell)});
     poses = NameForJson(poses, arguments.json);
   }
-  // Last, so that whoever sees the answer finds what it names.
+  // Written last, so that the files it refers to exist once it appears.
   if (!arguments.json.empty()) {
     outputs.push_back({"--json", arguments.json, AnswerJson(diagnosis, poses)});
   }
@@ -221,17 +222,17 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   options.progress = [&progress](double share, const std::string& doing) {
     progress(share, doing);
   };
-  options.interrupted = [] { return Interruption::Asked(); };
+  options.interrupted = [] { return Interruption::Requested(); };
   const Result<Diagnosis> diagnosis =
       engine(input->cell, std::move(input.value().measured), options);
   progress.Clear();
-  if (Interruption::Asked()) return Interrupted(err);
+  if (Interruption::Requested()) return Interrupted(err);
   if (!diagnosis) {
     err << arguments.measured << ": " << diagnosis.error() << '\n';
     return kExitFault;
   }
   const std::vector<Output> outputs = OutputsOf(arguments, *input, *diagnosis, err);
-  if (!interruption.TooLate()) return Interrupted(err);
+  if (!interruption.Disarm()) return Interrupted(err);
   const bool json_to_out = arguments.json == "-";
   for (const Output& output : outputs) {
     if (output.path == "-") {
@@ -252,48 +253,49 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
 
 void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DiagnoseArguments>();
-  CLI::App* command = app.add_subcommand(
-      "diagnose", "What the declared cell lacks, by measured points; a corrected model, a report");
-  command->add_option("cell", arguments->cell, "The cell's model, CELL.toml")->required();
+  CLI::App* command =
+      app.add_subcommand("diagnose", "Find the effects that a cell lacks, from measured points");
+  command->add_option("cell", arguments->cell, "Declared model, CELL.toml")->required();
   command->add_option("measured", arguments->measured, "Measured points, MEASURED.csv")->required();
-  command->add_option("--json", arguments->json, "The answer for programs; - is standard output");
+  command->add_option("--json", arguments->json, "Write the result as JSON; - is standard output");
   command->add_option("--write-model", arguments->model,
-                      "The corrected cell: CELL.toml with what was found appended");
+                      "Write the corrected cell: CELL.toml with the found effects appended");
   command->add_option("--report", arguments->report,
-                      "The report: one HTML file that needs no network (plots by gnuplot)");
+                      "Write a report: one self-contained HTML file (plots require gnuplot)");
   command->add_option("--next-poses", arguments->next_poses,
-                      "Poses that would separate rivals, a CSV file; written where there are any\n"
-                      "(next_poses.csv beside the --json file where not given)");
+                      "Write poses that would separate rival explanations, a CSV file\n"
+                      "(default: next_poses.csv beside the --json file)");
   command
       ->add_option_function<std::string>(
           "--time-zero",
           [arguments](const std::string& text) { arguments->time_zero_s = UtcFromText(text); },
-          "UTC where t_s of the rows is 0, as 2026-11-21T07:30:00Z: the daemon needs it to apply\n"
-          "an effect of time (`plumbline journal export` tells it)")
+          "UTC time at which t_s of the rows is 0, e.g. 2026-11-21T07:30:00Z; the daemon needs it "
+          "to\n"
+          "apply an effect of time (`plumbline journal export` prints it)")
       ->check([](const std::string& text) {
-        return UtcFromText(text) ? "" : text + " is no UTC such as 2026-11-21T07:30:00Z";
+        return UtcFromText(text) ? "" : text + " is not a UTC time such as 2026-11-21T07:30:00Z";
       });
   command->add_flag(
       "--order-unknown", arguments->order_unknown,
       "The robot made other moves between the rows, as between probes of a running\n"
-      "cell: effects of the last move (approach lag, backlash by move) are not offered");
-  command->add_option("--threads", arguments->threads, "Threads to work with")
+      "cell: effects of the last move (approach lag, backlash by move) are not considered");
+  command->add_option("--threads", arguments->threads, "Number of threads")
       ->capture_default_str()
       ->check(WholeNumberWithin(1, 256));
-  command->add_flag("--quiet", arguments->quiet, "Neither summary nor progress");
+  command->add_flag("--quiet", arguments->quiet, "Print neither summary nor progress");
   command->footer(
-      "MEASURED.csv has a header: q1_deg.. qn_deg, x_mm,y_mm,z_mm (or range_mm), and what else "
-      "was\n"
-      "recorded: session, t_s, payload_kg, temp_C, qd1_deg_s.., qdd1_deg_s2.., tau1_Nm.., and any\n"
-      "further signal. Row order is the order of execution. A missing column is \"not "
-      "recorded\".\n\n"
+      "MEASURED.csv has a header row with q1_deg.. qn_deg and x_mm,y_mm,z_mm (or range_mm), and\n"
+      "optionally session, t_s, payload_kg, temp_C, qd1_deg_s.., qdd1_deg_s2.., tau1_Nm.. and any\n"
+      "other recorded signal. The rows are in order of execution. A missing column counts as not\n"
+      "recorded.\n\n"
       "Examples:\n"
       "  plumbline diagnose cell.toml measured.csv\n"
       "  plumbline diagnose cell.toml measured.csv --write-model corrected.toml --report r.html\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
-      "Exit codes: 0 answered, whatever the answer; 1 faults in the input, or one that cannot\n"
-      "be read; 2 wrong arguments, or a file that cannot be written; 130 interrupted, and no file "
-      "was changed.");
+      "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or "
+      "cannot\n"
+      "be read; 2 wrong arguments, or a file cannot be written; 130 interrupted, no file was "
+      "changed.");
   command->callback([arguments, &exit_code] {
     exit_code = RunDiagnose(*arguments, Diagnose, std::cout, std::cerr);
   });

@@ -1,4 +1,4 @@
-// plumbline diagnose: what the declared cell lacks, by points that were measured.
+// plumbline diagnose: identifies the effects that a declared cell lacks, from measured points.
 #pragma once
 
 #include <functional>
@@ -20,9 +20,9 @@ struct DiagnoseArguments {
   std::string json;        ///< "-": standard output; empty: none
   std::string model;       ///< empty: none
   std::string report;      ///< empty: none
-  std::string next_poses;  ///< empty: next_poses.csv beside the JSON file, where poses are proposed
+  std::string next_poses;  ///< proposed poses; empty: next_poses.csv beside the JSON file
   std::optional<double> time_zero_s;  ///< see DiagnosisOptions
-  bool order_unknown = false;         ///< likewise
+  bool order_unknown = false;         ///< see DiagnosisOptions
   int threads = 2;
   bool quiet = false;
 };
@@ -30,11 +30,11 @@ struct DiagnoseArguments {
 using DiagnosisEngine =
     std::function<Result<Diagnosis>(const CellModel&, MeasuredTable, const DiagnosisOptions&)>;
 
-/// Reads, asks the engine, writes every file as a whole, tells the summary. SIGINT and SIGTERM end
-/// it early; then no file has changed.
-/// @param out  summary, or the JSON of `-` (then the summary goes to `err`)
-/// @param err  faults and progress
-/// @return     exit code
+/// Reads the input, runs the engine, writes every file atomically and prints the summary. SIGINT
+/// and SIGTERM cancel it; no file is changed then.
+/// @param out  receives the summary, or the JSON if --json is `-` (the summary then goes to `err`)
+/// @param err  receives faults and progress
+/// @return     the exit code
 int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
                 std::ostream& out, std::ostream& err);
 

@@ -1,4 +1,4 @@
-// plumbline distance: distances and points of the object table, by name.
+// plumbline distance: measures distances and points of the object table.
 #pragma once
 
 namespace CLI {

@@ -19,37 +19,38 @@ struct DoctorOptions {
   bool json = false;
 };
 
-std::string CheckUpJson(const CheckUp& found) {
+std::string ResultsJson(const CheckResults& found) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const CheckedThing& thing : found) {
-    list.push_back({{"health", HealthText(thing.health)},
-                    {"what", thing.what},
-                    {"told", thing.told},
-                    {"do", thing.remedy}});
+  for (const CheckResult& result : found) {
+    list.push_back({{"health", HealthText(result.health)},
+                    {"what", result.subject},
+                    {"told", result.finding},
+                    {"do", result.remedy}});
   }
   return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string CheckUpWords(const CheckUp& found) {
+std::string ResultsText(const CheckResults& found) {
   std::string text;
-  for (const CheckedThing& thing : found) {
-    text += fmt::format("{:<8} {:<16} {}\n", HealthText(thing.health), thing.what, thing.told);
-    if (!thing.remedy.empty()) text += fmt::format("{:<25} do: {}\n", "", thing.remedy);
+  for (const CheckResult& result : found) {
+    text +=
+        fmt::format("{:<8} {:<16} {}\n", HealthText(result.health), result.subject, result.finding);
+    if (!result.remedy.empty()) text += fmt::format("{:<25} do: {}\n", "", result.remedy);
   }
   return text;
 }
 
 int RunDoctor(const DoctorOptions& options) {
-  const CheckUp found = Examine(options.config, options.user);
+  const CheckResults found = Examine(options.config, options.user);
   const auto count = [&](Health health) {
     return std::count_if(found.begin(), found.end(),
-                         [&](const CheckedThing& thing) { return thing.health == health; });
+                         [&](const CheckResult& result) { return result.health == health; });
   };
   const auto faults = count(Health::kFault), warnings = count(Health::kWarning);
   if (options.json) {
-    std::cout << CheckUpJson(found);
+    std::cout << ResultsJson(found);
   } else {
-    std::cout << CheckUpWords(found)
+    std::cout << ResultsText(found)
               << fmt::format("{} fault{}, {} warning{}\n", faults, faults == 1 ? "" : "s", warnings,
                              warnings == 1 ? "" : "s");
   }
@@ -60,22 +61,22 @@ int RunDoctor(const DoctorOptions& options) {
 
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DoctorOptions>();
-  CLI::App* doctor = app.add_subcommand("doctor", "Finds out what is wrong with this installation");
+  CLI::App* doctor = app.add_subcommand("doctor", "Find problems of this installation");
   doctor
       ->add_option("config,--config", options->config,
-                   "The daemon's configuration, with or without --config")
+                   "Configuration of the daemon, with or without --config")
       ->capture_default_str();
-  doctor->add_option("--user", options->user, "The user that the service runs as")
-      ->capture_default_str();
-  doctor->add_flag("--json", options->json, "For programs");
+  doctor->add_option("--user", options->user, "User account of the service")->capture_default_str();
+  doctor->add_flag("--json", options->json, "Print JSON");
   doctor->footer(
-      "Looks at configuration, clock, disk, rights, robot, camera, zoom sensor and display, and "
-      "says\n"
-      "what to do. It changes nothing. A running daemon is asked for the robot; where none runs, "
-      "the\n"
-      "robot is read once. Run it as root or as the service's user.\n\n"
+      "Checks configuration, clock, disk, permissions, robot, camera, zoom sensor, display and "
+      "broker,\n"
+      "and prints what to do. It changes nothing. The state of the robot is taken from the "
+      "running\n"
+      "daemon; if none is running, the robot is read once. Run it as root or as the service's "
+      "user.\n\n"
       "Examples:\n  sudo plumbline doctor\n  plumbline doctor my-cell/plumbline.toml --json\n\n"
-      "Exit codes: 0 nothing wrong (warnings may remain), 1 a fault, 2 wrong arguments.");
+      "Exit codes: 0 no fault (there may be warnings), 1 at least one fault, 2 wrong arguments.");
   doctor->callback([options, &exit_code] { exit_code = RunDoctor(*options); });
 }
 

@@ -1,4 +1,4 @@
-// plumbline doctor: what is wrong with this installation.
+// plumbline doctor: diagnosis of the installation.
 #pragma once
 
 namespace CLI {

@@ -1,4 +1,4 @@
-// What a command says last when it fails, and its exit code.
+// Error messages of a failing command, together with its exit code.
 #pragma once
 
 #include <iostream>

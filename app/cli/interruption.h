@@ -1,12 +1,12 @@
-// Ctrl-C and a service manager's stop, as a question that long work asks.
+// Cooperative cancellation by SIGINT and SIGTERM for long-running commands.
 #pragma once
 
 #include <csignal>
 
 namespace plumbline {
 
-/// While one lives, SIGINT and SIGTERM are noted in place of ending the process. A second one ends
-/// it. One at a time.
+/// While an object of this class exists, the first SIGINT or SIGTERM is only recorded, to be polled
+/// with Requested(); a second one terminates the process. At most one object may exist at a time.
 class Interruption {
  public:
   Interruption();
@@ -14,15 +14,15 @@ class Interruption {
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
 
-  static bool Asked();
+  static bool Requested();
 
-  /// Too late from here on: the results are about to be written, and whoever is told 130 would take
-  /// them for the old ones. Both signals are passed over until the end of the process, or until
-  /// another Interruption. @return false where one came before: then nothing may be written
-  bool TooLate();
+  /// Ignores both signals from now on, until the process ends or another Interruption is created.
+  /// Call it before writing results: the exit code 130 promises that no file was changed.
+  /// @return false if a signal arrived before; nothing may be written then
+  bool Disarm();
 
  private:
-  bool too_late_ = false;
+  bool disarmed_ = false;
   struct sigaction old_interrupt_ {};
   struct sigaction old_terminate_ {};
 };

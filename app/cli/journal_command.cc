@@ -26,7 +26,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::int64_t kMostRows = 1000000000;
+constexpr std::int64_t kMaxRows = 1000000000;
 
 struct JournalOptions {
   std::string state = kUsualStateDirectory;
@@ -35,7 +35,7 @@ struct JournalOptions {
   std::optional<std::string> session;
   std::optional<int> model_version;
   bool skip_bad = false, again = false, json = false, once = false;
-  std::vector<std::int64_t> ids;  ///< of quarantined rows
+  std::vector<std::int64_t> ids;  ///< ids of quarantined rows
 
   std::string JournalFile() const { return state + "/journal.sqlite"; }
   JournalFilter Filter(JournalFilter::Rows rows) const {
@@ -57,23 +57,23 @@ int Import(const JournalOptions& options) {
   std::cerr << FaultsText(faults);
   if (!table) return kExitFault;
   if (!table->recorded.position && !table->recorded.range) {
-    return Fail(options.file + ": has neither x_mm, y_mm, z_mm nor range_mm: nothing was measured",
+    return Fail(options.file + ": has neither x_mm, y_mm, z_mm nor range_mm: no measured values",
                 kExitFault);
   }
   const std::size_t bad = table->unreadable_lines.size();
   if (bad > 0 && !options.skip_bad) {
-    return Fail(fmt::format("{}: {} of {} rows cannot be read; nothing imported. Fix them, or "
-                            "leave them out by --skip-bad",
+    return Fail(fmt::format("{}: {} of {} rows cannot be read; nothing was imported. Fix them, or "
+                            "skip them with --skip-bad",
                             options.file, bad, bad + table->rows.size()),
                 kExitFault);
   }
   if (table->rows.empty()) return Fail(options.file + ": has no rows", kExitFault);
   if (table->unmeasured.size() > 0) {
-    std::cerr << fmt::format("{}: {} rows without a measured point are left out (first: line {})\n",
+    std::cerr << fmt::format("{}: {} rows without a measured point were skipped (first: line {})\n",
                              options.file, table->unmeasured.size(),
                              table->unmeasured.front().line);
   }
-  std::error_code ignored;  // told by the file that cannot be opened
+  std::error_code ignored;  // opening the journal reports the error
   std::filesystem::create_directories(options.state, ignored);
   Result<Journal> journal = Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
@@ -93,19 +93,19 @@ int Import(const JournalOptions& options) {
                                    {"skipped_lines", table->unreadable_lines}};
     std::cout << answer.dump(1) << '\n';
   } else {
-    std::cout << fmt::format("{} rows imported as {}..{}, {} left out\n", rows, *last - rows + 1,
+    std::cout << fmt::format("{} rows imported as {}..{}, {} skipped\n", rows, *last - rows + 1,
                              *last, bad);
   }
   return kExitOk;
 }
 
-/// The journal of an existing state directory, to read.
+/// Opens the journal of an existing state directory for reading.
 Result<Journal> ExistingJournal(const JournalOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.JournalFile(), unknown)) {
     return Error{
-        fmt::format("{}: no journal there yet; a daemon with [loop] makes it at its first start, "
-                    "`plumbline journal import` too, or give another --state",
+        fmt::format("{}: the journal does not exist yet; a daemon with [loop] creates it at its "
+                    "first start, and so does `plumbline journal import`. Or give another --state",
                     options.JournalFile())};
   }
   return Journal::OpenForReading(options.JournalFile());
@@ -115,7 +115,8 @@ int Export(const JournalOptions& options) {
   for (const std::string& input : {options.cell, options.JournalFile()}) {
     if (!SameFile(options.file, input)) continue;
     return Fail(
-        fmt::format("plumbline journal export: --out is {} itself; choose another file", input),
+        fmt::format("plumbline journal export: --out would overwrite {}; choose another file",
+                    input),
         kExitUsage);
   }
   FaultList faults;
@@ -129,7 +130,9 @@ int Export(const JournalOptions& options) {
   if (!rows) return Fail(rows.error(), kExitFault);
   const ExportedCsv exported = CsvFromJournal(*rows, cell->robot.joints);
   for (const std::string& note : exported.notes) std::cerr << note << '\n';
-  if (exported.ids.empty()) return Fail("no such rows in the journal; nothing written", kExitFault);
+  if (exported.ids.empty()) {
+    return Fail("the journal has no such rows; nothing was written", kExitFault);
+  }
   const bool to_output = options.file == "-";
   if (to_output) {
     std::cout << exported.text;
@@ -139,19 +142,19 @@ int Export(const JournalOptions& options) {
                 kExitUsage);
   }
   std::cerr << fmt::format(
-      "{}: {} rows; t_s of probes is 0 at {} (--time-zero of diagnose); the robot's "
-      "moves between probes are not recorded (--order-unknown)\n",
+      "{}: {} rows; t_s of probes is 0 at {} (diagnose --time-zero); the robot's "
+      "moves between probes are not recorded (diagnose --order-unknown)\n",
       to_output ? "standard output" : options.file, exported.ids.size(),
       TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 
-/// Joints of unknown kind: values then keep the units of the file.
+/// Joints of unknown type; values are then in the units of the file.
 std::vector<Joint> JointsAsRecorded(int count) {
   return std::vector<Joint>(static_cast<std::size_t>(count));
 }
 
-/// Nothing for a row that never was in quarantine.
+/// Null for a row that was never in quarantine.
 const char* QuarantineText(JournalRow::Quarantine quarantine) {
   switch (quarantine) {
     case JournalRow::Quarantine::kNone:
@@ -271,7 +274,7 @@ int ListQuarantine(const JournalOptions& options) {
   const Result<std::int64_t> waiting = journal.value().Waiting();
   if (!waiting) return Fail(waiting.error(), kExitFault);
   if (*waiting == 0 && !options.json) {
-    std::cout << "no probe waits for a decision\n";
+    std::cout << "no probe is waiting for a decision\n";
     return kExitOk;
   }
   if (!options.json) std::cout << Header();
@@ -292,7 +295,7 @@ int Decide(const JournalOptions& options, bool accept) {
   const Result<std::int64_t> waiting = journal.value().Waiting();
   if (!waiting) return Fail(waiting.error(), kExitFault);
   std::cout << fmt::format(
-      "{} row{} {}, {} wait for a decision; a running daemon follows within some seconds\n",
+      "{} row{} {}, {} waiting for a decision; a running daemon updates within a few seconds\n",
       options.ids.size(), options.ids.size() == 1 ? "" : "s", accept ? "accepted" : "rejected",
       *waiting);
   return kExitOk;
@@ -312,18 +315,18 @@ void AddState(CLI::App& command, JournalOptions& options) {
 }
 
 void AddFilter(CLI::App& command, JournalOptions& options) {
-  command.add_option("--last", options.last, "Only that many rows, the newest")
-      ->check(WholeNumberWithin(1, kMostRows));
-  command.add_option("--after", options.after, "Only rows with a larger number");
-  command.add_option("--session", options.session, "Only rows of that session, in any boot");
-  command.add_option("--model", options.model_version, "Only rows predicted by that model version");
+  command.add_option("--last", options.last, "Only the newest N rows")
+      ->check(WholeNumberWithin(1, kMaxRows));
+  command.add_option("--after", options.after, "Only rows with a larger row number");
+  command.add_option("--session", options.session, "Only rows of this session, in any boot");
+  command.add_option("--model", options.model_version, "Only rows predicted by this model version");
 }
 
 }  // namespace
 
 void AddJournalCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<JournalOptions>();
-  CLI::App* journal = app.add_subcommand("journal", "Measured points: import, export, show");
+  CLI::App* journal = app.add_subcommand("journal", "Import, export and show measured points");
   journal->require_subcommand(1);
   journal->footer("The journal is the file journal.sqlite in the daemon's state_directory.");
   const auto add_to = [&](CLI::App& parent, const char* name, const char* what,
@@ -338,75 +341,77 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
                        const char* footer) { return add_to(*journal, name, what, run, footer); };
 
   CLI::App* import = add(
-      "import", "Takes a measured.csv into the journal, all rows or none", Import,
-      "Every row that cannot be read is told by line and reason.\n\n"
+      "import", "Import a measured.csv into the journal, all rows or none", Import,
+      "Every row that cannot be read is reported with its line and the reason.\n\n"
       "Example:\n  plumbline journal import measured.csv --cell cell.toml --state ./state\n\n"
-      "Exit codes: 0 imported, 1 faults in the input (nothing imported), 2 wrong arguments or a\n"
-      "journal that cannot be written.");
+      "Exit codes: 0 imported, 1 faults in the input (nothing was imported), 2 wrong arguments or "
+      "the\n"
+      "journal cannot be written.");
   import->add_option("measured", options->file, "MEASURED.csv")->required();
-  import->add_option("--cell", options->cell, "CELL.toml: how many joints, of what kind")
+  import->add_option("--cell", options->cell, "CELL.toml, for the number and types of joints")
       ->required();
-  import->add_flag("--skip-bad", options->skip_bad, "Leave out rows that cannot be read");
-  import->add_flag("--again", options->again, "Also if these rows were imported before");
-  import->add_flag("--json", options->json, "For programs");
+  import->add_flag("--skip-bad", options->skip_bad, "Skip rows that cannot be read");
+  import->add_flag("--again", options->again, "Import even if these rows were imported before");
+  import->add_flag("--json", options->json, "Print JSON");
 
   CLI::App* out = add(
-      "export", "Writes rows of the journal as measured.csv", Export,
-      "A column that only some of the rows have is left out, and that is told. So are probes in\n"
-      "quarantine, until they are accepted.\n\n"
+      "export", "Export rows of the journal as measured.csv", Export,
+      "A column that only some of the rows have is omitted, with a message. Probes in quarantine "
+      "are\n"
+      "omitted until they are accepted.\n\n"
       "Example:\n  plumbline journal export --cell cell.toml --last 200 --out measured.csv\n\n"
       "Exit codes: 0 written, 1 faults in the cell, no journal or no such rows, 2 wrong "
       "arguments or\n"
       "unwritable output.");
-  out->add_option("--cell", options->cell, "CELL.toml: how many joints, of what kind")->required();
-  out->add_option("--out", options->file, "The CSV file; - is standard output")->required();
+  out->add_option("--cell", options->cell, "CELL.toml, for the number and types of joints")
+      ->required();
+  out->add_option("--out", options->file, "CSV file to write; - is standard output")->required();
   AddFilter(*out, *options);
 
-  CLI::App* show =
-      add("show", "Prints rows", Show,
-          "Example:\n  plumbline journal show --last 20 --json\n\n"
-          "Exit codes: 0 shown, 1 no journal there or rows that cannot be read, 2 wrong "
-          "arguments.");
-  show->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
+  CLI::App* show = add("show", "Print rows of the journal", Show,
+                       "Example:\n  plumbline journal show --last 20 --json\n\n"
+                       "Exit codes: 0 printed, 1 no journal or rows that cannot be read, 2 wrong "
+                       "arguments.");
+  show->add_flag("--json", options->json, "Print one JSON object per line, in mm and degrees");
   AddFilter(*show, *options);
 
-  CLI::App* tail = add("tail", "Prints the newest rows, and each further one as it comes", Tail,
+  CLI::App* tail = add("tail", "Print the newest rows and follow new ones", Tail,
                        "Example:\n  plumbline journal tail\n\n"
-                       "Ends by Ctrl-C. Exit codes as `show`.");
-  tail->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
-  tail->add_flag("--once", options->once, "Without waiting for further rows");
+                       "Ctrl-C stops it. Exit codes as for `show`.");
+  tail->add_flag("--json", options->json, "Print one JSON object per line, in mm and degrees");
+  tail->add_flag("--once", options->once, "Do not wait for further rows");
   AddFilter(*tail, *options);
 
   CLI::App* quarantine = journal->add_subcommand(
-      "quarantine", "Probes that contradict the model: list them, accept or reject them");
+      "quarantine", "List, accept or reject probes that contradict the model");
   quarantine->require_subcommand(1);
   quarantine->footer(
-      "A probe farther from where the model has the tip than any plausible effect explains is "
-      "kept,\n"
-      "but neither forms a reference, nor is watched for drift, nor diagnosed, before it is\n"
-      "accepted.\n\n"
+      "A probe that deviates from the model by more than any plausible effect is recorded, but "
+      "not\n"
+      "used for the reference, drift detection or diagnosis until a person accepts it.\n\n"
       "Examples:\n  plumbline journal quarantine list\n"
       "  plumbline journal quarantine accept 812");
   CLI::App* list =
-      add_to(*quarantine, "list", "Prints the probes that wait for a decision", ListQuarantine,
-             "Example:\n  plumbline journal quarantine list\n\nExit codes as `show`.");
-  list->add_flag("--json", options->json, "One JSON object a line; mm and degrees");
+      add_to(*quarantine, "list", "List the probes that are waiting for a decision", ListQuarantine,
+             "Example:\n  plumbline journal quarantine list\n\nExit codes as for `show`.");
+  list->add_flag("--json", options->json, "Print one JSON object per line, in mm and degrees");
   AddFilter(*list, *options);
   const auto add_decision = [&](const char* name, const char* what,
                                 int (*run)(const JournalOptions&), const char* footer) {
     CLI::App* command = add_to(*quarantine, name, what, run, footer);
-    command->add_option("rows", options->ids, "Their numbers, as `list` prints them")
+    command->add_option("rows", options->ids, "Row numbers, as printed by `list`")
         ->required()
-        ->check(WholeNumberWithin(1, kMostRows));
+        ->check(WholeNumberWithin(1, kMaxRows));
   };
-  add_decision("accept", "Makes them measurements, each in its place in time", Accept,
-               "A running daemon has its drift monitor read the journal again.\n\n"
+  add_decision("accept", "Use these probes as measurements, at their place in time", Accept,
+               "The drift monitor of a running daemon then reads the journal again.\n\n"
                "Example:\n  plumbline journal quarantine accept 812 813\n\n"
-               "Exit codes: 0 accepted, 1 no journal, or a row that is not in quarantine (nothing\n"
-               "decided), 2 wrong arguments or a journal that cannot be written.");
-  add_decision("reject", "Leaves them out for good; they stay in the journal, marked", Reject,
+               "Exit codes: 0 accepted, 1 no journal, or a row is not in quarantine (nothing was\n"
+               "changed), 2 wrong arguments or the journal cannot be written.");
+  add_decision("reject", "Exclude these probes permanently; they remain in the journal, marked",
+               Reject,
                "Example:\n  plumbline journal quarantine reject 812 813\n\n"
-               "Exit codes as `accept`.");
+               "Exit codes as for `accept`.");
 }
 
 }  // namespace plumbline

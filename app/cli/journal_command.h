@@ -1,4 +1,4 @@
-// plumbline journal: measured points in, out and on the screen.
+// plumbline journal: import, export, display and quarantine of measured points.
 #pragma once
 
 namespace CLI {

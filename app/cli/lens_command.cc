@@ -32,12 +32,12 @@ struct LensListOptions {
   std::string StoreFile() const { return state + "/lenses.sqlite"; }
 };
 
-Result<std::vector<LensEntry>> KeptLenses(const LensListOptions& options) {
+Result<std::vector<LensEntry>> StoredLenses(const LensListOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.StoreFile(), unknown)) {
     return Error{
-        fmt::format("{}: no lens store there yet; a daemon with [camera] makes it, or give another "
-                    "--state",
+        fmt::format("{}: the lens store does not exist yet; a daemon with [camera] creates it. Or "
+                    "give another --state",
                     options.StoreFile())};
   }
   Result<LensStore> store = LensStore::OpenForReading(options.StoreFile());
@@ -63,68 +63,70 @@ std::string Line(const LensEntry& entry) {
 }
 
 int List(const LensListOptions& options) {
-  const auto lenses = KeptLenses(options);
+  const auto lenses = StoredLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
   std::cout << fmt::format("{:>5}  {:<20}  {:>7} {:>7}  {:>9} {:>8} {:>10} {:>6} {:>8}  {}\n",
-                           "lens", "time", "zoom", "focus", "fx px", "+-", "uncertain", "views",
+                           "lens", "time", "zoom", "focus", "fx px", "+-", "sd px", "views",
                            "temp.", "camera; mode, board");
   for (const LensEntry& entry : *lenses) std::cout << Line(entry);
   return kExitOk;
 }
 
-std::string Words(const LensEntry& kept, const LensCalibration& again) {
+std::string ComparisonText(const LensEntry& stored, const LensCalibration& solved) {
   const auto focal = [](const Lens& lens, double sd) {
     const int decimals = DecimalsFor({sd}, 2);
     return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
   };
-  std::string text = fmt::format("lens {} as it is kept: {}\n", kept.id,
-                                 focal(kept.lens, std::sqrt(kept.covariance(0, 0))));
-  if (again.lens.fx > 0) {
+  std::string text = fmt::format("lens {} as stored: {}\n", stored.id,
+                                 focal(stored.lens, std::sqrt(stored.covariance(0, 0))));
+  if (solved.lens.fx > 0) {
     text += fmt::format(
-        "solved again: {}, uncertain by {:.2g} px; it differs by {:.2g} px at "
-        "most over the image\n",
-        focal(again.lens, std::sqrt(again.covariance(0, 0))), again.uncertainty.max_px,
-        LargestDifference(again.lens, kept.lens, kept.size));
+        "solved again: {}, standard deviation of the projection {:.2g} px; differs from the stored "
+        "lens by at most {:.2g} px over the image\n",
+        focal(solved.lens, std::sqrt(solved.covariance(0, 0))), solved.uncertainty.max_px,
+        LargestDifference(solved.lens, stored.lens, stored.size));
   }
-  text += again.accepted ? "accepted\n" : "refused:\n";
-  for (const std::string& reason : again.reasons) text += "  " + reason + "\n";
+  text += solved.accepted ? "accepted\n" : "refused:\n";
+  for (const std::string& reason : solved.reasons) text += "  " + reason + "\n";
   return text;
 }
 
 int Solve(const LensListOptions& options) {
-  const auto lenses = KeptLenses(options);
+  const auto lenses = StoredLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
-  const auto kept = std::find_if(lenses->begin(), lenses->end(),
-                                 [&](const LensEntry& entry) { return entry.id == options.id; });
-  if (kept == lenses->end()) {
-    return Fail(fmt::format("{}: no lens {}; plumbline lens list shows which there are",
+  const auto stored = std::find_if(lenses->begin(), lenses->end(),
+                                   [&](const LensEntry& entry) { return entry.id == options.id; });
+  if (stored == lenses->end()) {
+    return Fail(fmt::format("{}: no lens {}; `plumbline lens list` lists the stored lenses",
                             options.StoreFile(), options.id),
                 kExitFault);
   }
-  if (kept->corners.empty()) {
-    return Fail(fmt::format("lens {} was kept without its views: show the board again", kept->id),
-                kExitFault);
+  if (stored->corners.empty()) {
+    return Fail(
+        fmt::format("lens {} was stored without its views; calibrate it again with the board",
+                    stored->id),
+        kExitFault);
   }
-  const auto stored = ViewsOfBytes(kept->corners);
-  if (!stored) {
-    return Fail(fmt::format("the views of lens {}: {}", kept->id, stored.error()), kExitFault);
+  const auto views = ViewsOfBytes(stored->corners);
+  if (!views) {
+    return Fail(fmt::format("the views of lens {}: {}", stored->id, views.error()), kExitFault);
   }
   if (!options.out.empty() && SameFile(options.out, options.StoreFile())) {
-    return Fail("plumbline lens solve: --json is the store itself; choose another file",
+    return Fail("plumbline lens solve: --json would overwrite the lens store; choose another file",
                 kExitUsage);
   }
-  CalibrationOptions judged;
-  judged.acceptable_px = options.acceptable_px;
-  if (options.distance_mm > 0) judged.distance_m = 1e-3 * options.distance_mm;
-  const LensCalibration again = CalibrateLens(stored->board, stored->views, kept->size, judged);
+  CalibrationOptions criteria;
+  criteria.acceptable_px = options.acceptable_px;
+  if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
+  const LensCalibration solved = CalibrateLens(views->board, views->views, stored->size, criteria);
   if (!options.out.empty()) {
-    if (const auto written = WriteTextFile(options.out, LensJson(again)); !written) {
+    if (const auto written = WriteTextFile(options.out, LensJson(solved)); !written) {
       return Fail(fmt::format("{}: cannot be written: {}; choose another --json", options.out,
                               written.error()),
                   kExitUsage);
     }
   }
-  std::cout << Words(*kept, again);
+  std::cout << ComparisonText(*stored, solved);
   return kExitOk;
 }
 
@@ -133,10 +135,10 @@ int Solve(const LensListOptions& options) {
 void AddLensCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<LensListOptions>();
   CLI::App* lens =
-      app.add_subcommand("lens", "Lenses that the daemon calibrated: list, solve again");
+      app.add_subcommand("lens", "List the lenses calibrated by the daemon, or solve one again");
   lens->require_subcommand(1);
   lens->footer(
-      "The store is the file lenses.sqlite in the daemon's state_directory; it is not changed.");
+      "Reads the file lenses.sqlite in the daemon's state_directory and does not change it.");
   const auto add = [&](const char* name, const char* what, int (*run)(const LensListOptions&),
                        const char* footer) {
     CLI::App* command = lens->add_subcommand(name, what);
@@ -146,22 +148,24 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
     command->callback([options, run, &exit_code] { exit_code = run(*options); });
     return command;
   };
-  add("list", "Prints all lenses, oldest first", List,
+  add("list", "List all lenses, oldest first", List,
       "Example:\n  plumbline lens list --state ./state\n\n"
-      "Exit codes: 0 listed, 1 no store there or one that cannot be read, 2 wrong arguments.");
+      "Exit codes: 0 listed, 1 the store does not exist or cannot be read, 2 wrong arguments.");
   CLI::App* solve =
-      add("solve", "Solves a lens again from the views that it was calibrated with", Solve,
+      add("solve", "Solve a lens again from the views that it was calibrated with", Solve,
           "Example:\n  plumbline lens solve 12 --json lens.json\n\n"
           "Exit codes: 0 solved (accepted or refused), 1 no such lens or no views, 2 wrong "
           "arguments or\nunwritable output.");
-  solve->add_option("lens", options->id, "Its number")->required();
-  solve->add_option("--json", options->out, "LENS.json to write, as calibrate-lens does");
+  solve->add_option("lens", options->id, "Number of the lens")->required();
+  solve->add_option("--json", options->out, "Write LENS.json, as calibrate-lens does");
   solve
       ->add_option("--acceptable-px", options->acceptable_px,
-                   "Largest uncertainty of the projection that is accepted")
+                   "Largest accepted standard deviation of the projection")
       ->capture_default_str()
       ->check(NumberWithin(0.001, 100));
-  solve->add_option("--distance-mm", options->distance_mm, "Judge it there; default: at infinity")
+  solve
+      ->add_option("--distance-mm", options->distance_mm,
+                   "Evaluate the projection at this distance instead of at infinity")
       ->check(NumberWithin(1, 1e6));
 }
 

@@ -1,4 +1,4 @@
-// plumbline lens: what the daemon's lens store holds, and a lens solved again from its views.
+// plumbline lens: lists the daemon's lens store and solves a lens again from its stored views.
 #pragma once
 
 namespace CLI {

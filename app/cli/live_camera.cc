@@ -16,7 +16,7 @@
 namespace plumbline {
 namespace {
 
-/// "1920x1080", or nothing.
+/// Parses "1920x1080"; nullopt if the text does not have this form.
 std::optional<ImageSize> SizeFromText(std::string_view text) {
   ImageSize size;
   const char* end = text.data() + text.size();
@@ -35,11 +35,11 @@ std::optional<ImageSize> SizeFromText(std::string_view text) {
 void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
   CLI::Option* camera = command.add_option(
       "--camera", options.camera,
-      "A camera, as plumbline cameras names it; or a recording: a folder of images, or a table "
-      "t_s,file (*.csv)");
+      "A camera, by the name that `plumbline cameras` prints, or a recording: a folder of images "
+      "or a table t_s,file (*.csv)");
   command
       .add_option("--size", options.size,
-                  "Its image size, WIDTHxHEIGHT; without it that of the lens")
+                  "Image size, WIDTHxHEIGHT; default: that of the lens calibration")
       ->needs(camera)
       ->check(CLI::Validator(
           [](const std::string& text) {
@@ -48,25 +48,26 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
           },
           ""));
   command
-      .add_option("--rate-hz", options.rate_hz, "Frames a second, at least; of a folder, exactly")
+      .add_option("--rate-hz", options.rate_hz,
+                  "Minimum frame rate; for a folder of images, the playback rate")
       ->needs(camera)
       ->capture_default_str()
       ->check(NumberWithin(0.01, 1000));
   command.add_option("--exposure-ms", options.exposure_ms, "Fixed exposure time")
       ->needs(camera)
       ->check(NumberWithin(0.001, 60000));
-  command.add_option("--gain", options.gain_counts, "Fixed gain, in the camera's counts")
+  command.add_option("--gain", options.gain_counts, "Fixed gain, in units of the camera")
       ->needs(camera)
       ->check(WholeNumberWithin(0, 1 << 24));
   command.add_option("--white-balance-K", options.white_balance_K, "Fixed white balance")
       ->needs(camera)
       ->check(NumberWithin(1000, 40000));
-  command.add_option("--focus", options.focus_counts, "Fixed focus, in the camera's counts")
+  command.add_option("--focus", options.focus_counts, "Fixed focus, in units of the camera")
       ->needs(camera)
       ->check(WholeNumberWithin(0, 1 << 24));
-  command.add_flag("--fast", options.fast, "A recording as fast as it can be worked on")
+  command.add_flag("--fast", options.fast, "Play a recording as fast as it can be processed")
       ->needs(camera);
-  command.add_flag("--repeat", options.repeat, "A recording again and again")->needs(camera);
+  command.add_flag("--repeat", options.repeat, "Play a recording in a loop")->needs(camera);
 }
 
 bool IsRecording(const std::string& camera) {

@@ -17,32 +17,36 @@
 namespace plumbline {
 namespace {
 
-constexpr double kTimeout_s = 0.2;       // so soon Ctrl-C is seen
-constexpr double kFirstFrame_s = 10;     // a camera that has sent none by then will send none
-constexpr std::size_t kMostTold = 1000;  // of different messages
+constexpr double kTimeout_s = 0.2;          // bounds the delay of Ctrl-C
+constexpr double kFirstFrame_s = 10;        // give up on a camera that has sent no frame by then
+constexpr std::size_t kMaxMessages = 1000;  // different messages
 
-/// Says each thing once, until it is forgotten.
-class Teller {
+/// Prints each message to standard error only once, until Reset().
+class MessagePrinter {
  public:
-  void Tell(const std::string& what) {
-    if (told_.size() < kMostTold && told_.insert(what).second) std::cerr << what << '\n';
+  void Print(const std::string& message) {
+    if (printed_.size() < kMaxMessages && printed_.insert(message).second) {
+      std::cerr << message << '\n';
+    }
   }
-  void Forget() { told_.clear(); }
+  void Reset() { printed_.clear(); }
 
  private:
-  std::set<std::string> told_;
+  std::set<std::string> printed_;
 };
 
-/// What is missing in a frame though the camera is well.
-void TellOf(const TrackedFrame& frame, Teller& teller) {
+/// Warns about tags that are missing in a frame although the camera works.
+void WarnAboutFrame(const TrackedFrame& frame, MessagePrinter& messages) {
   if (frame.limited) {
-    teller.Tell("more dark regions than are looked at; tags may be missing; try --threshold");
+    messages.Print(
+        "the image has too many dark regions to inspect all of them; tags may be missing; try "
+        "--threshold");
   }
   for (const SeenBody& body : frame.bodies) {
     for (const int id : body.left_out) {
-      teller.Tell(
-          fmt::format("tag {} of \"{}\" contradicts its other tags and is left out: moved, or "
-                      "wrong in --bodies",
+      messages.Print(
+          fmt::format("tag {} of \"{}\" contradicts the other tags of this body and is ignored: it "
+                      "has moved, or its position in --bodies is wrong",
                       id, body.body->name));
     }
   }
@@ -53,49 +57,50 @@ void TellOf(const TrackedFrame& frame, Teller& teller) {
 int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
               const LiveTrackOptions& options) {
   const Interruption interruption;
-  Teller teller;
+  MessagePrinter messages;
   CameraFrame frame;
-  const double began_s = MonotonicSeconds();
+  const double start_s = MonotonicSeconds();
   std::optional<double> first_s, lost_s;
   int tracked = 0;
-  while (!Interruption::Asked() && std::cout && (options.frames == 0 || tracked < options.frames)) {
+  while (!Interruption::Requested() && std::cout &&
+         (options.frames == 0 || tracked < options.frames)) {
     const CameraResult result = camera.Read(kTimeout_s, frame);
-    for (const std::string& remark : camera.TakeRemarks()) teller.Tell(remark);
+    for (const std::string& remark : camera.TakeRemarks()) messages.Print(remark);
     if (result == CameraResult::kEnded) break;
     if (result != CameraResult::kFrame) {
       const bool is_lost = result == CameraResult::kLost;
       const std::string problem(camera.problem());
-      if (is_lost || result == CameraResult::kUnusable) teller.Tell(problem);
-      if (MissingImageCodecs()) return kExitFault;  // as with every further image of the recording
+      if (is_lost || result == CameraResult::kUnusable) messages.Print(problem);
+      if (MissingImageCodecs()) return kExitFault;  // the remaining images would fail too
       if (is_lost && !lost_s) lost_s = MonotonicSeconds();
       if (first_s || options.recording) {
         if (result == CameraResult::kWaiting) SleepSeconds(kTimeout_s);
         continue;
       }
       if (is_lost) return kExitFault;
-      if (MonotonicSeconds() - began_s > kFirstFrame_s) {
+      if (MonotonicSeconds() - start_s > kFirstFrame_s) {
         std::cerr << problem << '\n';
         return kExitFault;
       }
       continue;
     }
     if (lost_s) {
-      std::cerr << fmt::format("the camera is back after {:.1f} s\n", MonotonicSeconds() - *lost_s);
+      std::cerr << fmt::format("camera restored after {:.1f} s\n", MonotonicSeconds() - *lost_s);
       lost_s.reset();
-      teller.Forget();
+      messages.Reset();
       tracker.Forget();
     }
     if (frame.luma.size() != lens.size) {
       std::cerr << fmt::format(
-          "{}: its frames have {} x {} pixels, the lens of {} was calibrated at {} x {}; use the "
-          "mode of the calibration, or calibrate in this one\n",
+          "{}: the frames have {} x {} pixels, but the lens in {} was calibrated at {} x {}; use "
+          "the mode of the calibration, or calibrate in this mode\n",
           camera.identity().mode, frame.luma.width, frame.luma.height, options.lens_name,
           lens.size.width, lens.size.height);
       return kExitFault;
     }
     if (!first_s) first_s = frame.time_s;
     const TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &lens);
-    TellOf(seen, teller);
+    WarnAboutFrame(seen, messages);
     const double t_s = frame.time_s - *first_s;
     if (options.json) {
       std::cout << TrackJsonLine(seen, t_s, frame.sequence);
@@ -105,8 +110,8 @@ int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
     std::cout << std::flush;
     ++tracked;
   }
-  if (tracked > 0 || Interruption::Asked() || !std::cout) return kExitOk;
-  std::cerr << "no frame could be used\n";
+  if (tracked > 0 || Interruption::Requested() || !std::cout) return kExitOk;
+  std::cerr << "no usable frame was received\n";
   return kExitFault;
 }
 

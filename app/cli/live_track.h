@@ -1,4 +1,4 @@
-// Tags and bodies in the frames of a camera, one after the other.
+// Tracking of tags and bodies in a camera stream, printed to standard output.
 #pragma once
 
 #include <string>
@@ -11,13 +11,14 @@ namespace plumbline {
 
 struct LiveTrackOptions {
   std::string lens_name;   ///< for messages
-  int frames = 0;          ///< so many; 0: until the recording ends, or Ctrl-C
-  bool json = false;       ///< a line of JSON for each frame; else a table
-  bool recording = false;  ///< a camera that is not there at the beginning is waited for
+  int frames = 0;          ///< number of frames to track; 0: until the recording ends or Ctrl-C
+  bool json = false;       ///< print one line of JSON per frame instead of text
+  bool recording = false;  ///< the camera is a recording; do not give up if no frame arrives
 };
 
-/// Writes what is tracked to standard output, and once what goes wrong to standard error. Ctrl-C
-/// ends it after the frame in work. @return the exit code
+/// Prints the tracked tags and bodies to standard output, and each problem once to standard error.
+/// Ctrl-C stops it after the current frame.
+/// @return the exit code
 int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
               const LiveTrackOptions& options);
 

@@ -33,7 +33,7 @@ struct LogOptions {
   bool events = false, tables = false, catalogue = false;
 };
 
-/// "15m", "2h", "3d", "90s" before now, or a time in UTC.
+/// UTC [s] of "15m", "2h", "3d" or "90s" ago, or of a UTC timestamp; nullopt for any other text.
 std::optional<double> SinceFromText(const std::string& text) {
   if (const auto utc_s = UtcFromText(text)) return utc_s;
   if (text.size() < 2) return {};
@@ -76,18 +76,18 @@ std::string KeptJson(const KeptEntry& entry) {
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-/// Of one who may not read the journal, it has no entries.
-constexpr const char* kNothingKept =
-    "the journal has no such entry of plumblined that you may read: a member of the group "
-    "systemd-journal may read all (sudo plumbline log); a daemon that was not started by systemd "
-    "logs on its standard error\n";
+/// To a user without permission the journal appears empty.
+constexpr const char* kNoEntries =
+    "the journal has no matching entry that you may read. Reading all entries requires root (sudo "
+    "plumbline log) or membership of the group systemd-journal. A daemon that was not started by "
+    "systemd logs to its standard error instead\n";
 
 int PrintJournal(const LogOptions& options) {
   const Interruption interruption;
   Result<JournalReader> reader = JournalReader::Open(options.query);
   if (!reader) return Fail(reader.error());
   bool any = false;
-  while (!Interruption::Asked()) {
+  while (!Interruption::Requested()) {
     const auto entry = reader.value().Next();
     if (entry) {
       any = true;
@@ -99,7 +99,7 @@ int PrintJournal(const LogOptions& options) {
     if (!std::cout) break;
     reader.value().Wait(kFollowWait_s);
   }
-  if (!any && !options.follow) std::cerr << kNothingKept;
+  if (!any && !options.follow) std::cerr << kNoEntries;
   return kExitOk;
 }
 
@@ -132,7 +132,7 @@ int PrintEvents(const LogOptions& options) {
 
 int RunLog(LogOptions options) {
   if (!options.query.event.empty() && FindEvent(options.query.event) == nullptr) {
-    return Fail(fmt::format("plumbline log: no event \"{}\"; plumbline log --events lists them",
+    return Fail(fmt::format("plumbline log: no event \"{}\"; `plumbline log --events` lists all",
                             options.query.event),
                 kExitUsage);
   }
@@ -141,7 +141,7 @@ int RunLog(LogOptions options) {
     options.query.since_utc_s = SinceFromText(options.since);
     if (!options.query.since_utc_s) {
       return Fail(
-          fmt::format("plumbline log: --since {}: neither a while such as 15m, 2h, 3d nor a "
+          fmt::format("plumbline log: --since {}: is neither a duration such as 15m, 2h, 3d nor a "
                       "time such as 2026-11-21T07:30:00Z",
                       options.since),
           kExitUsage);
@@ -155,28 +155,30 @@ int RunLog(LogOptions options) {
 
 void AddLogCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<LogOptions>();
-  CLI::App* log = app.add_subcommand("log", "What happened: the daemon's and the monitor's log");
-  log->add_option("-n,--last", options->query.last, "At most so many entries, the newest")
+  CLI::App* log = app.add_subcommand("log", "Show the log of the daemon and the display");
+  log->add_option("-n,--last", options->query.last, "Show at most the newest N entries")
       ->capture_default_str()
       ->check(WholeNumberWithin(1, 1000000));
-  log->add_option("--since", options->since, "From then on: 90s, 15m, 2h, 3d ago, or a UTC time");
-  log->add_option("--level", options->level, "This level and graver ones")
+  log->add_option("--since", options->since,
+                  "Show entries since 90s, 15m, 2h, 3d ago, or since a UTC time");
+  log->add_option("--level", options->level, "Show entries of this level and more severe ones")
       ->check(CLI::IsMember({"error", "warning", "notice", "info"}));
-  log->add_option("--event", options->query.event, "Of this event alone");
-  log->add_flag("-f,--follow", options->follow, "Goes on until Ctrl-C");
-  log->add_flag("-x,--explain", options->explain, "Under each what it means and what to do");
-  log->add_flag("--json", options->json, "A JSON object a line, with the values");
+  log->add_option("--event", options->query.event, "Show only this event");
+  log->add_flag("-f,--follow", options->follow, "Follow new entries until Ctrl-C");
+  log->add_flag("-x,--explain", options->explain, "Explain what each entry means and what to do");
+  log->add_flag("--json", options->json, "Print one JSON object per line, with all fields");
   log->add_flag("--events", options->events,
-                "Lists what can happen instead; with --event that one, explained");
+                "List all events that exist; with --event, explain that one");
   log->add_option("--directory", options->query.directory,
-                  "Journal files of another computer, in place of this one's journal");
-  log->add_flag("--tables", options->tables, "The manual's tables of events")->group("");
-  log->add_flag("--catalogue", options->catalogue, "The catalogue for journalctl")->group("");
+                  "Read journal files from this directory, e.g. of another computer");
+  log->add_flag("--tables", options->tables, "Event tables for the manual")->group("");
+  log->add_flag("--catalogue", options->catalogue, "Message catalogue for journalctl")->group("");
   log->footer(
       "Examples:\n  plumbline log --since 2h --level warning --explain\n"
       "  plumbline log --event robot-link-lost --json\n"
       "  plumbline log --events --event drift-alarm\n\n"
-      "Exit codes: 0 printed (also where nothing is kept, which is told), 1 the journal cannot be\n"
+      "Exit codes: 0 success (also without matching entries, with a message), 1 the journal cannot "
+      "be\n"
       "read, 2 wrong arguments.");
   log->callback([options, &exit_code] { exit_code = RunLog(*options); });
 }

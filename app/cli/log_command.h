@@ -1,4 +1,4 @@
-// plumbline log: what happened, and what to do about it.
+// plumbline log: prints the log of the daemon and the display, and the event catalogue.
 #pragma once
 
 namespace CLI {

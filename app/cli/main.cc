@@ -1,4 +1,4 @@
-// plumbline: the command line.
+// plumbline: the command line program.
 #include <glog/logging.h>
 
 #include <CLI/CLI.hpp>
@@ -32,7 +32,7 @@
 
 namespace {
 
-/// Replaces `from`, which must stand in the text once; else the text stays as it is.
+/// Replaces the first occurrence of `from`. @return false if there is none
 bool Replace(std::string& text, std::string_view from, std::string_view to) {
   const auto at = text.find(from);
   if (at == std::string::npos) return false;
@@ -40,25 +40,25 @@ bool Replace(std::string& text, std::string_view from, std::string_view to) {
   return true;
 }
 
-/// The parser's words in those of this program; what is not known of them stays.
-std::string Plain(std::string what) {
+/// Rewords an error message of the CLI11 parser; messages that are not recognised stay unchanged.
+std::string Reworded(std::string what) {
   const std::string_view unexpected = "The following argument";
   if (what == "A subcommand is required") return "the command is missing";
   if (what.rfind(unexpected, 0) == 0) {
     const auto colon = what.find(": ");
     if (colon == std::string::npos) return what;
     const std::string names = what.substr(colon + 2);
-    return names + (what[unexpected.size()] == 's' ? " are" : " is") + " not known here";
+    return names + (what[unexpected.size()] == 's' ? " are" : " is") + " not a known argument";
   }
   if (what.rfind("Could not convert: ", 0) == 0) {  // --after = x
     what.erase(0, what.find(": ") + 2);
     Replace(what, " = ", ": ");
     return what + " is not a number";
   }
-  if (Replace(what, " is required", " is missing") || Replace(what, " requires ", " needs ")) {
+  if (Replace(what, " is required", " is missing") || what.find(" requires ") != what.npos) {
     return what;
   }
-  if (Replace(what, " excludes ", " and ")) return what + " exclude each other";
+  if (Replace(what, " excludes ", " and ")) return what + " cannot be combined";
   const auto value = what.find(": ");
   if (value != std::string::npos && what.find("required", value) != std::string::npos &&
       what.rfind(" missing") == what.size() - 8) {  // --port: 1 required INT missing
@@ -69,14 +69,14 @@ std::string Plain(std::string what) {
     for (const char c : what.substr(list + 9, what.size() - list - 10)) {
       words += c == ',' ? std::string(", ") : std::string(1, c);
     }
-    return what.substr(0, list) + " is none of " + words;
+    return what.substr(0, list) + " is not one of " + words;
   }
   return what;
 }
 
-/// One line of what is wrong, and where the help is.
+/// One-line message of a usage error that refers to the help of the command.
 std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
-  std::string command = "plumbline", what = Plain(error.what());
+  std::string command = "plumbline", what = Reworded(error.what());
   for (auto given = app->get_subcommands(); !given.empty(); given = app->get_subcommands()) {
     app = given.front();
     command += " " + app->get_name();
@@ -88,7 +88,8 @@ std::string UsageFault(const CLI::App* app, const CLI::Error& error) {
   return command + ": " + what + "; see " + command + " --help\n";
 }
 
-/// `plumbline help COMMAND` is `plumbline COMMAND --help`. The parser takes the words in reverse.
+/// Command line words in reverse order, as CLI11 expects them. `plumbline help COMMAND` becomes
+/// `plumbline COMMAND --help`.
 std::vector<std::string> WordsOf(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   if (!words.empty() && words.front() == "help") {
@@ -116,8 +117,8 @@ int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
 
 int main(int argc, char** argv) {
   using namespace plumbline;
-  OccupyClosedOutputs();
-  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres: what its failures mean is reported here
+  ReserveClosedOutputs();
+  FLAGS_minloglevel = google::GLOG_FATAL;  // failures of Ceres are reported by the commands
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   app.require_subcommand(1);
@@ -145,5 +146,5 @@ int main(int argc, char** argv) {
   AddBoardWorkerCommand(app, exit_code);
   AddCompletionCommand(app, exit_code);
   const int code = RunCommand(app, argc, argv, exit_code);
-  return StandardOutputArrived() ? code : kExitUsage;
+  return FlushStandardOutput() ? code : kExitUsage;
 }

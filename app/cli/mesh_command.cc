@@ -28,7 +28,7 @@ int RunMeshCheck(const MeshOptions& options) {
   if (!options.unit.empty()) {
     const auto known = MetresOfUnit(options.unit);
     if (!known) {
-      std::cerr << fmt::format("plumbline mesh check: --unit: {} is none of {}\n", options.unit,
+      std::cerr << fmt::format("plumbline mesh check: --unit: {} is not one of {}\n", options.unit,
                                kMeshUnits);
       return kExitUsage;
     }
@@ -52,29 +52,30 @@ int RunMeshCheck(const MeshOptions& options) {
 
 void AddMeshCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MeshOptions>();
-  CLI::App* mesh = app.add_subcommand("mesh", "Mesh files of the overlay's objects");
+  CLI::App* mesh = app.add_subcommand("mesh", "Check mesh files for the overlay's objects");
   mesh->require_subcommand(1);
   CLI::App* command =
-      mesh->add_subcommand("check", "What is in a mesh file, and whether it serves");
+      mesh->add_subcommand("check", "Show what a mesh file contains and whether it is usable");
   command->add_option("file", options->file, fmt::format("One of {}", kMeshFormats))->required();
   command->add_option("--unit", options->unit,
-                      fmt::format("What 1 in the file stands for: {}", kMeshUnits));
+                      fmt::format("Length unit of the file: {}", kMeshUnits));
   command
       ->add_option("--max-triangles", options->limits.triangles,
-                   "Refuse a file with more; the overlay's own limit is the most")
+                   "Refuse a file with more triangles; at most the overlay's own limit")
       ->check(WholeNumberWithin(1, static_cast<std::int64_t>(MeshLimits{}.triangles)))
       ->capture_default_str();
-  command->add_flag("--json", options->json, "Answer as JSON on standard output");
+  command->add_flag("--json", options->json, "Print JSON");
   command->footer(fmt::format(
-      "The file is read by a process of its own (plumbline-mesh) that can open nothing else, "
-      "within\n"
-      "{} MiB of memory, {} s of processor time and {:g} s in all. The limits are the overlay's: "
-      "{}\n"
-      "triangles and {} MiB of file; a file that passes here is shown there. The unit is never\n"
-      "guessed.\n\n"
+      "The file is read by a separate process (plumbline-mesh) that cannot open anything else, "
+      "with\n"
+      "at most {} MiB of memory, {} s of processor time and {:g} s in total. The limits are those "
+      "of\n"
+      "the overlay: {} triangles and {} MiB of file size; a file that passes here can be shown "
+      "there.\n"
+      "The unit is never guessed.\n\n"
       "Examples:\n  plumbline mesh check gripper.stl --unit mm\n"
       "  plumbline mesh check module.wrl --unit m --json\n\n"
-      "Exit codes: 0 it serves (warnings may remain), 1 it is refused, 2 wrong arguments.",
+      "Exit codes: 0 usable (there may be warnings), 1 refused, 2 wrong arguments.",
       options->limits.memory_bytes >> 20, options->limits.cpu_s, options->limits.wall_s,
       options->limits.triangles, options->limits.file_bytes >> 20));
   command->callback([options, &exit_code] { exit_code = RunMeshCheck(*options); });

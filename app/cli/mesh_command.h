@@ -1,4 +1,4 @@
-// plumbline mesh: what is in a mesh file.
+// plumbline mesh: checks mesh files for the overlay.
 #pragma once
 
 namespace CLI {

@@ -32,7 +32,7 @@ struct ModelOptions {
   bool json = false, force = false;
 };
 
-/// Says on the error output whom a writer waits for.
+/// Opens the store; while waiting for its lock, prints who holds it to standard error.
 Result<ModelStore> OpenReporting(const std::string& state_directory) {
   Result<ModelStore> store = ModelStore::Open(state_directory);
   if (!store) return store;
@@ -40,22 +40,22 @@ Result<ModelStore> OpenReporting(const std::string& state_directory) {
   return store;
 }
 
-/// The store of an existing state directory: reading must not make one.
+/// Opens the store of an existing state directory; does not create one.
 Result<ModelStore> ExistingStore(const ModelOptions& options) {
   if (!std::filesystem::exists(options.state + "/models")) {
     return Error{
-        fmt::format("{}/models: no models there yet; the daemon makes it at its first "
-                    "start, or give another --state",
+        fmt::format("{}/models: the model store does not exist yet; the daemon creates it at its "
+                    "first start. Or give another --state",
                     options.state)};
   }
   return OpenReporting(options.state);
 }
 
-/// Tells it where there is no such version.
+/// Prints an error if there is no such version.
 bool Exists(const ModelStore& store, int number) {
   std::error_code unknown;
   if (std::filesystem::exists(store.ModelFile(number), unknown)) return true;
-  std::cerr << fmt::format("no version {}; `plumbline model list` tells which there are\n", number);
+  std::cerr << fmt::format("no version {}; `plumbline model list` lists all versions\n", number);
   return false;
 }
 
@@ -84,7 +84,7 @@ nlohmann::json AsJson(const ModelVersion& version, const ModelState& state) {
   return json;
 }
 
-/// Why an applied version is not in force: the paragraph, then every key that changed.
+/// Explains why an applied version is not in force, and lists the keys that changed.
 void PrintSetAside(const ModelState& state, const std::string& state_directory) {
   if (!state.set_aside) return;
   std::cout << '\n' << SetAsideText(state, state_directory) << '\n';
@@ -97,8 +97,7 @@ int List(const ModelOptions& options) {
   const Result<ModelState> known = store->State();
   const auto versions = store->Versions();
   if (!versions) return Fail(versions.error(), kExitFault);
-  // Where the state cannot be read, a person chooses among the versions: they are listed all the
-  // same, unmarked.
+  // If the state cannot be read, a person must choose a version: list them anyway, without marks.
   const ModelState state = known ? *known : ModelState{};
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
@@ -150,18 +149,19 @@ int Show(const ModelOptions& options) {
                              Millimetres(facts->rms_after_mm));
   }
   for (const std::string& implausible : facts->implausible) {
-    std::cout << "# implausible on a sound machine: " << implausible << '\n';
+    std::cout << "# implausible for a healthy machine: " << implausible << '\n';
   }
   if (facts->discrepancy_share) {
-    std::cout << fmt::format("# {:.0f} % of the correction has no name\n",
+    std::cout << fmt::format("# {:.0f} % of the correction is from the discrepancy model\n",
                              100 * *facts->discrepancy_share);
   }
   if (facts->change_mm) {
-    std::cout << fmt::format("# changes the predicted tip by up to {:.3f} mm\n", *facts->change_mm);
+    std::cout << fmt::format("# moves the predicted tip by up to {:.3f} mm\n", *facts->change_mm);
   }
   if (facts->points_change_mm) {
-    std::cout << fmt::format("# moved the configured points by up to {:.3f} mm when it was found\n",
-                             *facts->points_change_mm);
+    std::cout << fmt::format(
+        "# moved the configured points by up to {:.3f} mm when it was fitted\n",
+        *facts->points_change_mm);
   }
   if (!facts->report.empty()) {
     std::cout << fmt::format("# report: {}\n", store->ReportFile(number));
@@ -170,7 +170,7 @@ int Show(const ModelOptions& options) {
   return kExitOk;
 }
 
-/// The model in force; nothing where there is none yet, or it cannot be read.
+/// The model in force; nullopt if there is none yet or it cannot be read.
 std::optional<CellModel> ModelInForce(const ModelStore& store) {
   const Result<ModelState> state = store.State();
   if (!state || state->applied == 0) return std::nullopt;
@@ -179,21 +179,23 @@ std::optional<CellModel> ModelInForce(const ModelStore& store) {
   return text ? CellFromText(*text, store.ModelFile(state->applied), ignored) : std::nullopt;
 }
 
-/// Prints how far a model is from the one in force. @return false where it may not follow it: it is
-/// another arm's, or the configuration that was given cannot be used
-bool MayFollow(const ModelOptions& options, const ModelStore& store, const CellModel& cell) {
+/// Prints how far a model moves the points compared with the model in force.
+/// @return false if it must not replace the model in force: it describes another arm, or the given
+///         configuration cannot be used
+bool MayReplaceModelInForce(const ModelOptions& options, const ModelStore& store,
+                            const CellModel& cell) {
   const std::optional<CellModel> in_force = ModelInForce(store);
   if (!in_force) {
-    std::cerr << "by how much points move is not known: no model is known to be in force\n";
+    std::cerr << "how far the points move is unknown: there is no model in force to compare with\n";
     return true;
   }
   if (const auto why = WhyAnotherArm(*in_force, cell)) {
-    std::cerr << fmt::format("{}this is another arm's cell: {}{}\n",
+    std::cerr << fmt::format("{}this cell describes another arm: {}{}\n",
                              options.force ? "warning: " : "", *why,
-                             options.force ? "" : "; --force takes it all the same");
+                             options.force ? "" : "; use --force to accept it anyway");
     return options.force;
   }
-  const Result<std::string> moves = MovesText(options.state, options.config, *in_force, cell);
+  const Result<std::string> moves = PointMovesText(options.state, options.config, *in_force, cell);
   std::cerr << (moves ? *moves : moves.error() + "\n");
   return moves.ok();
 }
@@ -227,14 +229,15 @@ int Propose(const ModelOptions& options) {
   }
   facts.from = options.file;
   if (!std::filesystem::is_directory(options.state)) {
-    return Fail(fmt::format("{}: no such state directory; give the daemon's by --state, or make it "
-                            "first",
-                            options.state),
-                kExitUsage);
+    return Fail(
+        fmt::format("{}: no such state directory; give the daemon's with --state, or create "
+                    "it first",
+                    options.state),
+        kExitUsage);
   }
   Result<ModelStore> store = OpenReporting(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
-  if (!MayFollow(options, *store, *cell)) return Fail("not proposed", kExitFault);
+  if (!MayReplaceModelInForce(options, *store, *cell)) return Fail("not proposed", kExitFault);
   const Result<int> number = store.value().Propose(*text, facts, options.report);
   if (!number) return Fail(number.error(), kExitUsage);
   std::cout << fmt::format("version {} proposed; {} puts it in force\n", *number,
@@ -245,15 +248,15 @@ int Propose(const ModelOptions& options) {
 int NotifyAndReport(const ModelOptions& options, int number) {
   const Result<Notified> notified = NotifyDaemon(options.state);
   if (!notified) {
-    return Fail(fmt::format("version {} is applied, but {}; send it SIGHUP, or restart it", number,
-                            notified.error()),
+    return Fail(fmt::format("version {} is applied, but {}; send the daemon SIGHUP, or restart it",
+                            number, notified.error()),
                 kExitUsage);
   }
   std::cout << fmt::format("version {} is applied{}\n", number,
                            *notified == Notified::kYes
-                               ? "; the daemon was asked to take it up (`plumbline status` shows "
-                                 "the model in force)"
-                               : ": in force from the daemon's next start (none runs)");
+                               ? "; the running daemon was notified to load it (`plumbline status` "
+                                 "shows the model in force)"
+                               : "; no daemon is running, so it takes effect at the next start");
   return kExitOk;
 }
 
@@ -275,7 +278,7 @@ int ApplyVersion(const ModelOptions& options, int number) {
   if (const auto why_not = WhyNotUsable(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
   }
-  if (!MayFollow(options, *store, *cell)) {
+  if (!MayReplaceModelInForce(options, *store, *cell)) {
     return Fail(fmt::format("version {} not applied", number), kExitFault);
   }
   const Result<void> applied = store.value().Apply(number);
@@ -296,11 +299,12 @@ int RollBack(const ModelOptions& options) {
   const std::vector<int>& history = state->history;
   const int before = history.size() < 2 ? 0 : history[history.size() - 2];
   const Result<std::string> text = before == 0 ? Error{""} : store->Text(before);
-  FaultList ignored;  // a version that was in force, and may be left for another one
+  FaultList ignored;  // rolling back must be possible even if the present version has faults
   const auto cell = text ? CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
   const auto in_force = ModelInForce(*store);
   if (cell && in_force && !WhyAnotherArm(*in_force, *cell)) {
-    const Result<std::string> moves = MovesText(options.state, options.config, *in_force, *cell);
+    const Result<std::string> moves =
+        PointMovesText(options.state, options.config, *in_force, *cell);
     if (!moves) return Fail(moves.error(), kExitFault);
     std::cerr << *moves;
   }
@@ -313,16 +317,15 @@ int RollBack(const ModelOptions& options) {
 
 void AddModelCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ModelOptions>();
-  CLI::App* model =
-      app.add_subcommand("model", "Versions of the cell's model, and which one is in force");
+  CLI::App* model = app.add_subcommand("model", "Manage the versions of the cell's model");
   model->require_subcommand(1);
   model->footer(
-      "Every version is kept in the folder `models` of the daemon's state_directory. A running\n"
-      "daemon takes a change over between two cycles.");
+      "All versions are stored in the folder `models` of the daemon's state_directory. A running\n"
+      "daemon switches to another version between two cycles.");
   const auto add_config = [&](CLI::App* command) {
     command->add_option("--config", options->config,
-                        "The daemon's plumbline.toml, whose points are compared; default: the one "
-                        "that the\ndaemon noted in its state directory");
+                        "plumbline.toml whose points are compared; default: the one that the "
+                        "daemon\nrecorded in its state directory");
   };
   const auto add = [&](const char* name, const char* what, int (*run)(const ModelOptions&),
                        const char* footer) {
@@ -333,52 +336,53 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
     command->callback([options, run, &exit_code] { exit_code = run(*options); });
     return command;
   };
-  CLI::App* list = add(
-      "list", "All versions", List,
-      "Errors are root mean squares on rows that took no part in the fit. Below the table: "
-      "why an\napplied version is not in force, where an edit of the cell file set it aside.\n\n"
-      "Example:\n  plumbline model list\n\n"
-      "Exit codes: 0 listed, 1 no store there or a damaged one, 2 wrong arguments.");
-  list->add_flag("--json", options->json, "For programs");
+  CLI::App* list =
+      add("list", "List all versions", List,
+          "Errors are root mean squares on held-out rows. If an edit of the cell file has set the "
+          "applied\nversion aside, the reason is printed below the table.\n\n"
+          "Example:\n  plumbline model list\n\n"
+          "Exit codes: 0 listed, 1 the store does not exist or is damaged, 2 wrong arguments.");
+  list->add_flag("--json", options->json, "Print JSON");
 
-  CLI::App* show =
-      add("show", "One version: where it came from, and its cell.toml", Show,
-          "Example:\n  plumbline model show 3 > cell.toml\n\n"
-          "Exit codes: 0 shown, 1 no store or no such version there, 2 wrong arguments.");
-  show->add_option("version", options->number, "Its number; default: the one in force");
-  show->add_flag("--json", options->json, "Its facts, for programs");
+  CLI::App* show = add("show", "Print one version: its origin and its cell.toml", Show,
+                       "Example:\n  plumbline model show 3 > cell.toml\n\n"
+                       "Exit codes: 0 printed, 1 no store or no such version, 2 wrong arguments.");
+  show->add_option("version", options->number, "Version number; default: the one in force");
+  show->add_flag("--json", options->json, "Print its metadata as JSON");
 
   CLI::App* propose =
-      add("propose", "Keeps a cell.toml as a new version, to be applied by a person", Propose,
+      add("propose", "Store a cell.toml as a new version, to be applied by a person", Propose,
           "Example:\n  plumbline model propose corrected.toml --diagnosis diagnosis.json\n\n"
-          "Exit codes: 0 kept, 1 faults in the input or a file that cannot be read, 2 wrong "
+          "Exit codes: 0 stored, 1 faults in the input or a file that cannot be read, 2 wrong "
           "arguments,\n"
-          "or it cannot be kept.");
+          "or it cannot be stored.");
   propose->add_option("model", options->file, "CELL.toml")->required();
-  propose->add_option("--diagnosis", options->diagnosis, "The DIAGNOSIS.json it came with");
-  propose->add_option("--report", options->report, "Its report, kept beside it");
-  propose->add_flag("--force", options->force, "Even if it is another arm's");
+  propose->add_option("--diagnosis", options->diagnosis, "DIAGNOSIS.json of the same diagnosis");
+  propose->add_option("--report", options->report, "Report of the same diagnosis, stored with it");
+  propose->add_flag("--force", options->force, "Accept a cell that describes another arm");
   add_config(propose);
 
-  CLI::App* apply = add("apply", "Puts a version in force", Apply,
-                        "Tells on the error output where the corrected command of each configured "
-                        "point is now\nand will be, with its load. Writes a damaged state.json "
-                        "anew. The declared version,\napplied, confirms an edited cell file where "
-                        "a model was set aside for it.\n\n"
-                        "Example:\n  plumbline model apply 4\n\n"
-                        "Exit codes: 0 in force, 1 no such version or a faulty one, 2 not chosen, "
-                        "or the daemon\ncould not be told.");
-  apply->add_option("version", options->number, "Its number")->required();
-  apply->add_flag("--force", options->force, "Even if it is another arm's");
+  CLI::App* apply =
+      add("apply", "Put a version in force", Apply,
+          "Prints to standard error how the corrected command of each configured "
+          "point changes,\nunder its load. Replaces a damaged state.json. If a model "
+          "was set aside because the\ncell file was edited, applying the declared "
+          "version confirms the edit.\n\n"
+          "Example:\n  plumbline model apply 4\n\n"
+          "Exit codes: 0 in force, 1 no such version or it has faults, 2 it could not "
+          "be applied, or\nthe daemon could not be notified.");
+  apply->add_option("version", options->number, "Version number")->required();
+  apply->add_flag("--force", options->force, "Accept a cell that describes another arm");
   add_config(apply);
 
   CLI::App* rollback = add(
-      "rollback", "Puts the version in force that was so before", RollBack,
+      "rollback", "Put the previous version in force again", RollBack,
       "Example:\n  plumbline model rollback\n\n"
-      "Exit codes: 0 in force, 1 there is none before, 2 not chosen, or the daemon could not be "
-      "told.");
-  rollback->add_option("--to", options->number, "This version instead");
-  rollback->add_flag("--force", options->force, "Even if that is another arm's");
+      "Exit codes: 0 in force, 1 there is no previous version, 2 it could not be applied, or the "
+      "daemon\n"
+      "could not be notified.");
+  rollback->add_option("--to", options->number, "Roll back to this version");
+  rollback->add_flag("--force", options->force, "Accept a cell that describes another arm");
   add_config(rollback);
 }
 

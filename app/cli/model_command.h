@@ -1,4 +1,4 @@
-// plumbline model: versions of the cell's model; which one is in force.
+// plumbline model: lists, proposes, applies and rolls back versions of the cell's model.
 #pragma once
 
 namespace CLI {

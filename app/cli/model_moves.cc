@@ -16,15 +16,15 @@
 namespace plumbline {
 namespace {
 
-/// What can be said without the points.
+/// Report for the case that the configured points are unknown.
 std::string UnloadedTipText(const CellModel& in_force, const CellModel& next,
                             const std::string& why) {
   const auto change_m = LargestChange(in_force, next, PosesWithinLimits(in_force));
   return fmt::format(
-      "{}{}: by how much its points move, with their loads, is not known\n",
+      "{}{}; how far its points move under load is unknown\n",
       change_m
-          ? fmt::format("within the joint limits and with nothing carried it moves the tip by up "
-                        "to {:.3f} mm from the model in force. ",
+          ? fmt::format("without payload and within the joint limits, it moves the tip by up to "
+                        "{:.3f} mm compared with the model in force. ",
                         1e3 * *change_m)
           : "",
       why);
@@ -37,15 +37,16 @@ bool SameFolder(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-Result<std::string> MovesText(const std::string& state_directory, const std::string& config_file,
-                              const CellModel& in_force, const CellModel& next) {
+Result<std::string> PointMovesText(const std::string& state_directory,
+                                   const std::string& config_file, const CellModel& in_force,
+                                   const CellModel& next) {
   const bool given = !config_file.empty();
   const std::optional<std::string> file =
       given ? std::optional(config_file) : NotedConfiguration(state_directory);
   if (!file) {
     return UnloadedTipText(in_force, next,
-                           fmt::format("No daemon has noted its configuration in {}; give it by "
-                                       "--config",
+                           fmt::format("No daemon has recorded its configuration in {}; give it "
+                                       "with --config",
                                        state_directory));
   }
   FaultList faults;
@@ -53,14 +54,14 @@ Result<std::string> MovesText(const std::string& state_directory, const std::str
   if (!config && given) return Error{fmt::format("{}{} cannot be used", FaultsText(faults), *file)};
   if (!config) {
     return UnloadedTipText(in_force, next,
-                           fmt::format("The daemon's configuration {} cannot be read here, or has "
-                                       "faults (`plumbline check {}`)",
+                           fmt::format("The daemon's configuration {} cannot be read or has "
+                                       "faults (run `plumbline check {}`)",
                                        *file, *file));
   }
   if (!given && !SameFolder(config->state_directory, state_directory)) {
     return UnloadedTipText(in_force, next,
-                           fmt::format("{}, which a daemon noted in {}, names {} by now; give the "
-                                       "configuration by --config",
+                           fmt::format("{}, which a daemon recorded in {}, now uses the state "
+                                       "directory {}; give the configuration with --config",
                                        *file, state_directory, config->state_directory));
   }
   if (config->machine.points.empty()) {
@@ -68,9 +69,9 @@ Result<std::string> MovesText(const std::string& state_directory, const std::str
   }
   const PointMoves moves =
       MovesOfPoints(config->machine, CellOfSession(in_force, ""), CellOfSession(next, ""),
-                    static_cast<double>(std::time(nullptr)), LoadsOfRobot(*config));
+                    static_cast<double>(std::time(nullptr)), LoadsReportedByRobot(*config));
   return TextOf(moves, *file) +
-         "note: poses that a PLC has corrected by command are not among these points\n";
+         "note: poses that the PLC submits for correction by command are not included\n";
 }
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// By how much another model moves the points of the daemon's configuration, for a person to read.
+// Report of how far a new model moves the configured points, for the person who applies it.
 #pragma once
 
 #include <string>
@@ -8,12 +8,14 @@
 
 namespace plumbline {
 
-/// The corrected commands of the configured points by two models, at the configured loads. Where no
-/// configuration is known, how far the unloaded tip moves, and that this says less.
-/// @param config_file  as given by the user; empty: the one that the daemon of the state directory
-///                     has noted there
-/// @return why the file that was given cannot be used
-Result<std::string> MovesText(const std::string& state_directory, const std::string& config_file,
-                              const CellModel& in_force, const CellModel& next);
+/// Compares the corrected commands of the configured points under two models, at the configured
+/// loads. Without a configuration, reports how far the unloaded tip moves and why not more is
+/// known.
+/// @param config_file  given by the user; empty: the one that the daemon recorded in the state
+///                     directory
+/// @return the text, or why the given file cannot be used
+Result<std::string> PointMovesText(const std::string& state_directory,
+                                   const std::string& config_file, const CellModel& in_force,
+                                   const CellModel& next);
 
 }  // namespace plumbline

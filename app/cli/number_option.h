@@ -1,4 +1,4 @@
-// Numbers on the command line: finite, and of a size that something real can have.
+// Validators for numbers on the command line: finite and within limits.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 
 namespace plumbline {
 
-/// A finite number; nothing for any other text, "nan" and "inf" among them.
+/// The number, or nullopt for any other text, including "nan" and "inf".
 inline std::optional<double> FiniteNumberFromText(std::string_view text) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
   double value = 0;
@@ -22,7 +22,8 @@ inline std::optional<double> FiniteNumberFromText(std::string_view text) {
   return value;
 }
 
-/// For every option that counts: CLI::Range lets nan pass, and tells limits in its own words.
+/// For options that take an integer. Used instead of CLI::Range, which accepts nan and words its
+/// messages differently.
 inline CLI::Validator WholeNumberWithin(std::int64_t min, std::int64_t max) {
   return {[min, max](const std::string& text) {
             std::int64_t value = 0;
@@ -36,7 +37,7 @@ inline CLI::Validator WholeNumberWithin(std::int64_t min, std::int64_t max) {
           fmt::format("[{}..{}]", min, max)};
 }
 
-/// For every option that takes a number: CLI::Range lets nan pass.
+/// For options that take a number. Used instead of CLI::Range, which accepts nan.
 inline CLI::Validator NumberWithin(double min, double max) {
   return {[min, max](const std::string& text) {
             const auto value = FiniteNumberFromText(text);

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kTableWidth = 80;
 constexpr const char* kIndent = "      ";
 
-/// A joint's value as the files have it: deg, mm where it is prismatic.
+/// A joint's value in the unit of the files: deg, or mm for a prismatic joint.
 double InFileUnit(const Robot& robot, int joint, double value) {
   return value / PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).to_SI;
 }
@@ -22,8 +22,8 @@ std::string_view FileUnitOf(const Robot& robot, int joint) {
   return PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).unit;
 }
 
-/// The words in lines of at most kTableWidth columns, each indented.
-std::string InLines(const std::vector<std::string>& words) {
+/// The words wrapped to lines of at most kTableWidth columns, indented.
+std::string WrappedLines(const std::vector<std::string>& words) {
   std::string text, line = kIndent;
   bool empty = true;
   for (const std::string& word : words) {
@@ -42,21 +42,22 @@ std::string PostureLines(const MachineConfig& config, const PointSolution& solut
   const Robot& robot = config.cell.robot;
   const Correction& correction = solution.correction;
   const bool taught = solution.posture.taught;
-  std::vector<std::string> words = {taught ? "posture" : "posture, one of several (no near_deg):"};
+  std::vector<std::string> words = {taught ? "posture"
+                                           : "posture, one of several possible (no near_deg):"};
   for (int i = 0; i < correction.q.size(); ++i) {
     words.push_back(
         fmt::format("{:.1f}", WithoutMinusZero(InFileUnit(robot, i, correction.q[i]), 1)));
   }
-  if (solution.posture.differs) words.push_back("NOT that of near_deg");
+  if (solution.posture.differs) words.push_back("NOT near near_deg");
   const JointDistance& limit = solution.posture.limit;
   const std::string margin = limit.joint < 0
                                  ? "no joint limits"
                                  : fmt::format("{:.1f} {} to the limit of q{}",
                                                InFileUnit(robot, limit.joint, limit.distance),
                                                FileUnitOf(robot, limit.joint), limit.joint + 1);
-  return InLines(words) +
-         InLines({fmt::format("{}; smallest singular value {:.3f}, at least {:g}", margin,
-                              correction.singular_value, config.limits.min_singular_value)});
+  return WrappedLines(words) +
+         WrappedLines({fmt::format("{}; smallest singular value {:.3f} (limit {:g})", margin,
+                                   correction.singular_value, config.limits.min_singular_value)});
 }
 
 }  // namespace
@@ -80,8 +81,8 @@ std::string PointTable(const MachineConfig& config, const std::vector<PointSolut
   }
   if (config.payload.source == PayloadPolicy::Source::kRobot) {
     text +=
-        "Only the robot knows the payload (source = \"robot\"): `plumbline status` shows\n"
-        "the corrections with it.\n";
+        "The payload is known to the robot only (source = \"robot\"); `plumbline status`\n"
+        "shows the corrections with the actual payload.\n";
   }
   return text;
 }

@@ -1,4 +1,4 @@
-// The configured points as `plumbline check` prints them: correction, radius and posture of each.
+// Table of the solved points, printed by `plumbline check`: correction, radius and posture.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,12 +8,11 @@
 
 namespace plumbline {
 
-/// At most 80 columns wide; names that are longer than their column are cut, in JSON they are
-/// whole.
-/// @param solutions  SolvePoints(config)
+/// At most 80 columns wide; long names are truncated.
+/// @param solutions  from SolvePoints(config)
 std::string PointTable(const MachineConfig& config, const std::vector<PointSolution>& solutions);
 
-/// One object a point and payload, in mm, kg and deg.
+/// One object per point and payload, in mm, kg and deg; names are not truncated.
 nlohmann::json PointsJson(const MachineConfig& config, const std::vector<PointSolution>& solutions);
 
 }  // namespace plumbline

@@ -49,9 +49,10 @@ DeclaredDeviation DeviationFrom(const PredictOptions& options) {
   return {*options.deflection_sd, true};
 }
 
-/// What the instrument's unknown frame or tip leaves open, where neither the cell nor measured rows
-/// tell it; nothing where all is known.
-std::optional<std::string> WhatIsFree(const PredictOptions& options, const CellModel& cell) {
+/// Error message if the instrument's frame or the tip is unknown and neither the cell nor measured
+/// rows determine it; nullopt otherwise.
+std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
+                                               const CellModel& cell) {
   const Measurement& measurement = cell.measurement;
   if (!options.align.empty() || !cell.sessions.empty()) return std::nullopt;
   if (measurement.frame_known && measurement.tool_known) return std::nullopt;
@@ -59,77 +60,78 @@ std::optional<std::string> WhatIsFree(const PredictOptions& options, const CellM
                      : measurement.frame_known ? "tool = \"unknown\""
                                                : "frame = \"unaligned\" and tool = \"unknown\"";
   return fmt::format(
-      "{}: its [measurement] says {}, and no [[session]] says where: the tip in the instrument's "
-      "frame is not known. Give rows measured there by --align MEASURED.csv, or predict with the "
-      "corrected cell of `plumbline diagnose`",
+      "{}: [measurement] has {}, and there is no [[session]] with their values, so the tip in the "
+      "instrument's frame is unknown. Give measured rows with --align MEASURED.csv, or predict "
+      "with "
+      "the corrected cell of `plumbline diagnose`",
       options.cell, free);
 }
 
-/// True at a moment of which nothing says whether an event of the model has happened.
-bool BesideAnEvent(const LoadedArm& arm, const Conditions& moment) {
+/// True if it is unknown whether an event of the model has happened at this moment.
+bool EventStateUnknown(const LoadedArm& arm, const Conditions& moment) {
   return std::any_of(arm.effects().begin(), arm.effects().end(), [&](const ActiveEffect& effect) {
     return MomentLeftOpen(effect, moment).has_value();
   });
 }
 
-/// True where the cell would bend under a payload that the rows do not tell, other than in the rows
-/// that it was fitted to.
+/// True if the deflection depends on a payload that the rows do not contain, unless the cell was
+/// fitted to such rows.
 bool PayloadNotRecorded(const CellModel& cell, const MeasuredTable& poses) {
   const bool fitted_without = cell.domain && !cell.domain->payload_kg;
   return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
 }
 
-void WarnOfPayload(const PredictOptions& options, const CellModel& cell,
-                   const MeasuredTable& poses) {
+void WarnAboutPayload(const PredictOptions& options, const CellModel& cell,
+                      const MeasuredTable& poses) {
   if (poses.recorded.payload && !cell.payload_cog_F) {
     std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
-              << " cannot be used; the payload is taken as 0\n";
+              << " cannot be used; a payload of 0 is assumed\n";
   }
   if (PayloadNotRecorded(cell, poses)) {
     std::cerr << options.poses
-              << ": warning: has no column payload_kg: the payload is not recorded and is taken as "
-                 "0 kg; every pose counts as extrapolated\n";
+              << ": warning: has no column payload_kg; a payload of 0 kg is assumed and every pose "
+                 "counts as extrapolated\n";
   }
 }
 
-/// "lines 3, 7"; of many the first.
+/// "lines 3, 7"; a long list is cut.
 std::string LinesText(const std::vector<int>& lines) {
-  constexpr std::size_t kTold = 20;
-  const std::vector<int> told(
-      lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(std::min(kTold, lines.size())));
-  return fmt::format("line{} {}{}", lines.size() == 1 ? "" : "s", fmt::join(told, ", "),
-                     lines.size() > kTold ? fmt::format(" and {} more", lines.size() - kTold) : "");
+  constexpr std::size_t kMax = 20;
+  const std::vector<int> first(
+      lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(std::min(kMax, lines.size())));
+  return fmt::format("line{} {}{}", lines.size() == 1 ? "" : "s", fmt::join(first, ", "),
+                     lines.size() > kMax ? fmt::format(" and {} more", lines.size() - kMax) : "");
 }
 
-/// What to know before the radii are used; empty where measured rows stand behind all of them.
+/// Warning about radii that are not based on data; empty if none is assumed or unknown.
 std::string BasisWarning(const std::vector<Prediction>& predictions) {
   RadiusBasis weakest = RadiusBasis::kMeasured;
   for (const Prediction& one : predictions) weakest = Weakest(weakest, one.radius.basis);
   if (predictions.empty() || weakest > RadiusBasis::kAssumed) return "";
   if (weakest == RadiusBasis::kUnknown) {
-    return "u_mm: some radii have the basis \"unknown\": nothing typical is known of an axis of "
-           "this "
-           "arm, such as a linear one that carries weight. Do not rely on them; fit the model to "
-           "measured points with `plumbline diagnose`";
+    return "u_mm: some radii have the basis \"unknown\": there are no typical values for an axis "
+           "of "
+           "this arm, for example a linear axis that carries weight. Do not rely on them; fit the "
+           "model to measured points with `plumbline diagnose`";
   }
-  return "u_mm: some radii have the basis \"assumed\": typical values stand in for what the cell "
-         "does not declare. Declare compliance_rad_per_Nm, link_mass_kg and [payload], or fit the "
+  return "u_mm: some radii have the basis \"assumed\": typical values replace what the cell does "
+         "not declare. Declare compliance_rad_per_Nm, link_mass_kg and [payload], or fit the "
          "model to measured points with `plumbline diagnose`";
 }
 
-/// The frames of a cell's sessions by their names.
+/// Index of a cell's session frames by session id.
 struct FramesById {
   explicit FramesById(const CellModel& cell) {
     for (const SessionFrames& session : cell.sessions) by_id.emplace(session.id, &session);
     if (!cell.sessions.empty()) last = &cell.sessions.back();
   }
   std::map<std::string, const SessionFrames*> by_id;
-  const SessionFrames* last = nullptr;  ///< of rows whose session the cell does not know
+  const SessionFrames* last = nullptr;  ///< used for rows of a session that the cell does not list
 };
 
-/// The cell with the frames of one session alone: with those of all in each session's own copy, the
-/// work would grow with the square of their number.
-CellModel OwnSession(const CellModel& bare, const FramesById& frames, const std::string& id) {
+/// The cell with the frames of a single session. Copying the frames of all sessions into each
+/// session's cell would take quadratic time.
+CellModel CellWithSession(const CellModel& bare, const FramesById& frames, const std::string& id) {
   CellModel own = bare;
   const auto known = frames.by_id.find(id);
   const SessionFrames* session = known == frames.by_id.end() ? frames.last : known->second;
@@ -137,7 +139,7 @@ CellModel OwnSession(const CellModel& bare, const FramesById& frames, const std:
   return own;
 }
 
-/// Of a session's frames, or of those that rows of an unknown session take.
+/// Covariance of a session's frames; for an unknown session, that of the last one.
 Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const FrameCovariances& aligned,
                                               const CellModel& cell, const std::string& id) {
   auto known = aligned.find(id);
@@ -147,7 +149,7 @@ Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const FrameCovariances& aligned,
   return known->second;
 }
 
-/// What the frames leave open of a tip, 95 % [m].
+/// 95 % radius of the tip due to the uncertainty of the session's frames [m].
 ///   p_W = X_WB (p_BF + R_BF tip):  dp = dbase + turn x (p_W - base) + R_WB R_BF dtip
 double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_WB,
                    const LoadedState& state) {
@@ -159,26 +161,26 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
   return RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
-/// True of an effect that counts the rows it was fitted to: an event, or a curve, without t_s.
+/// True for an effect whose time axis is the row number of the fitted file: an event or a curve
+/// without t_s.
 bool CountsRows(const WrittenEffect& effect) {
   return std::find(effect.drivers.begin(), effect.drivers.end(), "row") != effect.drivers.end() ||
          std::any_of(effect.parameters.begin(), effect.parameters.end(),
                      [](const EffectParameter& parameter) { return parameter.name == "row"; });
 }
 
-/// Other rows than those that a model was fitted to are taken to come after them.
-void TakeAsLater(const PredictOptions& options, const CellModel& cell, MeasuredTable& poses,
-                 std::optional<MeasuredTable>& measured) {
+/// Treats all rows as later than those that the model was fitted to.
+void PlaceAfterFittedRows(const PredictOptions& options, const CellModel& cell,
+                          MeasuredTable& poses, std::optional<MeasuredTable>& measured) {
   constexpr double kAfterAnyFile = 1e9;  // rows
   poses.rows_before = kAfterAnyFile;
   if (measured) measured->rows_before = kAfterAnyFile;
   for (const WrittenEffect& effect : cell.effects) {
     if (!CountsRows(effect)) continue;
     std::cerr << fmt::format(
-        "{}: warning: {} counts the rows of the file it was fitted to, which has no t_s. Every "
-        "pose "
-        "is predicted as measured after that file; if some came before, measure with t_s and "
-        "diagnose again\n",
+        "{}: warning: {} depends on the row number in the file that it was fitted to, which has no "
+        "t_s. Every pose is predicted as if it came after that file; if some came before, measure "
+        "with t_s and diagnose again\n",
         options.cell, effect.id);
   }
 }
@@ -192,7 +194,8 @@ int Run(const PredictOptions& options) {
   const bool to_out = options.out == "-";
   for (const std::string& input : {options.cell, options.poses, options.align}) {
     if (to_out || !SameFile(options.out, input)) continue;
-    std::cerr << "plumbline predict: --out is " << input << " itself; choose another file\n";
+    std::cerr << "plumbline predict: --out would overwrite the input " << input
+              << "; choose another file\n";
     return kExitUsage;
   }
   FaultList faults;
@@ -205,12 +208,12 @@ int Run(const PredictOptions& options) {
   }
   std::cerr << FaultsText(faults);
   if (!cell || !poses) return Refused(options);
-  if (const auto free = WhatIsFree(options, *cell)) {
+  if (const auto free = UnknownFrameProblem(options, *cell)) {
     std::cerr << *free << '\n';
     return Refused(options);
   }
-  WarnOfPayload(options, *cell, *poses);
-  TakeAsLater(options, *cell, *poses, measured);
+  WarnAboutPayload(options, *cell, *poses);
+  PlaceAfterFittedRows(options, *cell, *poses, measured);
   FrameCovariances frames;
   if (measured) {
     const Result<Realignment> realigned = Realigned(*cell, *measured, kThreads);
@@ -225,10 +228,10 @@ int Run(const PredictOptions& options) {
     frames = realigned->covariance;
   }
   RowProgress progress(std::cerr, isatty(STDERR_FILENO) != 0, "poses");
-  const double begun_s = MonotonicSeconds();
+  const double start_s = MonotonicSeconds();
   const Result<std::vector<Prediction>> predictions =
       Predict(*cell, *poses, DeviationFrom(options), frames, [&](std::size_t done) {
-        progress.Show(done, poses->rows.size(), MonotonicSeconds() - begun_s);
+        progress.Show(done, poses->rows.size(), MonotonicSeconds() - start_s);
       });
   progress.Clear();
   if (!predictions) {
@@ -253,8 +256,9 @@ int Run(const PredictOptions& options) {
   }
   if (poses->unreadable_lines.empty()) return kExitOk;
   std::cerr << fmt::format(
-      "{}: {} not predicted and without a row in the output: from there on its rows are not those "
-      "of the poses; mend the poses and predict again\n",
+      "{}: {} could not be read and are missing in the output, whose rows therefore no longer "
+      "match "
+      "those of the input; fix the poses and predict again\n",
       options.poses, LinesText(poses->unreadable_lines));
   return kExitFault;
 }
@@ -283,7 +287,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
     const MeasuredRow& row = poses.rows[k];
     auto known = arms.find(row.session);
     if (known == arms.end()) {
-      CellModel of_session = CellOfSession(OwnSession(bare, frames, row.session), row.session);
+      CellModel of_session = CellOfSession(CellWithSession(bare, frames, row.session), row.session);
       LoadedArm arm(of_session);
       LandingUncertainty uncertainty(of_session, arm, deviation);
       known = arms.emplace(row.session,
@@ -294,16 +298,16 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
     const LoadedArm& arm = known->second.arm;
     if (arm.torques_missing(poses.recorded.tau)) {
       return Error{
-          "joints have a compliance, but the torques that bend them are unknown: give every link "
-          "its link_mass_kg, or leave compliance_rad_per_Nm out"};
+          "joints have a compliance, but their gravity torques are unknown; give link_mass_kg for "
+          "every link, or remove compliance_rad_per_Nm"};
     }
-    // A declared centre holds for a load of unknown mass too.
+    // The declared centre of gravity also applies to a payload of unknown mass.
     Payload payload{0, cell.payload_cog_F.value_or(Vec3::Zero())};
     if (poses.recorded.payload && cell.payload_cog_F) payload.mass_kg = row.payload_kg;
     LoadedState state;
     if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{
-          fmt::format("{}:{}: the sagged posture does not settle; check "
+          fmt::format("{}:{}: the deflection does not converge; check "
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                       poses.file, row.line, row.payload_kg)};
     }
@@ -312,7 +316,7 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
         poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
         poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
     const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses) ||
-                              BesideAnEvent(arm, conditions[k]);
+                              EventStateUnknown(arm, conditions[k]);
     LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
     if (poses.recorded.payload) load.mass_kg = row.payload_kg;
     StatedRadius radius =
@@ -328,44 +332,47 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
 
 void AddPredictCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PredictOptions>();
-  CLI::App* command =
-      app.add_subcommand("predict", "Where the loaded tip is at each pose of a file");
-  command->add_option("cell", options->cell, "The cell's model, CELL.toml")->required();
-  command->add_option("poses", options->poses, "Poses, POSES.csv (columns as measured.csv)")
+  CLI::App* command = app.add_subcommand(
+      "predict", "Predict the position of the loaded tip at each pose of a file");
+  command->add_option("cell", options->cell, "Model of the cell, CELL.toml")->required();
+  command->add_option("poses", options->poses, "Poses, POSES.csv (columns as in measured.csv)")
       ->required();
   command->add_option(
       "--align", options->align,
-      "Measured rows, MEASURED.csv: estimate what [measurement] leaves free (frame, "
-      "tool) for this session first");
+      "Measured rows, MEASURED.csv, from which to estimate the frame or tool that [measurement] "
+      "declares as unknown");
   command
       ->add_option("--out", options->out,
-                   "Predicted tip positions, a CSV file; - is standard output")
+                   "CSV file for the predicted tip positions; - is standard output")
       ->required();
   command
       ->add_option(
           "--deflection-sd", options->deflection_sd,
-          "Standard deviation of a declared deflection, as a share of it; stating it makes "
-          "the basis \"propagated\" where nothing that matters is left open [0.1]")
+          "Relative standard deviation of the declared deflections; if given, the basis is "
+          "\"propagated\" for a fully declared cell [0.1]")
       ->check(NumberWithin(0, 1));
   command->footer(
-      "Writes x_mm,y_mm,z_mm of the tip in the measurement frame; the radius u_mm that holds 95 %\n"
-      "of points measured there, the instrument's noise included, and that grows with the "
-      "distance\n"
-      "from the poses that the model was fitted to; extrapolated (1: outside\n"
-      "[domain], or outside the joint limits where there is none; or the cell has a [payload] and\n"
-      "the poses have no payload_kg, which is then taken as 0); and the radius' basis: measured\n"
-      "(validated on held-out rows), propagated, assumed (typical values), unknown.\n"
-      "More than a moment's work shows its progress on standard error.\n"
-      "A cell whose instrument's frame or tool is unknown needs --align, or [[session]] frames. "
-      "What\n"
-      "the rows of --align leave open of them widens the radius; what they do not determine at "
+      "Output columns:\n"
+      "  x_mm,y_mm,z_mm  tip in the measurement frame\n"
+      "  u_mm            95 % radius of points measured there, including the instrument's noise; "
+      "it\n"
+      "                  grows with the distance from the poses that the model was fitted to\n"
+      "  extrapolated    1: outside [domain], or outside the joint limits if there is no [domain]; "
+      "or\n"
+      "                  the cell has a [payload] and the poses have no payload_kg (0 is assumed)\n"
+      "  basis           of the radius: measured (validated on held-out rows), propagated, "
+      "assumed\n"
+      "                  (typical values), unknown\n"
+      "A cell with an unknown instrument frame or tool requires --align or [[session]] frames. "
+      "The\n"
+      "uncertainty of the alignment widens the radius. What the rows do not determine (the tip, if "
       "all\n"
-      "(rows of one orientation: the tip) stays as declared, and a warning says so.\n\n"
+      "have one orientation) stays as declared, with a warning.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"
       "  plumbline predict corrected.toml poses.csv --align session2.csv --out predicted.csv\n\n"
-      "Exit codes: 0 done, 1 faults in the input (rows left out among them), 2 wrong arguments or\n"
-      "unwritable output.");
+      "Exit codes: 0 success, 1 faults in the input (including rows that were skipped), 2 wrong\n"
+      "arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

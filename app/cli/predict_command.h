@@ -1,4 +1,4 @@
-// plumbline predict: where the loaded tip is at each pose of a file.
+// plumbline predict: predicts the position of the loaded tip at each pose of a file.
 #pragma once
 
 #include <cstddef>
@@ -19,21 +19,20 @@ namespace plumbline {
 
 void AddPredictCommand(CLI::App& app, int& exit_code);
 
-/// Where the tip of the loaded arm is at one row's pose.
+/// Predicted tip of the loaded arm at one row's pose.
 struct Prediction {
-  Vec3 p_WT;            ///< [m]
-  StatedRadius radius;  ///< holds 95 %
+  Vec3 p_WT;            ///< in the measurement frame [m]
+  StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
 };
 
-/// Predicts every row with the frames of its session (CellOfSession). Rows without a payload
-/// column carry nothing, and are extrapolated where the cell has a [payload] and was not fitted to
-/// such rows.
-/// @param deviation  of what the cell declares
-/// @param frames     of sessions that were just aligned: widens the radius by what the rows leave
-///                   open of them
-/// @param done       called with the number of rows predicted so far, now and then; may be empty
-/// @return           one prediction a row, or why the cell cannot be predicted
+/// Predicts every row with the frames of its session (CellOfSession). Without a payload column the
+/// payload is 0; the rows then count as extrapolated if the cell has a [payload] and was not fitted
+/// to such rows.
+/// @param deviation  uncertainty of the declared values
+/// @param frames     covariances of just aligned sessions; they widen the radius
+/// @param done       called from time to time with the number of rows predicted; may be empty
+/// @return           one prediction per row, or why the cell cannot be predicted
 Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
                                         const DeclaredDeviation& deviation,
                                         const FrameCovariances& frames = {},

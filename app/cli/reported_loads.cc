@@ -15,10 +15,10 @@ namespace plumbline {
 namespace {
 
 constexpr double kTimeout_s = 0.3;
-constexpr std::int64_t kMostRows = 12000;        // as many as a diagnosis takes
-constexpr std::uint16_t kPayloadKnown = 1 << 2;  // of input_validity
+constexpr std::int64_t kMaxRows = 12000;         // as many as a diagnosis uses
+constexpr std::uint16_t kPayloadKnown = 1 << 2;  // bit of input_validity
 
-/// What the daemon's registers say of the load in force.
+/// The current payload according to the daemon's registers.
 std::optional<ReportedLoad> LoadOfDaemon(const PlcConfig& plc) {
   if (plc.tcp.port == 0) return std::nullopt;
   auto client = ModbusClient::Tcp(
@@ -48,7 +48,7 @@ std::optional<ReportedLoad> LoadOfDaemon(const PlcConfig& plc) {
 
 }  // namespace
 
-std::vector<ReportedLoad> LoadsOfRobot(const DaemonConfig& config) {
+std::vector<ReportedLoad> LoadsReportedByRobot(const DaemonConfig& config) {
   std::vector<ReportedLoad> loads;
   if (config.machine.payload.source != PayloadPolicy::Source::kRobot) return loads;
   if (const auto now = LoadOfDaemon(config.plc)) loads.push_back(*now);
@@ -60,7 +60,7 @@ std::vector<ReportedLoad> LoadsOfRobot(const DaemonConfig& config) {
   if (!journal) return loads;
   std::optional<double> least, most;
   JournalFilter filter;
-  filter.last = kMostRows;
+  filter.last = kMaxRows;
   const auto read =
       journal.value().ForEach(filter, config.machine.cell.robot.joints, [&](const JournalRow& row) {
         if (!row.payload_kg) return;

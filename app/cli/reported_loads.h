@@ -1,4 +1,4 @@
-// Which loads a robot is known to report, where the configuration leaves that to it.
+// Payloads known to be reported by the robot, for configurations with payload source "robot".
 #pragma once
 
 #include <vector>
@@ -8,9 +8,10 @@
 
 namespace plumbline {
 
-/// The load that the running daemon reads now, by its registers on this computer, and the least and
-/// the greatest of the newest rows of the journal. What cannot be asked is left out: no daemon, a
-/// port that is not in the configuration, no journal. Takes a second at most.
-std::vector<ReportedLoad> LoadsOfRobot(const DaemonConfig& config);
+/// The current payload, read from the registers of the daemon running on this computer, and the
+/// smallest and largest payload in the newest rows of the journal. Sources that are not available
+/// are skipped: no daemon, a port not given in the configuration, no journal. Takes at most a
+/// second.
+std::vector<ReportedLoad> LoadsReportedByRobot(const DaemonConfig& config);
 
 }  // namespace plumbline

@@ -1,11 +1,11 @@
-// Numbers as they are printed.
+// Rounding of printed numbers.
 #pragma once
 
 #include <cmath>
 
 namespace plumbline {
 
-/// 0 in place of what prints as -0.00 with so many decimals.
+/// The value, or 0 if it would be printed as -0.00 with that many decimals.
 inline double WithoutMinusZero(double value, int decimals) {
   return std::abs(value) < 0.5 * std::pow(10.0, -decimals) ? 0.0 : value;
 }

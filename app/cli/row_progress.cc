@@ -7,9 +7,9 @@
 namespace plumbline {
 namespace {
 
-constexpr double kPatience_s = 2;
-constexpr int kLineEach_percent = 10;
-constexpr double kToldFrom = 0.05;  // share of the rows; before it the rate is not known
+constexpr double kQuietPeriod_s = 2;
+constexpr int kLineInterval_percent = 10;
+constexpr double kEstimateFrom = 0.05;  // share of the rows; before it the rate is too uncertain
 
 std::string TimeText(double seconds) {
   if (seconds < 90) return fmt::format("{:.0f} s", std::ceil(seconds));
@@ -24,12 +24,12 @@ void RowProgress::Show(std::size_t done, std::size_t of, double elapsed_s) {
   const double share = static_cast<double>(done) / static_cast<double>(of);
   const int percent = static_cast<int>(100 * share);
   if (percent == last_percent_) return;
-  if (!on_terminal_ && (elapsed_s < kPatience_s ||
-                        percent / kLineEach_percent == last_percent_ / kLineEach_percent)) {
+  if (!on_terminal_ && (elapsed_s < kQuietPeriod_s ||
+                        percent / kLineInterval_percent == last_percent_ / kLineInterval_percent)) {
     return;
   }
   const std::string left =
-      share < kToldFrom ? "" : ", " + TimeText(elapsed_s * (1 - share) / share) + " left";
+      share < kEstimateFrom ? "" : ", " + TimeText(elapsed_s * (1 - share) / share) + " left";
   const std::string line = fmt::format("{:3d} %  {} of {} {}{}", percent, done, of, rows_, left);
   if (on_terminal_) {
     err_ << "\r\033[K" << line << std::flush;

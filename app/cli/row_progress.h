@@ -1,4 +1,4 @@
-// Progress of a command that works through the rows of a table, for standard error.
+// Progress display of a command that processes the rows of a table, for standard error.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace plumbline {
 
-/// On a terminal one line that is written over; elsewhere nothing for two seconds, then a line each
-/// ten per cent. Either names the time left once a twentieth of the rows is done.
+/// On a terminal, a single updated line; elsewhere, after two seconds, a line every ten per cent.
+/// Both show the remaining time once 5 % of the rows are done.
 class RowProgress {
  public:
   RowProgress(std::ostream& err, bool on_terminal, std::string rows)
@@ -16,13 +16,13 @@ class RowProgress {
 
   /// @param elapsed_s  since the first row
   void Show(std::size_t done, std::size_t of, double elapsed_s);
-  /// Takes the line off the terminal.
+  /// Erases the line on the terminal.
   void Clear();
 
  private:
   std::ostream& err_;
   bool on_terminal_;
-  std::string rows_;  ///< what a row is: "poses"
+  std::string rows_;  ///< plural name of the rows: "poses"
   int last_percent_ = -1;
 };
 

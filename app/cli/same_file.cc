@@ -8,8 +8,8 @@ bool SameFile(const std::string& one, const std::string& other) {
   namespace fs = std::filesystem;
   if (one.empty() || other.empty()) return false;
   std::error_code missing;
-  if (fs::equivalent(one, other, missing)) return true;  // links, hard ones too
-  // A new file's name stays relative in weakly_canonical: "a.x" and "./a.x" would be two.
+  if (fs::equivalent(one, other, missing)) return true;  // follows symbolic and hard links
+  // weakly_canonical keeps the name of a new file relative: "a.x" and "./a.x" would differ.
   return fs::weakly_canonical(fs::absolute(one, missing), missing) ==
          fs::weakly_canonical(fs::absolute(other, missing), missing);
 }

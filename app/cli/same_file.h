@@ -1,11 +1,11 @@
-// Whether an output would destroy an input.
+// Comparison of paths, to keep an output from overwriting an input.
 #pragma once
 
 #include <string>
 
 namespace plumbline {
 
-/// True where both names lead to the same file, be it there or yet to be made.
+/// True if both paths refer to the same file, whether it exists or not.
 bool SameFile(const std::string& one, const std::string& other);
 
 }  // namespace plumbline

@@ -10,10 +10,10 @@ namespace plumbline {
 
 void AddSettingsCommand(CLI::App& app, int& exit_code) {
   CLI::App* command =
-      app.add_subcommand("settings", "Every key of plumbline.toml, with its default and range");
+      app.add_subcommand("settings", "Print every key of plumbline.toml with default and range");
   auto table = std::make_shared<bool>(false), page = std::make_shared<bool>(false);
-  auto* markdown = command->add_flag("--markdown", *table, "As a table in Markdown");
-  command->add_flag("--man", *page, "As the manual page plumbline.toml(5)")->excludes(markdown);
+  auto* markdown = command->add_flag("--markdown", *table, "Print a Markdown table");
+  command->add_flag("--man", *page, "Print the manual page plumbline.toml(5)")->excludes(markdown);
   command->footer("Example:\n  plumbline settings > plumbline.toml");
   command->callback([table, page, &exit_code] {
     std::cout << (*table ? SettingsMarkdown() : *page ? SettingsManPage() : SettingsToml());

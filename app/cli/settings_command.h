@@ -1,4 +1,4 @@
-// plumbline settings: every key of plumbline.toml, as a file, a table or a manual page.
+// plumbline settings: prints every key of plumbline.toml as a file, a table or a manual page.
 #pragma once
 
 namespace CLI {

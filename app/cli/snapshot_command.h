@@ -1,4 +1,4 @@
-// plumbline snapshot: one picture of the monitor.
+// plumbline snapshot: saves one picture of what the display shows.
 #pragma once
 
 namespace CLI {

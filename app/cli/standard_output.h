@@ -1,14 +1,15 @@
-// Whether what was printed has arrived.
+// Reliable standard output: closed descriptors and write errors are detected.
 #pragma once
 
 namespace plumbline {
 
-/// Occupies descriptors 1 and 2 where the shell closed them (`>&-`), so that no file opened later
-/// gets their number and their text; printing then fails, as it must. Call first in main().
-void OccupyClosedOutputs();
+/// Opens descriptors 0 to 2 that the shell closed (`>&-`), so that no file opened later gets their
+/// number and receives the output; printing then fails, as it should. Call first in main().
+void ReserveClosedOutputs();
 
-/// Flushes standard output. True where all of it was written; otherwise (a full disk, a closed
-/// descriptor) says so on standard error. A reader that has gone (`| head -1`) is no fault.
-bool StandardOutputArrived();
+/// Flushes standard output. Returns true if everything was written; otherwise (full disk, closed
+/// descriptor) prints an error and returns false. A reader that has exited (`| head -1`) is not an
+/// error.
+bool FlushStandardOutput();
 
 }  // namespace plumbline

@@ -29,30 +29,32 @@ struct StatusOptions {
   bool json = false;
 };
 
-/// How something that is no plumblined answered the first request.
-std::string Stranger(int error) {
-  if (error == ETIMEDOUT) return "it does not answer";
+/// How a server that is not plumblined replied to the first request.
+/// @param error  errno of libmodbus
+std::string UnexpectedReplyText(int error) {
+  if (error == ETIMEDOUT) return "it does not respond";
   if (error == ECONNRESET || error == EPIPE) {
-    return "it closes the connection (another program, or plc.allow lacks this computer)";
+    return "it closes the connection (another program, or plc.allow does not list this computer)";
   }
   if (error >= EMBXILFUN && error <= EMBXGTAR) return "its Modbus registers are not plumblined's";
   return "it does not speak Modbus";
 }
 
-/// Registers of a running daemon.
+/// Snapshot of the registers of a running daemon.
 class DaemonRegisters {
  public:
   static Result<DaemonRegisters> Read(const StatusOptions& options) {
     const std::string place = fmt::format("{}:{}", options.host, options.port);
     if (const char* why = WhyUnresolved(options.host)) {
-      return Error{fmt::format("{}: the name is not known ({}); check --host", place, why)};
+      return Error{fmt::format("{}: unknown host name ({}); check --host", place, why)};
     }
     const std::unique_ptr<modbus_t, decltype(&modbus_free)> link(
         modbus_new_tcp_pi(options.host.c_str(), std::to_string(options.port).c_str()),
         &modbus_free);
     if (!link || modbus_connect(link.get()) != 0) {
       return Error{
-          fmt::format("{}: {}; is plumblined running, and is this its plc.listen and plc.port?",
+          fmt::format("{}: {}; check that plumblined is running and that host and port match "
+                      "plc.listen and plc.port",
                       place, modbus_strerror(errno))};
     }
     DaemonRegisters daemon;
@@ -65,8 +67,9 @@ class DaemonRegisters {
     bool ok = read(0, plc_map::kStateSize);
     if (ok && daemon.registers_[0] != plc_map::kMagic) errno = EMBXILADD;
     if (!ok || daemon.registers_[0] != plc_map::kMagic) {
-      return Error{fmt::format("{}: something listens, but {}; {}", place, Stranger(errno),
-                               "give --host and --port the daemon's plc.listen and plc.port")};
+      return Error{fmt::format("{}: another server is listening there: {}; {}", place,
+                               UnexpectedReplyText(errno),
+                               "set --host and --port to the daemon's plc.listen and plc.port")};
     }
     ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
     ok = ok && read(plc_map::kLoop, plc_map::kLoopSize);
@@ -81,7 +84,7 @@ class DaemonRegisters {
     for (int k = 0; ok && k < daemon.points(); ++k) {
       ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
     }
-    // A daemon of an earlier version has no postures, and says so at the first one.
+    // A daemon of an earlier version has no posture blocks and rejects the first request.
     daemon.postures_ = ok && daemon.points() > 0;
     for (int k = 0; ok && daemon.postures_ && k < daemon.points(); ++k) {
       daemon.postures_ =
@@ -128,8 +131,8 @@ class DaemonRegisters {
   }
 
   std::vector<std::uint16_t> registers_;
-  int cameras_ = 0;        ///< that are configured
-  bool postures_ = false;  ///< there are posture blocks
+  int cameras_ = 0;        ///< number of configured cameras
+  bool postures_ = false;  ///< the daemon has posture blocks
 };
 
 std::string NameOfCamera(const DaemonRegisters& daemon, int camera) {
@@ -218,7 +221,7 @@ std::string ModelText(const DaemonRegisters& daemon) {
                      proposed > 0 ? fmt::format("; version {} proposed", proposed) : "");
 }
 
-/// What became of probes that were not taken as measurements; empty where all were.
+/// Summary of the probes that were refused or quarantined; empty if there are none.
 std::string ProbeIntakeText(const DaemonRegisters& daemon, bool reference_refused) {
   std::vector<std::string> parts;
   if (const double refused = daemon.Value("probes_refused"); refused > 0) {
@@ -229,7 +232,8 @@ std::string ProbeIntakeText(const DaemonRegisters& daemon, bool reference_refuse
         fmt::format("{:.0f} in quarantine: plumbline journal quarantine list", quarantined));
   }
   if (reference_refused) {
-    parts.emplace_back("reference refused, its probes disagree: see the log, then command 8");
+    parts.emplace_back(
+        "reference refused because its probes disagree: see the log, then send command 8");
   }
   return fmt::format("{}", fmt::join(parts, "; "));
 }
@@ -245,10 +249,10 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
   line(called.empty() ? "camera" : "camera " + called,
        fmt::format("{}: {}", ZoomStateText(static_cast<ZoomState>(state - 1)),
                    ZoomReasonText(static_cast<ZoomReason>(number("camera_reason")))));
-  line("", fmt::format("zoom {}, told {}; last frame {}; {}", number("zoom"),
+  line("", fmt::format("zoom {}, read {}; last frame {}; {}", number("zoom"),
                        Age(value("zoom_age")), Age(value("camera_age")),
                        number("lens") > 0 ? fmt::format("lens {} of the store", number("lens"))
-                                          : std::string("no kept lens")));
+                                          : std::string("no stored lens")));
   if (const int bits = number("camera_bits"); bits != 0) {
     line("", WordText(bits, plc_map::CameraBits()));
   }
@@ -260,17 +264,17 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
     const auto of_body = [&](const char* name) { return daemon.Body(name, camera, k); };
     const bool valid = (static_cast<int>(of_body("body_validity")) & plc_map::kValid) != 0;
     line("body", fmt::format("{:<5} {}", k + 1,
-                             valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, 95 % within "
-                                                 "{:.2f} mm, seen {}",
+                             valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, ±{:.2f} mm "
+                                                 "(95 %), seen {}",
                                                  WithoutMinusZero(of_body("body_x"), 2),
                                                  WithoutMinusZero(of_body("body_y"), 2),
                                                  WithoutMinusZero(of_body("body_z"), 2),
                                                  of_body("body_radius"), Age(of_body("body_age")))
-                                   : std::string("not seen, or the lens is not to be trusted")));
+                                   : std::string("not visible, or the lens is not valid")));
   }
   if ((number("tip_validity") & plc_map::kValid) != 0) {
     line("tip",
-         fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm by camera, 95 % within {:.3f} mm",
+         fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, ±{:.3f} mm (95 %), measured by camera",
                      WithoutMinusZero(value("tip_x"), 3), WithoutMinusZero(value("tip_y"), 3),
                      WithoutMinusZero(value("tip_z"), 3), value("tip_radius")));
   }
@@ -281,7 +285,7 @@ void PrintScene(const DaemonRegisters& daemon) {
   if (number("scene_age") >= 65535) return;
   std::string text = number("scene_state") == 2   ? "INTERFERENCE"
                      : number("scene_state") == 1 ? "apart"
-                                                  : "not known";
+                                                  : "unknown";
   if (number("scene_object_a") > 0) {
     text += fmt::format(", nearest: {} and {}, {:.2f} mm", number("scene_object_a"),
                         number("scene_object_b"), daemon.Scene("scene_distance"));
@@ -305,7 +309,7 @@ std::string PostureText(const DaemonRegisters& daemon, int point) {
                         daemon.Posture("posture_limit_distance", point), joint);
   }
   const int bits = static_cast<int>(daemon.Posture("posture_validity", point));
-  if ((bits & plc_map::kPostureDiffers) != 0) text += ", NOT the one taught (near_deg)";
+  if ((bits & plc_map::kPostureDiffers) != 0) text += ", NOT near near_deg";
   if ((bits & plc_map::kPostureTaught) == 0) text += ", chosen without near_deg";
   return text;
 }
@@ -321,7 +325,7 @@ void Print(const DaemonRegisters& daemon) {
                                                              Describe(reason), RemedyOf(reason)));
   const int firmware = daemon.Word("firmware");
   line("daemon",
-       fmt::format("version {}.{}.{}, up {:.0f} s, start number {}, {} Modbus clients",
+       fmt::format("version {}.{}.{}, up {:.0f} s, boot number {}, {} Modbus clients",
                    firmware / 10000, firmware / 100 % 100, firmware % 100, daemon.Value("uptime"),
                    daemon.Word("boot_counter"), daemon.Word("clients")));
   line("cycle", fmt::format("{:.1f} ms, longest computation {:.2f} ms, {} late",
@@ -339,22 +343,22 @@ void Print(const DaemonRegisters& daemon) {
   line("joints", joints.empty() ? "none" : joints.substr(1) + " deg");
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
     line("",
-         fmt::format("steps of the joint registers cost {:.2f} mm at the tip (95 %)", radius_mm));
+         fmt::format("resolution of the joint registers: ±{:.2f} mm at the tip (95 %)", radius_mm));
   }
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
-                      : "not known");
+                      : "unknown");
   const MonitoringStatus monitoring =
       plc_map::MonitoringFlagsFromWord(static_cast<std::uint16_t>(daemon.Word("loop_state")));
   line("model", ModelText(daemon));
   if (monitoring.recording) {
     const std::string drift =
         monitoring.reference_refused
-            ? "drift not watched"
+            ? "drift not monitored"
             : fmt::format("drift {:.2f} of the threshold", daemon.Value("drift_statistic"));
     line("probes", fmt::format("{:.0f} since the start, {}{}{}", daemon.Value("probes"), drift,
                                monitoring.drift_alarm ? ", ALARM" : "",
-                               monitoring.diagnosing ? ", diagnosis at work" : ""));
+                               monitoring.diagnosing ? ", diagnosis running" : ""));
   }
   if (const std::string taken = ProbeIntakeText(daemon, monitoring.reference_refused);
       !taken.empty())
@@ -403,16 +407,16 @@ int Run(const StatusOptions& options) {
 
 void AddStatusCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<StatusOptions>();
-  CLI::App* command = app.add_subcommand("status", "What a running daemon says of itself");
-  command->add_option("--host", options->host, "The daemon's address")->capture_default_str();
-  command->add_option("--port", options->port, "Its plc.port")
+  CLI::App* command = app.add_subcommand("status", "Show the state of a running daemon");
+  command->add_option("--host", options->host, "Address of the daemon")->capture_default_str();
+  command->add_option("--port", options->port, "plc.port of the daemon")
       ->capture_default_str()
       ->check(WholeNumberWithin(1, 65535));
-  command->add_flag("--json", options->json, "For programs");
+  command->add_flag("--json", options->json, "Print JSON");
   command->footer(
-      "Reads the PLC's registers over Modbus TCP; `plumbline registers` explains them.\n\n"
+      "Reads the PLC registers over Modbus TCP; `plumbline registers` explains them.\n\n"
       "Example:\n  plumbline status --port 1502\n\n"
-      "Exit codes: 0 no alarm, 1 the cell's health is ALARM, 2 no daemon there.");
+      "Exit codes: 0 no alarm, 1 the health of the cell is ALARM, 2 no daemon responds.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

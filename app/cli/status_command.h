@@ -1,4 +1,4 @@
-// plumbline status: what a running daemon says of itself, read as a PLC would.
+// plumbline status: prints the state of a running daemon, read from its Modbus registers.
 #pragma once
 
 namespace CLI {

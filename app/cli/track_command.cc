@@ -33,7 +33,7 @@ struct TrackOptions {
   bool force = false, json = false;
 };
 
-/// The lens, or nothing after the reason was told.
+/// Reads the lens; prints the reason on failure.
 std::optional<LensFile> ReadLens(const TrackOptions& options) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
@@ -47,15 +47,15 @@ std::optional<LensFile> ReadLens(const TrackOptions& options) {
   }
   if (!lens->accepted && !options.force) {
     Fail(
-        fmt::format("{}: this calibration was refused (accepted is not true): its reasons "
-                    "stand there; calibrate again, or use it all the same with --force",
+        fmt::format("{}: this calibration was refused (accepted is not true) for the reasons "
+                    "given in the file; calibrate again, or use it anyway with --force",
                     options.intrinsics));
     return std::nullopt;
   }
   return *lens;
 }
 
-/// Ids that no tag of the family has: such a tag would be looked for in vain.
+/// Checks that the tag family contains all ids of the database.
 bool AllInFamily(const TrackOptions& options, const TagDatabase& database,
                  const TagFamily& family) {
   const int count = static_cast<int>(family.codes.size());
@@ -67,7 +67,7 @@ bool AllInFamily(const TrackOptions& options, const TagDatabase& database,
   bool all = true;
   for (const int id : ids) {
     if (id < count) continue;
-    std::cerr << fmt::format("{}: {} has no tag {}, its ids are 0..{}; give the --family printed\n",
+    std::cerr << fmt::format("{}: {} has no tag {}, only 0..{}; give the --family of the tags\n",
                              options.bodies, family.name, id, count - 1);
     all = false;
   }
@@ -97,22 +97,23 @@ int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vec
   const auto image = ReadImage(options.image);
   if (!image) return Fail(fmt::format("{}: {}", options.image, image.error()));
   if (image->View().size() != lens.size) {
-    return Fail(fmt::format(
-        "{}: the image has {} x {} pixels, the lens of {} was calibrated at {} x {}; use images of "
-        "the same mode of the camera, neither cut nor scaled",
-        options.image, image->width, image->height, options.intrinsics, lens.size.width,
-        lens.size.height));
+    return Fail(
+        fmt::format("{}: the image has {} x {} pixels, but the lens in {} was calibrated at {} x "
+                    "{}; use images "
+                    "of the same camera mode, neither cropped nor scaled",
+                    options.image, image->width, image->height, options.intrinsics, lens.size.width,
+                    lens.size.height));
   }
   const TrackedFrame& frame = tracker.Update(image->View(), 0, &lens);
   if (frame.limited) {
-    std::cerr << options.image << ": more dark regions than are looked at; the smaller ones were "
-              << "left out, tags may be missing; try --threshold\n";
+    std::cerr << options.image << ": the image has too many dark regions; the smaller ones were "
+              << "skipped and tags may be missing; try --threshold\n";
   }
   for (const SeenBody& body : frame.bodies) {
     for (const int id : body.left_out) {
       std::cerr << fmt::format(
-          "{}: tag {} of \"{}\" contradicts its other tags and was left out: moved, or wrong in "
-          "{}\n",
+          "{}: tag {} of \"{}\" contradicts the other tags of this body and was ignored: it has "
+          "moved, or its position in {} is wrong\n",
           options.image, id, body.body->name, options.bodies);
     }
   }
@@ -122,7 +123,7 @@ int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vec
     const bool seen =
         std::any_of(frame.bodies.begin(), frame.bodies.end(),
                     [&body](const SeenBody& other) { return other.body->name == body.name; });
-    if (!seen) std::cout << fmt::format("{:16s} not seen\n", body.name);
+    if (!seen) std::cout << fmt::format("{:16s} not visible\n", body.name);
   }
   return kExitOk;
 }
@@ -145,7 +146,7 @@ int Run(const TrackOptions& options) {
     return kExitUsage;
   }
   if (options.tag_size_mm <= 0 && options.bodies.empty()) {
-    std::cerr << "plumbline track: how large are the tags? give --tag-size-mm, or --bodies\n";
+    std::cerr << "plumbline track: the tag size is missing; give --tag-size-mm or --bodies\n";
     return kExitUsage;
   }
   auto family = TagFamilyOfName(options.family);
@@ -157,11 +158,11 @@ int Run(const TrackOptions& options) {
   const auto database = ReadDatabase(options);
   if (!lens || !database || !AllInFamily(options, *database, *family)) return kExitFault;
   TrackerSettings settings;
-  settings.detector.small_tags = options.live.camera.empty();  // a camera goes on meanwhile
+  settings.detector.small_tags = options.live.camera.empty();  // too slow for a live camera
   if (options.threshold >= 0) settings.detector.threshold = options.threshold;
   Tracker tracker(std::move(family).value(), *database, settings);
   if (!lens->accepted) {
-    std::cerr << options.intrinsics << ": used by --force though it was refused\n";
+    std::cerr << options.intrinsics << ": warning: this lens was refused and is used by --force\n";
   }
   return options.live.camera.empty() ? RunOnImage(options, *lens, database->bodies, tracker)
                                      : RunLive(options, *lens, tracker);
@@ -172,42 +173,41 @@ int Run(const TrackOptions& options) {
 void AddTrackCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrackOptions>();
   CLI::App* command = app.add_subcommand(
-      "track", "Tags and bodies in an image or before a camera, and where they are");
-  command->add_option("--image", options->image, "Image file; colour is turned to grey");
+      "track", "Find tags and bodies in an image or camera stream, with their poses");
+  command->add_option("--image", options->image, "Image file; colour is converted to grey");
   AddCameraOptions(*command, options->live);
-  command->add_option("--frames", options->frames, "End after so many frames of the camera")
+  command->add_option("--frames", options->frames, "Stop after this number of frames")
       ->needs("--camera")
       ->check(WholeNumberWithin(1, 1 << 30));
   command
       ->add_option("--intrinsics", options->intrinsics,
-                   "The lens, LENS.json of plumbline calibrate-lens")
+                   "Lens calibration, LENS.json from plumbline calibrate-lens")
       ->required();
   command
       ->add_option("--tag-size-mm", options->tag_size_mm,
-                   "Side of the black square of every tag that --bodies does not list")
+                   "Side of the black square of all tags not listed in --bodies")
       ->check(NumberWithin(1, 2000));
-  command->add_option("--bodies", options->bodies, "Tags and bodies, a TOML file");
-  command->add_option("--family", options->family, "One of " + TagFamilyNames())
+  command->add_option("--bodies", options->bodies, "TOML file of tags and bodies");
+  command->add_option("--family", options->family, "Tag family, one of " + TagFamilyNames())
       ->capture_default_str();
   command
       ->add_option("--threshold", options->threshold,
-                   "Pixels below this grey level are dark; without it the light around each place "
-                   "decides")
+                   "Pixels below this grey level count as dark; default: adapts to the local "
+                   "brightness")
       ->check(WholeNumberWithin(0, 255));
   command->add_flag("--force", options->force, "Use a lens whose calibration was refused");
-  command->add_flag("--json", options->json,
-                    "Answer as JSON on standard output; of a camera, one line a frame");
+  command->add_flag("--json", options->json, "Print JSON; for a camera, one line per frame");
   command->footer(
-      "Positions in the camera frame: x right, y down, z forward. A tag's frame: x to its right, "
-      "y\n"
-      "down, z into it, the origin at its centre.\n\n"
+      "Poses are given in the camera frame: x right, y down, z forward. A tag's frame has its "
+      "origin\n"
+      "at the centre of the tag, x to its right, y down, z into it.\n\n"
       "Examples:\n  plumbline track --image frame.png --intrinsics lens.json --tag-size-mm 80\n"
       "  plumbline track --image frame.png --intrinsics lens.json --bodies bodies.toml --json\n"
       "  plumbline track --camera A1B2C3 --size 1920x1080 --exposure-ms 5 --intrinsics lens.json "
       "--bodies bodies.toml --json\n"
       "  plumbline track --camera recording --fast --intrinsics lens.json --tag-size-mm 80 --json\n"
-      "Ctrl-C ends the tracking of a camera.\n\n"
-      "Exit codes: 0 done, also where there is no tag; 1 faults in the input; 2 wrong arguments.");
+      "Ctrl-C stops tracking of a camera.\n\n"
+      "Exit codes: 0 success, even if no tag was found; 1 faults in the input; 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

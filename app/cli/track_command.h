@@ -1,4 +1,4 @@
-// plumbline track: tags and bodies in an image.
+// plumbline track: poses of tags and bodies in an image or a camera stream.
 #pragma once
 
 namespace CLI {

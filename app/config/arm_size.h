@@ -1,4 +1,4 @@
-// What an arm's own size and masses say of single values of its cell: another unit, another arm's.
+// Plausibility checks of a cell against the arm's own size and masses: wrong units, another arm.
 #pragma once
 
 #include <optional>
@@ -9,29 +9,30 @@
 
 namespace plumbline {
 
-/// An arm's size, from postures spread over its joint ranges.
+/// Size of an arm, sampled over postures spread across its joint ranges.
 struct ArmSize {
-  double reach_m = 0;  ///< largest distance of the flange from the axis that carries most
-  /// Largest gravity torque of the links alone, of each joint [N m]; where their masses are known
-  /// and gravity is not zero.
+  double reach_m = 0;  ///< largest distance of the flange from the axis with the largest torque
+  /// Largest gravity torque of the links alone, per joint [N m]; absent if a link mass is unknown
+  /// or gravity is zero.
   std::optional<JointVector> link_torque;
 
-  /// The load for which such an arm is made [kg]. From the masses: on real arms the rated payload
-  /// makes 43 to 59 % of the largest gravity torque about joint 2, so that it is close to
-  /// T_links / (g reach). Without masses, the heaviest that arms of this reach are made for.
+  /// Rough rated payload of such an arm [kg]. With link masses: on real arms the rated payload
+  /// causes 43 to 59 % of the largest gravity torque about joint 2, so it is close to
+  /// T_links / (g reach). Without them: the heaviest rated payload of arms with this reach.
   double RatedLoad_kg() const;
 };
 
 ArmSize ArmSizeOf(const Robot& robot);
 
-/// Lengths and centres of mass of single joints as if in metres, link masses that no arm of this
-/// reach has, compliances a thousand times too soft or too stiff.
-void WarnOfUnlikelyParts(const std::vector<TomlTable>& joints, const Robot& robot);
+/// Warns about lengths and centres of mass of single joints that look like metres, link masses that
+/// no arm of this reach has, and compliances that are wrong by a unit.
+/// @param joints  the [[robot.joint]] tables, one for each of robot.joints
+void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const Robot& robot);
 
-/// A tool several times as long as the arm.
-void WarnOfLongTool(const TomlTable& root, const CellModel& cell);
+/// Warns about a tool several times as long as the arm.
+void WarnAboutLongTool(const TomlTable& root, const CellModel& cell);
 
-/// Payloads of a configuration that, with the tool, are above twice what the arm is made for.
-void WarnOfHeavyPayloads(const TomlTable& root, const MachineConfig& config);
+/// Warns about configured payloads that, together with the tool, exceed twice the rated payload.
+void WarnAboutHeavyPayloads(const TomlTable& root, const MachineConfig& config);
 
 }  // namespace plumbline

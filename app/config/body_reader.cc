@@ -12,18 +12,18 @@
 namespace plumbline {
 namespace {
 
-constexpr int kLargestId = 100000;
+constexpr int kMaxId = 100000;
 constexpr NumberRange kSize{1, 2000, kMetrePerMm};
 constexpr NumberRange kPlaceSd{0, 100, kMetrePerMm};
 
 class Reader {
  public:
-  /// The id of a tag, which must not stand in the file before.
+  /// Reads the id of a tag; an id that appeared earlier in the file is a fault.
   std::optional<int> NewId(const TomlTable& table) {
-    const auto id = table.RequiredInteger("id", 0, kLargestId);
+    const auto id = table.RequiredInteger("id", 0, kMaxId);
     if (!id) return std::nullopt;
     const auto [first, is_new] = line_of_id_.emplace(*id, table.LineOf("id"));
-    if (!is_new) table.AddFault("id", fmt::format("stands in line {} already", first->second));
+    if (!is_new) table.AddFault("id", fmt::format("is already used in line {}", first->second));
     return id;
   }
 

@@ -1,4 +1,4 @@
-// The file that lists tags and bodies.
+// Reader of the tag database: single tags and the bodies that carry tags.
 #pragma once
 
 #include <optional>
@@ -18,15 +18,16 @@ namespace plumbline {
 ///   size_mm = 80.0               # side of the black square
 ///   [[body]]
 ///   name = "gripper"
-///   size_mm = 80.0               # of its tags that do not say
-///   place_sd_mm = 0.02           # if wanted: how well its tags' places are known, one axis
+///   size_mm = 80.0               # default for its tags
+///   place_sd_mm = 0.02           # optional: standard deviation of its tags' positions, per axis
 ///   [[body.tag]]
 ///   id = 3
 ///   xyz_mm = [0.0, 100.0, 0.0]   # the tag's centre in the body's frame
 ///   rpy_deg = [0.0, 0.0, 0.0]    # its axes (x right, y down, z into it): Rz(y) Ry(p) Rx(r)
 ///
-/// All faults at once; an id that stands twice and two bodies of one name are faults.
-/// @return  nothing where there is a fault
+/// Reports all faults at once. A duplicate id and a duplicate body name are faults.
+/// @param file  name used in faults
+/// @return      nullopt if there is a fault
 std::optional<TagDatabase> TagDatabaseFromText(std::string_view text, const std::string& file,
                                                FaultList& faults);
 

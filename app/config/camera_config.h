@@ -1,4 +1,4 @@
-// [camera] or [[camera]], [zoom], [board] and [tags] of plumbline.toml.
+// Vision part of plumbline.toml: [camera] or [[camera]], [zoom], [board] and [tags].
 #pragma once
 
 #include <optional>
@@ -19,10 +19,10 @@ class NamedFiles;
 class TomlTable;
 
 struct ZoomConfig {
-  std::string kind;           ///< of ZoomKinds(); empty: a lens without zoom
-  ZoomConnection connection;  ///< its replay's rows are still in replay_file
+  std::string kind;           ///< one of ZoomKinds(); empty: a lens without zoom
+  ZoomConnection connection;  ///< for kind "replay", the rows are still to be read from replay_file
   std::string replay_file;
-  double period_s = kZoomPeriod_s;  ///< from one reading to the next
+  double period_s = kZoomPeriod_s;  ///< polling period
   ZoomSupervisionSettings supervision;
 };
 
@@ -30,52 +30,52 @@ struct BoardConfig {
   Board board;
   int views = 20, most_views = 60;
   double patience_s = 180;
-  double acceptable_px = 0.5;        ///< uncertainty of the projection, one deviation
-  std::optional<double> distance_m;  ///< where it is judged; nothing: at infinity
-  bool by_itself = true;  ///< a board that comes into view while it is asked for starts the capture
+  double acceptable_px = 0.5;        ///< largest standard deviation of the projection
+  std::optional<double> distance_m;  ///< distance at which it is evaluated; nullopt: at infinity
+  bool by_itself = true;  ///< a requested calibration starts when the board comes into view
 };
 
 struct TagsConfig {
   std::string file, text;
   std::string family = "36h11";
-  std::optional<int> threshold;  ///< 0..255; nothing: by the light around each place
+  std::optional<int> threshold;  ///< grey level 0..255; nullopt: adapts to the local brightness
   TagDatabase database;
-  std::string cell = "cell";  ///< the body of fixed marks
-  Pose X_WK;                  ///< where that body is in the measurement frame
-  double place_sd_m = 2e-4;   ///< of a fixed mark's declared place, an axis
-  std::string tool;           ///< the body that carries the tip; empty: none
-  Vec3 tip_T = Vec3::Zero();  ///< on that body
+  std::string cell = "cell";  ///< the body with the reference tags
+  Pose X_WK;                  ///< pose of that body in the measurement frame
+  double place_sd_m = 2e-4;   ///< standard deviation of a reference tag's position, per axis
+  std::string tool;           ///< the body that carries the tool tip; empty: none
+  Vec3 tip_T = Vec3::Zero();  ///< tip in the frame of that body [m]
 };
 
 struct CameraConfig {
-  CameraName name = CameraName::kNone;  ///< told apart by it; of two cameras each has one
-  std::string kind = "v4l2";            ///< of CameraKinds()
+  CameraName name = CameraName::kNone;  ///< set for each of two cameras
+  std::string kind = "v4l2";            ///< one of CameraKinds()
   CameraConnection connection;
   ZoomConfig zoom;
 };
 
-/// The cameras, and what they share: one cell, one set of bodies, one board.
+/// The cameras and what they share: one cell, one set of bodies, one board.
 struct VisionConfig {
-  std::string text;  ///< of all its tables and the tags' file: what a reload compares
+  std::string text;  ///< its tables and the tag file as text; a reload compares it to find changes
   std::vector<CameraConfig> cameras;  ///< at most kMostCameras; empty: none
   BoardConfig board;
   TagsConfig tags;
 };
 
-/// The body of the cell's fixed marks; an empty one where there is none of that name.
+/// The body with the cell's reference tags; an empty body if the file has none of that name.
 Body CellMarksOf(const TagsConfig& tags);
 
-/// [camera] with its zoom in [zoom] or [camera.zoom], or each [[camera]] with its [camera.zoom].
-/// [zoom], [board] and [tags] without a camera are faults, and cameras that take each other's
+/// Reads [camera] with its zoom in [zoom] or [camera.zoom], or each [[camera]] with its
+/// [camera.zoom]. Faults: [zoom], [board] or [tags] without a camera; two cameras that share a
 /// name, device, serial number or zoom sensor.
 VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, FaultList& faults);
 
-/// Keys of both kinds are checked; those of the other one are of no use, and no fault. Its zoom is
-/// not read.
+/// Checks the keys of both kinds; a key of the other kind is ignored, not a fault. Does not read
+/// the zoom.
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files);
 BoardConfig BoardFromToml(const TomlTable& table);
 TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultList& faults);
-/// @param camera  whose device serves where the zoom is a control of it
+/// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
 ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const std::string& camera,
                         FaultList& faults);
 

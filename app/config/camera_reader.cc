@@ -5,12 +5,13 @@
 #include "app/config/plausibility.h"
 
 namespace plumbline {
+
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   CameraConfig camera;
   ReadKeys(table, camera, &files);
   const ImageSize& size = camera.connection.v4l2.mode.size;
   if ((size.width == 0) != (size.height == 0)) {
-    table.AddFault("width_px", "and height_px must stand together, or neither");
+    table.AddFault("width_px", "and height_px must be given together");
   }
   return camera;
 }
@@ -20,9 +21,10 @@ BoardConfig BoardFromToml(const TomlTable& table) {
   const bool printed = ReadKeys(table, config.board);
   ReadKeys(table, config);
   if (config.most_views < config.views) table.AddFault("most_views", "is below views");
-  // A number is judged against the others only if all could be read.
+  // Values are checked against each other only if all of them could be read.
   const auto fault = printed ? FaultOf(config.board) : std::nullopt;
-  if (fault && table.Has(fault->key)) table.AddFault(fault->key, "is no board: " + fault->message);
+  if (fault && table.Has(fault->key))
+    table.AddFault(fault->key, "is not possible: " + fault->message);
   if (fault && !table.Has(fault->key)) table.AddMissing(fault->key, fault->message);
   return config;
 }
@@ -30,15 +32,15 @@ BoardConfig BoardFromToml(const TomlTable& table) {
 namespace {
 
 void CheckBody(const TomlTable& table, const char* key, const std::string& name,
-               const TagDatabase& database, std::size_t least_tags) {
+               const TagDatabase& database, std::size_t min_tags) {
   for (const Body& body : database.bodies) {
     if (body.name != name) continue;
-    if (body.tags.size() >= least_tags) return;
+    if (body.tags.size() >= min_tags) return;
     table.AddFault(
-        key, fmt::format("\"{}\" has {} tags; {} are needed", name, body.tags.size(), least_tags));
+        key, fmt::format("\"{}\" has {} tags; {} are needed", name, body.tags.size(), min_tags));
     return;
   }
-  table.AddFault(key, fmt::format("\"{}\" is no [[body]] of the tags' file", name));
+  table.AddFault(key, fmt::format("\"{}\" is not a [[body]] in the tag file", name));
 }
 
 }  // namespace
@@ -55,7 +57,7 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
     }
   }
   ReadKeys(table, tags);
-  WarnOfRadians(table, "cell_rpy_deg");
+  WarnAboutRadians(table, "cell_rpy_deg");
   for (Body& body : tags.database.bodies) {
     if (body.place_sd_m) continue;
     body.place_sd_m = body.name == tags.cell ? tags.place_sd_m : kPlaceSdOnOnePlate_m;
@@ -64,7 +66,7 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   CheckBody(table, "cell", tags.cell, tags.database, 2);
   if (!tags.tool.empty()) CheckBody(table, "tool", tags.tool, tags.database, 1);
   if (tags.database.bodies.size() > CameraStatus::kMostBodies) {
-    table.AddWarning("file", fmt::format("has {} bodies; the PLC is told of the first {}",
+    table.AddWarning("file", fmt::format("has {} bodies; only the first {} are reported to the PLC",
                                          tags.database.bodies.size(), CameraStatus::kMostBodies));
   }
   return tags;

@@ -25,15 +25,15 @@ constexpr NumberRange kGravity{-20, 20};
 constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
 constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
-constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // a radian away
+constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // per radian of distance
 constexpr NumberRange kTemperature{-50, 150};
 
-/// `[low, high]` pairs of a list; faults where a pair is turned round.
+/// An interval `[low, high]`; adds a fault if the ends are swapped.
 std::optional<Interval> IntervalFrom(const TomlTable& table, std::string_view key,
                                      NumberRange range) {
   const auto values = table.Numbers(key, range, 2);
   if (!values) return std::nullopt;
-  if ((*values)[0] > (*values)[1]) table.AddFault(key, "has its low end above its high end");
+  if ((*values)[0] > (*values)[1]) table.AddFault(key, "has its lower end above its upper end");
   return Interval{(*values)[0], (*values)[1]};
 }
 
@@ -52,7 +52,7 @@ void ReadLimits(const TomlTable& table, Joint& joint) {
   joint.min = table.Number(min_key, range).value_or(joint.min);
   joint.max = table.Number(max_key, range).value_or(joint.max);
   if (joint.min >= joint.max) {
-    table.AddFault(max_key, fmt::format("is not above {}", min_key));
+    table.AddFault(max_key, fmt::format("must be greater than {}", min_key));
   }
 }
 
@@ -67,7 +67,7 @@ Joint JointFromToml(const TomlTable& table) {
   joint.d_m = table.RequiredNumber("d_mm", kPlaceRange).value_or(0);
   joint.theta_offset_rad = table.Number("theta_offset_deg", kTurnRange).value_or(0);
   joint.sign = table.Integer("sign", -1, 1).value_or(1);
-  if (joint.sign == 0) table.AddFault("sign", "is not 1 or -1");
+  if (joint.sign == 0) table.AddFault("sign", "must be 1 or -1");
   ReadLimits(table, joint);
   joint.link_mass_kg = table.Number("link_mass_kg", kMass);
   joint.link_com_m = table.Vector3("link_com_mm", kPlaceRange);
@@ -75,14 +75,14 @@ Joint JointFromToml(const TomlTable& table) {
   if (joint.type == JointType::kPrismatic && table.Has("compliance_rad_per_Nm")) {
     table.AddFault(
         "compliance_rad_per_Nm",
-        "stands at a prismatic joint, which does not turn; remove it, and give its compliance "
-        "as an [[effect]] joint_compliance, in m/N");
+        "does not apply to a prismatic joint; remove it and declare the compliance as an "
+        "[[effect]] joint_compliance in m/N");
   }
   return joint;
 }
 
-/// What the declared masses leave open, said once a joint.
-void WarnOfUnknowns(const std::vector<TomlTable>& tables, const std::vector<Joint>& joints) {
+/// Warns about the quantities that the declared masses leave unknown, once per joint.
+void WarnAboutUnknowns(const std::vector<TomlTable>& tables, const std::vector<Joint>& joints) {
   bool masses_known = true;
   for (std::size_t i = joints.size(); i-- > 0;) {
     const Joint& joint = joints[i];
@@ -90,12 +90,12 @@ void WarnOfUnknowns(const std::vector<TomlTable>& tables, const std::vector<Join
     if (!masses_known && joint.compliance_rad_per_Nm.value_or(0) > 0) {
       tables[i].AddWarning(
           "compliance_rad_per_Nm",
-          fmt::format("cannot act: link_mass_kg of joint {} or beyond is absent, so the torque is "
-                      "unknown, and every correction and prediction is refused",
+          fmt::format("cannot be used: link_mass_kg of joint {} or of a later joint is missing, so "
+                      "the torque is unknown and every correction and prediction is refused",
                       i + 1));
     }
     if (joint.link_mass_kg.value_or(0) > 0 && !joint.link_com_m) {
-      tables[i].AddWarning("link_com_mm", "missing; the link's centre of mass is a guess");
+      tables[i].AddWarning("link_com_mm", "missing; the centre of mass of the link is assumed");
     }
   }
 }
@@ -110,10 +110,12 @@ Robot RobotFromToml(const TomlTable& table) {
           .value_or(DhConvention::kDistal);
   if (table.Has("gravity_m_s2")) {
     robot.g_W = table.Vector3("gravity_m_s2", kGravity).value_or(robot.g_W);
-    if (robot.g_W.norm() > 20) table.AddFault("gravity_m_s2", "is longer than 20");
-    if (robot.g_W.norm() == 0) table.AddWarning("gravity_m_s2", "is no gravity: nothing sags");
+    if (robot.g_W.norm() > 20) table.AddFault("gravity_m_s2", "has a magnitude above 20");
+    if (robot.g_W.norm() == 0) {
+      table.AddWarning("gravity_m_s2", "is zero: no deflection by weight is computed");
+    }
   } else {
-    table.AddWarning("gravity_m_s2", "missing; taken as [0, 0, -9.80665]");
+    table.AddWarning("gravity_m_s2", "missing; [0, 0, -9.80665] is assumed");
     table.Ignore({"gravity_m_s2"});
   }
   robot.X_WB = BasePoseFromToml(table);
@@ -122,11 +124,11 @@ Robot RobotFromToml(const TomlTable& table) {
   if (!table.Has("joint")) table.AddMissing("joint", "one [[robot.joint]] for each joint");
   if (static_cast<int>(joints.size()) > kMaxJoints) {
     table.AddFault("joint",
-                   fmt::format("stands {} times; at most {} joints", joints.size(), kMaxJoints));
+                   fmt::format("is given {} times; at most {} joints", joints.size(), kMaxJoints));
   }
   for (const TomlTable& joint : joints) robot.joints.push_back(JointFromToml(joint));
-  WarnOfUnknowns(joints, robot.joints);
-  WarnOfUnlikelyRobot(table, joints, robot);
+  WarnAboutUnknowns(joints, robot.joints);
+  WarnAboutUnlikelyRobot(table, joints, robot);
   return robot;
 }
 
@@ -140,7 +142,7 @@ Measurement MeasurementFromToml(const TomlTable& table) {
   if (kind == MeasurementKind::kRange) {
     measurement.anchor_W = table.RequiredVector3("anchor_mm", kPlaceRange).value_or(Vec3::Zero());
   } else if (kind && table.Has("anchor_mm")) {
-    table.AddFault("anchor_mm", "belongs to kind = \"range\" only");
+    table.AddFault("anchor_mm", "is allowed with kind = \"range\" only");
   } else {
     table.Ignore({"anchor_mm"});
   }
@@ -151,7 +153,8 @@ Measurement MeasurementFromToml(const TomlTable& table) {
   measurement.sigma_m = table.Number("sigma_mm", kSigma);
   measurement.reference_temperature_C = table.Number("reference_temperature_C", kTemperature);
   if (kind == MeasurementKind::kRange && table.Has("camera_xyz_mm")) {
-    table.AddFault("camera_xyz_mm", "is of a camera, which measures no kind = \"range\"");
+    table.AddFault("camera_xyz_mm",
+                   "is not allowed with kind = \"range\": a camera measures no ranges");
     table.Ignore({"camera_rpy_deg"});
   } else if (table.Has("camera_xyz_mm") || table.Has("camera_rpy_deg")) {
     const auto place = table.RequiredVector3("camera_xyz_mm", kPlaceRange);
@@ -171,7 +174,7 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
     session.id = table.RequiredString("id").value_or("");
     const bool known = std::any_of(sessions.begin(), sessions.end(),
                                    [&](const auto& other) { return other.id == session.id; });
-    if (known && !session.id.empty()) table.AddFault("id", "is the id of two sessions");
+    if (known && !session.id.empty()) table.AddFault("id", "is used for two sessions");
     const Pose read = BasePoseFromToml(table);
     session.X_WB.p = table.Has("base_xyz_mm") ? read.p : X_WB.p;
     session.X_WB.R = table.Has("base_rpy_deg") ? read.R : X_WB.R;
@@ -181,23 +184,24 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
   return sessions;
 }
 
-/// The poses that the growth of the residual is counted from: neither means anything alone.
-void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
+/// Reads the measured poses and the growth of the residual with distance from them; neither is
+/// meaningful without the other.
+void ReadDistanceModel(const TomlTable& table, const Robot& robot, Domain& domain) {
   domain.distant_sigma_m = table.Number("distant_sigma_mm", kDistantSigma);
   const auto poses = table.Rows("poses_deg", {-100000, 100000});
   for (const auto& [key, other] :
        {std::pair{"distant_sigma_mm", "poses_deg"}, std::pair{"poses_deg", "distant_sigma_mm"}}) {
     if (table.Has(key) && !table.Has(other)) {
-      table.AddFault(key, fmt::format("needs {} beside it", other));
+      table.AddFault(key, fmt::format("requires {}", other));
     }
   }
   if (table.Has("distant_sigma_mm") && !table.Has("residual_sigma_mm")) {
-    table.AddFault("distant_sigma_mm", "needs residual_sigma_mm beside it");
+    table.AddFault("distant_sigma_mm", "requires residual_sigma_mm");
   }
   if (!poses) return;
   if (poses->rows() == 0 || poses->cols() != robot.size()) {
     table.AddFault("poses_deg",
-                   fmt::format("is not a list of poses, each of {} joints", robot.size()));
+                   fmt::format("is not a list of poses of {} joints each", robot.size()));
     return;
   }
   for (Eigen::Index pose = 0; pose < poses->rows(); ++pose) {
@@ -211,7 +215,7 @@ void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
 
 Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   Domain domain;
-  // Scaled joint by joint: a prismatic joint's pair is in mm.
+  // Scaled per joint: the pair of a prismatic joint is in mm.
   if (const auto pairs = table.Matrix("q_deg", {-100000, 100000}, robot.size(), 2)) {
     for (int i = 0; i < robot.size(); ++i) {
       const bool prismatic =
@@ -220,11 +224,11 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
       domain.q.push_back({(*pairs)(i, 0) * to_si, (*pairs)(i, 1) * to_si});
       if (domain.q.back().low > domain.q.back().high) {
         table.AddFault("q_deg",
-                       fmt::format("has the low end of joint {} above its high end", i + 1));
+                       fmt::format("has the lower end of joint {} above its upper end", i + 1));
       }
     }
   } else if (!table.Has("q_deg")) {
-    table.AddMissing("q_deg", "one pair [low, high] for each joint");
+    table.AddMissing("q_deg", "one pair [low, high] per joint");
   }
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
   if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2)) {
@@ -233,60 +237,61 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   }
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigma);
-  ReadDistance(table, robot, domain);
+  ReadDistanceModel(table, robot, domain);
   if (const auto text = table.String("time_zero_utc")) {
     domain.time_zero_s = UtcFromText(*text);
     if (!domain.time_zero_s) {
-      table.AddFault("time_zero_utc", "is no UTC such as \"2026-11-21T07:30:00Z\"");
+      table.AddFault("time_zero_utc", "is not a UTC time such as \"2026-11-21T07:30:00Z\"");
     }
   }
   return domain;
 }
 
-/// The residual of held-out rows belongs to exactly the model that those rows validated.
+/// The residual of held-out rows is valid only for the exact model that was validated with them.
 void CheckFingerprint(const TomlTable& table, const TomlDocument& document, Domain& domain) {
   const auto written = table.String("fingerprint");
   if (!written || *written == ModelFingerprint(document)) return;
   domain.as_validated = false;
   table.AddWarning("fingerprint",
-                   "does not match: the model was changed after it was fitted. Its radius is no "
-                   "longer that of the measurements and is taken as assumed. Undo the edit, or "
-                   "measure and diagnose again; delete [domain] to stop this warning");
+                   "does not match: the model was edited after it was fitted. Its radius is no "
+                   "longer validated by the measurements and counts as assumed. Undo the edit, or "
+                   "measure and diagnose again; delete [domain] to remove this warning");
 }
 
-void FaultWhereNoCamera(const TomlTable& root, const CellModel& cell) {
+/// Adds a fault if an effect needs a measuring camera and none is declared.
+void RequireCameraPose(const TomlTable& root, const CellModel& cell) {
   for (const WrittenEffect& written : cell.effects) {
     const Effect* effect = FindEffect(written.id);
     if (effect == nullptr || !effect->traits().Needs(Signal::kCamera)) continue;
     if (cell.measurement.X_WC) continue;
-    root.AddFault("effect", fmt::format("{} is of a measuring camera: give [measurement] "
+    root.AddFault("effect", fmt::format("{} is an effect of a measuring camera; give [measurement] "
                                         "camera_xyz_mm and camera_rpy_deg",
                                         written.id));
   }
 }
 
-void WarnWhereNothingYields(const TomlTable& root, const CellModel& cell) {
-  const bool joints_yield =
+void WarnIfNothingDeflects(const TomlTable& root, const CellModel& cell) {
+  const bool compliant_joints =
       std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
                   [](const Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
-  if (!cell.tool.rigid || joints_yield || !cell.effects.empty()) return;
+  if (!cell.tool.rigid || compliant_joints || !cell.effects.empty()) return;
   root.AddWarning("tool",
-                  "nothing in this cell yields (a rigid tool, no joint with a "
-                  "compliance_rad_per_Nm): corrected points equal the taught ones");
+                  "nothing in this cell deflects (a rigid tool, no joint with a "
+                  "compliance_rad_per_Nm, no effect): corrected points equal the taught ones");
 }
 
 CellModel CellFromToml(TomlDocument& document) {
   const TomlTable root = document.Root();
   CellModel cell;
   if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
-    root.AddFault("schema", "must be 1, the only schema that this version reads");
+    root.AddFault("schema", "must be 1, the only schema that this version supports");
   }
   if (const auto robot = root.RequiredTable("robot")) cell.robot = RobotFromToml(*robot);
   if (const auto tool = root.RequiredTable("tool")) cell.tool = ToolFromToml(*tool);
   if (const auto payload = root.Table("payload")) {
     cell.payload_cog_F = payload->RequiredVector3("cog_mm", kPlaceRange);
   } else if (!root.Has("payload")) {
-    root.AddWarning("payload", "missing; a payload_kg column cannot be used");
+    root.AddWarning("payload", "missing; payload masses cannot be used");
   }
   if (const auto measurement = root.Table("measurement")) {
     cell.measurement = MeasurementFromToml(*measurement);
@@ -294,9 +299,9 @@ CellModel CellFromToml(TomlDocument& document) {
   for (const TomlTable& effect : root.Tables("effect")) {
     cell.effects.push_back(EffectFromToml(effect, cell.robot.size(), PrismaticJoints(cell.robot)));
   }
-  FaultWhereNoCamera(root, cell);
-  WarnWhereNothingYields(root, cell);
-  WarnOfUnlikelyLoad(root, cell);
+  RequireCameraPose(root, cell);
+  WarnIfNothingDeflects(root, cell);
+  WarnAboutUnlikelyLoad(root, cell);
   cell.sessions = SessionsFromToml(root, cell.robot.X_WB);
   if (const auto domain = root.Table("domain")) {
     cell.domain = DomainFromToml(*domain, cell.robot);
@@ -312,7 +317,7 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
   FaultList own;
   TomlDocument document(text, file, own);
   CellModel cell;
-  if (const auto why = WhyNoCell(text)) {
+  if (const auto why = WhyNotACell(text)) {
     own.Add({Fault::Severity::kFault, file, 0, "", *why});
   } else if (document.parsed()) {
     cell = CellFromToml(document);

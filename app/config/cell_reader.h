@@ -1,4 +1,4 @@
-// cell.toml -> CellModel, in SI, with all its faults and warnings.
+// Reader of cell.toml: text to CellModel in SI units, with all faults and warnings.
 #pragma once
 
 #include <optional>
@@ -10,27 +10,27 @@
 
 namespace plumbline {
 
-/// Key of the warning that a fitted model was changed after its validation.
+/// Key of the warning that a fitted model was edited after its validation.
 inline constexpr std::string_view kFingerprintKey = "domain.fingerprint";
 
-/// Reads a cell by its text; a pure function. `file` only names it in faults.
+/// Parses the text of a cell file. Pure function; `file` is only the name used in faults.
 ///
-/// Required are schema, [robot] with name and convention, at least one [[robot.joint]] with a_mm,
-/// alpha_deg and d_mm, and [tool]. Where they are absent: theta_offset_deg is 0, sign 1, the base
-/// stands in the origin of the measurement frame, gravity is (0, 0, -9.80665), said as a warning.
-/// A prismatic joint has min_mm and max_mm in place of degrees, and its pair of [domain] q_deg is
-/// in mm. A material by name may be refined by youngs_modulus_GPa and the like beside it.
+/// Required: schema, [robot] with name and convention, at least one [[robot.joint]] with a_mm,
+/// alpha_deg and d_mm, and [tool]. Defaults: theta_offset_deg 0, sign 1, the base at the origin of
+/// the measurement frame, gravity (0, 0, -9.80665) with a warning. A prismatic joint has min_mm and
+/// max_mm instead of degrees, and its pair in [domain] q_deg is in mm. Keys such as
+/// youngs_modulus_GPa override the values of a named material.
 ///
-/// Where [domain] has a fingerprint that is not the file's, the fitted model was changed after its
-/// validation: a warning, and domain->as_validated is false.
+/// If [domain] has a fingerprint that does not match the file, the fitted model was edited after
+/// its validation: a warning is added and domain->as_validated is false.
 ///
-/// @param faults  gets what is wrong, and warnings for what remains unknown (torques without link
-///                masses, a guessed centre of mass, no payload)
-/// @return        the cell; nothing where this text has a fault
+/// @param faults  receives the faults, and warnings for what remains unknown (torques without link
+///                masses, an assumed centre of mass, no payload)
+/// @return        the cell, or nullopt if this text has a fault
 std::optional<CellModel> CellFromText(std::string_view text, const std::string& file,
                                       FaultList& faults);
 
-/// CellFromText of a file's content; a file that cannot be read is a fault.
+/// CellFromText() on the content of a file; a file that cannot be read is a fault.
 std::optional<CellModel> ReadCell(const std::string& path, FaultList& faults);
 
 }  // namespace plumbline

@@ -1,5 +1,6 @@
-// The daemon's configuration as values: what plumbline.toml says, checked, in SI. Most of it is
-// what the parts themselves take; their headers document the fields.
+// Daemon configuration: the checked content of plumbline.toml and the files it refers to, in SI.
+//
+// Most members are option structs of other modules, whose headers document the fields.
 #pragma once
 
 #include <optional>
@@ -7,7 +8,7 @@
 #include <vector>
 
 #include "app/config/camera_config.h"
-#include "app/config/loop_config.h"
+#include "app/config/monitoring_config.h"
 #include "app/config/mqtt_config.h"
 #include "app/config/overlay_config.h"
 #include "app/config/page_config.h"
@@ -19,37 +20,37 @@
 
 namespace plumbline {
 
-/// Where the service keeps its state.
+/// Default state directory, that of the service.
 inline constexpr const char* kUsualStateDirectory = "/var/lib/plumbline";
 
 struct RobotLinkConfig {
   std::string transport = "tcp";  ///< one of RobotTransports()
-  RobotConnection connection;     ///< its replay's rows are still in replay_file
-  std::string replay_file;        ///< a measured.csv whose joints are played
+  RobotConnection connection;     ///< for "replay", the rows are still to be read from replay_file
+  std::string replay_file;        ///< a measured.csv whose joints are played back
 };
 
 struct PlcConfig {
-  modbus::TcpServerOptions tcp;                ///< changed by a restart only
-  std::optional<modbus::RtuSlaveOptions> rtu;  ///< likewise
+  modbus::TcpServerOptions tcp;                ///< a change takes effect at the next start
+  std::optional<modbus::RtuSlaveOptions> rtu;  ///< a change takes effect at the next start
   PlcConvention convention;
 };
 
 struct DaemonConfig {
-  std::string file;  ///< where it was read from
+  std::string file;  ///< path of plumbline.toml
   std::string cell_file;
-  MachineConfig machine;  ///< its cell with the base and tip of its last session, where it has any
+  MachineConfig machine;  ///< the cell has the base and tip of its last session, if it has sessions
   RobotLinkConfig robot;
   PlcConfig plc;
   LoopConfig loop;
-  VisionConfig vision;             ///< changed by a restart only
-  OverlayConfig overlay;           ///< of plumbline-view; the daemon only checks it
-  PageConfig page;                 ///< likewise
-  std::optional<MqttConfig> mqtt;  ///< of plumbline-fleet; likewise
-  /// Corrected points written into the controller's registers, in the order of the profile's
-  /// slots; whether at all, and how fast, is robot.connection.push.
+  VisionConfig vision;             ///< a change takes effect at the next start
+  OverlayConfig overlay;           ///< used by plumbline-view; the daemon only checks it
+  PageConfig page;                 ///< used by plumbline-view; the daemon only checks it
+  std::optional<MqttConfig> mqtt;  ///< used by plumbline-fleet; the daemon only checks it
+  /// Ids of the points written into the controller's registers, in the order of the profile's
+  /// slots. robot.connection.push enables the writing and limits its rate.
   std::vector<int> push_ids;
   double cycle_period_s = 0.01;
-  std::string state_directory = kUsualStateDirectory;  ///< changed by a restart only
+  std::string state_directory = kUsualStateDirectory;  ///< a change takes effect at the next start
 };
 
 }  // namespace plumbline

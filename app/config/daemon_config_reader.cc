@@ -29,7 +29,7 @@ bool IsAddress(const std::string& text) {
          inet_pton(AF_INET6, text.c_str(), &address) == 1;
 }
 
-/// A host by name or address; a text of digits and dots must be an address.
+/// True for a host name or an IP address; a text of digits and dots must be an address.
 bool IsHost(const std::string& text) {
   constexpr std::string_view kNameCharacters =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_";
@@ -38,7 +38,7 @@ bool IsHost(const std::string& text) {
          text.find_first_not_of(kNameCharacters) == std::string::npos;
 }
 
-/// @tparam Line  SerialLine, or the slave's options
+/// @tparam Line  SerialLine or modbus::RtuSlaveOptions
 template <typename Line>
 void CheckSerial(const TomlTable& table, const Line& line) {
   if (!line.device.empty() && line.device.front() != '/') {
@@ -47,7 +47,7 @@ void CheckSerial(const TomlTable& table, const Line& line) {
   constexpr int kRates[] = {1200,  2400,   4800,   9600,   19200, 38400,
                             57600, 115200, 230400, 460800, 921600};
   if (std::find(std::begin(kRates), std::end(kRates), line.baud) == std::end(kRates)) {
-    table.AddFault("baud", "is not a usual rate (9600, 19200, 38400, 57600, 115200, ...)");
+    table.AddFault("baud", "is not a standard baud rate (9600, 19200, 38400, 57600, 115200, ...)");
   }
 }
 
@@ -64,11 +64,11 @@ RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& file
   }
   ReadKeys(table, robot);
   const std::string& host = connection.tcp.host;
-  if (!host.empty() && !IsHost(host)) table.AddFault("host", "is not a host name or address");
+  if (!host.empty() && !IsHost(host)) table.AddFault("host", "is not a host name or IP address");
   const bool rtu = robot.transport == "rtu";
   if (connection.unit_id > 247 && (rtu || connection.unit_id != 255)) {
     table.AddFault("unit_id",
-                   rtu ? "is not 0..247, as a serial line has it" : "is not 0..247 or 255");
+                   rtu ? "is outside 0..247, the ids of a serial line" : "is not 0..247 or 255");
   }
   CheckSerial(table, connection.serial);
   if (const auto file = files.ReadIf(robot.transport == "replay", table, "replay_file", "")) {
@@ -87,12 +87,12 @@ PayloadPolicy PayloadFromToml(const TomlTable& table) {
     load.number = -1;
     ReadKeys(tool, load);
     if (load.number >= 0 && !numbers.insert(load.number).second) {
-      tool.AddFault("number", "is the number of two tools");
+      tool.AddFault("number", "is used for two tools");
     }
     payload.table.push_back(load);
   }
   if (payload.source == Source::kTable && !table.Has("tool")) {
-    table.AddMissing("tool", "one [[payload.tool]] for each tool number, as source is \"table\"");
+    table.AddMissing("tool", "one [[payload.tool]] per tool number, since source is \"table\"");
   }
   return payload;
 }
@@ -103,11 +103,12 @@ PlcConfig PlcFromToml(const TomlTable& table) {
   ReadKeys(table, plc);
   if (!IsAddress(tcp.address)) {
     table.AddFault("listen",
-                   "is not an address such as 192.168.0.10, or 0.0.0.0 for every network");
+                   "is not an IP address; write one such as 192.168.0.10, or 0.0.0.0 for all "
+                   "networks");
   }
   for (const std::string& address : tcp.allow) {
     if (!IsAddress(address)) {
-      table.AddFault("allow", fmt::format("has \"{}\", which is not an address", address));
+      table.AddFault("allow", fmt::format("contains \"{}\", which is not an IP address", address));
     }
   }
   if (const auto rtu = table.Table("rtu")) {
@@ -127,15 +128,17 @@ void PushFromToml(const TomlTable& table, DaemonConfig& config) {
   for (const int id : config.push_ids) {
     const bool known = std::any_of(points.begin(), points.end(),
                                    [id](const AssemblyPoint& point) { return point.id == id; });
-    if (!known) table.AddFault("point_ids", fmt::format("names {}, which is no [[point]]", id));
-    if (!seen.insert(id).second) table.AddFault("point_ids", fmt::format("names {} twice", id));
+    if (!known)
+      table.AddFault("point_ids",
+                     fmt::format("contains {}, which is not the id of any [[point]]", id));
+    if (!seen.insert(id).second) table.AddFault("point_ids", fmt::format("contains {} twice", id));
   }
   if (push.enabled && config.push_ids.empty() && !table.Has("point_ids")) {
     table.AddMissing("point_ids", "the ids of the points to push");
   }
 }
 
-/// What the profile offers must carry what the configuration asks of it.
+/// Checks that the profile provides everything that the configuration needs from it.
 void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
   using Source = PayloadPolicy::Source;
   const RobotProfile& profile = config.robot.connection.profile;
@@ -149,38 +152,40 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
     robot->AddFault("profile", fmt::format("has {} joints; the cell has {}", joints, cell_joints));
   }
   if (config.robot.transport == "replay") {
-    if (push_enabled && push) push->AddFault("enabled", "is not possible with a replay");
+    if (push_enabled && push)
+      push->AddFault("enabled", "is not possible with transport \"replay\"");
     return;
   }
   if (config.machine.payload.source == Source::kRobot && !profile.payload_mass) {
     const std::string what = fmt::format(
         "the profile {} reads no payload mass; use \"table\" or \"fixed\"", profile.name);
     if (payload) payload->AddFault("source", "cannot be used: " + what);
-    if (!payload) root.AddWarning("payload", "missing: " + what);
+    if (!payload) root.AddWarning("payload", "missing, and " + what);
   }
   if (config.machine.payload.source == Source::kTable && !profile.tool_number && payload) {
     payload->AddFault(
         "source",
-        fmt::format("needs a tool number, which the profile {} does not read", profile.name));
+        fmt::format("requires a tool number, which the profile {} does not read", profile.name));
   }
   if (!push || !push_enabled) return;
   const int slots = profile.push ? profile.push->slots : 0;
   if (slots == 0) {
-    push->AddFault("enabled", fmt::format("needs a [push] in the profile {}", profile.name));
+    push->AddFault("enabled",
+                   fmt::format("requires a [push] table in the profile {}", profile.name));
   } else if (static_cast<int>(config.push_ids.size()) > slots) {
     push->AddFault("point_ids", fmt::format("has {} ids; the profile {} has {} slots",
                                             config.push_ids.size(), profile.name, slots));
   }
 }
 
-/// PLC and page cannot have one port.
+/// PLC server and page cannot share a port.
 void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
   const std::string &plc = config.plc.tcp.address, &own = config.page.listen;
   if (config.page.port.value_or(0) == 0 || *config.page.port != config.plc.tcp.port) return;
   if (plc != own && !IsEveryAddress(plc) && !IsEveryAddress(own)) return;
   page.AddFault("port",
-                fmt::format("is the PLC's, [plc] port, and {} and {} cannot both have it: give "
-                            "the page another",
+                fmt::format("is the same as [plc] port, and the addresses {} and {} overlap; give "
+                            "the page another port",
                             plc, own));
 }
 
@@ -199,11 +204,11 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
   if (kind == FileKind::kProfile) {
     own.Add({Fault::Severity::kFault, file, 0, "",
              "is a robot profile or a lens profile, not the daemon's configuration; give the "
-             "plumbline.toml that names it"});
+             "plumbline.toml that refers to it"});
   } else if (kind == FileKind::kCell) {
     own.Add({Fault::Severity::kFault, file, 0, "",
-             "is a cell, not the daemon's configuration; give the plumbline.toml that names it by "
-             "cell = \"...\""});
+             "is a cell, not the daemon's configuration; give the plumbline.toml that refers to it "
+             "by cell = \"...\""});
   } else if (document.parsed()) {
     const TomlTable root = document.Root();
     const NamedFiles named(file, files, data_directory);
@@ -232,9 +237,9 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     }
     ReadKeys(root, config, &named);
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
-    if (cell_known) WarnOfHeavyPayloads(root, config.machine);
+    if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
-    if (const auto table = root.Table("loop")) config.loop = LoopFromToml(*table);
+    if (const auto table = root.Table("loop")) config.loop = MonitoringFromToml(*table);
     config.vision = VisionFromToml(root, named, of_others);
     if (const auto table = root.Table("overlay")) {
       config.overlay = OverlayFromToml(*table, named, config.vision);
@@ -248,18 +253,19 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     }
     if (robot && stale_after_s < config.cycle_period_s) {
       robot->AddFault("stale_after_ms",
-                      fmt::format("is below the cycle of {:g} ms, so that input is always stale",
+                      fmt::format("is less than the cycle time of {:g} ms: robot data would always "
+                                  "be stale",
                                   config.cycle_period_s / kSecondPerMs));
     }
     if (!config.robot.connection.profile.joints.empty())
       CheckAgainstProfile(root, config, cell_known);
     document.ReportUnknownKeys();
     if (cell_known && !own.HasFaults() && !of_others.HasFaults()) {
-      // The cell's text once more, for the places of what the points say of its base.
+      // The cell is parsed again so that warnings about its base have a file and line.
       TomlDocument cell(cell_text, config.cell_file, of_others);
       const bool own_base = config.machine.cell.sessions.empty();
-      WarnOfUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
-                             config.machine, postures);
+      WarnAboutUnlikelyPostures(root, own_base ? cell.Root().Table("robot") : std::nullopt,
+                                config.machine, postures);
     }
   }
   own.SortByLine();

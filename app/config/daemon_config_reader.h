@@ -1,4 +1,4 @@
-// plumbline.toml, and the cell and robot profile that it names -> DaemonConfig.
+// Reader of plumbline.toml together with the cell, robot profile and other files it refers to.
 #pragma once
 
 #include <functional>
@@ -13,42 +13,43 @@
 
 namespace plumbline {
 
-/// Where an installed plumbline has its ready cells and profiles: share/plumbline beside the folder
-/// of the running program, else where the build would install it.
+/// Directory of the installed cells and profiles: ../share/plumbline relative to the running
+/// program's directory, else the installation prefix of the build.
 std::string InstalledDataDirectory();
 
-/// The content of a file by its path; ReadTextFile, or a test's own.
+/// Returns the content of a file; ReadTextFile() in production, replaceable in tests.
 using FileSource = std::function<Result<std::string>(const std::string& path)>;
 
-/// Reads a configuration by its text. config/plumbline.toml documents every key, its default and
-/// its range.
+/// Parses a configuration and the files it refers to. config/plumbline.toml documents every key
+/// with its default and range.
 ///
-/// A relative path in it is looked for beside the configuration file, then in `data_directory`.
-/// A profile or cell that is only a name ("ur10") stands for cells/ur10.toml or profiles/....
+/// A relative path is resolved in the directory of the configuration file, then in
+/// `data_directory`. A bare name ("ur10") of a cell or profile means cells/ur10.toml or
+/// profiles/ur10.toml.
 ///
-/// @param file      path of the configuration, used in faults and to find the other files
-/// @param faults    gets the faults and warnings of all three files, each with its own place
-/// @param postures  of how many points the posture is checked, as of WarnOfUnlikelyPostures(): a
-///                  thread that is watched cannot wait for a thousand
-/// @return          the configuration; nothing where any of the three has a fault
+/// @param file      path of the configuration, used in faults and to resolve relative paths
+/// @param faults    receives the faults and warnings of all files, each with file and line
+/// @param postures  largest number of points whose posture is checked, see
+///                  WarnAboutUnlikelyPostures(); a thread under watchdog supervision must limit it
+/// @return          the configuration, or nullopt if any of the files has a fault
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  const FileSource& files,
                                                  const std::string& data_directory,
                                                  FaultList& faults,
-                                                 std::size_t postures = kEveryPosture);
+                                                 std::size_t postures = kAllPostures);
 
 /// The same with the installed data directory.
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  const FileSource& files, FaultList& faults,
-                                                 std::size_t postures = kEveryPosture);
+                                                 std::size_t postures = kAllPostures);
 
-/// The same with the files of this machine and the installed data directory.
+/// The same with the file system and the installed data directory.
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
                                                  FaultList& faults,
-                                                 std::size_t postures = kEveryPosture);
+                                                 std::size_t postures = kAllPostures);
 
-/// DaemonConfigFromText of a file's content; a file that cannot be read is a fault.
+/// DaemonConfigFromText() on the content of a file; a file that cannot be read is a fault.
 std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,
-                                             std::size_t postures = kEveryPosture);
+                                             std::size_t postures = kAllPostures);
 
 }  // namespace plumbline

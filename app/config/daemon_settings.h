@@ -1,7 +1,8 @@
-// The configuration table: every key of plumbline.toml, its range and what it means, once.
+// Configuration table: every key of plumbline.toml with its range and description.
 //
-// Reading, checking, the shipped config/plumbline.toml, the manual's reference and the manual page
-// all follow from it. A default is the initial value of the struct that a key is stored in.
+// Single source for reading and checking, the shipped config/plumbline.toml, the reference in
+// MANUAL.md and the manual page plumbline.toml(5). A default is the initial value of the struct
+// member that a key is stored in.
 #pragma once
 
 #include <optional>
@@ -13,10 +14,10 @@
 
 namespace plumbline {
 
-/// The keys beside the tables: cell and state directory.
+/// Top-level keys, outside any table: cell and state directory.
 void ListKeys(Settings& keys, DaemonConfig& config);
 void ListKeys(Settings& keys, RobotLinkConfig& robot);
-void ListKeys(Settings& keys, PlausibilityLimits& limits);  ///< of [robot] too
+void ListKeys(Settings& keys, PlausibilityLimits& limits);  ///< also part of [robot]
 void ListKeys(Settings& keys, PayloadPolicy& payload);
 void ListKeys(Settings& keys, PayloadPolicy::ToolLoad& tool);
 void ListKeys(Settings& keys, PlcConfig& plc);
@@ -26,10 +27,10 @@ void ListKeys(Settings& keys, CorrectionLimits& limits);
 void ListKeys(Settings& keys, PushLimits& push, std::vector<int>& ids);
 void ListKeys(Settings& keys, LoopConfig& loop);
 void ListKeys(Settings& keys, CameraConfig& camera);
-/// @param camera  whose device is the default of a zoom that is a control of it
+/// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");
-void ListKeys(Settings& keys, Board& board);        ///< what is printed on it
-void ListKeys(Settings& keys, BoardConfig& board);  ///< the others of [board]
+void ListKeys(Settings& keys, Board& board);        ///< [board]: the printed pattern
+void ListKeys(Settings& keys, BoardConfig& board);  ///< [board]: the calibration with it
 void ListKeys(Settings& keys, TagsConfig& tags);
 void ListKeys(Settings& keys, OverlayConfig& overlay);
 void ListKeys(Settings& keys, PageConfig& page);
@@ -37,14 +38,15 @@ void ListKeys(Settings& keys, MqttConfig& mqtt);
 /// @param period_s  DaemonConfig::cycle_period_s
 void ListCycleKeys(Settings& keys, double& period_s);
 
-/// Values of a [[frame]], or of a [[point]] before its pose is composed.
+/// Values of a [[frame]] table.
 struct FrameKeys {
   std::string name;
   Vec3 xyz_m = Vec3::Zero(), rpy_rad = Vec3::Zero();
 };
+/// Values of a [[point]] table; the pose of `point` is composed from them later.
 struct PointKeys : FrameKeys {
   std::string frame = "measurement";
-  std::optional<std::vector<double>> near;  ///< in degrees or mm, as the joint's kind has it
+  std::optional<std::vector<double>> near;  ///< degrees, or mm for a prismatic joint
   AssemblyPoint point;
 };
 void ListKeys(Settings& keys, FrameKeys& frame);

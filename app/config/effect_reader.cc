@@ -15,10 +15,10 @@ namespace {
 
 constexpr NumberRange kAnyNumber{-1e12, 1e12};
 constexpr NumberRange kStandardDeviation{0, 1e12};
-constexpr double kSymmetryTolerance = 1e-6;    // of the standard deviations' product
-constexpr double kEigenvalueTolerance = 1e-6;  // of a correlation matrix
+constexpr double kSymmetryTolerance = 1e-6;    // relative to the product of the standard deviations
+constexpr double kEigenvalueTolerance = 1e-6;  // of the correlation matrix
 
-/// The word of a parameter such as `by`; adds a fault where it is none of `words`.
+/// The word of a parameter such as `by`; adds a fault if it is not one of `words`.
 std::string WordFromToml(const TomlTable& table, std::string_view words) {
   const auto comma = words.find(',');
   const std::string_view first = words.substr(0, comma);
@@ -28,7 +28,7 @@ std::string WordFromToml(const TomlTable& table, std::string_view words) {
   return std::string(word.value_or(""));
 }
 
-/// The catalogue's entry of a parameter; adds a fault where the effect has none of that name.
+/// The catalogue entry of a parameter; adds a fault if the effect has none of that name.
 const ParameterSpec* SpecFromName(const TomlTable& table, const EffectTraits& effect,
                                   const std::string& name, int joint_count) {
   if (const auto parameter = ParameterFromName(effect, name, joint_count)) {
@@ -38,27 +38,27 @@ const ParameterSpec* SpecFromName(const TomlTable& table, const EffectTraits& ef
   for (const ParameterSpec& known : effect.parameters) {
     names += (names.empty() ? "" : ", ") + std::string(known.name);
   }
-  table.AddFault("name", fmt::format("is no parameter of {}; it has {}{}", effect.id, names,
+  table.AddFault("name", fmt::format("is not a parameter of {}; it has {}{}", effect.id, names,
                                      names.find('#') == std::string::npos
                                          ? ""
-                                         : fmt::format(" (# a joint, 1..{})", joint_count)));
+                                         : fmt::format(" (# is a joint, 1..{})", joint_count)));
   return nullptr;
 }
 
-/// Adds faults where the parameter is of no such joint, or says another unit.
+/// Adds faults if the parameter does not apply to a joint of this type, or states a wrong unit.
 void CheckJointAndUnit(const TomlTable& table, const EffectTraits& traits,
                        const ParameterSpec& entry, const EffectParameter& parameter,
                        int joint_count, std::uint32_t prismatic) {
   const int joint = ParameterFromName(traits, parameter.name, joint_count)->joint;
   const bool slides = joint >= 0 && ((prismatic >> joint) & 1U) != 0;
   if (entry.only && joint >= 0 && slides != (*entry.only == JointType::kPrismatic)) {
-    table.AddFault("name", fmt::format("is of {} joints only, and q{} is {}",
+    table.AddFault("name", fmt::format("applies to {} joints only, but q{} is {}",
                                        slides ? "revolute" : "prismatic", joint + 1,
                                        slides ? "prismatic" : "revolute"));
   }
   const std::string_view unit = UnitOf(entry, prismatic, joint);
   if (table.Has("unit") && !parameter.unit.empty() && parameter.unit != unit) {
-    table.AddFault("unit", fmt::format("is not the unit of {}, \"{}\"", entry.name, unit));
+    table.AddFault("unit", fmt::format("is not the unit of {}; write \"{}\"", entry.name, unit));
   }
 }
 
@@ -75,7 +75,7 @@ EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, 
   }
   parameter.value = table.RequiredNumber("value", kAnyNumber).value_or(0);
   if (entry != nullptr && entry->inverse && table.Has("value") && !(parameter.value > 0)) {
-    table.AddFault("value", "is not above 0");
+    table.AddFault("value", "must be greater than 0");
   }
   parameter.sd = table.Number("sd", kStandardDeviation);
   parameter.unit = table.String("unit").value_or("");
@@ -88,8 +88,8 @@ EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, 
   return parameter;
 }
 
-/// Adds a fault where C is no covariance: asymmetric, or with a negative eigenvalue. Judged on
-/// the correlation matrix, so that parameters of very different size are judged alike.
+/// Adds a fault if C is not a covariance matrix: asymmetric, or with a negative eigenvalue. Tested
+/// on the correlation matrix, so that the scale of the parameters does not matter.
 void CheckCovariance(const TomlTable& table, const Eigen::MatrixXd& C) {
   const auto n = C.rows();
   Eigen::VectorXd sd(n);
@@ -109,7 +109,7 @@ void CheckCovariance(const TomlTable& table, const Eigen::MatrixXd& C) {
                        fmt::format("is not symmetric: row {} column {}", i + 1, j + 1));
         return;
       }
-      // Without variance there is nothing to be correlated with: 2 makes the matrix indefinite.
+      // A covariance without variance is impossible; 2 makes the matrix indefinite.
       const double cosine = scale > 0 ? C(i, j) / scale : (C(i, j) == 0 ? 0.0 : 2.0);
       correlation(i, j) = correlation(j, i) = cosine;
     }
@@ -138,8 +138,8 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint3
   if (entry == nullptr && !effect.id.empty()) {
     std::string ids;
     for (const Effect* known : Catalogue()) ids += std::string(known->traits().id) + ", ";
-    table.AddFault("id",
-                   "is not an effect; known are " + ids + std::string(Empirical().traits().id));
+    table.AddFault("id", "is not a known effect; known effects are " + ids +
+                             std::string(Empirical().traits().id));
   }
   effect.scope = table.Strings("scope").value_or(std::vector<std::string>{});
   for (const std::string& joint : effect.scope) {
@@ -177,7 +177,8 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint3
     if (!fault.empty()) table.AddFault("id", fault);
   }
   if (const auto seen = table.Numbers("seen_t_s", kAnyNumber, 2)) {
-    if ((*seen)[0] > (*seen)[1]) table.AddFault("seen_t_s", "has its low end above its high end");
+    if ((*seen)[0] > (*seen)[1])
+      table.AddFault("seen_t_s", "has its lower end above its upper end");
     effect.seen_t_s = Interval{(*seen)[0], (*seen)[1]};
   }
   ReadOrigin(table, effect);

@@ -1,4 +1,4 @@
-// The [[effect]] tables of a cell.
+// Reader of the [[effect]] tables of a cell.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace plumbline {
 
-/// Reads one [[effect]]. Its id and parameters are those of the catalogue (firmware-like/effects);
-/// a unit, where written, must be the catalogue's, and a joint of the type that the parameter is
-/// of. The covariance is over the parameters that are numbers, in their order, symmetric and
-/// positive semidefinite. Faults go to the table's list.
-/// @param prismatic  the prismatic joints as bits; see EffectTerm
+/// Reads one [[effect]]. Id and parameters must be in the catalogue (firmware-like/effects); a
+/// stated unit must match the catalogue, and a parameter's joint must have the type that the
+/// parameter applies to. The covariance covers the numeric parameters in their order; it must be
+/// symmetric and positive semidefinite. Faults are added to the table's fault list.
+/// @param prismatic  bit mask of the prismatic joints; see EffectTerm
 WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint32_t prismatic = 0);
 
 }  // namespace plumbline

@@ -34,14 +34,14 @@ std::optional<FileKind> FileKindOf(std::string_view text) {
   return std::nullopt;
 }
 
-std::optional<std::string> WhyNoCell(std::string_view text) {
+std::optional<std::string> WhyNotACell(std::string_view text) {
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
-    return "is empty; config/cells has cells to begin with";
+    return "is empty; start from a cell in config/cells";
   }
   const auto kind = FileKindOf(text);
   if (kind == FileKind::kProfile) {
-    return "is a robot profile or a lens profile, not a cell; give the plumbline.toml that names "
-           "it";
+    return "is a robot profile or a lens profile, not a cell; give the plumbline.toml that refers "
+           "to it";
   }
   if (kind != FileKind::kConfiguration) return std::nullopt;
   FaultList ignored;

@@ -1,4 +1,4 @@
-// Which of the files somebody wrote: a cell, or the daemon's configuration.
+// Classification of a TOML file by its keys: cell, daemon configuration or profile.
 #pragma once
 
 #include <optional>
@@ -7,16 +7,16 @@
 
 namespace plumbline {
 
-/// Or a profile of a controller or a lens, which a configuration names. Decided by the keys that
-/// only one of them has, so that a file which lacks one of its own keys is still told what it
-/// lacks.
+/// kProfile is the profile of a controller or a zoom lens. The kind is decided by keys that only
+/// one of the kinds has, so that an incomplete file is still classified and its missing keys
+/// reported.
 enum class FileKind { kCell, kConfiguration, kProfile };
 
-/// The kind of a text; nothing where neither shows (an empty file, no TOML).
+/// The kind of a text, or nullopt if no key decides (an empty file, not TOML).
 std::optional<FileKind> FileKindOf(std::string_view text);
 
-/// Why a text is plainly no cell: what it is instead, and what to give. Nothing where it may be
-/// one.
-std::optional<std::string> WhyNoCell(std::string_view text);
+/// Why a text is clearly not a cell: what it is instead and which file to give. Nullopt if it may
+/// be a cell.
+std::optional<std::string> WhyNotACell(std::string_view text);
 
 }  // namespace plumbline

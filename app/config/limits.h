@@ -1,4 +1,4 @@
-// Limits that more than one file format knows.
+// Value ranges shared by several file formats.
 #pragma once
 
 #include "app/config/toml_reader.h"
@@ -8,7 +8,7 @@ namespace plumbline {
 
 inline constexpr double kSecondPerMs = 1e-3;
 
-/// Where a thing of the cell may be, and how it may be turned.
+/// Positions and orientations of things in the cell.
 inline constexpr NumberRange kPlaceRange{-100000, 100000, kMetrePerMm};
 inline constexpr NumberRange kTurnRange{-360, 360, kRadPerDeg};
 

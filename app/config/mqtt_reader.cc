@@ -8,32 +8,34 @@ namespace plumbline {
 namespace {
 
 constexpr int kTlsPort = 8883;
-constexpr std::size_t kLongestName = 64, kLongestHost = 253;
+constexpr std::size_t kMaxNameLength = 64, kMaxHostLength = 253;
 
-/// What a level of a topic may not hold: separators and wildcards of MQTT, and control characters.
-bool IsNoTopic(char c) {
+/// Characters not allowed in a topic level: MQTT separators and wildcards, control characters.
+bool IsForbiddenInTopic(char c) {
   return c == '/' || c == '+' || c == '#' || static_cast<unsigned char>(c) < ' ' || c == 127;
 }
 
 void CheckName(const TomlTable& table, const char* key, const std::string& name) {
   if (!table.Has(key)) return;
-  if (name.size() > kLongestName || std::any_of(name.begin(), name.end(), IsNoTopic)) {
-    table.AddFault(key, fmt::format("must have 1..{} signs, without / + #", kLongestName));
+  if (name.size() > kMaxNameLength || std::any_of(name.begin(), name.end(), IsForbiddenInTopic)) {
+    table.AddFault(key, fmt::format("must have 1..{} characters, without / + #", kMaxNameLength));
   }
 }
 
 void CheckPassword(const TomlTable& table, const MqttConfig& mqtt) {
   if (table.Has("password")) {
-    // The fault must not tell it: faults go to the log.
+    // Faults go to the log, so this one must not contain the password.
     table.Ignore({"password"});
     table.AddFault("",
-                   "password does not stand here, where many may read: password_file = \"...\"");
+                   "password is not allowed here, where many users can read it; write it to a file "
+                   "and give password_file = \"...\"");
   }
   if (!mqtt.password_file.empty() && !table.Has("username")) {
     table.AddFault("password_file", "needs a username");
   }
   if (!mqtt.password_file.empty() && mqtt.tls_ca.empty()) {
-    table.AddWarning("password_file", "goes over the network in the clear: a tls_ca keeps it");
+    table.AddWarning("password_file",
+                     "is sent over the network unencrypted; give a tls_ca to use TLS");
   }
 }
 
@@ -43,12 +45,14 @@ MqttConfig MqttFromToml(const TomlTable& table, const NamedFiles& files,
                         const std::string& cell_name) {
   MqttConfig mqtt;
   if (table.Has("tls_ca")) mqtt.port = kTlsPort;
-  mqtt.node = cell_name.empty() ? "cell" : cell_name.substr(0, kLongestName);
-  std::replace_if(mqtt.node.begin(), mqtt.node.end(), IsNoTopic, '-');
+  mqtt.node = cell_name.empty() ? "cell" : cell_name.substr(0, kMaxNameLength);
+  std::replace_if(mqtt.node.begin(), mqtt.node.end(), IsForbiddenInTopic, '-');
   ReadKeys(table, mqtt, &files);
-  const bool odd =
-      mqtt.host.size() > kLongestHost || mqtt.host.find_first_of("/ \t\r\n@") != std::string::npos;
-  if (odd) table.AddFault("host", "is not a name or an address alone, such as broker.plant.lan");
+  const bool not_a_host = mqtt.host.size() > kMaxHostLength ||
+                          mqtt.host.find_first_of("/ \t\r\n@") != std::string::npos;
+  if (not_a_host) {
+    table.AddFault("host", "is not a plain host name or IP address such as broker.plant.lan");
+  }
   CheckPassword(table, mqtt);
   CheckName(table, "group", mqtt.group);
   CheckName(table, "node", mqtt.node);

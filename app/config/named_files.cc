@@ -13,7 +13,7 @@ std::optional<std::pair<std::string, std::string>> NamedFiles::Read(
     path = std::filesystem::path(folder) / (*name + ".toml");
   }
   std::string reason;
-  for (const std::filesystem::path& directory : {beside_, data_}) {
+  for (const std::filesystem::path& directory : {config_directory_, data_directory_}) {
     const std::string candidate = (directory / path).lexically_normal().string();
     Result<std::string> text = files_(candidate);
     if (text) return std::pair(candidate, std::move(text).value());

@@ -1,4 +1,7 @@
-// The files that a configuration names: found beside it, or in the installed data directory.
+// Resolver of the files that a configuration refers to.
+//
+// A relative path is resolved in the directory of the configuration, then in the installed data
+// directory.
 #pragma once
 
 #include <filesystem>
@@ -14,17 +17,17 @@ namespace plumbline {
 class NamedFiles {
  public:
   NamedFiles(const std::string& config_file, const FileSource& files, std::string data_directory)
-      : beside_(std::filesystem::path(config_file).parent_path()),
-        data_(std::move(data_directory)),
+      : config_directory_(std::filesystem::path(config_file).parent_path()),
+        data_directory_(std::move(data_directory)),
         files_(files) {}
 
-  /// Path and content of the file that `key` names; a fault at the key where there is none.
-  /// `folder` is where a bare name without suffix is looked for.
+  /// Path and content of the file named by `key`; adds a fault at the key if it cannot be read.
+  /// @param folder  a bare name without suffix means FOLDER/NAME.toml; empty: it is a path
   std::optional<std::pair<std::string, std::string>> Read(const TomlTable& table,
                                                           std::string_view key,
                                                           const std::string& folder) const;
 
-  /// The same if the file is needed; otherwise only checks that the key, if present, is a text.
+  /// The same if the file is needed; otherwise only checks that the key, if present, is a string.
   std::optional<std::pair<std::string, std::string>> ReadIf(bool needed, const TomlTable& table,
                                                             std::string_view key,
                                                             const std::string& folder) const {
@@ -33,12 +36,13 @@ class NamedFiles {
     return std::nullopt;
   }
 
-  std::string Beside(const std::string& path) const {
-    return (beside_ / path).lexically_normal().string();
+  /// An absolute path as it is; a relative one in the directory of the configuration.
+  std::string Resolve(const std::string& path) const {
+    return (config_directory_ / path).lexically_normal().string();
   }
 
  private:
-  std::filesystem::path beside_, data_;
+  std::filesystem::path config_directory_, data_directory_;
   const FileSource& files_;
 };
 

@@ -6,7 +6,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kLongestWord = 64;
+constexpr std::size_t kMaxWordLength = 64;
 
 /// Levenshtein distance: single-character edits from a to b.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
@@ -24,7 +24,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-/// What stands before the unit: "payload" of "payload_kg".
+/// The word without its unit suffix: "payload" for "payload_kg".
 std::string_view WithoutUnit(std::string_view word) {
   const auto unit = word.rfind('_');
   return unit == std::string_view::npos ? word : word.substr(0, unit);
@@ -38,11 +38,11 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& k
   std::size_t best =
       std::max<std::size_t>(2, static_cast<std::size_t>(share * static_cast<double>(word.size()))) +
       1;
-  if (word.size() > kLongestWord) return nearest;
+  if (word.size() > kMaxWordLength) return nearest;
   for (const std::string& candidate : known) {
-    const bool begins = word.size() >= 3 && candidate.compare(0, word.size(), word) == 0;
+    const bool is_prefix = word.size() >= 3 && candidate.compare(0, word.size(), word) == 0;
     const bool other_unit = WithoutUnit(candidate) == WithoutUnit(word);
-    const std::size_t distance = begins || other_unit ? 1 : EditDistance(word, candidate);
+    const std::size_t distance = is_prefix || other_unit ? 1 : EditDistance(word, candidate);
     if (distance < best && distance < candidate.size()) {
       best = distance;
       nearest = candidate;

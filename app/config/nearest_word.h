@@ -1,4 +1,4 @@
-// The known word that somebody most likely meant.
+// Spelling suggestion: the known word nearest to an unknown one.
 #pragma once
 
 #include <string>
@@ -7,9 +7,11 @@
 
 namespace plumbline {
 
-/// The nearest of `known` by single-character edits, a forgotten or another unit counting as one
-/// ("sigma" or "sigma_m" for "sigma_mm"); empty where none is near.
-/// @param share  how much of the word may be wrong, at least two characters
+/// The nearest of `known` by edit distance; a missing or different unit suffix counts as one edit
+/// ("sigma" or "sigma_m" for "sigma_mm").
+/// @param share  largest edit distance as a share of the word's length; two edits are always
+/// allowed
+/// @return       empty if no word is near
 std::string NearestWord(std::string_view word, const std::vector<std::string>& known, double share);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// [overlay] of plumbline.toml: what plumbline-view shows, and where.
+// Display configuration of plumbline-view, [overlay] of plumbline.toml.
 #pragma once
 
 #include <optional>
@@ -15,24 +15,23 @@ struct VisionConfig;
 
 struct OverlayConfig {
   enum class Display { kNone, kKms, kFramebuffer };
-  /// How the tool without load is shown beside the deflected one.
+  /// Where the unloaded tool is drawn, relative to the deflected one.
   enum class Nominal { kHidden, kBehind, kBeside };
 
   Display display = Display::kNone;
-  std::string device;                ///< of the display; empty: the first one
-  std::optional<CameraName> camera;  ///< that is shown; nothing: each
-  std::optional<ImageSize>
-      size;                  ///< of the picture; nothing: the display's, 1280 x 720 without one
-  std::string objects_file;  ///< the object table; empty: nothing virtual but the tool's axis
-  bool background = true;    ///< the camera's image behind it
-  double exaggeration = 1;   ///< of the deflection, where it is shown
+  std::string device;                ///< device of the display; empty: the first one
+  std::optional<CameraName> camera;  ///< the camera shown; nullopt: all
+  std::optional<ImageSize> size;     ///< picture size; nullopt: the display's, else 1280 x 720
+  std::string objects_file;          ///< object table; empty: only the tool's axis is drawn
+  bool background = true;            ///< draw the camera image behind the objects
+  double exaggeration = 1;           ///< factor by which the deflection is drawn larger
   Nominal nominal = Nominal::kHidden;
-  bool stress = false;            ///< objects that bend are coloured by stress
-  double stress_full_Pa = 250e6;  ///< the top of the colour scale
-  double near_m = 0;              ///< of pairs of the object table that state none
+  bool stress = false;            ///< colour bending objects by stress
+  double stress_full_Pa = 250e6;  ///< upper end of the colour scale
+  double near_m = 0;              ///< default distance for pairs of the object table
 };
 
-/// @param vision  whose cameras may be named
+/// @param vision  defines the camera names that are allowed
 OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
                               const VisionConfig& vision);
 

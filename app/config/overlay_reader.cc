@@ -12,12 +12,13 @@ OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
     table.AddFault("device", "is not an absolute path such as /dev/dri/card0 or /dev/fb0");
   }
   if (table.Has("width_px") != table.Has("height_px")) {
-    table.AddFault("width_px", "and height_px must stand together, or neither");
+    table.AddFault("width_px", "and height_px must be given together");
   }
   const bool known = std::any_of(vision.cameras.begin(), vision.cameras.end(),
                                  [&](const auto& one) { return one.name == overlay.camera; });
   if (overlay.camera && !known) {
-    table.AddFault("camera", "is the name of no [[camera]]; give it to one, or \"both\" here");
+    table.AddFault("camera",
+                   "is not the name of any [[camera]]; give a camera this name, or write \"both\"");
   }
   return overlay;
 }

@@ -1,4 +1,4 @@
-// [page] of plumbline.toml: to whom plumbline-view shows itself over HTTP.
+// Web page configuration of plumbline-view, [page] of plumbline.toml.
 #pragma once
 
 #include <optional>
@@ -10,21 +10,21 @@ namespace plumbline {
 class TomlTable;
 
 struct PageConfig {
-  std::string listen = "127.0.0.1";  ///< an address of this computer
-  std::optional<int> port;           ///< 0: any free one; nothing: no page but by a socket unit
-  std::string token;                 ///< asked of everybody; empty: only this computer may look
-  std::vector<std::string> hosts;    ///< names by which browsers reach it, in small letters
+  std::string listen = "127.0.0.1";  ///< IP address of this computer
+  std::optional<int> port;         ///< 0: any free port; nullopt: a page only by the systemd socket
+  std::string token;               ///< required from every browser; empty: local access only
+  std::vector<std::string> hosts;  ///< further accepted host names, in lower case
 
   bool operator==(const PageConfig&) const = default;
 };
 
-/// Why a token can be guessed: shorter than 128 random bits, a pattern, or the one of an old
-/// manual; with how to make one. Nothing where it cannot. Never repeats the token.
+/// Why a token can be guessed (fewer than 128 random bits, a pattern, an example from the manual)
+/// and how to make a better one; nullopt for a strong token. The text never contains the token.
 std::optional<std::string> WhyTokenWeak(const std::string& token);
 
-/// An address that only this computer reaches.
+/// True for a loopback address, which only this computer reaches.
 bool IsLoopback(const std::string& address);
-/// One that stands for all of this computer's.
+/// True for the wildcard address (0.0.0.0 or ::), which means all addresses of this computer.
 bool IsEveryAddress(const std::string& address);
 
 PageConfig PageFromToml(const TomlTable& table);

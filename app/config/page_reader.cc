@@ -13,25 +13,25 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kShortestToken = 16, kLongestToken = 200;
+constexpr std::size_t kMinTokenLength = 16, kMaxTokenLength = 200;
 
-/// 128 bits of random digits: 32 hexadecimal ones, or 22 of a larger alphabet.
-constexpr std::size_t kHexDigits = 32, kOtherSigns = 22;
-constexpr std::size_t kFewestDifferent = 8;
-/// Of the manual, before and now, and of config/plumbline.toml.
+/// Lengths with 128 random bits: 32 hexadecimal digits, or 22 characters of a larger alphabet.
+constexpr std::size_t kHexDigits = 32, kOtherCharacters = 22;
+constexpr std::size_t kMinDistinctCharacters = 8;
+/// Examples from the manual, old and current, and from config/plumbline.toml.
 constexpr std::array<std::string_view, 2> kExamples = {"a-long-word-of-your-own",
                                                        "what-openssl-rand-hex-16-prints"};
 
-/// The same run of characters again and again, at least twice.
-bool Repeats(std::string_view token) {
+/// True if the token consists of one sequence repeated at least twice.
+bool IsPeriodic(std::string_view token) {
   for (std::size_t period = 1; 2 * period <= token.size(); ++period) {
     if (token.substr(period) == token.substr(0, token.size() - period)) return true;
   }
   return false;
 }
 
-/// Mostly neighbours in the alphabet, such as abcdef or 987654.
-bool Counts(std::string_view token) {
+/// True if most characters are neighbours in the alphabet, as in abcdef or 987654.
+bool IsSequential(std::string_view token) {
   std::size_t neighbours = 0;
   for (std::size_t k = 1; k < token.size(); ++k) {
     neighbours += std::abs(token[k] - token[k - 1]) <= 1 ? 1 : 0;
@@ -47,20 +47,24 @@ bool IsHostName(const std::string& name) {
 
 void CheckToken(const TomlTable& table, const std::string& token) {
   const auto plain = [](char c) { return c > ' ' && c < 127; };
-  // The fault must not tell the token: faults go to the log.
-  if (!token.empty() && (token.size() < kShortestToken || token.size() > kLongestToken ||
+  // Faults go to the log, so this one must not contain the token.
+  if (!token.empty() && (token.size() < kMinTokenLength || token.size() > kMaxTokenLength ||
                          !std::all_of(token.begin(), token.end(), plain))) {
-    table.AddFault("", fmt::format("token is not {}..{} letters, digits and signs without spaces",
-                                   kShortestToken, kLongestToken));
+    table.AddFault("",
+                   fmt::format("token must consist of {}..{} printable ASCII characters without "
+                               "spaces",
+                               kMinTokenLength, kMaxTokenLength));
   }
-  // Parsers of HTTP headers take %41 for A, and the token would never fit.
+  // HTTP header parsers decode %41 to A, so the token would never match.
   if (token.find('%') != std::string::npos) {
-    table.AddFault("", "token has a %, which does not arrive in a header as it is: another sign");
+    table.AddFault("",
+                   "token must not contain %, which HTTP headers decode; use another character");
   }
 }
 
-/// Not a fault: nothing of the page may keep the daemon, which reads the same file, from starting.
-void JudgeToken(const TomlTable& table, const PageConfig& page) {
+/// A warning, not a fault: the page must not keep the daemon, which reads the same file, from
+/// starting.
+void WarnAboutWeakToken(const TomlTable& table, const PageConfig& page) {
   if (page.token.empty() || IsLoopback(page.listen)) return;
   if (const auto why = WhyTokenWeak(page.token)) {
     table.AddWarning("", fmt::format("the page is not served: {}", *why));
@@ -70,20 +74,20 @@ void JudgeToken(const TomlTable& table, const PageConfig& page) {
 }  // namespace
 
 std::optional<std::string> WhyTokenWeak(const std::string& token) {
-  constexpr const char* kRemedy = "; make one by `openssl rand -hex 16`";
+  constexpr const char* kRemedy = "; create one with `openssl rand -hex 16`";
   if (std::find(kExamples.begin(), kExamples.end(), token) != kExamples.end()) {
-    return fmt::format("its token is the example of the manual, which everybody knows{}", kRemedy);
+    return fmt::format("its token is the example from the manual, which is public{}", kRemedy);
   }
   const bool hex = std::all_of(token.begin(), token.end(),
                                [](unsigned char c) { return std::isxdigit(c) != 0; });
-  if (token.size() < (hex ? kHexDigits : kOtherSigns)) {
+  if (token.size() < (hex ? kHexDigits : kOtherCharacters)) {
     return fmt::format(
-        "its token has less than 128 bits ({} hexadecimal digits, or {} letters and "
+        "its token has fewer than 128 bits ({} hexadecimal digits, or {} letters and "
         "digits){}",
-        kHexDigits, kOtherSigns, kRemedy);
+        kHexDigits, kOtherCharacters, kRemedy);
   }
-  const std::set<char> different(token.begin(), token.end());
-  if (different.size() < kFewestDifferent || Repeats(token) || Counts(token)) {
+  const std::set<char> distinct(token.begin(), token.end());
+  if (distinct.size() < kMinDistinctCharacters || IsPeriodic(token) || IsSequential(token)) {
     return fmt::format("its token is a pattern, not random{}", kRemedy);
   }
   return std::nullopt;
@@ -107,18 +111,19 @@ PageConfig PageFromToml(const TomlTable& table) {
   const bool is_address = inet_pton(AF_INET, page.listen.c_str(), &address) == 1 ||
                           inet_pton(AF_INET6, page.listen.c_str(), &address) == 1;
   if (!is_address) {
-    table.AddFault("listen", "is not an address such as 127.0.0.1, or 0.0.0.0 for every network");
+    table.AddFault(
+        "listen", "is not an IP address; write one such as 127.0.0.1, or 0.0.0.0 for all networks");
   }
   CheckToken(table, page.token);
   if (is_address && !IsLoopback(page.listen) && !table.Has("token")) {
     table.AddFault("listen",
-                   "is reached from other computers: it needs a token = \"...\" that is asked for");
+                   "can be reached from other computers and therefore requires a token = \"...\"");
   }
-  JudgeToken(table, page);
+  WarnAboutWeakToken(table, page);
   for (std::string& name : page.hosts) {
     if (!IsHostName(name)) {
       table.AddFault("hosts",
-                     fmt::format("\"{}\" is not a name such as cell7.plant.example", name));
+                     fmt::format("\"{}\" is not a host name such as cell7.plant.example", name));
     }
     for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   }

@@ -1,5 +1,5 @@
-// Values inside their ranges that hardly anybody means: another unit, a forgotten key. All
-// warnings.
+// Plausibility warnings for values that are in range but probably unintended: a wrong unit, a
+// forgotten key.
 #pragma once
 
 #include <vector>
@@ -10,32 +10,34 @@
 
 namespace plumbline {
 
-/// True where an angle of the list looks like radians, a quarter turn or a multiple of it, rounded
-/// as people write it (1.5708, 3.14), and none is larger than a whole turn in radians.
+/// True if an angle of the list looks like radians, that is, like a multiple of a quarter turn as
+/// people round it (1.5708, 3.14), and none exceeds a full turn in radians.
 bool LookLikeRadians(const std::vector<double>& angles_deg);
 
-/// Where those of the key do.
-void WarnOfRadians(const TomlTable& table, std::string_view key);
+/// Warns if the angles of the key look like radians.
+void WarnAboutRadians(const TomlTable& table, std::string_view key);
 
-/// True for a point as if in metres. @param p_OP  as written, in the frame of the point [m]
+/// True if the point was probably written in metres.
+/// @param p_OP  as written, in the frame of the point [m]
 bool IsPointInMetres(const Vec3& p_OP);
 
-/// True for a point farther from the robot's base than the arm and its tool are long.
+/// True if the point is farther from the robot's base than the arm with its tool reaches.
 bool IsFarAway(const CellModel& cell, const AssemblyPoint& point);
 
-/// Gravity that points up or is not the earth's; lengths of all joints as if in metres; angles
-/// and joint limits as if in radians; what the arm's own size speaks against (arm_size.h).
-/// @param joints  the [[robot.joint]] of `table`, one for each of robot.joints
-void WarnOfUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& joints,
-                         const Robot& robot);
+/// Warns about gravity that points up or has the wrong magnitude, lengths that look like metres,
+/// angles and joint limits that look like radians, and what contradicts the arm's size
+/// (arm_size.h).
+/// @param joints  the [[robot.joint]] tables of `table`, one for each of robot.joints
+void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& joints,
+                            const Robot& robot);
 
-/// A tip or a centre of gravity as if in metres or metres away, or a payload at the flange of a
-/// long tool.
-void WarnOfUnlikelyLoad(const TomlTable& root, const CellModel& cell);
+/// Warns about a tip or centre of gravity that looks like metres or is metres away, and about a
+/// payload at the flange of a long tool.
+void WarnAboutUnlikelyLoad(const TomlTable& root, const CellModel& cell);
 
-/// A point as if in metres, or farther from the robot's base than the arm and its tool are long.
+/// Warns about a point that looks like metres or is out of reach.
 /// @param p_OP  as written, in the frame of the point [m]
-void WarnOfUnlikelyPoint(const TomlTable& table, const Vec3& p_OP, const AssemblyPoint& point,
-                         const CellModel& cell);
+void WarnAboutUnlikelyPoint(const TomlTable& table, const Vec3& p_OP, const AssemblyPoint& point,
+                            const CellModel& cell);
 
 }  // namespace plumbline

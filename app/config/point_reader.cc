@@ -29,14 +29,13 @@ FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
     FrameKeys frame;
     ReadKeys(table, frame);
     if (!frame.name.empty() && !frames.emplace(frame.name, PoseOf(frame)).second) {
-      table.AddFault("name",
-                     "is the name of two frames (\"measurement\" and \"base\" are built in)");
+      table.AddFault("name", "is used for two frames (\"measurement\" and \"base\" are built in)");
     }
   }
   return frames;
 }
 
-/// Joint values of `near_deg` in SI, checked against the joints where the cell is known.
+/// Joint values of `near_deg` in SI, checked against the joints if the cell is known.
 std::optional<JointVector> NearFromToml(const TomlTable& table,
                                         const std::optional<std::vector<double>>& values,
                                         const CellModel* cell) {
@@ -59,7 +58,7 @@ std::optional<JointVector> NearFromToml(const TomlTable& table,
       outside = true;
     }
   }
-  if (outside) WarnOfRadians(table, "near_deg");
+  if (outside) WarnAboutRadians(table, "near_deg");
   return q;
 }
 
@@ -73,20 +72,20 @@ AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
   if (found == frames.end()) {
     std::string names;
     for (const auto& [name, pose] : frames) names += (names.empty() ? "" : ", ") + name;
-    table.AddFault("frame", "is not a frame; known are " + names);
+    table.AddFault("frame", "is not a declared frame; declared are " + names);
   }
   const Pose X_OP = PoseOf(placed);
   point.X_WP = found == frames.end() ? X_OP : found->second * X_OP;
   point.near_q = NearFromToml(table, placed.near, cell);
   if (!table.Has("near_deg")) {
     table.AddWarning("near_deg",
-                     "missing; where the robot stands at the start decides by which posture the "
-                     "point is reached: give the joints where it was taught");
+                     "missing; the arm configuration will depend on where the robot is when the "
+                     "daemon starts. Give the joint values at which the point was taught");
   }
   if (point.payload_kg.value_or(0) > 0 && cell != nullptr && !cell->payload_cog_F) {
     table.AddWarning("payload_kg", "cannot be used: the cell has no [payload] cog_mm");
   }
-  if (cell != nullptr && found != frames.end()) WarnOfUnlikelyPoint(table, X_OP.p, point, *cell);
+  if (cell != nullptr && found != frames.end()) WarnAboutUnlikelyPoint(table, X_OP.p, point, *cell);
   return point;
 }
 
@@ -97,17 +96,17 @@ std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel
   std::vector<AssemblyPoint> points;
   const std::vector<TomlTable> tables = root.Tables("point");
   if (static_cast<int>(tables.size()) > plc_map::kMaxPoints) {
-    root.AddFault("point", fmt::format("stands {} times; at most {} points", tables.size(),
+    root.AddFault("point", fmt::format("is given {} times; at most {} points", tables.size(),
                                        plc_map::kMaxPoints));
   }
   for (const TomlTable& table : tables) {
     AssemblyPoint point = PointFromToml(table, frames, cell);
     const bool known = std::any_of(points.begin(), points.end(),
                                    [&](const auto& other) { return other.id == point.id; });
-    if (known && point.id != 0) table.AddFault("id", "is the id of two points");
+    if (known && point.id != 0) table.AddFault("id", "is used for two points");
     points.push_back(std::move(point));
   }
-  if (tables.empty()) root.AddWarning("point", "missing; no assembly point is corrected");
+  if (tables.empty()) root.AddWarning("point", "missing; no assembly point will be corrected");
   return points;
 }
 

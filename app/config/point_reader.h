@@ -1,4 +1,4 @@
-// The [[frame]] and [[point]] tables of a configuration.
+// Reader of the [[frame]] and [[point]] tables of a configuration.
 #pragma once
 
 #include <vector>
@@ -11,9 +11,9 @@ namespace plumbline {
 /// Reads the assembly points with their work-object frames. The frames "measurement" (the default)
 /// and "base" (the robot's) exist without being declared.
 ///
-/// @param cell  gives the base and the joints' number, kinds and limits; null where it could not
-///              be read, then nothing is checked against it
-/// @return      points in file order with X_WP in the measurement frame
+/// @param cell  provides the base and the number, types and limits of the joints; null if the cell
+///              could not be read, then nothing is checked against it
+/// @return      the points in file order, with X_WP in the measurement frame
 std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel* cell);
 
 }  // namespace plumbline

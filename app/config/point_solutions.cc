@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-/// As the machine chooses it: a mass needs a centre of gravity.
+/// Same rule as in Machine: a mass needs a centre of gravity.
 PointLoad LoadOf(std::string name, double mass_kg, const std::optional<Vec3>& cog_F) {
   if (mass_kg > 0 && !cog_F) return {std::move(name), std::nullopt};
   return {std::move(name), Payload{mass_kg, cog_F.value_or(Vec3::Zero())}};

@@ -1,4 +1,4 @@
-// The configured points as the daemon will solve them: under which payload, in which posture.
+// Offline solutions of the configured points, as the daemon computes them: payload and posture.
 #pragma once
 
 #include <optional>
@@ -9,30 +9,31 @@
 
 namespace plumbline {
 
-/// A payload that the configuration names for a point.
+/// A configured payload of a point.
 struct PointLoad {
   std::string name;                ///< "2 kg", "tool 3, 2 kg", "no payload"
-  std::optional<Payload> payload;  ///< absent: its centre of gravity is not declared
+  std::optional<Payload> payload;  ///< absent if its centre of gravity is not declared
 };
 
-/// The point's own payload, the fixed one, or that of each tool number, one after the other. Where
-/// only the robot knows it (source = "robot"): none, then [payload] mass_kg where it is declared.
+/// The payloads to consider for a point: its own, the fixed one, or that of each tool number. If
+/// only the robot knows the payload (source = "robot"): none, then [payload] mass_kg if declared.
 std::vector<PointLoad> LoadsOf(const MachineConfig& config, const AssemblyPoint& point);
 
-/// Joints from which a point is searched: where it was taught. For a point without near_deg the
-/// daemon takes the robot's joints at the start, which nobody knows here: the middle of the ranges.
+/// Initial joints for solving a point: those at which it was taught. Without near_deg the daemon
+/// starts from the robot's joints, which are unknown here; the middle of the joint ranges replaces
+/// them.
 JointVector SeedOf(const Chain& chain, const AssemblyPoint& point);
 
 /// A point under one of its payloads.
 struct PointSolution {
   std::size_t point = 0;  ///< index of the configured point
   PointLoad load;
-  Correction correction;  ///< its code says why there is none; then q may still be known
-  PointPosture posture;   ///< where correction.q is known
+  Correction correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
+  PointPosture posture;   ///< set if correction.q is known
 };
 
-/// Every point under each of its payloads, in configured order, as Machine::Prepare() finds them.
-/// Takes some milliseconds a point.
+/// Solves every point under each of its payloads, in configured order, like Machine::Prepare().
+/// Takes some milliseconds per point.
 std::vector<PointSolution> SolvePoints(const MachineConfig& config);
 
 }  // namespace plumbline

@@ -16,21 +16,28 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLargestInRadians = 2 * std::numbers::pi + 1e-3;
+constexpr double kMaxAngle_rad = 2 * std::numbers::pi + 1e-3;
 constexpr NumberRange kAsWritten{-100000, 100000};
-/// A search for a point that is not reached takes milliseconds, and a file with more such points
-/// than these has one cause, not fifty.
-constexpr std::size_t kMostProblems = 50;
+/// Bounds the run time: searching for an unreachable point takes milliseconds, and more failures
+/// than these have a common cause.
+constexpr std::size_t kMaxProblems = 50;
 
-/// So near to near_deg a posture proves that the angles were read as they were meant [rad] or [m]:
-/// a small turn that is read as a large one comes within the bound of another posture by chance.
+/// A posture this close to near_deg proves that the angles were interpreted as intended [rad] or
+/// [m]. The bound for "another posture" is too wide for that: a small rotation misread as a large
+/// one can end up within it by chance.
 constexpr double kProof = 10 * kRadPerDeg;
 
-/// Which angles are read as radians; bits.
-enum Reading { kNearInRad = 1, kPointInRad = 2, kFrameInRad = 4, kBaseInRad = 8, kReadings = 16 };
+/// Bit mask of the angles that are interpreted as radians.
+enum Interpretation {
+  kNearInRad = 1,
+  kPointInRad = 2,
+  kFrameInRad = 4,
+  kBaseInRad = 8,
+  kInterpretations = 16
+};
 
 bool CouldBeRadians(const std::vector<double>& angles) {
-  const auto small = [](double angle) { return std::abs(angle) <= kLargestInRadians; };
+  const auto small = [](double angle) { return std::abs(angle) <= kMaxAngle_rad; };
   const auto zero = [](double angle) { return angle == 0; };
   return std::all_of(angles.begin(), angles.end(), small) &&
          !std::all_of(angles.begin(), angles.end(), zero);
@@ -48,11 +55,11 @@ Vec3 PlaceOf(const TomlTable& table) {
   return table.Vector3("xyz_mm", kPlaceRange).value_or(Vec3::Zero());
 }
 
-/// A turn as the file has it, in the unit that is to be found out.
-struct WrittenTurn {
+/// An orientation as written in the file, in a unit still to be determined.
+struct WrittenRotation {
   std::vector<double> angles = {0, 0, 0};
 
-  static WrittenTurn Of(const TomlTable& table, std::string_view key) {
+  static WrittenRotation Of(const TomlTable& table, std::string_view key) {
     return {table.Numbers(key, kAsWritten, 3).value_or(std::vector<double>{0, 0, 0})};
   }
   Mat3 Rotation(bool radians) const {
@@ -73,31 +80,31 @@ class PostureCheck {
       : root_(root), robot_(robot), config_(config), machine_(config) {
     for (const TomlTable& table : root.Tables("frame")) {
       frames_.push_back({table, table.String("name").value_or(""), PlaceOf(table),
-                         WrittenTurn::Of(table, "rpy_deg")});
+                         WrittenRotation::Of(table, "rpy_deg")});
     }
-    if (robot_) base_ = WrittenTurn::Of(*robot_, "base_rpy_deg");
+    if (robot_) base_ = WrittenRotation::Of(*robot_, "base_rpy_deg");
   }
 
-  void Run(std::size_t most) {
+  void Run(std::size_t max_points) {
     const std::vector<TomlTable> tables = root_.Tables("point");
     for (std::size_t k = 0; k < tables.size() && k < config_.points.size(); ++k) {
-      if (k == most) {
-        root_.AddWarning("point", fmt::format("the postures of the first {} points were checked "
-                                              "here; `plumbline check` checks the other {}, too",
-                                              most, config_.points.size() - most));
+      if (k == max_points) {
+        root_.AddWarning("point", fmt::format("only the postures of the first {} points were "
+                                              "checked; run `plumbline check` for the other {}",
+                                              max_points, config_.points.size() - max_points));
         return;
       }
-      if (problems_ >= kMostProblems) {
+      if (problems_ >= kMaxProblems) {
         root_.AddWarning("point", fmt::format("more than {} points are not reached as they were "
-                                              "taught; those after id {} are not checked until "
-                                              "these are settled",
-                                              kMostProblems, config_.points[k - 1].id));
+                                              "taught; the points after id {} were not checked. "
+                                              "Fix these first, then check again",
+                                              kMaxProblems, config_.points[k - 1].id));
         return;
       }
       CheckPoint(tables[k], config_.points[k]);
     }
     for (std::size_t k = 0; k < frames_.size(); ++k) {
-      if (!confirmed_.contains(k)) WarnOfRadians(frames_[k].table, "rpy_deg");
+      if (!confirmed_.contains(k)) WarnAboutRadians(frames_[k].table, "rpy_deg");
     }
   }
 
@@ -106,43 +113,44 @@ class PostureCheck {
     TomlTable table;
     std::string name;
     Vec3 p_WO;
-    WrittenTurn turn;
+    WrittenRotation rotation;
   };
 
-  /// A point under one reading of its angles, and what came of it.
+  /// Solution of a point under one interpretation of its angles.
   struct Outcome {
     Correction correction;
-    JointDistance farthest;  ///< of the posture found, from near_deg
+    JointDistance farthest;  ///< largest joint distance of the solution from near_deg
     bool reached = false;
-    bool as_taught = false;  ///< reached, and where near_deg is given, near it
+    bool as_taught = false;  ///< reached, and close to near_deg if that is given
   };
 
   void CheckPoint(const TomlTable& table, const AssemblyPoint& point) {
     const std::vector<PointLoad> loads = LoadsOf(config_, point);
     const auto known = std::find_if(loads.begin(), loads.end(),
                                     [](const PointLoad& load) { return load.payload.has_value(); });
-    if (known == loads.end()) return;  // warned of where the centre of gravity is missing
-    if (IsPointInMetres(PlaceOf(table))) return;  // likewise
+    // These two have warnings of their own.
+    if (known == loads.end()) return;
+    if (IsPointInMetres(PlaceOf(table))) return;
     const std::size_t frame = FrameOf(table);
     const Outcome outcome = Solve(machine_, point, *known->payload, BranchSearch::kThorough);
-    if (outcome.correction.code == CorrectionCode::kTorquesUnknown) return;  // of the whole cell
+    if (outcome.correction.code == CorrectionCode::kTorquesUnknown) return;  // concerns all points
     if (outcome.as_taught) {
       if (point.near_q) {
         confirmed_.insert(frame);
       } else if (!point.orientation_free) {
-        WarnOfRadians(table, "rpy_deg");  // nothing tells which posture was meant
+        WarnAboutRadians(table, "rpy_deg");  // the intended posture is unknown
       }
-      return WarnOfOtherLoads(table, point, loads, outcome.correction);
+      return WarnAboutOtherLoads(table, point, loads, outcome.correction);
     }
     ++problems_;
-    const int reading = FindReading(table, point, frame, *known->payload, outcome);
-    if (reading != 0) return WarnOfReading(table, point, frame, reading, outcome);
-    WarnOfRadians(table, "rpy_deg");
-    WarnOfRadians(table, "near_deg");
+    const int in_radians = FindInterpretation(table, point, frame, *known->payload, outcome);
+    if (in_radians != 0) return WarnAboutRadiansProven(table, point, frame, in_radians, outcome);
+    WarnAboutRadians(table, "rpy_deg");
+    WarnAboutRadians(table, "near_deg");
     if (outcome.reached) {
-      WarnOfPosture(table, point, outcome);
+      WarnAboutPosture(table, point, outcome);
     } else {
-      WarnOfFailure(table, point, known->name, outcome.correction);
+      WarnAboutFailure(table, point, known->name, outcome.correction);
     }
   }
 
@@ -153,7 +161,7 @@ class PostureCheck {
     return static_cast<std::size_t>(found - frames_.begin());
   }
 
-  /// The nearest posture, or one of the nearest: as soon as one is near enough, the search ends.
+  /// Solves with increasing search effort until the solution is close enough to near_deg.
   static Outcome Solve(Machine& machine, const AssemblyPoint& point, const Payload& payload,
                        BranchSearch hardest) {
     const JointVector seed = SeedOf(machine.chain(), point);
@@ -171,51 +179,52 @@ class PostureCheck {
     return outcome;
   }
 
-  /// The fewest angles that, read as radians, let the arm reach the point as it was taught; 0:
-  /// none.
-  int FindReading(const TomlTable& table, const AssemblyPoint& point, std::size_t frame,
-                  const Payload& payload, const Outcome& as_written) {
-    const WrittenTurn turn = WrittenTurn::Of(table, "rpy_deg");
+  /// The smallest set of angles that, interpreted as radians, lets the arm reach the point as it
+  /// was taught; 0 if there is none.
+  int FindInterpretation(const TomlTable& table, const AssemblyPoint& point, std::size_t frame,
+                         const Payload& payload, const Outcome& as_written) {
+    const WrittenRotation rotation = WrittenRotation::Of(table, "rpy_deg");
     const bool framed = frame < frames_.size();
     const bool in_base = table.String("frame").value_or("") == "base";
     int possible = 0;
     if (NearInRadians(table)) possible |= kNearInRad;
-    if (!point.orientation_free && CouldBeRadians(turn.angles)) possible |= kPointInRad;
-    if (framed && CouldBeRadians(frames_[frame].turn.angles)) possible |= kFrameInRad;
+    if (!point.orientation_free && CouldBeRadians(rotation.angles)) possible |= kPointInRad;
+    if (framed && CouldBeRadians(frames_[frame].rotation.angles)) possible |= kFrameInRad;
     if (robot_ && !in_base && CouldBeRadians(base_.angles)) possible |= kBaseInRad;
-    if (!point.near_q) {  // reached or not is little evidence: the number must look like radians
-      if (!LookLikeRadians(turn.angles)) possible &= ~kPointInRad;
-      if (framed && !LookLikeRadians(frames_[frame].turn.angles)) possible &= ~kFrameInRad;
+    if (!point.near_q) {  // reachability alone is weak evidence: the numbers must look like radians
+      if (!LookLikeRadians(rotation.angles)) possible &= ~kPointInRad;
+      if (framed && !LookLikeRadians(frames_[frame].rotation.angles)) possible &= ~kFrameInRad;
       if (!LookLikeRadians(base_.angles)) possible &= ~kBaseInRad;
     }
     for (int count = 1; count <= std::popcount(static_cast<unsigned>(possible)); ++count) {
-      for (int reading = 1; reading < kReadings; ++reading) {
-        if ((reading & ~possible) != 0) continue;
-        if (std::popcount(static_cast<unsigned>(reading)) != count) continue;
-        // Without near_deg a point that is reached as written proves nothing.
+      for (int in_radians = 1; in_radians < kInterpretations; ++in_radians) {
+        if ((in_radians & ~possible) != 0) continue;
+        if (std::popcount(static_cast<unsigned>(in_radians)) != count) continue;
+        // Without near_deg, a point that is reached as written gives no evidence.
         if (as_written.reached && !point.near_q) continue;
-        if (Explains(table, point, frame, payload, reading)) return reading;
+        if (Explains(table, point, frame, payload, in_radians)) return in_radians;
       }
     }
     return 0;
   }
 
   bool Explains(const TomlTable& table, AssemblyPoint point, std::size_t frame,
-                const Payload& payload, int reading) {
-    if ((reading & kNearInRad) != 0) point.near_q = NearInRadians(table);
+                const Payload& payload, int in_radians) {
+    if ((in_radians & kNearInRad) != 0) point.near_q = NearInRadians(table);
     Pose X_WB = config_.cell.robot.X_WB;
-    if ((reading & kBaseInRad) != 0) X_WB.R = base_.Rotation(true);
-    const Pose X_OP = {WrittenTurn::Of(table, "rpy_deg").Rotation((reading & kPointInRad) != 0),
-                       PlaceOf(table)};
+    if ((in_radians & kBaseInRad) != 0) X_WB.R = base_.Rotation(true);
+    const Pose X_OP = {
+        WrittenRotation::Of(table, "rpy_deg").Rotation((in_radians & kPointInRad) != 0),
+        PlaceOf(table)};
     if (frame < frames_.size()) {
       const Frame& of = frames_[frame];
-      point.X_WP = Pose{of.turn.Rotation((reading & kFrameInRad) != 0), of.p_WO} * X_OP;
+      point.X_WP = Pose{of.rotation.Rotation((in_radians & kFrameInRad) != 0), of.p_WO} * X_OP;
     } else if (table.String("frame").value_or("") == "base") {
       point.X_WP = X_WB * X_OP;
     } else {
       point.X_WP = X_OP;
     }
-    if ((reading & kBaseInRad) == 0) return Proves(machine_, point, payload);
+    if ((in_radians & kBaseInRad) == 0) return Proves(machine_, point, payload);
     MachineConfig other = config_;
     other.cell.robot.X_WB = X_WB;
     Machine machine(other);
@@ -227,7 +236,7 @@ class PostureCheck {
     return outcome.as_taught && outcome.farthest.distance <= kProof;
   }
 
-  /// near_deg read as radians, in SI; nothing where it cannot be meant so.
+  /// near_deg interpreted as radians, in SI; nullopt if that is impossible.
   std::optional<JointVector> NearInRadians(const TomlTable& table) const {
     const auto values = table.Numbers("near_deg", kAsWritten);
     const Chain& chain = machine_.chain();
@@ -258,89 +267,91 @@ class PostureCheck {
     return "[" + text + "]";
   }
 
-  /// "the posture that reaches it is 90 deg away from near_deg on q4".
-  std::string WhatIsWrong(const Outcome& outcome) const {
+  /// "the nearest posture that reaches it is 90 deg from near_deg on q4".
+  std::string Problem(const Outcome& outcome) const {
     if (!outcome.reached) {
       return std::string("no corrected point: ") + Describe(outcome.correction.code);
     }
-    return fmt::format("the posture that reaches it is {:.0f} {} away from near_deg on q{}",
+    return fmt::format("the nearest posture that reaches it is {:.0f} {} from near_deg on q{}",
                        InFileUnit(outcome.farthest.joint, outcome.farthest.distance),
                        UnitOf(outcome.farthest.joint), outcome.farthest.joint + 1);
   }
 
-  void WarnOfReading(const TomlTable& table, const AssemblyPoint& point, std::size_t frame,
-                     int reading, const Outcome& as_written) {
-    const std::string with = std::popcount(static_cast<unsigned>(reading)) > 1
-                                 ? " (and so the others of this list that name the point)"
+  void WarnAboutRadiansProven(const TomlTable& table, const AssemblyPoint& point, std::size_t frame,
+                              int in_radians, const Outcome& as_written) {
+    const std::string with = std::popcount(static_cast<unsigned>(in_radians)) > 1
+                                 ? " (together with the other keys reported for this point)"
                                  : "";
     const std::string taught = point.near_q ? " in the posture of near_deg" : "";
     const auto warn = [&](const TomlTable& of, const char* key, const std::string& degrees) {
-      of.AddWarning(key, fmt::format("is in radians: read so{}, the arm reaches point {}{}; read "
-                                     "as degrees, {}. Write {}",
-                                     with, point.id, taught, WhatIsWrong(as_written), degrees));
+      of.AddWarning(key,
+                    fmt::format("is probably in radians: read as radians{}, the arm reaches point "
+                                "{}{}; read as degrees, {}. Write {}",
+                                with, point.id, taught, Problem(as_written), degrees));
     };
-    if ((reading & kNearInRad) != 0) warn(table, "near_deg", JointsText(*NearInRadians(table)));
-    if ((reading & kPointInRad) != 0) {
-      warn(table, "rpy_deg", WrittenTurn::Of(table, "rpy_deg").InDegrees());
+    if ((in_radians & kNearInRad) != 0) warn(table, "near_deg", JointsText(*NearInRadians(table)));
+    if ((in_radians & kPointInRad) != 0) {
+      warn(table, "rpy_deg", WrittenRotation::Of(table, "rpy_deg").InDegrees());
     }
-    if ((reading & kFrameInRad) != 0 && confirmed_.insert(frame).second) {
-      warn(frames_[frame].table, "rpy_deg", frames_[frame].turn.InDegrees());
+    if ((in_radians & kFrameInRad) != 0 && confirmed_.insert(frame).second) {
+      warn(frames_[frame].table, "rpy_deg", frames_[frame].rotation.InDegrees());
     }
-    // By its look alone the cell's reader has warned of it.
-    if ((reading & kBaseInRad) != 0 && !base_warned_ && !LookLikeRadians(base_.angles)) {
+    // If it looks like radians, the cell reader has already warned about it.
+    if ((in_radians & kBaseInRad) != 0 && !base_warned_ && !LookLikeRadians(base_.angles)) {
       base_warned_ = true;
       warn(*robot_, "base_rpy_deg", base_.InDegrees());
     }
   }
 
-  void WarnOfPosture(const TomlTable& table, const AssemblyPoint& point, const Outcome& outcome) {
+  void WarnAboutPosture(const TomlTable& table, const AssemblyPoint& point,
+                        const Outcome& outcome) {
     const int joint = outcome.farthest.joint;
     table.AddWarning(
         "near_deg",
-        fmt::format("is not the posture that reaches the point: q{}: near_deg says {:.1f}, the "
-                    "nearest posture that reaches the point has {:.1f} {}. The daemon commands "
-                    "{}. Read the joints at the pendant where the point was taught, or check the "
-                    "point's pose and frame",
+        fmt::format("is not near the posture that reaches the point: q{} is {:.1f} in near_deg, "
+                    "but {:.1f} {} in the nearest posture that reaches the point. The daemon will "
+                    "command {}. Read the joint values from the pendant where the point was "
+                    "taught, or check the point's pose and frame",
                     joint + 1, InFileUnit(joint, (*point.near_q)[joint]),
                     InFileUnit(joint, outcome.correction.q[joint]), UnitOf(joint),
                     JointsText(outcome.correction.q)));
   }
 
-  /// Once the arm reaches the point with one payload: with each of the others as well?
-  void WarnOfOtherLoads(const TomlTable& table, const AssemblyPoint& point,
-                        const std::vector<PointLoad>& loads, const Correction& reached) {
+  /// Warns if the arm reaches the point with one payload but not with another.
+  void WarnAboutOtherLoads(const TomlTable& table, const AssemblyPoint& point,
+                           const std::vector<PointLoad>& loads, const Correction& reached) {
     for (const PointLoad& load : loads) {
       if (!load.payload) continue;
       const Correction other =
           machine_.Preview(point, *load.payload, reached.q, BranchSearch::kNone);
       if (other.code == CorrectionCode::kOk) continue;
       ++problems_;
-      return WarnOfFailure(table, point, load.name, other);
+      return WarnAboutFailure(table, point, load.name, other);
     }
   }
 
-  void WarnOfFailure(const TomlTable& table, const AssemblyPoint& point, const std::string& load,
-                     const Correction& correction) {
+  void WarnAboutFailure(const TomlTable& table, const AssemblyPoint& point, const std::string& load,
+                        const Correction& correction) {
     std::string why;
     switch (correction.code) {
       case CorrectionCode::kUnreachable:
-        if (IsFarAway(config_.cell, point)) return;  // said by WarnOfUnlikelyPoint
-        why = "no posture brings the tool there. Check the pose, its frame and the robot's base";
+        if (IsFarAway(config_.cell, point)) return;  // see WarnAboutUnlikelyPoint
+        why = "no posture reaches it. Check the pose, its frame and the robot's base";
         break;
       case CorrectionCode::kJointLimit:
         why =
-            "every posture that reaches it breaks a joint limit. Check min_deg and max_deg, or "
+            "every posture that reaches it violates a joint limit. Check min_deg and max_deg, or "
             "move the station";
         break;
       case CorrectionCode::kSingular:
         why = fmt::format(
-            "smallest singular value {:.3g}, below correction.min_singular_value "
+            "the smallest singular value {:.3g} is below correction.min_singular_value "
             "{:.3g}. Tilt the tool or move the station",
             correction.singular_value, config_.limits.min_singular_value);
         break;
       case CorrectionCode::kTooLarge:
         why = fmt::format(
-            "{:.1f} mm and {:.2f} deg, more than [correction] allows. Check payload, "
+            "{:.1f} mm and {:.2f} deg exceed the limits of [correction]. Check payload, "
             "masses and compliances",
             correction.translation_B.norm() / kMetrePerMm,
             correction.rotation_B.norm() / kRadPerDeg);
@@ -348,7 +359,7 @@ class PostureCheck {
       default:
         why = "check payload, masses and compliances";
     }
-    table.AddWarning("xyz_mm", fmt::format("gets no corrected point with {} ({}): {}", load,
+    table.AddWarning("xyz_mm", fmt::format("has no corrected point with {} ({}): {}", load,
                                            Describe(correction.code), why));
   }
 
@@ -357,17 +368,17 @@ class PostureCheck {
   const MachineConfig& config_;
   Machine machine_;
   std::vector<Frame> frames_;
-  WrittenTurn base_;
-  std::set<std::size_t> confirmed_;  ///< frames whose unit a point has decided
+  WrittenRotation base_;
+  std::set<std::size_t> confirmed_;  ///< frames whose angle unit is settled by a point
   bool base_warned_ = false;
   std::size_t problems_ = 0;
 };
 
 }  // namespace
 
-void WarnOfUnlikelyPostures(const TomlTable& root, const std::optional<TomlTable>& robot,
-                            const MachineConfig& config, std::size_t most) {
-  if (most > 0 && !config.points.empty()) PostureCheck(root, robot, config).Run(most);
+void WarnAboutUnlikelyPostures(const TomlTable& root, const std::optional<TomlTable>& robot,
+                               const MachineConfig& config, std::size_t max_points) {
+  if (max_points > 0 && !config.points.empty()) PostureCheck(root, robot, config).Run(max_points);
 }
 
 }  // namespace plumbline

@@ -19,7 +19,7 @@ namespace {
 constexpr NumberRange kScaleRange{-1e9, 1e9};
 constexpr int kLastRegister = 65535;
 
-/// A unit of the file: SI value = factor * value + shift.
+/// A unit in the file: SI value = factor * value + shift.
 struct Unit {
   double factor = 1;
   double shift = 0;
@@ -47,13 +47,13 @@ std::optional<modbus::WordOrder> ReadOrder(const TomlTable& table) {
                                                        {"DCBA", modbus::WordOrder::kDcba}});
 }
 
-/// The registers of one group, `address` giving one value each.
+/// Reads groups of register values: one value per entry of `address`.
 class ProfileReader {
  public:
   explicit ProfileReader(const std::vector<RegisterBlock>& blocks) : blocks_(blocks) {}
 
-  /// @param count  how many values there must be; negative: any number but none
-  /// @param units  empty: a bare number, without scale and offset
+  /// @param count  required number of values; negative: at least one
+  /// @param units  allowed units; empty: a plain integer without scale and offset
   std::vector<RegisterValue> Values(const TomlTable& table, int count, Units units) const {
     RegisterValue value;
     value.table = ReadTable(table).value_or(value.table);
@@ -61,7 +61,7 @@ class ProfileReader {
     value.order = ReadOrder(table).value_or(value.order);
     if (units.size() > 0) {
       const double scale = table.Number("scale", kScaleRange).value_or(1);
-      if (scale == 0) table.AddFault("scale", "makes every reading the same");
+      if (scale == 0) table.AddFault("scale", "must not be 0: every reading would be the same");
       const double offset = table.Number("offset", kScaleRange).value_or(0);
       const Unit unit = table.RequiredOneOf<Unit>("unit", units).value_or(Unit{});
       value.scale = unit.factor * scale;
@@ -82,9 +82,9 @@ class ProfileReader {
     return std::array{values[0], values[1], values[2]};
   }
 
-  /// `like`, at each address of `key`.
+  /// A copy of `prototype` for each address listed under `key`.
   std::vector<RegisterValue> AtAddresses(const TomlTable& table, std::string_view key, int count,
-                                         RegisterValue like) const {
+                                         RegisterValue prototype) const {
     if (!table.Has(key)) table.AddMissing(key, "a list of registers, 0..65535");
     const auto addresses = table.Integers(key, 0, kLastRegister);
     std::vector<RegisterValue> values;
@@ -95,9 +95,9 @@ class ProfileReader {
       return values;
     }
     for (const int address : *addresses) {
-      like.address = address;
-      CheckIsRead(table, key, like);
-      values.push_back(like);
+      prototype.address = address;
+      CheckIsRead(table, key, prototype);
+      values.push_back(prototype);
     }
     return values;
   }
@@ -105,8 +105,10 @@ class ProfileReader {
   void CheckIsRead(const TomlTable& table, std::string_view key, const RegisterValue& value) const {
     if (IsRead(blocks_, value)) return;
     table.AddFault(
-        key, fmt::format("has register {}, which no [[read]] of that table holds{}", value.address,
-                         WordsOf(value.type) == 2 ? " with the one after it" : ""));
+        key, fmt::format("contains {}, which no [[read]] of that table covers",
+                         WordsOf(value.type) == 2
+                             ? fmt::format("registers {}..{}", value.address, value.address + 1)
+                             : fmt::format("register {}", value.address)));
   }
 
  private:
@@ -137,7 +139,7 @@ std::vector<RegisterBlock> ReadBlocks(const TomlTable& root) {
     block.first = table.RequiredInteger("first", 0, kLastRegister).value_or(0);
     block.count = table.RequiredInteger("count", 1, kMaxRegistersOfRead).value_or(1);
     if (block.first + block.count > kLastRegister + 1) {
-      table.AddFault("count", "registers end beyond 65535");
+      table.AddFault("count", "is too large: the block ends beyond register 65535");
     }
     blocks.push_back(block);
   }
@@ -161,7 +163,7 @@ void ReadJoints(const TomlTable& root, const ProfileReader& reader,
       turn.table = values.front().table;
       turn.type = RegisterType::kInt16;
       turn.scale = table.Number("revolutions_scale", kScaleRange).value_or(1);
-      if (turn.scale == 0) table.AddFault("revolutions_scale", "makes every reading the same");
+      if (turn.scale == 0) table.AddFault("revolutions_scale", "must not be 0");
       turns = reader.AtAddresses(table, "revolutions", static_cast<int>(values.size()), turn);
     }
     for (std::size_t i = 0; i < values.size() && i < turns.size(); ++i) {
@@ -169,8 +171,8 @@ void ReadJoints(const TomlTable& root, const ProfileReader& reader,
     }
   }
   if (joints.size() > kMaxJoints) {
-    root.AddFault("joints",
-                  fmt::format("has {} joints; at most {} are possible", joints.size(), kMaxJoints));
+    root.AddFault("joints", fmt::format("lists {} joints; at most {} are possible", joints.size(),
+                                        kMaxJoints));
   }
 }
 
@@ -192,7 +194,7 @@ std::optional<PoseSignal> ReadPose(const TomlTable& table, const ProfileReader& 
   return pose;
 }
 
-/// The modes that a controller may be in, by the key that names them.
+/// Operating modes of a controller and their names in the profile.
 const std::initializer_list<Choice<RobotMode>> kModes = {
     {"running", RobotMode::kRunning},
     {"manual", RobotMode::kManual},
@@ -251,9 +253,10 @@ std::optional<PushProfile> ReadPush(const TomlTable& table) {
                              {"abc", OrientationConvention::kAbc}})
           .value_or(push.orientation);
   if (!IsSound(push)) {
-    table.AddFault("", fmt::format("pose ({} registers), id and sequence do not lie beside each "
-                                   "other in a slot of {}, or the slots end beyond 65535",
-                                   PoseWordsOf(push.type), push.stride));
+    table.AddFault("",
+                   fmt::format("pose ({} registers), id and sequence overlap or do not fit into "
+                               "a slot of {} registers, or the slots end beyond register 65535",
+                               PoseWordsOf(push.type), push.stride));
   }
   return push;
 }

@@ -1,4 +1,4 @@
-// config/profiles/*.toml -> RobotProfile. Every key is explained in config/profiles/generic.toml.
+// Reader of robot profiles, config/profiles/*.toml; generic.toml there explains every key.
 #pragma once
 
 #include <optional>
@@ -10,16 +10,16 @@
 
 namespace plumbline {
 
-/// Reads a profile by its text; a pure function. `file` only names it in faults.
+/// Parses the text of a profile. Pure function; `file` is only the name used in faults.
 ///
-/// Required are schema, name, source, at least one [[read]] and one [[joints]]; whatever else a
-/// controller does not offer is left out. A value outside everything that is read is a fault.
+/// Required: schema, name, source, at least one [[read]] and one [[joints]]; everything else is
+/// optional. A value at a register that no [[read]] covers is a fault.
 ///
-/// @return the profile in SI; nothing where this text has a fault
+/// @return the profile, converted to SI, or nullopt if this text has a fault
 std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const std::string& file,
                                                  FaultList& faults);
 
-/// RobotProfileFromText of a file's content; a file that cannot be read is a fault.
+/// RobotProfileFromText() on the content of a file; a file that cannot be read is a fault.
 std::optional<RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults);
 
 }  // namespace plumbline

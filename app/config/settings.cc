@@ -8,7 +8,7 @@
 namespace plumbline {
 namespace {
 
-/// A number as TOML, in the unit of the file.
+/// An SI value as TOML, in the unit of the file.
 std::string NumberText(double value, NumberRange range) {
   std::string text = fmt::format("{:.10g}", value / range.to_si);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
@@ -24,112 +24,109 @@ std::string Quoted(std::string_view text) {
   return text.empty() ? "" : fmt::format("\"{}\"", text);
 }
 
-int Least(NumberRange range) {
+int IntegerMin(NumberRange range) {
   return static_cast<int>(range.min);
 }
 
-int Greatest(NumberRange range) {
+int IntegerMax(NumberRange range) {
   return static_cast<int>(range.max);
 }
 
 }  // namespace
 
-bool Settings::Row(std::string_view key, std::string_view type, std::string range,
-                   std::string value, const Meaning& meaning) {
+bool Settings::AddRow(std::string_view key, std::string_view type, std::string range,
+                      std::string value, const SettingDoc& doc) {
   if (rows_ == nullptr) return false;
-  rows_->push_back(
-      {std::string(key), std::string(type), std::move(range), std::move(value), meaning});
+  rows_->push_back({std::string(key), std::string(type), std::move(range), std::move(value), doc});
   return true;
 }
 
 template <typename Found, typename T>
 void Settings::Store(std::string_view key, Found found, T& value) {
-  good_ = good_ && (found || !table_->Has(key));
+  valid_ = valid_ && (found || !table_->Has(key));
   if (found) value = std::move(*found);
 }
 
-void Settings::Add(std::string_view key, double& value, NumberRange range, const Meaning& meaning) {
+void Settings::Add(std::string_view key, double& value, NumberRange range, const SettingDoc& doc) {
   std::optional<double> found = value;
-  Add(key, found, range, meaning);
+  Add(key, found, range, doc);
   if (found) value = *found;
 }
 
 void Settings::Add(std::string_view key, std::optional<double>& value, NumberRange range,
-                   const Meaning& meaning) {
-  if (Row(key, "number", RangeText(range), value ? NumberText(*value, range) : "", meaning)) return;
-  Store(key, meaning.required ? table_->RequiredNumber(key, range) : table_->Number(key, range),
-        value);
+                   const SettingDoc& doc) {
+  if (AddRow(key, "number", RangeText(range), value ? NumberText(*value, range) : "", doc)) return;
+  Store(key, doc.required ? table_->RequiredNumber(key, range) : table_->Number(key, range), value);
 }
 
 void Settings::Add(std::string_view key, std::optional<int>& value, NumberRange range,
-                   const Meaning& meaning) {
-  if (Row(key, "integer", RangeText(range), value ? std::to_string(*value) : "", meaning)) return;
+                   const SettingDoc& doc) {
+  if (AddRow(key, "integer", RangeText(range), value ? std::to_string(*value) : "", doc)) return;
   Store(key,
-        meaning.required ? table_->RequiredInteger(key, Least(range), Greatest(range))
-                         : table_->Integer(key, Least(range), Greatest(range)),
+        doc.required ? table_->RequiredInteger(key, IntegerMin(range), IntegerMax(range))
+                     : table_->Integer(key, IntegerMin(range), IntegerMax(range)),
         value);
 }
 
-void Settings::Add(std::string_view key, Vec3& value, NumberRange range, const Meaning& meaning) {
+void Settings::Add(std::string_view key, Vec3& value, NumberRange range, const SettingDoc& doc) {
   std::optional<Vec3> found = value;
-  Add(key, found, range, meaning);
+  Add(key, found, range, doc);
   if (found) value = *found;
 }
 
 void Settings::Add(std::string_view key, std::optional<Vec3>& value, NumberRange range,
-                   const Meaning& meaning) {
-  if (Row(key, "3 numbers", RangeText(range), value ? ListText(*value, range) : "", meaning))
-    return;
-  Store(key, meaning.required ? table_->RequiredVector3(key, range) : table_->Vector3(key, range),
+                   const SettingDoc& doc) {
+  if (AddRow(key, "3 numbers", RangeText(range), value ? ListText(*value, range) : "", doc)) return;
+  Store(key, doc.required ? table_->RequiredVector3(key, range) : table_->Vector3(key, range),
         value);
 }
 
 void Settings::Add(std::string_view key, std::optional<std::vector<double>>& value,
-                   NumberRange range, const Meaning& meaning) {
-  if (Row(key, "numbers", "", "", meaning)) return;
+                   NumberRange range, const SettingDoc& doc) {
+  if (AddRow(key, "numbers", "", "", doc)) return;
   Store(key, table_->Numbers(key, range), value);
 }
 
 void Settings::Add(std::string_view key, std::vector<int>& value, NumberRange range,
-                   const Meaning& meaning) {
-  if (Row(key, "integers", RangeText(range), "", meaning)) return;
-  Store(key, table_->Integers(key, Least(range), Greatest(range)), value);
+                   const SettingDoc& doc) {
+  if (AddRow(key, "integers", RangeText(range), "", doc)) return;
+  Store(key, table_->Integers(key, IntegerMin(range), IntegerMax(range)), value);
 }
 
-void Settings::Add(std::string_view key, bool& value, const Meaning& meaning) {
-  if (Row(key, "true or false", "", value ? "true" : "false", meaning)) return;
+void Settings::Add(std::string_view key, bool& value, const SettingDoc& doc) {
+  if (AddRow(key, "true or false", "", value ? "true" : "false", doc)) return;
   Store(key, table_->Bool(key), value);
 }
 
-void Settings::Add(std::string_view key, std::string& value, const Meaning& meaning) {
-  if (Row(key, "text", "", Quoted(value), meaning)) return;
-  Store(key, meaning.required ? table_->RequiredString(key) : table_->String(key), value);
+void Settings::Add(std::string_view key, std::string& value, const SettingDoc& doc) {
+  if (AddRow(key, "text", "", Quoted(value), doc)) return;
+  Store(key, doc.required ? table_->RequiredString(key) : table_->String(key), value);
 }
 
-void Settings::Add(std::string_view key, std::vector<std::string>& value, const Meaning& meaning) {
-  if (Row(key, "texts", "", "", meaning)) return;
+void Settings::Add(std::string_view key, std::vector<std::string>& value, const SettingDoc& doc) {
+  if (AddRow(key, "texts", "", "", doc)) return;
   Store(key, table_->Strings(key), value);
 }
 
-void Settings::Path(std::string_view key, std::string& value, const Meaning& meaning) {
-  Add(key, value, meaning);
-  if (table_ && table_->Has(key) && !value.empty()) value = files_->Beside(value);
+void Settings::Path(std::string_view key, std::string& value, const SettingDoc& doc) {
+  Add(key, value, doc);
+  if (table_ && table_->Has(key) && !value.empty()) value = files_->Resolve(value);
 }
 
 std::optional<std::size_t> Settings::Word(std::string_view key, std::string_view value,
                                           const std::vector<std::string_view>& words,
-                                          const Meaning& meaning) {
-  if (Row(key, "word", fmt::format("\"{}\"", fmt::join(words, "\", \"")), Quoted(value), meaning)) {
+                                          const SettingDoc& doc) {
+  if (AddRow(key, "word", fmt::format("\"{}\"", fmt::join(words, "\", \"")), Quoted(value), doc)) {
     return std::nullopt;
   }
-  if (meaning.required && !table_->Has(key)) table_->AddMissing(key, "a word");
+  if (doc.required && !table_->Has(key)) table_->AddMissing(key, "a word");
   std::optional<std::size_t> index;
   Store(key, table_->OneOf(key, words), index);
   return index;
 }
 
-void Settings::Document(std::string_view key, std::string_view type, const Meaning& meaning) {
-  if (!Row(key, type, "", "", meaning)) table_->Ignore({key});
+void Settings::Document(std::string_view key, std::string_view type, const SettingDoc& doc) {
+  if (!AddRow(key, type, "", "", doc)) table_->Ignore({key});
 }
 
 }  // namespace plumbline

@@ -1,5 +1,4 @@
-// The keys of one table of a configuration file, each listed once: to be read, and to be
-// documented.
+// Configuration schema visitor: one listing of a table's keys serves both reading and documenting.
 #pragma once
 
 #include <concepts>
@@ -14,38 +13,43 @@
 
 namespace plumbline {
 
-/// What the documents say about a key beside its type, range and default.
-struct Meaning {
-  std::string_view sentence{};
-  std::string_view example{};    ///< TOML value to show instead of the default
-  std::string_view otherwise{};  ///< the default in words, where it is not a constant
+/// Documentation of a key, beyond its type, range and default.
+struct SettingDoc {
+  std::string_view description{};
+  std::string_view example{};       ///< TOML value shown instead of the default
+  std::string_view default_text{};  ///< the default in words, if it is not a constant
   bool required = false;
   bool active = false;  ///< not commented out in the shipped file
-  int step = 0;         ///< number of the line among those that a first cell must edit
+  int first_cell_step =
+      0;  ///< position among the lines to edit for a first cell; 0: not among them
 };
 
-constexpr Meaning Required(std::string_view sentence, std::string_view example, bool when = true) {
-  return {.sentence = sentence, .example = example, .required = when};
+constexpr SettingDoc Required(std::string_view description, std::string_view example,
+                              bool when = true) {
+  return {.description = description, .example = example, .required = when};
 }
-/// Of a key that a first cell needs.
-/// @param step  0: the line is not one of those to be edited
-constexpr Meaning FirstCell(int step, std::string_view sentence, std::string_view example,
-                            bool required = true) {
-  return {
-      .sentence = sentence, .example = example, .required = required, .active = true, .step = step};
+/// Documentation of a key that a first cell needs; the shipped file sets it.
+/// @param step  SettingDoc::first_cell_step
+constexpr SettingDoc FirstCell(int step, std::string_view description, std::string_view example,
+                               bool required = true) {
+  return {.description = description,
+          .example = example,
+          .required = required,
+          .active = true,
+          .first_cell_step = step};
 }
 
-/// A key as the documents show it.
+/// One key as it appears in the generated documents.
 struct Setting {
   std::string key, type, range;
   std::string value;  ///< the default as TOML; empty if there is none
-  Meaning meaning;
+  SettingDoc doc;
 };
 
-/// A function that lists the keys of a table, such as ListKeys(), takes a Settings and the struct
-/// that the values belong to. It serves two purposes: with a TomlTable each key is checked and
-/// stored, and a key that is absent or faulty leaves the struct's default; with a list of rows each
-/// key becomes a row that documents it, and the value found in the struct is its default.
+/// Passed to a ListKeys() function together with the struct that holds a table's values. Built on a
+/// TomlTable it reads: each key is checked and stored; an absent or faulty key leaves the struct's
+/// default. Built on a list of rows it documents: each key becomes a row, and the value found in
+/// the struct is its default.
 class Settings {
  public:
   /// @param files  resolves the paths of Path(); may be null if the table has none
@@ -53,78 +57,77 @@ class Settings {
       : table_(table), files_(files) {}
   explicit Settings(std::vector<Setting>& rows) : rows_(&rows) {}
 
-  void Add(std::string_view key, double& value, NumberRange range, const Meaning& meaning);
+  void Add(std::string_view key, double& value, NumberRange range, const SettingDoc& doc);
   void Add(std::string_view key, std::optional<double>& value, NumberRange range,
-           const Meaning& meaning);
-  void Add(std::string_view key, Vec3& value, NumberRange range, const Meaning& meaning);
+           const SettingDoc& doc);
+  void Add(std::string_view key, Vec3& value, NumberRange range, const SettingDoc& doc);
   void Add(std::string_view key, std::optional<Vec3>& value, NumberRange range,
-           const Meaning& meaning);
+           const SettingDoc& doc);
   void Add(std::string_view key, std::optional<std::vector<double>>& value, NumberRange range,
-           const Meaning& meaning);
+           const SettingDoc& doc);
   void Add(std::string_view key, std::optional<int>& value, NumberRange range,
-           const Meaning& meaning);
-  void Add(std::string_view key, std::vector<int>& value, NumberRange range,
-           const Meaning& meaning);
+           const SettingDoc& doc);
+  void Add(std::string_view key, std::vector<int>& value, NumberRange range, const SettingDoc& doc);
   template <std::integral T>
-  void Add(std::string_view key, T& value, NumberRange range, const Meaning& meaning) {
+  void Add(std::string_view key, T& value, NumberRange range, const SettingDoc& doc) {
     const auto scale = static_cast<T>(range.to_si);
     std::optional<int> found = static_cast<int>(value / scale);
-    Add(key, found, range, meaning);
+    Add(key, found, range, doc);
     if (found) value = static_cast<T>(static_cast<T>(*found) * scale);
   }
-  void Add(std::string_view key, bool& value, const Meaning& meaning);
-  void Add(std::string_view key, std::string& value, const Meaning& meaning);
-  void Add(std::string_view key, std::vector<std::string>& value, const Meaning& meaning);
+  void Add(std::string_view key, bool& value, const SettingDoc& doc);
+  void Add(std::string_view key, std::string& value, const SettingDoc& doc);
+  void Add(std::string_view key, std::vector<std::string>& value, const SettingDoc& doc);
 
   /// A path, resolved relative to the configuration file.
-  void Path(std::string_view key, std::string& value, const Meaning& meaning);
+  void Path(std::string_view key, std::string& value, const SettingDoc& doc);
 
-  /// One of some words, each with the value it stands for.
+  /// An enumeration: one of several words, each with the value it represents.
   template <typename T>
   void Choose(std::string_view key, T& value,
-              const std::vector<Choice<std::type_identity_t<T>>>& choices, const Meaning& meaning) {
+              const std::vector<Choice<std::type_identity_t<T>>>& choices, const SettingDoc& doc) {
     std::vector<std::string_view> words;
     std::string_view word;
     for (const Choice<T>& choice : choices) {
       words.push_back(choice.word);
       if (choice.value == value) word = choice.word;
     }
-    if (const auto index = Word(key, word, words, meaning)) {
+    if (const auto index = Word(key, word, words, doc)) {
       value = choices[*index].value;
     }
   }
 
-  /// A key that the caller reads itself.
-  void Document(std::string_view key, std::string_view type, const Meaning& meaning);
+  /// Documents a key that the caller reads itself.
+  void Document(std::string_view key, std::string_view type, const SettingDoc& doc);
 
-  /// False once a key was present but not usable.
-  bool good() const { return good_; }
+  /// False once a key was present but faulty.
+  bool valid() const { return valid_; }
 
  private:
   std::optional<std::size_t> Word(std::string_view key, std::string_view value,
                                   const std::vector<std::string_view>& words,
-                                  const Meaning& meaning);
-  /// Stores a row if the keys are documented.
-  /// @return  whether the key is documented, so that there is nothing to read
-  bool Row(std::string_view key, std::string_view type, std::string range, std::string value,
-           const Meaning& meaning);
-  /// What a getter of the table returned, if it returned a value.
+                                  const SettingDoc& doc);
+  /// Adds a row in documentation mode.
+  /// @return  true in documentation mode: there is nothing to read then
+  bool AddRow(std::string_view key, std::string_view type, std::string range, std::string value,
+              const SettingDoc& doc);
+  /// Stores what a getter of the table returned, if it returned a value.
   template <typename Found, typename T>
   void Store(std::string_view key, Found found, T& value);
 
   std::optional<TomlTable> table_;
   const NamedFiles* files_ = nullptr;
   std::vector<Setting>* rows_ = nullptr;
-  bool good_ = true;
+  bool valid_ = true;
 };
 
 /// Reads the keys that ListKeys() lists for a Config.
-/// @return  false if a key is present but not usable
+/// @return  false if a key is present but faulty
 template <typename Config>
 bool ReadKeys(const TomlTable& table, Config& config, const NamedFiles* files = nullptr) {
   Settings keys(table, files);
   ListKeys(keys, config);
-  return keys.good();
+  return keys.valid();
 }
 
 }  // namespace plumbline

@@ -38,8 +38,8 @@ void ListDefaultCycleKeys(Settings& keys) {
 
 /// A table of plumbline.toml.
 struct SettingsTable {
-  std::string_view header;   ///< "[robot]", "[[point]]"; empty: the keys before the first table
-  std::string_view meaning;  ///< of the table as a whole
+  std::string_view header;  ///< "[robot]", "[[point]]"; empty: the keys before the first table
+  std::string_view doc;     ///< description of the table as a whole
   void (*list)(Settings& keys);
 
   std::vector<Setting> Keys() const {
@@ -52,39 +52,47 @@ struct SettingsTable {
 
 constexpr SettingsTable kTables[] = {
     {"", "", ListDefaults<DaemonConfig>},
-    {"[robot]", "where the joints and the payload come from", ListRobotKeys},
+    {"[robot]", "the robot controller: source of joint positions and payload", ListRobotKeys},
     {"[payload]", "what the robot carries", ListDefaults<PayloadPolicy>},
-    {"[[payload.tool]]", "of source \"table\": one for each tool number",
+    {"[[payload.tool]]", "for source \"table\": one entry per tool number",
      ListDefaults<PayloadPolicy::ToolLoad>},
-    {"[plc]", "where corrected points are read: config/register-map.md", ListDefaults<PlcConfig>},
-    {"[plc.rtu]", "the same map on a serial line as well", ListDefaults<modbus::RtuSlaveOptions>},
-    {"[correction]", "a larger correction is refused, not limited", ListDefaults<CorrectionLimits>},
+    {"[plc]", "the Modbus server for the PLC; registers: config/register-map.md",
+     ListDefaults<PlcConfig>},
+    {"[plc.rtu]", "the same registers on a serial line as well",
+     ListDefaults<modbus::RtuSlaveOptions>},
+    {"[correction]", "limits of a correction; one beyond them is refused, not clipped",
+     ListDefaults<CorrectionLimits>},
     {"[push]",
-     "corrected points written into the controller's registers; withdrawn when the daemon stops",
+     "writes corrected points into the controller's registers and withdraws them when the daemon "
+     "stops",
      ListPushKeys},
-    {"[loop]", "probes: measured points against the model, and what follows from them",
+    {"[loop]", "monitoring: probes (measured points), drift detection, diagnosis, model updates",
      ListDefaults<LoopConfig>},
     {"[camera]",
-     "a camera that measures tags; without this table there is no camera. For two, write "
-     "[[camera]] twice, each with a name and a [camera.zoom] of its own",
+     "a camera that measures tags; without this table there is no camera. For two cameras, write "
+     "[[camera]] twice, each with its own name and [camera.zoom]",
      ListDefaults<CameraConfig>},
-    {"[zoom]", "or [camera.zoom], below its [[camera]]; without it: a lens without zoom",
+    {"[zoom]",
+     "zoom sensor of the camera, also written [camera.zoom] below its [[camera]]; without it the "
+     "lens has no zoom",
      ListDefaults<ZoomConfig>},
-    {"[board]", "the board that each camera's lens is calibrated with", ListBoardKeys},
-    {"[tags]", "needed with [camera]; both see the same ones", ListDefaults<TagsConfig>},
-    {"[overlay]", "the display: plumbline-view plumbline.toml; MANUAL.md, \"The monitor\"",
+    {"[board]", "calibration board for the lens of each camera", ListBoardKeys},
+    {"[tags]", "tags in the cell, shared by both cameras; required with [camera]",
+     ListDefaults<TagsConfig>},
+    {"[overlay]", "what plumbline-view shows on the display; MANUAL.md, \"The monitor\"",
      ListDefaults<OverlayConfig>},
-    {"[page]", "plumbline-view for a browser, to look only; MANUAL.md, \"The page\"",
+    {"[page]", "read-only web page of plumbline-view; MANUAL.md, \"The page\"",
      ListDefaults<PageConfig>},
-    {"[mqtt]", "what a plant's broker is sent: plumbline-fleet; MANUAL.md, \"The plant's broker\"",
+    {"[mqtt]",
+     "what plumbline-fleet publishes to the plant's MQTT broker; MANUAL.md, \"The plant's broker\"",
      ListDefaults<MqttConfig>},
     {"[cycle]", "the control cycle", ListDefaultCycleKeys},
-    {"[[frame]]", "a work object; \"measurement\" and \"base\" are built in",
+    {"[[frame]]", "a work object frame; \"measurement\" and \"base\" are built in",
      ListDefaults<FrameKeys>},
-    {"[[point]]", "one for each point to be corrected", ListDefaults<PointKeys>},
+    {"[[point]]", "one entry per point to be corrected", ListDefaults<PointKeys>},
 };
 
-/// Parts that are not empty, separated by "; ".
+/// The non-empty parts, separated by "; ".
 std::string Joined(std::initializer_list<std::string> parts) {
   std::string text;
   for (const std::string& part : parts) {
@@ -93,17 +101,18 @@ std::string Joined(std::initializer_list<std::string> parts) {
   return text;
 }
 
-/// The line that a first cell must edit, as a number in front of its meaning.
+/// "(3) " in front of the description of a line to edit for a first cell.
 std::string StepOf(const Setting& setting) {
-  return setting.meaning.step > 0 ? fmt::format("({}) ", setting.meaning.step) : "";
+  const int step = setting.doc.first_cell_step;
+  return step > 0 ? fmt::format("({}) ", step) : "";
 }
 
 std::string DefaultOf(const Setting& setting) {
-  if (setting.meaning.required) return "required";
-  return setting.meaning.otherwise.empty() ? setting.value : std::string(setting.meaning.otherwise);
+  if (setting.doc.required) return "required";
+  return setting.doc.default_text.empty() ? setting.value : std::string(setting.doc.default_text);
 }
 
-/// The unit that a key's name ends with; empty where it has none.
+/// The unit that a key's name ends with, or empty.
 std::string UnitOf(std::string_view key) {
   constexpr std::array<std::string_view, 9> kUnits = {"mm", "ms", "s",   "deg",   "px",
                                                       "kg", "K",  "MPa", "counts"};
@@ -116,7 +125,7 @@ std::string UnitOf(std::string_view key) {
   return std::find(kUnits.begin(), kUnits.end(), end) == kUnits.end() ? "" : std::string(end);
 }
 
-/// Adds a line of TOML with a comment beside it, which continues below it if it is long.
+/// Adds a line of TOML with a trailing comment, which continues on the lines below if it is long.
 void AddLine(std::string& text, std::string line, std::string_view comment, bool active) {
   constexpr std::size_t kLongest = 100, kColumn = 26;
   const std::string sign = active ? "" : "# ";
@@ -138,23 +147,24 @@ void AddLine(std::string& text, std::string line, std::string_view comment, bool
 }
 
 constexpr std::string_view kTomlHead =
-    R"(# plumblined: the one file to edit. Every key is here; a line that is commented out shows its
-# default. `plumbline check plumbline.toml` lists every fault before the daemon reads it, and SIGHUP
-# makes a running daemon read the file again (a faulty file changes nothing).
+    R"(# Configuration of plumblined: the one file to edit. It lists every key; a commented-out line shows
+# the default. `plumbline check plumbline.toml` reports every fault before the daemon reads the file;
+# SIGHUP makes a running daemon reload it (a faulty file changes nothing).
 #
-# The first real cell: edit the ten lines marked (1)..(10), then run the check.
-# A relative path is relative to this file; if it is not there, to the installed data directory.
+# For a first cell, edit the ten lines marked (1) to (10), then run the check.
+# A relative path refers to the directory of this file; cell and profile files that are not there are
+# taken from the installed data directory.
 )";
 
 constexpr std::string_view kManHead = R"(.TH PLUMBLINE.TOML 5 "" "Plumbline" "Plumbline"
 .SH NAME
 plumbline.toml \- configuration of plumblined
 .SH DESCRIPTION
-A TOML file. The lines marked (1) to (10) are those that a first cell needs.
+A TOML file. A first cell needs only the lines marked (1) to (10).
 .PP
 .B plumbline check
 .I FILE
-lists every fault at once, each with file, line, key, value and range.
+reports all faults at once, each with file, line, key, value and allowed range.
 .SH KEYS
 )";
 
@@ -173,35 +183,34 @@ std::string SettingsToml() {
   std::string text(kTomlHead);
   for (const SettingsTable& table : kTables) {
     const std::vector<Setting> keys = table.Keys();
-    const bool active = std::any_of(keys.begin(), keys.end(),
-                                    [](const Setting& key) { return key.meaning.active; });
-    const bool part = table.header.find('.') != std::string_view::npos;  // of the table above it
-    if (!part) text += '\n';
-    if (!table.header.empty()) AddLine(text, std::string(table.header), table.meaning, active);
+    const bool active =
+        std::any_of(keys.begin(), keys.end(), [](const Setting& key) { return key.doc.active; });
+    const bool is_subtable = table.header.find('.') != std::string_view::npos;
+    if (!is_subtable) text += '\n';
+    if (!table.header.empty()) AddLine(text, std::string(table.header), table.doc, active);
     for (const Setting& setting : keys) {
-      const Meaning& meaning = setting.meaning;
-      const std::string_view value = meaning.example.empty() ? setting.value : meaning.example;
-      const std::string otherwise =
-          meaning.otherwise.empty() ? "" : fmt::format("default: {}", meaning.otherwise);
+      const SettingDoc& doc = setting.doc;
+      const std::string_view value = doc.example.empty() ? setting.value : doc.example;
+      const std::string default_text =
+          doc.default_text.empty() ? "" : fmt::format("default: {}", doc.default_text);
       AddLine(text, fmt::format("{} = {}", setting.key, value),
-              StepOf(setting) + Joined({setting.range, std::string(meaning.sentence), otherwise}),
-              meaning.active);
+              StepOf(setting) + Joined({setting.range, std::string(doc.description), default_text}),
+              doc.active);
     }
   }
   return text;
 }
 
 std::string SettingsMarkdown() {
-  std::string text =
-      "| key | type | unit | default | range | meaning |\n|---|---|---|---|---|---|\n";
+  std::string text = "| key | type | unit | default | range | doc |\n|---|---|---|---|---|---|\n";
   for (const SettingsTable& table : kTables) {
     if (!table.header.empty()) {
-      text += fmt::format("| **`{}`** | | | | | {} |\n", table.header, table.meaning);
+      text += fmt::format("| **`{}`** | | | | | {} |\n", table.header, table.doc);
     }
     for (const Setting& setting : table.Keys()) {
       text += fmt::format("| `{}` | {} | {} | {} | {} | {}{} |\n", setting.key, setting.type,
                           UnitOf(setting.key), DefaultOf(setting), setting.range, StepOf(setting),
-                          setting.meaning.sentence);
+                          setting.doc.description);
     }
   }
   return text;
@@ -210,13 +219,13 @@ std::string SettingsMarkdown() {
 std::string SettingsManPage() {
   std::string text(kManHead);
   for (const SettingsTable& table : kTables) {
-    if (!table.header.empty()) text += fmt::format(".SS {}\n{}\n", table.header, table.meaning);
+    if (!table.header.empty()) text += fmt::format(".SS {}\n{}\n", table.header, table.doc);
     for (const Setting& setting : table.Keys()) {
       const std::string value = DefaultOf(setting);
       text +=
           fmt::format(".TP\n.B {}\n{}.\n", setting.key,
                       Joined({setting.type, setting.range,
-                              StepOf(setting) + std::string(setting.meaning.sentence),
+                              StepOf(setting) + std::string(setting.doc.description),
                               value.empty() || value == "required" ? value : "default: " + value}));
     }
   }

@@ -1,13 +1,13 @@
-// The configuration table as documents.
+// Documents generated from the configuration table.
 #pragma once
 
 #include <string>
 
 namespace plumbline {
 
-/// config/plumbline.toml: the lines that a first cell edits, and all others commented out.
+/// config/plumbline.toml: the lines to edit for a first cell; all others commented out.
 std::string SettingsToml();
-/// The reference of plumbline.toml in MANUAL.md.
+/// The reference of plumbline.toml in MANUAL.md, a Markdown table.
 std::string SettingsMarkdown();
 /// The manual page plumbline.toml(5).
 std::string SettingsManPage();

@@ -19,10 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Between two parts of what a program writes into a pipe; the daemon's threads wait as long.
-constexpr int kPipePatience_ms = 1500;
+/// Longest silence of a program that writes into a pipe. Short, since a daemon thread waits too.
+constexpr int kPipeTimeout_ms = 1500;
 
-/// Where a path leads in the end; a link to nothing leads to itself.
+/// The file that a path refers to after following links; a dangling link refers to itself.
 fs::path TargetOf(const std::string& path) {
   std::error_code unknown;
   fs::path target = fs::canonical(path, unknown);
@@ -38,17 +38,17 @@ bool IsSpecial(const fs::path& file) {
   return fs::exists(file, unknown) && !fs::is_regular_file(file, unknown);
 }
 
-Error Why() {
+Error SystemError() {
   return Error{std::strerror(errno)};
 }
 
 Result<void> WriteSpecial(const fs::path& file, std::string_view text) {
   const Descriptor opened(open(file.c_str(), O_WRONLY | O_CLOEXEC));
-  if (!opened || !WriteAll(opened.get(), text)) return Why();
+  if (!opened || !WriteAll(opened.get(), text)) return SystemError();
   return {};
 }
 
-/// A file that goes away again unless it was renamed.
+/// A temporary file that is deleted unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const fs::path& beside)
@@ -79,10 +79,11 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-/// Puts a new file in the place of whatever has that name.
+/// Atomically replaces whatever has that name by a new file.
 Result<void> ReplaceFile(const fs::path& file, std::string_view text) {
   TemporaryFile temporary(file);
-  if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file)) return Why();
+  if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file))
+    return SystemError();
   // The new name survives a power cut once its folder is synced; a file system that cannot do so
   // (some network shares) has still renamed the file.
   SyncFolder(FolderOf(file));
@@ -93,7 +94,7 @@ Result<void> ReplaceFile(const fs::path& file, std::string_view text) {
 
 Result<std::string> ReadTextFile(const std::string& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (!file) return Why();
+  if (!file) return SystemError();
   std::string text;
   char buffer[65536];
   while (true) {
@@ -101,22 +102,23 @@ Result<std::string> ReadTextFile(const std::string& path) {
     if (count == 0) return text;
     if (count > 0) {
       text.append(buffer, static_cast<std::size_t>(count));
-      if (text.size() > kLargestTextFile)
-        return Error{"larger than 256 MiB, which no table or configuration is; check the name"};
+      if (text.size() > kMaxTextFileBytes)
+        return Error{"larger than 256 MiB, too large for a table or configuration; check the name"};
       continue;
     }
     if (errno == EINTR) continue;
-    if (errno != EAGAIN) return Why();
+    if (errno != EAGAIN) return SystemError();
     pollfd waiting{file.get(), POLLIN, 0};
-    if (poll(&waiting, 1, kPipePatience_ms) == 0)
-      return Error{"is a pipe, and nothing came for 1.5 s; check the program that writes it"};
+    if (poll(&waiting, 1, kPipeTimeout_ms) == 0)
+      return Error{
+          "is a pipe that delivered no data for 1.5 s; check the program that writes to it"};
   }
 }
 
 Result<void> WriteTextFile(const std::string& path, std::string_view text) {
-  // It may stand for a file that others write to as well.
+  // The shell may have redirected it to a file that other programs write to as well.
   if (path == "/dev/stdout") {
-    if (!WriteAll(STDOUT_FILENO, text)) return Why();
+    if (!WriteAll(STDOUT_FILENO, text)) return SystemError();
     return {};
   }
   const fs::path file = TargetOf(path);
@@ -132,8 +134,9 @@ std::optional<Error> WhyNotWritable(const std::string& path) {
   const fs::path file = TargetOf(path);
   std::error_code unknown;
   if (fs::is_directory(file, unknown)) return Error{std::strerror(EISDIR)};
-  if (IsSpecial(file)) return access(file.c_str(), W_OK) == 0 ? std::nullopt : std::optional(Why());
-  if (access(FolderOf(file).c_str(), W_OK | X_OK) != 0) return Why();
+  if (IsSpecial(file))
+    return access(file.c_str(), W_OK) == 0 ? std::nullopt : std::optional(SystemError());
+  if (access(FolderOf(file).c_str(), W_OK | X_OK) != 0) return SystemError();
   return std::nullopt;
 }
 

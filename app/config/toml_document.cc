@@ -1,4 +1,4 @@
-// The parsed text and its unknown keys; the tables' getters stand in toml_reader.cc.
+// TomlDocument: parsing and unknown keys. The getters of TomlTable are in toml_reader.cc.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,12 +29,12 @@ TomlTable TomlDocument::Root() {
 }
 
 void TomlDocument::ReportUnknownKeys() {
-  for (const auto& [table, asked] : asked_) {
+  for (const auto& [table, known] : known_keys_) {
     for (const auto& [key, node] : *table) {
-      if (std::find(asked.keys.begin(), asked.keys.end(), key.str()) != asked.keys.end()) continue;
+      if (std::find(known.keys.begin(), known.keys.end(), key.str()) != known.keys.end()) continue;
       const std::string path =
-          asked.path.empty() ? std::string(key.str()) : fmt::format("{}.{}", asked.path, key.str());
-      const std::string nearest = NearestWord(key.str(), asked.keys, 0.5);
+          known.path.empty() ? std::string(key.str()) : fmt::format("{}.{}", known.path, key.str());
+      const std::string nearest = NearestWord(key.str(), known.keys, 0.5);
       const std::string hint =
           nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
       faults_.Add({Fault::Severity::kFault, file_, static_cast<int>(node.source().begin.line), path,

@@ -10,13 +10,13 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kLongestValue = 60;  // characters of a value that a fault repeats
+constexpr std::size_t kMaxQuotedValue = 60;  // characters of a value that a fault quotes
 
 int LineOfNode(const toml::node& node) {
   return static_cast<int>(node.source().begin.line);
 }
 
-/// The value as a fault repeats it: on one line, printable, not endless.
+/// The value as quoted in a fault: on one line, printable, of limited length.
 std::string ValueText(const toml::node& node) {
   if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
   if (node.is_table()) return "a table";
@@ -24,16 +24,16 @@ std::string ValueText(const toml::node& node) {
     std::string text = "[";
     for (const toml::node& element : *array) {
       if (text.size() > 1) text += ", ";
-      if (text.size() > kLongestValue) return text + "...]";
+      if (text.size() > kMaxQuotedValue) return text + "...]";
       text += ValueText(element);
     }
     return text + "]";
   }
   std::string text;
   if (const auto* string = node.as_string()) {
-    text = string->get().substr(0, kLongestValue);
+    text = string->get().substr(0, kMaxQuotedValue);
     while (!text.empty() && text.size() < string->get().size() && (text.back() & 0x80) != 0) {
-      text.pop_back();  // do not cut inside a character
+      text.pop_back();  // do not cut inside a UTF-8 sequence
     }
     for (char& c : text) {
       if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
@@ -59,7 +59,7 @@ std::string RangeText(NumberRange range) {
 
 TomlTable::TomlTable(TomlDocument& document, const toml::table& table, std::string path)
     : document_(&document), table_(&table), path_(std::move(path)) {
-  document_->asked_[table_].path = path_;
+  document_->known_keys_[table_].path = path_;
 }
 
 bool TomlTable::Has(std::string_view key) const {
@@ -87,7 +87,7 @@ std::string TomlTable::PathOf(std::string_view key) const {
 }
 
 const toml::node* TomlTable::Find(std::string_view key) const {
-  std::vector<std::string>& keys = document_->asked_[table_].keys;
+  std::vector<std::string>& keys = document_->known_keys_[table_].keys;
   if (std::find(keys.begin(), keys.end(), key) == keys.end()) keys.emplace_back(key);
   return table_->get(key);
 }
@@ -165,7 +165,7 @@ std::optional<std::string> TomlTable::StringFrom(const toml::node& node,
                                                  const std::string& path) const {
   const auto* string = node.as_string();
   if (string == nullptr || string->get().empty()) {
-    AddAt(node, path, string == nullptr ? "is not a text in quotes" : "is empty");
+    AddAt(node, path, string == nullptr ? "is not a string in quotes" : "is empty");
     return std::nullopt;
   }
   return string->get();
@@ -208,7 +208,7 @@ std::optional<std::string> TomlTable::String(std::string_view key) const {
 }
 
 std::optional<std::string> TomlTable::RequiredString(std::string_view key) const {
-  if (!Has(key)) AddMissing(key, "a text in quotes");
+  if (!Has(key)) AddMissing(key, "a string in quotes");
   return String(key);
 }
 
@@ -265,7 +265,7 @@ std::optional<std::vector<int>> TomlTable::Integers(std::string_view key, int mi
 }
 
 std::optional<std::vector<std::string>> TomlTable::Strings(std::string_view key) const {
-  const toml::array* array = FindArray(key, "texts", -1);
+  const toml::array* array = FindArray(key, "strings", -1);
   if (array == nullptr) return std::nullopt;
   std::vector<std::string> values;
   std::size_t place = 0;

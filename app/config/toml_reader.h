@@ -1,9 +1,9 @@
-// Reading TOML so that every fault is found in one pass.
+// TOML reader that finds every fault in one pass.
 //
-// A TomlDocument parses a text; TomlTable handles ask it for keys. A key that cannot be used is
-// added to the FaultList with its line, value and what is allowed, and the getter answers
-// nothing. ReportUnknownKeys() then names every key that nobody asked for. A pure function of
-// the text: no file is opened and no exception leaves.
+// A TomlDocument parses a text; keys are read through TomlTable handles. A faulty key is added to
+// the FaultList with its line, its value and what is allowed, and the getter returns nullopt.
+// ReportUnknownKeys() then reports every key that was never requested. The result depends on the
+// text alone: no file is opened and no exception escapes.
 #pragma once
 
 #include <toml++/toml.h>
@@ -24,17 +24,17 @@
 
 namespace plumbline {
 
-/// What a number may be, in the unit of the file, and the factor that turns it into SI.
+/// Allowed range of a number in the unit of the file, and its conversion factor to SI.
 struct NumberRange {
   double min;
   double max;
   double to_si = 1;
 };
 
-/// `0..300`, or `0 or more` without an upper limit; in the unit of the file.
+/// `0..300`, or `0 or more` if there is no upper limit; in the unit of the file.
 std::string RangeText(NumberRange range);
 
-/// A word of the file and the value it stands for.
+/// A word of the file and the value it represents.
 template <typename T>
 struct Choice {
   std::string_view word;
@@ -43,11 +43,11 @@ struct Choice {
 
 class TomlDocument;
 
-/// A handle to one table of a document. Getters convert to SI; the plain form answers nothing
-/// where the key is absent, the Required form adds a fault then. Neither answers a faulty value.
+/// Handle to one table of a document. Getters convert to SI and return nullopt for a faulty value
+/// or an absent key; for an absent key the Required forms also add a fault.
 class TomlTable {
  public:
-  bool Has(std::string_view key) const;  ///< present; does not count as asking for it
+  bool Has(std::string_view key) const;  ///< does not mark the key as known
 
   std::optional<double> Number(std::string_view key, NumberRange range) const;
   std::optional<double> RequiredNumber(std::string_view key, NumberRange range) const;
@@ -59,19 +59,19 @@ class TomlTable {
   std::optional<Vec3> Vector3(std::string_view key, NumberRange range) const;
   std::optional<Vec3> RequiredVector3(std::string_view key, NumberRange range) const;
 
-  /// A list of exactly `size` numbers (any number of them where size < 0).
+  /// A list of exactly `size` numbers; size < 0 allows any length.
   std::optional<std::vector<double>> Numbers(std::string_view key, NumberRange range,
                                              int size = -1) const;
   std::optional<std::vector<int>> Integers(std::string_view key, int min, int max) const;
   std::optional<std::vector<std::string>> Strings(std::string_view key) const;
-  /// A list of `rows` lists of `columns` numbers each; unscaled where range.to_si is 1.
+  /// A list of `rows` lists of `columns` numbers each, scaled by range.to_si.
   std::optional<Eigen::MatrixXd> Matrix(std::string_view key, NumberRange range, int rows,
                                         int columns) const;
 
-  /// A list of lists of numbers, all of the same length.
+  /// A list of any number of lists of numbers, all of the same length.
   std::optional<Eigen::MatrixXd> Rows(std::string_view key, NumberRange range) const;
 
-  /// The index of the word that the key has.
+  /// Index of the key's value in `words`.
   std::optional<std::size_t> OneOf(std::string_view key,
                                    const std::vector<std::string_view>& words) const;
   template <typename T>
@@ -91,25 +91,26 @@ class TomlTable {
 
   std::optional<TomlTable> Table(std::string_view key) const;
   std::optional<TomlTable> RequiredTable(std::string_view key) const;
-  /// `[[key]]`, in order; empty where absent. An element that is no table is a fault.
+  /// The `[[key]]` tables in order; empty if absent. An element that is not a table is a fault.
   std::vector<TomlTable> Tables(std::string_view key) const;
-  /// `[key]` alone, or each `[[key]]`.
+  /// The single `[key]`, or all `[[key]]` tables.
   std::vector<TomlTable> TableOrTables(std::string_view key) const;
 
-  /// Adds `<value of key> <what>` as a fault (or warning) at the key's line; where the key is
-  /// absent only `what`, at the table's line.
+  /// Adds the fault or warning `<value of key> <what>` at the key's line; if the key is absent,
+  /// only
+  /// `<what>` at the table's line.
   void AddFault(std::string_view key, std::string_view what) const;
   void AddWarning(std::string_view key, std::string_view what) const;
-  /// Adds a fault that key is missing; `expected` says what should stand there.
+  /// Adds the fault that the key is missing; `expected` describes what to write.
   void AddMissing(std::string_view key, std::string_view expected) const;
 
-  /// Counts keys as asked for, so that they are not unknown: those whose meaning hangs on a key
-  /// that is itself faulty.
+  /// Marks keys as known without reading them; for keys whose meaning depends on another key that
+  /// is absent or faulty.
   void Ignore(std::initializer_list<std::string_view> keys) const;
 
   int Line() const;
-  std::string Text() const;                ///< the whole table as TOML, to compare it by
-  int LineOf(std::string_view key) const;  ///< the table's line where key is absent
+  std::string Text() const;                ///< the whole table as TOML, for comparison
+  int LineOf(std::string_view key) const;  ///< the table's line if the key is absent
   std::string PathOf(std::string_view key) const;
 
  private:
@@ -134,7 +135,7 @@ class TomlTable {
 /// A parsed TOML text. `faults` must outlive the document, and the document its tables.
 class TomlDocument {
  public:
-  /// A text that is no TOML becomes a fault with its line, and an empty document.
+  /// Invalid TOML is added as a fault with its line; the document is then empty.
   TomlDocument(std::string_view text, std::string file, FaultList& faults);
   TomlDocument(const TomlDocument&) = delete;
   TomlDocument& operator=(const TomlDocument&) = delete;
@@ -144,14 +145,14 @@ class TomlDocument {
   TomlTable Root();
   const toml::table& tree() const { return root_; }  ///< empty unless parsed()
 
-  /// Adds a fault for each key that was never asked for, with the nearest key that was.
-  /// Keys below a table that nobody asked for are not told one by one.
+  /// Adds a fault for each key that was never requested, with the nearest requested key as a
+  /// suggestion. Keys inside an unknown table are not reported one by one.
   void ReportUnknownKeys();
 
  private:
   friend class TomlTable;
-  struct Asked {
-    std::string path;
+  struct KnownKeys {
+    std::string path;  ///< of the table
     std::vector<std::string> keys;
   };
 
@@ -159,7 +160,7 @@ class TomlDocument {
   FaultList& faults_;
   toml::table root_;
   bool parsed_ = false;
-  std::map<const toml::table*, Asked> asked_;
+  std::map<const toml::table*, KnownKeys> known_keys_;
 };
 
 }  // namespace plumbline

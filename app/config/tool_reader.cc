@@ -27,26 +27,27 @@ constexpr std::pair<std::string_view, NumberRange> kOwnRanges[] = {
     {"density_kg_m3", kDensity},
 };
 
-/// A density as if in g/cm3: no solid is heavier than 23 of those, and none lighter than 23 kg/m3.
-void WarnOfDensity(const TomlTable& table, double density_kg_m3) {
+/// Warns about a density that is probably in g/cm3: no solid is heavier than 23 g/cm3, and none is
+/// lighter than 23 kg/m3.
+void WarnAboutDensity(const TomlTable& table, double density_kg_m3) {
   constexpr double kHeaviest_g_cm3 = 23;
   if (density_kg_m3 <= 0 || density_kg_m3 > kHeaviest_g_cm3) return;
   table.AddWarning("density_kg_m3",
-                   fmt::format("looks like g/cm3: write {:g}", 1e3 * density_kg_m3));
+                   fmt::format("looks like g/cm3; write {:g}", 1e3 * density_kg_m3));
 }
 
-/// E, nu and density: by name, each value replaceable by a key of its own.
+/// E, nu and density of a named material; each value can be overridden by its own key.
 std::optional<Material> MaterialFromToml(const TomlTable& table) {
   std::optional<Material> named;
   if (const auto name = table.String("material")) {
     named = MaterialByName(*name);
     if (!named) {
       table.AddFault("material",
-                     "is not a material known by name; give youngs_modulus_GPa, poisson_ratio and "
+                     "is not a known material; give youngs_modulus_GPa, poisson_ratio and "
                      "density_kg_m3 instead");
     }
   }
-  // A faulty `material` has its own fault: its values are not missing as well.
+  // An unknown `material` is already a fault; do not report its values as missing too.
   const bool required = !table.Has("material");
   auto number = [&](std::string_view key, NumberRange range, double Material::*field) {
     const auto value = required ? table.RequiredNumber(key, range) : table.Number(key, range);
@@ -59,13 +60,13 @@ std::optional<Material> MaterialFromToml(const TomlTable& table) {
   const auto poisson_ratio = number("poisson_ratio", kPoissonRatio, &Material::poisson_ratio);
   const auto density_kg_m3 = number("density_kg_m3", kDensity, &Material::density_kg_m3);
   if (!youngs_modulus_Pa || !poisson_ratio || !density_kg_m3) return std::nullopt;
-  WarnOfDensity(table, *density_kg_m3);
+  WarnAboutDensity(table, *density_kg_m3);
   return Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
                   .poisson_ratio = *poisson_ratio,
                   .density_kg_m3 = *density_kg_m3};
 }
 
-/// Adds a fault at `key` unless the walls leave a hollow; dimensions in metres.
+/// Checks that the walls leave a cavity, else adds a fault at `key`; dimensions in metres.
 bool WallFits(const TomlTable& table, std::string_view key, double walls_m, double outer_m) {
   if (walls_m < outer_m) return true;
   table.AddFault(key, fmt::format("is too thick: {} mm of wall in {} mm", walls_m / kMetrePerMm,
@@ -167,7 +168,7 @@ Tool ToolFromToml(const TomlTable& table) {
   if (tool.rigid) {
     tool.tcp_F = table.RequiredVector3("tcp_mm", kToolPosition).value_or(Vec3::Zero());
     if (tool.mount_mass_kg > 0) {
-      table.AddWarning("mount_mass_kg", "acts at the flange, as a rigid tool has no length");
+      table.AddWarning("mount_mass_kg", "acts at the flange, since a rigid tool has no length");
     }
     return tool;
   }
@@ -178,7 +179,9 @@ Tool ToolFromToml(const TomlTable& table) {
   } else {
     for (const TomlTable& segment : table.Tables("segment")) AddSegment(segment, tool);
     for (const char* key : {"length_mm", "section", "area_mm2", "material"}) {
-      if (table.Has(key)) table.AddFault(key, "is given beside [[tool.segment]]: give either");
+      if (table.Has(key)) {
+        table.AddFault(key, "cannot be combined with [[tool.segment]]; give one or the other");
+      }
     }
   }
   tool.tcp_F = Vec3(0, 0, tool.Length());

@@ -1,4 +1,4 @@
-// The [tool] table of a cell.
+// Reader of the [tool] table of a cell.
 #pragma once
 
 #include "app/config/toml_reader.h"
@@ -6,12 +6,13 @@
 
 namespace plumbline {
 
-/// Reads [tool]: a rigid tool with tcp_mm, one beam, or a stepped one of [[tool.segment]], each
-/// with its section and material. Faults go to the table's list; the answer is then incomplete.
+/// Reads [tool]: a rigid tool with tcp_mm, a uniform beam, or a stepped beam of [[tool.segment]],
+/// each with its section and material. Faults are added to the table's fault list; the returned
+/// tool is then incomplete.
 Tool ToolFromToml(const TomlTable& table);
 
-/// What a number of the [tool] may be; of a key without a range of its own, that of a dimension of
-/// a section.
+/// Allowed range of a number in [tool]; keys without a range of their own have that of a section
+/// dimension.
 NumberRange RangeOfToolKey(std::string_view key);
 
 }  // namespace plumbline

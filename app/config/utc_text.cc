@@ -18,7 +18,7 @@ std::optional<double> UtcFromText(const std::string& text) {
   const char* const end = strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &parts);
   if (end == nullptr || *end != '\0') return std::nullopt;
   const auto utc_s = static_cast<double>(timegm(&parts));
-  if (TextFromUtc(utc_s) != text) return std::nullopt;  // the 31st of a month that has 30
+  if (TextFromUtc(utc_s) != text) return std::nullopt;  // a date that does not exist
   return utc_s;
 }
 

@@ -1,4 +1,4 @@
-// UTC as files tell it.
+// UTC timestamps as text, ISO 8601.
 #pragma once
 
 #include <optional>
@@ -6,10 +6,10 @@
 
 namespace plumbline {
 
-/// "2026-11-21T07:30:00Z" of seconds since 1970, a fraction left out.
+/// "2026-11-21T07:30:00Z" from seconds since 1970, rounded down to a full second.
 std::string TextFromUtc(double utc_s);
 
-/// Seconds since 1970 of such a text; nothing where it is none.
+/// Seconds since 1970, or nullopt if the text does not have this form.
 std::optional<double> UtcFromText(const std::string& text);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// Which cameras there are, and whether they stay out of each other's way.
+// Reader of the cameras and their shared tables; checks that two cameras do not share a device.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,69 +10,74 @@
 namespace plumbline {
 namespace {
 
-constexpr const char* kSomeNames = "\"side\", \"rear\", \"front\" or \"top\"";
+constexpr const char* kCameraNameList = "\"side\", \"rear\", \"front\" or \"top\"";
 
-/// What selects the camera: lenses are kept by the serial number that comes of it.
-struct Selected {
+/// The key that selects the camera and its value; lenses are stored under the resulting serial
+/// number.
+struct Selector {
   const char* key;
-  std::string by;
+  std::string value;
 };
 
-Selected SelectedBy(const CameraConfig& camera) {
+Selector SelectorOf(const CameraConfig& camera) {
   if (camera.kind != "recorded") return {"device", camera.connection.v4l2.device};
   const std::string& serial = camera.connection.recorded.serial;
   return {"serial", serial.empty() ? "recorded" : serial};
 }
 
-/// The one sensor that answers for the zoom; empty: nothing that two could want.
+/// Identity of the zoom sensor; empty if it cannot conflict with another camera's.
 std::string SensorOf(const ZoomConfig& zoom) {
   const ZoomKind* const kind = FindZoomKind(zoom.kind);
   return kind == nullptr ? "" : kind->identity(zoom.connection);
 }
 
-/// @param former  an earlier camera than `camera`, whose table this is
-void CheckApart(const TomlTable& table, const CameraConfig& camera, const CameraConfig& former) {
-  if (camera.name != CameraName::kNone && camera.name == former.name) {
+/// Adds faults if two cameras share a name, device, serial number or zoom sensor.
+/// @param table    the table of `camera`
+/// @param earlier  a camera listed before it
+void CheckDistinct(const TomlTable& table, const CameraConfig& camera,
+                   const CameraConfig& earlier) {
+  if (camera.name != CameraName::kNone && camera.name == earlier.name) {
     table.AddFault("name",
-                   fmt::format("is the name of two cameras; give each its own: {}", kSomeNames));
+                   fmt::format("is used for two cameras; give each its own: {}", kCameraNameList));
   }
-  const Selected own = SelectedBy(camera), other = SelectedBy(former);
-  if (!own.by.empty() && own.by == other.by && std::string_view(own.key) == "device") {
+  const Selector own = SelectorOf(camera), other = SelectorOf(earlier);
+  if (!own.value.empty() && own.value == other.value && std::string_view(own.key) == "device") {
     table.AddFault("device",
-                   "is the device of two cameras; `plumbline cameras` shows the name of each, with "
-                   "its port where two have one serial number");
-  } else if (!own.by.empty() && own.by == other.by) {
+                   "is used for two cameras; `plumbline cameras` prints the name of each, with its "
+                   "port if two have the same serial number");
+  } else if (!own.value.empty() && own.value == other.value) {
     table.AddFault("serial",
-                   "is the serial number of two cameras (of a recording that states none: "
-                   "\"recorded\"), and lenses are kept by it; give each its own");
+                   "is used for two cameras (\"recorded\" if a recording states none), but lenses "
+                   "are stored by serial number; give each camera its own");
   }
   if (const std::string sensor = SensorOf(camera.zoom);
-      !sensor.empty() && sensor == SensorOf(former.zoom)) {
-    table.AddFault("zoom",
-                   fmt::format("is sensed at {}, as that of another camera is; each needs "
-                               "a sensor of its own{}",
-                               sensor, camera.zoom.kind == "hid" ? ", told by serial" : ""));
+      !sensor.empty() && sensor == SensorOf(earlier.zoom)) {
+    table.AddFault(
+        "zoom", fmt::format("uses the same sensor as another camera, {}; each camera needs its "
+                            "own{}",
+                            sensor, camera.zoom.kind == "hid" ? ", distinguished by serial" : ""));
   }
 }
 
-/// @param beside  [zoom] of a single camera
+/// @param single_zoom  [zoom] of a single camera
 std::vector<CameraConfig> CamerasFromToml(const std::vector<TomlTable>& tables,
-                                          const std::optional<TomlTable>& beside,
+                                          const std::optional<TomlTable>& single_zoom,
                                           const NamedFiles& files, FaultList& faults) {
   std::vector<CameraConfig> cameras;
   for (const TomlTable& table : tables) {
     CameraConfig camera = CameraFromToml(table, files);
     auto zoom = table.Table("zoom");
-    if (zoom && beside) table.AddFault("zoom", "stands beside [zoom]; keep one of them");
-    if (beside) zoom = beside;
+    if (zoom && single_zoom)
+      table.AddFault("zoom", "is given in addition to [zoom]; keep only one");
+    if (single_zoom) zoom = single_zoom;
     if (zoom) {
       camera.zoom = ZoomFromToml(*zoom, files, camera.connection.v4l2.device, faults);
     }
-    if (tables.size() > 1 && !table.Has("name")) table.AddMissing("name", kSomeNames);
+    if (tables.size() > 1 && !table.Has("name")) table.AddMissing("name", kCameraNameList);
     if (cameras.size() == kMostCameras) {
-      table.AddFault("", fmt::format("is one camera too many: there may be {}", kMostCameras));
+      table.AddFault("", fmt::format("is one camera too many; at most {} cameras", kMostCameras));
     }
-    for (const CameraConfig& former : cameras) CheckApart(table, camera, former);
+    for (const CameraConfig& earlier : cameras) CheckDistinct(table, camera, earlier);
     cameras.push_back(std::move(camera));
   }
   return cameras;
@@ -93,7 +98,7 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
   if (tables.empty()) {
     for (const char* key : {"zoom", "board", "tags"}) {
       if (!root.Has(key)) continue;
-      root.AddFault(key, "has no meaning without [camera]");
+      root.AddFault(key, "requires a [camera] table");
       root.Ignore({key});
     }
     return vision;
@@ -102,7 +107,8 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
   if (tables.size() == 1) {
     zoom = root.Table("zoom");
   } else if (root.Has("zoom")) {
-    root.AddFault("zoom", "is of one camera: write [camera.zoom] below each [[camera]]");
+    root.AddFault("zoom",
+                  "is allowed for a single camera only; write [camera.zoom] below each [[camera]]");
     root.Ignore({"zoom"});
   }
   vision.cameras = CamerasFromToml(tables, zoom, files, faults);
@@ -111,9 +117,10 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
     vision.tags = TagsFromToml(*tags, files, faults);
     const Board& board = vision.board.board;
     if (board.kind == BoardKind::kCharuco && board.family == vision.tags.family) {
-      tags->AddWarning("family",
-                       "is that of the board too: its tags may be taken for the cell's; "
-                       "print the board with another family");
+      tags->AddWarning(
+          "family",
+          "is also the family of the board, whose tags may be mistaken for the cell's; "
+          "print the board with another family");
     }
   }
   vision.text = vision.tags.text;

@@ -74,7 +74,7 @@ std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::s
       profile->product_id = root.RequiredInteger("product_id", 0, kLastId).value_or(0);
       profile->silence_is_unchanged =
           root.OneOf<bool>("silence", {{"lost", false}, {"unchanged", true}}).value_or(false);
-      if (!root.Has("exchange")) root.AddMissing("exchange", "[[exchange]] with its answer");
+      if (!root.Has("exchange")) root.AddMissing("exchange", "at least one [[exchange]]");
       for (const TomlTable& table : root.Tables("exchange")) {
         profile->exchanges.push_back(ReadExchange(table));
       }

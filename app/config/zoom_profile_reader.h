@@ -1,4 +1,4 @@
-// config/profiles/zoom/*.toml -> HidProfile. Every key is explained in generic-hid.toml there.
+// Reader of HID zoom profiles, config/profiles/zoom/*.toml; generic-hid.toml explains every key.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace plumbline {
 
-/// Reads a profile by its text; a pure function. `file` only names it in faults.
-/// @return the profile, sound by FaultOf(); nothing where this text has a fault
+/// Parses the text of a profile. Pure function; `file` is only the name used in faults.
+/// @return a profile that passes FaultOf(), or nullopt if this text has a fault
 std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
                                              FaultList& faults);
 
-/// HidProfileFromText of a file's content; a file that cannot be read is a fault.
+/// HidProfileFromText() on the content of a file; a file that cannot be read is a fault.
 std::optional<HidProfile> ReadHidProfile(const std::string& path, FaultList& faults);
 
 }  // namespace plumbline

@@ -24,7 +24,7 @@ ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const s
   if (zoom.supervision.lost_after_s < 2 * zoom.period_s) {
     table.AddFault(
         "lost_after_ms",
-        fmt::format("is below two readings of {:g} ms, so that the sensor is always lost",
+        fmt::format("is less than two polling periods of {:g} ms: the sensor would always be lost",
                     zoom.period_s / kSecondPerMs));
   }
   return zoom;

@@ -193,7 +193,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
     if (!period_s || now_s - fed_s < *period_s) return;
     if (now_s - begin_s > running.robot_patience_s + kWithdrawal_s) return;
     fed_s = now_s;
-    running.manager.Feed();
+    running.manager.NotifyWatchdog();
   });
   running.view.Configure(fresh);
   running.at_work.models = in_force->models;
@@ -235,7 +235,7 @@ class Watchdog {
     const auto period_s = running.manager.feed_period_s();
     if (!told_.empty() || !period_s || now_s - fed_s_ < *period_s) return;
     fed_s_ = now_s;
-    running.manager.Feed();
+    running.manager.NotifyWatchdog();
     if (now_s - status_s_ < kStatusPeriod_s) return;
     status_s_ = now_s;
     running.manager.Status(StatusLine(snapshot, running.loop.counters()));

@@ -100,7 +100,7 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceM
   auto side = std::make_unique<PlcSide>();
   modbus::TcpServerOptions tcp = config.tcp;
   tcp.max_clients = ClientsThatFit(tcp.max_clients);
-  tcp.offers_connections = manager.listens();
+  tcp.offers_connections = manager.available();
   tcp.on_event = TellClient;
   handler.ReportTwoMasters(TellTwoMasters);
   modbus::InheritedSockets inherited{manager.TakeSocket(kListener),
@@ -119,7 +119,7 @@ Result<std::unique_ptr<PlcSide>> PlcSide::Open(const PlcConfig& config, ServiceM
 }
 
 void PlcSide::KeepConnections(const ServiceManager& manager) {
-  manager.Keep(kConnection, server_->TakeOffered());
+  manager.StoreDescriptors(kConnection, server_->TakeOffered());
 }
 
 void PlcSide::AddTo(Lifeline& lifeline) const {

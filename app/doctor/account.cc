@@ -34,7 +34,7 @@ std::string OwnerText(const struct stat& file) {
 
 }  // namespace
 
-Account AccountOf(const std::string& name) {
+Account AccountByName(const std::string& name) {
   const passwd* found = getpwnam(name.c_str());
   if (found == nullptr) found = getpwuid(geteuid());
   if (found == nullptr) return {std::to_string(geteuid()), geteuid(), {getegid()}};
@@ -49,7 +49,7 @@ Account AccountOf(const std::string& name) {
   return account;
 }
 
-std::string WhyNoAccess(const Account& account, const std::string& path, bool write) {
+std::string AccessProblem(const Account& account, const std::string& path, bool write) {
   std::error_code unknown;
   const std::filesystem::path place = std::filesystem::weakly_canonical(path, unknown);
   std::filesystem::path above;
@@ -60,7 +60,7 @@ std::string WhyNoAccess(const Account& account, const std::string& path, bool wr
       return fmt::format("{}: {}", above.string(), std::strerror(errno));
     }
     if (!Allows(folder, account, kSearch)) {
-      return fmt::format("{} ({}) does not let {} in", above.string(), OwnerText(folder),
+      return fmt::format("{} ({}) may not be entered by {}", above.string(), OwnerText(folder),
                          account.name);
     }
   }

@@ -1,4 +1,4 @@
-// Whose rights count: the service runs as its own user, the doctor mostly does not.
+// User account whose file permissions are checked: the service's, not that of the doctor's caller.
 #pragma once
 
 #include <sys/types.h>
@@ -14,11 +14,11 @@ struct Account {
   std::vector<gid_t> groups;
 };
 
-/// The user of that name, or who runs this where there is none.
-Account AccountOf(const std::string& name);
+/// The account of that name; if there is none, that of the calling user.
+Account AccountByName(const std::string& name);
 
-/// What keeps `account` from reading (and writing) `path`, by the modes of the file and of the
-/// folders above it; empty: nothing. Access lists and security modules are not looked at.
-std::string WhyNoAccess(const Account& account, const std::string& path, bool write);
+/// The reason why `account` may not read (and write) `path`, from the modes of the file and its
+/// parent directories; empty if it may. Ignores access control lists and security modules.
+std::string AccessProblem(const Account& account, const std::string& path, bool write);
 
 }  // namespace plumbline

@@ -17,23 +17,23 @@ namespace {
 constexpr double kStateWait_s = 2, kRobotWait_s = 3, kBrokerWait_s = 5;
 constexpr mode_t kOthersMayRead = 0004;
 
-CheckedThing DeviceOf(const char* what, const std::string& path, const Account& account,
-                      const char* remedy) {
-  const std::string why = WhyNoAccess(account, path, true);
-  if (why.empty()) return {Health::kGood, what, path, {}};
-  return {Health::kFault, what, why, remedy};
+CheckResult CheckDevice(const char* subject, const std::string& path, const Account& account,
+                        const char* remedy) {
+  const std::string problem = AccessProblem(account, path, true);
+  if (problem.empty()) return {Health::kGood, subject, path, {}};
+  return {Health::kFault, subject, problem, remedy};
 }
 
-CheckedThing AskRobot(const DaemonConfig& config) {
+CheckResult ReadRobotOnce(const DaemonConfig& config) {
   const RobotLinkConfig& link = config.robot;
   if (link.transport == "replay") {
-    return {Health::kNotLooked, "robot", "played from " + link.replay_file, {}};
+    return {Health::kNotChecked, "robot", "recording " + link.replay_file, {}};
   }
   const std::string place = link.transport == "rtu" ? link.connection.serial.device
                                                     : fmt::format("{}:{}", link.connection.tcp.host,
                                                                   link.connection.tcp.port);
   auto robot = MakeRobot(link.transport, link.connection);
-  if (!robot) return {Health::kFault, "robot", robot.error(), "mend [robot] of the configuration"};
+  if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
   RobotState state;
   const double until_s = MonotonicSeconds() + kRobotWait_s;
   LinkResult result = LinkResult::kWaiting;
@@ -50,13 +50,13 @@ CheckedThing AskRobot(const DaemonConfig& config) {
         Health::kGood, "robot", fmt::format("{} answers, {} joints", place, state.q.size()), {}};
   }
   return {Health::kFault, "robot", problem.empty() ? place + " does not answer" : problem,
-          "is the controller on, its Modbus server enabled, the cable in, host, port and unit_id "
-          "right?"};
+          "check that the controller is on, its Modbus server enabled, the cable plugged in, and "
+          "host, port and unit_id are correct"};
 }
 
-/// What the alarms of a state say, each with its words.
-CheckUp AlarmsOf(const ViewState& state) {
-  CheckUp found;
+/// The alarms and warnings of a daemon state, one result each.
+CheckResults AlarmResults(const ViewState& state) {
+  CheckResults found;
   for (const BitMeaning& bit : plc_map::AlarmBits()) {
     if ((state.alarms & bit.mask) == 0) continue;
     found.push_back(
@@ -72,106 +72,112 @@ CheckUp AlarmsOf(const ViewState& state) {
 
 }  // namespace
 
-CheckedThing LookAtAccess(const modbus::TcpServerOptions& plc) {
+CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc) {
   const std::string where = fmt::format("{} port {}", plc.address, plc.port);
   if (!plc.allow.empty()) {
     return {Health::kGood, "plc access",
-            where + ", for " + fmt::format("{}", fmt::join(plc.allow, ", ")), ""};
+            fmt::format("{}, open to {} only", where, fmt::join(plc.allow, ", ")), ""};
   }
   return {Health::kWarning, "plc access",
           where +
-              ", or that of plumbline.socket, for every computer that reaches it: each may give "
-              "commands",
-          "allow = [\"the PLC's address\"] under [plc], then systemctl restart plumbline"};
+              ", or the port of plumbline.socket, accepts commands from every computer that can "
+              "reach it",
+          "set allow = [\"the PLC's address\"] under [plc], then systemctl restart plumbline"};
 }
 
-CheckUp LookAtDaemon(const DaemonConfig& config) {
+CheckResults CheckDaemon(const DaemonConfig& config) {
   ViewClient client(ViewSocketOf(config.state_directory));
   View view;
   if (!client.Read(kStateWait_s, view)) {
     return {{Health::kWarning, "daemon", client.problem(),
-             "systemctl start plumbline; where it runs, ask as its user or as root (sudo)"},
-            AskRobot(config)};
+             "systemctl start plumbline; if it is running, run the doctor as its user or as root "
+             "(sudo)"},
+            ReadRobotOnce(config)};
   }
   const ViewState& state = view.state;
   const bool trusted = (state.status & status::kRobotLink) != 0;
-  CheckUp found = {{Health::kGood,
-                    "daemon",
-                    fmt::format("plumblined {} runs, cell {}", state.version, state.cell),
-                    {}},
-                   {trusted ? Health::kGood : Health::kFault, "robot",
-                    trusted ? fmt::format("trusted, read {:.0f} ms ago", 1e3 * state.data_age_s)
-                            : "the daemon has no trusted reading",
-                    trusted ? "" : "plumbline log --level error --explain; plumbline status"}};
-  const CheckUp alarms = AlarmsOf(state);
+  CheckResults found = {
+      {Health::kGood,
+       "daemon",
+       fmt::format("plumblined {} is running, cell {}", state.version, state.cell),
+       {}},
+      {trusted ? Health::kGood : Health::kFault, "robot",
+       trusted ? fmt::format("trusted, read {:.0f} ms ago", 1e3 * state.data_age_s)
+               : "the daemon has no trusted robot data",
+       trusted ? "" : "plumbline log --level error --explain; plumbline status"}};
+  const CheckResults alarms = AlarmResults(state);
   found.insert(found.end(), alarms.begin(), alarms.end());
   return found;
 }
 
-CheckedThing LookAtCamera(const CameraConfig& camera, const Account& account,
-                          const DeviceTree& tree) {
-  if (camera.kind != "v4l2") return {Health::kNotLooked, "camera", "a recording", {}};
+CheckResult CheckCamera(const CameraConfig& camera, const Account& account,
+                        const DeviceTree& tree) {
+  if (camera.kind != "v4l2") return {Health::kNotChecked, "camera", "a recording", {}};
   const auto devices = ListV4l2Devices(tree);
   const auto chosen = SelectV4l2Device(camera.connection.v4l2.device, devices);
   if (!chosen) {
     return {Health::kFault, "camera", chosen.error(),
-            "plug it in; `plumbline cameras` shows what is here, and by which name"};
+            "connect it; `plumbline cameras` lists the connected cameras and their names"};
   }
   if (!chosen->problem.empty()) {
     return {Health::kFault, "camera", fmt::format("{}: {}", chosen->path, chosen->problem),
-            "what it says"};
+            "fix the reported problem"};
   }
-  CheckedThing found = DeviceOf("camera", chosen->path, account, "add the user to the group video");
+  CheckResult found =
+      CheckDevice("camera", chosen->path, account, "add the user to the group video");
   if (found.health == Health::kGood)
-    found.told = fmt::format("{} at {}", chosen->name, chosen->path);
+    found.finding = fmt::format("{} at {}", chosen->name, chosen->path);
   return found;
 }
 
-CheckedThing LookAtZoom(const ZoomConfig& zoom, const Account& account) {
-  constexpr const char* kWhat = "zoom sensor";
+CheckResult CheckZoomSensor(const ZoomConfig& zoom, const Account& account) {
+  constexpr const char* kSubject = "zoom sensor";
   const ZoomKind* const kind = FindZoomKind(zoom.kind);
-  if (kind == nullptr) return {Health::kNotLooked, kWhat, "none: a lens without zoom", {}};
+  if (kind == nullptr) return {Health::kNotChecked, kSubject, "none: a lens without zoom", {}};
   const Result<std::string> device = kind->device(zoom.connection);
-  if (!device) return {Health::kFault, kWhat, device.error(), kind->remedy};
-  if (!device->empty()) return DeviceOf(kWhat, *device, account, kind->remedy);
-  return {Health::kNotLooked, kWhat, zoom.kind + ": seen by the daemon only", {}};
+  if (!device) return {Health::kFault, kSubject, device.error(), kind->remedy};
+  if (!device->empty()) return CheckDevice(kSubject, *device, account, kind->remedy);
+  return {Health::kNotChecked, kSubject, zoom.kind + ": visible to the daemon only", {}};
 }
 
-CheckedThing LookAtBroker(const MqttConfig& mqtt, const Account& account) {
-  const auto fault = [](const std::string& told, const std::string& remedy) {
-    return CheckedThing{Health::kFault, "broker", told, remedy};
+CheckResult CheckBroker(const MqttConfig& mqtt, const Account& account) {
+  const auto fault = [](const std::string& finding, const std::string& remedy) {
+    return CheckResult{Health::kFault, "broker", finding, remedy};
   };
   for (const std::string& file : {mqtt.tls_ca, mqtt.password_file}) {
-    const std::string why = file.empty() ? "" : WhyNoAccess(account, file, false);
+    const std::string why = file.empty() ? "" : AccessProblem(account, file, false);
     if (!why.empty())
-      return fault(why, "give the file, and let the user " + account.name + " read it");
+      return fault(why, "create the file and make it readable for the user " + account.name);
   }
   const std::string place = fmt::format("{}:{}", mqtt.host, mqtt.port);
   const auto tried = TryBroker(mqtt, kBrokerWait_s);
   if (!tried) {
-    return fault(fmt::format("{}: {}", place, tried.error()),
-                 "is it on, the cable in, host and port right? not authorised: username and "
-                 "password_file; TLS: tls_ca, and the host as the certificate names it");
+    return fault(
+        fmt::format("{}: {}", place, tried.error()),
+        "check that the broker is on, the cable plugged in, and host and port are correct. "
+        "If it does not authorise: username and password_file. If TLS fails: tls_ca, and "
+        "host as in the certificate");
   }
   struct stat about {};
   if (!mqtt.password_file.empty() && stat(mqtt.password_file.c_str(), &about) == 0 &&
       (about.st_mode & kOthersMayRead) != 0) {
-    return {Health::kWarning, "broker", mqtt.password_file + " may be read by everybody",
+    return {Health::kWarning, "broker", mqtt.password_file + " is readable by every user",
             fmt::format("chown root:{0} {1} && chmod 640 {1}", account.name, mqtt.password_file)};
   }
-  return {Health::kGood, "broker", place + " lets this computer in", {}};
+  return {Health::kGood, "broker", place + " accepts this computer", {}};
 }
 
-CheckedThing LookAtDisplay(const OverlayConfig& overlay, const Account& account) {
+CheckResult CheckDisplay(const OverlayConfig& overlay, const Account& account) {
   if (overlay.display == OverlayConfig::Display::kNone) {
-    return {Health::kNotLooked, "display", "none configured", {}};
+    return {Health::kNotChecked, "display", "none configured", {}};
   }
   const bool kms = overlay.display == OverlayConfig::Display::kKms;
   const std::string device = !overlay.device.empty() ? overlay.device
                              : kms                   ? KmsOptions{}.card
                                                      : FramebufferOptions{}.device;
-  return DeviceOf("display", device, account,
-                  "is the driver loaded (ls /dev/dri)? add the user to the group video");
+  return CheckDevice("display", device, account,
+                     "check that the driver is loaded (ls /dev/dri); add the user to the group "
+                     "video");
 }
 
 }  // namespace plumbline

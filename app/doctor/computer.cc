@@ -18,8 +18,8 @@ namespace plumbline {
 namespace {
 
 constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
-constexpr double kTight_GiB = 1.0, kFull_GiB = 0.1;
-constexpr double kEarliest_s = 1735689600;  ///< 2025-01-01: no clock of this program is before it
+constexpr double kLow_GiB = 1.0, kFull_GiB = 0.1;
+constexpr double kEarliest_s = 1735689600;  ///< 2025-01-01; an earlier time was never set
 
 bool InPath(const std::string& program) {
   const char* const path = std::getenv("PATH");
@@ -33,83 +33,87 @@ bool InPath(const std::string& program) {
 
 }  // namespace
 
-CheckedThing LookAtClock() {
+CheckResult CheckClock() {
   const double now_s = ComputerUtcSeconds();
   const std::string when = TextFromUtc(now_s);
   if (now_s < kEarliest_s) {
-    return {Health::kFault, "clock", when + ": it was never set",
-            "set it, and have a time service keep it: systemctl enable --now systemd-timesyncd"};
+    return {Health::kFault, "clock", when + ": the clock was never set",
+            "set it and enable time synchronisation: systemctl enable --now systemd-timesyncd"};
   }
   timex state{};
   if (adjtimex(&state) == TIME_ERROR || (state.status & STA_UNSYNC) != 0) {
-    return {Health::kWarning, "clock", when + ", kept by no time service",
-            "effects of time need it: systemctl enable --now systemd-timesyncd (or chrony)"};
+    return {Health::kWarning, "clock", when + ", not synchronised",
+            "effects of time need a correct clock: systemctl enable --now systemd-timesyncd (or "
+            "chrony)"};
   }
-  return {Health::kGood, "clock", when + ", kept by a time service", {}};
+  return {Health::kGood, "clock", when + ", synchronised", {}};
 }
 
-CheckedThing LookAtState(const std::string& directory, const Account& account) {
-  const auto fault = [](const std::string& told, const std::string& remedy) {
-    return CheckedThing{Health::kFault, "state directory", told, remedy};
+CheckResult CheckStateDirectory(const std::string& directory, const Account& account) {
+  const auto fault = [](const std::string& finding, const std::string& remedy) {
+    return CheckResult{Health::kFault, "state directory", finding, remedy};
   };
   std::error_code unknown;
   if (!std::filesystem::is_directory(directory, unknown)) {
-    return fault(directory + " is not there",
-                 "the service makes it at its first start; started by hand: mkdir, or another "
-                 "state_directory");
+    return fault(directory + " does not exist",
+                 "the service creates it at its first start; without the service, create it with "
+                 "mkdir or set another state_directory");
   }
-  if (const std::string why = WhyNoAccess(account, directory, true); !why.empty()) {
+  if (const std::string why = AccessProblem(account, directory, true); !why.empty()) {
     return fault(why, fmt::format("chown -R {} {}", account.name,
                                   std::filesystem::absolute(directory).string()));
   }
   struct statvfs disk {};
   if (statvfs(directory.c_str(), &disk) != 0) {
-    return fault(fmt::format("{}: {}", directory, std::strerror(errno)), "look after the disk");
+    return fault(fmt::format("{}: {}", directory, std::strerror(errno)), "check the disk");
   }
   if ((disk.f_flag & ST_RDONLY) != 0) {
     return fault(directory + " is on a read-only file system",
-                 "a disk that fails is mounted so: see dmesg; else mount it writable");
+                 "the kernel remounts a failing disk read-only: check dmesg; otherwise mount it "
+                 "writable");
   }
   const double free_GiB =
       static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize) / kGiB;
-  CheckedThing found{Health::kGood,
-                     "state directory",
-                     fmt::format("{}, {:.1f} GiB free", directory, free_GiB),
-                     {}};
+  CheckResult found{Health::kGood,
+                    "state directory",
+                    fmt::format("{}, {:.1f} GiB free", directory, free_GiB),
+                    {}};
   if (disk.f_favail == 0 && disk.f_files > 0)
-    return fault(directory + ": no inode is free", "delete files there");
-  if (free_GiB < kTight_GiB) {
+    return fault(directory + ": the file system has no free inode", "delete files on it");
+  if (free_GiB < kLow_GiB) {
     found.health = free_GiB < kFull_GiB ? Health::kFault : Health::kWarning;
-    found.remedy = "make room: probes are refused (code 12) when it is full";
+    found.remedy = "free some space: probes are refused (code 12) when the disk is full";
   }
   return found;
 }
 
-CheckedThing LookAtJournal(const std::string& persistent) {
+CheckResult CheckSystemJournal(const std::string& persistent) {
   std::error_code unknown;
   if (std::filesystem::is_directory(persistent, unknown)) {
-    return {Health::kGood, "system journal", "kept over restarts in " + persistent, {}};
+    return {Health::kGood, "system journal", "persistent, in " + persistent, {}};
   }
-  return {Health::kWarning, "system journal", "forgotten at every restart of the computer",
+  return {Health::kWarning, "system journal",
+          "not persistent: lost at every restart of the computer",
           fmt::format("mkdir {} && systemctl restart systemd-journald", persistent)};
 }
 
-CheckUp LookAtPrograms(const DaemonConfig& config, const std::string& beside) {
-  CheckUp found;
+CheckResults CheckPrograms(const DaemonConfig& config, const std::string& program_directory) {
+  CheckResults found;
   if (!config.overlay.objects_file.empty()) {
-    const std::string reader = beside + "/plumbline-mesh";
+    const std::string reader = program_directory + "/plumbline-mesh";
     if (access(reader.c_str(), X_OK) == 0) {
       found.push_back({Health::kGood, "plumbline-mesh", reader, {}});
     } else {
-      found.push_back({Health::kFault, "plumbline-mesh", reader + " is not there",
-                       "install the whole package: meshes are read by it"});
+      found.push_back({Health::kFault, "plumbline-mesh", reader + " is missing",
+                       "reinstall the package: mesh files are read by this program"});
     }
   }
   if (config.loop.enabled && config.loop.diagnose) {
     if (InPath("gnuplot")) {
-      found.push_back({Health::kGood, "gnuplot", "reports have pictures", {}});
+      found.push_back({Health::kGood, "gnuplot", "installed: reports have plots", {}});
     } else {
-      found.push_back({Health::kWarning, "gnuplot", "not installed: reports have tables only",
+      found.push_back({Health::kWarning, "gnuplot",
+                       "not installed: reports have tables but no plots",
                        "apt install gnuplot-nox"});
     }
   }

@@ -1,19 +1,20 @@
-// The computer under the daemon: clock, disk, programs.
+// Checks of the computer: clock, state directory, system journal, programs.
 #pragma once
 
 #include "app/config/daemon_config.h"
 #include "app/doctor/account.h"
-#include "app/doctor/check_up.h"
+#include "app/doctor/check_result.h"
 
 namespace plumbline {
 
-/// Whether a time service keeps the clock, and the year is one of this program's life.
-CheckedThing LookAtClock();
-/// @param minimum_bytes  that the journal, lenses and reports of a year need, with room
-CheckedThing LookAtState(const std::string& directory, const Account& account);
-/// Whether the system's journal outlives a restart.
-CheckedThing LookAtJournal(const std::string& persistent = "/var/log/journal");
-/// Programs that are started: plumbline-mesh, gnuplot.
-CheckUp LookAtPrograms(const DaemonConfig& config, const std::string& beside);
+/// Whether the clock is synchronised and was ever set.
+CheckResult CheckClock();
+/// Whether the state directory exists, is writable for `account` and has free space.
+CheckResult CheckStateDirectory(const std::string& directory, const Account& account);
+/// Whether the systemd journal is persistent.
+CheckResult CheckSystemJournal(const std::string& persistent = "/var/log/journal");
+/// Whether the programs needed at run time are installed: plumbline-mesh, gnuplot.
+/// @param program_directory  directory of Plumbline's own programs
+CheckResults CheckPrograms(const DaemonConfig& config, const std::string& program_directory);
 
 }  // namespace plumbline

@@ -11,8 +11,8 @@
 namespace plumbline {
 namespace {
 
-CheckUp FaultsOf(const FaultList& faults, const char* subject, const char* remedy) {
-  CheckUp found;
+CheckResults FaultsOf(const FaultList& faults, const char* subject, const char* remedy) {
+  CheckResults found;
   for (const Fault& fault : faults.All()) {
     found.push_back({fault.severity == Fault::Severity::kFault ? Health::kFault : Health::kWarning,
                      subject, FaultText(fault), remedy});
@@ -22,34 +22,36 @@ CheckUp FaultsOf(const FaultList& faults, const char* subject, const char* remed
 
 }  // namespace
 
-CheckUp Examine(const std::string& config_file, const std::string& user) {
-  const Account account = AccountOf(user);
+CheckResults Examine(const std::string& config_file, const std::string& user) {
+  const Account account = AccountByName(user);
   FaultList faults;
   const auto config = ReadDaemonConfig(config_file, faults);
-  CheckUp found = FaultsOf(faults, "configuration", "mend that line");
+  CheckResults found = FaultsOf(faults, "configuration", "fix that line");
   if (config) {
-    const std::string why = WhyNoAccess(account, config_file, false);
-    found.insert(found.begin(), {why.empty() ? Health::kGood : Health::kFault, "configuration",
-                                 why.empty() ? config_file : why,
-                                 why.empty() ? "" : "chmod a+r, or chgrp " + account.name});
+    const std::string problem = AccessProblem(account, config_file, false);
+    const bool readable = problem.empty();
+    found.insert(found.begin(), {readable ? Health::kGood : Health::kFault, "configuration",
+                                 readable ? config_file : problem,
+                                 readable ? "" : "chmod a+r, or chgrp " + account.name});
   }
-  const auto add = [&](const CheckUp& more) {
+  const auto add = [&](const CheckResults& more) {
     found.insert(found.end(), more.begin(), more.end());
   };
-  add({LookAtClock(), LookAtJournal()});
+  add({CheckClock(), CheckSystemJournal()});
   if (!config) return found;
-  add({LookAtState(config->state_directory, account)});
+  add({CheckStateDirectory(config->state_directory, account)});
   FaultList applied;
   AddFaultsOfModelStore(config->state_directory, config->cell_file, applied);
-  add(FaultsOf(applied, "model in force", "plumbline model list, then apply or rollback"));
-  add(LookAtPrograms(*config, OwnFolder()));
-  add(LookAtDaemon(*config));
-  add({LookAtAccess(config->plc.tcp)});
+  add(FaultsOf(applied, "model in force",
+               "plumbline model list, then plumbline model apply or rollback"));
+  add(CheckPrograms(*config, OwnFolder()));
+  add(CheckDaemon(*config));
+  add({CheckPlcAccess(config->plc.tcp)});
   for (const CameraConfig& camera : config->vision.cameras) {
-    add({LookAtCamera(camera, account), LookAtZoom(camera.zoom, account)});
+    add({CheckCamera(camera, account), CheckZoomSensor(camera.zoom, account)});
   }
-  add({LookAtDisplay(config->overlay, account)});
-  if (config->mqtt) add({LookAtBroker(*config->mqtt, account)});
+  add({CheckDisplay(config->overlay, account)});
+  if (config->mqtt) add({CheckBroker(*config->mqtt, account)});
   return found;
 }
 

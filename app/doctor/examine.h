@@ -1,13 +1,14 @@
-// The whole examination, in the order in which one would mend.
+// All checks of an installation, in the order in which problems should be fixed.
 #pragma once
 
 #include <string>
 
-#include "app/doctor/check_up.h"
+#include "app/doctor/check_result.h"
 
 namespace plumbline {
 
-/// @param user  the service's, whose rights count; of a name that is not there, one's own
-CheckUp Examine(const std::string& config_file, const std::string& user);
+/// @param user  account of the service, whose permissions are checked; the calling user's if there
+///              is no account of that name
+CheckResults Examine(const std::string& config_file, const std::string& user);
 
 }  // namespace plumbline

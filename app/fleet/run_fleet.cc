@@ -66,7 +66,7 @@ class Watchdog {
     const bool alive = now_s - beat_s_ < kLinkTimeout_s;
     if (manager_.feed_period_s() && now_s - fed_s_ >= *manager_.feed_period_s() && alive) {
       fed_s_ = now_s;
-      manager_.Feed();
+      manager_.NotifyWatchdog();
     }
     if (now_s - status_s_ < kStatusPeriod_s) return;
     status_s_ = now_s;

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/config/json_whole.h"
+#include "app/config/json_integer.h"
 #include "app/text/json_text.h"
 
 namespace plumbline {

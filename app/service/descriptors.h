@@ -1,10 +1,10 @@
-// How many files and sockets this process may have open.
+// Limit of open files and sockets of this process.
 #pragma once
 
 namespace plumbline {
 
-/// Raises the soft limit to `wanted` where it is lower and the hard limit allows it.
-/// @return  the limit now in force
+/// Raises the soft limit to `wanted`, or to the hard limit if that is lower. Never lowers it.
+/// @return  the limit now in effect
 int RaiseDescriptorLimit(int wanted);
 
 }  // namespace plumbline

@@ -10,9 +10,8 @@
 namespace plumbline {
 namespace {
 
-/// The daemon feeds this much more often than it has to.
-constexpr double kFeedsPerPeriod = 4;
-constexpr std::size_t kDescriptorsInOne = 64;  // message; the kernel takes 253 [unix(7)]
+constexpr double kNotificationsPerPeriod = 4;
+constexpr std::size_t kDescriptorsPerMessage = 64;  // the kernel allows 253 [unix(7)]
 
 std::uint64_t MonotonicMicroseconds() {
   timespec now{};
@@ -23,25 +22,25 @@ std::uint64_t MonotonicMicroseconds() {
 
 }  // namespace
 
-ServiceManager::ServiceManager() : listens_(std::getenv("NOTIFY_SOCKET") != nullptr) {
+ServiceManager::ServiceManager() : available_(std::getenv("NOTIFY_SOCKET") != nullptr) {
   std::uint64_t period_us = 0;
   if (sd_watchdog_enabled(0, &period_us) > 0) {
-    feed_period_s_ = 1e-6 * static_cast<double>(period_us) / kFeedsPerPeriod;
+    feed_period_s_ = 1e-6 * static_cast<double>(period_us) / kNotificationsPerPeriod;
   }
   unsetenv("WATCHDOG_USEC");
   unsetenv("WATCHDOG_PID");
   char** names = nullptr;
   const int count = sd_listen_fds_with_names(1, &names);
   for (int i = 0; i < count; ++i) {
-    held_.push_back({names != nullptr && names[i] != nullptr ? names[i] : "",
-                     Descriptor(SD_LISTEN_FDS_START + i)});
+    inherited_.push_back({names != nullptr && names[i] != nullptr ? names[i] : "",
+                          Descriptor(SD_LISTEN_FDS_START + i)});
   }
   if (names == nullptr) return;
   for (char** name = names; *name != nullptr; ++name) std::free(*name);
   std::free(names);
 }
 
-void ServiceManager::Feed() const {
+void ServiceManager::NotifyWatchdog() const {
   sd_notify(0, "WATCHDOG=1");
 }
 
@@ -66,8 +65,8 @@ void ServiceManager::Stopping() const {
 }
 
 Descriptor ServiceManager::TakeSocket(const std::string& name) {
-  for (Held& held : held_) {
-    if (held.name == name && held.descriptor) return std::move(held.descriptor);
+  for (Inherited& socket : inherited_) {
+    if (socket.name == name && socket.descriptor) return std::move(socket.descriptor);
   }
   return {};
 }
@@ -78,11 +77,13 @@ std::vector<Descriptor> ServiceManager::TakeSockets(const std::string& name) {
   return taken;
 }
 
-void ServiceManager::Keep(const std::string& name, std::vector<Descriptor> descriptors) const {
+void ServiceManager::StoreDescriptors(const std::string& name,
+                                      std::vector<Descriptor> descriptors) const {
   const std::string message = fmt::format("FDSTORE=1\nFDNAME={}", name);
-  for (std::size_t begin = 0; begin < descriptors.size(); begin += kDescriptorsInOne) {
+  for (std::size_t begin = 0; begin < descriptors.size(); begin += kDescriptorsPerMessage) {
     std::vector<int> some;
-    for (std::size_t k = begin; k < descriptors.size() && some.size() < kDescriptorsInOne; ++k) {
+    for (std::size_t k = begin; k < descriptors.size() && some.size() < kDescriptorsPerMessage;
+         ++k) {
       some.push_back(descriptors[k].get());
     }
     sd_pid_notify_with_fds(0, 0, message.c_str(), some.data(), static_cast<unsigned>(some.size()));

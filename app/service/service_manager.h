@@ -1,4 +1,5 @@
-// The service manager that started the daemon, where there is one: systemd.
+// Client of the service manager (systemd): notification, watchdog, socket activation, descriptor
+// store.
 #pragma once
 
 #include <optional>
@@ -9,47 +10,49 @@
 
 namespace plumbline {
 
-/// Every call does nothing where no service manager listens.
+/// Without a service manager every call has no effect.
 class ServiceManager {
  public:
-  /// Reads the environment: WATCHDOG_USEC, LISTEN_FDS and LISTEN_FDNAMES, which children do not
-  /// inherit from then on, and NOTIFY_SOCKET. Before any thread is started.
+  /// Reads NOTIFY_SOCKET, WATCHDOG_USEC, LISTEN_FDS and LISTEN_FDNAMES from the environment and
+  /// removes the last three, so that child processes do not inherit them. Call it before any thread
+  /// is started.
   ServiceManager();
 
-  /// Whether there is one.
-  bool listens() const { return listens_; }
-  /// How often Feed() is wanted [s]; nothing: nobody waits for it.
+  bool available() const { return available_; }
+  /// Interval at which to call NotifyWatchdog() [s]; nullopt if there is no watchdog.
   std::optional<double> feed_period_s() const { return feed_period_s_; }
-  void Feed() const;
-  /// A thread stands still: the daemon is to be killed and started anew now, not when nobody has
-  /// fed for the whole period. Nothing where no period was asked for.
+  void NotifyWatchdog() const;
+  /// Triggers the watchdog, so that the service is killed and restarted at once instead of after
+  /// the watchdog period. Has no effect without a watchdog.
   void AskForRestart() const;
 
-  /// Serves from now on; `status` is one line for `systemctl status`.
+  /// Reports that start-up is complete; `status` is one line for `systemctl status`.
   void Ready(const std::string& status) const;
   void Status(const std::string& status) const;
   void Reloading() const;
   void Stopping() const;
 
-  /// The listening socket that the service manager holds under this name, once, or none. It
-  /// outlives the daemon: clients that come during a restart wait instead of being refused.
+  /// Takes an inherited socket of this name; an empty descriptor if there is none left. A listening
+  /// socket outlives the daemon: clients that connect during a restart wait instead of being
+  /// refused.
   Descriptor TakeSocket(const std::string& name);
-  /// Every one under this name that is not taken yet.
+  /// Takes all inherited sockets of this name that are left.
   std::vector<Descriptor> TakeSockets(const std::string& name);
 
-  /// Hands it descriptors to keep under this name, and closes them here; whoever is started after
-  /// this process, however that ended, takes them with TakeSockets(). A connection that is shut
-  /// down it lets go by itself [sd_pid_notify_with_fds(3), FDSTORE=1].
-  void Keep(const std::string& name, std::vector<Descriptor> descriptors) const;
+  /// Stores descriptors under this name in the service manager's descriptor store and closes them
+  /// here. The next process of the service takes them with TakeSockets(), however this one ended.
+  /// The service manager discards a connection by itself when it is shut down
+  /// [sd_pid_notify_with_fds(3), FDSTORE=1].
+  void StoreDescriptors(const std::string& name, std::vector<Descriptor> descriptors) const;
 
  private:
-  bool listens_ = false;
+  bool available_ = false;
   std::optional<double> feed_period_s_;
-  struct Held {
+  struct Inherited {
     std::string name;
     Descriptor descriptor;
   };
-  std::vector<Held> held_;
+  std::vector<Inherited> inherited_;
 };
 
 }  // namespace plumbline

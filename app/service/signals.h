@@ -1,10 +1,10 @@
-// How a long-running process is told to end, or to read its configuration again.
+// Termination and reload signals of a long-running process, as a file descriptor.
 #pragma once
 
 namespace plumbline {
 
-/// SIGTERM, SIGINT and SIGHUP as a file descriptor that reads a signalfd_siginfo each and does not
-/// block; blocked in every thread started afterwards.
+/// Blocks SIGTERM, SIGINT and SIGHUP in this thread and all threads started afterwards.
+/// @return  a non-blocking signalfd(2) that delivers them, owned by the caller; -1 on failure
 int OpenSignals();
 
 }  // namespace plumbline

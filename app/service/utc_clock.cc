@@ -12,10 +12,10 @@ UtcClock UtcClock::OfThisComputer() {
 }
 
 std::optional<double> UtcClock::NewStep(double utc_s, double monotonic_s) {
-  constexpr double kWorthTelling_s = 1;
-  const double step_s = utc_s - UtcAt(monotonic_s) - told_s_;
-  if (std::abs(step_s) < kWorthTelling_s) return std::nullopt;
-  told_s_ += step_s;
+  constexpr double kMinStep_s = 1;
+  const double step_s = utc_s - UtcAt(monotonic_s) - reported_s_;
+  if (std::abs(step_s) < kMinStep_s) return std::nullopt;
+  reported_s_ += step_s;
   return step_s;
 }
 

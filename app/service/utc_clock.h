@@ -1,32 +1,32 @@
-// The time of effects and of the journal: UTC that runs evenly within a run of the daemon.
+// UTC clock without steps, for effects of time and the journal.
 #pragma once
 
 #include <optional>
 
 namespace plumbline {
 
-/// UTC in seconds since 1970, read once at the start and carried on by the monotonic clock (which
-/// follows the small corrections of a time service, but no step). So effects of time never jump in
-/// the cycle; a step of the computer's clock is told, and taken up at the next start.
+/// UTC in seconds since 1970, read once at start-up and advanced by the monotonic clock, which
+/// follows the small corrections of a time service but no steps. Effects of time therefore never
+/// jump; a step of the system clock is only detected, and takes effect at the next start.
 class UtcClock {
  public:
-  /// @param utc_s, monotonic_s  both clocks at one moment, the start
+  /// @param utc_s, monotonic_s  readings of both clocks at the same moment
   UtcClock(double utc_s, double monotonic_s) : offset_s_(utc_s - monotonic_s) {}
-  /// Of this computer, now.
+  /// Initialised from the clocks of this computer, now.
   static UtcClock OfThisComputer();
 
   double UtcAt(double monotonic_s) const { return monotonic_s + offset_s_; }
 
-  /// How far the computer's clock was set since the start, or since the last step that was told
-  /// [s]; nothing below a second.
+  /// Detects a step of the system clock since the start or since the last detected step.
+  /// @return  the step [s], or nullopt if it is less than a second
   std::optional<double> NewStep(double utc_s, double monotonic_s);
 
  private:
   double offset_s_;
-  double told_s_ = 0;  ///< steps told so far
+  double reported_s_ = 0;  ///< sum of the steps returned so far
 };
 
-/// The computer's UTC, steps and all [s since 1970].
+/// UTC of the system clock, including its steps [s since 1970].
 double ComputerUtcSeconds();
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// The one way from a text to JSON: every file, row and message is read through it.
+// JSON parser front end: limits nesting, then parses. The product parses JSON only through it.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 
 namespace plumbline {
 
-/// The value, or why there is none: "is not JSON", or the line where it nests too deeply.
+/// The parsed value, or the error: "is not JSON", or the line where it is nested too deeply.
 template <typename Json = nlohmann::json>
 Result<Json> JsonFromText(std::string_view text) {
   if (const auto line = LineNestedTooDeepInJson(text)) {
@@ -23,7 +23,7 @@ Result<Json> JsonFromText(std::string_view text) {
   return json;
 }
 
-/// The same where the reason does not matter: null, which is no object and no array.
+/// The same for callers that do not need the reason: null on error.
 template <typename Json = nlohmann::json>
 Json JsonOrNull(std::string_view text) {
   Result<Json> json = JsonFromText<Json>(text);

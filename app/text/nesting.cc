@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Steps through a text and counts its lines.
+/// Read position in a text, with its line number.
 class Cursor {
  public:
   explicit Cursor(std::string_view text) : text_(text) {
@@ -62,19 +62,19 @@ void SkipTomlString(Cursor& cursor) {
   }
 }
 
-/// The open brackets around a place, and how many levels each stands for.
+/// Stack of the open brackets and the number of levels that each contributes.
 class Brackets {
  public:
   int depth() const { return depth_; }
   bool empty() const { return count_ == 0; }
   bool InTable() const { return count_ > 0 && open_[count_ - 1].table; }
 
-  /// The level of a bracket itself. The caller has found the depth to be below the limit.
+  /// Adds one level for a bracket. The caller has checked the depth against the limit.
   void Open(bool table) {
     open_[count_++] = {table, 1};
     ++depth_;
   }
-  /// The key that the innermost table reads now, in place of the one before.
+  /// Replaces the levels of the innermost table's previous key by those of the current one.
   void SetKeyParts(int parts) {
     Level& level = open_[count_ - 1];
     depth_ += 1 + parts - level.levels;
@@ -89,12 +89,12 @@ class Brackets {
     bool table = false;
     int levels = 0;
   };
-  std::array<Level, kDeepestNesting + 1> open_{};
+  std::array<Level, kMaxNestingDepth + 1> open_{};
   std::size_t count_ = 0;
   int depth_ = 0;
 };
 
-/// Reads a TOML text as far as its keys, strings, comments and brackets go.
+/// Minimal TOML scanner: keys, strings, comments and brackets.
 class TomlNesting {
  public:
   explicit TomlNesting(std::string_view text) : cursor_(text) {}
@@ -105,15 +105,15 @@ class TomlNesting {
   }
 
  private:
-  void Judge(int depth) {
-    if (depth > kDeepestNesting) too_deep_ = cursor_.line();
+  void CheckDepth(int depth) {
+    if (depth > kMaxNestingDepth) too_deep_ = cursor_.line();
   }
 
-  /// Reads a key up to what ends it. @return its parts: one, and another for each dot
+  /// Reads a key up to its delimiter. @return the number of its dotted parts
   int KeyParts() {
     int parts = 0;
     bool part = false;
-    while (!cursor_.AtEnd() && parts <= kDeepestNesting) {
+    while (!cursor_.AtEnd() && parts <= kMaxNestingDepth) {
       const char here = cursor_.Here();
       if (std::string_view("=[]{},#\n").find(here) != std::string_view::npos) break;
       if (here == '"' || here == '\'') {
@@ -135,16 +135,16 @@ class TomlNesting {
     if (here == '[') {
       cursor_.Advance(cursor_.Starts("[[") ? 2 : 1);
       header_parts_ = KeyParts();
-      Judge(header_parts_);
+      CheckDepth(header_parts_);
       return cursor_.SkipLine();
     }
     const int parts = KeyParts();
-    Judge(header_parts_ + parts);
+    CheckDepth(header_parts_ + parts);
     if (cursor_.Here() != '=') return cursor_.SkipLine();
     ReadValue(header_parts_ + parts);
   }
 
-  /// From the equals sign to the end of the value's last line.
+  /// Reads from the equals sign to the end of the value's last line.
   void ReadValue(int outside) {
     Brackets brackets;
     while (!cursor_.AtEnd() && !too_deep_) {
@@ -160,7 +160,7 @@ class TomlNesting {
       if (here == '\n' && brackets.empty()) return;
       cursor_.Advance();
       if (here == '[' || here == '{') {
-        Judge(outside + brackets.depth() + 1);
+        CheckDepth(outside + brackets.depth() + 1);
         if (too_deep_) return;
         brackets.Open(here == '{');
       } else if (here == ']' || here == '}') {
@@ -169,7 +169,7 @@ class TomlNesting {
       }
       if (here == '{' || (here == ',' && brackets.InTable())) {
         brackets.SetKeyParts(KeyParts());
-        Judge(outside + brackets.depth());
+        CheckDepth(outside + brackets.depth());
       }
     }
   }
@@ -196,7 +196,7 @@ std::optional<int> LineNestedTooDeepInJson(std::string_view text) {
     } else if (here == '"') {
       in_string = !in_string;
     } else if (!in_string && (here == '[' || here == '{')) {
-      if (++depth > kDeepestNesting) return cursor.line();
+      if (++depth > kMaxNestingDepth) return cursor.line();
     } else if (!in_string && (here == ']' || here == '}')) {
       --depth;
     }
@@ -207,8 +207,8 @@ std::optional<int> LineNestedTooDeepInJson(std::string_view text) {
 std::string NestedTooDeepText() {
   return fmt::format(
       "nested more than {} levels deep (brackets and dotted keys together); shorten the key or "
-      "remove the surplus brackets",
-      kDeepestNesting);
+      "remove surplus brackets",
+      kMaxNestingDepth);
 }
 
 }  // namespace plumbline

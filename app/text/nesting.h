@@ -1,8 +1,7 @@
-// How deeply a TOML or JSON text nests, found before a parser reads it.
+// Nesting check of TOML and JSON texts, run before they are parsed.
 //
-// The parsers build a tree and walk or free it by recursion: a header of 100,000 dotted keys, or
-// as many brackets, would use up the stack of the thread that reads the file. Pure functions of
-// the text; constant memory, one pass.
+// The parsers build a tree and traverse and free it recursively: 100,000 dotted keys or brackets
+// would overflow the stack of the reading thread. Pure functions; constant memory, one pass.
 #pragma once
 
 #include <optional>
@@ -11,19 +10,19 @@
 
 namespace plumbline {
 
-/// Levels of tables and lists that a file may have: the parts of a table's header, those of a
-/// dotted key and the brackets around a value, together. Files of this product have 6 at most.
-inline constexpr int kDeepestNesting = 32;
+/// Largest allowed depth of tables and lists: the parts of a table header, those of a dotted key
+/// and the brackets around a value, added up. Files of this product have at most 6.
+inline constexpr int kMaxNestingDepth = 32;
 
-/// The line (from 1) where a TOML text nests deeper than kDeepestNesting; nothing where it never
-/// does. Brackets and dots inside strings and comments do not count. Exact for every text up to
-/// its first error, which is where a parser stops.
+/// The line (1-based) where a TOML text is nested deeper than kMaxNestingDepth, or nullopt.
+/// Brackets and dots inside strings and comments do not count. Exact up to the first syntax error,
+/// which is where the parser stops.
 std::optional<int> LineNestedTooDeepInToml(std::string_view text);
 
-/// The same of a JSON text.
+/// The same for a JSON text.
 std::optional<int> LineNestedTooDeepInJson(std::string_view text);
 
-/// What is wrong with such a text, and what to do.
+/// Error message for such a text, with the remedy.
 std::string NestedTooDeepText();
 
 }  // namespace plumbline

@@ -65,7 +65,7 @@ int DepthOf(const toml::node& node) {
 void CompareDepth(std::string_view text) {
   if (plumbline::LineNestedTooDeepInToml(text)) return;
   try {
-    if (DepthOf(toml::parse(text)) > 2 * plumbline::kDeepestNesting) std::abort();
+    if (DepthOf(toml::parse(text)) > 2 * plumbline::kMaxNestingDepth) std::abort();
   } catch (const toml::parse_error&) {
     return;
   }

@@ -1,4 +1,4 @@
-// plumbline calibrate-hand-eye on rendered images, and on what is none.
+// plumbline calibrate-hand-eye on rendered images and on faulty input.
 #include "app/cli/calibrate_hand_eye_command.h"
 
 #include <algorithm>
@@ -92,7 +92,7 @@ struct Files {
 
 }  // namespace
 
-TEST_CASE("A camera in the cell from rendered images; wrong pairs are told by name") {
+TEST_CASE("A camera in the cell is calibrated from rendered images; wrong pairs are named") {
   Files files;
   // Image 4 gets the place of image 9; image 7 has no row; one row has no image.
   const auto fields = [](const std::string& row) { return row.substr(row.find(',')); };
@@ -126,7 +126,7 @@ TEST_CASE("A camera in the cell from rendered images; wrong pairs are told by na
   CHECK(text.out.find("camera in the base") != std::string::npos);
 }
 
-TEST_CASE("Few images, no board, and faulty tables of poses are told") {
+TEST_CASE("Too few images, no board and faulty pose tables are reported") {
   Files files;
   const std::vector<std::string> rows = files.rows;
   files.rows.resize(5);

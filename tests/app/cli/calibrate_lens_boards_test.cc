@@ -1,4 +1,4 @@
-// plumbline calibrate-lens with each kind of board, and with what is none.
+// plumbline calibrate-lens with each kind of board and with impossible boards.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -48,7 +48,7 @@ TEST_CASE("a kind of board is chosen, and one frame of it is not enough") {
   CHECK(std::string(json["reasons"][0]).find("found in 1 usable frames") != std::string::npos);
 }
 
-TEST_CASE("another kind of board than there is: each frame says what it shows") {
+TEST_CASE("another kind of board than shown: each frame reports what it shows") {
   const Images images;
   const Answer answer = images.Run("--board-kind charuco --board 9x6 --mark-mm 7 --json - --quiet");
   CHECK(answer.exit_code == 0);
@@ -57,7 +57,7 @@ TEST_CASE("another kind of board than there is: each frame says what it shows") 
   CHECK(json["board"]["family"] == "aruco-6x6-250");
 }
 
-TEST_CASE("what is no board is refused with the option to mend") {
+TEST_CASE("an impossible board is refused, naming the option to fix") {
   const Images images;
   const auto refused = [&](const std::string& arguments, const std::string& words) {
     const Answer answer = images.Run(arguments);

@@ -1,4 +1,4 @@
-// plumbline calibrate-lens: what it writes and says where a lens is refused.
+// plumbline calibrate-lens: output for a refused lens.
 #include "app/cli/calibrate_lens_command.h"
 
 #include <catch2/catch.hpp>
@@ -53,19 +53,19 @@ struct Files {
 
 }  // namespace
 
-TEST_CASE("Another board than the one asked for is named, and the counts add up") {
+TEST_CASE("Another board than requested is named, and the counts add up") {
   const Files files;
   const test::Answer other = files.Calibrate("--board 17x11");
   INFO(other.out);
   CHECK(other.exit_code == 0);
-  CHECK(
-      other.out.find("no image shows 17 x 11 inner corners, 3 of 4 show 9 x 6: try --board 9x6") !=
-      std::string::npos);
+  CHECK(other.out.find(
+            "no image shows 17 x 11 inner corners, but 3 of 4 show 9 x 6; try --board 9x6") !=
+        std::string::npos);
   CHECK(other.out.find("4 images: 0 used, 4 refused\n") != std::string::npos);
   const test::Answer right = files.Calibrate("--board 9x6");
   INFO(right.out);
   CHECK(right.out.find("--board") == std::string::npos);
-  CHECK(right.out.find("4 images: 0 used, 1 refused, 3 good ones not used\n") != std::string::npos);
+  CHECK(right.out.find("4 images: 0 used, 1 refused, 3 valid but not used\n") != std::string::npos);
 }
 
 TEST_CASE("A refused lens is marked in OpenCV's file too") {
@@ -81,7 +81,7 @@ TEST_CASE("Two outputs under one name are refused, however it is spelt") {
   const test::Answer answer =
       files.Calibrate("--json " + files.Path("a.x") + " --yaml " + files.Path("frames/../a.x"));
   CHECK(answer.exit_code == 2);
-  CHECK(answer.err.find("--yaml is the --json file itself") != std::string::npos);
+  CHECK(answer.err.find("--yaml and --json are the same file") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(files.Path("a.x")));
 }
 
@@ -92,7 +92,7 @@ TEST_CASE("An output that is one of the images is refused") {
   const auto size = std::filesystem::file_size(image);
   const test::Answer answer = files.Calibrate("--json " + image);
   CHECK(answer.exit_code == 2);
-  CHECK(answer.err.find("--json is " + image + " itself; choose another file") !=
+  CHECK(answer.err.find("--json would overwrite the input " + image + "; choose another file") !=
         std::string::npos);
   CHECK(std::filesystem::file_size(image) == size);
 }

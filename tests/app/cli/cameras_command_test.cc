@@ -1,4 +1,4 @@
-// plumbline cameras: on a machine whose kernel the test plays, and on this one.
+// plumbline cameras on a simulated kernel and on the test machine.
 #include "app/cli/cameras_command.h"
 
 #include <catch2/catch.hpp>
@@ -40,13 +40,13 @@ TEST_CASE("Cameras with their names, modes and settings") {
 
   const std::string text = CamerasText(machine.tree());
   CHECK_THAT(text, Catch::Contains("--camera A1\n  YUYV 640x480 at 30, 15 Hz\n"));
-  CHECK_THAT(text, Catch::Contains("  not read by Plumbline: dvsd\n"));
+  CHECK_THAT(text, Catch::Contains("  formats not supported by Plumbline: dvsd\n"));
   CHECK_THAT(text, Catch::Contains("exposure_s 0.025 (0.0003..0.2047"));
-  CHECK_THAT(text, Catch::Contains("has no serial number"));
+  CHECK_THAT(text, Catch::Contains("no serial number"));
   CHECK_THAT(text, Catch::Contains("cannot be opened"));
 }
 
-TEST_CASE("A machine without cameras, and this one") {
+TEST_CASE("A machine without cameras, and the test machine") {
   const test::FakeMachine machine;
   CHECK(CamerasText(machine.tree()) == "no cameras\n");
   CHECK(nlohmann::json::parse(CamerasJson(machine.tree()))["cameras"].empty());

@@ -20,7 +20,7 @@ test::Answer RunCheck(const std::string& arguments) {
   return test::RunCommand(AddCheckCommand, "check " + arguments);
 }
 
-/// A file of its own for this process, removed at the end.
+/// A temporary file of this process.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& text, const std::string& suffix = ".toml")
@@ -36,8 +36,7 @@ class TemporaryFile {
   std::string path_;
 };
 
-TEST_CASE(
-    "The object table that a configuration names is checked with it, and its meshes' places") {
+TEST_CASE("The object table of a configuration is checked with it, including its mesh files") {
   const std::string good =
       "schema = 1\n[[object]]\nnumber = 1\nname = \"part\"\nfile = \"no-such.obj\"\nunit = \"mm\"\n"
       "on = { frame = \"flange\" }\n";
@@ -65,11 +64,11 @@ TEST_CASE(
   CHECK(none.out.find("/nowhere/objects.toml") != std::string::npos);
 }
 
-TEST_CASE("A good cell: exit 0, and what it amounts to") {
+TEST_CASE("A valid cell: exit code 0 and a summary") {
   const test::Answer answer = RunCheck("config/cells/ur10.toml");
   CHECK(answer.exit_code == 0);
   CHECK(answer.out.find("robot        UR10, 6 joints") != std::string::npos);
-  CHECK(answer.out.find("masses       link mass known of all (28.43 kg)") != std::string::npos);
+  CHECK(answer.out.find("masses       link masses declared: all (28.43 kg)") != std::string::npos);
   CHECK(answer.out.find("compliance   none declared") != std::string::npos);
 }
 
@@ -82,7 +81,7 @@ TEST_CASE("A configuration is known by its cell key and checked with its files")
         std::string::npos);
 }
 
-TEST_CASE("Two cameras are told one by one; one that takes the other's device is a fault") {
+TEST_CASE("Two cameras are listed separately; sharing a device is a fault") {
   const std::string here = std::filesystem::current_path().string() + "/config/";
   std::ifstream shipped("config/plumbline.toml");
   std::string text((std::istreambuf_iterator<char>(shipped)), std::istreambuf_iterator<char>());
@@ -109,7 +108,8 @@ TEST_CASE("Two cameras are told one by one; one that takes the other's device is
         std::string::npos);
 }
 
-TEST_CASE("The payload is told with its mass and where it hangs, and a centre left at the flange") {
+TEST_CASE(
+    "The payload is shown with mass and centre of gravity; one left at the flange is a warning") {
   const std::string here = std::filesystem::current_path().string();
   std::ifstream bare("config/cells/ur10.toml");
   std::string text((std::istreambuf_iterator<char>(bare)), std::istreambuf_iterator<char>());
@@ -129,7 +129,7 @@ TEST_CASE("The payload is told with its mass and where it hangs, and a centre le
   CHECK(answer.exit_code == 0);
   CHECK(answer.out.find("payload      12.5 kg, centre of gravity (0, 0, 0) mm in the flange frame, "
                         "600 mm from the tool's tip") != std::string::npos);
-  CHECK(answer.out.find("payload.cog_mm: warning: [0, 0, 0] lies at the flange, but the tool's tip "
+  CHECK(answer.out.find("payload.cog_mm: warning: [0, 0, 0] is at the flange, but the tool's tip "
                         "is 600 mm away") != std::string::npos);
   CHECK(
       answer.out.find("point[1].xyz_mm: warning: [9000, 0, 0] lies 9 m from the robot's base, out "
@@ -158,7 +158,7 @@ TEST_CASE("Each point is computed with its payload: correction, radius, posture,
                  Catch::Contains("\n    1 assembly 1           60 kg ") &&
                  Catch::Contains("\n    2 assembly 2           60 kg ") &&
                  Catch::Contains("\n      posture ") && Catch::Contains(" to the limit of q") &&
-                 Catch::Contains("smallest singular value 0.") &&
+                 Catch::Contains("the smallest singular value 0.") &&
                  Catch::Contains(", at least 0.02"));
   const auto table = answer.out.find("\npoint name");
   REQUIRE(table != std::string::npos);
@@ -180,12 +180,12 @@ TEST_CASE("Each point is computed with its payload: correction, radius, posture,
   CHECK(point.at("posture").at("limit_joint") >= 1);
 }
 
-TEST_CASE("A payload that only the robot knows is said; the point is computed without it") {
+TEST_CASE("A payload known to the robot only is noted; the point is computed without it") {
   const TemporaryFile none(WithPayload("source = \"robot\""));
   const test::Answer answer = RunCheck(none.path());
   CAPTURE(answer.out);
   CHECK_THAT(answer.out, Catch::Contains("    1 assembly 1           no payload ") &&
-                             Catch::Contains("Only the robot knows the payload"));
+                             Catch::Contains("The payload is known to the robot only"));
   const TemporaryFile declared(WithPayload("source = \"robot\"\nmass_kg = 60.0"));
   const auto json = nlohmann::json::parse(RunCheck(declared.path() + " --json").out);
   REQUIRE(json.at("points").size() == 4);
@@ -195,7 +195,7 @@ TEST_CASE("A payload that only the robot knows is said; the point is computed wi
   CHECK(json.at("points")[1].at("correction_mm") > json.at("points")[0].at("correction_mm"));
 }
 
-TEST_CASE("Each tool of the table is computed; one that is too heavy is a warning, no fault") {
+TEST_CASE("Each tool of the table is computed; one that is too heavy is a warning, not a fault") {
   const TemporaryFile file(
       WithPayload("source = \"table\"\n[[payload.tool]]\nnumber = 1\nmass_kg = 5.0\n"
                   "[[payload.tool]]\nnumber = 2\nmass_kg = 600.0"));
@@ -205,12 +205,12 @@ TEST_CASE("Each tool of the table is computed; one that is too heavy is a warnin
   CHECK_THAT(answer.out, Catch::Contains(" tool 1, 5 kg ") &&
                              Catch::Contains(" tool 2, 600 kg   NONE: correction too large") &&
                              Catch::Contains("point[1].xyz_mm: warning: ") &&
-                             Catch::Contains("gets no corrected point with tool 2, 600 kg"));
+                             Catch::Contains("has no corrected point with tool 2, 600 kg"));
 }
 
 }  // namespace points
 
-TEST_CASE("A profile and an empty file are told as what they are") {
+TEST_CASE("A profile and an empty file are recognised") {
   const test::Answer profile = RunCheck("config/profiles/xarm.toml");
   CHECK(profile.exit_code == 1);
   CHECK(profile.out.find("is a robot profile or a lens profile, not a cell") != std::string::npos);
@@ -218,12 +218,12 @@ TEST_CASE("A profile and an empty file are told as what they are") {
   CHECK(RunCheck(empty.path()).out.find("is empty") != std::string::npos);
 }
 
-TEST_CASE("A configuration without its cell key is still one: only the cell is missing") {
+TEST_CASE("A configuration without its cell key is recognised: only the cell is missing") {
   const TemporaryFile file("[robot]\nprofile = \"" + std::filesystem::current_path().string() +
                            "/config/profiles/generic.toml\"\nhost = \"10.0.0.2\"\n[plc]\n");
   const test::Answer answer = RunCheck(file.path());
   CHECK(answer.exit_code == 1);
-  CHECK(answer.out.find("cell: missing; expected a text in quotes\n") != std::string::npos);
+  CHECK(answer.out.find("cell: missing; expected a string in quotes\n") != std::string::npos);
   CHECK(answer.out.find("unknown key") == std::string::npos);
 }
 
@@ -244,7 +244,7 @@ TEST_CASE("An effect that the daemon cannot apply is a fault of a configuration,
   CHECK(RunCheck(cell.path()).exit_code == 0);
 }
 
-TEST_CASE("The table of a replay is checked as the daemon reads it") {
+TEST_CASE("The table of a replay is checked in the same way as by the daemon") {
   const std::string here = std::filesystem::current_path().string();
   const auto with_table = [&here](const std::string& csv) {
     const TemporaryFile table(csv, ".csv");
@@ -272,7 +272,7 @@ TEST_CASE("A faulty cell: exit 1, every fault, no summary") {
   const TemporaryFile file("schema = 1\n[robot]\nname = 3\n");
   const test::Answer answer = RunCheck(file.path());
   CHECK(answer.exit_code == 1);
-  CHECK(answer.out.find(":3 robot.name: 3 is not a text in quotes\n") != std::string::npos);
+  CHECK(answer.out.find(":3 robot.name: 3 is not a string in quotes\n") != std::string::npos);
   CHECK(answer.out.find(":1 tool: missing; expected the table [tool]\n") != std::string::npos);
   CHECK(answer.out.find("compliance ") == std::string::npos);
 }
@@ -288,7 +288,7 @@ TEST_CASE("A file that cannot be read: exit 1") {
   CHECK(folder.err == "/: cannot be read: Is a directory; it is a folder: name a file in it\n");
 }
 
-TEST_CASE("As JSON: faults with their place, apart from warnings") {
+TEST_CASE("JSON: faults with their place, separate from warnings") {
   const TemporaryFile file("schema = 1\n[robot]\nname = \"\xFF\"\n");
   const auto bad = nlohmann::json::parse(RunCheck("--json " + file.path()).out);
   CHECK(bad["good"] == false);
@@ -299,7 +299,7 @@ TEST_CASE("As JSON: faults with their place, apart from warnings") {
   CHECK(good["good"] == true);
   CHECK(good["kind"] == "cell");
   CHECK(good["faults"].empty());
-  CHECK(good["summary"]["masses"] == "no link mass declared: joint torques are unknown");
+  CHECK(good["summary"]["masses"] == "no link masses declared: joint torques are unknown");
 }
 
 }  // namespace

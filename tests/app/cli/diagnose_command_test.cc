@@ -1,4 +1,4 @@
-// plumbline diagnose with an engine of the test's own: files, exit codes, interruption.
+// plumbline diagnose with a fake engine: files, exit codes, interruption.
 #include "app/cli/diagnose_command.h"
 
 #include <unistd.h>
@@ -65,7 +65,7 @@ class Desk {
 
 }  // namespace
 
-TEST_CASE("every verdict is an answer: exit 0, a summary of at most 25 lines") {
+TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
   const std::pair<Verdict, const char*> cases[] = {
       {Verdict::kNoEffect, "Nothing stands out of the noise of 0.087 mm"},
       {Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
@@ -84,7 +84,7 @@ TEST_CASE("every verdict is an answer: exit 0, a summary of at most 25 lines") {
   }
 }
 
-TEST_CASE("a summary stays short whatever there is to say") {
+TEST_CASE("a summary is always short") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
   for (int k = 0; k < 4; ++k) {
     const Rival rival = diagnosis.rivals[0];
@@ -107,7 +107,7 @@ TEST_CASE("a summary stays short whatever there is to say") {
   CHECK(text.find("and 3 more rivals") != std::string::npos);
 }
 
-TEST_CASE("every file is written, and the JSON names the poses' file beside it") {
+TEST_CASE("every file is written, and the JSON refers to the poses file beside it") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
   desk.arguments.model = desk.File("corrected.toml");
@@ -145,7 +145,7 @@ TEST_CASE("--json - is alone on standard output") {
   CHECK(desk.err.str().find("cannot tell") == std::string::npos);
 }
 
-TEST_CASE("faults of the input and files that cannot be read are 1, what cannot be written 2") {
+TEST_CASE("exit code 1 for faulty or unreadable input, 2 for unwritable output") {
   struct Case {
     const char* name;
     std::function<void(Desk&)> spoil;
@@ -212,7 +212,7 @@ TEST_CASE("an output that is an input, or another output, is refused") {
   }
 }
 
-TEST_CASE("a file to be made is one file however it is spelt") {
+TEST_CASE("different spellings of a new file's path are recognised as the same file") {
   const std::string here = fs::current_path().string();
   for (const std::string& other : {std::string("./no-such.x"), here + "/no-such.x",
                                    std::string("config/../no-such.x"), here + "/./no-such.x"}) {
@@ -224,7 +224,7 @@ TEST_CASE("a file to be made is one file however it is spelt") {
   CHECK_FALSE(SameFile("", ""));
 }
 
-TEST_CASE("an engine that cannot answer is a fault of the input") {
+TEST_CASE("an engine error is a fault of the input") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
   CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<Diagnosis> {
@@ -234,7 +234,7 @@ TEST_CASE("an engine that cannot answer is a fault of the input") {
   CHECK_FALSE(desk.Has("d.json"));
 }
 
-TEST_CASE("a signal ends the work with 130, and no file has changed") {
+TEST_CASE("a signal cancels with exit code 130, and no file is changed") {
   for (const int signal : {SIGINT, SIGTERM}) {
     CAPTURE(signal);
     Desk desk;
@@ -255,7 +255,7 @@ TEST_CASE("a signal ends the work with 130, and no file has changed") {
   }
 }
 
-TEST_CASE("a signal while the files are replaced comes too late, and does not end the process") {
+TEST_CASE("a signal while the files are being replaced is ignored") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
   const auto late = [](const auto&, const auto&, const DiagnosisOptions&) {
@@ -271,7 +271,7 @@ TEST_CASE("a signal while the files are replaced comes too late, and does not en
   }) == kExitInterrupted);
 }
 
-TEST_CASE("progress away from a terminal is a line each ten per cent") {
+TEST_CASE("progress without a terminal is a line every ten per cent") {
   if (isatty(STDERR_FILENO) != 0) {
     WARN("SKIPPED: standard error is a terminal");
     return;

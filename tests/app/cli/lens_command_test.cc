@@ -1,4 +1,4 @@
-// plumbline lens over a store with views as the daemon keeps them.
+// plumbline lens on a store with views, as written by the daemon.
 #include "app/cli/lens_command.h"
 
 #include <catch2/catch.hpp>
@@ -55,7 +55,7 @@ TEST_CASE("lenses are listed, and solved again from their views") {
   const std::string where = " --state " + folder.path(), out = folder.path() + "/lens.json";
   const Answer none = RunLens("list" + where);
   CHECK(none.exit_code == 1);
-  CHECK_THAT(none.err, Catch::Contains("no lens store there yet"));
+  CHECK_THAT(none.err, Catch::Contains("the lens store does not exist yet"));
   Fill(folder.path() + "/lenses.sqlite");
 
   const Answer list = RunLens("list" + where);
@@ -66,7 +66,8 @@ TEST_CASE("lenses are listed, and solved again from their views") {
   const Answer solved = RunLens("solve 1 --json " + out + where);
   INFO(solved.err);
   CHECK(solved.exit_code == 0);
-  CHECK_THAT(solved.out, Catch::Contains("accepted") && Catch::Contains("it differs by"));
+  CHECK_THAT(solved.out,
+             Catch::Contains("accepted") && Catch::Contains("differs from the stored lens by"));
   const auto json = nlohmann::json::parse(test::FileText(out));
   CHECK(json["accepted"] == true);
   auto store = LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
@@ -74,14 +75,14 @@ TEST_CASE("lenses are listed, and solved again from their views") {
   const auto kept = store.value().All();
   REQUIRE(kept);
   CHECK(json["fx"].get<double>() == Approx(kept->front().lens.fx).epsilon(1e-6));
-  // A stricter judge refuses the same views; the store stays as it is.
+  // A stricter limit refuses the same views; the store is not changed.
   const Answer strict = RunLens("solve 1 --acceptable-px 0.001" + where);
   CHECK(strict.exit_code == 0);
   CHECK_THAT(strict.out, Catch::Contains("refused:"));
   CHECK(kept->size() == 3);
 }
 
-TEST_CASE("lenses that cannot be solved again say why") {
+TEST_CASE("lenses that cannot be solved again are reported with the reason") {
   const test::TemporaryFolder folder;
   const std::string where = " --state " + folder.path(), store = folder.path() + "/lenses.sqlite";
   Fill(store);

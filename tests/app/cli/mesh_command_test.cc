@@ -1,4 +1,4 @@
-// plumbline mesh check, through the real reading process beside the test.
+// plumbline mesh check, with the real plumbline-mesh process.
 #include "app/cli/mesh_command.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct MeshFiles {
 
 }  // namespace
 
-TEST_CASE("what is in a mesh, as text and as JSON") {
+TEST_CASE("the content of a mesh is printed as text and as JSON") {
   const MeshFiles files;
   const std::string path =
       files.Write("bar.obj", "mtllib paint.mtl\n" +
@@ -54,7 +54,7 @@ TEST_CASE("what is in a mesh, as text and as JSON") {
   CHECK(json["facing"] == "outwards");
 }
 
-TEST_CASE("a unit that is not stated is asked for, not guessed") {
+TEST_CASE("a missing unit is requested, not guessed") {
   const MeshFiles files;
   const std::string path =
       files.Write("bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), MeshFormat::kStl));
@@ -91,7 +91,7 @@ TEST_CASE("refusals and wrong arguments") {
   CHECK(RunCommand(AddMeshCommand, "mesh check").exit_code == 2);
 }
 
-TEST_CASE("one set of limits: what the reader enforces, the help and the manual say") {
+TEST_CASE("the limits in the reader, the help and the manual agree") {
   const MeshLimits limits;
   const std::string triangles = std::to_string(limits.triangles) + " triangles";
   const std::string file = std::to_string(limits.file_bytes >> 20) + " MiB of file";

@@ -1,4 +1,4 @@
-// Predictions against another simulator's answers, where the recorded sets are there.
+// Predictions compared with another simulator's results, if the recorded sets are available.
 #include "app/cli/predict_command.h"
 
 #include <unistd.h>
@@ -26,7 +26,7 @@ std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; free
 
 }  // namespace
 
-// Out of line: the compiler takes an inlined free for a mismatch.
+// Out of line, because the compiler reports an inlined free as a mismatch.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   g_allocated_bytes += bytes;
   void* const memory = std::malloc(bytes);
@@ -40,7 +40,7 @@ std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; free
   std::free(memory);
 }
 
-TEST_CASE("example-03 hides nothing: the declared model meets it to its last digits") {
+TEST_CASE("example-03 has no hidden effect: the declared model matches it to the last digits") {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
   const std::string set =
       std::string(folder != nullptr ? folder : "../shared/measured") + "/example-03";
@@ -128,7 +128,7 @@ const std::string kGoodRow = "0,-90,90,0,0,0,60\n";
 
 }  // namespace
 
-TEST_CASE("a time that the effect of time has not seen is extrapolated") {
+TEST_CASE("a time outside the fitted range of an effect of time is extrapolated") {
   const std::string file = "tests/virtual_cell/demo/cockpit-cell.toml";
   FaultList faults;
   auto cell = ReadCell(file, faults);
@@ -167,11 +167,11 @@ TEST_CASE("a time that the effect of time has not seen is extrapolated") {
   CHECK(extrapolated(joints + "\n" + pose + "\n") == std::vector<bool>{false});  // not recorded
 }
 
-TEST_CASE("an event at a row of the fitted file has happened before every pose of another one") {
+TEST_CASE("an event at a row of the fitted file precedes every pose of another file") {
   PredictFolder folder;
   folder.WritePoses(kGoodRow + kGoodRow);
   REQUIRE(folder.Run("without.csv") == 0);
-  CHECK_THAT(folder.told, !Catch::Contains("counts the rows"));
+  CHECK_THAT(folder.told, !Catch::Contains("depends on the row number"));
   std::ofstream(folder.File("cell.toml"), std::ios::app)
       << "\n[[effect]]\nid = \"step_event\"\nscope = []\nparameters = [\n"
          "  { name = \"row\", value = 20.5, unit = \"1\" },\n"
@@ -179,7 +179,8 @@ TEST_CASE("an event at a row of the fitted file has happened before every pose o
          "  { name = \"frame\", value = \"base\" },\n]\n";
   REQUIRE(folder.Run("with.csv") == 0);
   CHECK_THAT(folder.told,
-             Catch::Contains("warning: step_event counts the rows of the file it was fitted to"));
+             Catch::Contains(
+                 "warning: step_event depends on the row number of the file it was fitted to"));
   const auto x_of_rows = [&](const std::string& file) {
     std::istringstream lines(folder.Content(file));
     std::string line;
@@ -193,7 +194,7 @@ TEST_CASE("an event at a row of the fitted file has happened before every pose o
   for (std::size_t k = 0; k < 2; ++k) CHECK(with[k] - without[k] == Approx(3).margin(1e-3));
 }
 
-TEST_CASE("a row whose payload is impossible is named and left out") {
+TEST_CASE("a row with an impossible payload is reported and skipped") {
   PredictFolder folder;
   folder.WritePoses(kGoodRow + "0,-90,90,0,0,0,-1\n0,-90,90,0,0,0,5001\n");
   CHECK(folder.Run("out.csv") == 1);
@@ -207,7 +208,7 @@ TEST_CASE("a row whose payload is impossible is named and left out") {
   CHECK(folder.Run("no/such/folder.csv") == 2);
 }
 
-TEST_CASE("a payload that is not recorded is no zero: told, and every row is extrapolated") {
+TEST_CASE("a missing payload column is reported and every row counts as extrapolated") {
   PredictFolder folder;
   std::ofstream(folder.File("poses.csv"))
       << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_g\n0,-90,90,0,0,0,60000\n";
@@ -215,7 +216,7 @@ TEST_CASE("a payload that is not recorded is no zero: told, and every row is ext
   CHECK_THAT(folder.told,
              Catch::Contains("payload_g: warning: is no column of the format: taken as a further "
                              "signal; did you mean payload_kg?") &&
-                 Catch::Contains("payload is not recorded and is taken as 0 kg") &&
+                 Catch::Contains("a payload of 0 kg is assumed") &&
                  Catch::Contains("1 extrapolated"));
   CHECK_THAT(folder.Content("out.csv"), Catch::EndsWith(",1,assumed\n"));
   folder.WritePoses(kGoodRow);
@@ -223,7 +224,7 @@ TEST_CASE("a payload that is not recorded is no zero: told, and every row is ext
   CHECK_THAT(folder.told, !Catch::Contains("not recorded") && Catch::Contains("0 extrapolated"));
 }
 
-TEST_CASE("a cell whose frame or tool is unknown is predicted only where they are told") {
+TEST_CASE("a cell with an unknown frame or tool is predicted only if these are given") {
   const char* measured_as[] = {"\n[measurement]\nkind = \"position\"\nframe = \"unaligned\"\n",
                                "\n[measurement]\nkind = \"position\"\ntool = \"unknown\"\n"};
   for (const char* measurement : measured_as) {
@@ -254,7 +255,7 @@ TEST_CASE("--out - is standard output, as everywhere") {
   CHECK_FALSE(std::filesystem::exists("-"));
 }
 
-TEST_CASE("--out that is an input is refused") {
+TEST_CASE("--out must not be an input") {
   PredictFolder folder;
   folder.WritePoses(kGoodRow);
   const std::string before = folder.Content("poses.csv");
@@ -262,7 +263,7 @@ TEST_CASE("--out that is an input is refused") {
   for (const char* out : {"poses.csv", "cell.toml", "same.csv"}) {
     CAPTURE(out);
     CHECK(folder.Run(out) == 2);
-    CHECK_THAT(folder.told, Catch::Contains("--out is "));
+    CHECK_THAT(folder.told, Catch::Contains("--out would overwrite the input "));
   }
   CHECK(folder.Content("poses.csv") == before);
 
@@ -280,7 +281,7 @@ TEST_CASE("measured rows that cannot be read: exit 1, and nothing is written") {
   CHECK_FALSE(std::filesystem::exists(folder.File("out.csv")));
 }
 
-TEST_CASE("what is refused leaves an older output as it was, and says so") {
+TEST_CASE("a refused prediction leaves an older output unchanged and reports it") {
   PredictFolder folder;
   std::ofstream(folder.File("out.csv")) << "older\n";
   folder.WritePoses("0,-90,90,0,0,0,60\n");
@@ -291,7 +292,8 @@ TEST_CASE("what is refused leaves an older output as it was, and says so") {
   CHECK(folder.Files() == 3);
 }
 
-TEST_CASE("progress: nothing for two seconds, then a line each ten per cent with the time left") {
+TEST_CASE(
+    "progress: nothing for two seconds, then a line every ten per cent with the remaining time") {
   std::ostringstream told;
   RowProgress progress(told, false, "poses");
   for (std::size_t done = 0; done <= 50000; done += 64) {
@@ -313,7 +315,7 @@ TEST_CASE("progress: nothing for two seconds, then a line each ten per cent with
         "\r\033[K 50 %  25000 of 50000 poses, 5 min left\r\033[K");
 }
 
-TEST_CASE("what an alignment leaves open of the tip widens the radius") {
+TEST_CASE("the uncertainty of an alignment widens the radius") {
   FaultList faults;
   const auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);
@@ -335,7 +337,7 @@ TEST_CASE("what an alignment leaves open of the tip widens the radius") {
         Approx(std::hypot(narrow_m, kTip_m * std::sqrt(7.815))).epsilon(0.01));
 }
 
-TEST_CASE("a load of unknown mass is taken at its declared centre") {
+TEST_CASE("a payload of unknown mass has its declared centre of gravity") {
   FaultList faults;
   auto cell = ReadCell("config/cells/kr210.toml", faults);
   REQUIRE(cell);
@@ -351,7 +353,7 @@ TEST_CASE("a load of unknown mass is taken at its declared centre") {
   CHECK(radius_m(1.0) > 1.1 * radius_m(0.0));
 }
 
-TEST_CASE("every row is told once as done, in order") {
+TEST_CASE("every row is reported as done once, in order") {
   FaultList faults;
   const auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);
@@ -364,7 +366,7 @@ TEST_CASE("every row is told once as done, in order") {
   CHECK(told == std::vector<std::size_t>{0, 64, 128, 192, 256});
 }
 
-TEST_CASE("work grows with the rows and with the sessions, and not faster") {
+TEST_CASE("run time grows linearly with rows and sessions") {
   FaultList faults;
   auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);

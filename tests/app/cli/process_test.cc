@@ -1,4 +1,4 @@
-// The real plumbline behind a shell: exit codes, and outputs that do not arrive.
+// The real plumbline program in a shell: exit codes and failing outputs.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -19,7 +19,7 @@ using plumbline::test::TemporaryFolder;
 
 namespace {
 
-/// Accepts one connection on a loopback port and does one thing with it.
+/// Server that accepts one connection on a loopback port and calls a handler.
 class Stranger {
  public:
   explicit Stranger(void (*behave)(int connection)) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -62,7 +62,7 @@ void ReadAll(int connection) {
 
 }  // namespace
 
-TEST_CASE("output that does not arrive is told, with exit code 2") {
+TEST_CASE("a failed write to standard output is reported, with exit code 2") {
   for (const char* command :
        {"registers", "registers --json", "check config/cells/ur10.toml",
         "check --json config/cells/ur10.toml", "beam --paper-table2", "--version", "beam --help"}) {
@@ -70,12 +70,12 @@ TEST_CASE("output that does not arrive is told, with exit code 2") {
       CAPTURE(command, target);
       const Answer answer = Shell(std::string(command) + " " + target);
       CHECK(answer.exit_code == 2);
-      CHECK_THAT(answer.told, Catch::Contains("standard output cannot be written"));
+      CHECK_THAT(answer.output, Catch::Contains("standard output cannot be written"));
     }
   }
 }
 
-TEST_CASE("a program of the package that is missing: which one, and how to get it") {
+TEST_CASE("a missing program of the package is named, with how to restore it") {
   const TemporaryFolder folder;
   const std::string alone = folder.path() + "/plumbline";
   std::filesystem::copy_file(PLUMBLINE, alone);
@@ -88,13 +88,13 @@ TEST_CASE("a program of the package that is missing: which one, and how to get i
     const Answer answer = Shell("--version > /dev/null; " + alone + " " + command);
     CHECK(answer.exit_code != 0);
     const char* missing = command[0] == 'm' ? "/plumbline-mesh" : "/plumbline-view";
-    CHECK_THAT(answer.told, Catch::Contains(folder.path() + missing + " cannot be started") &&
-                                Catch::Contains("apt install --reinstall plumbline") &&
-                                Catch::Contains("./dev build"));
+    CHECK_THAT(answer.output, Catch::Contains(folder.path() + missing + " cannot be started") &&
+                                  Catch::Contains("apt install --reinstall plumbline") &&
+                                  Catch::Contains("./dev build"));
   }
 }
 
-TEST_CASE("without the module of image codecs: one message, and JPEG is read") {
+TEST_CASE("without the image codec module: one message, and JPEG is still read") {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() + "/bin");
   const std::string alone = folder.path() + "/bin/plumbline";
@@ -105,15 +105,15 @@ TEST_CASE("without the module of image codecs: one message, and JPEG is read") {
   }
   const std::string calibrate = " calibrate-lens --board 9x6 --images " + folder.path() + "/frames";
   const Answer missing = Shell("--version > /dev/null; " + alone + calibrate);
-  INFO(missing.told);
+  INFO(missing.output);
   CHECK(missing.exit_code == 1);
   const std::string module = folder.path() + "/lib/plumbline/plumbline-image-codecs.so";
-  CHECK_THAT(missing.told,
+  CHECK_THAT(missing.output,
              Catch::StartsWith("the image codecs " + module + " cannot be loaded: ") &&
                  Catch::Contains("No such file") &&
                  Catch::Contains("apt install --reinstall plumbline") &&
                  Catch::Contains("./dev build"));
-  CHECK(std::count(missing.told.begin(), missing.told.end(), '\n') == 1);
+  CHECK(std::count(missing.output.begin(), missing.output.end(), '\n') == 1);
   std::ofstream(folder.path() + "/lens.json")
       << R"({"schema": 1, "accepted": true, "image_size": [8, 8], "fx": 8.0, "fy": 8.0, "cx": 4.0,
              "cy": 4.0, "distortion": [0, 0, 0, 0, 0]})";
@@ -121,37 +121,37 @@ TEST_CASE("without the module of image codecs: one message, and JPEG is read") {
       " track --tag-size-mm 80 --intrinsics " + folder.path() + "/lens.json --fast --camera ";
   const Answer recording =
       Shell("--version > /dev/null; " + alone + track + folder.path() + "/frames");
-  INFO(recording.told);
+  INFO(recording.output);
   CHECK(recording.exit_code == 1);
-  CHECK_THAT(recording.told, Catch::Contains("the image codecs " + module));
-  CHECK(std::count(recording.told.begin(), recording.told.end(), '\n') == 1);
+  CHECK_THAT(recording.output, Catch::Contains("the image codecs " + module));
+  CHECK(std::count(recording.output.begin(), recording.output.end(), '\n') == 1);
   // The start of a JPEG: refused for what it lacks, not for the module.
   for (const char* name : {"/frames/a.pgm", "/frames/b.pgm"}) {
     std::ofstream(folder.path() + name) << "\xFF\xD8\xFF\xD9";
   }
   const Answer jpeg = Shell("--version > /dev/null; " + alone + calibrate);
-  CHECK_THAT(jpeg.told, Catch::Contains("JPEG") && !Catch::Contains("cannot be loaded"));
+  CHECK_THAT(jpeg.output, Catch::Contains("JPEG") && !Catch::Contains("cannot be loaded"));
 }
 
-TEST_CASE("a reader that goes early is no fault") {
+TEST_CASE("a reader that exits early is not an error") {
   CHECK(Shell("registers | head -1").told == "# The register map\n");
   const Answer ignored = Shell("--version > /dev/null; trap '' PIPE; (" PLUMBLINE
                                " registers; echo \"code $?\" >&2) | head -1");
-  CHECK_THAT(ignored.told, Catch::Contains("code 0"));
-  CHECK_THAT(ignored.told, !Catch::Contains("cannot be written"));
+  CHECK_THAT(ignored.output, Catch::Contains("code 0"));
+  CHECK_THAT(ignored.output, !Catch::Contains("cannot be written"));
 }
 
-TEST_CASE("help as a word is --help") {
+TEST_CASE("`help COMMAND` is `COMMAND --help`") {
   for (const std::string command : {"", " check", " model apply"}) {
     CAPTURE(command);
     const Answer asked = Shell("help" + command);
     CHECK(asked.exit_code == 0);
-    CHECK(asked.told == Shell(command + " --help").told);
-    CHECK_THAT(asked.told, Catch::Contains("Usage: plumbline" + command));
+    CHECK(asked.output == Shell(command + " --help").told);
+    CHECK_THAT(asked.output, Catch::Contains("Usage: plumbline" + command));
   }
 }
 
-TEST_CASE("a wrong command line is one line that says where the help is") {
+TEST_CASE("a wrong command line prints one line that refers to the help") {
   struct Wrong {
     const char* arguments;
     const char* told;
@@ -161,19 +161,18 @@ TEST_CASE("a wrong command line is one line that says where the help is") {
       {"foo", "plumbline: \"foo\" is not a command; see plumbline --help\n"},
       {"check", "plumbline check: file is missing; see plumbline check --help\n"},
       {"beam --bogus",
-       "plumbline beam: --bogus is not known here; see plumbline beam "
-       "--help\n"},
+       "plumbline beam: --bogus is not a known argument; see plumbline beam --help\n"},
       {"journal", "plumbline journal: the command is missing; see plumbline journal --help\n"},
       {"model bogus", "plumbline model: \"bogus\" is not a command; see plumbline model --help\n"},
       {"journal show --bogus",
-       "plumbline journal show: --bogus is not known here; see plumbline "
-       "journal show --help\n"},
+       "plumbline journal show: --bogus is not a known argument; see plumbline journal show "
+       "--help\n"},
       {"diagnose a b --threads nan",
        "plumbline diagnose: --threads: nan is not a whole number from 1 to 256; see plumbline "
        "diagnose "
        "--help\n"},
       {"snapshot plumbline.toml --out plumbline.toml",
-       "plumbline snapshot: --out: the picture is a PNG file: its name must end in .png; see "
+       "plumbline snapshot: --out: the picture is a PNG file; its name must end in .png; see "
        "plumbline snapshot --help\n"},
       {"predict a b --out c --deflection-sd nan",
        "plumbline predict: --deflection-sd: nan is not a number from 0 to 1; see plumbline predict "
@@ -181,7 +180,7 @@ TEST_CASE("a wrong command line is one line that says where the help is") {
   };
   const Wrong further[] = {
       {"diagnose a b c",
-       "plumbline diagnose: c is not known here; see plumbline diagnose --help\n"},
+       "plumbline diagnose: c is not a known argument; see plumbline diagnose --help\n"},
       {"status --port",
        "plumbline status: --port: its value is missing; see plumbline status "
        "--help\n"},
@@ -196,7 +195,7 @@ TEST_CASE("a wrong command line is one line that says where the help is") {
       {"journal show --after x",
        "plumbline journal show: --after: x is not a number; see plumbline journal show --help\n"},
       {"beam --csv --json",
-       "plumbline beam: --csv and --json exclude each other; see plumbline beam --help\n"},
+       "plumbline beam: --csv and --json cannot be combined; see plumbline beam --help\n"},
       {"beam --direction z",
        "plumbline beam: --direction: z is none of x, y; see plumbline beam --help\n"},
       {"track --intrinsics a --gain 3",
@@ -206,20 +205,20 @@ TEST_CASE("a wrong command line is one line that says where the help is") {
     CAPTURE(w.arguments);
     const Answer answer = Shell(w.arguments);
     CHECK(answer.exit_code == 2);
-    CHECK(answer.told == w.told);
+    CHECK(answer.output == w.output);
   }
   for (const Wrong& w : wrong) {
     CAPTURE(w.arguments);
     const Answer answer = Shell(w.arguments);
     CHECK(answer.exit_code == 2);
-    CHECK(answer.told == w.told);
+    CHECK(answer.output == w.output);
   }
 }
 
-TEST_CASE("status tells what is wrong with the address, and what to do") {
+TEST_CASE("status reports what is wrong with the address, and what to do") {
   const Answer name = Shell("status --host no-such-host.invalid");
   CHECK(name.exit_code == 2);
-  CHECK_THAT(name.told, Catch::Contains("the name is not known") && Catch::Contains("--host"));
+  CHECK_THAT(name.output, Catch::Contains("unknown host name") && Catch::Contains("--host"));
 
   struct Case {
     void (*behave)(int);
@@ -236,15 +235,15 @@ TEST_CASE("status tells what is wrong with the address, and what to do") {
        "does not speak Modbus"},
   };
   for (const Case& c : cases) {
-    CAPTURE(c.told);
+    CAPTURE(c.output);
     const Stranger stranger(c.behave);
     const Answer answer = Shell("status --port " + stranger.Port());
     CHECK(answer.exit_code == 2);
-    CHECK_THAT(answer.told, Catch::Contains(c.told) && Catch::Contains("plc.port"));
+    CHECK_THAT(answer.output, Catch::Contains(c.output) && Catch::Contains("plc.port"));
   }
 }
 
-TEST_CASE("Ctrl-C ends the tracking of a camera after a whole line, with exit code 0") {
+TEST_CASE("Ctrl-C stops tracking of a camera after a complete line, with exit code 0") {
   const TemporaryFolder folder;
   std::ofstream(folder.path() + "/frame.pgm") << "P5\n64 48\n255\n" << std::string(64 * 48, 'x');
   std::ofstream(folder.path() + "/lens.json")
@@ -262,8 +261,8 @@ TEST_CASE("Ctrl-C ends the tracking of a camera after a whole line, with exit co
     const Answer answer =
         Shell("--version > /dev/null; cd " + folder.path() + "; rm -f pid pipe; mkfifo pipe; " +
               sender + " & " + reader + "; wait; tail -c 1 all | od -c");
-    CAPTURE(signal, answer.told);
-    CHECK_THAT(answer.told, Catch::Contains("code 0") && Catch::Contains("\\n"));
+    CAPTURE(signal, answer.output);
+    CHECK_THAT(answer.output, Catch::Contains("code 0") && Catch::Contains("\\n"));
   }
   CHECK(Shell(track + " --fast --repeat --frames 2 | wc -l").told == "2\n");
   CHECK(Shell(track + " --fast --repeat | head -1 | wc -l").told == "1\n");

@@ -1,4 +1,4 @@
-// A subcommand of plumbline, run in this process.
+// Runs a subcommand of plumbline in the test process.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct Answer {
   std::string out, err;
 };
 
-/// Runs `plumbline LINE`, where LINE begins with the subcommand that `add` adds.
+/// Runs `plumbline LINE`; LINE starts with the subcommand that `add` registers.
 Answer RunCommand(void (*add)(CLI::App&, int&), const std::string& line);
 
 }  // namespace plumbline::test

@@ -1,4 +1,4 @@
-// The real plumbline in a shell.
+// Runs the real plumbline program in a shell.
 #pragma once
 
 #include <sys/wait.h>
@@ -12,11 +12,11 @@ namespace plumbline::test {
 
 struct Answer {
   int exit_code = -1;
-  std::string told;
+  std::string output;
 };
 
-/// `plumbline ARGUMENTS` in a shell; what reaches standard error, and standard output where the
-/// arguments do not lead it elsewhere.
+/// Runs `plumbline ARGUMENTS` in a shell. The output is standard error, and standard output unless
+/// the arguments redirect it.
 inline Answer Shell(const std::string& arguments) {
   Answer answer;
   const std::string command = "exec 2>&1; " PLUMBLINE " " + arguments;
@@ -24,7 +24,7 @@ inline Answer Shell(const std::string& arguments) {
   REQUIRE(pipe != nullptr);
   std::array<char, 4096> buffer{};
   while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
-    answer.told.append(buffer.data(), count);
+    answer.output.append(buffer.data(), count);
   }
   const int status = pclose(pipe);
   answer.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -1,4 +1,4 @@
-// plumbline journal and plumbline model as a person runs them: the real program.
+// plumbline journal and plumbline model, run as the real program.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/wait.h>
@@ -38,7 +38,7 @@ constexpr const char* kCell = "config/cells/ur10.toml";
 
 }  // namespace
 
-TEST_CASE("a table goes into the journal whole or not at all, and comes out again") {
+TEST_CASE("a table is imported completely or not at all, and can be exported again") {
   const TemporaryFolder folder;
   const std::string csv = folder.path() + "/measured.csv", out = folder.path() + "/out.csv";
   const std::string where = " --state " + folder.path() + "/state";
@@ -50,7 +50,8 @@ TEST_CASE("a table goes into the journal whole or not at all, and comes out agai
   const std::string import = "journal import " + csv + " --cell " + kCell + where;
   const Answer none = Plumbline("journal show" + where);
   CHECK(none.code == 1);
-  CHECK_THAT(none.text, Catch::Contains("no journal there yet") && Catch::Contains("--state"));
+  CHECK_THAT(none.text,
+             Catch::Contains("the journal does not exist yet") && Catch::Contains("--state"));
 
   Answer answer = Plumbline(import);
   CHECK(answer.code == 1);
@@ -81,7 +82,8 @@ TEST_CASE("a table goes into the journal whole or not at all, and comes out agai
             .code == 1);
 }
 
-TEST_CASE("the journal's commands: unreadable inputs are 1, outputs that would destroy one 2") {
+TEST_CASE(
+    "journal commands: exit code 1 for unreadable inputs, 2 for outputs that would overwrite one") {
   const TemporaryFolder folder;
   const std::string where = " --state " + folder.path() + "/state";
   const std::string cell = folder.path() + "/cell.toml", csv = folder.path() + "/measured.csv";
@@ -102,7 +104,7 @@ TEST_CASE("the journal's commands: unreadable inputs are 1, outputs that would d
     const auto size = std::filesystem::file_size(out);
     const auto refused = Plumbline(export_to + out);
     CHECK(refused.code == 2);
-    CHECK_THAT(refused.text, Catch::Contains("--out is " + out));
+    CHECK_THAT(refused.text, Catch::Contains("--out would overwrite " + out));
     CHECK(std::filesystem::file_size(out) == size);
   }
   CHECK(Plumbline("journal export --cell " + cell + " --out /no/such/out.csv" + where).code == 2);
@@ -112,7 +114,7 @@ TEST_CASE("the journal's commands: unreadable inputs are 1, outputs that would d
   CHECK(Plumbline("journal tail" + where + " > /dev/full").code == 2);  // it does not go on
 }
 
-TEST_CASE("a model of the same arm is told by how far it moves the tip") {
+TEST_CASE("for a model of the same arm, the movement of the tip is reported") {
   const TemporaryFolder folder;
   const std::string where = " --state " + folder.path(), longer = folder.path() + "/longer.toml";
   std::ifstream file(kCell);
@@ -127,11 +129,12 @@ TEST_CASE("a model of the same arm is told by how far it moves the tip") {
   CHECK(proposed.code == 0);
   CHECK_THAT(proposed.text,
              Catch::Contains("with nothing carried it moves the tip by up to 2.500 mm") &&
-                 Catch::Contains("No daemon has noted its configuration in " + folder.path()) &&
-                 Catch::Contains("by how much its points move, with their loads, is not known"));
+                 Catch::Contains("No daemon has recorded its configuration in " + folder.path()) &&
+                 Catch::Contains("how far its points move under load is unknown"));
 }
 
-TEST_CASE("a model's change is told at the points of the configuration that is given or noted") {
+TEST_CASE(
+    "the change of a model is reported at the points of the given or recorded configuration") {
   const TemporaryFolder folder;
   const std::string state = folder.path() + "/state", where = " --state " + state;
   const std::string config = folder.path() + "/plumbline.toml";
@@ -161,10 +164,11 @@ TEST_CASE("a model's change is told at the points of the configuration that is g
   CHECK(absent.code == 1);
   CHECK_THAT(absent.text, Catch::Contains("not applied"));
   std::ofstream(config) << plumbline::test::WithLine(text, "", "state_directory", "\"elsewhere\"");
-  CHECK_THAT(Plumbline("model apply 2" + where).text, Catch::Contains("give the configuration by"));
+  CHECK_THAT(Plumbline("model apply 2" + where).text,
+             Catch::Contains("give the configuration with"));
 }
 
-TEST_CASE("why a model is no longer in force, and what to do where nobody knows which one was") {
+TEST_CASE("the reason why a model is no longer in force is printed, with a remedy") {
   const TemporaryFolder folder;
   const std::string where = " --state " + folder.path();
   const std::string state = folder.path() + "/models/state.json";
@@ -199,7 +203,7 @@ TEST_CASE("why a model is no longer in force, and what to do where nobody knows 
   CHECK_THAT(Plumbline("model list" + where).text, Catch::Contains("APPLIED"));
 }
 
-TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets in") {
+TEST_CASE("models are proposed, applied and rolled back; a faulty one is never accepted") {
   const TemporaryFolder folder;
   const std::string where = " --state " + folder.path();
   CHECK(Plumbline("model list" + where).code == 1);
@@ -227,12 +231,12 @@ TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets
   CHECK(Plumbline("model propose config/cells/iiwa7.toml" + where).code == 1);
   const Answer applied = Plumbline("model apply 2 --force" + where);
   CHECK(applied.code == 0);
-  CHECK_THAT(applied.text, Catch::Contains("none runs"));
+  CHECK_THAT(applied.text, Catch::Contains("no daemon is running"));
   CHECK_THAT(Plumbline("model show" + where).text,
              Catch::Contains("# version 2") && Catch::Contains("APPLIED"));
   const Answer none = Plumbline("model apply 3" + where);
   CHECK(none.code == 1);
-  CHECK(none.text == "no version 3; `plumbline model list` tells which there are\n");
+  CHECK(none.text == "no version 3; `plumbline model list` lists all versions\n");
   CHECK(Plumbline("model show 3" + where).text == none.text);
   CHECK(Plumbline("model rollback" + where).code == 0);
   CHECK(nlohmann::json::parse(Plumbline("model list --json" + where).text)[0]["applied"] == true);
@@ -243,7 +247,7 @@ TEST_CASE("models are proposed, applied and rolled back; a faulty one never gets
   CHECK(Plumbline("model").code == 2);
 }
 
-TEST_CASE("a model store that another process holds is waited for in words, and given up") {
+TEST_CASE("waiting for a locked model store is reported, and ends with a timeout") {
   const TemporaryFolder folder;
   const std::string where = " --state " + folder.path();
   REQUIRE(Plumbline("model propose " + std::string(kCell) + where).code == 0);

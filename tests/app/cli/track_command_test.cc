@@ -1,4 +1,4 @@
-// plumbline track on rendered images, and on what is none.
+// plumbline track on rendered images and on faulty input.
 #include "app/cli/track_command.h"
 
 #include <catch2/catch.hpp>
@@ -96,7 +96,7 @@ TEST_CASE("Tags as JSON: ids, corners from the top left clockwise, poses with de
   CHECK(text.out.find("tag 5") != std::string::npos);
 }
 
-TEST_CASE("Bodies from a file; faults of the file are told with their lines") {
+TEST_CASE("Bodies are read from a file; its faults are reported with their lines") {
   const Files files;
   Files::Write(files.bodies, R"(schema = 1
 [[body]]
@@ -119,7 +119,7 @@ xyz_mm = [0, 0, 0]
   CHECK(faulty.err.find("bodies.toml:2") != std::string::npos);
 }
 
-TEST_CASE("A body that no tag shows is told, and an id that the family does not have") {
+TEST_CASE("A body that is not visible, and an id outside the family, are reported") {
   const Files files;
   const auto body = [](const char* name, int id) {
     return std::string("[[body]]\nname = \"") + name +
@@ -134,11 +134,10 @@ TEST_CASE("A body that no tag shows is told, and an id that the family does not 
   Files::Write(files.bodies, "schema = 1\n" + body("part", 587));
   const Answer beyond = files.Track("--bodies " + files.bodies);
   CHECK(beyond.exit_code == 1);
-  CHECK(beyond.err.find("bodies.toml: 36h11 has no tag 587, its ids are 0..586") !=
-        std::string::npos);
+  CHECK(beyond.err.find("bodies.toml: 36h11 has no tag 587, only 0..586") != std::string::npos);
 }
 
-TEST_CASE("No tag is an answer") {
+TEST_CASE("An image without tags is not an error") {
   const Files files;
   renderer::WritePgm(files.image, {480, 360, std::vector<std::uint8_t>(kPixels, 'x')});
   const Answer answer = files.Track("--tag-size-mm 80 --json");
@@ -164,7 +163,7 @@ TEST_CASE("Colour and 16-bit images are read") {
   }
 }
 
-TEST_CASE("What cannot be used is refused with what to do") {
+TEST_CASE("Unusable input is refused with a remedy") {
   const Files files;
   const auto refused = [&](const std::string& more, int code, const std::string& word) {
     const Answer answer = files.Track(more);
@@ -193,7 +192,7 @@ TEST_CASE("What cannot be used is refused with what to do") {
   refused("--tag-size-mm 80", 1, "No such file");
 }
 
-TEST_CASE("A recording as a camera: one line of JSON a frame, with its time and sequence") {
+TEST_CASE("A recording as camera: one line of JSON per frame, with time and sequence") {
   const Files files;
   const std::string recording = files.Path("recording.csv");
   Files::Write(files.Path("broken.pgm"), "no image");
@@ -218,7 +217,7 @@ TEST_CASE("A recording as a camera: one line of JSON a frame, with its time and 
   }
   CHECK(answer.err.find("broken.pgm: no image") != std::string::npos);
   CHECK(answer.err.find("the camera was lost at this point") != std::string::npos);
-  CHECK(answer.err.find("the camera is back") != std::string::npos);
+  CHECK(answer.err.find("camera restored") != std::string::npos);
   const Answer text = track("--fast --frames 1");
   CHECK(text.exit_code == 0);
   CHECK(text.out.find("frame 0, 0.000 s:") == 0);
@@ -226,7 +225,7 @@ TEST_CASE("A recording as a camera: one line of JSON a frame, with its time and 
   CHECK(track("--fast --repeat --frames 9 --json").exit_code == 0);
 }
 
-TEST_CASE("A camera that cannot be used is refused with what to do") {
+TEST_CASE("An unusable camera is refused with a remedy") {
   const Files files;
   const auto refused = [&](const std::string& camera, int code, const std::string& word) {
     const Answer answer = RunCommand(
@@ -242,7 +241,7 @@ TEST_CASE("A camera that cannot be used is refused with what to do") {
   refused("--camera /dev/no-such-video", 1, "is the camera plugged in");
   refused("--camera " + files.Path("none.csv"), 1, "No such file");
   Files::Write(files.Path("bad.csv"), "t_s,file\n0,none.png\n");
-  refused("--camera " + files.Path("bad.csv"), 1, "no frame could be used");
+  refused("--camera " + files.Path("bad.csv"), 1, "no usable frame");
   refused("--camera " + files.folder.path() + " --size 12", 2, "");
   refused("--image y --frames 3", 2, "");
   files.WriteLens(true, 640);

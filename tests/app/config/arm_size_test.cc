@@ -1,4 +1,4 @@
-// Single values of a cell that the arm's own size and masses speak against.
+// Plausibility checks of a cell against the arm's own size and masses.
 #include "app/config/arm_size.h"
 
 #include <fmt/format.h>
@@ -49,7 +49,7 @@ std::vector<std::string> Warnings(const std::string& cell) {
   CHECK(CellFromText(cell, "cell.toml", faults));
   std::vector<std::string> warnings = Texts(faults, Fault::Severity::kWarning);
   std::erase_if(warnings, [](const std::string& text) {
-    return text.find("nothing in this cell yields") != std::string::npos;
+    return text.find("nothing in this cell deflects") != std::string::npos;
   });
   return warnings;
 }
@@ -75,19 +75,19 @@ TEST_CASE("Plausible cells have no warning") {
   CHECK(Warnings(SoftUr10()).empty());
 }
 
-TEST_CASE("One joint's length in metres is found by the other joints") {
+TEST_CASE("One joint's length in metres is detected by comparison with the other joints") {
   const auto a = Warnings(Changed(Ur10(), "", "a_mm = -572.3", "a_mm = -0.5723"));
   REQUIRE(a.size() == 1);
-  CHECK_THAT(a[0], Catch::Contains("robot.joint[3].a_mm: warning: -0.5723 is less than 2 mm on an "
-                                   "arm whose longest length is 612 mm: it looks like metres; "
-                                   "write -572.3"));
+  CHECK_THAT(a[0],
+             Catch::Contains("robot.joint[3].a_mm: warning: -0.5723 is less than 2 mm on an arm "
+                             "whose longest length is 612 mm; it looks like metres: write -572.3"));
   const auto d = Warnings(Changed(Ur10(), "", "d_mm = 163.941", "d_mm = 0.163941"));
   REQUIRE(d.size() == 1);
   CHECK_THAT(d[0], Catch::Contains("robot.joint[4].d_mm: warning: 0.163941") &&
                        Catch::Contains("write 163.941"));
 }
 
-TEST_CASE("A calibrated table, whose zeros have become tenths of millimetres, has no warning") {
+TEST_CASE("A calibrated table with tenths of millimetres in place of zeros has no warning") {
   std::string cell = Ur10();
   cell = Changed(cell, "d_mm = 127.3", "a_mm = -612.0", "a_mm = -612.31");
   const char* const small[] = {"0.31", "-0.12", "0.44"};
@@ -99,16 +99,16 @@ TEST_CASE("A calibrated table, whose zeros have become tenths of millimetres, ha
   CHECK(Warnings(cell).empty());
 }
 
-TEST_CASE("A centre of mass in metres is found by its link's length") {
+TEST_CASE("A centre of mass in metres is detected by comparison with the link's length") {
   const auto warnings = Warnings(
       Changed(Ur10(), "", "link_com_mm = [380.0, 0.0, 158.0]", "link_com_mm = [0.38, 0, 0.158]"));
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Catch::Contains("robot.joint[2].link_com_mm: warning: ") &&
-                              Catch::Contains("a link of 612 mm within 0.41 mm of its far end: it "
-                                              "looks like metres; write [380, 0, 158]"));
+                              Catch::Contains("a link of 612 mm within 0.41 mm of its far end; it "
+                                              "looks like metres: write [380, 0, 158]"));
 }
 
-TEST_CASE("A compliance a thousand times too soft or too stiff is found by its wind-up") {
+TEST_CASE("A compliance wrong by a factor of a thousand is detected by its wind-up") {
   for (const std::string key : {"9e-6", "1.2e-5", "3e-5", "6e-5"}) {
     const double value = std::stod(key);
     for (const double factor : {1e3, 1e-3}) {
@@ -125,12 +125,12 @@ TEST_CASE("A compliance a thousand times too soft or too stiff is found by its w
   }
 }
 
-TEST_CASE("Link masses in grams, of one joint or of all, are found") {
+TEST_CASE("Link masses in grams, of one joint or of all, are detected") {
   const auto one = Warnings(Changed(Ur10(), "", "link_mass_kg = 4.27", "link_mass_kg = 4270"));
   REQUIRE(one.size() == 1);
   CHECK_THAT(one[0], Catch::Contains("robot.joint[3].link_mass_kg: warning: 4270") &&
                          Catch::Contains("the mass of all other links") &&
-                         Catch::Contains("4.27 where it is grams"));
+                         Catch::Contains("if it is grams, write 4.27"));
   std::string all = Ur10();
   for (const char* mass : {"7.1", "12.7", "4.27", "2.0", "2.0", "0.365"}) {
     const std::string old = std::string("link_mass_kg = ") + mass + "\n";
@@ -142,17 +142,18 @@ TEST_CASE("Link masses in grams, of one joint or of all, are found") {
                            Catch::Contains("arms that reach"));
 }
 
-TEST_CASE("A tool several times as long as the arm was not meant in mm") {
+TEST_CASE("A tool several times as long as the arm causes a warning") {
   const auto warnings =
       Warnings(Changed(Ur10(), "", "tcp_mm = [0.0, 0.0, 0.0] ", "tcp_mm = [0.0, 0.0, 6000.0] "));
   CHECK(std::any_of(warnings.begin(), warnings.end(), [](const std::string& text) {
     return text.find(
-               "tool.tcp_mm: warning: [0, 0, 6000] makes a tool of 6 m on an arm that "
-               "reaches ") != std::string::npos;
+               "tool.tcp_mm: warning: [0, 0, 6000] gives a tool of 6 m on an arm that reaches ") !=
+           std::string::npos;
   }));
 }
 
-TEST_CASE("A payload of sixty kilograms on an arm for ten is found; the rated one is not") {
+TEST_CASE(
+    "A payload of 60 kg on an arm rated for 10 kg causes a warning; the rated payload does not") {
   const auto check = [](const std::string& payload, const std::string& point) {
     const FileSource files = [](const std::string& path) -> Result<std::string> {
       if (path == "ur10.toml") return Ur10();
@@ -167,7 +168,7 @@ TEST_CASE("A payload of sixty kilograms on an arm for ten is found; the rated on
         "plumbline.toml", files, "/nonexistent", faults));
     std::string told;
     for (const std::string& text : Texts(faults, Fault::Severity::kWarning)) {
-      if (text.find("is made for") != std::string::npos) told += text + "\n";
+      if (text.find("is rated for") != std::string::npos) told += text + "\n";
     }
     return told;
   };
@@ -179,7 +180,7 @@ TEST_CASE("A payload of sixty kilograms on an arm for ten is found; the rated on
              Catch::Contains("point[1].payload_kg: warning: 60 is more than twice"));
 }
 
-TEST_CASE("No measured cell has a false warning of its size", "[measured]") {
+TEST_CASE("No measured cell causes a false warning about its size", "[measured]") {
   const char* given = std::getenv("PLUMBLINE_MEASURED");
   const std::filesystem::path measured = given != nullptr ? given : "../shared/measured";
   if (!std::filesystem::is_directory(measured)) {
@@ -198,7 +199,7 @@ TEST_CASE("No measured cell has a false warning of its size", "[measured]") {
                            fault.what.find("radians") != std::string::npos ||
                            fault.what.find("winds this axis") != std::string::npos ||
                            fault.key.find("link_mass_kg") != std::string::npos ||
-                           fault.what.find("makes a tool") != std::string::npos;
+                           fault.what.find("gives a tool") != std::string::npos;
       CHECK_FALSE(of_size);
     }
   }

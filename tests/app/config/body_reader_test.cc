@@ -4,7 +4,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("Tags and bodies as written") {
+TEST_CASE("Tags and bodies are read as written") {
   FaultList faults;
   const auto database = TagDatabaseFromText(R"(schema = 1
 [[tag]]
@@ -37,7 +37,7 @@ xyz_mm = [0.0, 0.0, 0.0]
   CHECK((X * Vec3(1, 0, 0) - Vec3(0.001, 1.002, 0.003)).norm() < 1e-12);
 }
 
-TEST_CASE("All faults of the file at once") {
+TEST_CASE("All faults of the file are reported at once") {
   FaultList faults;
   CHECK_FALSE(TagDatabaseFromText(R"(schema = 2
 [[tag]]
@@ -54,7 +54,7 @@ colour = "red"
 )",
                                   "bodies.toml", faults));
   const std::string text = FaultsText(faults);
-  for (const char* part : {"schema", "size_mm", "stands in line 3 already", "9000", "xyz_mm",
+  for (const char* part : {"schema", "size_mm", "is already used in line 3", "9000", "xyz_mm",
                            "name of another body", "colour", "at least one [[body.tag]]"}) {
     INFO(text << "\nlooked for: " << part);
     CHECK(text.find(part) != std::string::npos);

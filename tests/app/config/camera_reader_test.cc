@@ -53,16 +53,16 @@ constexpr const char* kLeast = "[camera]\ndevice = \"cam\"\n[tags]\nfile = \"bod
 
 }  // namespace
 
-TEST_CASE("no [camera] is no camera; its tables alone are faults") {
+TEST_CASE("without [camera] there is no camera, and its dependent tables are faults") {
   CHECK(Read("").vision.cameras.empty());
   CHECK(Read("").faults.All().empty());
   const Read alone("[zoom]\nkind = \"none\"\n[tags]\nfile = \"bodies.toml\"\n");
   CHECK(alone.Says("zoom"));
-  CHECK(alone.Says("has no meaning without [camera]"));
+  CHECK(alone.Says("requires a [camera] table"));
   CHECK(alone.faults.All().size() == 2);
 }
 
-TEST_CASE("the least that a camera needs, and its defaults") {
+TEST_CASE("a minimal camera configuration and its defaults") {
   const Read read(kLeast);
   INFO(FaultsText(read.faults));
   CHECK(read.faults.All().empty());
@@ -78,7 +78,7 @@ TEST_CASE("the least that a camera needs, and its defaults") {
   CHECK(read.vision.tags.tool.empty());
 }
 
-TEST_CASE("everything, in SI") {
+TEST_CASE("all keys are read, in SI") {
   const Read read(
       "[camera]\ndevice = \"cam\"\nwidth_px = 1920\nheight_px = 1080\nrate_hz = 25.0\n"
       "exposure_ms = 8.0\ngain_counts = 3\nwhite_balance_K = 5000.0\nfocus_counts = 7\n"
@@ -117,7 +117,7 @@ TEST_CASE("everything, in SI") {
   CHECK(vision.tags.tip_T.z() == Approx(0.12));
 }
 
-TEST_CASE("each fault has its own words") {
+TEST_CASE("each fault has its own message") {
   struct Case {
     std::string text, words;
   };
@@ -126,21 +126,21 @@ TEST_CASE("each fault has its own words") {
   const Case cases[] = {
       {"[camera]\n" + tags, "device"},
       {camera, "tags"},
-      {camera + "width_px = 640\n" + tags, "must stand together"},
+      {camera + "width_px = 640\n" + tags, "must be given together"},
       {camera + "colour = true\n" + tags, "colour"},
       {"[camera]\nkind = \"webcam\"\n" + tags, "webcam"},
       {"[camera]\nkind = \"recorded\"\n" + tags, "path"},
       {camera + "[tags]\nfile = \"nothing.toml\"\n", "cannot be read"},
-      {camera + tags + "cell = \"table\"\n", "\"table\" is no [[body]] of the tags' file"},
+      {camera + tags + "cell = \"table\"\n", "\"table\" is not a [[body]] in the tag file"},
       {camera + tags + "cell = \"gripper\"\n", "has 1 tags; 2 are needed"},
-      {camera + tags + "tool = \"hand\"\ntip_mm = [0.0, 0.0, 1.0]\n", "\"hand\" is no [[body]]"},
+      {camera + tags + "tool = \"hand\"\ntip_mm = [0.0, 0.0, 1.0]\n", "\"hand\" is not a [[body]]"},
       {camera + tags + "tool = \"gripper\"\n", "tip_mm"},
       {camera + "[zoom]\nkind = \"visca\"\n" + tags, "device"},
       {camera + "[zoom]\nkind = \"visca\"\ndevice = \"/dev/t\"\nbaud = 19200\n" + tags,
        "is not 9600 or 38400"},
       {camera + "[zoom]\nkind = \"hid\"\n" + tags, "profile"},
       {camera + "[zoom]\nkind = \"gpio\"\nchip = \"/dev/gpiochip0\"\n" + tags, "line"},
-      {camera + "[zoom]\nkind = \"none\"\nperiod_ms = 900\n" + tags, "is always lost"},
+      {camera + "[zoom]\nkind = \"none\"\nperiod_ms = 900\n" + tags, "always be lost"},
       {camera + "[zoom]\nkind = \"radio\"\ndevice = \"x\"\n" + tags, "radio"},
       {camera + "[board]\nviews = 50\nmost_views = 20\n" + tags, "is below views"},
       {camera + "[board]\nsquare_mm = 0.0\n" + tags, "square_mm"},
@@ -177,10 +177,10 @@ TEST_CASE("boards of the other kinds") {
 
   const Read same(camera + "[board]\nkind = \"charuco\"\nmark_mm = 7.0\nfamily = \"36h11\"\n");
   CHECK_FALSE(same.faults.HasFaults());
-  CHECK(same.Says("may be taken for the cell's"));
+  CHECK(same.Says("may be mistaken for the cell's"));
 }
 
-TEST_CASE("what a reload compares: the four tables and the tags' file") {
+TEST_CASE("the text compared at a reload contains the four tables and the tag file") {
   CHECK(Read(kLeast).vision.text == Read(kLeast).vision.text);
   CHECK(Read(kLeast).vision.text != Read(std::string(kLeast) + "place_sd_mm = 0.3\n").vision.text);
 }
@@ -226,7 +226,7 @@ TEST_CASE("two cameras: each with its device and zoom; board and tags are shared
   CHECK(two.vision.text != Read(With(kTwo, "ttyUSB1", "ttyUSB2")).vision.text);
 }
 
-TEST_CASE("one camera: its zoom below it or beside it, not both; a name is its own affair") {
+TEST_CASE("one camera: [camera.zoom] or [zoom], not both; the name is optional") {
   const Read below(std::string(kLeast) + "[camera.zoom]\nkind = \"v4l2\"\n");
   CHECK(below.faults.All().empty());
   CHECK(below.vision.cameras[0].zoom.connection.v4l2.device == "cam");
@@ -235,34 +235,34 @@ TEST_CASE("one camera: its zoom below it or beside it, not both; a name is its o
   CHECK(list.faults.All().empty());
   CHECK(list.vision.cameras[0].zoom.kind == "v4l2");
   CHECK(Read(std::string(kLeast) + "[camera.zoom]\nkind = \"none\"\n[zoom]\nkind = \"none\"\n")
-            .Says("camera.zoom: stands beside [zoom]; keep one of them"));
+            .Says("camera.zoom: is given in addition to [zoom]; keep only one"));
   CHECK(Read(With(kLeast, "[camera]\n", "[camera]\nname = \"top\"\n")).faults.All().empty());
   CHECK(Read("camera = 3\n[tags]\nfile = \"bodies.toml\"\n").Says("write [[camera]]"));
 }
 
-TEST_CASE("two cameras in each other's way: one fault, with its line and what to do") {
+TEST_CASE("two conflicting cameras: one fault with its line and remedy") {
   struct Clash {
     const char *good, *wrong, *fault;
   };
   const Clash clashes[] = {
       {"\"rear\"", "\"side\"",
-       "/etc/plumbline.toml:8 camera[2].name: \"side\" is the name of two cameras; give each its "
-       "own: \"side\", \"rear\", \"front\" or \"top\""},
+       "/etc/plumbline.toml:8 camera[2].name: \"side\" is used for two cameras; give each its own: "
+       "\"side\", \"rear\", \"front\" or \"top\""},
       {"name = \"rear\"\n", "",
        "/etc/plumbline.toml:7 camera[2].name: missing; expected \"side\", \"rear\", \"front\" or "
        "\"top\""},
       {"\"rear\"", "\"left\"", "/etc/plumbline.toml:8 camera[2].name: \"left\" is not one of"},
       {"\"B2\"", "\"A1\"",
-       "/etc/plumbline.toml:9 camera[2].device: \"A1\" is the device of two cameras; `plumbline "
-       "cameras` shows the name of each, with its port where two have one serial number"},
+       "/etc/plumbline.toml:9 camera[2].device: \"A1\" is used for two cameras; `plumbline "
+       "cameras` prints the name of each, with its port if two have the same serial number"},
       {"ttyUSB1", "ttyUSB0",
-       "/etc/plumbline.toml:10 camera[2].zoom: is sensed at /dev/ttyUSB0, as that of another "
-       "camera "
-       "is; each needs a sensor of its own"},
+       "/etc/plumbline.toml:10 camera[2].zoom: uses the same sensor as another camera, "
+       "/dev/ttyUSB0; each camera needs its own"},
       {"[board]", "[zoom]\nkind = \"none\"\n[board]",
-       "/etc/plumbline.toml:13 zoom: is of one camera: write [camera.zoom] below each [[camera]]"},
+       "/etc/plumbline.toml:13 zoom: is allowed for a single camera only; write [camera.zoom] "
+       "below each [[camera]]"},
       {"[board]", "[[camera]]\nname = \"top\"\ndevice = \"C3\"\n[board]",
-       "/etc/plumbline.toml:13 camera[3]: is one camera too many: there may be 2"},
+       "/etc/plumbline.toml:13 camera[3]: is one camera too many; at most 2 cameras"},
   };
   for (const Clash& clash : clashes) {
     CAPTURE(clash.wrong);
@@ -273,13 +273,13 @@ TEST_CASE("two cameras in each other's way: one fault, with its line and what to
   }
 }
 
-TEST_CASE("two recordings need two serial numbers: lenses are kept by them") {
+TEST_CASE("two recordings need different serial numbers, because lenses are stored by them") {
   const std::string one = "[[camera]]\nkind = \"recorded\"\n";
   const std::string tags = "[tags]\nfile = \"bodies.toml\"\n";
   const std::string side = one + "name = \"side\"\npath = \"a\"\n";
   const std::string rear = one + "name = \"rear\"\npath = \"b\"\n";
-  CHECK(Read(side + rear + tags).Says("camera[2].serial: is the serial number of two cameras"));
+  CHECK(Read(side + rear + tags).Says("camera[2].serial: is used for two cameras"));
   CHECK(Read(side + "serial = \"S\"\n" + rear + "serial = \"S\"\n" + tags)
-            .Says("\"S\" is the serial number of two cameras"));
+            .Says("\"S\" is used for two cameras"));
   CHECK(Read(side + "serial = \"S\"\n" + rear + tags).faults.All().empty());
 }

@@ -86,7 +86,7 @@ bool Reads(const std::string& text, FaultList& faults) {
   return CellFromText(text, "cell.toml", faults).has_value();
 }
 
-TEST_CASE("Every value of a cell arrives in SI") {
+TEST_CASE("Every value of a cell is read and converted to SI") {
   FaultList faults;
   const auto cell = CellFromText(kGood, "cell.toml", faults);
   CAPTURE(FaultsText(faults));
@@ -154,20 +154,20 @@ TEST_CASE("Every value of a cell arrives in SI") {
   CHECK(cell->domain->temp_C->low == 21.0);
 }
 
-TEST_CASE("Each field of a cell wrong in turn gives its one message") {
+TEST_CASE("Each faulty field of a cell gives exactly one message") {
   const std::vector<WrongLine> cases = {
       {"[payload]\ncog_mm = [0.0, 40.0, 1300.0]", "[payloads]",
        "@46 payloads: unknown key; did you mean \"payload\"?"},
       // robot
-      {"name = \"test arm\"", "name = 3", "robot.name: 3 is not a text in quotes"},
-      {"name = \"test arm\"", "", "@3 robot.name: missing; expected a text in quotes"},
+      {"name = \"test arm\"", "name = 3", "robot.name: 3 is not a string in quotes"},
+      {"name = \"test arm\"", "", "@3 robot.name: missing; expected a string in quotes"},
       {"convention = \"dh\"", "convention = \"DH\"",
        "robot.convention: \"DH\" is not one of \"dh\", \"mdh\""},
       {"convention = \"dh\"", "", "@3 robot.convention: missing; expected a word"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0.0, 0.0, -98]",
        "robot.gravity_m_s2[3]: -98 is outside -20..20"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [15.0, 15.0, -9.8]",
-       "robot.gravity_m_s2: [15, 15, -9.8] is longer than 20"},
+       "robot.gravity_m_s2: [15, 15, -9.8] has a magnitude above 20"},
       {"base_xyz_mm = [100.0, 200.0, 300.0]", "base_xyz_mm = [100.0, 200.0]",
        "robot.base_xyz_mm: [100, 200] is not a list of 3 numbers"},
       {"base_rpy_deg = [0.0, 0.0, 90.0]", "base_rpy_deg = [0.0, 0.0, 900.0]",
@@ -184,11 +184,12 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
        "robot.joint[1].theta_offset_deg: 361 is outside -360..360"},
       {"theta_offset_deg = 10.0", "theta_offset = 10.0",
        "robot.joint[1].theta_offset: unknown key; did you mean \"theta_offset_deg\"?"},
-      {"sign = -1", "sign = 0", "robot.joint[1].sign: 0 is not 1 or -1"},
+      {"sign = -1", "sign = 0", "robot.joint[1].sign: 0 must be 1 or -1"},
       {"sign = -1", "sign = 2", "robot.joint[1].sign: 2 is outside -1..1"},
       {"min_deg = -150.0", "min_deg = -15000",
        "robot.joint[1].min_deg: -15000 is outside -7200..7200"},
-      {"max_deg = 150.0", "max_deg = -160.0", "robot.joint[1].max_deg: -160 is not above min_deg"},
+      {"max_deg = 150.0", "max_deg = -160.0",
+       "robot.joint[1].max_deg: -160 must be greater than min_deg"},
       {"link_mass_kg = 250.0", "link_mass_kg = -1",
        "robot.joint[1].link_mass_kg: -1 is outside 0..10000"},
       {"link_com_mm = [-200.0, 100.0, 0.0]", "link_com_mm = [1]",
@@ -197,10 +198,11 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
        "robot.joint[1].compliance_rad_per_Nm: -3.5e-07 is outside 0..0.1"},
       {"type = \"prismatic\"", "type = \"linear\"",
        "robot.joint[2].type: \"linear\" is not one of \"revolute\", \"prismatic\""},
-      {"max_mm = 2000.0", "max_mm = -2000.0", "robot.joint[2].max_mm: -2000 is not above min_mm"},
+      {"max_mm = 2000.0", "max_mm = -2000.0",
+       "robot.joint[2].max_mm: -2000 must be greater than min_mm"},
       {"max_mm = 2000.0", "max_mm = 2000.0\ncompliance_rad_per_Nm = 1e-7",
-       "@27 robot.joint[2].compliance_rad_per_Nm: 1e-07 stands at a prismatic joint, which does "
-       "not turn; remove it, and give its compliance as an [[effect]] joint_compliance, in m/N"},
+       "@27 robot.joint[2].compliance_rad_per_Nm: 1e-07 does not apply to a prismatic joint; "
+       "remove it and declare the compliance as an [[effect]] joint_compliance in m/N"},
       // tool
       {"model = \"euler_bernoulli\"", "model = \"bernoulli\"",
        "tool.model: \"bernoulli\" is not one of \"euler_bernoulli\", \"timoshenko\", \"rigid\""},
@@ -222,7 +224,7 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
       {"density_kg_m3 = 2700.0", "density_kg_m3 = 270000",
        "tool.density_kg_m3: 270000 is outside 0..25000"},
       {"density_kg_m3 = 2700.0", "density_kg_m3 = 2700.0\nmaterial = \"cheese\"",
-       "@45 tool.material: \"cheese\" is not a material known by name; give youngs_modulus_GPa, "
+       "@45 tool.material: \"cheese\" is not a known material; give youngs_modulus_GPa, "
        "poisson_ratio and density_kg_m3 instead"},
       {"mount_mass_kg = 8.0", "mount_mass_kg = -8.0", "tool.mount_mass_kg: -8 is outside 0..5000"},
       // payload, measurement
@@ -233,7 +235,7 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
       {"kind = \"range\"", "kind = \"distance\"",
        "measurement.kind: \"distance\" is not one of \"position\", \"range\", \"pose\""},
       {"kind = \"range\"", "kind = \"pose\"",
-       "@50 measurement.anchor_mm: [1000, 0, 0] belongs to kind = \"range\" only"},
+       "@50 measurement.anchor_mm: [1000, 0, 0] is allowed with kind = \"range\" only"},
       {"anchor_mm = [1000.0, 0.0, 0.0]", "",
        "@48 measurement.anchor_mm: missing; expected 3 numbers, -100000..100000"},
       {"frame = \"unaligned\"", "frame = \"align\"",
@@ -244,32 +246,33 @@ TEST_CASE("Each field of a cell wrong in turn gives its one message") {
       {"reference_temperature_C = 22.0", "reference_temperature_C = 295.15",
        "measurement.reference_temperature_C: 295.15 is outside -50..150"},
       {"reference_temperature_C = 22.0", "camera_xyz_mm = [0.0, 0.0, 0.0]",
-       "measurement.camera_xyz_mm: [0, 0, 0] is of a camera, which measures no kind = \"range\""},
+       "measurement.camera_xyz_mm: [0, 0, 0] is not allowed with kind = \"range\": a camera "
+       "measures no ranges"},
       // sessions, domain
-      {"id = \"2\"", "id = \"1\"", "session[2].id: \"1\" is the id of two sessions"},
-      {"id = \"2\"", "id = 2", "session[2].id: 2 is not a text in quotes"},
+      {"id = \"2\"", "id = \"1\"", "session[2].id: \"1\" is used for two sessions"},
+      {"id = \"2\"", "id = 2", "session[2].id: 2 is not a string in quotes"},
       {"tip_mm = [0.0, 0.0, 93.0]", "tip_mm = [0.0, 93.0]",
        "session[1].tip_mm: [0, 93] is not a list of 3 numbers"},
       {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]", "q_deg = [[-90.0, 90.0]]",
        "domain.q_deg: [[-90, 90]] is not a list of 3 lists of 2 numbers"},
       {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]",
        "q_deg = [[-90.0, 90.0], [0.0, 500.0], [45.0, -45.0]]",
-       "domain.q_deg: [[-90, 90], [0, 500], [45, -45]] has the low end of joint 3 above its high "
-       "end"},
+       "domain.q_deg: [[-90, 90], [0, 500], [45, -45]] has the lower end of joint 3 above its "
+       "upper end"},
       {"q_deg = [[-90.0, 90.0], [0.0, 500.0], [-45.0, 45.0]]", "",
-       "@62 domain.q_deg: missing; expected one pair [low, high] for each joint"},
+       "@62 domain.q_deg: missing; expected one pair [low, high] per joint"},
       {"payload_kg = [0.0, 80.0]", "payload_kg = [80.0, 0.0]",
-       "domain.payload_kg: [80, 0] has its low end above its high end"},
+       "domain.payload_kg: [80, 0] has its lower end above its upper end"},
       {"temp_C = [21.0, 37.0]", "temp_C = [21.0, 370.0]",
        "domain.temp_C[2]: 370 is outside -50..150"},
   };
   ExpectOneFaultEach(kGood, "cell.toml", cases, Reads);
 }
 
-TEST_CASE("The schema is 1, and said where it is not") {
+TEST_CASE("The schema must be 1") {
   for (const auto& [schema, fault] : std::vector<std::pair<std::string, std::string>>{
            {"schema = 2",
-            "cell.toml:1 schema: 2 must be 1, the only schema that this version reads"},
+            "cell.toml:1 schema: 2 must be 1, the only schema that this version supports"},
            {"schema = \"1\"", "cell.toml:1 schema: \"1\" is not an integer"},
            {"", "cell.toml:1 schema: missing; expected an integer, 0..1000000"}}) {
     FaultList faults;
@@ -278,7 +281,7 @@ TEST_CASE("The schema is 1, and said where it is not") {
   }
 }
 
-TEST_CASE("An empty cell misses its three required tables") {
+TEST_CASE("An empty cell lacks its three required tables") {
   FaultList faults;
   CHECK_FALSE(Reads("#", faults));
   CHECK(Texts(faults, Fault::Severity::kFault) ==
@@ -303,7 +306,7 @@ TEST_CASE("An arm has 1 to 12 joints") {
         "cell.toml:2 robot.joint: missing; expected one [[robot.joint]] for each joint");
   CHECK(fault(1).empty());
   CHECK(fault(12).empty());
-  CHECK(fault(13) == "cell.toml:5 robot.joint: stands 13 times; at most 12 joints");
+  CHECK(fault(13) == "cell.toml:5 robot.joint: is given 13 times; at most 12 joints");
 }
 
 /// The good cell with another [tool].
@@ -312,7 +315,7 @@ std::string WithTool(const std::string& tool) {
   return kGood.substr(0, begin) + tool + kGood.substr(kGood.find("[payload]"));
 }
 
-TEST_CASE("Every section reads, and says what it lacks") {
+TEST_CASE("Every section is read and reports missing keys") {
   const std::string head =
       "[tool]\nmodel = \"timoshenko\"\nlength_mm = 100\nmaterial = \"steel\"\n";
   const std::vector<std::pair<std::string, double>> good = {
@@ -356,7 +359,7 @@ TEST_CASE("Every section reads, and says what it lacks") {
   }
 }
 
-TEST_CASE("A material by name may be refined") {
+TEST_CASE("Values of a named material can be overridden") {
   FaultList faults;
   const auto cell = CellFromText(
       WithTool("[tool]\nmodel = \"euler_bernoulli\"\nlength_mm = 100\nsection = \"rod\"\n"
@@ -388,11 +391,11 @@ TEST_CASE("A stepped tool has its segments in order; each is checked") {
   CHECK_FALSE(
       Reads(WithTool("[tool]\nmodel = \"euler_bernoulli\"\nlength_mm = 5\n" + segment), both));
   CHECK(Texts(both, Fault::Severity::kFault) ==
-        std::vector<std::string>{
-            "cell.toml:37 tool.length_mm: 5 is given beside [[tool.segment]]: give either"});
+        std::vector<std::string>{"cell.toml:37 tool.length_mm: 5 cannot be combined with "
+                                 "[[tool.segment]]; give one or the other"});
 }
 
-TEST_CASE("A rigid tool has its tip, and no beam") {
+TEST_CASE("A rigid tool has a tip and no beam") {
   FaultList faults;
   const auto cell = CellFromText(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\n"),
                                  "cell.toml", faults);
@@ -404,7 +407,7 @@ TEST_CASE("A rigid tool has its tip, and no beam") {
   CHECK(Reads(WithTool("[tool]\nmodel = \"rigid\"\ntcp_mm = [10, 20, 30]\nmount_mass_kg = 4\n"),
               warned));
   CHECK(FaultsText(warned) ==
-        "cell.toml:38 tool.mount_mass_kg: warning: 4 acts at the flange, as a rigid tool has no "
+        "cell.toml:38 tool.mount_mass_kg: warning: 4 acts at the flange, since a rigid tool has no "
         "length\n");
 
   int line = 0;
@@ -413,8 +416,8 @@ TEST_CASE("A rigid tool has its tip, and no beam") {
   FaultList nothing_yields;
   CHECK(Reads(stiff, nothing_yields));
   CHECK(FaultsText(nothing_yields) ==
-        "cell.toml:35 tool: warning: nothing in this cell yields (a rigid tool, no joint with a "
-        "compliance_rad_per_Nm): corrected points equal the taught ones\n");
+        "cell.toml:35 tool: warning: nothing in this cell deflects (a rigid tool, no joint with a "
+        "compliance_rad_per_Nm, no effect): corrected points equal the taught ones\n");
 
   FaultList wrong;
   CHECK_FALSE(Reads(WithTool("[tool]\nmodel = \"rigid\"\nlength_mm = 3\n"), wrong));
@@ -424,7 +427,7 @@ TEST_CASE("A rigid tool has its tip, and no beam") {
             "cell.toml:37 tool.length_mm: unknown key"});
 }
 
-TEST_CASE("The daemon's configuration in place of a cell is told as such, with its cell") {
+TEST_CASE("The daemon's configuration in place of a cell is recognised, and its cell is named") {
   FaultList faults;
   CHECK_FALSE(Reads("cell = \"cells/ur10.toml\"\n[robot]\nprofile = \"generic\"\n", faults));
   CHECK(FaultsText(faults) ==
@@ -435,21 +438,21 @@ TEST_CASE("The daemon's configuration in place of a cell is told as such, with i
   CHECK(without.All().size() == 1);
 }
 
-TEST_CASE("What remains unknown is a warning, each in turn") {
+TEST_CASE("Each unknown quantity is a warning") {
   const std::vector<WrongLine> cases = {
       {"link_mass_kg = 2.5", "",
-       "@19 robot.joint[1].compliance_rad_per_Nm: warning: 3.5e-07 cannot act: link_mass_kg of "
-       "joint 1 or beyond is absent, so the torque is unknown, and every correction and prediction "
-       "is "
-       "refused"},
+       "@19 robot.joint[1].compliance_rad_per_Nm: warning: 3.5e-07 cannot be used: link_mass_kg of "
+       "joint 1 or of a later joint is missing, so the torque is unknown and every correction and "
+       "prediction is refused"},
       {"link_com_mm = [4.0, 5.0, 6.0]", "",
-       "@29 robot.joint[3].link_com_mm: warning: missing; the link's centre of mass is a guess"},
+       "@29 robot.joint[3].link_com_mm: warning: missing; the centre of mass of the link is "
+       "assumed"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "",
-       "@3 robot.gravity_m_s2: warning: missing; taken as [0, 0, -9.80665]"},
+       "@3 robot.gravity_m_s2: warning: missing; [0, 0, -9.80665] is assumed"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0, 0, 0]",
-       "@6 robot.gravity_m_s2: warning: [0, 0, 0] is no gravity: nothing sags"},
+       "@6 robot.gravity_m_s2: warning: [0, 0, 0] is zero: no deflection by weight is computed"},
       {"[payload]\ncog_mm = [0.0, 40.0, 1300.0]", "",
-       "@1 payload: warning: missing; a payload_kg column cannot be used"},
+       "@1 payload: warning: missing; payload masses cannot be used"},
   };
   for (const WrongLine& wrong : cases) {
     int line = 0;
@@ -461,7 +464,7 @@ TEST_CASE("What remains unknown is a warning, each in turn") {
   }
 }
 
-TEST_CASE("All faults of a cell are told at once") {
+TEST_CASE("All faults of a cell are reported at once") {
   int line = 0;
   std::string text = WithLine(kGood, "sign = -1", "sign = 7", line);
   text = WithLine(text, "wall_mm = 5.0", "wall_mm = 500.0", line);
@@ -496,18 +499,17 @@ TEST_CASE("The fingerprint of a model is the same on every computer and in every
                       "gravity_m_s2 = [-0.0, -9.81]\n") == "644b0b81167390cb");
 }
 
-TEST_CASE("The growth of the residual and the poses that it is counted from belong together") {
+TEST_CASE("distant_sigma_mm and poses_deg require each other") {
   const auto told = [](const std::string& text) {
     FaultList faults;
     CHECK_FALSE(CellFromText(kGood + text, "cell.toml", faults));
     return FaultsText(faults);
   };
-  CHECK(told("distant_sigma_mm = 0.2\n").find("needs poses_deg beside it") != std::string::npos);
-  CHECK(told("poses_deg = [[1, 2, 3]]\n").find("needs distant_sigma_mm beside it") !=
+  CHECK(told("distant_sigma_mm = 0.2\n").find("requires poses_deg") != std::string::npos);
+  CHECK(told("poses_deg = [[1, 2, 3]]\n").find("requires distant_sigma_mm") != std::string::npos);
+  CHECK(told("distant_sigma_mm = 0.2\nposes_deg = [[1, 2]]\n").find("of 3 joints each") !=
         std::string::npos);
-  CHECK(told("distant_sigma_mm = 0.2\nposes_deg = [[1, 2]]\n").find("each of 3 joints") !=
-        std::string::npos);
-  CHECK(told("distant_sigma_mm = 0.2\nposes_deg = []\n").find("each of 3 joints") !=
+  CHECK(told("distant_sigma_mm = 0.2\nposes_deg = []\n").find("of 3 joints each") !=
         std::string::npos);
 }
 
@@ -533,7 +535,7 @@ TEST_CASE("A fitted model keeps its validation through edits that change no valu
   }
 }
 
-TEST_CASE("A model that was changed after it was fitted is no longer the validated one") {
+TEST_CASE("A model that was edited after it was fitted is no longer validated") {
   const std::string good = kGood + "residual_sigma_mm = 0.05\n";
   const std::string fingerprint = FingerprintOf(good);
   const std::string fitted = good + "fingerprint = \"" + fingerprint + "\"\n";
@@ -560,12 +562,12 @@ TEST_CASE("A model that was changed after it was fitted is no longer the validat
     CHECK(found[0].file == "cell.toml");
     CHECK(found[0].line == std::count(text.begin(), text.end(), '\n'));
     CHECK_THAT(found[0].what,
-               Catch::Contains("does not match: the model was changed after it was fitted") &&
-                   Catch::Contains("taken as assumed") && Catch::Contains("Undo the edit"));
+               Catch::Contains("does not match: the model was edited after it was fitted") &&
+                   Catch::Contains("counts as assumed") && Catch::Contains("Undo the edit"));
   }
 }
 
-TEST_CASE("A fitted model without fingerprint is taken as it is") {
+TEST_CASE("A fitted model without a fingerprint is accepted") {
   FaultList faults;
   const auto cell =
       CellFromText(Replaced(kGood, "wall_mm = 5.0", "wall_mm = 2.0"), "cell.toml", faults);
@@ -582,25 +584,25 @@ TEST_CASE("A file that cannot be read is a fault") {
         "/nonexistent: check the path\n");
 }
 
-TEST_CASE("What is inside its range and hardly meant is a warning with what to write") {
+TEST_CASE("A value in range but probably unintended is a warning with a remedy") {
   const WrongLine cases[] = {
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0, 0, 9.8]",
        "robot.gravity_m_s2: warning: [0, 0, 9.8] points up"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0, 0, -1.62]",
-       "robot.gravity_m_s2: warning: [0, 0, -1.62] is 1.62 m/s2 long"},
+       "robot.gravity_m_s2: warning: [0, 0, -1.62] has magnitude 1.62 m/s2"},
       {"alpha_deg = -90.0", "alpha_deg = -1.5708",
-       "robot.joint[1].alpha_deg: warning: -1.5708 looks like radians: in degrees -90"},
+       "robot.joint[1].alpha_deg: warning: -1.5708 looks like radians; in degrees write -90"},
       {"theta_offset_deg = 10.0", "theta_offset_deg = 3.14",
-       "robot.joint[1].theta_offset_deg: warning: 3.14 looks like radians: in degrees 180"},
+       "robot.joint[1].theta_offset_deg: warning: 3.14 looks like radians; in degrees write 180"},
       {"density_kg_m3 = 2700.0", "density_kg_m3 = 2.7",
-       "tool.density_kg_m3: warning: 2.7 looks like g/cm3: write 2700"},
+       "tool.density_kg_m3: warning: 2.7 looks like g/cm3; write 2700"},
       {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0.04, 0.3]",
        "payload.cog_mm: warning: [0, 0.04, 0.3] looks like metres"},
       {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0, 13000]",
-       "payload.cog_mm: warning: [0, 0, 13000] lies 13 m from the flange"},
+       "payload.cog_mm: warning: [0, 0, 13000] is 13 m from the flange"},
       {"cog_mm = [0.0, 40.0, 1300.0]", "cog_mm = [0, 0, 0]",
-       "payload.cog_mm: warning: [0, 0, 0] lies at the flange, but the tool's tip is 1200 mm away: "
-       "where the payload hangs there, write about [0, 0, 1200]"},
+       "payload.cog_mm: warning: [0, 0, 0] is at the flange, but the tool's tip is 1200 mm away; "
+       "if the payload is at the tip, write about [0, 0, 1200]"},
   };
   for (const WrongLine& unlikely : cases) {
     int line = 0;
@@ -615,7 +617,7 @@ TEST_CASE("What is inside its range and hardly meant is a warning with what to w
   }
 }
 
-TEST_CASE("An arm of less than ten millimetres was written in metres") {
+TEST_CASE("An arm shorter than ten millimetres causes a warning about metres") {
   int line = 0;
   const std::string text = WithLine(WithLine(kGood, "a_mm = 350.0", "a_mm = 0.35", line),
                                     "d_mm = 675.0", "d_mm = 0.675", line);
@@ -625,10 +627,10 @@ TEST_CASE("An arm of less than ten millimetres was written in metres") {
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
              Catch::Contains("robot.joint[3].d_mm: warning: 6 is the longest length of "
-                             "the arm: it looks like metres"));
+                             "the arm and looks like metres"));
 }
 
-TEST_CASE("What is plainly no cell is told by what it is") {
+TEST_CASE("A file that is clearly not a cell is reported as what it is") {
   const std::pair<const char*, const char*> cases[] = {
       {"", "cell.toml: is empty"},
       {" \n", "cell.toml: is empty"},

@@ -157,7 +157,7 @@ bool Reads(const std::string& text, FaultList& faults) {
   return ReadWith(kFiles, text, faults).has_value();
 }
 
-TEST_CASE("Every value of a configuration arrives in SI") {
+TEST_CASE("Every value of a configuration is read and converted to SI") {
   FaultList faults;
   const auto config = ReadWith(kFiles, kGood, faults);
   CAPTURE(FaultsText(faults));
@@ -233,9 +233,9 @@ TEST_CASE("Every value of a configuration arrives in SI") {
   CHECK_FALSE(config->machine.points[1].orientation_free);
 }
 
-TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
+TEST_CASE("Each faulty field of a configuration gives exactly one message") {
   const std::vector<WrongLine> cases = {
-      {"cell = \"cell.toml\"", "", "@1 cell: missing; expected a text in quotes"},
+      {"cell = \"cell.toml\"", "", "@1 cell: missing; expected a string in quotes"},
       {"state_directory = \"state\"", "state_directory = \"\"", "state_directory: \"\" is empty"},
       {"state_directory = \"state\"", "statedirectory = \"state\"",
        "statedirectory: unknown key; did you mean \"state_directory\"?"},
@@ -243,14 +243,14 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"profile = \"profile.toml\"", "profile = \"no.toml\"",
        "robot.profile: \"no.toml\" cannot be read (cell/no.toml: No such file or directory; "
        "/share/no.toml: No such file or directory); check the name, or copy the file there"},
-      {"profile = \"profile.toml\"", "", "@4 robot.profile: missing; expected a text in quotes"},
+      {"profile = \"profile.toml\"", "", "@4 robot.profile: missing; expected a string in quotes"},
       {"transport = \"tcp\"", "transport = \"udp\"",
        "robot.transport: \"udp\" is not one of \"tcp\", \"rtu\", \"replay\""},
-      {"host = \"10.0.0.2\"", "", "@4 robot.host: missing; expected a text in quotes"},
+      {"host = \"10.0.0.2\"", "", "@4 robot.host: missing; expected a string in quotes"},
       {"host = \"10.0.0.2\"", "host = \"10.0.0.256\"",
-       "robot.host: \"10.0.0.256\" is not a host name or address"},
+       "robot.host: \"10.0.0.256\" is not a host name or IP address"},
       {"host = \"10.0.0.2\"", "host = \"robot 1\"",
-       "robot.host: \"robot 1\" is not a host name or address"},
+       "robot.host: \"robot 1\" is not a host name or IP address"},
       {"port = 503", "port = 0", "robot.port: 0 is outside 1..65535"},
       {"port = 503", "port = 70000", "robot.port: 70000 is outside 1..65535"},
       {"port = 503", "port = \"503\"", "robot.port: \"503\" is not an integer"},
@@ -259,16 +259,16 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"unit_id = 9", "unit_id = 254", "robot.unit_id: 254 is not 0..247 or 255"},
       {"transport = \"tcp\"\nhost = \"10.0.0.2\"\nport = 503\nunit_id = 9",
        "transport = \"rtu\"\nhost = \"10.0.0.2\"\nport = 503\nunit_id = 255",
-       "@9 robot.unit_id: 255 is not 0..247, as a serial line has it"},
+       "@9 robot.unit_id: 255 is outside 0..247, the ids of a serial line"},
       {"device = \"/dev/ttyS0\"", "device = \"COM1\"",
        "robot.device: \"COM1\" is not an absolute path such as /dev/ttyUSB0"},
       {"baud = 9600", "baud = 9700",
-       "robot.baud: 9700 is not a usual rate (9600, 19200, 38400, 57600, 115200, ...)"},
+       "robot.baud: 9700 is not a standard baud rate (9600, 19200, 38400, 57600, 115200, ...)"},
       {"parity = \"N\"", "parity = \"none\"",
        "robot.parity: \"none\" is not one of \"N\", \"E\", \"O\""},
       {"stop_bits = 2", "stop_bits = 3", "robot.stop_bits: 3 is outside 1..2"},
       {"replay_file = \"run.csv\"", "replay_file = 7",
-       "robot.replay_file: 7 is not a text in quotes"},
+       "robot.replay_file: 7 is not a string in quotes"},
       {"replay_rows_per_s = 25.0", "replay_rows_per_s = 0",
        "robot.replay_rows_per_s: 0 is outside 0.001..1000"},
       {"replay_rows_per_s = 25.0", "replay_rows_per_s = 1001",
@@ -280,25 +280,26 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"replay_loop = false", "replay_loop = 0", "robot.replay_loop: 0 is not true or false"},
       {"timeout_ms = 50", "timeout_ms = 1", "robot.timeout_ms: 1 is outside 5..10000"},
       {"stale_after_ms = 80", "stale_after_ms = 15",
-       "robot.stale_after_ms: 15 is below the cycle of 20 ms, so that input is always stale"},
+       "robot.stale_after_ms: 15 is less than the cycle time of 20 ms: robot data would always be "
+       "stale"},
       {"stale_after_ms = 80", "stale_after_s = 0.08",
        "robot.stale_after_s: unknown key; did you mean \"stale_after_ms\"?"},
       // payload
       {"source = \"fixed\"", "source = \"scale\"",
        "payload.source: \"scale\" is not one of \"robot\", \"table\", \"fixed\""},
       {"source = \"fixed\"", "source = \"table\"",
-       "payload.source: \"table\" needs a tool number, which the profile test does not read"},
+       "payload.source: \"table\" requires a tool number, which the profile test does not read"},
       {"mass_kg = 5.0", "", "@19 payload.mass_kg: missing; expected a number, 0..5000"},
       {"mass_kg = 5.0", "mass_kg = -5.0", "payload.mass_kg: -5 is outside 0..5000"},
       {"cog_mm = [1.0, 2.0, 3.0]", "cog_mm = [1.0, 2.0]",
        "payload.cog_mm: [1, 2] is not a list of 3 numbers"},
-      {"number = 4", "number = 3", "payload.tool[2].number: 3 is the number of two tools"},
+      {"number = 4", "number = 3", "payload.tool[2].number: 3 is used for two tools"},
       {"number = 4", "number = -1", "payload.tool[2].number: -1 is outside 0..65535"},
       {"mass_kg = 2.5", "", "@27 payload.tool[2].mass_kg: missing; expected a number, 0..5000"},
       // plc
       {"listen = \"127.0.0.1\"", "listen = \"localhost\"",
-       "plc.listen: \"localhost\" is not an address such as 192.168.0.10, or 0.0.0.0 for every "
-       "network"},
+       "plc.listen: \"localhost\" is not an IP address; write one such as 192.168.0.10, or 0.0.0.0 "
+       "for all networks"},
       {"port = 1503", "port = -1", "plc.port: -1 is outside 0..65535"},
       {"unit_id = 2", "unit_id = 0", "plc.unit_id: 0 is outside 1..247"},
       {"word_order = \"CDAB\"", "word_order = \"DCBA\"",
@@ -307,8 +308,8 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
        "plc.orientation: \"abc\" is not one of \"rotation_vector\", \"roll_pitch_yaw\", \"a_b_c\""},
       {"max_clients = 8", "max_clients = 0", "plc.max_clients: 0 is outside 1..256"},
       {"allow = [\"10.0.0.9\", \"::1\"]", "allow = [\"10.0.0\"]",
-       "plc.allow: [\"10.0.0\"] has \"10.0.0\", which is not an address"},
-      {"device = \"/dev/ttyS1\"", "", "@38 plc.rtu.device: missing; expected a text in quotes"},
+       "plc.allow: [\"10.0.0\"] contains \"10.0.0\", which is not an IP address"},
+      {"device = \"/dev/ttyS1\"", "", "@38 plc.rtu.device: missing; expected a string in quotes"},
       {"baud = 38400", "baud = 100", "plc.rtu.baud: 100 is outside 1200..115200"},
       {"baud = 38400", "baud = 230400", "plc.rtu.baud: 230400 is outside 1200..115200"},
       {"parity = \"O\"", "parity = 1", "plc.rtu.parity: 1 is not one of \"N\", \"E\", \"O\""},
@@ -324,7 +325,8 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
       {"enabled = true", "enabled = \"yes\"", "push.enabled: \"yes\" is not true or false"},
       {"point_ids = [7]", "",
        "@48 push.point_ids: missing; expected the ids of the points to push"},
-      {"point_ids = [7]", "point_ids = [9]", "push.point_ids: [9] names 9, which is no [[point]]"},
+      {"point_ids = [7]", "point_ids = [9]",
+       "push.point_ids: [9] contains 9, which is not the id of any [[point]]"},
       {"point_ids = [7]", "point_ids = [7, 8]",
        "push.point_ids: [7, 8] has 2 ids; the profile test has 1 slots"},
       {"point_ids = [7]", "point_ids = [0]", "push.point_ids[1]: 0 is outside 1..65535"},
@@ -340,11 +342,12 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
        "frame[1].xyz_mm[3]: nan is not a finite number"},
       {"rpy_deg = [0.0, 0.0, 90.0]", "rpy_deg = [0.0, 0.0, 900.0]",
        "frame[1].rpy_deg[3]: 900 is outside -360..360"},
-      {"id = 8", "id = 7", "point[2].id: 7 is the id of two points"},
+      {"id = 8", "id = 7", "point[2].id: 7 is used for two points"},
       {"id = 8", "id = 70000", "point[2].id: 70000 is outside 1..65535"},
       {"id = 8", "", "@69 point[2].id: missing; expected an integer, 1..65535"},
       {"frame = \"base\"", "frame = \"fixtur\"",
-       "point[2].frame: \"fixtur\" is not a frame; known are base, fixture, measurement"},
+       "point[2].frame: \"fixtur\" is not a declared frame; declared are base, fixture, "
+       "measurement"},
       {"xyz_mm = [1.0, 0.0, 0.0]", "",
        "@69 point[2].xyz_mm: missing; expected 3 numbers, -100000..100000"},
       {"tool_point_mm = [0.0, 0.0, 10.0]", "tool_point_mm = [0.0, 0.0, 10000.0]",
@@ -360,7 +363,7 @@ TEST_CASE("Each field of a configuration wrong in turn gives its one message") {
   ExpectOneFaultEach(kGood, "cell/plumbline.toml", cases, Reads);
 }
 
-TEST_CASE("Base and tip are those of the cell's last session, for the points as well") {
+TEST_CASE("Base and tip come from the cell's last session, for the points as well") {
   FileMap files = kFiles;
   files["cell/cell.toml"] +=
       "[[session]]\nid = \"1\"\nbase_xyz_mm = [5.0, 5.0, 5.0]\n"
@@ -375,7 +378,7 @@ TEST_CASE("Base and tip are those of the cell's last session, for the points as 
       Vec3(1.004, -0.002, 0)));  // given in the base frame
 }
 
-TEST_CASE("A frame may not take the name of another or of a built-in one") {
+TEST_CASE("A frame must not have the name of another or of a built-in frame") {
   for (const char* name : {"base", "measurement", "fixture"}) {
     int line = 0;
     const std::string text = WithLine(kGood, "rpy_deg = [0.0, 0.0, 90.0]",
@@ -386,13 +389,13 @@ TEST_CASE("A frame may not take the name of another or of a built-in one") {
     CHECK_FALSE(Reads(text, faults));
     CHECK(Texts(faults, Fault::Severity::kFault) ==
           std::vector<std::string>{
-              fmt::format("cell/plumbline.toml:{} frame[2].name: \"{}\" is the name of two frames "
+              fmt::format("cell/plumbline.toml:{} frame[2].name: \"{}\" is used for two frames "
                           "(\"measurement\" and \"base\" are built in)",
                           line + 2, name)});
   }
 }
 
-TEST_CASE("The faults of all three files come in one list") {
+TEST_CASE("The faults of all three files are reported in one list") {
   FileMap files = kFiles;
   files["cell/cell.toml"].replace(kCell.find("a_mm = 500"), 10, "a_mm = nan");
   files["cell/profile.toml"].replace(kProfile.find("mrad"), 4, "foot");
@@ -406,7 +409,7 @@ TEST_CASE("The faults of all three files come in one list") {
   CHECK(texts[2].rfind("cell/profile.toml:14 ", 0) == 0);
 }
 
-TEST_CASE("A file named without a folder is found beside the configuration, then in the share") {
+TEST_CASE("A bare file name is resolved beside the configuration, then in the data directory") {
   FileMap files;
   files["cell/cells/arm.toml"] = kCell;
   files["/share/profiles/test.toml"] = kProfile;
@@ -421,32 +424,33 @@ TEST_CASE("A file named without a folder is found beside the configuration, then
   CHECK(config->state_directory == "/var/lib/plumbline");
   CHECK(Texts(faults, Fault::Severity::kWarning) ==
         std::vector<std::string>{
-            "cell/plumbline.toml:1 point: warning: missing; no assembly point is corrected",
-            "cell/cells/arm.toml:18 tool: warning: nothing in this cell yields (a rigid tool, no "
-            "joint with a compliance_rad_per_Nm): corrected points equal the taught ones"});
+            "cell/plumbline.toml:1 point: warning: missing; no assembly point will be corrected",
+            "cell/cells/arm.toml:18 tool: warning: nothing in this cell deflects (a rigid tool, no "
+            "joint with a compliance_rad_per_Nm, no effect): corrected points equal the taught "
+            "ones"});
 }
 
-TEST_CASE("A point without near_deg is warned of") {
+TEST_CASE("A point without near_deg causes a warning") {
   FaultList faults;
   REQUIRE(Reads(kGood, faults));
   const auto warnings = Texts(faults, Fault::Severity::kWarning);
   CAPTURE(FaultsText(faults));
   REQUIRE(warnings.size() == 4);  // the first point has one; the cell yields nowhere
   CHECK_THAT(warnings[0], Catch::Contains("point[1].xyz_mm: warning: ") &&
-                              Catch::Contains("gets no corrected point with 12 kg (out of reach)"));
+                              Catch::Contains("has no corrected point with 12 kg (out of reach)"));
   CHECK(warnings[1].rfind("cell/plumbline.toml:69 point[2].near_deg: warning: missing; ", 0) == 0);
   CHECK_THAT(warnings[2], Catch::Contains("point[2].xyz_mm: warning: [1, 0, 0] looks like metres"));
 }
 
-TEST_CASE("A cell in place of the configuration is told as such") {
+TEST_CASE("A cell in place of the configuration is recognised") {
   FaultList faults;
   CHECK_FALSE(Reads(kCell, faults));
   CHECK(FaultsText(faults) ==
         "cell/plumbline.toml: is a cell, not the daemon's configuration; give the plumbline.toml "
-        "that names it by cell = \"...\"\n");
+        "that refers to it by cell = \"...\"\n");
 }
 
-TEST_CASE("Transports need what belongs to them") {
+TEST_CASE("Each transport requires its own keys") {
   auto fault = [](const std::string& robot) {
     FaultList faults;
     ReadWith(kFiles, "cell = \"cell.toml\"\n[robot]\nprofile = \"profile.toml\"\n" + robot, faults);
@@ -454,10 +458,10 @@ TEST_CASE("Transports need what belongs to them") {
     return texts.empty() ? "" : texts[0];
   };
   CHECK(fault("transport = \"rtu\"\n") ==
-        "cell/plumbline.toml:2 robot.device: missing; expected a text in quotes");
+        "cell/plumbline.toml:2 robot.device: missing; expected a string in quotes");
   CHECK(fault("transport = \"rtu\"\ndevice = \"/dev/ttyS0\"\n").empty());
   CHECK(fault("transport = \"replay\"\n") ==
-        "cell/plumbline.toml:2 robot.replay_file: missing; expected a text in quotes");
+        "cell/plumbline.toml:2 robot.replay_file: missing; expected a string in quotes");
   CHECK(fault("transport = \"replay\"\nreplay_file = \"none.csv\"\n") ==
         "cell/plumbline.toml:5 robot.replay_file: \"none.csv\" cannot be read (cell/none.csv: No "
         "such file or directory; /share/none.csv: No such file or directory); check the name, or "
@@ -465,7 +469,7 @@ TEST_CASE("Transports need what belongs to them") {
         "the file there");
 }
 
-TEST_CASE("PLC and page cannot have one port of one address") {
+TEST_CASE("PLC server and page cannot share a port of the same address") {
   auto fault = [](const std::string& plc, const std::string& page) {
     FaultList faults;
     ReadWith(kFiles,
@@ -478,13 +482,13 @@ TEST_CASE("PLC and page cannot have one port of one address") {
     return texts.empty() ? "" : texts[0];
   };
   CHECK(fault("0.0.0.0", "127.0.0.1") ==
-        "cell/plumbline.toml:9 page.port: 8080 is the PLC's, [plc] port, and 0.0.0.0 and 127.0.0.1 "
-        "cannot both have it: give the page another");
+        "cell/plumbline.toml:9 page.port: 8080 is the same as [plc] port, and the addresses "
+        "0.0.0.0 and 127.0.0.1 overlap; give the page another port");
   CHECK_FALSE(fault("10.0.0.1", "10.0.0.1").empty());
   CHECK(fault("10.0.0.1", "127.0.0.1").empty());
 }
 
-TEST_CASE("The profile must carry what is asked of it") {
+TEST_CASE("The profile must provide what the configuration needs") {
   auto fault = [](const std::string& profile, const std::string& rest) {
     FileMap files = kFiles;
     files["cell/profile.toml"] = profile;
@@ -507,10 +511,10 @@ TEST_CASE("The profile must carry what is asked of it") {
   CHECK(fault(bare,
               "[push]\nenabled = true\npoint_ids = [1]\n[[point]]\nid = 1\nxyz_mm = [0, 0, "
               "0]\n") ==
-        "cell/plumbline.toml:6 push.enabled: true needs a [push] in the profile test");
+        "cell/plumbline.toml:6 push.enabled: true requires a [push] table in the profile test");
 }
 
-TEST_CASE("The shipped plumbline.toml reads, and its commented lines show the defaults") {
+TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the defaults") {
   const auto text = ReadTextFile("config/plumbline.toml");
   REQUIRE(text);
   FaultList faults;

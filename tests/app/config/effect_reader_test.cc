@@ -28,7 +28,7 @@ std::vector<WrittenEffect> ReadEffects(const std::string& text, FaultList& fault
   return effects;
 }
 
-TEST_CASE("A written effect arrives with its parameters, covariance and origin") {
+TEST_CASE("An effect is read with its parameters, covariance and origin") {
   FaultList faults;
   const auto effects = ReadEffects(kGood, faults);
   CHECK(FaultsText(faults).empty());
@@ -49,13 +49,13 @@ TEST_CASE("A written effect arrives with its parameters, covariance and origin")
   CHECK(effect.from_date == "2026-11-21");
 }
 
-TEST_CASE("Each field of an effect wrong in turn gives its one message") {
+TEST_CASE("Each faulty field of an effect gives exactly one message") {
   const char* parameters =
       "parameters = [ { name = \"q2\", value = 5.1e-7, sd = 2e-9, unit = \"rad/(N m)\" }, { name = "
       "\"q3\", value = 6.0e-7 } ]";
   const char* covariance = "covariance = [[4e-18, 1e-19], [1e-19, 9e-18]]";
   const std::vector<WrongLine> cases = {
-      {"id = \"joint_compliance\"", "", "@2 effect[1].id: missing; expected a text in quotes"},
+      {"id = \"joint_compliance\"", "", "@2 effect[1].id: missing; expected a string in quotes"},
       {"scope = [\"q2\", \"q3\"]", "scope = [\"q2\", \"q7\"]",
        "effect[1].scope: [\"q2\", \"q7\"] names \"q7\", which is not one of q1..q6"},
       {"scope = [\"q2\", \"q3\"]", "scope = [\"q02\"]",
@@ -67,14 +67,14 @@ TEST_CASE("Each field of an effect wrong in turn gives its one message") {
       {parameters, "parameters = [ { name = \"q2\" }, { name = \"q3\", value = 1 } ]",
        "effect[1].parameters[1].value: missing; expected a number, -1000000000000..1000000000000"},
       {parameters, "parameters = [ { name = \"a2\", value = 1 }, { name = \"q3\", value = 1 } ]",
-       "effect[1].parameters[1].name: \"a2\" is no parameter of joint_compliance; it has q# (# a "
-       "joint, 1..6)"},
+       "effect[1].parameters[1].name: \"a2\" is not a parameter of joint_compliance; it has q# (# "
+       "is a joint, 1..6)"},
       {parameters, "parameters = [ { name = \"q2\", value = 1 }, { name = \"q2\", value = 1 } ]",
        "effect[1].parameters[2].name: \"q2\" is given twice"},
       {parameters,
        "parameters = [ { name = \"q2\", value = 1, unit = \"rad\" }, { name = \"q3\", value = 1 } "
        "]",
-       "effect[1].parameters[1].unit: \"rad\" is not the unit of q#, \"rad/(N m)\""},
+       "effect[1].parameters[1].unit: \"rad\" is not the unit of q#; write \"rad/(N m)\""},
       {parameters,
        "parameters = [ { name = \"q2\", value = 1, sd = -1 }, { name = \"q3\", value = 1 } ]",
        "effect[1].parameters[1].sd: -1 is outside 0..1000000000000"},
@@ -98,17 +98,18 @@ TEST_CASE("Each field of an effect wrong in turn gives its one message") {
   });
 }
 
-TEST_CASE("An id that the table does not have is refused with those that it has") {
+TEST_CASE("An unknown effect id is refused, and the known ones are listed") {
   FaultList faults;
   ReadEffects("[[effect]]\nid = \"creep\"\nparameters = []\n", faults);
   REQUIRE(faults.All().size() == 1);
   const std::string text = FaultText(faults.All()[0]);
-  CHECK(text.rfind("cell.toml:2 effect[1].id: \"creep\" is not an effect; known are base_frame, ",
+  CHECK(text.rfind("cell.toml:2 effect[1].id: \"creep\" is not a known effect; known effects are "
+                   "base_frame, ",
                    0) == 0);
   CHECK(text.find(", empirical") != std::string::npos);
 }
 
-TEST_CASE("An empirical effect whose drivers, nodes and parameters do not fit is refused") {
+TEST_CASE("An empirical effect with inconsistent drivers, nodes and parameters is refused") {
   const std::string good =
       "[[effect]]\nid = \"empirical\"\ndrivers = [\"t_s\"]\nnodes = [[0, 1], [1, 2]]\n"
       "parameters = [ { name = \"base_x\", value = 1 } ]\n";
@@ -125,8 +126,8 @@ TEST_CASE("An empirical effect whose drivers, nodes and parameters do not fit is
        "@2 effect[1].id: \"empirical\" needs nodes whose first column rises; row 2 does not"},
       {"parameters = [ { name = \"base_x\", value = 1 } ]",
        "parameters = [ { name = \"wrist_x\", value = 1 } ]",
-       "effect[1].parameters[1].name: \"wrist_x\" is no parameter of empirical; it has base_x, "
-       "base_y, base_z, tip_x, tip_y, tip_z, q#, tool_bending (# a joint, 1..6)"},
+       "effect[1].parameters[1].name: \"wrist_x\" is not a parameter of empirical; it has base_x, "
+       "base_y, base_z, tip_x, tip_y, tip_z, q#, tool_bending (# is a joint, 1..6)"},
   };
   ExpectOneFaultEach(good, "cell.toml", cases, [](const std::string& text, FaultList& faults) {
     ReadEffects(text, faults);
@@ -138,10 +139,11 @@ TEST_CASE("A shear coefficient of zero is refused") {
   FaultList faults;
   ReadEffects("[[effect]]\nid = \"tool_shear\"\nparameters = [ { name = \"kappa\", value = 0 } ]\n",
               faults);
-  CHECK(FaultsText(faults) == "cell.toml:3 effect[1].parameters[1].value: 0 is not above 0\n");
+  CHECK(FaultsText(faults) ==
+        "cell.toml:3 effect[1].parameters[1].value: 0 must be greater than 0\n");
 }
 
-TEST_CASE("Parameters that are words, and numbered harmonics") {
+TEST_CASE("Word parameters and numbered harmonics are read") {
   FaultList faults;
   const auto effects = ReadEffects(R"(
 [[effect]]

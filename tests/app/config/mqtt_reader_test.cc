@@ -26,7 +26,7 @@ struct ReadMqtt {
 
 }  // namespace
 
-TEST_CASE("[mqtt]: every key, in SI; files lie beside the configuration") {
+TEST_CASE("[mqtt]: every key is read, in SI; file names are relative to the configuration") {
   const ReadMqtt read(
       "host = \"broker.plant.lan\"\nport = 8884\ntls_ca = \"ca.pem\"\nusername = \"cell-7\"\n"
       "password_file = \"/run/secret\"\ngroup = \"hall 3\"\nnode = \"cell-7\"\n"
@@ -49,7 +49,7 @@ TEST_CASE("[mqtt]: every key, in SI; files lie beside the configuration") {
   CHECK_FALSE(read.mqtt.journal);
 }
 
-TEST_CASE("[mqtt] with a host alone: node and client id follow from the cell, TLS from its CA") {
+TEST_CASE("[mqtt] with only a host: node and client id come from the cell, TLS from tls_ca") {
   const ReadMqtt read("host = \"10.0.0.5\"\n", "KR 210/left #2");
   CHECK(read.faults.All().empty());
   CHECK(read.mqtt.port == 1883);
@@ -58,11 +58,11 @@ TEST_CASE("[mqtt] with a host alone: node and client id follow from the cell, TL
   CHECK(ReadMqtt("host = \"10.0.0.5\"\ntls_ca = \"ca.pem\"\n").mqtt.port == 8883);
 }
 
-TEST_CASE("[mqtt]: faults with place and remedy, and none that tells a password") {
+TEST_CASE("[mqtt]: faults have place and remedy, and none contains a password") {
   using Catch::Contains;
   CHECK_THAT(ReadMqtt("port = 1883\n").Told(), Contains("mqtt.host"));
   CHECK_THAT(ReadMqtt("host = \"mqtt://broker\"\n").Told(),
-             Contains("plumbline.toml:2 mqtt.host: \"mqtt://broker\" is not a name or an address"));
+             Contains("plumbline.toml:2 mqtt.host: \"mqtt://broker\" is not a plain host name"));
   CHECK_THAT(ReadMqtt("host = \"b\"\nport = 0\n").Told(),
              Contains("mqtt.port: 0 is outside 1..65535"));
   CHECK_THAT(ReadMqtt("host = \"b\"\nnode = \"a/b\"\n").Told(), Contains("without / + #"));
@@ -70,7 +70,7 @@ TEST_CASE("[mqtt]: faults with place and remedy, and none that tells a password"
   CHECK_THAT(ReadMqtt("host = \"b\"\npassword_file = \"p\"\n").Told(),
              Contains("needs a username"));
   CHECK_THAT(ReadMqtt("host = \"b\"\nusername = \"u\"\npassword_file = \"p\"\n").Told(),
-             Contains("warning") && Contains("in the clear"));
+             Contains("warning") && Contains("unencrypted"));
   const std::string told = ReadMqtt("host = \"b\"\npassword = \"topsecret\"\n").Told();
   CHECK_THAT(told, Contains("password_file") && !Contains("topsecret"));
   CHECK_THAT(ReadMqtt("host = \"b\"\nhots = \"c\"\n").Told(), Contains("hots"));

@@ -38,7 +38,7 @@ struct Read {
 
 }  // namespace
 
-TEST_CASE("[overlay]: every key, in SI; files lie beside the configuration") {
+TEST_CASE("[overlay]: every key is read, in SI; file names are relative to the configuration") {
   const Read read(
       "display = \"kms\"\ndevice = \"/dev/dri/card1\"\nwidth_px = 640\nheight_px = 480\n"
       "objects = \"objects.toml\"\nbackground = false\nexaggeration = 10.0\n"
@@ -68,25 +68,25 @@ TEST_CASE("[overlay] without keys: no display, nothing exaggerated") {
   CHECK(read.overlay.exaggeration == 1);
 }
 
-TEST_CASE("all faults of [overlay] at once") {
+TEST_CASE("all faults of [overlay] are reported at once") {
   const Read read(
       "display = \"screen\"\ndevice = \"card0\"\nwidth_px = 320\nexaggeration = 0.0\n"
       "nominal = \"left\"\nexagerration = 2.0\n");
   CHECK(read.Says("overlay.display: \"screen\""));
   CHECK(read.Says("overlay.device: \"card0\" is not an absolute path"));
   CHECK(read.Says("overlay.width_px: 320 is outside 640..1920"));
-  CHECK(read.Says("and height_px must stand together"));
+  CHECK(read.Says("and height_px must be given together"));
   CHECK(read.Says("overlay.exaggeration: 0"));
   CHECK(read.Says("overlay.nominal: \"left\""));
   CHECK(read.Says("overlay.exagerration: unknown key"));
 }
 
-TEST_CASE("[overlay] camera: one by its name, both by default, none that there is not") {
+TEST_CASE("[overlay] camera: both by default, or one that is configured") {
   CHECK_FALSE(Read("").overlay.camera);
   CHECK_FALSE(Read("camera = \"both\"\n").overlay.camera);
   CHECK(Read("camera = \"rear\"\n").overlay.camera == CameraName::kRear);
   CHECK(Read("camera = \"top\"\n")
-            .Says("overlay.camera: \"top\" is the name of no [[camera]]; give it to one, or "
-                  "\"both\" here"));
+            .Says("overlay.camera: \"top\" is not the name of any [[camera]]; give a camera this "
+                  "name, or write \"both\""));
   CHECK(Read("camera = \"left\"\n").Says("is not one of"));
 }

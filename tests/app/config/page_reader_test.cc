@@ -24,7 +24,7 @@ struct ReadPage {
 
 }  // namespace
 
-TEST_CASE("[page]: every key; without keys there is no page, and it would be for this computer") {
+TEST_CASE("[page]: every key is read; without keys there is no page, and listen is loopback") {
   const ReadPage read(
       "listen = \"0.0.0.0\"\nport = 8080\ntoken = \"9f86d081884c7d659a2feaa0c55ad015\"\n"
       "hosts = [\"Cell7.plant.example\"]\n");
@@ -41,24 +41,25 @@ TEST_CASE("[page]: every key; without keys there is no page, and it would be for
   CHECK(empty.page.token.empty());
 }
 
-TEST_CASE("a page that other computers reach needs a token, which no fault tells") {
-  CHECK(ReadPage("listen = \"0.0.0.0\"\nport = 80\n")
-            .Says("plumbline.toml:2 page.listen: \"0.0.0.0\" is reached from other computers: it "
-                  "needs a token"));
-  CHECK(ReadPage("listen = \"192.168.0.10\"\n").Says("needs a token"));
-  CHECK(ReadPage("listen = \"::\"\n").Says("needs a token"));
+TEST_CASE("a page that other computers reach requires a token, which no fault contains") {
+  CHECK(
+      ReadPage("listen = \"0.0.0.0\"\nport = 80\n")
+          .Says("plumbline.toml:2 page.listen: \"0.0.0.0\" can be reached from other computers and "
+                "therefore requires a token"));
+  CHECK(ReadPage("listen = \"192.168.0.10\"\n").Says("requires a token"));
+  CHECK(ReadPage("listen = \"::\"\n").Says("requires a token"));
   CHECK(ReadPage("listen = \"127.1.2.3\"\n").faults.All().empty());
   CHECK(ReadPage("listen = \"::1\"\n").faults.All().empty());
-  CHECK(ReadPage("listen = \"office\"\n").Says("is not an address"));
+  CHECK(ReadPage("listen = \"office\"\n").Says("is not an IP address"));
   const ReadPage weak("listen = \"0.0.0.0\"\ntoken = \"secret\"\n");
-  CHECK(weak.Says("token is not 16..200"));
+  CHECK(weak.Says("token must consist of 16..200"));
   CHECK_FALSE(weak.Says("secret"));
   const ReadPage percent("token = \"0123456789%41abcdef\"\n");
-  CHECK(percent.Says("token has a %"));
+  CHECK(percent.Says("token must not contain %"));
   CHECK_FALSE(percent.Says("%41"));
 }
 
-TEST_CASE("a token that can be guessed keeps the page from other computers, and nothing else") {
+TEST_CASE("a weak token is a warning that keeps the page from other computers") {
   const auto with = [](const std::string& token, const std::string& listen = "0.0.0.0") {
     return ReadPage("listen = \"" + listen + "\"\ntoken = \"" + token + "\"\n");
   };
@@ -82,10 +83,10 @@ TEST_CASE("a token that can be guessed keeps the page from other computers, and 
   CHECK(with("a-long-word-of-your-own", "127.0.0.1").faults.All().empty());
 }
 
-TEST_CASE("all faults of [page] at once") {
+TEST_CASE("all faults of [page] are reported at once") {
   const ReadPage read("port = 70000\nhosts = [\"a b\", \"fine\"]\nlisen = \"::1\"\n");
   CHECK(read.Says("page.port: 70000"));
-  CHECK(read.Says("\"a b\" is not a name"));
+  CHECK(read.Says("\"a b\" is not a host name"));
   CHECK_FALSE(read.Says("\"fine\" is"));
   CHECK(read.Says("page.lisen: unknown key"));
 }

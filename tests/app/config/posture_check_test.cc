@@ -1,4 +1,4 @@
-// Points that the arm does not reach as they were taught, and angles that were meant in radians.
+// Posture check: points not reached as they were taught, and angles written in radians.
 #include "app/config/posture_check.h"
 
 #include <fmt/format.h>
@@ -32,14 +32,14 @@ std::string Ur10() {
   return text.value();
 }
 
-/// `text` with `key`'s line replaced, which is there.
+/// `text` with the line of `key` replaced.
 std::string With(std::string text, const std::string& key, const std::string& value) {
   const auto at = text.find("\n" + key + " = ");
   REQUIRE(at != std::string::npos);
   return text.replace(at + 1, text.find('\n', at + 1) - at - 1, key + " = " + value);
 }
 
-/// Where the UR10's flange is at the taught joints, seen from a frame.
+/// Pose of the UR10's flange at the taught joints, relative to a frame.
 struct Taught {
   std::vector<double> xyz_mm, rpy_deg;
 
@@ -69,9 +69,9 @@ std::string Config(const Taught& point, const std::string& rpy, const std::strin
          (near.empty() ? "" : "\nnear_deg = " + near) + "\n";
 }
 
-/// The warnings of a configuration that has no faults, without the bare cell's own.
+/// The warnings of a configuration without faults, except those of the bare cell.
 std::vector<std::string> Warnings(const std::string& config, const std::string& cell = Ur10(),
-                                  std::size_t postures = kEveryPosture) {
+                                  std::size_t postures = kAllPostures) {
   const FileSource files = [&](const std::string& path) -> Result<std::string> {
     if (path == "ur10.toml") return cell;
     if (path == "generic.toml") return ReadTextFile("config/profiles/generic.toml");
@@ -84,7 +84,7 @@ std::vector<std::string> Warnings(const std::string& config, const std::string& 
   CHECK(read);
   std::vector<std::string> warnings = Texts(faults, Fault::Severity::kWarning);
   std::erase_if(warnings, [](const std::string& text) {
-    return text.find("nothing in this cell yields") != std::string::npos;
+    return text.find("nothing in this cell deflects") != std::string::npos;
   });
   return warnings;
 }
@@ -97,21 +97,19 @@ TEST_CASE("A point that is reached in the posture of near_deg has no warning") {
   CHECK(Warnings(Config(point, ListText(point.rpy_deg), ListText(nearby))).empty());
 }
 
-TEST_CASE("An axis of near_deg that is 90 degrees off is named with both its values") {
+TEST_CASE("An axis 90 degrees from near_deg is reported with both values") {
   const Taught point;
   std::vector<double> wrong = kTaught_deg;
   wrong[3] += 90;
   const auto warnings = Warnings(Config(point, ListText(point.rpy_deg), ListText(wrong)));
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings[0],
-             Catch::Contains("plumbline.toml:17 point[1].near_deg: warning: ") &&
-                 Catch::Contains("q4: near_deg says 30.0, the nearest posture that reaches the "
-                                 "point has -60.0 deg") &&
-                 Catch::Contains("[20.0, -100.0, 110.0, -60.0, -80.0, 30.0]") &&
-                 Catch::Contains("Read the joints at the pendant"));
+  CHECK_THAT(warnings[0], Catch::Contains("plumbline.toml:17 point[1].near_deg: warning: ") &&
+                              Catch::Contains("q4 is 30.0 in near_deg, but -60.0 deg") &&
+                              Catch::Contains("[20.0, -100.0, 110.0, -60.0, -80.0, 30.0]") &&
+                              Catch::Contains("Read the joint values from the pendant"));
 }
 
-TEST_CASE("Where only some postures are checked, the others are named as not checked") {
+TEST_CASE("Points whose posture is not checked are counted in a warning") {
   const Taught point;
   std::vector<double> wrong = kTaught_deg;
   wrong[3] += 90;
@@ -127,11 +125,11 @@ TEST_CASE("Where only some postures are checked, the others are named as not che
   const auto some = Warnings(config, Ur10(), 1);
   REQUIRE(some.size() == 2);
   const bool first = some[0].find("first 1 point") != std::string::npos;
-  CHECK_THAT(some[first ? 0 : 1], Catch::Contains("`plumbline check` checks the other 2, too"));
+  CHECK_THAT(some[first ? 0 : 1], Catch::Contains("`plumbline check` for the other 2"));
   CHECK_THAT(some[first ? 1 : 0], Catch::Contains("point[1].near_deg: warning: "));
 }
 
-TEST_CASE("Angles in radians are proved by the point that they lead to") {
+TEST_CASE("Angles in radians are recognised by the point that is then reached") {
   const Taught point;
   const std::string in_rad = ListText(kTaught_deg, kDegree), in_deg = ListText(kTaught_deg);
   const std::string rpy_rad = ListText(point.rpy_deg, kDegree), rpy_deg = ListText(point.rpy_deg);
@@ -141,23 +139,26 @@ TEST_CASE("Angles in radians are proved by the point that they lead to") {
     CHECK_THAT(
         warnings[0],
         Catch::Contains("point[1].near_deg: warning: ") &&
-            Catch::Contains("is in radians: read so, the arm reaches point 3 in the posture "
-                            "of near_deg; read as degrees, the posture that reaches it is") &&
+            Catch::Contains(
+                "is probably in radians: read as radians, the arm reaches point 3 in the posture "
+                "of near_deg; read as degrees, the nearest posture that reaches it is") &&
             Catch::Contains("Write [20.0, -100.0, 110.0, -60.0, -80.0, 30.0]"));
   }
   SECTION("rpy_deg of a point") {
     const auto warnings = Warnings(Config(point, rpy_rad, in_deg));
     REQUIRE(warnings.size() == 1);
-    CHECK_THAT(warnings[0], Catch::Contains("point[1].rpy_deg: warning: ") &&
-                                Catch::Contains("is in radians: read so, the arm reaches point 3"));
+    CHECK_THAT(
+        warnings[0],
+        Catch::Contains("point[1].rpy_deg: warning: ") &&
+            Catch::Contains("is probably in radians: read as radians, the arm reaches point 3"));
   }
   SECTION("both") {
     const auto warnings = Warnings(Config(point, rpy_rad, in_rad));
     REQUIRE(warnings.size() == 2);
-    CHECK_THAT(warnings[0],
-               Catch::Contains("point[1].rpy_deg: warning: ") && Catch::Contains("is in radians"));
-    CHECK_THAT(warnings[1],
-               Catch::Contains("point[1].near_deg: warning: ") && Catch::Contains("is in radians"));
+    CHECK_THAT(warnings[0], Catch::Contains("point[1].rpy_deg: warning: ") &&
+                                Catch::Contains("is probably in radians"));
+    CHECK_THAT(warnings[1], Catch::Contains("point[1].near_deg: warning: ") &&
+                                Catch::Contains("is probably in radians"));
   }
   SECTION("rpy_deg of a frame") {
     const std::vector<double> turn_deg = {10, -20, 75};
@@ -170,7 +171,7 @@ TEST_CASE("Angles in radians are proved by the point that they lead to") {
     const auto warnings = Warnings(With(config, "rpy_deg", ListText(turn_deg, kDegree)));
     REQUIRE(warnings.size() == 1);
     CHECK_THAT(warnings[0], Catch::Contains("plumbline.toml:11 frame[1].rpy_deg: warning: ") &&
-                                Catch::Contains("is in radians") &&
+                                Catch::Contains("is probably in radians") &&
                                 Catch::Contains("Write [10, -20, 75]"));
   }
   SECTION("base_rpy_deg of the cell") {
@@ -181,12 +182,12 @@ TEST_CASE("Angles in radians are proved by the point that they lead to") {
     const auto warnings = Warnings(config, With(Ur10(), "base_rpy_deg", "[0, 0, 0.698132]"));
     REQUIRE(warnings.size() == 1);
     CHECK_THAT(warnings[0], Catch::Contains("ur10.toml:20 robot.base_rpy_deg: warning: ") &&
-                                Catch::Contains("is in radians") &&
+                                Catch::Contains("is probably in radians") &&
                                 Catch::Contains("Write [0, 0, 40]"));
   }
 }
 
-TEST_CASE("Small angles that the point confirms are degrees") {
+TEST_CASE("Small angles confirmed by the point are degrees") {
   const auto config = [](double turn_deg, const std::vector<double>& near_deg) {
     const Pose X_WO = {RotationFromRollPitchYaw(kDegree * Vec3(0, 0, turn_deg)),
                        Vec3(0.1, 0.05, -0.02)};
@@ -202,10 +203,10 @@ TEST_CASE("Small angles that the point confirms are degrees") {
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
              Catch::Contains("point[1].near_deg: warning: ") &&
-                 Catch::Contains("q1: near_deg says -40.0, the nearest posture that reaches"));
+                 Catch::Contains("q1 is -40.0 in near_deg, but 20.0 deg in the nearest posture"));
 }
 
-TEST_CASE("A point without near_deg: its angles are doubted only where nothing decides") {
+TEST_CASE("A point without near_deg: angles are doubted only if nothing else decides") {
   const Taught point;
   const auto missing = [](const std::vector<std::string>& warnings) {
     return warnings.size() == 1 && warnings[0].find("near_deg: warning: missing") < 200;
@@ -213,22 +214,24 @@ TEST_CASE("A point without near_deg: its angles are doubted only where nothing d
   CHECK(missing(Warnings(Config(point, ListText(point.rpy_deg), ""))));
   const auto doubted = Warnings(Config(point, "[3.1416, 0, 0]", ""));
   REQUIRE(doubted.size() == 2);
-  CHECK_THAT(doubted[1], Catch::Contains("rpy_deg: warning: [3.1416, 0, 0] looks like radians: in "
-                                         "degrees [180, 0, 0]"));
+  CHECK_THAT(
+      doubted[1],
+      Catch::Contains(
+          "rpy_deg: warning: [3.1416, 0, 0] looks like radians; in degrees write [180, 0, 0]"));
 }
 
-TEST_CASE("A point that is not reached is a warning with the payload and what to do") {
+TEST_CASE("An unreachable point is a warning with the payload and a remedy") {
   Taught point;
   point.xyz_mm = {1000.0, 900.0, 600.0};
   const auto warnings = Warnings(Config(point, ListText(point.rpy_deg), ListText(kTaught_deg)));
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
              Catch::Contains("point[1].xyz_mm: warning: ") &&
-                 Catch::Contains("gets no corrected point with 2 kg (out of reach): no posture "
-                                 "brings the tool there. Check the pose, its frame"));
+                 Catch::Contains("has no corrected point with 2 kg (out of reach): no posture "
+                                 "reaches it. Check the pose, its frame"));
 }
 
-TEST_CASE("near_deg in radians that breaks a limit as degrees is a fault that says so") {
+TEST_CASE("near_deg in radians that violates a limit as degrees is a fault with a hint") {
   const FileSource files = [](const std::string& path) -> Result<std::string> {
     if (path == "kr210.toml") return ReadTextFile("config/cells/kr210.toml");
     return ReadTextFile("config/profiles/generic.toml");
@@ -239,8 +242,9 @@ TEST_CASE("near_deg in radians that breaks a limit as degrees is a fault that sa
       "[[point]]\nid = 1\nxyz_mm = [2000, 0, 1500]\nnear_deg = [0, -1.5708, 1.5708, 0, 0.3, 0]\n",
       "plumbline.toml", files, "/nonexistent", faults);
   CHECK(faults.HasFaults());
-  CHECK_THAT(FaultsText(faults), Catch::Contains("has joint 2 outside its limits -140..-5") &&
-                                     Catch::Contains("looks like radians: in degrees [0, -90, 90"));
+  CHECK_THAT(FaultsText(faults),
+             Catch::Contains("has joint 2 outside its limits -140..-5") &&
+                 Catch::Contains("looks like radians; in degrees write [0, -90, 90"));
 }
 
 }  // namespace

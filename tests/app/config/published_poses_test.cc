@@ -1,4 +1,4 @@
-// The ready cells at postures whose flange position is known from the maker or from the drawing.
+// The supplied cells at postures whose flange position is published by the manufacturer.
 #include <catch2/catch.hpp>
 #include <numbers>
 
@@ -7,7 +7,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("the flange of each ready cell is where its data sheet draws it") {
+TEST_CASE("the flange of each supplied cell matches its data sheet") {
   struct Case {
     const char* cell;
     std::vector<double> q_deg;

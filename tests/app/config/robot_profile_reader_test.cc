@@ -79,7 +79,7 @@ Mat3 Turn(double angle, const Vec3& axis) {
 
 }  // namespace
 
-TEST_CASE("Universal Robots as they come") {
+TEST_CASE("Universal Robots without modification") {
   const RobotProfile profile = Shipped("universal-robots.toml");
   Registers registers;
   registers.Words(kHolding, 258, {7, 0, 1, 0, 0, 0});
@@ -114,7 +114,7 @@ TEST_CASE("Universal Robots as they come") {
   }
 }
 
-TEST_CASE("Universal Robots with a program that copies finer values") {
+TEST_CASE("Universal Robots with the program that copies finer values") {
   const RobotProfile profile = Shipped("universal-robots-fine.toml");
   Registers registers;
   registers.Words(kHolding, 140, {1250, -105, 0, 1500, 4});
@@ -208,7 +208,7 @@ TEST_CASE("the generic map") {
   CHECK(state.mode == RobotMode::kRunning);
 }
 
-TEST_CASE("every shipped profile has a source, and slots that hold what is pushed") {
+TEST_CASE("every shipped profile has a source and slots large enough for a pushed pose") {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("config/profiles")) {
     if (entry.path().extension() != ".toml") continue;
@@ -265,7 +265,7 @@ std::string FaultsIn(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a linear axis and an arm follow each other, in the units of each") {
+TEST_CASE("several [[joints]] are concatenated, each in its own units") {
   FaultList faults;
   const auto profile = RobotProfileFromText(Replaced(kSmall, "[[joints]]", R"([[joints]]
 table = "holding"
@@ -285,7 +285,7 @@ unit = "mm"
   CheckJoints(state, {1.2295, 1e-3, -1e-6}, 1e-12);
 }
 
-TEST_CASE("each fault of a profile is named with its line, key and remedy") {
+TEST_CASE("each fault of a profile is reported with its line, key and remedy") {
   REQUIRE(FaultsIn(kSmall + kPush).empty());
   struct Row {
     const char* from;
@@ -299,19 +299,20 @@ TEST_CASE("each fault of a profile is named with its line, key and remedy") {
       {"source", "sauce", "p.toml:3 sauce: unknown key; did you mean \"source\"?"},
       {"first = 10", "first = -1", "p.toml:6 read[1].first: -1 is outside 0..65535"},
       {"count = 20", "count = 126", "p.toml:7 read[1].count: 126 is outside 1..125"},
-      {"first = 10", "first = 65530", "end beyond 65535"},
+      {"first = 10", "first = 65530", "ends beyond register 65535"},
       {"table = \"holding\"", "table = \"inputs\"",
        "p.toml:5 read[1].table: \"inputs\" is not one"},
       {"[[joints]]", "[[axes]]", "joints: missing"},
       {"[10, 12]", "[]", "p.toml:10 joints[1].address: [] is an empty list"},
-      {"[10, 12]", "[10, 29]", "register 29, which no [[read]] of that table holds with the one"},
-      {"[10, 12]", "[9, 12]", "register 9, which no [[read]]"},
+      {"[10, 12]", "[10, 29]", "registers 29..30, which no [[read]]"},
+      {"[10, 12]", "[9, 12]", "registers 9..10, which no [[read]]"},
       {"[10, 12]", "[10, 65536]", "65536 is outside 0..65535"},
       {"[10, 12]", "10", "is not a list of integers"},
       {"\"int32\"", "\"int64\"", "p.toml:11 joints[1].type: \"int64\" is not one of"},
       {"type = \"int32\"\n", "", "joints[1].type: missing"},
       {"\"urad\"", "\"grad\"", "p.toml:12 joints[1].unit: \"grad\" is not one of"},
-      {"unit = \"urad\"", "unit = \"urad\"\nscale = 0", "scale: 0 makes every reading the same"},
+      {"unit = \"urad\"", "unit = \"urad\"\nscale = 0",
+       "scale: 0 must not be 0: every reading would be the same"},
       {"unit = \"urad\"", "unit = \"urad\"\nscale = nan", "scale: nan is not a finite number"},
       {"unit = \"urad\"", "unit = \"urad\"\nword_order = \"AB\"", "word_order: \"AB\" is not one"},
       {"unit = \"urad\"", "unit = \"urad\"\nwrap = \"2pi\"", "wrap: \"2pi\" is not one of"},
@@ -328,8 +329,8 @@ TEST_CASE("each fault of a profile is named with its line, key and remedy") {
       {"[push]", "[tcp]\n[push]", "tcp.position: missing"},
       {"[push]", "[[mode.bit]]\ntable=\"coil\"\naddress=3\nmode=\"running\"\n[push]",
        "register 3, which no [[read]]"},
-      {"stride = 8", "stride = 7", "push: pose (6 registers), id and sequence do not lie"},
-      {"sequence_place = 7", "sequence_place = 2", "do not lie beside each other"},
+      {"stride = 8", "stride = 7", "push: pose (6 registers), id and sequence overlap"},
+      {"sequence_place = 7", "sequence_place = 2", "overlap or do not fit"},
       {"slots = 2", "slots = 65", "push.slots: 65 is outside 1..64"},
       {"position_step_mm = 0.1", "position_step_mm = 0", "position_step_mm: 0 is outside"},
       {"\"abc\"", "\"zyz\"", "push.convention: \"zyz\" is not one of"},
@@ -341,7 +342,7 @@ TEST_CASE("each fault of a profile is named with its line, key and remedy") {
   }
 }
 
-TEST_CASE("all faults are told at once, in the order of their lines") {
+TEST_CASE("all faults are reported at once, ordered by line") {
   std::string text = Replaced(kSmall + kPush, "count = 20", "count = 0");
   text = Replaced(text, "\"urad\"", "\"arcmin\"");
   text = Replaced(text, "slots = 2", "slots = 0");

@@ -28,7 +28,7 @@ TEST_CASE("a pipe is read to its end, and waits for nobody") {
   const auto silent = ReadTextFile(pipe);
   REQUIRE_FALSE(silent);
   CHECK(silent.error() ==
-        "is a pipe, and nothing came for 1.5 s; check the program that writes it");
+        "is a pipe that delivered no data for 1.5 s; check the program that writes to it");
 
   std::thread late([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));

@@ -94,9 +94,9 @@ TEST_CASE("Each kind of fault has its message, with file, line, key and value") 
       {"count = 3", "count = 9223372036854775807",
        "thing.count: 9223372036854775807 is outside 1..5"},
       {"on = true", "on = 1", "thing.on: 1 is not true or false"},
-      {"name = \"cube\"", "name = 7", "thing.name: 7 is not a text in quotes"},
+      {"name = \"cube\"", "name = 7", "thing.name: 7 is not a string in quotes"},
       {"name = \"cube\"", "name = \"\"", "thing.name: \"\" is empty"},
-      {"name = \"cube\"", "", "@2 thing.name: missing; expected a text in quotes"},
+      {"name = \"cube\"", "", "@2 thing.name: missing; expected a string in quotes"},
       {"colour = \"blue\"", "colour = \"green\"",
        "thing.colour: \"green\" is not one of \"red\", \"blue\""},
       {"at_mm = [1, 2.5, -3]", "at_mm = [1, 2]", "thing.at_mm: [1, 2] is not a list of 3 numbers"},
@@ -104,7 +104,8 @@ TEST_CASE("Each kind of fault has its message, with file, line, key and value") 
       {"at_mm = [1, 2.5, -3]", "at_mm = [1, nan, 3]", "thing.at_mm[2]: nan is not a finite number"},
       {"at_mm = [1, 2.5, -3]", "at_mm = [1, 2, 2000]",
        "thing.at_mm[3]: 2000 is outside -1000..1000"},
-      {"words = [\"a\", \"b\"]", "words = [\"a\", 3]", "thing.words[2]: 3 is not a text in quotes"},
+      {"words = [\"a\", \"b\"]", "words = [\"a\", 3]",
+       "thing.words[2]: 3 is not a string in quotes"},
       {"matrix = [[1, 0.5], [0.5, 1]]", "matrix = [[1, 0.5]]",
        "thing.matrix: [[1, 0.5]] is not a list of 2 lists of 2 numbers"},
       {"matrix = [[1, 0.5], [0.5, 1]]", "matrix = [[1, 0.5], [0.5]]",
@@ -135,12 +136,11 @@ TEST_CASE("All faults of a text are told at once, in the order of its lines") {
   FaultList faults;
   ReadThing("[thing]\nmass_kg = 900\nangle_deg = inf\non = 2\ncolor = \"red\"\n[[part]]\n", faults);
   CHECK(FaultsText(faults) ==
-        "thing.toml:1 thing.name: missing; expected a text in quotes\n"
-        "thing.toml:2 thing.mass_kg: 900 is outside 0..300\n"
-        "thing.toml:3 thing.angle_deg: inf is not a finite number\n"
-        "thing.toml:4 thing.on: 2 is not true or false\n"
-        "thing.toml:5 thing.color: unknown key; did you mean \"colour\"?\n"
-        "thing.toml:6 part[1].a_mm: missing; expected a number, 0..10\n");
+        "thing.toml:1 thing.name: missing; expected a string in quotes\nthing.toml:2 "
+        "thing.mass_kg: 900 is outside 0..300\nthing.toml:3 thing.angle_deg: inf is not a finite "
+        "number\nthing.toml:4 thing.on: 2 is not true or false\nthing.toml:5 thing.color: unknown "
+        "key; did you mean \"colour\"?\nthing.toml:6 part[1].a_mm: missing; expected a number, "
+        "0..10\n");
 }
 
 TEST_CASE("A text that is no TOML is one fault with its line") {

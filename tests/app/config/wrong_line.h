@@ -1,4 +1,4 @@
-// Tests of readers: one line of a good text made wrong, and the fault that it must give.
+// Helper for reader tests: replaces one line of a valid text and expects one fault.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,8 +12,8 @@
 
 namespace plumbline {
 
-/// A line of a good text (its whole content, without indentation), what stands there instead, and
-/// the fault: key and text, without file and line.
+/// A line of a valid text (its whole content, without indentation), its replacement, and the
+/// expected fault: key and text, without file and line.
 struct WrongLine {
   const char* good;
   const char* wrong;
@@ -39,8 +39,8 @@ inline std::vector<std::string> Texts(const FaultList& faults, Fault::Severity s
   return texts;
 }
 
-/// Reads each wrong text and expects exactly the one fault, at the line that was replaced; a fault
-/// text that begins with `@` stands at another line, written as `@12 key: what`.
+/// Reads each faulty text and expects exactly one fault, at the replaced line. A fault at another
+/// line is written as `@12 key: what`.
 template <typename Reader>
 void ExpectOneFaultEach(const std::string& good_text, const std::string& file,
                         const std::vector<WrongLine>& cases, Reader read) {

@@ -232,7 +232,7 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
         Edited(written, "residual_sigma_mm = 0.05", "residual_sigma_mm = 0.01")}) {
     const ReadBack edited = ReadWithRadius(text);
     CHECK_FALSE(edited.cell.domain->as_validated);
-    CHECK(edited.told.find("the model was changed after it was fitted") != std::string::npos);
+    CHECK(edited.told.find("the model was edited after it was fitted") != std::string::npos);
     CHECK(edited.radius.basis == RadiusBasis::kAssumed);
     CHECK(edited.radius.radius_m > validated.radius.radius_m);
     // Diagnosed again, it is a validated model.

@@ -32,101 +32,101 @@ struct Installation {
   const std::string file = folder.path() + "/plumbline.toml";
 };
 
-const CheckedThing* Of(const CheckUp& found, const std::string& what) {
-  for (const CheckedThing& thing : found) {
-    if (thing.what == what) return &thing;
+const CheckResult* Of(const CheckResults& found, const std::string& subject) {
+  for (const CheckResult& result : found) {
+    if (result.subject == subject) return &result;
   }
   return nullptr;
 }
 
 }  // namespace
 
-TEST_CASE("an installation without state directory and robot has just these two faults") {
+TEST_CASE("a missing state directory and robot are the only two faults reported") {
   const Installation here;
   here.Configure("");
-  const CheckUp found = Examine(here.file, "no-such-user-here");
-  for (const CheckedThing& thing : found) {
-    INFO(thing.what << ": " << thing.told);
-    const bool expected = thing.what == "state directory" || thing.what == "robot";
-    CHECK((thing.health == Health::kFault) == expected);
-    if (thing.health >= Health::kWarning) CHECK_FALSE(thing.remedy.empty());
+  const CheckResults found = Examine(here.file, "no-such-user-here");
+  for (const CheckResult& result : found) {
+    INFO(result.subject << ": " << result.finding);
+    const bool expected = result.subject == "state directory" || result.subject == "robot";
+    CHECK((result.health == Health::kFault) == expected);
+    if (result.health >= Health::kWarning) CHECK_FALSE(result.remedy.empty());
   }
   REQUIRE(Of(found, "robot") != nullptr);
-  CHECK_THAT(Of(found, "robot")->told, Catch::Contains("127.0.0.1:1"));
+  CHECK_THAT(Of(found, "robot")->finding, Catch::Contains("127.0.0.1:1"));
   REQUIRE(Of(found, "daemon") != nullptr);
   CHECK(Of(found, "daemon")->health == Health::kWarning);
 }
 
 TEST_CASE(
-    "each fault of the configuration is a thing, and the computer is looked at all the same") {
+    "each fault of the configuration is a result, and the computer is looked at all the same") {
   const Installation here;
   here.Configure("[correction]\nmax_rotation_deg = -1.0\n[plc]\nprot = 3\n");
-  const CheckUp found = Examine(here.file, "no-such-user-here");
+  const CheckResults found = Examine(here.file, "no-such-user-here");
   int faults = 0;
-  for (const CheckedThing& thing : found)
-    faults += thing.what == "configuration" && thing.health == Health::kFault;
+  for (const CheckResult& result : found)
+    faults += result.subject == "configuration" && result.health == Health::kFault;
   CHECK(faults == 2);
   CHECK(Of(found, "clock") != nullptr);
 }
 
-TEST_CASE("who may give commands is told, and what to do where that is everybody") {
+TEST_CASE("PLC access open to everybody is a warning with a remedy") {
   const Installation here;
   for (const auto& [plc, health] :
        {std::pair("[plc]\nlisten = \"0.0.0.0\"\n", Health::kWarning),
         std::pair("[plc]\nlisten = \"0.0.0.0\"\nallow = [\"192.168.0.10\"]\n", Health::kGood)}) {
     here.Configure(plc);
-    const CheckUp found = Examine(here.file, "root");
-    const CheckedThing* const access = Of(found, "plc access");
+    const CheckResults found = Examine(here.file, "root");
+    const CheckResult* const access = Of(found, "plc access");
     REQUIRE(access != nullptr);
     CHECK(access->health == health);
     if (health == Health::kWarning) CHECK_THAT(access->remedy, Catch::Contains("[plc]"));
   }
 }
 
-TEST_CASE("a camera that is not plugged in is a fault with a remedy") {
+TEST_CASE("a camera that is not connected is a fault with a remedy") {
   const Installation here;
   std::filesystem::copy("config/bodies.toml", here.folder.path() + "/bodies.toml");
   here.Configure(
       "[camera]\nkind = \"v4l2\"\ndevice = \"NO-SUCH-SERIAL\"\n[tags]\nfile = \"bodies.toml\"\n");
-  const CheckUp found = Examine(here.file, "root");
-  const CheckedThing* const camera = Of(found, "camera");
+  const CheckResults found = Examine(here.file, "root");
+  const CheckResult* const camera = Of(found, "camera");
   REQUIRE(camera != nullptr);
   CHECK(camera->health == Health::kFault);
-  CHECK_THAT(camera->told, Catch::Contains("NO-SUCH-SERIAL"));
+  CHECK_THAT(camera->finding, Catch::Contains("NO-SUCH-SERIAL"));
   CHECK_THAT(camera->remedy, Catch::Contains("plumbline cameras"));
 }
 
-TEST_CASE("room on the disk and the kind of file system count") {
+TEST_CASE("free space, file system and existence of the state directory are checked") {
   const TemporaryFolder folder;
-  CHECK(LookAtState(folder.path(), AccountOf("root")).health != Health::kNotLooked);
-  CHECK(LookAtState("/proc", AccountOf("root")).health == Health::kFault);
-  CHECK(LookAtState("/nonexistent", AccountOf("root")).health == Health::kFault);
-  CHECK(LookAtJournal("/nonexistent").health == Health::kWarning);
-  CHECK(LookAtJournal(folder.path()).health == Health::kGood);
+  CHECK(CheckStateDirectory(folder.path(), AccountByName("root")).health != Health::kNotChecked);
+  CHECK(CheckStateDirectory("/proc", AccountByName("root")).health == Health::kFault);
+  CHECK(CheckStateDirectory("/nonexistent", AccountByName("root")).health == Health::kFault);
+  CHECK(CheckSystemJournal("/nonexistent").health == Health::kWarning);
+  CHECK(CheckSystemJournal(folder.path()).health == Health::kGood);
 }
 
-TEST_CASE("the command answers by its exit code") {
+TEST_CASE("plumbline doctor reports faults in its exit code") {
   const Installation here;
   here.Configure("");
   const Answer answer = Shell("doctor " + here.file + " --json");
   CHECK(answer.exit_code == 1);
-  CHECK_THAT(answer.told, Catch::Contains("\"what\": \"robot\""));
+  CHECK_THAT(answer.output, Catch::Contains("\"what\": \"robot\""));
   const Answer by_name = Shell("doctor --config " + here.file + " --json");
   CHECK(by_name.exit_code == 1);
-  CHECK_THAT(by_name.told, Catch::Contains("\"what\": \"robot\""));
+  CHECK_THAT(by_name.output, Catch::Contains("\"what\": \"robot\""));
 }
 
-TEST_CASE("a broker that is not there, and a password that everybody reads, are told") {
+TEST_CASE("an unreachable broker and a missing password file are faults") {
   const Installation here;
   here.Configure("[mqtt]\nhost = \"127.0.0.1\"\nport = 1\n");
-  const CheckUp found = Examine(here.file, "no-such-user-here");
-  const CheckedThing* const broker = Of(found, "broker");
+  const CheckResults found = Examine(here.file, "no-such-user-here");
+  const CheckResult* const broker = Of(found, "broker");
   REQUIRE(broker != nullptr);
   CHECK(broker->health == Health::kFault);
-  CHECK_THAT(broker->told, Catch::Contains("127.0.0.1:1: Connection refused"));
+  CHECK_THAT(broker->finding, Catch::Contains("127.0.0.1:1: Connection refused"));
   CHECK_FALSE(broker->remedy.empty());
   here.Configure(
       "[mqtt]\nhost = \"127.0.0.1\"\nport = 1\nusername = \"u\"\npassword_file = \"none\"\n");
-  const CheckUp other = Examine(here.file, "no-such-user-here");
-  CHECK_THAT(Of(other, "broker")->told, Catch::Contains("none"));
+  const CheckResults other = Examine(here.file, "no-such-user-here");
+  CHECK_THAT(Of(other, "broker")->finding, Catch::Contains("none"));
 }

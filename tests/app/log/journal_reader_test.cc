@@ -97,8 +97,8 @@ TEST_CASE("what journald kept is read again, and asked for in parts") {
   SECTION("the command explains them") {
     const Answer answer = Shell("log --level error --explain --directory " + folder.path());
     CHECK(answer.exit_code == 0);
-    CHECK_THAT(answer.told, Catch::Contains("error    robot link lost:"));
-    CHECK_THAT(answer.told, Catch::Contains("do:  cable, address, controller"));
+    CHECK_THAT(answer.output, Catch::Contains("error    robot link lost:"));
+    CHECK_THAT(answer.output, Catch::Contains("do:  cable, address, controller"));
   }
 }
 

@@ -160,7 +160,7 @@ TEST_CASE("each fault is reported with its line and a suggestion") {
         "line[2].name: \"axis\" is used by another table of this kind"},
        {"unit = \"inch\"", "unit = \"furlong\"",
         "object[1].unit: \"furlong\" must be one of um, mm, cm, m, inch, ft"},
-       {"unit = \"inch\"", "", "@9 object[1].unit: missing; expected a text in quotes"},
+       {"unit = \"inch\"", "", "@9 object[1].unit: missing; expected a string in quotes"},
        {"file = \"part.glb\"", "file = \"part.step\"",
         "object[3].file: \"part.step\" must end in one of .wrl, .stl, .obj, .ply, .gltf, .glb"},
        {"on = { tag = 17 }", "on = { tag = 16 }",

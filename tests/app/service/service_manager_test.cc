@@ -1,4 +1,4 @@
-// The daemon under a service manager: the test plays systemd's side of the protocol on real
+// The daemon under a service manager: the test implements systemd's side of the protocol on real
 // sockets [sd_notify(3), sd_listen_fds(3)].
 #include <arpa/inet.h>
 #include <poll.h>
@@ -24,7 +24,7 @@ using virtual_cell::VirtualCellOptions;
 
 namespace {
 
-/// The socket that a service manager listens on.
+/// The notification socket of a service manager.
 class NotifySocket {
  public:
   NotifySocket() : path_(folder_.path() + "/notify") {
@@ -40,10 +40,10 @@ class NotifySocket {
 
   const std::string& path() const { return path_; }
 
-  /// Whether a message with this text comes within a time; others are passed over.
+  /// True if a message containing this text arrives in time; other messages are ignored.
   bool Hears(const std::string& text, int within_ms) { return First({text}, within_ms) == text; }
 
-  /// Which of some texts comes first; "" where none does within a time.
+  /// The text that arrives first; "" if none does in time.
   std::string First(const std::vector<std::string>& texts, int within_ms) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(within_ms);
     for (;;) {
@@ -58,7 +58,7 @@ class NotifySocket {
     }
   }
 
-  /// What came to be kept, under this name.
+  /// The descriptors received for the descriptor store, under this name.
   const std::vector<int>& kept() const { return kept_; }
   static constexpr char kKept[] = "modbus-client";
 
@@ -98,7 +98,7 @@ VirtualCellOptions IdleCell() {
   return options;
 }
 
-/// One thread of another process stands still: held as by a debugger [ptrace(2)].
+/// Stops one thread of another process, like a debugger [ptrace(2)].
 class HeldThread {
  public:
   HeldThread(pid_t process, const std::string& name) {
@@ -114,7 +114,7 @@ class HeldThread {
     REQUIRE(ptrace(PTRACE_INTERRUPT, thread_, nullptr, nullptr) == 0);
     REQUIRE(waitpid(thread_, nullptr, __WALL) == thread_);
   }
-  /// Where the process was killed meanwhile, its end is taken note of, or it would never be over.
+  /// If the process was killed meanwhile, it must be waited for, or it would remain a zombie.
   ~HeldThread() { waitpid(thread_, nullptr, __WALL); }
   HeldThread(const HeldThread&) = delete;
   HeldThread& operator=(const HeldThread&) = delete;
@@ -161,7 +161,7 @@ struct Listening {
 
 }  // namespace
 
-TEST_CASE("the service manager is told that the daemon serves, lives, reads again and ends") {
+TEST_CASE("the service manager is notified of ready, watchdog, reload and stop") {
   RunningCell cell(IdleCell());
   NotifySocket manager;
   DaemonProcess daemon(DemoConfig(cell.robot(), "generic"), std::nullopt, [&] {
@@ -182,7 +182,7 @@ TEST_CASE("the service manager is told that the daemon serves, lives, reads agai
   CHECK(daemon.Wait() == 0);
 }
 
-TEST_CASE("a thread that hangs: the service manager is asked to restart the daemon at once") {
+TEST_CASE("a hanging thread triggers an immediate restart by the service manager") {
   RunningCell cell(IdleCell());
   NotifySocket manager;
   DaemonProcess daemon(DemoConfig(cell.robot(), "generic"), std::nullopt, [&] {
@@ -197,8 +197,7 @@ TEST_CASE("a thread that hangs: the service manager is asked to restart the daem
   daemon.Signal(SIGKILL);
 }
 
-TEST_CASE(
-    "a robot that answers late does not let the watchdog run out while files are read again") {
+TEST_CASE("a slow robot does not let the watchdog expire during a reload") {
   const Listening robot;  // takes the question, and never answers
   NotifySocket manager;
   const std::string config =
@@ -220,7 +219,7 @@ TEST_CASE(
   close(asked);
 }
 
-TEST_CASE("a PLC's connection outlives the daemon, however that ends") {
+TEST_CASE("a PLC's connection survives the daemon, however it ends") {
   RunningCell cell(IdleCell());
   const Listening socket;
   NotifySocket manager;
@@ -248,7 +247,7 @@ TEST_CASE("a PLC's connection outlives the daemon, however that ends") {
   for (const int kept : manager.kept()) close(kept);
 }
 
-TEST_CASE("a listening socket of the service manager is served, and outlives the daemon") {
+TEST_CASE("a listening socket of the service manager is served and survives the daemon") {
   RunningCell cell(IdleCell());
   const Listening socket;
   const std::string plc = "127.0.0.1:" + std::to_string(socket.port);

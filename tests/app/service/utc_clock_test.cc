@@ -4,7 +4,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("UTC runs evenly within a run, and a step of the computer's clock is told once") {
+TEST_CASE("UTC advances without steps, and a step of the system clock is reported once") {
   UtcClock clock(1.8e9, 1000);
   CHECK(clock.UtcAt(1000) == 1.8e9);
   CHECK(clock.UtcAt(1060.5) == 1.8e9 + 60.5);

@@ -30,7 +30,7 @@ std::string FaultsOfToml(const std::string& text) {
   return FaultsText(faults);
 }
 
-TEST_CASE("A TOML text that nests too deeply is a fault with its line, and is never parsed") {
+TEST_CASE("A TOML text nested too deeply is a fault with its line, and is never parsed") {
   const std::string text = GENERATE(
       "[" + DottedKey(kFarTooMany) + "]\n", "[[" + DottedKey(kFarTooMany) + "]]\n",
       "[" + Times(kFarTooMany, "a . \"b.c\" . ") + "a]\n", DottedKey(kFarTooMany) + " = 1\n",
@@ -43,8 +43,8 @@ TEST_CASE("A TOML text that nests too deeply is a fault with its line, and is ne
         fmt::format("cell.toml:{}: {}\n", line, NestedTooDeepText()));
 }
 
-TEST_CASE("A text that nests no deeper than allowed is read") {
-  const int depth = kDeepestNesting;
+TEST_CASE("A text nested as deeply as allowed is read") {
+  const int depth = kMaxNestingDepth;
   const std::string deepest = GENERATE_COPY(
       "[" + DottedKey(depth) + "]\n", DottedKey(depth) + " = 1\n",
       "a = " + Times(depth - 1, "[") + Times(depth - 1, "]") + "\n",
@@ -54,14 +54,14 @@ TEST_CASE("A text that nests no deeper than allowed is read") {
 }
 
 TEST_CASE("Levels of header, key and brackets add up") {
-  const int depth = kDeepestNesting;
+  const int depth = kMaxNestingDepth;
   CHECK(LineNestedTooDeepInToml("[" + DottedKey(depth) + "]\na = 1\n") == 2);
   CHECK(LineNestedTooDeepInToml("[a.b]\n" + DottedKey(depth - 1) + " = 1\n") == 2);
   CHECK(LineNestedTooDeepInToml("a = { " + DottedKey(depth - 1) + " = 1 }\n") == 1);
   CHECK_FALSE(LineNestedTooDeepInToml("a = { " + DottedKey(depth - 2) + " = 1 }\n"));
 }
 
-TEST_CASE("Brackets and dots in strings and comments, and lists of many numbers, do not nest") {
+TEST_CASE("Brackets and dots in strings and comments, and long lists, do not count as nesting") {
   const std::string dots = Times(200, ".") + Times(200, "[{");
   const std::string text =
       GENERATE_COPY("# " + dots + "\na = 1\n", "a = \"" + dots + "\"\n", "a = '" + dots + "'\n",
@@ -75,13 +75,13 @@ TEST_CASE("Brackets and dots in strings and comments, and lists of many numbers,
   CHECK_FALSE(LineNestedTooDeepInToml(text));
 }
 
-TEST_CASE("JSON that nests too deeply is refused with its line before it is parsed") {
+TEST_CASE("JSON nested too deeply is refused with its line before it is parsed") {
   for (const std::string_view piece : {"[", "{\"a\":", "[{\"a\":"}) {
     const auto json = JsonFromText("[1,\n" + Times(kFarTooMany, piece));
     REQUIRE_FALSE(json);
     CHECK(json.error() == "line 2: " + NestedTooDeepText());
   }
-  const std::string deepest = Times(kDeepestNesting, "[") + Times(kDeepestNesting, "]");
+  const std::string deepest = Times(kMaxNestingDepth, "[") + Times(kMaxNestingDepth, "]");
   CHECK(JsonFromText(deepest).ok());
   CHECK_FALSE(JsonFromText("[" + deepest + "]").ok());
   CHECK(JsonFromText(R"({"a": "\"[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["})").ok());

@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include "app/config/loop_config.h"
+#include "app/config/monitoring_config.h"
 #include "app/config/toml_reader.h"
 
 using namespace plumbline;
@@ -9,7 +9,7 @@ namespace {
 
 LoopConfig Read(const std::string& lines, FaultList& faults) {
   TomlDocument document("[loop]\n" + lines, "plumbline.toml", faults);
-  LoopConfig loop = LoopFromToml(*document.Root().Table("loop"));
+  LoopConfig loop = MonitoringFromToml(*document.Root().Table("loop"));
   document.ReportUnknownKeys();
   return loop;
 }
@@ -41,10 +41,10 @@ TEST_CASE("[loop] is read, in SI") {
   CHECK(loop.journal_bytes == 50'000'000);
 }
 
-TEST_CASE("each field of [loop] wrong in turn gives its message") {
+TEST_CASE("each faulty field of [loop] gives its message") {
   const std::pair<const char*, const char*> cases[] = {
       {"enabled = 1", "loop.enabled"},
-      {"session = \"a,b\"", "must not hold a comma"},
+      {"session = \"a,b\"", "must not contain a comma"},
       {"probe_sigma_mm = 0.0", "outside 0.001..10"},
       {"reference_probes = 3", "too few"},
       {"reference_probes = 101", "outside 0..100"},

@@ -1,5 +1,6 @@
-// Whole numbers of a JSON text that comes from another process or from a file: the library's own
-// conversion takes any number.
+// Range-checked integers from JSON.
+//
+// For text from files and other processes: the JSON library itself converts any number silently.
 #pragma once
 
 #include <concepts>
@@ -11,17 +12,17 @@
 
 namespace plumbline {
 
-/// The number; nothing where it is no whole one that T holds.
+/// The value, or nullopt if it is not an integer that fits T.
 template <std::integral T, typename Json>
 std::optional<T> WholeIfAny(const Json& json) {
-  const bool held =
+  const bool fits =
       json.is_number_unsigned()
           ? std::in_range<T>(json.template get<std::uint64_t>())
           : json.is_number_integer() && std::in_range<T>(json.template get<std::int64_t>());
-  return held ? std::optional(json.template get<T>()) : std::nullopt;
+  return fits ? std::optional(json.template get<T>()) : std::nullopt;
 }
 
-/// @throws std::out_of_range where it is none
+/// @throws std::out_of_range if it is not an integer that fits T
 template <std::integral T, typename Json>
 T WholeOf(const Json& json) {
   const std::optional<T> number = WholeIfAny<T>(json);

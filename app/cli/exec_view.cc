@@ -1,4 +1,4 @@
-#include "app/cli/become_view.h"
+#include "app/cli/exec_view.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 
 namespace plumbline {
 
-int BecomeView(const std::string& command, std::vector<std::string> arguments) {
+int ExecView(const std::string& command, std::vector<std::string> arguments) {
   const std::string program = ProgramBeside("plumbline-view");
   arguments.insert(arguments.begin(), program);
   std::vector<char*> words;

@@ -2,14 +2,15 @@
 
 namespace plumbline {
 
-LoopConfig LoopFromToml(const TomlTable& table) {
+LoopConfig MonitoringFromToml(const TomlTable& table) {
   LoopConfig loop;
   ReadKeys(table, loop);
   if (loop.session.find_first_of(",\"\n\r") != std::string::npos) {
-    table.AddFault("session", "must not hold a comma, a quote or a line end");
+    table.AddFault("session", "must not contain a comma, a quote or a line break");
   }
   if (loop.reference_probes > 0 && loop.reference_probes < 5) {
-    table.AddFault("reference_probes", "is too few for a reference: 5..100, or 0 for the model");
+    table.AddFault("reference_probes",
+                   "is too few for a reference; write 5..100, or 0 to use the model itself");
   }
   return loop;
 }

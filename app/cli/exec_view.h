@@ -1,0 +1,15 @@
+// Delegation to plumbline-view of the commands that draw or measure the overlay's scene.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace plumbline {
+
+/// Replaces this process by plumbline-view, which is installed beside this program and is the only
+/// one linked with the drawing and measuring libraries. Returns only on failure, after printing it.
+/// @param command  the command of plumbline, for the error message
+/// @return         the exit code
+int ExecView(const std::string& command, std::vector<std::string> arguments);
+
+}  // namespace plumbline
