@@ -39,8 +39,7 @@ Result<std::int64_t> SharedLensStore::Append(const LensEntry& entry) {
   return store_->Append(entry);
 }
 
-CameraStores::CameraStores(const std::string& state_directory, const Body& cell,
-                           const LogSink& sink)
+WatchStores::WatchStores(const std::string& state_directory, const Body& cell, const LogSink& sink)
     : lenses(state_directory + "/lenses.sqlite", sink),
       baselines(state_directory + "/fixed_marks.json", cell, baselines_problem) {
   if (!baselines_problem.empty()) sink({Event::kMarksFile, "reference tags: " + baselines_problem});

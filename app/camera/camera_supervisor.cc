@@ -64,9 +64,9 @@ std::string UtcNow() {
 
 }  // namespace
 
-CameraSupervisor::CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision,
-                                   CameraDevices devices, CameraStores& stores,
-                                   std::string plumbline, CameraLink& link, LogSink sink, Show show)
+CameraWatch::CameraWatch(const CameraConfig& camera, const VisionConfig& vision,
+                         CameraDevices devices, WatchStores& stores, std::string plumbline,
+                         CameraLink& link, LogSink sink, Show show)
     : zoom_(camera.zoom),
       board_(vision.board),
       devices_(std::move(devices)),
@@ -77,11 +77,11 @@ CameraSupervisor::CameraSupervisor(const CameraConfig& camera, const VisionConfi
       show_(std::move(show)),
       supervisor_(SettingsFrom(camera, vision), std::move(sink)) {}
 
-CameraSupervisor::~CameraSupervisor() {
+CameraWatch::~CameraWatch() {
   Stop();
 }
 
-void CameraSupervisor::Start() {
+void CameraWatch::Start() {
   WithSupervisor([](LensSupervisor&) {});
   handled_starts_ = link_.start_board;
   handled_cancels_ = link_.cancel_board;
@@ -91,7 +91,7 @@ void CameraSupervisor::Start() {
   pthread_setname_np(image_thread_.native_handle(), "images");
 }
 
-void CameraSupervisor::Stop() {
+void CameraWatch::Stop() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -101,17 +101,17 @@ void CameraSupervisor::Stop() {
   if (image_thread_.joinable()) image_thread_.join();
 }
 
-void CameraSupervisor::Pause(double seconds) {
+void CameraWatch::Pause(double seconds) {
   std::unique_lock lock(mutex_);
   wake_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return stop_; });
 }
 
-FrameContext CameraSupervisor::CurrentContext() {
+FrameContext CameraWatch::CurrentContext() {
   const std::lock_guard lock(mutex_);
   return supervisor_.frame_context();
 }
 
-void CameraSupervisor::RunZoomThread() {
+void CameraWatch::RunZoomThread() {
   double tick_s = MonotonicSeconds();
   for (;;) {
     sensor_pulse_.Beat();
@@ -132,7 +132,7 @@ void CameraSupervisor::RunZoomThread() {
   }
 }
 
-void CameraSupervisor::RunImageThread() {
+void CameraWatch::RunImageThread() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kImageThreadNice);
   worker_.emplace(plumbline_, MonotonicSeconds);  // here: the process ends with this thread
   for (;;) {
@@ -160,7 +160,7 @@ void CameraSupervisor::RunImageThread() {
 }
 
 /// A capture times out even if the camera no longer delivers frames.
-void CameraSupervisor::OnMissingFrame(double now_s) {
+void CameraWatch::OnMissingFrame(double now_s) {
   if (CurrentContext().state != ZoomState::kCalibrating) {
     waiting_since_s_.reset();
     return;
@@ -178,7 +178,7 @@ void CameraSupervisor::OnMissingFrame(double now_s) {
   WithSupervisor([&](LensSupervisor& supervisor) { supervisor.OnBoardRefused({why}, now_s); });
 }
 
-void CameraSupervisor::HandleRequests() {
+void CameraWatch::HandleRequests() {
   const double now_s = MonotonicSeconds();
   if (const std::uint32_t starts = link_.start_board; starts != handled_starts_) {
     handled_starts_ = starts;
@@ -190,7 +190,7 @@ void CameraSupervisor::HandleRequests() {
   }
 }
 
-void CameraSupervisor::TakeFrame(const CameraFrame& frame) {
+void CameraWatch::TakeFrame(const CameraFrame& frame) {
   waiting_since_s_.reset();
   const FrameContext context = CurrentContext();
   if (context.standstill != standstill_) devices_.tracker->Forget();
@@ -206,7 +206,7 @@ void CameraSupervisor::TakeFrame(const CameraFrame& frame) {
   if (context.search_for_board && board_.by_itself) LookForBoard(frame);
 }
 
-void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& frame) {
+void CameraWatch::Track(const FrameContext& context, const CameraFrame& frame) {
   const ActiveLens* const lens = context.lens.get();
   const bool fits = lens != nullptr && lens->known.size == frame.luma.size();
   if (lens != nullptr && !fits && !size_mismatch_) {
@@ -238,19 +238,19 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
   if (changed && check.baseline) StoreBaseline(context, *check.baseline);
 }
 
-void CameraSupervisor::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
+void CameraWatch::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
   if (!context.lens->calibrated || context.lens->id == 0) return;
   if (const auto kept = stores_.baselines.Store(context.lens->id, baseline); !kept) {
     sink_({Event::kMarksFile, "reference tags: not saved: " + kept.error()});
   }
 }
 
-LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
+LensKey CameraWatch::LensKeyFor(const FrameContext& context) const {
   const CameraIdentity& camera = devices_.camera->identity();
   return {camera.serial, camera.mode, context.zoom_counts.value_or(0), context.focus_counts};
 }
 
-void CameraSupervisor::LookUpLens(const FrameContext& context) {
+void CameraWatch::LookUpLens(const FrameContext& context) {
   if (devices_.camera->identity().serial.empty()) return;
   const double lookup_time_s = MonotonicSeconds();
   const ZoomSupervisionSettings& bands = zoom_.supervision;
@@ -279,7 +279,7 @@ void CameraSupervisor::LookUpLens(const FrameContext& context) {
   });
 }
 
-void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
+void CameraWatch::LookForBoard(const CameraFrame& frame) {
   if (const auto answer = worker_->Poll(); answer && *answer && search_standstill_ == standstill_) {
     const bool started = WithSupervisor(
         [&](LensSupervisor& supervisor) { return supervisor.StartBoard(MonotonicSeconds()); });
@@ -294,7 +294,7 @@ void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
   }
 }
 
-void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
+void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   if (!session_) {
     session_.emplace(BoardFrom(board_), frame.luma.size(), frame.time_s);
     search_standstill_.reset();
@@ -321,7 +321,7 @@ void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
   if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
 }
 
-void CameraSupervisor::FinishBoard() {
+void CameraWatch::FinishBoard() {
   const BoardSession session = std::move(*session_);
   session_.reset();
   if (session.state() == BoardSession::State::kRefused) {
@@ -341,7 +341,7 @@ void CameraSupervisor::FinishBoard() {
   if (taken) StoreLens(session, context);
 }
 
-void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext& context) {
+void CameraWatch::StoreLens(const BoardSession& session, const FrameContext& context) {
   const LensCalibration& solved = *session.calibration();
   LensEntry entry;
   entry.key = LensKeyFor(context);
@@ -354,16 +354,16 @@ void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext
   entry.utc = UtcNow();
   const double fx_sd = std::sqrt(solved.covariance(kFx, kFx));
   const int decimals = DecimalsFor({fx_sd}, 2);
-  sink_({Event::kCalibrated, fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px (1 sd), "
-                                         "projection uncertainty {:.2g} px "
-                                         "(1 sd), {} views",
-                                         solved.lens.fx, decimals, fx_sd, decimals,
-                                         solved.uncertainty.max_px, solved.frames_used.size())});
+  sink_({Event::kCalibrated,
+         fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
+                     "{:.2g} px (both 1 sd), {} views",
+                     solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
+                     solved.frames_used.size())});
   // If this fails, the lens is still used until the zoom changes.
-  const auto kept = stores_.lenses.Append(entry);
+  const auto stored = stores_.lenses.Append(entry);
   WithSupervisor([&](LensSupervisor& supervisor) {
-    supervisor.OnStoreFault(kept ? "" : kept.error());
-    if (kept) supervisor.SetStoredId(*kept);
+    supervisor.OnStoreFault(stored ? "" : stored.error());
+    if (stored) supervisor.SetStoredId(*stored);
   });
 }
 

@@ -25,7 +25,7 @@ namespace plumbline {
 /// calibration board. State shared by both threads is in the LensSupervisor, behind one mutex that
 /// is held for microseconds. The control cycle reads the published status and never blocks on
 /// either thread. The supervisors of several cameras share only the CameraStores.
-class CameraSupervisor {
+class CameraWatch {
  public:
   /// Display hook, called by the image thread for each frame.
   /// @param seen  tracked tags and bodies; empty while the board is captured
@@ -37,12 +37,12 @@ class CameraSupervisor {
   /// @param stores     shared by all cameras; must outlive this object
   /// @param plumbline  path of the program that is run as the board worker
   /// @param link       mailboxes to the control cycle; must outlive this object
-  CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision, CameraDevices devices,
-                   CameraStores& stores, std::string plumbline, CameraLink& link, LogSink sink,
-                   Show show = nullptr);
-  ~CameraSupervisor();
-  CameraSupervisor(const CameraSupervisor&) = delete;
-  CameraSupervisor& operator=(const CameraSupervisor&) = delete;
+  CameraWatch(const CameraConfig& camera, const VisionConfig& vision, CameraDevices devices,
+              WatchStores& stores, std::string plumbline, CameraLink& link, LogSink sink,
+              Show show = nullptr);
+  ~CameraWatch();
+  CameraWatch(const CameraWatch&) = delete;
+  CameraWatch& operator=(const CameraWatch&) = delete;
 
   void Start();
   void Stop();
@@ -70,7 +70,7 @@ class CameraSupervisor {
   auto WithSupervisor(Function function) {
     const std::lock_guard lock(mutex_);
     struct PublishAtExit {
-      CameraSupervisor& owner;
+      CameraWatch& owner;
       ~PublishAtExit() {
         owner.link_.status.Begin() = owner.supervisor_.Status();
         owner.link_.status.Publish();
@@ -82,7 +82,7 @@ class CameraSupervisor {
   const ZoomConfig zoom_;
   const BoardConfig board_;
   const CameraDevices devices_;
-  CameraStores& stores_;
+  WatchStores& stores_;
   const std::string plumbline_;
   CameraLink& link_;
   const LogSink sink_;

@@ -21,7 +21,7 @@ struct RefusedFrame {
   std::string name, reason;
 };
 
-/// Result of a calibration. If it is not accepted, `reasons` tell the operator what to do; the lens
+/// Result of a calibration. If it is not accepted, `reasons` say what to do; the lens
 /// is then the best available one, if any (fx > 0).
 struct LensCalibration : KnownLens {
   bool accepted = false;

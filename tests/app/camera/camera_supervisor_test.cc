@@ -45,8 +45,8 @@ struct Bench {
   CameraLink link;
   std::mutex mutex;
   std::vector<std::string> log;
-  std::optional<CameraStores> stores;
-  std::optional<CameraSupervisor> supervisor;
+  std::optional<WatchStores> stores;
+  std::optional<CameraWatch> supervisor;
 
   explicit Bench(double patience_s, ImageSize lens_size = {1920, 1080}) {
     ShowCell();
@@ -201,9 +201,9 @@ TEST_CASE(
   devices.value().zoom = std::make_unique<SettableZoom>(zoom);
   CameraLink link;
   const auto sink = [](const LogEntry&) {};
-  CameraStores stores(folder.path(), CellMarks(), sink);
-  CameraSupervisor supervisor(config, vision, std::move(devices).value(), stores, "/bin/false",
-                              link, sink);
+  WatchStores stores(folder.path(), CellMarks(), sink);
+  CameraWatch supervisor(config, vision, std::move(devices).value(), stores, "/bin/false", link,
+                         sink);
   supervisor.Start();
   const auto becomes = [&](ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {
