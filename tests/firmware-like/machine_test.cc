@@ -806,8 +806,7 @@ TEST_CASE("an implausible probe is refused, counted and not forwarded") {
   const Nonsense nonsense[] = {
       {"zero", Vec3::Zero(), ProbeFault::kZero},
       {"in metres", 1e-3 * tip_W, ProbeFault::kInMetres},
-      {"in metres, with a model error", 1e-3 * (tip_W + Vec3(0, 0, -0.02)),
-       ProbeFault::kInMetres},
+      {"in metres, with a model error", 1e-3 * (tip_W + Vec3(0, 0, -0.02)), ProbeFault::kInMetres},
       {"the largest integer, in mm", Vec3::Constant(2147483647e-3), ProbeFault::kBeyondReach},
       {"the largest integer, in um", Vec3::Constant(2147483647e-6), ProbeFault::kBeyondReach},
       {"beyond the arm's reach", tip_W + Vec3(0, 0, 6), ProbeFault::kBeyondReach},

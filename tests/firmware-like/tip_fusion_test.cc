@@ -19,8 +19,7 @@ Mat3 Along(int axis, double across_m) {
 
 }  // namespace
 
-TEST_CASE(
-    "the mean of two cameras has the stated covariance, and false disagreement is rare") {
+TEST_CASE("the mean of two cameras has the stated covariance, and false disagreement is rare") {
   const Vec3 truth(2, 0.5, 1);
   std::mt19937_64 random(5);
   std::normal_distribution<double> N;

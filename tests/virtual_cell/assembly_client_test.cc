@@ -124,7 +124,7 @@ TEST_CASE("with correct corrections both assembly points are reached") {
   after[0].id = 77;
   after[0].declared_mm.reset();
   CHECK_THROWS_WITH(AddDeclared(LandingJson(landings, 0.5), after), Catch::Contains("no point 77"));
-  CHECK_THROWS_WITH(AddDeclared("{", after), Catch::Contains("the result before"));
+  CHECK_THROWS_WITH(AddDeclared("{", after), Catch::Contains("the earlier result"));
   CHECK_THAT(LandingCsv(landings), Catch::Contains("2,Z,-76.300,"));
 }
 
