@@ -81,7 +81,7 @@ TEST_CASE("a change is reported at once, but at most once per change_s") {
   CHECK((states >= 9 && states <= 10));
   CHECK((points >= 9 && points <= 10));
   // A point that drifts slowly is reported once it has left the band.
-  Watched slow;
+  Detector slow;
   static_cast<void>(slow.After(0));
   slow.state.points[0].translation_B.x() = 0.9e-4;
   CHECK(slow.Count(slow.After(2), MessageKind::kPoint) == 0);

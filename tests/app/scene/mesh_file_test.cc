@@ -143,7 +143,7 @@ TEST_CASE("malicious VRML97 is refused: cycles, doubling, depth, indices, grids"
                                 "2000000000 height [ 0 0 0 0 ] } }")) != "read");
   CHECK_THAT(files.Why("a.wrl", "#VRML V1.0 ascii\nCube { }\n"), Catch::Contains("VRML 1.0"));
   CHECK_THAT(files.Why("a.wrl", "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord"),
-             Catch::Contains("not VRML97"));
+             Catch::Contains("not readable as VRML97"));
 }
 
 TEST_CASE("malicious files for Assimp are refused") {
