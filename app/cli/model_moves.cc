@@ -21,9 +21,9 @@ std::string UnloadedTipText(const CellModel& in_force, const CellModel& next,
                             const std::string& why) {
   const auto change_m = LargestChange(in_force, next, PosesWithinLimits(in_force));
   return fmt::format(
-      "{}{}; how far its points move under load is unknown\n",
+      "{}{}. How far its points move under load is therefore unknown\n",
       change_m
-          ? fmt::format("without payload and within the joint limits, it moves the tip by up to "
+          ? fmt::format("Without payload and within the joint limits, it moves the tip by up to "
                         "{:.3f} mm compared with the model in force. ",
                         1e3 * *change_m)
           : "",

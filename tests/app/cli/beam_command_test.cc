@@ -118,7 +118,7 @@ material = "aluminium"
   std::filesystem::remove(path);
   CHECK(answer.exit_code == 0);
   CHECK_THAT(answer.out, Catch::Contains("Timoshenko, 4 elements"));
-  CHECK_THAT(answer.out, Catch::Contains("not known"));
+  CHECK_THAT(answer.out, Catch::Contains("unknown"));
   CHECK_THAT(answer.out, Catch::Contains("among the elements whose stress is known"));
   CHECK(both.exit_code == 2);
   CHECK_THAT(both.err, Catch::Contains("--cell") && Catch::Contains("--section"));
@@ -149,8 +149,8 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
       {rod + "--force-n 1 --density-kg-m3 nan", "--density-kg-m3", "nan is not a number from"},
       {rod + "--force-n 1 --density-kg-m3 1e9", "--density-kg-m3", "outside 0..25000"},
       {rod + "--force-n 1 --point-mm 10,1e308", "--point-mm", "is not Z,Y in mm"},
-      {rod + "--force-n 1 --at-mm 501", "--at-mm", "501 lies outside the beam"},
-      {rod + "--force-n 1 --at-mm 0", "--at-mm", "0 lies outside the beam"},
+      {rod + "--force-n 1 --at-mm 501", "--at-mm", "501 is outside the beam"},
+      {rod + "--force-n 1 --at-mm 0", "--at-mm", "0 is outside the beam"},
       {rod + "--force-n 1 --point-mm 100", "--point-mm", "\"100\" is not Z,Y in mm"},
       {rod + "--force-n 1 --point-mm 600,0", "--point-mm", "outside the beam, 0..500 mm"},
       {rod + "--force-n 1 --elements 0", "--elements", "1 to 1000"},

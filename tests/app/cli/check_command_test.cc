@@ -104,8 +104,7 @@ TEST_CASE("Two cameras are listed separately; sharing a device is a fault") {
   const TemporaryFile file(text.replace(text.find("\"B2\""), 4, "\"A1\""));
   const test::Answer faulty = RunCheck(file.path());
   CHECK(faulty.exit_code == 1);
-  CHECK(faulty.out.find("camera[2].device: \"A1\" is the device of two cameras") !=
-        std::string::npos);
+  CHECK(faulty.out.find("camera[2].device: \"A1\" is used for two cameras") != std::string::npos);
 }
 
 TEST_CASE(
@@ -131,9 +130,8 @@ TEST_CASE(
                         "600 mm from the tool's tip") != std::string::npos);
   CHECK(answer.out.find("payload.cog_mm: warning: [0, 0, 0] is at the flange, but the tool's tip "
                         "is 600 mm away") != std::string::npos);
-  CHECK(
-      answer.out.find("point[1].xyz_mm: warning: [9000, 0, 0] lies 9 m from the robot's base, out "
-                      "of reach of an arm of ") != std::string::npos);
+  CHECK(answer.out.find("point[1].xyz_mm: warning: [9000, 0, 0] is 9 m from the robot's base, out "
+                        "of reach of an arm of ") != std::string::npos);
   CHECK(answer.out.find("point[2].xyz_mm: warning: [1.2, 0.1, 0.7] looks like metres") !=
         std::string::npos);
 }
@@ -158,8 +156,7 @@ TEST_CASE("Each point is computed with its payload: correction, radius, posture,
                  Catch::Contains("\n    1 assembly 1           60 kg ") &&
                  Catch::Contains("\n    2 assembly 2           60 kg ") &&
                  Catch::Contains("\n      posture ") && Catch::Contains(" to the limit of q") &&
-                 Catch::Contains("the smallest singular value 0.") &&
-                 Catch::Contains(", at least 0.02"));
+                 Catch::Contains("smallest singular value 0.") && Catch::Contains(" (limit 0.02)"));
   const auto table = answer.out.find("\npoint name");
   REQUIRE(table != std::string::npos);
   std::istringstream lines(answer.out.substr(table));

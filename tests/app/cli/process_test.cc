@@ -20,9 +20,10 @@ using plumbline::test::TemporaryFolder;
 namespace {
 
 /// Server that accepts one connection on a loopback port and calls a handler.
-class Stranger {
+class OneShotServer {
  public:
-  explicit Stranger(void (*behave)(int connection)) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit OneShotServer(void (*behave)(int connection))
+      : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -38,13 +39,13 @@ class Stranger {
       close(connection);
     });
   }
-  ~Stranger() {
+  ~OneShotServer() {
     shutdown(listener_, SHUT_RDWR);  // where nobody came, accept() ends
     thread_.join();
     close(listener_);
   }
-  Stranger(const Stranger&) = delete;
-  Stranger& operator=(const Stranger&) = delete;
+  OneShotServer(const OneShotServer&) = delete;
+  OneShotServer& operator=(const OneShotServer&) = delete;
   std::string Port() const { return std::to_string(port_); }
 
  private:
@@ -134,7 +135,7 @@ TEST_CASE("without the image codec module: one message, and JPEG is still read")
 }
 
 TEST_CASE("a reader that exits early is not an error") {
-  CHECK(Shell("registers | head -1").told == "# The register map\n");
+  CHECK(Shell("registers | head -1").output == "# The register map\n");
   const Answer ignored = Shell("--version > /dev/null; trap '' PIPE; (" PLUMBLINE
                                " registers; echo \"code $?\" >&2) | head -1");
   CHECK_THAT(ignored.output, Catch::Contains("code 0"));
@@ -146,7 +147,7 @@ TEST_CASE("`help COMMAND` is `COMMAND --help`") {
     CAPTURE(command);
     const Answer asked = Shell("help" + command);
     CHECK(asked.exit_code == 0);
-    CHECK(asked.output == Shell(command + " --help").told);
+    CHECK(asked.output == Shell(command + " --help").output);
     CHECK_THAT(asked.output, Catch::Contains("Usage: plumbline" + command));
   }
 }
@@ -154,7 +155,7 @@ TEST_CASE("`help COMMAND` is `COMMAND --help`") {
 TEST_CASE("a wrong command line prints one line that refers to the help") {
   struct Wrong {
     const char* arguments;
-    const char* told;
+    const char* output;
   };
   const Wrong wrong[] = {
       {"", "plumbline: the command is missing; see plumbline --help\n"},
@@ -197,9 +198,9 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
       {"beam --csv --json",
        "plumbline beam: --csv and --json cannot be combined; see plumbline beam --help\n"},
       {"beam --direction z",
-       "plumbline beam: --direction: z is none of x, y; see plumbline beam --help\n"},
+       "plumbline beam: --direction: z is not one of x, y; see plumbline beam --help\n"},
       {"track --intrinsics a --gain 3",
-       "plumbline track: --gain needs --camera; see plumbline track --help\n"},
+       "plumbline track: --gain requires --camera; see plumbline track --help\n"},
   };
   for (const Wrong& w : further) {
     CAPTURE(w.arguments);
@@ -222,11 +223,11 @@ TEST_CASE("status reports what is wrong with the address, and what to do") {
 
   struct Case {
     void (*behave)(int);
-    const char* told;
+    const char* output;
   };
   const Case cases[] = {
       {[](int) {}, "closes the connection"},
-      {[](int connection) { ReadAll(connection); }, "does not answer"},
+      {[](int connection) { ReadAll(connection); }, "does not respond"},
       {[](int connection) {
          const std::string_view answer = "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n";
          static_cast<void>(write(connection, answer.data(), answer.size()));
@@ -236,8 +237,8 @@ TEST_CASE("status reports what is wrong with the address, and what to do") {
   };
   for (const Case& c : cases) {
     CAPTURE(c.output);
-    const Stranger stranger(c.behave);
-    const Answer answer = Shell("status --port " + stranger.Port());
+    const OneShotServer server(c.behave);
+    const Answer answer = Shell("status --port " + server.Port());
     CHECK(answer.exit_code == 2);
     CHECK_THAT(answer.output, Catch::Contains(c.output) && Catch::Contains("plc.port"));
   }
@@ -264,6 +265,6 @@ TEST_CASE("Ctrl-C stops tracking of a camera after a complete line, with exit co
     CAPTURE(signal, answer.output);
     CHECK_THAT(answer.output, Catch::Contains("code 0") && Catch::Contains("\\n"));
   }
-  CHECK(Shell(track + " --fast --repeat --frames 2 | wc -l").told == "2\n");
-  CHECK(Shell(track + " --fast --repeat | head -1 | wc -l").told == "1\n");
+  CHECK(Shell(track + " --fast --repeat --frames 2 | wc -l").output == "2\n");
+  CHECK(Shell(track + " --fast --repeat | head -1 | wc -l").output == "1\n");
 }

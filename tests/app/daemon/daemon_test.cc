@@ -441,7 +441,7 @@ TEST_CASE("a posture that is not the taught one: a warning at the start, bits at
   CHECK((plc.Read(22024, 1).Word(0) & 4) != 0);
   CHECK((plc.Read(22056, 1).Word(0) & 4) == 0);
   const std::string port = daemon.Plc().substr(daemon.Plc().find(':') + 1);
-  CHECK_THAT(Shell("status --port " + port).told, Catch::Contains("NOT near near_deg"));
+  CHECK_THAT(Shell("status --port " + port).output, Catch::Contains("NOT near near_deg"));
 }
 
 TEST_CASE("without a robot the daemon serves, and says what is missing") {

@@ -728,7 +728,7 @@ TEST_CASE("a model's change is told at the configured points, with the configure
     CHECK(moves.all[1].payload_kg == 80);
     CHECK(moves.all[2].payload_kg == 120);
   }
-  SECTION("a load that the robot reports is not a known argument, and that is told") {
+  SECTION("a load that the robot reports is not known here, and that is told") {
     const PointMoves unknown = MovesOfPoints(config, before, after, 0);
     CHECK(unknown.all[0].payload_kg == 0);
     REQUIRE(unknown.notes.size() == 1);
