@@ -14,7 +14,7 @@
 #include "app/camera/camera_link.h"
 #include "app/camera/watch_core.h"
 #include "app/camera/watch_stores.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 
 namespace plumbline {
 

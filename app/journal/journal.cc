@@ -19,7 +19,7 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes)
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
-  const Result<void> ready = BringToThisSchema(database);
+  const Result<void> ready = MigrateSchema(database);
   if (!ready) return ready.failure();
   const Result<void> timed = journal.ReadEpoch();
   if (!timed) return timed.failure();
@@ -241,7 +241,7 @@ Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
   return rows;
 }
 
-Result<void> Journal::NoteRestart(int model_version, const std::string& reason) {
+Result<void> Journal::RecordMonitorRestart(int model_version, const std::string& reason) {
   Statement statement(database_.get(),
                       "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
                       "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
@@ -269,7 +269,7 @@ Result<std::optional<Journal::Restart>> Journal::LastModel() {
       " ORDER BY id DESC LIMIT 1");
 }
 
-Result<std::optional<double>> Journal::LastProbe_s() {
+Result<std::optional<double>> Journal::LastProbeTime_s() {
   Statement newest(database_.get(),
                    "SELECT t_s FROM measurement WHERE source != 'import' ORDER BY id DESC LIMIT 1");
   const int code = newest.Step();

@@ -70,7 +70,7 @@ class Journal {
   };
   /// Notes that the monitor begins anew behind the present last row. @param reason  "model"
   /// (another one came into force) or "person"
-  Result<void> NoteRestart(int model_version, const std::string& reason);
+  Result<void> RecordMonitorRestart(int model_version, const std::string& reason);
   /// The newest restart of any reason, and the newest for a model; nothing where there is none.
   Result<std::optional<Restart>> LastRestart();
   Result<std::optional<Restart>> LastModel();
@@ -79,7 +79,7 @@ class Journal {
   /// changes; read once, when the journal is opened.
   double EpochUtc_s() const { return epoch_utc_s_; }
   /// The time of the newest probe; nothing where there is none.
-  Result<std::optional<double>> LastProbe_s();
+  Result<std::optional<double>> LastProbeTime_s();
 
   /// Whether the file was moved or deleted while it is open, and this is what to say. What was
   /// written so far is brought into the file, wherever it is now.

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "app/config/toml_reader.h"
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
@@ -202,7 +202,7 @@ std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
     JournalRow& row = rows.emplace_back();
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
-    static_cast<MeasuredPoint&>(row) = MeasuredPointOf(from, table.recorded);
+    static_cast<MeasuredPoint&>(row) = MeasuredPointFromRow(from, table.recorded);
   }
   return rows;
 }

@@ -100,7 +100,7 @@ std::optional<Error> WhyNoJournal(Database& database) {
   return std::nullopt;
 }
 
-Result<void> BringToThisSchema(Database& database) {
+Result<void> MigrateSchema(Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version == kJournalSchema) return {};

@@ -14,6 +14,6 @@ inline constexpr int kJournalSchema = 5;
 std::optional<Error> WhyNoJournal(Database& database);
 
 /// Makes the tables of an empty file, converts those of an older version; all or nothing.
-Result<void> BringToThisSchema(Database& database);
+Result<void> MigrateSchema(Database& database);
 
 }  // namespace plumbline

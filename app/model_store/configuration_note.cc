@@ -14,14 +14,14 @@ std::string NoteOf(const std::string& state_directory) {
 
 }  // namespace
 
-Result<void> NoteConfiguration(const std::string& state_directory, const std::string& file) {
+Result<void> RecordConfigurationPath(const std::string& state_directory, const std::string& file) {
   std::error_code unknown;
   const std::string path = std::filesystem::absolute(file, unknown).string();
   if (unknown || NotedConfiguration(state_directory) == path) return {};
   return WriteDurably(NoteOf(state_directory), path + "\n");
 }
 
-bool WasUsedBefore(const std::string& state_directory) {
+bool HasBeenUsed(const std::string& state_directory) {
   std::error_code unknown;
   return std::filesystem::exists(NoteOf(state_directory), unknown) ||
          std::filesystem::exists(state_directory + "/journal.sqlite", unknown);

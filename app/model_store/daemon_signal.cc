@@ -48,11 +48,11 @@ Descriptor OpenProcess(pid_t pid) {
 
 }  // namespace
 
-DaemonMark::~DaemonMark() {
+StateDirectoryLock::~StateDirectoryLock() {
   if (file_) static_cast<void>(ftruncate(file_.get(), 0) == 0);  // the lock is what counts
 }
 
-Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken) {
+Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory, bool* taken) {
   std::error_code ignored;  // told by the file that cannot be opened
   std::filesystem::create_directories(state_directory, ignored);
   const std::string path = PidFile(state_directory);
@@ -70,14 +70,14 @@ Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* take
     if (taken != nullptr) *taken = held;
     return held ? Error{UsedBy(HolderOf(fd))} : failed("cannot be locked");
   }
-  DaemonMark mark(std::move(file));
+  StateDirectoryLock mark(std::move(file));
   const std::string text = fmt::format("{}\n", getpid());
   static_cast<void>(ftruncate(fd, 0) == 0);
   static_cast<void>(pwrite(fd, text.data(), text.size(), 0));
   return mark;
 }
 
-std::optional<std::string> OtherDaemonOf(const std::string& state_directory) {
+std::optional<std::string> FindOtherDaemon(const std::string& state_directory) {
   const Descriptor file(open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
   if (!file) return std::nullopt;
   const std::optional<pid_t> holder = HolderOf(file.get());

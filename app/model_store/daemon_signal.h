@@ -15,15 +15,15 @@ namespace plumbline {
 /// kernel tells whose lock it is; the process id in the file is for people, and the file is empty
 /// where no daemon runs. No other code of the process may open the file: closing it would free the
 /// lock.
-class DaemonMark {
+class StateDirectoryLock {
  public:
-  DaemonMark(DaemonMark&&) = default;
-  DaemonMark& operator=(DaemonMark&&) = delete;
-  ~DaemonMark();
+  StateDirectoryLock(StateDirectoryLock&&) = default;
+  StateDirectoryLock& operator=(StateDirectoryLock&&) = delete;
+  ~StateDirectoryLock();
 
  private:
-  friend Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken);
-  explicit DaemonMark(Descriptor file) : file_(std::move(file)) {}
+  friend Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory, bool* taken);
+  explicit StateDirectoryLock(Descriptor file) : file_(std::move(file)) {}
   Descriptor file_;
 };
 
@@ -32,12 +32,12 @@ class DaemonMark {
 /// @param taken  becomes true where another daemon has the mark, false where the file failed
 /// @return       the mark, or why there is none; where another daemon has it the bare cause,
 ///               "another plumblined (process 812) uses it", without directory and remedy
-Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken = nullptr);
+Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory, bool* taken = nullptr);
 
 /// Which other process has the daemon's mark on that directory: "another plumblined (process 812)
 /// uses it"; nothing where none has. Asked before this process takes the mark, never afterwards: it
 /// opens the file, and closing it would free the lock.
-std::optional<std::string> OtherDaemonOf(const std::string& state_directory);
+std::optional<std::string> FindOtherDaemon(const std::string& state_directory);
 
 enum class Notified { kYes, kNoDaemon };
 /// Sends SIGHUP to the daemon of that directory; takes no lock, so that a daemon may start at the

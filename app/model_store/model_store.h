@@ -83,13 +83,13 @@ class ModelStore {
   /// Makes the folder where there is none.
   static Result<ModelStore> Open(const std::string& state_directory);
 
-  /// Writers give up after 10 s, or WaitAtMost(), where another process holds the lock. `report` is
+  /// Writers give up after 10 s, or SetLockTimeout(), where another process holds the lock. `report` is
   /// called once a writer has waited for 1 s.
   void ReportWaits(std::function<void(const std::string& what)> report) {
     patience_.report = std::move(report);
   }
 
-  void WaitAtMost(double seconds) { patience_.longest_s = seconds; }
+  void SetLockTimeout(double seconds) { patience_.longest_s = seconds; }
 
   /// All 0 where the store holds no version yet. An error where state.json is damaged, cannot be
   /// read, is of a newer version, or is missing although there are versions: which one was in force

@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 
 namespace plumbline {
 namespace {
@@ -75,7 +75,7 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
     Conditions& moment = conditions.emplace_back(declared);
-    const MeasuredPoint point = MeasuredPointOf(row, table.recorded);
+    const MeasuredPoint point = MeasuredPointFromRow(row, table.recorded);
     moment.q = point.q;
     moment.qd = point.qd;
     moment.qdd = point.qdd;

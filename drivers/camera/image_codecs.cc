@@ -13,7 +13,7 @@ Error CodecsMissing(const std::string& path) {
   return Error{
       fmt::format("the image codecs {} cannot be loaded: {}; without them JPEG alone is read. "
                   "`sudo apt install --reinstall plumbline` restores them with the libraries they "
-                  "need, in a checkout ./dev build makes them",
+                  "need; in a checkout, ./dev build creates them",
                   path, why != nullptr ? why : "no reason given")};
 }
 

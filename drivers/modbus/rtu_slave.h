@@ -13,7 +13,7 @@
 #include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
 #include "drivers/os/descriptor.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -53,7 +53,7 @@ class RtuSlave {
 
   /// Any thread.
   RtuSlaveCounters counters() const;
-  const Pulse& pulse() const { return pulse_; }
+  const Pulse& heartbeat() const { return pulse_; }
 
  private:
   RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler);

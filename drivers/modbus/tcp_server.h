@@ -20,7 +20,7 @@
 #include "drivers/modbus/tcp_socket.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/os/tcp_listener.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -79,7 +79,7 @@ class TcpServer {
   int port() const { return endpoint().port; }
   /// Any thread.
   TcpServerCounters counters() const;
-  const Pulse& pulse() const { return pulse_; }
+  const Pulse& heartbeat() const { return pulse_; }
 
   /// A second descriptor of each connection that has made its first request since the last call,
   /// for whoever keeps it open until a next server takes it over. A connection that this server

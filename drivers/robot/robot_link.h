@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "drivers/latest.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 #include "drivers/robot/robot.h"
 
 namespace plumbline {
@@ -77,7 +77,7 @@ class RobotLink {
   RobotState Latest() const;  ///< the last that was read; sequence 0 before the first
   RobotLinkStatus Status() const;
   /// Raised before each reading and each push: how long one may take is its time-outs' affair.
-  const Pulse& pulse() const { return pulse_; }
+  const Pulse& heartbeat() const { return pulse_; }
 
   /// Points for the controller, handed to the device once, after the next reading that succeeds;
   /// a later call before that replaces them. Points beyond kMaxPushPoints are not taken.

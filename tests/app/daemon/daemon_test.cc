@@ -287,7 +287,7 @@ TEST_CASE("each thread bears its name, for top -H and whoever looks for the one 
       names.insert(name.substr(0, name.find('\n')));
       ++threads;
     }
-    return names == std::set<std::string>{"plumblined", "cycle", "loop", "robot", "modbus"};
+    return names == std::set<std::string>{"plumblined", "cycle", "monitoring", "robot", "modbus"};
   });
   CAPTURE(names);
   CHECK(found);
@@ -300,7 +300,7 @@ TEST_CASE("SIGTERM ends it cleanly") {
   Station station;
   station.daemon.Signal(SIGTERM);
   CHECK(station.daemon.Wait() == 0);
-  CHECK(station.daemon.Says("ending on SIGTERM"));
+  CHECK(station.daemon.Says("stopping on SIGTERM"));
 }
 
 TEST_CASE("a replay plays its rows at their rate, and holds the last or begins again") {
@@ -350,7 +350,7 @@ TEST_CASE("a log that nobody reads stops nothing") {
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"), ends[1]);
   std::string log;
   char letter = 0;
-  while (log.find("PLC side on 127.0.0.1:") == std::string::npos || log.back() != '\n') {
+  while (log.find("PLC server on 127.0.0.1:") == std::string::npos || log.back() != '\n') {
     REQUIRE(read(ends[0], &letter, 1) == 1);
     log += letter;
   }
@@ -400,7 +400,7 @@ TEST_CASE("a start that fails does not count; a serial line that is not there is
   DaemonProcess second(
       WithLine(WithLine(config, "plc", "port", port), "", "state_directory", "\"" + state + "\""));
   CHECK(second.Wait() == 2);  // the port is taken
-  CHECK(second.Says("PLC side: "));
+  CHECK(second.Says("PLC server: "));
   std::ifstream count(state + "/boot_count");
   int starts = 0;
   CHECK(count >> starts);
@@ -447,7 +447,7 @@ TEST_CASE("a posture that is not the taught one: a warning at the start, bits at
 TEST_CASE("without a robot the daemon serves, and says what is missing") {
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"));
   RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
-  CHECK(daemon.Awaits("robot link not there yet"));
+  CHECK(daemon.Awaits("robot link not established"));
   CHECK_FALSE(Valid(plc));
   CHECK((plc.Read(12, 1).Word(0) & 1) != 0);
 
@@ -499,7 +499,7 @@ TEST_CASE("a controller that is silent does not keep the daemon from ending, and
   REQUIRE(station.cell.Tell("fault stall 20") == "ok");
   station.daemon.Signal(SIGTERM);
   CHECK(station.daemon.Wait() == 0);
-  CHECK(station.daemon.Says("pushed points may still stand in the controller"));
+  CHECK(station.daemon.Says("pushed points may still be marked valid in the controller"));
 }
 
 TEST_CASE("points that a new configuration no longer pushes are withdrawn") {

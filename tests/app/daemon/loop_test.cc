@@ -264,9 +264,9 @@ TEST_CASE("what is not explained, or does not help, is never applied unasked") {
        "not applied: implausible on a sound machine: joint_compliance: softer than any gear", 2},
       {"unnamed", "\"rivals\": []",
        "\"rivals\": [], \"remainder\": {\"parameters\": 9.5, \"share_of_correction\": 0.8}",
-       "not applied: 80 % of the correction has no name", 2},
+       "not applied: 80 % of the correction is not explained by a named effect", 2},
       {"worse", "\"after_held_out\": 0.05", "\"after_held_out\": 9.5", "nothing proposed", 0},
-      {"no effect", "\"explained\"", "\"no_effect\"", "nothing stands out", 0},
+      {"no effect", "\"explained\"", "\"no_effect\"", "no effect exceeds the noise", 0},
       {"no verdict", "\"explained\"", "\"perhaps\"", "diagnosis failed", 0},
       {"no answer", "cat > \"$5\"", "cat > /dev/null", "diagnosis failed: diagnosis.json", 0},
       {"a faulty model", "id = \"joint_compliance\"", "id = \"gremlins\"", "has faults", 0},
@@ -322,7 +322,7 @@ TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with t
     CHECK(getpriority(PRIO_PROCESS, static_cast<id_t>(pid)) == 19);
     CHECK(getpgid(pid) == pid);
     REQUIRE(Eventually([&] { return (station.State() & 16) != 0; }));
-    CHECK(station.daemon.Awaits("not done within"));
+    CHECK(station.daemon.Awaits("not finished within"));
     CHECK(Eventually([&] { return group_gone(pid); }));
     CHECK(Eventually([&] { return (station.State() & 0x30) == 0x20; }));
   }
@@ -449,7 +449,7 @@ TEST_CASE("a killed daemon takes the alarm up again from its journal") {
       daemon.Signal(SIGKILL);
       CHECK(daemon.Wait() == 128 + SIGKILL);
     } else {
-      CHECK(daemon.Awaits("still stands"));
+      CHECK(daemon.Awaits("is still active"));
       CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 2) != 0; }));
       CHECK(daemon.Count("residual of probes changed") == 0);  // not raised anew
     }
@@ -553,10 +553,10 @@ TEST_CASE("nonsense is refused with its reason, and never reaches the journal") 
   const auto answer = station.plc.Read(100, 40);
   CHECK(answer.Word(3) == 0);
   for (int word = 4; word < 30; ++word) CHECK(answer.Word(word) == 0);
-  REQUIRE(station.daemon.Awaits("not in the journal: it is 0, 0, 0"));
+  REQUIRE(station.daemon.Awaits("not recorded: it is 0, 0, 0"));
   CHECK(station.Command(ProbeWords({0, 0, 0})) == 17);
   CHECK(station.Command(ProbeWords(metres)) == 17);
-  REQUIRE(station.daemon.Awaits("given in metres?"));
+  REQUIRE(station.daemon.Awaits("is it given in metres?"));
   CHECK(station.Command(ProbeWords({2147483647, 2147483647, 2147483647})) == 17);
   REQUIRE(station.daemon.Awaits("farther from the base than"));
   std::vector<std::uint16_t> fine(40);
@@ -571,7 +571,7 @@ TEST_CASE("nonsense is refused with its reason, and never reaches the journal") 
   CHECK(OutputOf("status --port " + station.daemon.Plc().substr(station.daemon.Plc().find(':') + 1))
             .find("5 refused") != std::string::npos);
   REQUIRE(station.Probe() == 0);
-  CHECK(station.daemon.Awaits("probes are taken again; 5 refused before"));
+  CHECK(station.daemon.Awaits("probes are accepted again; 5 were refused"));
   REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 2; }));
   CHECK(station.Journal().size() == 2);
 }
@@ -831,7 +831,7 @@ TEST_CASE("two daemons do not share a journal") {
   const std::string config =
       WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory", "\"" + state.path() + "\"");
   DaemonProcess first(config);
-  REQUIRE(first.Awaits("PLC side on"));
+  REQUIRE(first.Awaits("PLC server on"));
   DaemonProcess second(config);
   CHECK(second.Wait() == 2);
   CHECK(second.Says(state.path() + ": another plumblined (process "));

@@ -51,7 +51,7 @@ TEST_CASE("a daemon at work keeps its state directory, and the model that is app
   const std::string state = applied.folder.path() + "/state";
   std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"), "",
                                           "state_directory", "\"elsewhere\"");
-  const auto in_force = ReadConfigInForce(applied.file, applied.faults, DaemonAtWork{state});
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults, RunningDaemon{state});
   REQUIRE(in_force);
   CHECK(in_force->config.state_directory == state);
   CHECK(in_force->asked_state_directory == applied.folder.path() + "/elsewhere");
@@ -229,7 +229,7 @@ TEST_CASE("a store that cannot be had or written is no reason to stop correcting
     REQUIRE(in_force);
     CHECK(in_force->config.machine.cell.robot.X_WB.p.z() == Approx(1.5e-3));
     CHECK_THAT(in_force->set_aside, Catch::Contains("model version 2 is set aside") &&
-                                        Catch::Contains("could not be noted"));
+                                        Catch::Contains("could not be recorded"));
     CHECK(Warns(applied.faults, "the model store cannot be written"));
   }
 }
@@ -243,7 +243,7 @@ TEST_CASE("a store that cannot be opened and may hold a model: the reload keeps 
   std::filesystem::create_symlink("models", models);
   const std::string unknown = "whether a model was applied is not known: " + models;
   FaultList of_reload;
-  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, DaemonAtWork{state}));
+  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, RunningDaemon{state}));
   const std::string text = FaultsText(of_reload);
   INFO(text);
   CHECK(of_reload.HasFaults());
@@ -260,7 +260,7 @@ TEST_CASE("a store that cannot be opened and may hold a model: the reload keeps 
   std::filesystem::remove(models);
   std::filesystem::rename(models + ".kept", models);
   FaultList now;
-  const auto in_force = ReadConfigInForce(applied.file, now, DaemonAtWork{state});
+  const auto in_force = ReadConfigInForce(applied.file, now, RunningDaemon{state});
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   CHECK(in_force->set_aside.empty());
@@ -271,7 +271,7 @@ TEST_CASE("a store whose file system is gone does not put the cell file in force
   const std::string state = applied.folder.path() + "/state";
   const auto started = ReadConfigInForce(applied.file, applied.faults);
   REQUIRE(started);
-  const DaemonAtWork at_work{state, started->models};
+  const RunningDaemon at_work{state, started->models};
   std::filesystem::rename(state + "/models", state + "/models.kept");
   FaultList gone;
   CHECK_FALSE(ReadConfigInForce(applied.file, gone, at_work));
@@ -359,7 +359,7 @@ TEST_CASE("in a directory that another daemon owns nothing is noted") {
   const std::string state = applied.folder.path() + "/state";
   const auto as_of_disk = [&state] { return FileText(state + "/models/state.json"); };
   const std::string before = as_of_disk();
-  const DaemonAtWork second{state, {}, false};
+  const RunningDaemon second{state, {}, false};
   FaultList same_cell;
   const auto same = ReadConfigInForce(applied.file, same_cell, second);
   REQUIRE(same);

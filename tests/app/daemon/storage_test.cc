@@ -124,8 +124,8 @@ struct Station {
 
 TEST_CASE("what keeps a directory from being written is told with what to do") {
   const TemporaryFolder folder;
-  CHECK_FALSE(WhyNotStorable(folder.path() + "/made/on/the/way"));
-  const auto no_folder = WhyNotStorable("/proc/none");
+  CHECK_FALSE(StorageFault(folder.path() + "/made/on/the/way"));
+  const auto no_folder = StorageFault("/proc/none");
   REQUIRE(no_folder);
   CHECK_THAT(*no_folder, Catch::StartsWith("/proc/none: ") && Catch::Contains("; "));
 }

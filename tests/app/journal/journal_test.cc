@@ -353,7 +353,7 @@ TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clo
   CHECK(*(*rows)[1].t_s == Approx(60.5));
   CHECK((*rows)[1].session == "c");
   CHECK(*(*rows)[2].t_s == 137);  // imported: its own
-  CHECK(**journal.value().LastProbe_s() == Approx(60.5));
+  CHECK(**journal.value().LastProbeTime_s() == Approx(60.5));
 }
 
 TEST_CASE("a journal that cannot be read tells that, not zero") {
@@ -363,7 +363,7 @@ TEST_CASE("a journal that cannot be read tells that, not zero") {
   REQUIRE(journal.ok());
   CHECK(*journal.value().LastRow() == 0);
   CHECK(*journal.value().JointCount() == 0);
-  CHECK_FALSE(journal.value().LastProbe_s()->has_value());
+  CHECK_FALSE(journal.value().LastProbeTime_s()->has_value());
   CHECK_FALSE(journal.value().LastRestart()->has_value());
   REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
   CHECK(*journal.value().LastRow() == 1);
@@ -378,7 +378,7 @@ TEST_CASE("a journal that cannot be read tells that, not zero") {
   CHECK_FALSE(journal.value().LastRow().ok());
   CHECK_FALSE(journal.value().Count().ok());
   CHECK_FALSE(journal.value().JointCount().ok());
-  CHECK_FALSE(journal.value().LastProbe_s().ok());
+  CHECK_FALSE(journal.value().LastProbeTime_s().ok());
   CHECK_FALSE(journal.value().LastRestart().ok());
   CHECK_FALSE(journal.value().LastModel().ok());
   CHECK_FALSE(journal.value().ImportedAs(1).ok());

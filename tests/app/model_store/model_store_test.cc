@@ -467,7 +467,7 @@ TEST_CASE("links in the place of state files are not followed") {
   };
   link("/daemon.pid");
   bool taken = true;
-  CHECK_FALSE(AnnounceDaemon(folder.path(), &taken));
+  CHECK_FALSE(LockStateDirectory(folder.path(), &taken));
   CHECK_FALSE(taken);
   auto store = ModelStore::Open(folder.path());
   REQUIRE(store);
@@ -514,7 +514,7 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   const pid_t daemon = fork();
   if (daemon == 0) {
     signal(SIGHUP, [](int) { _exit(42); });
-    const auto lock = AnnounceDaemon(folder.path());
+    const auto lock = LockStateDirectory(folder.path());
     const char ready = lock ? 'y' : 'n';
     if (write(ends[1], &ready, 1) != 1) _exit(1);
     for (;;) pause();
@@ -522,7 +522,7 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   char ready = 0;
   REQUIRE(read(ends[0], &ready, 1) == 1);
   CHECK(ready == 'y');
-  const auto second = AnnounceDaemon(folder.path());
+  const auto second = LockStateDirectory(folder.path());
   REQUIRE_FALSE(second.ok());
   CHECK(second.error() == fmt::format("another plumblined (process {}) uses it", daemon));
   CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
@@ -545,8 +545,8 @@ pid_t Listener(const std::string& state, bool announces, int code) {
     static int at_hangup = 0;
     at_hangup = code;
     signal(SIGHUP, [](int) { _exit(at_hangup); });
-    std::optional<Result<DaemonMark>> mark;
-    if (announces) mark.emplace(AnnounceDaemon(state));
+    std::optional<Result<StateDirectoryLock>> mark;
+    if (announces) mark.emplace(LockStateDirectory(state));
     const char ready = !mark || mark->ok() ? 'y' : 'n';
     if (write(ends[1], &ready, 1) != 1) _exit(1);
     for (;;) pause();
@@ -580,21 +580,21 @@ TEST_CASE("the holder of the lock is told, whoever's number stands in the file")
 
 TEST_CASE("asking for a daemon never keeps one from starting, and its number goes with it") {
   const TemporaryFolder folder;
-  REQUIRE(AnnounceDaemon(folder.path()).ok());
+  REQUIRE(LockStateDirectory(folder.path()).ok());
   const auto former = signal(SIGHUP, SIG_IGN);
   const pid_t asker = fork();
   if (asker == 0) {
     for (;;) static_cast<void>(NotifyDaemon(folder.path()).ok());
   }
   int refused = 0;
-  for (int i = 0; i < 5000; ++i) refused += AnnounceDaemon(folder.path()).ok() ? 0 : 1;
+  for (int i = 0; i < 5000; ++i) refused += LockStateDirectory(folder.path()).ok() ? 0 : 1;
   CHECK(refused == 0);
   kill(asker, SIGKILL);
   waitpid(asker, nullptr, 0);
   signal(SIGHUP, former);
   CHECK(std::filesystem::file_size(folder.path() + "/daemon.pid") == 0);
   {
-    const auto mark = AnnounceDaemon(folder.path());
+    const auto mark = LockStateDirectory(folder.path());
     REQUIRE(mark.ok());
     pid_t told = 0;
     // By another process: closing the file in this one would free the lock.
@@ -778,10 +778,10 @@ TEST_CASE("a model's change is told at the configured points, with the configure
 TEST_CASE("the configuration of a daemon is noted by its whole path") {
   const TemporaryFolder folder;
   CHECK_FALSE(NotedConfiguration(folder.path()));
-  REQUIRE(NoteConfiguration(folder.path(), "here/plumbline.toml").ok());
+  REQUIRE(RecordConfigurationPath(folder.path(), "here/plumbline.toml").ok());
   CHECK(NotedConfiguration(folder.path()) ==
         std::filesystem::current_path().string() + "/here/plumbline.toml");
-  CHECK_FALSE(NoteConfiguration(folder.path() + "/absent", "plumbline.toml").ok());
+  CHECK_FALSE(RecordConfigurationPath(folder.path() + "/absent", "plumbline.toml").ok());
 }
 
 TEST_CASE("a model that reads what a point does not tell is refused, with the reason") {

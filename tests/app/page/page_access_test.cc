@@ -123,7 +123,7 @@ TEST_CASE("without a token the page listens for this computer alone") {
   options.config.port = port;
   const auto taken = Page::Start(options, scene.shown, nullptr);
   REQUIRE_FALSE(taken);
-  CHECK_THAT(taken.error(), Contains("another program holds the port"));
+  CHECK_THAT(taken.error(), Contains("another program uses the port"));
 }
 
 TEST_CASE("a socket that somebody else holds listens on when the page has ended") {

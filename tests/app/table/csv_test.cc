@@ -10,7 +10,7 @@
 #include <iostream>
 
 #include "app/config/toml_reader.h"
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 
 namespace plumbline {
 namespace {
@@ -78,7 +78,7 @@ TEST_CASE("A row as a measured point has what the table recorded and the row hol
       "90,250,180,1000,7,8,12.6,0,23.5,0.01,,,,1500\n",
       faults);
   REQUIRE(whole);
-  const MeasuredPoint point = MeasuredPointOf(whole->rows.at(0), whole->recorded);
+  const MeasuredPoint point = MeasuredPointFromRow(whole->rows.at(0), whole->recorded);
   CHECK(point.q[1] == Approx(0.25));
   CHECK(point.qd[0] == Approx(180 * kRadPerDeg));
   CHECK(point.qdd.size() == 0);
@@ -90,11 +90,11 @@ TEST_CASE("A row as a measured point has what the table recorded and the row hol
   CHECK(point.measured_W.value().isApprox(Vec3(0.01, 0.02, 0.03)));
   CHECK(point.range_m.value() == Approx(1.5));
   CHECK_FALSE(point.orientation_W);
-  CHECK_FALSE(MeasuredPointOf(whole->rows.at(1), whole->recorded).measured_W);
+  CHECK_FALSE(MeasuredPointFromRow(whole->rows.at(1), whole->recorded).measured_W);
 
   const auto bare = Read("q1_deg,q2_mm\n90,250\n", faults);
   REQUIRE(bare);
-  const MeasuredPoint joints = MeasuredPointOf(bare->rows.at(0), bare->recorded);
+  const MeasuredPoint joints = MeasuredPointFromRow(bare->rows.at(0), bare->recorded);
   CHECK(joints.q.size() == 2);
   CHECK((joints.qd.size() == 0 && joints.tau.size() == 0));
   CHECK_FALSE((joints.t_s || joints.payload_kg || joints.temp_C || joints.q_step_rad));

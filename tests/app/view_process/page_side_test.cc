@@ -19,7 +19,7 @@ TEST_CASE("a page whose port is taken is told once, tried again, and served when
   double now_s = MonotonicSeconds();
   for (int k = 0; k < 3; ++k) side.Round(now_s += 2 * PageSide::kRetry_s);
   REQUIRE(bad.size() == 1);
-  CHECK(bad[0].find("another program holds the port") != std::string::npos);
+  CHECK(bad[0].find("another program uses the port") != std::string::npos);
   CHECK(side.page() == nullptr);
   scene.page.reset();
   side.Round(MonotonicSeconds());

@@ -48,12 +48,12 @@ TEST_CASE("what cannot be read: the folder that is missing, or the folder to loo
   CHECK(CannotBeRead(at, std::strerror(EISDIR)) ==
         "cannot be read: Is a directory; it is a folder: name a file in it");
   std::ofstream(at + "/file") << "x";
-  CHECK(ReadRemedy(at + "/file/cell.toml") == "; " + at + "/file is no folder: check the path");
+  CHECK(ReadRemedy(at + "/file/cell.toml") == "; " + at + "/file is not a folder: check the path");
   CHECK(CannotBeRead(at + "/file", std::strerror(ENOTDIR)) ==
-        "cannot be read: Not a directory; it is no folder: name a folder");
+        "cannot be read: Not a directory; it is not a folder: name a folder");
   CHECK(ReadRemedy(at + "/file").empty());
   std::filesystem::create_symlink("gone.toml", at + "/link");
-  CHECK(ReadRemedy(at + "/link") == "; it is a link to gone.toml, which is not there");
+  CHECK(ReadRemedy(at + "/link") == "; it is a link to gone.toml, which does not exist");
   CHECK(
       CannotBeRead(at + "/file", std::strerror(EIO)) ==
       "cannot be read: Input/output error; the disk or share reports an error: see journalctl -k");
@@ -116,7 +116,7 @@ TEST_CASE("a device that cannot be opened: every reason has its remedy") {
   CHECK(CannotBeOpened(EBUSY, kCameraDevice) ==
         "cannot be opened: Device or resource busy; another program uses it: close that program");
   CHECK(CannotBeOpened(ENOTTY, kSerialLine) ==
-        "cannot be opened: Inappropriate ioctl for device; it is no serial line");
+        "cannot be opened: Inappropriate ioctl for device; it is not a serial line");
   for (const DeviceKind& kind : {kSerialLine, kCameraDevice, kDisplayDevice, kGpioChip}) {
     for (const int error : {ENOENT, ENODEV, ENXIO, EACCES, EPERM, EBUSY, ENOTTY, EIO, EMFILE}) {
       const std::string text = CannotBeOpened(error, kind);

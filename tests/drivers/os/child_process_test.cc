@@ -214,7 +214,7 @@ TEST_CASE("a program gets its input whole, and its outputs are gathered apart", 
   REQUIRE(run);
   CHECK(run->end.exit_code == 4);
   CHECK(run->output == input);
-  CHECK(run->complaint == "told\n");
+  CHECK(run->errors == "told\n");
 }
 
 TEST_CASE("a program that does not read is no error, and sends no SIGPIPE", "[os]") {

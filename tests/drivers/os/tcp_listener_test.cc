@@ -91,8 +91,8 @@ TEST_CASE("an error says why nothing listens, with a remedy", "[os]") {
     const auto listener = TcpListener::Open(address, port);
     return listener ? std::string() : listener.error();
   };
-  CHECK_THAT(why("127.0.0.1", taken.endpoint().port), Contains("another program holds the port"));
-  CHECK_THAT(why("192.0.2.1", 0), Contains("no interface of this machine has it"));
+  CHECK_THAT(why("127.0.0.1", taken.endpoint().port), Contains("another program uses the port"));
+  CHECK_THAT(why("192.0.2.1", 0), Contains("no interface of this machine has this address"));
   CHECK_THAT(why("localhost", 0), Contains("neither an IPv4 nor an IPv6 address"));
   CHECK_THAT(why("127.0.0.1", 65536), Contains("outside 0..65535"));
   CHECK_THAT(why("127.0.0.1", -1), Contains("outside 0..65535"));

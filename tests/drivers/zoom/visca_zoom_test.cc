@@ -230,7 +230,7 @@ TEST_CASE("what is no serial line, and wrong settings, each with its message") {
   const auto sensor = Sensor("/dev/null");
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
-  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("it is no serial line"));
+  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("it is not a serial line"));
 
   struct Case {
     ViscaOptions options;
