@@ -1,4 +1,4 @@
-// A row of a table as a measured point.
+// Conversion of table rows to measured points.
 #pragma once
 
 #include "app/table/csv.h"
@@ -6,8 +6,8 @@
 
 namespace plumbline {
 
-/// What the table did not record, or the row lacks, is absent.
-/// @param row  of that table
+/// Values that the table did not record or the row lacks are absent.
+/// @param recorded  columns of the row's table
 MeasuredPoint MeasuredPointFromRow(const MeasuredRow& row, const RecordedColumns& recorded);
 
 }  // namespace plumbline

@@ -213,8 +213,8 @@ TEST_CASE("a payload that is not recorded is no zero: told, and every row is ext
       << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_g\n0,-90,90,0,0,0,60000\n";
   CHECK(folder.Run("out.csv") == 0);
   CHECK_THAT(folder.told,
-             Catch::Contains("payload_g: warning: is no column of the format: taken as a further "
-                             "signal; did you mean payload_kg?") &&
+             Catch::Contains("payload_g: warning: is not a column of the format: treated as an "
+                             "additional signal; did you mean payload_kg?") &&
                  Catch::Contains("payload is not recorded and is taken as 0 kg") &&
                  Catch::Contains("1 extrapolated"));
   CHECK_THAT(folder.Content("out.csv"), Catch::EndsWith(",1,assumed\n"));

@@ -191,7 +191,7 @@ TEST_CASE("why a model is no longer in force, and what to do where nobody knows 
     CAPTURE(command);
     CHECK(damaged.code == 1);
     CHECK_THAT(damaged.text,
-               Catch::Contains("is empty, so that nobody knows which model was in force") &&
+               Catch::Contains("is empty, so it is unknown which model was in force") &&
                    Catch::Contains("`plumbline model apply N" + where + "`"));
   }
   CHECK_THAT(Plumbline("model list" + where).text, Catch::Contains("\n      2  "));
@@ -257,7 +257,7 @@ TEST_CASE("a model store that another process holds is waited for in words, and 
     CHECK_THAT(refused.text,
                Catch::Contains("waiting for ") && Catch::Contains("which holds " + path) &&
                    Catch::Contains("has held this lock for 10 s. Nothing was changed. "
-                                   "Wait until it has finished, or end it"));
+                                   "Wait until it has finished, or stop it"));
   }
   SECTION("for a moment") {
     std::thread holder([fd] {

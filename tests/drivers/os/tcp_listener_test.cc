@@ -1,4 +1,4 @@
-// Listening sockets, with real connections on this computer.
+// Listening sockets, tested with real local connections.
 #include "drivers/os/tcp_listener.h"
 
 #include <arpa/inet.h>
@@ -60,7 +60,8 @@ TEST_CASE("clients are accepted with their address; accepting never waits", "[os
   CHECK(EndpointOf(peer).port > 0);
 }
 
-TEST_CASE("a socket for every address takes IPv4 clients, and names them in dots", "[os]") {
+TEST_CASE("a socket for every address accepts IPv4 clients, and reports them in dotted notation",
+          "[os]") {
   auto opened = TcpListener::Open("::", 0);
   if (!opened) {
     WARN("skipped, no IPv6 here: " << opened.error());
@@ -73,7 +74,7 @@ TEST_CASE("a socket for every address takes IPv4 clients, and names them in dots
   CHECK(EndpointOf(peer).address == "127.0.0.1");
 }
 
-TEST_CASE("an inherited socket serves those that came before", "[os]") {
+TEST_CASE("an inherited socket serves clients that connected before", "[os]") {
   const TcpListener before = Open();
   const Descriptor client = ConnectTo(before.endpoint().port);
   Descriptor handed_over(fcntl(before.fd(), F_DUPFD_CLOEXEC, 0));
@@ -85,7 +86,7 @@ TEST_CASE("an inherited socket serves those that came before", "[os]") {
   CHECK(AcceptWithin(after, 5000, peer));
 }
 
-TEST_CASE("an error says why nothing listens, with a remedy", "[os]") {
+TEST_CASE("an error says why the socket cannot listen, with a remedy", "[os]") {
   const TcpListener taken = Open();
   const auto why = [](const std::string& address, int port) {
     const auto listener = TcpListener::Open(address, port);
@@ -98,7 +99,7 @@ TEST_CASE("an error says why nothing listens, with a remedy", "[os]") {
   CHECK_THAT(why("127.0.0.1", -1), Contains("outside 0..65535"));
 }
 
-TEST_CASE("an end of a connection as text", "[os]") {
+TEST_CASE("an endpoint as text", "[os]") {
   CHECK(TcpEndpoint{"192.168.0.3", 502}.Text() == "192.168.0.3:502");
   CHECK(TcpEndpoint{"fe80::1", 502}.Text() == "[fe80::1]:502");
   CHECK(EndpointOf(sockaddr_storage{}).address.empty());
