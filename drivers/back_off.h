@@ -1,15 +1,17 @@
-// When a device that failed is tried again.
+// Exponential back-off for reconnecting to a failed device.
 #pragma once
 
 #include <algorithm>
 
 namespace plumbline {
 
-/// After 0.1 s, 0.2 s, .. 1 s: what comes back is found soon, however long it was away.
+/// Retries after 0.1 s, 0.2 s, 0.4 s, ... and then every second, so that a device that returns is
+/// found within a second, however long it was gone.
 class BackOff {
  public:
   static constexpr double kFirst_s = 0.1, kLongest_s = 1;
 
+  /// Whether to try now.
   bool Due(double now_s) const { return now_s >= next_s_; }
   void Failed(double now_s) {
     next_s_ = now_s + wait_s_;

@@ -1,11 +1,11 @@
-// The time that devices count by.
+// Monotonic clock and sleep functions, injectable for tests.
 #pragma once
 
 #include <ctime>
 
 namespace plumbline {
 
-/// Monotonic time in seconds; injected so that tests own the time.
+/// Returns monotonic time [s]; injected, so that tests control the time.
 using Clock = double (*)();
 
 /// CLOCK_MONOTONIC [s].
@@ -15,10 +15,10 @@ inline double MonotonicSeconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Waits so long [s]; injected with the clock.
+/// Sleeps for a duration [s]; injected together with the clock.
 using Sleep = void (*)(double);
 
-/// A signal ends it early: whoever waits for Ctrl-C shall see it.
+/// Sleeps for `seconds`; returns early if a signal arrives, so that Ctrl-C takes effect at once.
 inline void SleepSeconds(double seconds) {
   if (!(seconds > 0)) return;
   timespec left{};

@@ -1,4 +1,4 @@
-// ioctl() that a signal does not end.
+// ioctl() with retry on EINTR.
 #pragma once
 
 #include <sys/ioctl.h>
@@ -7,7 +7,7 @@
 
 namespace plumbline {
 
-/// As ioctl(), called again where a signal came in between. @return -1 with errno set on failure
+/// ioctl(), repeated while signals interrupt it. @return  -1 with errno set on failure
 inline int IoctlAgain(int fd, unsigned long request, void* argument) {
   int result = 0;
   do {

@@ -1,4 +1,4 @@
-// Threads that the machine's cycle waits for.
+// Real-time priority and CPU affinity of the control cycle and the robot thread.
 #pragma once
 
 #include <pthread.h>
@@ -7,12 +7,12 @@
 
 namespace plumbline {
 
-/// The cycle goes before the thread that asks the robot for it: its tick must not wait for a
-/// reading that is late. Everything else of the computer comes after both.
+/// SCHED_FIFO priorities. The control cycle preempts the robot thread: a tick must not wait for a
+/// reading that is late. Both preempt everything that is not real-time.
 inline constexpr int kCyclePriority = 10, kRobotPriority = 9;
 
-/// The calling thread goes first in, first out at `priority`, where the service manager allows it
-/// (LimitRTPRIO); elsewhere it works on as it was.
+/// Schedules the calling thread as SCHED_FIFO at `priority` and names it. Without permission
+/// (LimitRTPRIO of the service) it keeps its normal scheduling.
 /// @param name  at most 15 characters, for `ps -L` and `chrt -ap`
 inline void MakeRealTime(int priority, const char* name) {
   sched_param wanted{};
@@ -21,7 +21,7 @@ inline void MakeRealTime(int priority, const char* name) {
   pthread_setname_np(pthread_self(), name);
 }
 
-/// The last processor that the calling thread may use; -1: not known.
+/// The last CPU that the calling thread may use; -1: not known.
 inline int LastProcessor() {
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return -1;
@@ -30,15 +30,15 @@ inline int LastProcessor() {
   return last;
 }
 
-/// The sanitizers' own locks spin: a real-time thread that waits for another one's on the same
-/// processor waits for ever.
+/// Sanitizers use spin locks: a real-time thread that spins on a lock whose owner is pinned to the
+/// same CPU never gets it.
 #ifdef PLUMBLINE_SANITIZED
 inline constexpr bool kLocksSpin = true;
 #else
 inline constexpr bool kLocksSpin = false;
 #endif
 
-/// A thread of this process runs on `processor` alone from now on. False where it may not.
+/// Pins a thread of this process to `processor`. @return  whether that was permitted
 inline bool KeepOn(pid_t thread, int processor) {
   if (processor < 0 || kLocksSpin) return false;
   cpu_set_t one;

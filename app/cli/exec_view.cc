@@ -8,7 +8,7 @@
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
-#include "drivers/files/program_beside.h"
+#include "drivers/files/package_paths.h"
 
 namespace plumbline {
 

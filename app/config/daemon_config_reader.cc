@@ -17,7 +17,7 @@
 #include "app/config/robot_profile_reader.h"
 #include "app/config/text_file.h"
 #include "drivers/files/open_failure.h"
-#include "drivers/files/program_beside.h"
+#include "drivers/files/package_paths.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
 namespace plumbline {

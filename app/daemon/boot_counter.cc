@@ -11,7 +11,7 @@
 namespace plumbline {
 namespace {
 
-std::string FileIn(const std::string& directory) {
+std::string CounterFile(const std::string& directory) {
   return directory + "/boot_count";
 }
 
@@ -20,16 +20,16 @@ std::string FileIn(const std::string& directory) {
 std::uint16_t NextBootCount(const std::string& directory) {
   std::uint16_t count = 0;
   std::string text;
-  if (std::ifstream file(FileIn(directory)); std::getline(file, text)) {
+  if (std::ifstream file(CounterFile(directory)); std::getline(file, text)) {
     std::from_chars(text.data(), text.data() + text.size(), count);
   }
   return ++count;
 }
 
-Result<void> KeepBootCount(const std::string& directory, std::uint16_t count) {
-  std::error_code ignored;  // told below, by the file that cannot be created
+Result<void> StoreBootCount(const std::string& directory, std::uint16_t count) {
+  std::error_code ignored;  // reported below by the file that cannot be created
   std::filesystem::create_directories(directory, ignored);
-  return WriteDurably(FileIn(directory), fmt::format("{}\n", count));
+  return WriteDurably(CounterFile(directory), fmt::format("{}\n", count));
 }
 
 }  // namespace plumbline

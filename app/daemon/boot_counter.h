@@ -1,4 +1,4 @@
-// How often the daemon was started: a number that survives a power cut.
+// Persistent boot counter, stored crash-safe.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace plumbline {
 
-/// The number of a start that follows those that `directory`/boot_count tells: 1 at the first; a
-/// file that holds no number counts as 0.
+/// The number of this start: one more than the count in `directory`/boot_count. 1 if the file is
+/// missing or holds no number. Changes nothing on disk.
 std::uint16_t NextBootCount(const std::string& directory);
 
-/// Keeps it, once the start counts: by write, fsync, rename, fsync of the folder, so that a power
-/// cut leaves the old number or the new one. @return why it was not kept
-Result<void> KeepBootCount(const std::string& directory, std::uint16_t count);
+/// Stores the count, once the start has succeeded: write, fsync, rename, fsync of the folder, so
+/// that a power cut leaves the old number or the new one. @return  why it could not be stored
+Result<void> StoreBootCount(const std::string& directory, std::uint16_t count);
 
 }  // namespace plumbline

@@ -10,17 +10,17 @@
 #include <csignal>
 
 #include "app/daemon/boot_counter.h"
-#include "app/daemon/camera_side.h"
-#include "app/daemon/cyclic_loop.h"
+#include "app/daemon/camera_supervisors.h"
+#include "app/daemon/control_cycle.h"
+#include "app/daemon/cycle_affinity.h"
 #include "app/daemon/device_wait.h"
-#include "app/daemon/lifeline.h"
-#include "app/daemon/loop_worker.h"
+#include "app/daemon/display_feed.h"
 #include "app/daemon/model_in_force.h"
-#include "app/daemon/one_processor.h"
-#include "app/daemon/plc_side.h"
+#include "app/daemon/monitoring_worker.h"
+#include "app/daemon/plc_servers.h"
 #include "app/daemon/reporter.h"
 #include "app/daemon/state_storage.h"
-#include "app/daemon/view_side.h"
+#include "app/daemon/thread_watchdog.h"
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
 #include "app/model_store/configuration_note.h"
@@ -34,27 +34,30 @@ namespace plumbline {
 namespace {
 
 constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
-/// Reloads that follow one another put off the points of none of them for longer.
-constexpr double kLongestPostponed_s = 10;
+/// A newer reload replaces a pending one, but not for longer than this: otherwise frequent reloads
+/// would postpone the new points forever.
+constexpr double kMaxPostponed_s = 10;
 constexpr char kRobotLink[] = "robot link";
-/// Ordinary cells have all branches before anybody can ask; the port of a large one does not wait.
-constexpr double kBranchesFirst_s = 0.3;
+/// How long the start waits for the branches of taught points: enough for ordinary cells, while the
+/// PLC server of a cell with many points opens without them.
+constexpr double kBranchesTimeout_s = 0.3;
 
-/// For how long a thread may do one thing. The journal's may wait for another program's lock on it,
-/// the robot's for a name server where it is given by name.
-constexpr double kPatience_s = 2, kJournalPatience_s = 5.5, kNamePatience_s = 60;
+/// Watchdog timeouts of the threads. The monitoring worker may wait for another program's lock on
+/// the journal; the robot thread for a name server, if the controller is configured by name.
+constexpr double kThreadTimeout_s = 2, kMonitoringTimeout_s = 5.5, kNameLookupTimeout_s = 60;
 
-/// Of the robot link: one point pushed is seven requests, and each may take nearly its time-out.
-double RobotPatience_s(const DaemonConfig& config) {
-  constexpr double kRequestsInARow = 7;
+/// Watchdog timeout of the robot link: pushing one point takes seven requests, each of which may
+/// take nearly its own time-out.
+double RobotTimeout_s(const DaemonConfig& config) {
+  constexpr double kRequestsPerPush = 7;
   if (config.robot.transport == "tcp" && !IsAddress(config.robot.connection.tcp.host)) {
-    return kNamePatience_s;
+    return kNameLookupTimeout_s;
   }
-  return kPatience_s + kRequestsInARow * config.robot.connection.timeout_s;
+  return kThreadTimeout_s + kRequestsPerPush * config.robot.connection.timeout_s;
 }
 
-/// @param in_use  the parts in force, whose robot link goes on where nothing of it changed; nullptr
-///                at the start
+/// @param in_use  the present parts, whose robot link is reused if its settings have not changed;
+///                nullptr at the start
 std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const CycleParts* in_use) {
   const DaemonConfig& config = in_force.config;
   if (const auto why_not = WhyNotUsable(config.machine.cell)) {
@@ -63,10 +66,10 @@ std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const Cycle
     return nullptr;
   }
   const auto refuse = [](const std::string& why) {
-    Log({Event::kRobotSetUp, fmt::format("robot: {}", why)});
+    Log({Event::kRobotSetupFailed, fmt::format("robot: {}", why)});
     return nullptr;
   };
-  Result<RobotSetUp> robot = RobotSetUpOf(config);
+  Result<RobotSetup> robot = RobotSetupFrom(config);
   if (!robot) return refuse(robot.error());
   std::shared_ptr<RobotLink> link;
   if (in_use != nullptr && in_use->robot == *robot) {
@@ -83,12 +86,12 @@ std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const Cycle
 }
 
 void AwaitBranches(CycleParts& parts) {
-  const double until_s = MonotonicSeconds() + kBranchesFirst_s;
+  const double until_s = MonotonicSeconds() + kBranchesTimeout_s;
   while (!parts.branches.finished() && MonotonicSeconds() < until_s) SleepSeconds(0.002);
-  parts.branches.HandTo(parts.machine, parts.machine.config().points.size());
+  parts.branches.DeliverTo(parts.machine, parts.machine.config().points.size());
 }
 
-void TellModel(const ConfigInForce& in_force) {
+void LogModel(const ConfigInForce& in_force) {
   const ModelState& models = in_force.models;
   SetLogContext({in_force.config.machine.cell.robot.name, models.applied});
   if (!in_force.set_aside.empty()) Log({Event::kModelSetAside, in_force.set_aside});
@@ -103,43 +106,44 @@ std::vector<Reporter::PointName> PointNames(const DaemonConfig& config) {
   return names;
 }
 
-/// For `plumbline model apply`, which says by how much these points move.
-void NoteConfigurationOf(const DaemonConfig& config) {
-  if (const auto noted = NoteConfiguration(config.state_directory, config.file); !noted) {
+/// Records the path for `plumbline model apply`, which reports how far the configured points move.
+void RecordConfiguration(const DaemonConfig& config) {
+  if (const auto recorded = RecordConfigurationPath(config.state_directory, config.file);
+      !recorded) {
     Log({Event::kStateDirectory,
          fmt::format("state directory: {}; `plumbline model apply` does not know this daemon's "
                      "points unless it is given --config",
-                     noted.error())});
+                     recorded.error())});
   }
 }
 
-/// What runs until a signal ends it.
+/// The running parts of the daemon.
 struct Running {
-  const std::string& file;  ///< of the configuration
-  const DaemonConfig& started;
-  CyclicLoop& loop;
-  LoopWorker& worker;
-  ViewSide& view;
-  PlcSide& plc;
+  const std::string& file;      ///< path of the configuration
+  const DaemonConfig& started;  ///< the configuration at the start
+  ControlCycle& cycle;
+  MonitoringWorker& worker;
+  DisplayFeed& display;
+  PlcServers& plc;
   const ServiceManager& manager;
-  Lifeline lifeline;
-  double robot_patience_s;  ///< of the link in force
-  DaemonAtWork at_work;
-  OneProcessor processor{};
+  ThreadWatchdog watchdog;
+  double robot_timeout_s;  ///< of the present robot link
+  RunningDaemon state;
+  CycleAffinity affinity{};
 };
 
-/// A configuration that was read again, while the branches of its points are searched: until then
-/// the old one is served.
+/// A reloaded configuration whose point branches are still being searched; the previous one remains
+/// in force until then.
 struct PendingReload {
   ConfigInForce in_force;
   std::unique_ptr<CycleParts> parts;
 };
 
-std::optional<PendingReload> ReadAgain(const Running& running) {
+std::optional<PendingReload> ReadConfiguration(const Running& running) {
   const std::string& file = running.file;
   FaultList faults;
-  std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running.at_work);
-  const std::size_t served = running.loop.parts().machine.config().points.size();
+  std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running.state);
+  const std::size_t served = running.cycle.parts().machine.config().points.size();
   if (in_force && served > 0 && in_force->config.machine.points.empty()) {
     faults.Add({.file = file,
                 .key = "point",
@@ -151,7 +155,7 @@ std::optional<PendingReload> ReadAgain(const Running& running) {
   }
   LogFaults(faults);
   std::unique_ptr<CycleParts> parts =
-      in_force ? PartsFrom(*in_force, &running.loop.parts()) : nullptr;
+      in_force ? PartsFrom(*in_force, &running.cycle.parts()) : nullptr;
   if (!parts) {
     Log({Event::kNotReloaded,
          "Configuration not reloaded; the previous one stays in force. Fix the faults "
@@ -165,115 +169,120 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
   const DaemonConfig& started = running.started;
   const ConfigInForce* const in_force = &pending.in_force;
   const DaemonConfig& fresh = in_force->config;
-  if (PlcSideDiffers(fresh.plc, started.plc)) {
+  if (PlcServersDiffer(fresh.plc, started.plc)) {
     Log({Event::kNeedsRestart,
          "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
          "what the daemon started with"});
   }
-  if (CameraDiffers(fresh, started)) {
+  if (CamerasDiffer(fresh, started)) {
     Log({Event::kNeedsRestart,
          "needs a restart: [camera], [zoom], [board], [tags] or the tags' file differs from what "
          "the daemon started with"});
   }
-  if (in_force->asked_state_directory != started.state_directory) {
+  if (in_force->configured_state_directory != started.state_directory) {
     Log({Event::kNeedsRestart,
-         fmt::format("needs a restart: state_directory, in force is {}", started.state_directory)});
+         fmt::format("needs a restart: state_directory changed, {} stays in use",
+                     started.state_directory)});
   }
   running.worker.Configure(fresh,
-                           in_force->models);  // first: it judges the new machine's first probe too
-  const bool link_kept = pending.parts->link == running.loop.parts().link;
-  // An old link may have a reading under way, and withdraws what it pushed.
-  const double begin_s = MonotonicSeconds();
-  double fed_s = begin_s;
-  pending.parts->branches.HandTo(pending.parts->machine, fresh.machine.points.size());
-  running.loop.Replace(std::move(pending.parts), [&] {
-    running.plc.KeepConnections(running.manager);
+                           in_force->models);  // before the new machine's first probe arrives
+  const bool link_kept = pending.parts->link == running.cycle.parts().link;
+  // The old link may have a reading in progress, and withdraws the points it has pushed.
+  const double start_s = MonotonicSeconds();
+  double fed_s = start_s;
+  pending.parts->branches.DeliverTo(pending.parts->machine, fresh.machine.points.size());
+  running.cycle.Replace(std::move(pending.parts), [&] {
+    running.plc.DepositConnections(running.manager);
     const double now_s = MonotonicSeconds();
     const auto period_s = running.manager.feed_period_s();
     if (!period_s || now_s - fed_s < *period_s) return;
-    if (now_s - begin_s > running.robot_patience_s + kWithdrawal_s) return;
+    if (now_s - start_s > running.robot_timeout_s + kWithdrawal_s) return;
     fed_s = now_s;
     running.manager.NotifyWatchdog();
   });
-  running.view.Configure(fresh);
-  running.at_work.models = in_force->models;
-  running.robot_patience_s = RobotPatience_s(fresh);
-  running.lifeline.SetPatience(kRobotLink, running.robot_patience_s);
+  running.display.Configure(fresh);
+  running.state.models = in_force->models;
+  running.robot_timeout_s = RobotTimeout_s(fresh);
+  running.watchdog.SetTimeout(kRobotLink, running.robot_timeout_s);
   reporter.Configure(PointNames(fresh), link_kept);
   Log({Event::kReloaded, fmt::format("configuration {} reloaded", running.file)});
-  TellModel(*in_force);
+  LogModel(*in_force);
 }
 
-/// One line for `systemctl status`, with what anybody would ask first.
-std::string StatusLine(const Snapshot& snapshot, const LoopCounters& counters) {
+/// One line for `systemctl status`: health, robot, valid points.
+std::string StatusLine(const Snapshot& snapshot, const CycleCounters& counters) {
   const auto valid = std::count_if(snapshot.points.begin(), snapshot.points.end(),
                                    [](const PointResult& point) { return point.valid; });
   return fmt::format(
       "{}: {}; {}, {} of {} points valid, cycle {}", Describe(snapshot.health.severity),
-      snapshot.health.reason == HealthReason::kNone ? "no complaint"
-                                                    : Describe(snapshot.health.reason),
+      snapshot.health.reason == HealthReason::kNone ? "no fault" : Describe(snapshot.health.reason),
       (snapshot.status & status::kRobotLink) != 0 ? "robot trusted" : "no robot", valid,
       snapshot.points.size(), counters.cycles);
 }
 
-/// Feeds the service manager's watchdog as long as every thread comes round.
-class Watchdog {
+/// Feeds the service manager's watchdog while every thread is responsive.
+class WatchdogFeeder {
  public:
-  void Look(Running& running, const Snapshot& snapshot, double now_s) {
-    const Lifeline::Standing standing = running.lifeline.Look(now_s);
-    if (standing.thread != told_) {
-      told_ = standing.thread;
-      if (!told_.empty()) {
-        Log({Event::kStandsStill,
-             fmt::format("{} stands still since {:.1f} s{}", told_, standing.for_s,
-                         running.manager.feed_period_s() ? ": the service manager will restart"
-                                                         : ": restart the daemon"),
-             {{"THREAD", told_}}});
+  void Update(Running& running, const Snapshot& snapshot, double now_s) {
+    const ThreadWatchdog::StalledThread stalled = running.watchdog.Check(now_s);
+    if (stalled.name != stalled_) {
+      stalled_ = stalled.name;
+      if (!stalled_.empty()) {
+        Log({Event::kThreadStalled,
+             fmt::format("{} has not responded for {:.1f} s: {}", stalled_, stalled.silent_s,
+                         running.manager.feed_period_s()
+                             ? "the service manager will restart the daemon"
+                             : "restart the daemon"),
+             {{"THREAD", stalled_}}});
         running.manager.AskForRestart();
       }
     }
     const auto period_s = running.manager.feed_period_s();
-    if (!told_.empty() || !period_s || now_s - fed_s_ < *period_s) return;
+    if (!stalled_.empty() || !period_s || now_s - fed_s_ < *period_s) return;
     fed_s_ = now_s;
     running.manager.NotifyWatchdog();
     if (now_s - status_s_ < kStatusPeriod_s) return;
     status_s_ = now_s;
-    running.manager.Status(StatusLine(snapshot, running.loop.counters()));
+    running.manager.Status(StatusLine(snapshot, running.cycle.counters()));
   }
 
  private:
   static constexpr double kStatusPeriod_s = 5;
-  std::string told_;  ///< the thread that was told to stand still
+  std::string stalled_;  ///< the thread that was logged as stalled; empty: none
   double fed_s_ = -1e300, status_s_ = -1e300;
 };
 
-void AddThreads(const DaemonConfig& config, const CyclicLoop& loop, const LoopWorker& worker,
-                Lifeline& lifeline) {
-  lifeline.Add("cycle", kPatience_s, [&loop] { return loop.pulse().beats(); });
-  lifeline.Add(
-      kRobotLink, RobotPatience_s(config), [&loop] { return loop.parts().link->pulse().beats(); },
-      [&loop] { return WaitsForDevice(loop.parts().link->pulse().thread()); });
-  lifeline.Add(
-      "journal and diagnosis", kJournalPatience_s, [&worker] { return worker.pulse().beats(); },
-      [&worker] { return WaitsForDevice(worker.pulse().thread()); });
+void AddThreads(const DaemonConfig& config, const ControlCycle& cycle,
+                const MonitoringWorker& worker, ThreadWatchdog& watchdog) {
+  watchdog.Add("control cycle", kThreadTimeout_s, [&cycle] { return cycle.heartbeat().beats(); });
+  watchdog.Add(
+      kRobotLink, RobotTimeout_s(config),
+      [&cycle] { return cycle.parts().link->heartbeat().beats(); },
+      [&cycle] { return IsWaitingForDevice(cycle.parts().link->heartbeat().thread()); });
+  watchdog.Add(
+      "monitoring worker", kMonitoringTimeout_s,
+      [&worker] { return worker.heartbeat().beats(); },
+      [&worker] { return IsWaitingForDevice(worker.heartbeat().thread()); });
 }
 
-void KeepTogether(Running& running, double now_s) {
-  const LoopCounters counters = running.loop.counters();
-  const CycleParts& parts = running.loop.parts();
-  running.processor.Look({counters.cycles, counters.overruns, parts.period_s},
-                         {running.loop.pulse().thread(), parts.link->pulse().thread()}, now_s);
+void UpdateAffinity(Running& running, double now_s) {
+  const CycleCounters counters = running.cycle.counters();
+  const CycleParts& parts = running.cycle.parts();
+  running.affinity.Update({counters.cycles, counters.overruns, parts.period_s},
+                          {running.cycle.heartbeat().thread(), parts.link->heartbeat().thread()},
+                          now_s);
 }
 
-/// Tells transitions until a signal ends the daemon.
-void Watch(int signals, Running& running) {
+/// The main thread's loop: logs transitions, reloads and feeds the watchdog until a signal stops
+/// the daemon.
+void Supervise(int signals, Running& running) {
   Reporter reporter(PointNames(running.started), Log);
-  UtcClock clock = running.loop.clock();
-  Watchdog watchdog;
+  UtcClock clock = running.cycle.clock();
+  WatchdogFeeder feeder;
   std::optional<PendingReload> pending;
-  double pending_since_s = 0;  // of the first signal that it answers
-  bool read_again = false;     // a signal came, and the pending one goes first
-  const auto reloaded = [&running] { running.manager.Ready("configuration read again"); };
+  double pending_since_s = 0;  // time of the first signal that it serves
+  bool reread = false;         // another signal came, and the pending reload goes first
+  const auto reloaded = [&running] { running.manager.Ready("configuration reloaded"); };
   for (;;) {
     pollfd waiting{signals, POLLIN, 0};
     if (poll(&waiting, 1, pending ? kPreparedPeriod_ms : kReportPeriod_ms) > 0) {
@@ -281,46 +290,46 @@ void Watch(int signals, Running& running) {
       if (read(signals, &info, sizeof info) != sizeof info) continue;
       if (info.ssi_signo != SIGHUP) {
         Log({Event::kEnding,
-             fmt::format("ending on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT")});
+             fmt::format("stopping on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT")});
         running.manager.Stopping();
         return;
       }
       running.manager.Reloading();
       if (!pending) pending_since_s = MonotonicSeconds();
-      // A file that has changed since takes the pending one's place, but not for ever.
-      read_again = pending && MonotonicSeconds() - pending_since_s > kLongestPostponed_s;
-      if (!read_again) {
+      // The newer file replaces the pending one, unless that has waited for too long.
+      reread = pending && MonotonicSeconds() - pending_since_s > kMaxPostponed_s;
+      if (!reread) {
         pending.reset();
-        pending = ReadAgain(running);
+        pending = ReadConfiguration(running);
         if (!pending) reloaded();
       }
     }
     if (pending && pending->parts->branches.finished()) {
       Reload(std::move(*pending), running, reporter);
       pending.reset();
-      if (read_again) {
-        read_again = false;
+      if (reread) {
+        reread = false;
         pending_since_s = MonotonicSeconds();
-        pending = ReadAgain(running);
+        pending = ReadConfiguration(running);
       }
       if (!pending) reloaded();
     }
     const double now_s = MonotonicSeconds();
     if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
       Log({Event::kClockSet,
-           fmt::format("the computer's clock was set by {:+.0f} s: times of probes and of effects "
-                       "go on as before; a restart takes it up",
+           fmt::format("system clock stepped by {:+.0f} s: probe and effect times continue on the "
+                       "previous time base. Restart the daemon to use the new time",
                        *step_s)});
     }
-    const std::uint16_t raised = running.loop.TakeAlarms();
+    const std::uint16_t raised = running.cycle.TakeAlarms();
     {
-      const auto snapshot = running.loop.ReadSnapshot();
-      reporter.Observe(*snapshot, raised, running.loop.parts().link->Status());
-      watchdog.Look(running, *snapshot, now_s);
+      const auto snapshot = running.cycle.ReadSnapshot();
+      reporter.Observe(*snapshot, raised, running.cycle.parts().link->Status());
+      feeder.Update(running, *snapshot, now_s);
     }
-    KeepTogether(running, now_s);
-    running.plc.KeepConnections(running.manager);
-    running.view.TakeTime();
+    UpdateAffinity(running, now_s);
+    running.plc.DepositConnections(running.manager);
+    running.display.PublishIfDue();
     LogRepeats();
   }
 }
@@ -328,15 +337,14 @@ void Watch(int signals, Running& running) {
 std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
   auto opened = ViewPublisher::Open(ViewSocketOf(state_directory));
   if (opened) return std::move(opened).value();
-  Log({Event::kViewUnavailable,
-       fmt::format("nothing can be shown on a monitor: {}", opened.error())});
+  Log({Event::kViewUnavailable, fmt::format("no display possible: {}", opened.error())});
   return nullptr;
 }
 
 }  // namespace
 
 int RunDaemon(const std::string& config_file) {
-  // Threads' allocation arenas would double the resident memory of a daemon that hardly allocates.
+  // Per-thread malloc arenas would double the resident memory of a daemon that hardly allocates.
   mallopt(M_ARENA_MAX, 1);
   const int signals = OpenSignals();
   ServiceManager manager;
@@ -354,30 +362,32 @@ int RunDaemon(const std::string& config_file) {
   if (!in_force) return not_started();
   const DaemonConfig* const config = &in_force->config;
   StateStorage storage(config->state_directory, Log);
-  const std::optional<std::string> taken = storage.Take();
-  if (taken) {
+  const std::optional<std::string> other_daemon = storage.Acquire();
+  if (other_daemon) {
     Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
-         fmt::format("{}state directory: {}: {}; end it, or give this daemon a state_directory of "
-                     "its own{}",
-                     config->loop.enabled ? "not started: " : "", config->state_directory, *taken,
-                     config->loop.enabled ? "" : ", else `plumbline model` cannot notify it")});
-    if (config->loop.enabled) return 2;  // two writers of one journal would alarm for each other
+         fmt::format(
+             "{}state directory: {}: {}; stop it, or give this daemon its own "
+             "state_directory{}",
+             config->loop.enabled ? "not started: " : "", config->state_directory, *other_daemon,
+             config->loop.enabled ? "" : "; otherwise `plumbline model` cannot notify it")});
+    if (config->loop.enabled)
+      return 2;  // two writers of one journal would raise alarms for each other
   }
 
-  if (!taken && storage.works()) NoteConfigurationOf(*config);
+  if (!other_daemon && storage.writable()) RecordConfiguration(*config);
   std::unique_ptr<CycleParts> parts = PartsFrom(*in_force, nullptr);
   if (!parts) return not_started();
   AwaitBranches(*parts);
-  LoopLink link;
-  ViewSide view(OpenView(config->state_directory), link, config->vision.cameras.size());
-  const auto cameras = CameraSide::Open(*config, link, view);
+  CycleMailboxes mailboxes;
+  DisplayFeed display(OpenView(config->state_directory), mailboxes, config->vision.cameras.size());
+  const auto cameras = CameraSupervisors::Open(*config, mailboxes, display);
   if (!cameras) {
     Log({Event::kNotStarted, cameras.error()});
     return 1;
   }
   const std::uint16_t boot_count = NextBootCount(config->state_directory);
-  // Whoever asks before the first cycle, or has asked before this start, finds the map's form and
-  // what this start is: numbers of points, none of them valid.
+  // Clients that read before the first cycle find the register map complete: they see the identity
+  // of this start and the points, none of them valid.
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
   MachineInput nothing;
@@ -388,54 +398,56 @@ int RunDaemon(const std::string& config_file) {
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
 
-  const auto plc = PlcSide::Open(config->plc, manager, handler);
+  const auto plc = PlcServers::Open(config->plc, manager, handler);
   if (!plc) {
-    Log({Event::kPlcSide, fmt::format("PLC side: {}", plc.error())});
+    Log({Event::kPlcServerFailed, fmt::format("PLC server: {}", plc.error())});
     return 2;
   }
-  if (!taken) storage.KeepBootCount(boot_count);
+  if (!other_daemon) storage.StoreBootCount(boot_count);
 
-  storage.OnWorks(
-      [&view, config] { view.OpenAgain([config] { return OpenView(config->state_directory); }); });
-  LoopWorker worker(
-      link, Log, [] { kill(getpid(), SIGHUP); }, taken ? nullptr : &storage);
+  storage.OnWritable([&display, config] {
+    display.Reopen([config] { return OpenView(config->state_directory); });
+  });
+  MonitoringWorker worker(
+      mailboxes, Log, [] { kill(getpid(), SIGHUP); }, other_daemon ? nullptr : &storage);
   worker.Configure(*config, in_force->models);
   worker.Start();
-  CyclicLoop loop(std::move(parts), handler, images, link, boot_count, &(*plc)->server());
-  loop.Start();
-  view.Configure(*config);
-  view.Start(loop);
+  ControlCycle cycle(std::move(parts), handler, images, mailboxes, boot_count, &(*plc)->server());
+  cycle.Start();
+  display.Configure(*config);
+  display.Start(cycle);
   (*cameras)->Start();
   Log({Event::kStarted,
-       fmt::format("plumblined {} with {} ({} points), PLC side on {}:{}", PLUMBLINE_VERSION,
+       fmt::format("plumblined {} with {} ({} points), PLC server on {}:{}", PLUMBLINE_VERSION,
                    config->machine.cell.robot.name, config->machine.points.size(),
                    config->plc.tcp.address, (*plc)->server().port())});
-  TellModel(*in_force);
+  LogModel(*in_force);
   malloc_trim(0);
   Running running{config_file,
                   *config,
-                  loop,
+                  cycle,
                   worker,
-                  view,
+                  display,
                   **plc,
                   manager,
                   {},
-                  RobotPatience_s(*config),
-                  DaemonAtWork{config->state_directory, in_force->models, !taken}};
-  AddThreads(*config, loop, worker, running.lifeline);
-  (*cameras)->AddTo(running.lifeline);
-  (*plc)->AddTo(running.lifeline);
+                  RobotTimeout_s(*config),
+                  RunningDaemon{config->state_directory, in_force->models, !other_daemon}};
+  AddThreads(*config, cycle, worker, running.watchdog);
+  (*cameras)->AddTo(running.watchdog);
+  (*plc)->AddTo(running.watchdog);
   manager.Ready("started");
-  Watch(signals, running);
+  Supervise(signals, running);
   (*cameras)->Stop();
-  loop.Stop();
+  cycle.Stop();
   worker.Stop();
-  if (const RobotLinkStatus robot = loop.parts().link->Status();
+  if (const RobotLinkStatus robot = cycle.parts().link->Status();
       robot.push_result != LinkResult::kOk) {
-    Log({Event::kPushLeft, fmt::format("pushed points may still stand in the controller: {}",
-                                       LinkResultText(robot.push_result))});
+    Log({Event::kPushNotWithdrawn,
+         fmt::format("pushed points may still be marked valid in the controller: {}",
+                     LinkResultText(robot.push_result))});
   }
-  (*plc)->KeepConnections(manager);  // of those, too, that came while the others ended
+  (*plc)->DepositConnections(manager);  // including those that connected during the shutdown
   LogRepeats(true);
   return 0;
 }

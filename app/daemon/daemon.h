@@ -1,14 +1,15 @@
-// The daemon: ordered start, one cyclic thread, reload and end by signal.
+// The daemon: ordered start, control cycle, reload and stop by signal.
 #pragma once
 
 #include <string>
 
 namespace plumbline {
 
-/// Runs until SIGTERM or SIGINT. SIGHUP reads the configuration again: a faulty one changes
-/// nothing; addresses and ports of the PLC side keep until a restart.
-/// @return the process's exit code: 0 ended by signal, 1 faults in the configuration or a part
-///         that could not start (told in the log)
+/// Runs until SIGTERM or SIGINT. SIGHUP reloads the configuration: a faulty one changes nothing;
+/// addresses and ports of the PLC servers take a restart.
+/// @return  the process's exit code: 0 stopped by a signal, 1 faults in the configuration or a part
+///          that could not start, 2 the state directory or the PLC's port is in use; the reason is
+///          logged
 int RunDaemon(const std::string& config_file);
 
 }  // namespace plumbline

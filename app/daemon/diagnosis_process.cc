@@ -10,15 +10,15 @@
 #include <fstream>
 
 #include "drivers/files/open_failure.h"
-#include "drivers/files/program_beside.h"
+#include "drivers/files/package_paths.h"
 #include "drivers/os/descriptor.h"
 
 namespace plumbline {
 namespace {
 
-constexpr int kLowestPriority = 19;  ///< the highest nice value there is
+constexpr int kLowestPriority = 19;  ///< the highest nice value
 
-/// The last line of a file that is not empty.
+/// The last non-empty line of a file, at most 300 characters.
 std::string LastLine(const std::string& file) {
   std::ifstream input(file);
   std::string line, last;
@@ -43,21 +43,21 @@ Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>&
        .descriptors = {{STDOUT_FILENO, output.get()}, {STDERR_FILENO, output.get()}},
        .nice = kLowestPriority,
        .own_group = true});
-  if (!child) return Error{fmt::format("no process: {}", child.error())};
+  if (!child) return Error{fmt::format("cannot create a process: {}", child.error())};
   return DiagnosisProcess(std::move(child).value(), output_file);
 }
 
 std::optional<std::string> DiagnosisProcess::Poll() {
-  if (!child_.started()) return "was ended";
+  if (!child_.started()) return "was stopped";
   const std::optional<ChildEnd> end = child_.Poll();
   if (!end) return std::nullopt;
   if (end->ok()) return std::string();
-  std::string how = "lost";
+  std::string how = "exit status unknown";
   if (end->exit_code) how = fmt::format("exit code {}", *end->exit_code);
   if (end->signal != 0) how = fmt::format("signal {}", end->signal);
-  std::string said = LastLine(output_file_);
-  if (said.empty() && end->exit_code == ChildEnd::kNotRun) said = "cannot be run";
-  return said.empty() ? how : fmt::format("{}: {}", how, said);
+  std::string last_line = LastLine(output_file_);
+  if (last_line.empty() && end->exit_code == ChildEnd::kNotRun) last_line = "cannot be run";
+  return last_line.empty() ? how : fmt::format("{}: {}", how, last_line);
 }
 
 std::string PlumblineProgram() {

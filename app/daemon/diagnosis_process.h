@@ -11,8 +11,8 @@
 
 namespace plumbline {
 
-/// One run of a program in a process group of its own, nice 19, standard output and error in a
-/// file. The group is killed with this object, and the program by the kernel when the thread that
+/// One run of a program in its own process group, at nice 19, with standard output and error going
+/// to a file. The destructor kills the group; the kernel kills the program when the thread that
 /// started it ends, however that happens.
 class DiagnosisProcess {
  public:
@@ -20,7 +20,7 @@ class DiagnosisProcess {
   static Result<DiagnosisProcess> Start(const std::vector<std::string>& arguments,
                                         const std::string& output_file);
 
-  /// Nothing while it runs; then how it ended, empty for exit code 0.
+  /// nullopt while it runs; then the reason of its failure, empty for exit code 0.
   std::optional<std::string> Poll();
   void Kill() { child_.End(); }
 
@@ -31,8 +31,8 @@ class DiagnosisProcess {
   std::string output_file_;
 };
 
-/// The program `plumbline` beside this one; the environment variable PLUMBLINE_PROGRAM names
-/// another.
+/// Path of the program `plumbline` of the same package, or the value of the environment variable
+/// PLUMBLINE_PROGRAM.
 std::string PlumblineProgram();
 
 }  // namespace plumbline

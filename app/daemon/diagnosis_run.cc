@@ -24,15 +24,15 @@
 namespace plumbline {
 namespace {
 
-constexpr std::int64_t kMostDiagnosedRows = 12000;  // the newest: about a minute's work
+constexpr std::int64_t kMaxDiagnosedRows = 12000;  // the newest; they take about a minute
 
 std::string Folder(const DaemonConfig& config) {
   return config.state_directory + "/diagnosis";
 }
 
-/// Says how much of what is diagnosed the steps of the joint registers hide.
-void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>& rows,
-                      const LogSink& sink, const std::function<void()>& step) {
+/// Logs the tip error due to coarse joint registers if it exceeds the measurement noise.
+void LogReadingError(const DaemonConfig& config, const std::vector<JournalRow>& rows,
+                     const LogSink& sink, const std::function<void()>& step) {
   const CellModel& cell = config.machine.cell;
   const LoadedArm arm(cell);
   double largest_rad = 0;
@@ -49,13 +49,13 @@ void TellReadingError(const DaemonConfig& config, const std::vector<JournalRow>&
   const double middle_m = MedianOf(radii_m);
   if (middle_m < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
   sink({Event::kDiagnosisCoarse,
-        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %): it "
-                    "counts as noise of the diagnosis, and effects below it cannot be seen; use "
-                    "finer registers (universal-robots-fine)",
+        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %). The "
+                    "diagnosis treats this as noise and cannot detect smaller effects. Use finer "
+                    "registers (universal-robots-fine)",
                     radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m)});
 }
 
-/// The least and the greatest mass that was carried.
+/// The smallest and the largest mass that was carried.
 std::vector<ReportedLoad> Loads(const std::vector<JournalRow>& rows) {
   std::vector<double> masses_kg;
   for (const JournalRow& row : rows) {
@@ -72,7 +72,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
                                          Journal& journal, std::int64_t alarm_row,
                                          const LogSink& sink, const std::function<void()>& step) {
   JournalFilter filter;
-  filter.last = kMostDiagnosedRows;
+  filter.last = kMaxDiagnosedRows;
   const auto since = journal.LastModel();
   if (!since) return since.failure();
   if (since->has_value()) filter.after_id = (*since)->after_row;
@@ -80,13 +80,13 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   if (!rows) return rows.failure();
   step();
   const double sigma_m = config.loop.probe_sigma_m;
-  const std::size_t coarse =
-      std::erase_if(rows.value(), [&](const JournalRow& row) { return IsCoarse(row, sigma_m); });
-  if (coarse > 0) {
+  const std::size_t uncertain = std::erase_if(
+      rows.value(), [&](const JournalRow& row) { return IsTooUncertain(row, sigma_m); });
+  if (uncertain > 0) {
     sink({Event::kDiagnosisNote,
-          fmt::format("diagnosis: {} probes by camera left out, less certain than "
+          fmt::format("diagnosis: {} camera probes left out: less certain than "
                       "loop.probe_sigma_mm",
-                      coarse)});
+                      uncertain)});
   }
   const ExportedCsv exported = CsvFromJournal(*rows, config.machine.cell.robot.joints);
   for (const std::string& note : exported.notes)
@@ -114,7 +114,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   if (!started) return started.failure();
   sink({Event::kDiagnosisStarted,
         fmt::format("diagnosis started over {} measured points", exported.ids.size())});
-  TellReadingError(config, *rows, sink, step);
+  LogReadingError(config, *rows, sink, step);
   return DiagnosisRun(std::move(started).value(), applied_model, alarm_row,
                       std::move(rows).value());
 }
@@ -122,28 +122,28 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
 std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& config,
                                                         const std::function<void()>& step) {
   const auto ended = process_.Poll();
-  const std::chrono::duration<double> spent = Clock::now() - began_;
+  const std::chrono::duration<double> spent = Clock::now() - started_;
   Outcome outcome;
   if (!ended) {
     if (spent.count() < config.loop.diagnosis_timeout_s) return std::nullopt;
     process_.Kill();
-    outcome.failure = fmt::format("not done within loop.diagnosis_timeout_s = {:g} s",
+    outcome.failure = fmt::format("not finished within loop.diagnosis_timeout_s = {:g} s",
                                   config.loop.diagnosis_timeout_s);
   } else if (!ended->empty()) {
     outcome.failure = *ended;
   } else {
-    const Result<Outcome> taken = Take(config, step);
-    if (taken) return *taken;
-    outcome.failure = taken.error();
+    const Result<Outcome> proposed = Propose(config, step);
+    if (proposed) return *proposed;
+    outcome.failure = proposed.error();
   }
-  outcome.told =
-      fmt::format("diagnosis failed: {}; its files are in {}", outcome.failure, Folder(config));
+  outcome.message =
+      fmt::format("diagnosis failed: {}; see the files in {}", outcome.failure, Folder(config));
   return outcome;
 }
 
-/// Turns the files of a finished diagnosis into a proposal.
-Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
-                                                 const std::function<void()>& step) const {
+/// Reads the files of a finished diagnosis, and proposes or applies the corrected model.
+Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
+                                                    const std::function<void()>& step) const {
   const std::string folder = Folder(config);
   const Result<std::string> json = ReadTextFile(folder + "/diagnosis.json");
   if (!json) return Error{"diagnosis.json: " + json.error()};
@@ -152,7 +152,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
   ModelFacts facts = std::move(read).value();
   Outcome outcome;
   if (facts.verdict == "no_effect") {
-    outcome.told = "diagnosis: no_effect, nothing stands out of the noise; nothing proposed";
+    outcome.message = "diagnosis: no_effect, no effect exceeds the noise; nothing proposed";
     return outcome;
   }
   const std::string errors =
@@ -164,7 +164,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
       facts.effects.empty() ? "no effect" : fmt::format("{}", fmt::join(facts.effects, ", ")),
       errors);
   if (facts.rms_before_mm && facts.rms_after_mm && *facts.rms_after_mm >= *facts.rms_before_mm) {
-    outcome.told = what + "; nothing proposed";
+    outcome.message = what + "; nothing proposed";
     return outcome;
   }
   const Result<std::string> model = ReadTextFile(folder + "/corrected.toml");
@@ -187,7 +187,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
   if (const PointMove* const largest = moves.Largest(); largest != nullptr && all_compared) {
     facts.points_change_mm = 1e3 * largest->Distance_m();
   }
-  facts.from = fmt::format("drift alarm of row {} of the journal", alarm_row_);
+  facts.from = fmt::format("drift alarm of journal row {}", alarm_row_);
   facts.based_on = applied_model_;
 
   step();
@@ -199,43 +199,45 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Take(const DaemonConfig& config,
   if (!number) return number.failure();
   outcome.proposed = *number;
   if (config.loop.apply != LoopConfig::Apply::kAutomatic) {
-    outcome.told =
+    outcome.message =
         fmt::format("{}; version {} proposed: {}", what, *number,
                     ModelCommand(fmt::format("apply {}", *number), config.state_directory));
     return outcome;
   }
   const bool has_points = !config.machine.points.empty();
   const std::string objection =
-      WhyNotUsable(*cell).value_or(WhyNotAutomatic(facts, config.loop, has_points));
+      WhyNotUsable(*cell).value_or(AutomaticApplyObjection(facts, config.loop, has_points));
   if (!objection.empty()) {
-    outcome.told =
+    outcome.message =
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
     return outcome;
   }
   const Result<void> applied = store.value().Apply(*number);
   if (!applied) return applied.failure();
   outcome.applied = true;
-  outcome.told = fmt::format("{}; version {} applied, as loop.apply says", what, *number);
+  outcome.message = fmt::format("{}; version {} applied (loop.apply)", what, *number);
   return outcome;
 }
 
-std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop, bool has_points) {
+std::string AutomaticApplyObjection(const ModelFacts& facts, const LoopConfig& loop,
+                                    bool has_points) {
   if (facts.verdict != "explained") return "the verdict is not \"explained\"";
   if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
   if (!facts.implausible.empty()) {
     return fmt::format("implausible on a sound machine: {}", fmt::join(facts.implausible, "; "));
   }
   if (facts.discrepancy_share) {
-    return fmt::format("{:.0f} % of the correction has no name", 100 * *facts.discrepancy_share);
+    return fmt::format("{:.0f} % of the correction is not explained by a named effect",
+                       100 * *facts.discrepancy_share);
   }
-  if (!facts.change_mm) return "how far it moves the tip cannot be told";
+  if (!facts.change_mm) return "how far it moves the tip cannot be computed";
   if (*facts.change_mm > 1e3 * loop.max_change_m) {
     return fmt::format("it moves a tip by {:.3f} mm, loop.max_change_mm is {:g}", *facts.change_mm,
                        1e3 * loop.max_change_m);
   }
   if (!has_points) return {};
   if (!facts.points_change_mm) {
-    return "by how much it moves the configured points is not known: one of them cannot be "
+    return "how far it moves the configured points is not known: one of them cannot be "
            "corrected";
   }
   if (*facts.points_change_mm > 1e3 * loop.max_change_m) {

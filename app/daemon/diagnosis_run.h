@@ -1,4 +1,4 @@
-// One diagnosis of the journal's rows: from the export to the proposal.
+// One diagnosis of journal rows, from the export to the proposed model.
 #pragma once
 
 #include <chrono>
@@ -16,29 +16,29 @@
 
 namespace plumbline {
 
-/// `plumbline diagnose` over the rows since the model in force came into force, as a child process;
-/// then its corrected model as a proposal, applied where the configuration says so. Its files stand
-/// in STATE/diagnosis until the next one.
+/// Runs `plumbline diagnose` as a child process over the rows recorded since the present model came
+/// into force, then proposes the corrected model, and applies it if the configuration allows that.
+/// Its files remain in STATE/diagnosis until the next run.
 class DiagnosisRun {
  public:
-  /// Exports the rows and starts the process; says what was left out, and what coarse joint
-  /// registers hide.
-  /// @param alarm_row  the reason: a row of the journal
-  /// @param step       called between its steps, which take a second together
+  /// Exports the rows and starts the process. Logs what was left out, and which effects coarse
+  /// joint registers hide.
+  /// @param alarm_row  journal row that raised the drift alarm
+  /// @param step       progress callback, called between steps that take about a second in total
   static Result<DiagnosisRun> Start(const DaemonConfig& config, int applied_model, Journal& journal,
                                     std::int64_t alarm_row, const LogSink& sink,
                                     const std::function<void()>& step);
 
   struct Outcome {
-    std::string told;     ///< the line to log
+    std::string message;  ///< the line to log
     std::string failure;  ///< empty: none
     int proposed = 0;     ///< version of the model; 0: none
     bool applied = false;
   };
-  /// Nothing while it runs; asked no more after an outcome.
-  /// @param config  in force now: its limits hold
-  /// @param step    called between the steps that turn a finished diagnosis into a proposal; they
-  ///                take seconds together where there are many points
+  /// nullopt while it runs; not to be called again after an outcome.
+  /// @param config  the configuration in force now, whose limits apply
+  /// @param step    progress callback, called between the steps that turn a finished diagnosis into
+  ///                a proposal; with many points they take seconds in total
   std::optional<Outcome> Poll(const DaemonConfig& config, const std::function<void()>& step);
 
  private:
@@ -49,17 +49,18 @@ class DiagnosisRun {
         applied_model_(applied_model),
         alarm_row_(alarm_row),
         rows_(std::move(rows)) {}
-  Result<Outcome> Take(const DaemonConfig& config, const std::function<void()>& step) const;
+  Result<Outcome> Propose(const DaemonConfig& config, const std::function<void()>& step) const;
 
   DiagnosisProcess process_;
-  Clock::time_point began_ = Clock::now();
+  Clock::time_point started_ = Clock::now();
   int applied_model_;
   std::int64_t alarm_row_;
   std::vector<JournalRow> rows_;
 };
 
-/// Why a model must wait for a person although loop.apply is "automatic"; empty: it need not.
-/// @param has_points  the configuration names points, so that their move counts, too
-std::string WhyNotAutomatic(const ModelFacts& facts, const LoopConfig& loop, bool has_points);
+/// Why a model needs a person's approval although loop.apply is "automatic"; empty if it does not.
+/// @param has_points  whether points are configured, so that their displacement counts, too
+std::string AutomaticApplyObjection(const ModelFacts& facts, const LoopConfig& loop,
+                                    bool has_points);
 
 }  // namespace plumbline

@@ -6,18 +6,18 @@
 #include "app/version.h"
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a log that nobody reads any more is no reason to die
+  std::signal(SIGPIPE, SIG_IGN);  // a closed log pipe must not end the daemon
   CLI::App app("Plumbline's daemon: corrected assembly points over Modbus", "plumblined");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
-  app.add_option("config,--config", config, "The configuration, with or without --config")
+  app.add_option("config,--config", config, "Path of the configuration, with or without --config")
       ->capture_default_str();
   app.footer(
-      "Ends with 0 on SIGTERM or SIGINT, 1 where the configuration has faults, 2 on wrong\n"
-      "arguments or where the PLC side cannot be served.\n"
-      "SIGHUP reads the configuration again, SIGTERM ends.\n"
-      "`plumbline check FILE` tells the faults of a configuration without a daemon;\n"
-      "`plumbline status` reads a running one.\n\n"
+      "Exit status: 0 after SIGTERM or SIGINT, 1 if the configuration has faults, 2 for wrong\n"
+      "arguments or if the PLC server cannot start.\n"
+      "SIGHUP reloads the configuration, SIGTERM stops the daemon.\n"
+      "`plumbline check FILE` reports faults of a configuration without starting a daemon;\n"
+      "`plumbline status` shows the state of a running one.\n\n"
       "Example:\n  plumblined config/plumbline.toml");
   try {
     app.parse(argc, argv);

@@ -4,8 +4,8 @@
 
 namespace plumbline {
 
-JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s,
-                      const std::vector<CameraConfig>& cameras) {
+JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
+                               double epoch_utc_s, const std::vector<CameraConfig>& cameras) {
   const Probe& probe = event.probe;
   JournalRow row;
   row.source = probe.covariance_W ? JournalRow::Source::kCamera : JournalRow::Source::kPlc;
@@ -24,15 +24,15 @@ JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double
   return row;
 }
 
-bool IsCoarse(const JournalRow& row, double probe_sigma_m) {
+bool IsTooUncertain(const JournalRow& row, double probe_sigma_m) {
   if (!row.covariance_W) return false;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(*row.covariance_W, Eigen::EigenvaluesOnly);
   return !(axes.eigenvalues()[2] <= probe_sigma_m * probe_sigma_m);
 }
 
-bool MayBeJudged(const JournalRow& row, double probe_sigma_m) {
+bool IsUsableForMonitoring(const JournalRow& row, double probe_sigma_m) {
   return row.measured_W && row.predicted_W && row.measured_W->allFinite() &&
-         !IsCoarse(row, probe_sigma_m);
+         !IsTooUncertain(row, probe_sigma_m);
 }
 
 }  // namespace plumbline

@@ -1,23 +1,24 @@
-// From a probe of the cycle to a row of the journal.
+// Conversion of the control cycle's probes to journal rows, and their use for monitoring.
 #pragma once
 
 #include <string>
 
 #include "app/config/camera_config.h"
-#include "app/daemon/loop_link.h"
+#include "app/daemon/cycle_mailboxes.h"
 #include "app/journal/journal_row.h"
 
 namespace plumbline {
 
-/// @param cameras  that are configured, whose names a probe by camera carries
-JournalRow RowOfProbe(const LoopEvent& event, const std::string& session, double epoch_utc_s,
-                      const std::vector<CameraConfig>& cameras);
+/// @param epoch_utc_s  the journal's epoch, UTC seconds since 1970
+/// @param cameras      the configured cameras, whose names are recorded with a camera probe
+JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
+                               double epoch_utc_s, const std::vector<CameraConfig>& cameras);
 
-/// A tip by camera whose largest deviation is above that of the other probes: it is kept, but would
-/// alarm for its own noise.
-bool IsCoarse(const JournalRow& row, double probe_sigma_m);
+/// Whether a camera probe's largest standard deviation exceeds that of other probes [m]. Such a
+/// probe is recorded, but would raise drift alarms by its own noise.
+bool IsTooUncertain(const JournalRow& row, double probe_sigma_m);
 
-/// Measured and predicted, finite, not coarse.
-bool MayBeJudged(const JournalRow& row, double probe_sigma_m);
+/// Whether the drift monitor may use the row: measured and predicted, finite, not too uncertain.
+bool IsUsableForMonitoring(const JournalRow& row, double probe_sigma_m);
 
 }  // namespace plumbline

@@ -15,30 +15,33 @@ struct WarningText {
   const char* cleared;
 };
 
-constexpr double kReasonLasts_s = 2;
-constexpr std::size_t kMostReasons = 8;  // of one outage
+constexpr double kReasonPersists_s = 2;
+constexpr std::size_t kMaxReasons = 8;  // logged in one outage
 
 constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
      Event::kJointsUnchecked,
      {},
-     "the robot profile offers no tool pose: its joints are used without a check against forward "
+     "the robot profile offers no tool pose: joint values cannot be checked against forward "
      "kinematics",
      nullptr},
     {warning::kPlcHeartbeatLost, Event::kHeartbeatLost, Event::kHeartbeatBack, "PLC heartbeat lost",
      "PLC heartbeat is back"},
     {warning::kCycleOverrun, Event::kCycleLate, Event::kCycleOnTime,
-     "cycle started late; is the computer overloaded?", "cycle keeps its time again"},
+     "control cycle started late: the machine is overloaded, or another real-time task occupies "
+     "its "
+     "CPU",
+     "control cycle is on time again"},
     {warning::kMassCentresGuessed,
      Event::kMassGuessed,
      {},
-     "a link without link_com_mm: its centre of mass is guessed, and so are joint deflections",
+     "a link has no link_com_mm: its centre of mass is assumed, so joint deflections are estimates",
      nullptr},
-    {warning::kTwoMasters, Event::kTwoMasters, Event::kOneMaster, nullptr,  // told with addresses
+    {warning::kTwoMasters, Event::kTwoMasters, Event::kOneMaster, nullptr,  // logged with addresses
      "one client alone writes the command window again"},
 };
 
-std::string WithinText(const Correction& correction) {
+std::string RadiusText(const Correction& correction) {
   return fmt::format("±{:.2f} mm (95 %, {})", 1e3 * correction.uncertainty_m,
                      Describe(correction.basis));
 }
@@ -48,20 +51,20 @@ std::string FaultText(const ProbeIntake& probes) {
   const std::string place = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x(), mm.y(), mm.z());
   switch (probes.fault) {
     case ProbeFault::kZero:
-      return "it is 0, 0, 0: its registers were not filled. Write position and sequence in one "
-             "request, once the instrument has measured";
+      return "it is 0, 0, 0: the registers were not filled. Write position and sequence in one "
+             "request, after the instrument has measured";
     case ProbeFault::kInMetres:
       return place +
-             " contradicts the model, and a thousand times that would not: given in "
-             "metres? Command 6 takes mm, command 7 0.001 mm";
+             " contradicts the model, but a thousand times that value does not: is it given in "
+             "metres? Command 6 takes mm, command 7 takes 0.001 mm";
     case ProbeFault::kBeyondReach:
       return fmt::format(
-          "{} is farther from the base than the {:.2f} m that arm and tool reach. "
+          "{} is farther from the base than the {:.2f} m reach of arm and tool. "
           "Check the unit, the byte order and the measurement frame",
           place, probes.reach_m);
     case ProbeFault::kRobotMoving:
-      return "the robot moved while it was given. Let it stand for 0.2 s (register 424), measure, "
-             "then give the probe";
+      return "the robot moved while the probe was given. Keep it at standstill for 0.2 s (register "
+             "424), measure, then give the probe";
     case ProbeFault::kNone:
       break;
   }
@@ -80,9 +83,9 @@ void Reporter::Configure(std::vector<PointName> points, bool link_kept) {
   connected_.reset();
   link_since_s_ = 0;
   link_changes_ = push_changes_ = 0;
-  link_told_.clear();
-  link_later_.clear();
-  link_later_since_s_ = 0;
+  logged_reasons_.clear();
+  new_reason_.clear();
+  new_reason_since_s_ = 0;
   input_fault_.reset();
   input_since_s_ = 0;
 }
@@ -106,12 +109,12 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
              fmt::format("push to the controller: {}", link.push_problem.view())});
     }
   }
-  // Nothing was tried yet: neither connected nor lost.
+  // No reading was attempted yet: neither connected nor lost.
   if (link.readings == 0 && link.failures == 0) return;
-  const bool was_short = connected_ == true && link.connected && link.changes != link_changes_;
+  const bool interrupted = connected_ == true && link.connected && link.changes != link_changes_;
   link_changes_ = link.changes;
-  if (was_short) sink_({Event::kRobotLinkBlip, "robot link lost and restored at once"});
-  if (!link.connected) TellLinkAway(link, now_s);
+  if (interrupted) sink_({Event::kRobotLinkBlip, "robot link lost and restored at once"});
+  if (!link.connected) ReportLinkDown(link, now_s);
   if (connected_ == link.connected) return;
   if (link.connected) {
     sink_({Event::kRobotLinkUp,
@@ -122,33 +125,34 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   link_since_s_ = now_s;
 }
 
-void Reporter::TellLinkAway(const RobotLinkStatus& link, double now_s) {
+void Reporter::ReportLinkDown(const RobotLinkStatus& link, double now_s) {
   const std::string_view reason = link.problem.view();
-  const bool was_away = connected_ == false;
-  if (was_away) {
-    if (reason != link_later_) {
-      link_later_ = reason;
-      link_later_since_s_ = now_s;
+  const bool was_down = connected_ == false;
+  if (was_down) {
+    if (reason != new_reason_) {
+      new_reason_ = reason;
+      new_reason_since_s_ = now_s;
     }
-    const bool told = std::find(link_told_.begin(), link_told_.end(), reason) != link_told_.end();
-    if (told || link_told_.size() >= kMostReasons) return;
-    if (now_s - link_later_since_s_ < kReasonLasts_s) return;
+    const bool logged =
+        std::find(logged_reasons_.begin(), logged_reasons_.end(), reason) != logged_reasons_.end();
+    if (logged || logged_reasons_.size() >= kMaxReasons) return;
+    if (now_s - new_reason_since_s_ < kReasonPersists_s) return;
   }
   const bool lost = link.readings > 0;
-  const std::string before = was_away ? fmt::format(" (before: {})", link_told_.back()) : "";
-  if (!was_away) link_told_.clear();
+  const std::string before = was_down ? fmt::format(" (before: {})", logged_reasons_.back()) : "";
+  if (!was_down) logged_reasons_.clear();
   sink_({lost ? Event::kRobotLinkLost : Event::kRobotLinkAbsent,
-         fmt::format("robot link {}: {}{}", lost ? "lost" : "not there yet", reason, before)});
-  link_told_.emplace_back(reason);
-  link_later_ = reason;
+         fmt::format("robot link {}: {}{}", lost ? "lost" : "not established", reason, before)});
+  logged_reasons_.emplace_back(reason);
+  new_reason_ = reason;
 }
 
 void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   InputFault fault = snapshot.input_fault;
-  const bool blip =
+  const bool brief_fault =
       fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
       (raised & (alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong)) != 0;
-  if (blip) sink_({Event::kRobotDoubted, "robot input was not trusted for some cycles"});
+  if (brief_fault) sink_({Event::kRobotDoubted, "robot input was not trusted for a few cycles"});
   const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
   if (fault == InputFault::kOk && emergency_stop != emergency_stop_) {
     emergency_stop_ = emergency_stop;
@@ -178,7 +182,7 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
 }
 
 void Reporter::ObservePoints(const Snapshot& snapshot) {
-  if (snapshot.input_fault != InputFault::kOk) return;  // told once, above
+  if (snapshot.input_fault != InputFault::kOk) return;  // reported once, by ObserveInput()
   for (std::size_t k = 0; k < points_.size() && k < snapshot.points.size(); ++k) {
     const PointResult& point = snapshot.points[k];
     if (point.code == CorrectionCode::kPending || codes_[k] == point.code) continue;
@@ -187,7 +191,7 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
       const double correction_mm = 1e3 * point.correction.translation_B.norm();
       sink_({Event::kPointCorrected,
              fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
-                         points_[k].name, correction_mm, WithinText(point.correction),
+                         points_[k].name, correction_mm, RadiusText(point.correction),
                          point.correction.extrapolated ? ", outside the calibrated range" : ""),
              {{"POINT", fmt::format("{}", points_[k].id)},
               {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
@@ -202,15 +206,15 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
 }
 
 void Reporter::ObserveProbes(const ProbeIntake& probes) {
-  const std::uint32_t since = probes.refused - probes_refused_;
+  const std::uint32_t since = probes.refused - logged_refusals_;
   if (probes.fault != ProbeFault::kNone && probes.fault != probe_fault_) {
     sink_({Event::kProbeRefused,
-           "probe refused, and not in the journal: " + FaultText(probes),
+           "probe refused and not recorded: " + FaultText(probes),
            {{"FAULT", fmt::format("{}", static_cast<int>(probes.fault))}}});
   }
   if (probe_fault_ != ProbeFault::kNone && probes.fault == ProbeFault::kNone) {
-    sink_({Event::kProbesTaken, fmt::format("probes are taken again; {} refused before", since)});
-    probes_refused_ = probes.refused;
+    sink_({Event::kProbesTaken, fmt::format("probes are accepted again; {} were refused", since)});
+    logged_refusals_ = probes.refused;
   }
   probe_fault_ = probes.fault;
 }
@@ -225,10 +229,11 @@ void Reporter::ObserveWarnings(const Snapshot& snapshot) {
   }
   if ((snapshot.warnings & ~warnings_ & warning::kCoarseJoints) != 0) {
     const double radius_mm = 1e3 * snapshot.reading_radius_m;
-    sink_({Event::kJointsCoarse,
-           fmt::format("joint registers are coarse: their steps cost {:.2f} mm at the tip (95 %), "
-                       "and probes show no effect below that; use finer ones",
-                       radius_mm)});
+    sink_(
+        {Event::kJointsCoarse,
+         fmt::format("joint registers are coarse: their resolution costs {:.2f} mm at the tip (95 "
+                     "%), and probes cannot reveal smaller effects. Use finer registers",
+                     radius_mm)});
   }
   warnings_ = snapshot.warnings;
 }

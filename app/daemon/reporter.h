@@ -1,4 +1,4 @@
-// From snapshots to log lines: each transition once, with what it means for the cell.
+// Log reporter: turns changes between snapshots into log lines, each transition once.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace plumbline {
 
-/// Compares what it is shown with what it was shown before. Pure but for the sink.
+/// Compares each snapshot with the previous one. Pure except for the sink.
 class Reporter {
  public:
   struct PointName {
@@ -21,17 +21,17 @@ class Reporter {
 
   Reporter(std::vector<PointName> points, LogSink sink);
 
-  /// For another configuration: its points are reported anew; the robot link and the trust in its
-  /// input only where the link is another. Warnings and probes go on in the machine, and here.
+  /// After a reload: reports all points again, and the robot link and input only if the link was
+  /// replaced. Warnings and probes continue, as they do in the machine.
   void Configure(std::vector<PointName> points, bool link_kept);
 
-  /// @param raised  alarm bits of any cycle since the last call, so that a short one is not missed
+  /// @param raised  alarm bits of all cycles since the last call, so that short alarms are reported
   void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);
 
  private:
   void ObserveLink(const RobotLinkStatus& link, double now_s);
-  /// That the link is away; or, while it is, that it is so for a reason that was not told yet.
-  void TellLinkAway(const RobotLinkStatus& link, double now_s);
+  /// Reports that the link is down, or while it is, a new reason that has persisted.
+  void ReportLinkDown(const RobotLinkStatus& link, double now_s);
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
   void ObservePoints(const Snapshot& snapshot);
   void ObserveWarnings(const Snapshot& snapshot);
@@ -42,14 +42,14 @@ class Reporter {
   std::optional<bool> connected_;
   double link_since_s_ = 0;
   std::uint64_t link_changes_ = 0;
-  std::vector<std::string> link_told_;  ///< why it is away, as it was told since it is
-  std::string link_later_;              ///< another reason, which has to last
-  double link_later_since_s_ = 0;
+  std::vector<std::string> logged_reasons_;  ///< why the link is down, in this outage
+  std::string new_reason_;                   ///< logged once it has persisted
+  double new_reason_since_s_ = 0;
   std::optional<InputFault> input_fault_;
   double input_since_s_ = 0;
   std::uint16_t warnings_ = 0;
   ProbeFault probe_fault_ = ProbeFault::kNone;
-  std::uint32_t probes_refused_ = 0;  ///< when it was last told that they are taken again
+  std::uint32_t logged_refusals_ = 0;  ///< total when probes were last logged as accepted again
   bool emergency_stop_ = false;
   std::vector<std::optional<CorrectionCode>> codes_;
   std::uint64_t push_changes_ = 0;

@@ -4,14 +4,14 @@
 
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 #include "app/table/replay_file.h"
 #include "drivers/plc/command_registers.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostReplayWarnings = 10;
+constexpr std::size_t kMaxReplayWarnings = 10;
 
 Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
   FaultList faults;
@@ -19,29 +19,30 @@ Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
   std::size_t warnings = 0;
   for (const Fault& fault : faults.All()) {
     const bool warning = fault.severity == Fault::Severity::kWarning;
-    if (warning && ++warnings > kMostReplayWarnings) continue;
+    if (warning && ++warnings > kMaxReplayWarnings) continue;
     LogFault(fault);
   }
-  if (warnings > kMostReplayWarnings) {
-    Log({Event::kFileWarning, fmt::format("{} more warnings of {}", warnings - kMostReplayWarnings,
-                                          config.robot.replay_file)});
+  if (warnings > kMaxReplayWarnings) {
+    Log({Event::kFileWarning,
+         fmt::format("{} more warnings about {}", warnings - kMaxReplayWarnings,
+                     config.robot.replay_file)});
   }
-  if (!table) return Error{fmt::format("{} cannot be played", config.robot.replay_file)};
+  if (!table) return Error{fmt::format("{} cannot be replayed", config.robot.replay_file)};
   ReplayRows replay = config.robot.connection.replay;
   for (const MeasuredRow& row : table->rows) {
-    ReplayRow& played = replay.rows.emplace_back();
-    const MeasuredPoint point = MeasuredPointOf(row, table->recorded);
-    played.q = point.q;
-    played.payload_kg = point.payload_kg;
-    played.temp_C = point.temp_C;
+    ReplayRow& replayed = replay.rows.emplace_back();
+    const MeasuredPoint point = MeasuredPointFromRow(row, table->recorded);
+    replayed.q = point.q;
+    replayed.payload_kg = point.payload_kg;
+    replayed.temp_C = point.temp_C;
   }
   return replay;
 }
 
 }  // namespace
 
-Result<RobotSetUp> RobotSetUpOf(const DaemonConfig& config) {
-  RobotSetUp robot{config.robot.transport, config.robot.connection, config.push_ids};
+Result<RobotSetup> RobotSetupFrom(const DaemonConfig& config) {
+  RobotSetup robot{config.robot.transport, config.robot.connection, config.push_ids};
   if (robot.transport == "replay") {
     Result<ReplayRows> replay = ReplayFrom(config);
     if (!replay) return Error{replay.error()};

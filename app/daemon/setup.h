@@ -1,4 +1,4 @@
-// From the configuration to the parts of the daemon, where it is not one already.
+// Conversion of the configuration to the robot setup and the Modbus address ranges.
 #pragma once
 
 #include "app/config/daemon_config.h"
@@ -6,19 +6,19 @@
 
 namespace plumbline {
 
-/// All that a robot link, and what is pushed over it, is made from. A configuration with an equal
-/// one goes on with the link that runs.
-struct RobotSetUp {
+/// Everything that a robot link, and the push of points over it, is created from. If a reloaded
+/// configuration has an equal setup, the running link is reused.
+struct RobotSetup {
   std::string transport;
-  RobotConnection connection;  ///< with the rows of a replay
+  RobotConnection connection;  ///< including the rows of a replay
   std::vector<int> push_ids;
 
-  bool operator==(const RobotSetUp&) const = default;
+  bool operator==(const RobotSetup&) const = default;
 };
-/// @return why there is none: a replay file with faults
-Result<RobotSetUp> RobotSetUpOf(const DaemonConfig& config);
+/// Fails if a replay file has faults, which are logged.
+Result<RobotSetup> RobotSetupFrom(const DaemonConfig& config);
 
-/// The addresses of the register map that may be read with this many points.
+/// The addresses of the register map that clients may read if there are this many points.
 std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points);
 
 /// The window that clients may write, all zero.

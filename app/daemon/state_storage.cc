@@ -16,7 +16,7 @@
 namespace plumbline {
 namespace {
 
-/// Enough to need room of its own on every file system: some keep a few bytes in the inode.
+/// Large enough to need a block on every file system: some store a few bytes in the inode.
 constexpr std::size_t kTrialBytes = 8192;
 
 std::string RemedyOf(int code, const std::string& directory) {
@@ -24,17 +24,17 @@ std::string RemedyOf(int code, const std::string& directory) {
     case ENOSPC:
     case EDQUOT:
     case EFBIG:
-      return "make room on its disk (`df -h`, `df -i`); the daemon goes on by itself";
+      return "make room on its disk (`df -h`, `df -i`); the daemon recovers by itself";
     case EROFS:
       return "its file system is read-only: see `dmesg` for why, then mount it writable; the "
-             "daemon goes on by itself";
+             "daemon recovers by itself";
     case EACCES:
     case EPERM:
       return fmt::format(
-          "give it to the daemon's user (`chown`, `ls -ld {}`); the daemon goes on by itself",
+          "give it to the daemon's user (`chown`, `ls -ld {}`); the daemon recovers by itself",
           directory);
     default:
-      return "see `dmesg` and `plumbline doctor`; the daemon goes on by itself once it works";
+      return "see `dmesg` and `plumbline doctor`; the daemon recovers by itself once it is fixed";
   }
 }
 
@@ -42,7 +42,7 @@ std::string FaultText(int code, const std::string& directory) {
   return fmt::format("{}: {}; {}", directory, std::strerror(code), RemedyOf(code, directory));
 }
 
-/// 0, or errno of what failed.
+/// @return  0, or the errno of the call that failed
 int TryToWrite(const std::string& file) {
   const Descriptor fd(
       open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
@@ -59,18 +59,19 @@ int TryToWrite(const std::string& file) {
   return code;
 }
 
-/// Costs no write: where it is true a trial tells.
+/// Cheap check without a write; if true, only a trial write gives certainty.
 bool LooksUnwritable(const std::string& directory) {
   struct statvfs about {};
   if (statvfs(directory.c_str(), &about) != 0) return true;
   const auto free_bytes = static_cast<std::uint64_t>(about.f_bavail) * about.f_frsize;
-  const bool no_inode = about.f_files > 0 && about.f_favail == 0;  // 0 of 0: it does not count them
+  const bool no_inode =
+      about.f_files > 0 && about.f_favail == 0;  // 0 of 0: the file system does not count them
   return (about.f_flag & ST_RDONLY) != 0 || free_bytes < kTrialBytes || no_inode;
 }
 
 }  // namespace
 
-std::optional<std::string> WhyNotStorable(const std::string& directory) {
+std::optional<std::string> StorageFault(const std::string& directory) {
   std::error_code failed;
   std::filesystem::create_directories(directory, failed);
   if (failed) return FaultText(failed.value(), directory);
@@ -83,39 +84,43 @@ std::optional<std::string> WhyNotStorable(const std::string& directory) {
 StateStorage::StateStorage(std::string directory, LogSink sink)
     : directory_(std::move(directory)), sink_(std::move(sink)) {}
 
-std::optional<std::string> StateStorage::Take() {
-  bool taken = false;
-  Result<DaemonMark> mark = AnnounceDaemon(directory_, &taken);
-  if (!mark && taken) return mark.error();
-  if (mark) mark_.emplace(std::move(mark).value());
+std::optional<std::string> StateStorage::Acquire() {
+  bool in_use = false;
+  Result<StateDirectoryLock> lock = LockStateDirectory(directory_, &in_use);
+  if (!lock && in_use) return lock.error();
+  if (lock) lock_.emplace(std::move(lock).value());
   Check();
   return std::nullopt;
 }
 
-void StateStorage::KeepBootCount(std::uint16_t count) {
+void StateStorage::StoreBootCount(std::uint16_t count) {
   boot_count_ = count;
-  if (works_) Check();
+  if (writable_) Check();
   if (boot_count_) {
-    sink_({Event::kBootCounter, "boot counter not kept until the state directory can be written"});
+    sink_({Event::kBootCounter,
+           "boot counter not stored: the state directory cannot be written. It is stored as soon "
+           "as it "
+           "can"});
   }
 }
 
-/// What it could not do, in words; nothing where everything is kept.
+/// @return  why the directory cannot be used, or something cannot be stored there; nullopt if all
+///          is well
 std::optional<std::string> StateStorage::Try() {
-  if (auto why = WhyNotStorable(directory_)) return why;
-  if (!mark_) {
-    bool taken = false;
-    Result<DaemonMark> mark = AnnounceDaemon(directory_, &taken);
-    if (!mark && !taken) return mark.error();
-    if (!mark) {
-      return fmt::format("{}: {}; end it, or give each daemon a state_directory of its own",
-                         directory_, mark.error());
+  if (auto why = StorageFault(directory_)) return why;
+  if (!lock_) {
+    bool in_use = false;
+    Result<StateDirectoryLock> lock = LockStateDirectory(directory_, &in_use);
+    if (!lock && !in_use) return lock.error();
+    if (!lock) {
+      return fmt::format("{}: {}; stop it, or give each daemon its own state_directory", directory_,
+                         lock.error());
     }
-    mark_.emplace(std::move(mark).value());
+    lock_.emplace(std::move(lock).value());
   }
   if (boot_count_) {
-    if (const auto kept = plumbline::KeepBootCount(directory_, *boot_count_); !kept) {
-      return kept.error();
+    if (const auto stored = plumbline::StoreBootCount(directory_, *boot_count_); !stored) {
+      return stored.error();
     }
     boot_count_.reset();
   }
@@ -124,24 +129,24 @@ std::optional<std::string> StateStorage::Try() {
 
 bool StateStorage::Check() {
   const std::optional<std::string> fault = Try();
-  const bool back = !fault && !fault_.empty();
-  works_ = !fault;
+  const bool recovered = !fault && !fault_.empty();
+  writable_ = !fault;
   if (fault && fault_ != *fault) {
     sink_({Event::kStorageLost,
-           fmt::format("state directory cannot be written: {}. Corrected points are served; probes "
-                       "are refused (code 19), and no model is kept",
+           fmt::format("state directory cannot be written: {}. Corrected points are still served; "
+                       "probes are refused (code 19), and models are not stored",
                        *fault)});
   }
-  if (back) sink_({Event::kStorageBack, "state directory can be written again"});
+  if (recovered) sink_({Event::kStorageRestored, "state directory can be written again"});
   fault_ = fault.value_or("");
-  if (back && on_works_) on_works_();
-  return works_;
+  if (recovered && on_writable_) on_writable_();
+  return writable_;
 }
 
-bool StateStorage::Watch() {
-  const bool worked = works_;
-  if (!worked || LooksUnwritable(directory_)) Check();
-  return works_ && !worked;
+bool StateStorage::Poll() {
+  const bool was_writable = writable_;
+  if (!was_writable || LooksUnwritable(directory_)) Check();
+  return writable_ && !was_writable;
 }
 
 }  // namespace plumbline

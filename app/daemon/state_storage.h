@@ -1,4 +1,4 @@
-// The state directory as something that can fail: full, read-only, not ours.
+// Supervision of the state directory: full, read-only, or in use by another daemon.
 #pragma once
 
 #include <atomic>
@@ -12,48 +12,49 @@
 
 namespace plumbline {
 
-/// What keeps a file from being written and synced in `directory` now, with what to do about it;
-/// nothing where it works. Makes the directory where there is none. Waits for the disk.
-std::optional<std::string> WhyNotStorable(const std::string& directory);
+/// Why no file can be written and synced in `directory` now, with a remedy; nullopt if one can.
+/// Creates the directory if it is missing. Blocks on the disk.
+std::optional<std::string> StorageFault(const std::string& directory);
 
-/// Watches whether the state directory can be written, and takes it for this daemon: two daemons
-/// that write one journal would alarm for each other. Nothing of the correction depends on it:
-/// points are served without storage, only probes and models need it. What could not be kept at
-/// the start is kept once the directory works.
+/// Monitors whether the state directory is writable, and locks it for this daemon: two daemons that
+/// write one journal would raise alarms for each other. Corrections do not depend on it: points are
+/// served without storage, only probes and models need it. What could not be stored at the start is
+/// stored once the directory is writable.
 ///
-/// Take() and KeepBootCount() first; after that Check() and Watch() from one thread, works() from
-/// any.
+/// Call Acquire() and StoreBootCount() first; after that Check() and Poll() from one thread,
+/// writable() from any.
 class StateStorage {
  public:
   StateStorage(std::string directory, LogSink sink);
 
-  /// Takes the directory. A disk that cannot be written is logged, and checked again later.
-  /// @return  why this daemon must not write there: another one does
-  std::optional<std::string> Take();
-  /// The number of this start, to be kept as soon as the directory works.
-  void KeepBootCount(std::uint16_t count);
-  /// Called by Check() when the directory works again.
-  void OnWorks(std::function<void()> works) { on_works_ = std::move(works); }
+  /// Locks the directory for this daemon. A disk that cannot be written is logged, and checked
+  /// again later.
+  /// @return  why this daemon must not write there: another one uses the directory
+  std::optional<std::string> Acquire();
+  /// Stores the number of this start, now or as soon as the directory is writable.
+  void StoreBootCount(std::uint16_t count);
+  /// Sets the callback by which Check() reports that the directory is writable again.
+  void OnWritable(std::function<void()> callback) { on_writable_ = std::move(callback); }
 
-  /// Tries to write there, and logs where that has changed.
+  /// Tries to write, and logs changes.
   /// @return  whether this daemon may write there now
   bool Check();
-  /// Every few seconds: checks again where the directory did not work, and where its file system
-  /// has become full, out of inodes or read-only. @return whether it works again since the last
-  /// call
-  bool Watch();
-  bool works() const { return works_; }
+  /// Checks again if the directory was not writable, or if its file system reports that it is full,
+  /// out of inodes or read-only. To be called every few seconds.
+  /// @return  whether the directory has become writable since the last call
+  bool Poll();
+  bool writable() const { return writable_; }
 
  private:
   std::optional<std::string> Try();
 
   const std::string directory_;
   const LogSink sink_;
-  std::optional<DaemonMark> mark_;
-  std::optional<std::uint16_t> boot_count_;  ///< not kept yet
+  std::optional<StateDirectoryLock> lock_;
+  std::optional<std::uint16_t> boot_count_;  ///< not stored yet
   std::string fault_;                        ///< logged; empty: none
-  std::function<void()> on_works_;
-  std::atomic<bool> works_{false};
+  std::function<void()> on_writable_;
+  std::atomic<bool> writable_{false};
 };
 
 }  // namespace plumbline

@@ -6,7 +6,7 @@
 #include "app/doctor/cell.h"
 #include "app/doctor/computer.h"
 #include "app/model_store/usable_model.h"
-#include "drivers/files/program_beside.h"
+#include "drivers/files/package_paths.h"
 
 namespace plumbline {
 namespace {

@@ -20,7 +20,7 @@
 #include "drivers/back_off.h"
 #include "drivers/clock.h"
 #include "drivers/os/descriptor.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 
 namespace plumbline {
 namespace {

@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes) {
+Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes) {
   Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
@@ -19,36 +19,36 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t bound_bytes)
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
-  const Result<void> ready = BringToThisSchema(database);
+  const Result<void> ready = MigrateSchema(database);
   if (!ready) return ready.failure();
-  const Result<void> timed = journal.ReadEpoch();
-  if (!timed) return timed.failure();
-  journal.bound_bytes_ = bound_bytes;
-  const Result<void> bound = journal.Bound();
-  if (!bound) return bound.failure();
+  const Result<void> epoch_read = journal.ReadEpoch();
+  if (!epoch_read) return epoch_read.failure();
+  journal.max_bytes_ = max_bytes;
+  const Result<void> limited = journal.ApplySizeLimit();
+  if (!limited) return limited.failure();
   return journal;
 }
 
-/// SQLite itself holds the bound, in pages; a file that is larger already does not grow.
-Result<void> Journal::Bound() {
-  if (bound_bytes_ <= 0) return {};
+/// SQLite enforces the limit, in pages; a file that is larger already does not grow.
+Result<void> Journal::ApplySizeLimit() {
+  if (max_bytes_ <= 0) return {};
   const Result<std::int64_t> page_bytes = database_.IntegerOf("PRAGMA page_size");
   if (!page_bytes) return page_bytes.failure();
-  const std::string bound = fmt::format("PRAGMA max_page_count={}",
-                                        std::max<std::int64_t>(bound_bytes_ / *page_bytes, 1));
-  const Result<std::int64_t> held = database_.IntegerOf(bound.c_str());
-  if (!held) return held.failure();
+  const std::string pragma =
+      fmt::format("PRAGMA max_page_count={}", std::max<std::int64_t>(max_bytes_ / *page_bytes, 1));
+  const Result<std::int64_t> applied = database_.IntegerOf(pragma.c_str());
+  if (!applied) return applied.failure();
   return {};
 }
 
 std::optional<Error> Journal::Moved() {
   if (!database_.HasMoved()) return std::nullopt;
-  // When it is closed SQLite would leave them beside the former name, where nobody looks for them.
-  const bool whole = database_.Run("PRAGMA wal_checkpoint(TRUNCATE)");
+  // On closing, SQLite would leave recent rows in a log file at the previous path.
+  const bool merged = database_.Run("PRAGMA wal_checkpoint(TRUNCATE)");
   return Error{
-      fmt::format("{}: was moved or deleted while it was open{}; stop the daemon first "
-                  "another time",
-                  database_.path(), whole ? "; every probe so far is in the moved file" : "")};
+      fmt::format("{}: was moved or deleted while it was open{}. Stop the daemon before "
+                  "moving it",
+                  database_.path(), merged ? "; every probe so far is in the moved file" : "")};
 }
 
 Result<void> Journal::ReadEpoch() {
@@ -65,15 +65,15 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   if (auto problem = WhyNoJournal(journal.database_)) return *std::move(problem);
   const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
-  if (*version == 0) return Error{fmt::format("{}: is empty, no journal yet", path)};
+  if (*version == 0) return Error{fmt::format("{}: is empty, not a journal yet", path)};
   if (*version < kJournalSchema) {
     return Error{
         fmt::format("{}: written by an older plumbline; it becomes readable once this "
                     "version's plumblined, or an import, has opened it",
                     path)};
   }
-  const Result<void> timed = journal.ReadEpoch();
-  if (!timed) return timed.failure();
+  const Result<void> epoch_read = journal.ReadEpoch();
+  if (!epoch_read) return epoch_read.failure();
   return journal;
 }
 
@@ -81,21 +81,21 @@ Error Journal::Failed(const char* what) const {
   return Error{fmt::format("{}: {}: {}", database_.path(), what, database_.Problem())};
 }
 
-Error Journal::NotWritten(const char* what) {
-  // SQLite says the same of a full disk; by its size it is known which of the two it was.
-  constexpr double kNear = 0.95;
+Error Journal::WriteFailed(const char* what) {
+  // SQLite reports a full disk and the size limit by the same code; the file size tells them apart.
+  constexpr double kNearLimit = 0.95;
   Error other = Failed(what);
-  if (sqlite3_errcode(database_.get()) != SQLITE_FULL || bound_bytes_ <= 0) return other;
+  if (sqlite3_errcode(database_.get()) != SQLITE_FULL || max_bytes_ <= 0) return other;
   const Result<std::int64_t> pages = database_.IntegerOf("PRAGMA page_count");
   const Result<std::int64_t> page_bytes = database_.IntegerOf("PRAGMA page_size");
   if (!pages || !page_bytes ||
-      static_cast<double>(*pages * *page_bytes) < kNear * static_cast<double>(bound_bytes_)) {
+      static_cast<double>(*pages * *page_bytes) < kNearLimit * static_cast<double>(max_bytes_)) {
     return other;
   }
-  return Error{
-      fmt::format("{}: {}: it has the {} MB that journal_mb allows; allow more, or keep what is of "
-                  "worth by `plumbline journal export` and move it away",
-                  database_.path(), what, bound_bytes_ / 1'000'000)};
+  return Error{fmt::format(
+      "{}: {}: the journal has reached the {} MB that journal_mb allows. Raise journal_mb, "
+      "or save the rows with `plumbline journal export` and move the file away",
+      database_.path(), what, max_bytes_ / 1'000'000)};
 }
 
 Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
@@ -103,7 +103,7 @@ Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
   Statement statement(database_.get(), kInsertRow);
   for (const JournalRow& row : rows) {
     assert(row.q.size() == static_cast<Eigen::Index>(joints.size()));
-    if (!InsertRow(statement, row, joints)) return NotWritten("row not written");
+    if (!InsertRow(statement, row, joints)) return WriteFailed("row not written");
   }
   return sqlite3_last_insert_rowid(database_.get());
 }
@@ -113,7 +113,7 @@ Result<std::int64_t> Journal::Append(const std::vector<JournalRow>& rows,
   Transaction transaction(database_);
   if (!transaction.begun()) return Failed("row not written");
   Result<std::int64_t> last = AppendInside(rows, joints);
-  if (last && !transaction.Commit()) return NotWritten("row not written");
+  if (last && !transaction.Commit()) return WriteFailed("row not written");
   return last;
 }
 
@@ -127,8 +127,8 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   if (!before) return before.failure();
   if (before->has_value() && !again) {
     return Error{
-        fmt::format("{}: its rows are in the journal already (imported as {}); --again "
-                    "takes them a second time",
+        fmt::format("{}: its rows are already in the journal (imported as {}); --again "
+                    "imports them a second time",
                     file, **before)};
   }
   Result<std::int64_t> last = AppendInside(rows, joints);
@@ -139,7 +139,7 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   record.Bind(2, static_cast<std::int64_t>(content_hash));
   record.Bind(3, static_cast<std::int64_t>(rows.size()));
   record.Bind(4, *last);
-  if (!record.Run() || !transaction.Commit()) return NotWritten("nothing imported");
+  if (!record.Run() || !transaction.Commit()) return WriteFailed("nothing imported");
   return last;
 }
 
@@ -157,14 +157,14 @@ Result<void> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
   statement.Bind(1, std::int64_t{wild});
   statement.Bind(2, std::int64_t{alarm});
   statement.Bind(3, id);
-  if (!statement.Run()) return NotWritten("row not marked");
+  if (!statement.Run()) return WriteFailed("row not marked");
   return {};
 }
 
 Result<void> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
                              std::int64_t unix_ms) {
   Transaction transaction(database_);
-  if (!transaction.begun()) return NotWritten("nothing decided");
+  if (!transaction.begun()) return WriteFailed("nothing decided");
   Statement mark(database_.get(),
                  "UPDATE measurement SET quarantine = ? WHERE id = ? AND quarantine > 0");
   Statement record(database_.get(),
@@ -173,19 +173,19 @@ Result<void> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
     mark.Bind(1, static_cast<std::int64_t>(accept ? JournalRow::Quarantine::kAccepted
                                                   : JournalRow::Quarantine::kRejected));
     mark.Bind(2, id);
-    if (!mark.Run()) return NotWritten("nothing decided");
+    if (!mark.Run()) return WriteFailed("nothing decided");
     if (sqlite3_changes(database_.get()) == 0) {
       return Error{
           fmt::format("{}: row {} is not in quarantine; nothing decided. `plumbline journal "
-                      "quarantine list` names those that are",
+                      "quarantine list` lists those that are",
                       database_.path(), id)};
     }
     record.Bind(1, id);
     record.Bind(2, std::int64_t{accept});
     record.Bind(3, unix_ms);
-    if (!record.Run()) return NotWritten("nothing decided");
+    if (!record.Run()) return WriteFailed("nothing decided");
   }
-  if (!transaction.Commit()) return NotWritten("nothing decided");
+  if (!transaction.Commit()) return WriteFailed("nothing decided");
   return {};
 }
 
@@ -198,8 +198,9 @@ Result<std::int64_t> Journal::LastDecision() {
 }
 
 Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
-                              const std::function<void(const JournalRow&)>& show) {
-  // Absent conditions are NULL, and hold. The newest rows are sought from the end.
+                              const std::function<void(const JournalRow&)>& visit) {
+  // Conditions that are not set are NULL and always hold. The newest rows are searched from the
+  // end.
   const std::string chosen = fmt::format(
       "{} WHERE (?1 IS NULL OR id > ?1) AND (?2 IS NULL OR session = ?2)"
       " AND (?3 IS NULL OR model_version = ?3){}",
@@ -222,11 +223,11 @@ Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<Joi
     const std::optional<JournalRow> row = RowFrom(statement, joints);
     if (!row) {
       return Error{
-          fmt::format("{}: row {} has not the cell's {} joints; choose rows of this cell "
+          fmt::format("{}: row {} does not have the cell's {} joints; select rows of this cell "
                       "(--session, --after)",
                       database_.path(), statement.Integer(25), joints.size())};
     }
-    show(*row);
+    visit(*row);
   }
   if (code != SQLITE_DONE) return Failed("cannot be read");
   return {};
@@ -241,13 +242,13 @@ Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
   return rows;
 }
 
-Result<void> Journal::NoteRestart(int model_version, const std::string& reason) {
+Result<void> Journal::RecordMonitorRestart(int model_version, const std::string& reason) {
   Statement statement(database_.get(),
                       "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
                       "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
   statement.Bind(1, std::int64_t{model_version});
   statement.Bind(2, reason);
-  if (!statement.Run()) return NotWritten("restart of the monitor not noted");
+  if (!statement.Run()) return WriteFailed("restart of the drift monitor not recorded");
   return {};
 }
 
@@ -269,7 +270,7 @@ Result<std::optional<Journal::Restart>> Journal::LastModel() {
       " ORDER BY id DESC LIMIT 1");
 }
 
-Result<std::optional<double>> Journal::LastProbe_s() {
+Result<std::optional<double>> Journal::LastProbeTime_s() {
   Statement newest(database_.get(),
                    "SELECT t_s FROM measurement WHERE source != 'import' ORDER BY id DESC LIMIT 1");
   const int code = newest.Step();

@@ -8,20 +8,20 @@
 #include <map>
 
 #include "app/config/toml_reader.h"
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kNewest = 50;  // rows: what an alarm came from stands among them
+constexpr std::size_t kNewestRows = 50;  // contain the rows that raised an alarm
 
-/// One column: its name, what a row writes there (nothing: not recorded).
+/// One column: its name, and its text for a row (nullopt: not recorded).
 struct CsvColumn {
   std::string name;
   std::function<std::optional<std::string>(const JournalRow&)> text;
-  std::string recorded_as = {};  ///< what a row lacks that lacks it; empty: the name
+  std::string recorded_as = {};  ///< name in notes on missing values; empty: the name
 };
 
 std::string Fixed(double value, int decimals) {
@@ -32,7 +32,7 @@ std::optional<std::string> FixedIfThere(const std::optional<double>& value, int 
   return value ? std::optional(Fixed(*value, decimals)) : std::nullopt;
 }
 
-/// A column a joint.
+/// Adds one column for each joint.
 void AddJoints(std::vector<CsvColumn>& columns, const std::vector<Joint>& joints,
                JointQuantity quantity, JointVector JournalRow::*values, int decimals) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -49,7 +49,8 @@ void AddJoints(std::vector<CsvColumn>& columns, const std::vector<Joint>& joints
   }
 }
 
-/// t_s on one clock: imported rows count it from their file's moment, probes from the journal's.
+/// t_s on one clock: imported rows count it from their file's origin, probes from the journal's
+/// epoch.
 CsvColumn TimeColumn(const std::vector<const JournalRow*>& rows, bool& two_clocks) {
   const auto imported = [](const JournalRow& row) {
     return row.source == JournalRow::Source::kImport;
@@ -67,28 +68,28 @@ CsvColumn TimeColumn(const std::vector<const JournalRow*>& rows, bool& two_clock
           two_clocks ? "t_s of the same clock" : ""};
 }
 
-/// True where rows to be left out are under a tenth of all, and under a tenth of the newest: what
-/// is diagnosed must not be what is missing.
+/// Whether the rows to be left out are under a tenth of all, and under a tenth of the newest rows,
+/// which are the ones to be diagnosed.
 bool AreFew(const std::vector<bool>& left_out) {
-  const auto under_a_tenth = [&](std::size_t of_the_newest) {
-    const auto first = left_out.end() - static_cast<std::ptrdiff_t>(of_the_newest);
+  const auto under_a_tenth = [&](std::size_t newest) {
+    const auto first = left_out.end() - static_cast<std::ptrdiff_t>(newest);
     const auto count = static_cast<std::size_t>(std::count(first, left_out.end(), true));
-    return 10 * count < of_the_newest;
+    return 10 * count < newest;
   };
-  return under_a_tenth(left_out.size()) && under_a_tenth(std::min(kNewest, left_out.size()));
+  return under_a_tenth(left_out.size()) && under_a_tenth(std::min(kNewestRows, left_out.size()));
 }
 
-std::string LeftOut(const std::vector<std::int64_t>& ids, const std::string& lacking) {
+std::string LeftOutNote(const std::vector<std::int64_t>& ids, const std::string& lacking) {
   return ids.size() == 1 ? fmt::format("row {}: left out, it has no {}", ids.front(), lacking)
-                         : fmt::format("{} rows, the first being row {}: left out, they have no {}",
+                         : fmt::format("{} rows, starting with row {}: left out, they have no {}",
                                        ids.size(), ids.front(), lacking);
 }
 
-/// Takes the columns that the rows have out of `columns`, and out of `rows` the few that lack one
-/// of them; notes both.
-std::vector<CsvColumn> ColumnsKept(std::vector<CsvColumn> columns, bool two_clocks,
-                                   std::vector<const JournalRow*>& rows,
-                                   std::vector<std::string>& notes) {
+/// Selects the columns to be exported, and removes from `rows` the few that lack one of them; notes
+/// both.
+std::vector<CsvColumn> SelectColumns(std::vector<CsvColumn> columns, bool two_clocks,
+                                     std::vector<const JournalRow*>& rows,
+                                     std::vector<std::string>& notes) {
   struct Lack {
     std::size_t column;
     std::vector<bool> by_row;
@@ -100,7 +101,7 @@ std::vector<CsvColumn> ColumnsKept(std::vector<CsvColumn> columns, bool two_cloc
     for (const JournalRow* row : rows) lack.by_row.push_back(!columns[c].text(*row));
     lack.count = std::count(lack.by_row.begin(), lack.by_row.end(), true);
   }
-  // Those that most rows have first: each lets further rows be left out.
+  // Most complete columns first, because each may exclude further rows.
   std::stable_sort(lacks.begin(), lacks.end(),
                    [](const Lack& a, const Lack& b) { return a.count < b.count; });
   std::vector<bool> left_out(rows.size(), false), kept(columns.size(), false);
@@ -115,7 +116,7 @@ std::vector<CsvColumn> ColumnsKept(std::vector<CsvColumn> columns, bool two_cloc
       kept[lack.column] = true;
     } else if (column.name == "t_s" && two_clocks) {
       notes.emplace_back(
-          "column t_s: left out, imported rows count it from another moment than probes do");
+          "column t_s: left out, imported rows count it from another origin than probes do");
     } else {
       notes.push_back(fmt::format("column {}: left out, only {} of {} rows have it", column.name,
                                   with, rows.size()));
@@ -138,7 +139,7 @@ std::vector<CsvColumn> ColumnsKept(std::vector<CsvColumn> columns, bool two_cloc
     ids_lacking[fmt::format("{}", fmt::join(lacking, ", "))].push_back(rows[k]->id);
   }
   for (const auto& [lacking, ids] : ids_lacking) {
-    notes.push_back(LeftOut(ids, lacking) + " as the others do");
+    notes.push_back(LeftOutNote(ids, lacking) + ", unlike the others");
   }
   rows = std::move(whole);
   std::vector<CsvColumn> used;
@@ -202,7 +203,7 @@ std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
     JournalRow& row = rows.emplace_back();
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
-    static_cast<MeasuredPoint&>(row) = MeasuredPointOf(from, table.recorded);
+    static_cast<MeasuredPoint&>(row) = MeasuredPointFromRow(from, table.recorded);
   }
   return rows;
 }
@@ -222,7 +223,8 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
     }
   }
   if (!without_point.empty()) {
-    exported.notes.push_back(LeftOut(without_point, kind == Kind::kRange ? "range" : "position"));
+    exported.notes.push_back(
+        LeftOutNote(without_point, kind == Kind::kRange ? "range" : "position"));
   }
 
   std::vector<CsvColumn> columns;
@@ -241,7 +243,7 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   const bool coarse = std::any_of(rows.begin(), rows.end(), [](const JournalRow* row) {
     return row->q_step_rad.value_or(0) > 0;
   });
-  if (coarse) {  // what is not known of a row counts as fine
+  if (coarse) {  // rows without a known resolution count as fine
     columns.push_back({"q_step_deg", [](const JournalRow& row) {
                          return std::optional(Fixed(row.q_step_rad.value_or(0) / kRadPerDeg, 7));
                        }});
@@ -249,7 +251,7 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   AddMeasured(columns, kind);
 
   const std::vector<CsvColumn> used =
-      ColumnsKept(std::move(columns), two_clocks, rows, exported.notes);
+      SelectColumns(std::move(columns), two_clocks, rows, exported.notes);
   const auto line = [&](auto field) {
     for (std::size_t i = 0; i < used.size(); ++i) {
       exported.text += (i == 0 ? "" : ",") + field(used[i]);

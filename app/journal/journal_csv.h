@@ -1,4 +1,4 @@
-// measured.csv -> journal rows -> measured.csv.
+// Import and export of journal rows as measured.csv.
 #pragma once
 
 #include <string>
@@ -9,21 +9,21 @@
 
 namespace plumbline {
 
-/// Rows to be appended, in file order, source kImport. Nothing was predicted for them.
+/// Rows to be appended, in file order, with source kImport and no prediction.
 std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table);
 
 struct ExportedCsv {
-  std::string text;                ///< header and one line a row
+  std::string text;                ///< header and one line for each row
   std::vector<std::string> notes;  ///< columns and rows left out, and why
   std::vector<std::int64_t> ids;   ///< of the rows written, in their order (line 2 is ids[0])
 };
 
-/// A measured.csv (formats.md) of journal rows. A missing value must never look like zero: a column
-/// is written where every row written has its value. Where few rows lack it (under a tenth of all,
-/// and of the newest fifty) these rows are left out, else the column is. Rows without a measured
-/// point of the kind that most of them have are left out. All of that is noted. t_s is what the
-/// journal has; probes and imported rows count it from different moments, so that those which are
-/// fewer lack it.
+/// Exports journal rows as measured.csv (formats.md). A missing value must never look like zero: a
+/// column is written only if every exported row has its value. If few rows lack it (under a tenth
+/// of all, and of the newest fifty) these rows are left out, otherwise the column is. Rows without
+/// a measured point of the kind that most rows have are left out. Everything left out is noted. t_s
+/// is taken from the journal; because probes and imported rows count it from different origins, the
+/// less frequent of the two kinds counts as lacking it.
 ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows, const std::vector<Joint>& joints);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// One row of the measurement journal.
+// Row of the measurement journal.
 #pragma once
 
 #include <cstdint>
@@ -10,34 +10,33 @@
 
 namespace plumbline {
 
-/// A measured point as the journal keeps it: with its prediction, and what became of it. Its t_s
-/// is, of a probe, UTC since the journal's epoch, even within a run of the daemon; of an imported
-/// row as its file has it.
+/// A measured point with its prediction and its status. t_s of a probe is UTC since the journal's
+/// epoch, without jumps while the daemon runs; t_s of an imported row is that of its file.
 struct JournalRow : MeasuredPoint {
   enum class Source { kPlc, kCamera, kImport };
-  /// Whether a row is a measurement. A probe that contradicts the model by more than any plausible
-  /// effect waits for a person's decision; the numbers stand in the file.
+  /// A probe that contradicts the model by more than any plausible effect is quarantined until a
+  /// person decides. The numbers are part of the file format.
   enum class Quarantine { kNone = 0, kWaiting = 1, kAccepted = 2, kRejected = 3 };
-  std::int64_t id = 0;  ///< the journal's number, ascending; 0 before it is written
+  std::int64_t id = 0;  ///< assigned by the journal, ascending; 0 before it is written
   Source source = Source::kPlc;
   std::optional<std::int64_t> unix_ms;  ///< wall clock when it was taken; absent for imported rows
   std::string session;
   std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
   std::optional<Vec3> predicted_W;       ///< tip by the model in force [m]
-  std::string camera;                ///< that saw it: "side", "side+rear"; empty: it has no name
-  std::optional<int> model_version;  ///< that predicted; absent: nothing was predicted
-  bool wild = false;                 ///< far from the monitor's reference
-  bool alarm = false;                ///< it raised the monitor's alarm
+  std::string camera;                    ///< that measured it: "side", "side+rear"; empty: unnamed
+  std::optional<int> model_version;      ///< of the prediction; absent: none
+  bool wild = false;                     ///< far from the drift monitor's reference
+  bool alarm = false;                    ///< raised the drift alarm
   Quarantine quarantine = Quarantine::kNone;
 
-  /// Whether it counts: for the reference, the drift monitor, the diagnosis, the export.
+  /// Whether it counts as a measurement: for the drift monitor, the diagnosis, the export.
   bool counts() const {
     return quarantine == Quarantine::kNone || quarantine == Quarantine::kAccepted;
   }
 };
 
 const char* NameOf(JournalRow::Source source);
-/// The reverse; kImport where it is no such name.
+/// Inverse of NameOf(); kImport for an unknown name.
 JournalRow::Source SourceNamed(std::string_view name);
 
 }  // namespace plumbline

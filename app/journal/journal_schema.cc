@@ -5,7 +5,7 @@
 namespace plumbline {
 namespace {
 
-constexpr int kApplicationId = 0x504C4A31;  // "PLJ1", told by file(1)
+constexpr int kApplicationId = 0x504C4A31;  // "PLJ1", shown by file(1)
 
 constexpr const char* kSchema = R"(
 CREATE TABLE measurement (
@@ -41,8 +41,8 @@ CREATE TABLE quarantine_decision (
 );
 )";
 
-/// Schema 1 counted t_s from the computer's boot, and marked sessions with it. The wall clock of
-/// each probe was kept.
+/// In schema 1, t_s counted from the machine's boot, and session names ended with it. The wall
+/// clock of each probe was stored.
 constexpr const char* kFromSchema1 = R"(
 ALTER TABLE measurement ADD COLUMN q_step_deg REAL;
 CREATE TABLE epoch (utc_s INTEGER NOT NULL);
@@ -56,19 +56,19 @@ UPDATE measurement SET session = '' WHERE source = 'plc' AND session LIKE 'boot 
 PRAGMA user_version = 2;
 )";
 
-/// Schema 2 knew no probes by camera.
+/// Schema 2 had no camera probes.
 constexpr const char* kFromSchema2 = R"(
 ALTER TABLE measurement ADD COLUMN covariance_mm2 TEXT;
 PRAGMA user_version = 3;
 )";
 
-/// Schema 3 knew one camera.
+/// Schema 3 supported one camera only.
 constexpr const char* kFromSchema3 = R"(
 ALTER TABLE measurement ADD COLUMN camera TEXT;
 PRAGMA user_version = 4;
 )";
 
-/// Schema 4 took every probe for a measurement.
+/// Schema 4 had no quarantine.
 constexpr const char* kFromSchema4 = R"(
 ALTER TABLE measurement ADD COLUMN quarantine INTEGER NOT NULL DEFAULT 0;
 CREATE INDEX quarantine_waiting ON measurement (id) WHERE quarantine = 1;
@@ -81,7 +81,7 @@ PRAGMA user_version = 5;
 }  // namespace
 
 std::optional<Error> WhyNoJournal(Database& database) {
-  // A file that is no database shows it at the first reading.
+  // SQLite detects a file that is not a database when it first reads it.
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
     return Error{fmt::format("{}: {}", database.path(), database.Problem())};
   }
@@ -95,22 +95,24 @@ std::optional<Error> WhyNoJournal(Database& database) {
     return Error{NewerSchema(database.path(), *version, kJournalSchema)};
   }
   if (*tables > 0 && *kind != kApplicationId) {
-    return Error{fmt::format("{}: is a database, but no plumbline journal", database.path())};
+    return Error{fmt::format("{}: is a database, but not a plumbline journal", database.path())};
   }
   return std::nullopt;
 }
 
-Result<void> BringToThisSchema(Database& database) {
+Result<void> MigrateSchema(Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version == kJournalSchema) return {};
-  const char* const failed = *version == 0 ? "cannot be made" : "cannot be brought to this schema";
+  const char* const failed =
+      *version == 0 ? "cannot be created" : "cannot be converted to this schema";
   const auto problem = [&] {
     return Error{fmt::format("{}: {}: {}", database.path(), failed, database.Problem())};
   };
   Transaction transaction(database);
   if (!transaction.begun()) return problem();
-  version = database.IntegerOf("PRAGMA user_version");  // another process may have made it since
+  version =
+      database.IntegerOf("PRAGMA user_version");  // another process may have created it meanwhile
   if (!version) return version.failure();
   const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
                                        kApplicationId, kJournalSchema);

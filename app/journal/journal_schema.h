@@ -1,4 +1,4 @@
-// The journal's tables, and how older ones become these.
+// SQL schema of the journal, and migration of older schemas.
 #pragma once
 
 #include <optional>
@@ -9,11 +9,11 @@ namespace plumbline {
 
 inline constexpr int kJournalSchema = 5;
 
-/// What a file that opened is: nothing where it is a journal up to this version or an empty file,
-/// else why it is none.
+/// Why an open file is not a usable journal; nullopt if it is a journal of this or an older schema,
+/// or an empty file.
 std::optional<Error> WhyNoJournal(Database& database);
 
-/// Makes the tables of an empty file, converts those of an older version; all or nothing.
-Result<void> BringToThisSchema(Database& database);
+/// Creates the tables of an empty file or converts those of an older schema, in one transaction.
+Result<void> MigrateSchema(Database& database);
 
 }  // namespace plumbline

@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-/// Joint values as a JSON array in the units of measured.csv; nothing where they are absent.
+/// Joint values as a JSON array in the units of measured.csv; nullopt if absent.
 std::optional<std::string> JointText(const JointVector& values, const std::vector<Joint>& joints,
                                      JointQuantity quantity) {
   if (values.size() == 0) return std::nullopt;
@@ -45,7 +45,7 @@ std::optional<std::string> CovarianceText(const std::optional<Mat3>& covariance_
   return array.dump();
 }
 
-/// What is no array of nine numbers is as if it were not there: it was never written by us.
+/// nullopt if absent, or not an array of nine numbers, which this program never writes.
 std::optional<Mat3> CovarianceFrom(const Statement& row, int column) {
   if (row.IsNull(column)) return std::nullopt;
   const nlohmann::json array = JsonOrNull(row.Text(column));
@@ -124,13 +124,13 @@ bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Jo
   BindPoint(statement, 12, row.predicted_W);
   BindPoint(statement, 15, row.measured_W);
   statement.Bind(18, row.range_m ? std::optional(*row.range_m * kMmPerMetre) : std::nullopt);
-  const auto turned = [&row](auto part) {
+  const auto component = [&row](auto part) {
     return row.orientation_W ? std::optional(part(*row.orientation_W)) : std::nullopt;
   };
-  statement.Bind(19, turned([](const Eigen::Quaterniond& q) { return q.w(); }));
-  statement.Bind(20, turned([](const Eigen::Quaterniond& q) { return q.x(); }));
-  statement.Bind(21, turned([](const Eigen::Quaterniond& q) { return q.y(); }));
-  statement.Bind(22, turned([](const Eigen::Quaterniond& q) { return q.z(); }));
+  statement.Bind(19, component([](const Eigen::Quaterniond& q) { return q.w(); }));
+  statement.Bind(20, component([](const Eigen::Quaterniond& q) { return q.x(); }));
+  statement.Bind(21, component([](const Eigen::Quaterniond& q) { return q.y(); }));
+  statement.Bind(22, component([](const Eigen::Quaterniond& q) { return q.z(); }));
   statement.Bind(23, Widened(row.model_version));
   statement.Bind(24, std::int64_t{row.wild});
   statement.Bind(25, std::int64_t{row.alarm});

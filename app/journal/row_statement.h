@@ -1,4 +1,4 @@
-// A row of the journal and the columns of its table.
+// Conversion between journal rows and the columns of their table.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,16 @@
 
 namespace plumbline {
 
-/// The statement that InsertRow() fills, and the one whose rows RowFrom() reads.
+/// SQL for InsertRow(), and for the rows that RowFrom() reads.
 extern const char* const kInsertRow;
 extern const char* const kSelectRows;
 
-/// @param joints  the cell's, for their units; as many as the row has
+/// Binds a row to a kInsertRow statement and runs it.
+/// @param joints  the cell's joints, for their units; as many as the row has
 bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints);
 
-/// @return nothing where the row's joints are not as many as the cell's
+/// Reads the current row of a kSelectRows statement.
+/// @return  nullopt if the row has a different number of joints than the cell
 std::optional<JournalRow> RowFrom(const Statement& statement, const std::vector<Joint>& joints);
 
 }  // namespace plumbline

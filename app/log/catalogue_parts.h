@@ -1,4 +1,4 @@
-// The files of the catalogue, in the order of `Event`.
+// Sections of the event catalogue, in the order of `Event`.
 #pragma once
 
 #include <span>

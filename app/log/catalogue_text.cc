@@ -11,18 +11,19 @@
 namespace plumbline {
 namespace {
 
-/// Of the components, in the manual.
+/// Heading of a component's table in the manual.
 std::string_view TitleOf(std::string_view component) {
-  return component == "service"   ? "Start, end and the computer"
-         : component == "robot"   ? "The robot's side"
-         : component == "points"  ? "Points"
-         : component == "plc"     ? "The PLC's side"
-         : component == "loop"    ? "Probes and models"
-         : component == "camera"  ? "Camera and lens (more in \"The camera\"); of a camera with a "
-                                    "name each line begins with it, "
-                                    "\"camera rear stale: ...\", \"camera rear: zoom sensor: ...\""
-         : component == "monitor" ? "The monitor"
-                                  : "The plant's broker";
+  return component == "service"  ? "Start, stop and the machine"
+         : component == "robot"  ? "Robot"
+         : component == "points" ? "Points"
+         : component == "plc"    ? "PLC"
+         : component == "loop"   ? "Probes and models"
+         : component == "camera"
+             ? "Camera and lens (more in \"The camera\"); lines of a named camera "
+               "include the name, \"camera rear stale: ...\", "
+               "\"camera rear: zoom sensor: ...\""
+         : component == "monitor" ? "Display and page"
+                                  : "Plant broker";
 }
 
 }  // namespace

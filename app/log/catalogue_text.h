@@ -1,17 +1,17 @@
-// The catalogue of events as others read it.
+// Renderings of the event catalogue for journalctl, the manual and programs.
 #pragma once
 
 #include <string>
 
 namespace plumbline {
 
-/// As journalctl --catalog reads it (systemd's "Journal Message Catalogs").
+/// systemd message catalogue, for `journalctl --catalog` (systemd's "Journal Message Catalogs").
 std::string JournalCatalogue();
 
-/// The tables of the manual, one a component.
+/// The manual's tables in Markdown, one for each component.
 std::string EventTables();
 
-/// An array of objects: event, level, id, component, line, means, do.
+/// JSON array of objects: event, level, id, component, line, means, do.
 std::string EventsJson();
 
 }  // namespace plumbline

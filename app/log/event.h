@@ -1,4 +1,4 @@
-// What can happen, for the log: each event with its name, its level, and what to do about it.
+// Event catalogue: every event that is logged, with its name, level, meaning and remedy.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace plumbline {
 
-/// Priorities of syslog(3), as journald counts them.
+/// Log levels; the values are the priorities of syslog(3) and journald.
 enum class LogLevel { kError = 3, kWarning = 4, kNotice = 5, kInfo = 6 };
 
 enum class Event : std::uint8_t {
@@ -23,15 +23,15 @@ enum class Event : std::uint8_t {
   kStateDirectory,
   kBootCounter,
   kStorageLost,
-  kStorageBack,
-  kStandsStill,
+  kStorageRestored,
+  kThreadStalled,
   kCycleLate,
   kCycleOnTime,
   kClockSet,
   kRepeated,
   kLogHeldUp,
   // robot
-  kRobotSetUp,
+  kRobotSetupFailed,
   kRobotLinkUp,
   kRobotLinkAbsent,
   kRobotLinkLost,
@@ -46,12 +46,12 @@ enum class Event : std::uint8_t {
   kEmergencyStopReleased,
   kPushFailed,
   kPushWorks,
-  kPushLeft,
+  kPushNotWithdrawn,
   // points
   kPointCorrected,
   kPointRefused,
   // plc
-  kPlcSide,
+  kPlcServerFailed,
   kPlcPortDiffers,
   kHeartbeatLost,
   kHeartbeatBack,
@@ -64,9 +64,9 @@ enum class Event : std::uint8_t {
   // loop
   kModelInForce,
   kModelSetAside,
-  kMonitorLearnt,
+  kReferenceLearned,
   kDriftAlarm,
-  kDriftStands,
+  kDriftAlarmActive,
   kMonitorRestarted,
   kDiagnosisStarted,
   kDiagnosisNote,
@@ -142,23 +142,23 @@ enum class Event : std::uint8_t {
   kCount
 };
 
-/// An entry of the catalogue. Name and id are an interface: others filter and alarm by them, so
-/// that they stay as they are, also where the words change.
+/// An entry of the catalogue. Name and id are an interface that users filter and raise alarms by:
+/// they never change, even if the wording does.
 struct EventEntry {
   Event event;
-  const char* name;       ///< as in PLUMBLINE_EVENT of the journal
-  LogLevel level;         ///< of every line of it
+  const char* name;       ///< value of PLUMBLINE_EVENT in the journal
+  LogLevel level;         ///< of every line of this event
   const char* id;         ///< MESSAGE_ID: 32 hexadecimal digits, from systemd-id128(1)
   const char* component;  ///< service, robot, points, plc, loop, camera, monitor, fleet
-  const char* line;       ///< how the line begins; "..." stands for what differs
-  const char* means;      ///< empty where the line says it all
-  const char* remedy;     ///< what to do; empty: nothing
+  const char* line;       ///< how the line starts; "..." stands for the variable parts
+  const char* means;      ///< empty if the line is self-explanatory
+  const char* remedy;     ///< what to do; empty: nothing to do
 };
 
 const EventEntry& EntryOf(Event event);
-/// nullptr: no event has that name.
+/// nullptr if no event has that name.
 const EventEntry* FindEvent(std::string_view name);
-/// In the order of `Event`.
+/// All entries, in the order of `Event`.
 std::span<const EventEntry> EventCatalogue();
 
 }  // namespace plumbline

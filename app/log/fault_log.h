@@ -1,4 +1,4 @@
-// Faults of files as entries of the log.
+// Conversion of configuration faults to log entries.
 #pragma once
 
 #include "app/config/fault.h"
@@ -6,7 +6,8 @@
 
 namespace plumbline {
 
-/// One line; each place of a file is a subject of its own, so that none is counted away.
+/// One entry for a fault. Its subject is the place in the file, so that the repeat filter never
+/// suppresses one fault because of another.
 LogEntry EntryOfFault(const Fault& fault);
 
 void LogFault(const Fault& fault);

@@ -17,7 +17,7 @@ void Match(sd_journal* journal, const std::string& match) {
   sd_journal_add_match(journal, match.data(), match.size());
 }
 
-/// Matches of one field are alternatives, those of different fields hold together.
+/// journald ORs matches of the same field and ANDs matches of different fields.
 void AddMatches(sd_journal* journal, const JournalQuery& query) {
   for (const char* program : {"plumblined", "plumbline-view", "plumbline-fleet"}) {
     Match(journal, fmt::format("SYSLOG_IDENTIFIER={}", program));
@@ -29,7 +29,7 @@ void AddMatches(sd_journal* journal, const JournalQuery& query) {
   }
 }
 
-/// Before the first entry that is asked for.
+/// Moves to just before the first entry that the query asks for.
 int Seek(sd_journal* journal, const JournalQuery& query) {
   if (const int failed = sd_journal_seek_tail(journal); failed < 0) return failed;
   for (std::size_t k = 0; k <= query.last; ++k) {
@@ -43,7 +43,7 @@ int Seek(sd_journal* journal, const JournalQuery& query) {
   return 0;
 }
 
-void Take(std::string_view field, KeptEntry& entry) {
+void AddField(std::string_view field, KeptEntry& entry) {
   const auto equals = field.find('=');
   if (equals == std::string_view::npos) return;
   const std::string_view name = field.substr(0, equals);
@@ -99,7 +99,7 @@ std::optional<KeptEntry> JournalReader::Next() {
   const void* data = nullptr;
   std::size_t size = 0;
   while (sd_journal_enumerate_available_data(journal, &data, &size) > 0) {
-    Take({static_cast<const char*>(data), size}, entry);
+    AddField({static_cast<const char*>(data), size}, entry);
   }
   return entry;
 }

@@ -1,4 +1,4 @@
-// What journald kept of the daemon and the monitor.
+// Reader of the product's entries in the systemd journal.
 #pragma once
 
 #include <memory>
@@ -14,29 +14,30 @@ struct sd_journal;
 namespace plumbline {
 
 struct JournalQuery {
-  std::string directory;  ///< of journal files; empty: this computer's journal
+  std::string directory;  ///< of journal files; empty: this machine's journal
   std::optional<double> since_utc_s;
-  std::optional<LogLevel> level;  ///< this one and graver ones
+  std::optional<LogLevel> level;  ///< this level and more severe ones
   std::string event;              ///< name; empty: all
-  std::size_t last = 50;          ///< at most so many, the newest
+  std::size_t last = 50;          ///< at most this many, the newest
 };
 
-/// An entry as it was kept.
+/// An entry read from the journal.
 struct KeptEntry {
   double utc_s = 0;
   int priority = 6;  ///< of syslog(3)
   std::string text, event, component, cell;
-  std::vector<LogField> fields;  ///< the further PLUMBLINE_ ones, without that prefix
+  std::vector<LogField> fields;  ///< the other PLUMBLINE_ fields, without that prefix
 };
 
 class JournalReader {
  public:
-  /// Error: no journal can be read, with what to do.
+  /// Opens the journal before the first entry that matches. Fails if no journal can be read; the
+  /// error includes what to do.
   static Result<JournalReader> Open(const JournalQuery& query);
 
-  /// The next entry in order of time; nothing: none is there yet.
+  /// The next entry in order of time; nullopt if there is none yet.
   std::optional<KeptEntry> Next();
-  /// Waits for another entry, at most so long [s].
+  /// Waits for a new entry, at most `seconds`.
   void Wait(double seconds);
 
  private:

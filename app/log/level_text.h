@@ -1,4 +1,4 @@
-// Levels in words.
+// Names of log levels: "error", "warning", "notice", "info".
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ inline const char* LevelText(LogLevel level) {
   return "info";
 }
 
-/// Nothing where it is none.
+/// nullopt if `text` is not the name of a level.
 inline std::optional<LogLevel> LevelFromText(std::string_view text) {
   for (const LogLevel level :
        {LogLevel::kError, LogLevel::kWarning, LogLevel::kNotice, LogLevel::kInfo}) {

@@ -10,31 +10,32 @@
 #include <deque>
 #include <mutex>
 
-#include "app/log/log_outlet.h"
-#include "app/log/repeats.h"
+#include "app/log/log_writer.h"
+#include "app/log/repeat_filter.h"
 #include "drivers/clock.h"
 
 namespace plumbline {
 namespace {
 
 constexpr const char* kJournalSocket = "/run/systemd/journal/socket";
-constexpr double kWorthTelling_s = 1;
+constexpr double kMinReportedBlockage_s = 1;
 
-/// Whether standard error goes to journald, which says so by device and inode (systemd.exec(5)).
-bool ErrorIsJournal() {
-  const char* told = std::getenv("JOURNAL_STREAM");
+/// Whether standard error is journald's stream: JOURNAL_STREAM names its device and inode
+/// [systemd.exec(5)].
+bool StderrIsJournal() {
+  const char* stream = std::getenv("JOURNAL_STREAM");
   struct stat error {};
-  return told != nullptr && fstat(STDERR_FILENO, &error) == 0 &&
-         fmt::format("{}:{}", error.st_dev, error.st_ino) == told;
+  return stream != nullptr && fstat(STDERR_FILENO, &error) == 0 &&
+         fmt::format("{}:{}", error.st_dev, error.st_ino) == stream;
 }
 
 struct LogState {
   std::mutex mutex;
   LogContext context;
-  Repeats repeats;
+  RepeatFilter repeats;
   std::deque<LogLine> lines;
   std::uint64_t number = 0;
-  LogOutlet outlet{ErrorIsJournal() ? kJournalSocket : "", STDERR_FILENO};
+  LogWriter writer{StderrIsJournal() ? kJournalSocket : "", STDERR_FILENO};
 };
 
 LogState& State() {
@@ -48,7 +49,7 @@ timespec UtcNow() {
   return now;
 }
 
-/// As it stands on a terminal or in a file, with its line end.
+/// The line as written to a terminal or a file, including the line end.
 std::string PlainLine(LogLevel level, const std::string& text) {
   if (isatty(STDERR_FILENO) == 0) return fmt::format("<{}>{}\n", static_cast<int>(level), text);
   const timespec now = UtcNow();
@@ -58,30 +59,30 @@ std::string PlainLine(LogLevel level, const std::string& text) {
                      now.tv_nsec / 1000000, text);
 }
 
-/// The state's mutex is held, so that lines keep their order.
+/// The caller holds the state's mutex, so that lines stay in order.
 void Put(LogState& state, const LogEntry& entry) {
   const timespec now = UtcNow();
   const LogLevel level = EntryOf(entry.event).level;
   state.lines.push_back({++state.number,
                          static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec),
                          level, entry.text});
-  if (state.lines.size() > kKeptLogLines) state.lines.pop_front();
+  if (state.lines.size() > kRecentLogLines) state.lines.pop_front();
   const char* const program = program_invocation_short_name;
-  state.outlet.Put(
+  state.writer.Put(
       {JournalDatagram(JournalFields(entry, state.context, program)), PlainLine(level, entry.text)},
       MonotonicSeconds());
 }
 
-/// That lines were lost, or stand at a later time than they belong to. The mutex is held.
-void TellHeldUp(LogState& state) {
-  const std::optional<LogOutlet::HeldUp> held = state.outlet.TakeHeldUp();
-  if (!held || (held->lost == 0 && held->for_s < kWorthTelling_s)) return;
+/// Logs that lines were lost, or were written later than they happened. The caller holds the mutex.
+void ReportBlockage(LogState& state) {
+  const std::optional<LogWriter::Blockage> blockage = state.writer.TakeBlockage();
+  if (!blockage || (blockage->lost == 0 && blockage->duration_s < kMinReportedBlockage_s)) return;
   Put(state,
       {Event::kLogHeldUp,
-       fmt::format("the log was held up for {:.1f} s: the {} lines above are late, {} before "
-                   "them are lost",
-                   held->for_s, held->late, held->lost),
-       {{"LOST", fmt::format("{}", held->lost)}}});
+       fmt::format("log output was blocked for {:.1f} s: the {} lines above are late, {} earlier "
+                   "lines were lost",
+                   blockage->duration_s, blockage->late, blockage->lost),
+       {{"LOST", fmt::format("{}", blockage->lost)}}});
 }
 
 }  // namespace
@@ -89,16 +90,17 @@ void TellHeldUp(LogState& state) {
 void Log(const LogEntry& entry) {
   LogState& state = State();
   const std::lock_guard lock(state.mutex);
-  if (state.repeats.Pass(entry, MonotonicSeconds())) Put(state, entry);
-  TellHeldUp(state);
+  if (state.repeats.Admit(entry, MonotonicSeconds())) Put(state, entry);
+  ReportBlockage(state);
 }
 
 void LogRepeats(bool all) {
   LogState& state = State();
   const std::lock_guard lock(state.mutex);
-  for (const LogEntry& entry : state.repeats.Due(MonotonicSeconds(), all)) Put(state, entry);
-  state.outlet.Flush(MonotonicSeconds());
-  TellHeldUp(state);
+  for (const LogEntry& entry : state.repeats.TakeSummaries(MonotonicSeconds(), all))
+    Put(state, entry);
+  state.writer.Flush(MonotonicSeconds());
+  ReportBlockage(state);
 }
 
 void SetLogContext(LogContext context) {

@@ -1,4 +1,4 @@
-// The log: one line an event, to the journal with fields, else to standard error.
+// The process-wide log: one line for each event, to journald with fields or to standard error.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,17 @@
 
 namespace plumbline {
 
-/// Tells it. Where standard error is journald's, with all its fields; on a terminal with the time
-/// of day; elsewhere with the "<n>" that journald turns into a priority. Repeats are counted
-/// (Repeats). Any thread. Never waits: what cannot be written now is kept for a while (LogOutlet).
+/// Logs an entry. If standard error is connected to journald, the entry goes there with all its
+/// fields; a terminal gets the time of day, anything else the "<n>" prefix that journald turns into
+/// a priority. Repeats are counted (RepeatFilter). Any thread. Never blocks: a line that cannot be
+/// written now is buffered (LogWriter).
 void Log(const LogEntry& entry);
 
-/// Tells what was counted and is due, and what could not be written before; at the end, all of it.
-/// Called every second or so. Any thread.
+/// Logs the summaries of repeats that are due and writes buffered lines. To be called about once a
+/// second. Any thread. @param all  before exit: also summaries that are not due yet
 void LogRepeats(bool all = false);
 
-/// What every entry is about from now on.
+/// Sets the context that every further entry carries.
 void SetLogContext(LogContext context);
 
 struct LogLine {
@@ -28,8 +29,8 @@ struct LogLine {
   std::string text;
 };
 
-/// The newest lines, oldest first, at most kKeptLogLines. Any thread.
-inline constexpr std::size_t kKeptLogLines = 40;
+/// The newest lines, oldest first, at most kRecentLogLines. Any thread.
+inline constexpr std::size_t kRecentLogLines = 40;
 std::vector<LogLine> RecentLog();
 
 }  // namespace plumbline

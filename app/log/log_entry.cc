@@ -8,7 +8,7 @@
 namespace plumbline {
 namespace {
 
-/// As sd_journal_send(3) has it, behind "PLUMBLINE_".
+/// Whether journald accepts "PLUMBLINE_" + `name` as a field name [sd_journal_send(3)].
 bool IsFieldName(const std::string& name) {
   constexpr std::size_t kLongest = 64 - sizeof "PLUMBLINE_" + 1;
   return !name.empty() && name.size() <= kLongest &&

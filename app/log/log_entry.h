@@ -1,4 +1,4 @@
-// One thing that happened, and to what.
+// Log entry: an event with its text and values, and its journald encoding.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 namespace plumbline {
 
-/// A value for whoever filters or counts: PLUMBLINE_<name> in the journal. The name in capitals,
-/// digits and underscores, with its unit at the end.
+/// A value for filtering and counting: PLUMBLINE_<name> in the journal. The name consists of
+/// capitals, digits and underscores, and ends with the unit.
 struct LogField {
   std::string name, value;
 };
@@ -21,23 +21,23 @@ struct LogEntry {
   std::vector<LogField> fields = {};
 };
 
-/// Where those that notice something tell it.
+/// Receiver of log entries: code that may run without the process-wide log takes one of these.
 using LogSink = std::function<void(const LogEntry&)>;
 
-/// What every entry is about; empty and 0: not told.
+/// Fields that every entry carries; empty or 0: left out.
 struct LogContext {
   std::string cell;  ///< name of the arm
   int model_version = 0;
 };
 
-/// The entry as journald takes it, "NAME=value" each: MESSAGE, PRIORITY, MESSAGE_ID,
+/// The entry's journald fields, "NAME=value" each: MESSAGE, PRIORITY, MESSAGE_ID,
 /// SYSLOG_IDENTIFIER, PLUMBLINE_EVENT, _COMPONENT, _CELL, _MODEL_VERSION and the entry's own
-/// fields. A field's name that journald would refuse is left out with its value.
+/// fields. A field whose name journald would refuse is left out.
 std::vector<std::string> JournalFields(const LogEntry& entry, const LogContext& context,
                                        const char* program);
 
 /// The fields as one datagram of journald's native protocol (systemd's
-/// docs/JOURNAL_NATIVE_PROTOCOL.md): "NAME=value\n", or where the value has lines of its own
+/// docs/JOURNAL_NATIVE_PROTOCOL.md): "NAME=value\n", or for a value that contains line breaks
 /// "NAME\n", its length as 64 bits, little endian, the value, "\n".
 std::string JournalDatagram(const std::vector<std::string>& fields);
 

@@ -17,13 +17,13 @@ namespace {
 
 constexpr double kPaPerGPa = 1e9;
 
-/// A value of a cell: compared by `exact`, shown to people as `shown`.
+/// A value of a cell: `exact` is compared, `shown` is displayed.
 struct Entry {
   std::string key, exact, shown;
 };
 
-/// Collects a cell's values. Each struct is taken apart by a structured binding that names all its
-/// members: one that is added there does not compile here until it is compared, too.
+/// Collects a cell's values. Each struct is decomposed by a structured binding of all its members,
+/// so that a new member breaks the build here until it is compared, too.
 class Values {
  public:
   std::vector<Entry> entries;
@@ -102,7 +102,7 @@ void Add(Values& values, const std::string& at, const Joint& joint) {
 
 void Add(Values& values, const Robot& robot) {
   const auto& [name, convention, g_W, X_WB, joints] = robot;
-  static_cast<void>(name);  // a label
+  static_cast<void>(name);  // a label, not compared
   values.Word("robot.convention", convention == DhConvention::kDistal ? "dh" : "mdh");
   values.List<Vec3>("robot.gravity_m_s2", g_W);
   values.Place("robot.base", X_WB);
@@ -111,7 +111,7 @@ void Add(Values& values, const Robot& robot) {
   }
 }
 
-/// The section by what the beam takes from it: the file may give it by several sets of dimensions.
+/// Compares a section by its beam properties, because the file may specify it in several ways.
 void Add(Values& values, const std::string& at, const ToolSegment& segment) {
   const auto& [length_m, section, material] = segment;
   const auto& [area_m2, ix_m4, iy_m4, shear_x, shear_y, reach_x_m, reach_y_m, round,
@@ -163,7 +163,7 @@ void Add(Values& values, const Measurement& measurement) {
 void Add(Values& values, const std::string& at, const WrittenEffect& effect) {
   const auto& [id, scope, parameters, covariance, drivers, nodes, seen_t_s, from_file, from_date,
                from_rows] = effect;
-  static_cast<void>(from_file);  // where it came from changes no correction
+  static_cast<void>(from_file);  // the origin does not affect corrections
   static_cast<void>(from_date);
   static_cast<void>(from_rows);
   values.Word(at + ".id", id);
@@ -234,7 +234,7 @@ const Entry* Find(const std::vector<Entry>& entries, const std::string& key) {
   return found == entries.end() ? nullptr : &*found;
 }
 
-/// Nine digits of two values may be the same; then all of them are shown.
+/// Shows all digits in SI if the values agree in the nine that are normally shown.
 std::string Change(const Entry& before, const Entry& after) {
   const bool alike = before.shown == after.shown;
   return fmt::format("{} {} -> {}{}", before.key, before.shown, after.shown,
@@ -263,13 +263,13 @@ std::vector<std::string> CellDifferences(const CellModel& before, const CellMode
 
 std::vector<std::string> CellTextDifferences(const std::string& before, const std::string& after) {
   if (before == after) return {};
-  FaultList ignored;  // told where the file is read to be used
+  FaultList ignored;  // reported when the file is read for use
   const auto cell_before = CellFromText(before, "", ignored);
   const auto cell_after = CellFromText(after, "", ignored);
   if (cell_before && cell_after) return CellDifferences(*cell_before, *cell_after);
   return {
-      "its text (key by key they cannot be compared: one of the two is no cell that this "
-      "version reads)"};
+      "the text (values cannot be compared, because this version cannot read one of the two as a "
+      "cell)"};
 }
 
 }  // namespace plumbline

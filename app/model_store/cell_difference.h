@@ -1,4 +1,4 @@
-// What two cells differ in, by the keys of cell.toml.
+// Comparison of two cell models, by the keys of cell.toml.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace plumbline {
 
-/// Every value in which two models of a cell differ, in the keys and units of cell.toml, those that
-/// are new last: "robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06", "domain.payload_kg absent
-/// -> [0, 60]". Empty where both are the same model, however their files are written: comments,
-/// order of keys, spelling of numbers and defaults written out do not count, nor do the robot's
-/// name and where an effect came from.
+/// Lists every value in which two cell models differ, in the keys and units of cell.toml, new
+/// values last: "robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06", "domain.payload_kg absent
+/// -> [0, 60]". Empty if both are the same model, however their files are written: comments, order
+/// of keys, number formats and explicit defaults do not count, nor do the robot's name and the
+/// origin of an effect.
 std::vector<std::string> CellDifferences(const CellModel& before, const CellModel& after);
 
-/// The same of two texts. Texts that are the same byte by byte do not differ; of others that are no
-/// cell (of this version) the answer is one line that says so: they cannot be taken for the same.
+/// The same for two cell.toml texts. Identical texts do not differ. If either text cannot be parsed
+/// by this version, returns one line that says so: the two cannot be assumed to be equal.
 std::vector<std::string> CellTextDifferences(const std::string& before, const std::string& after);
 
 }  // namespace plumbline

@@ -8,27 +8,27 @@
 namespace plumbline {
 namespace {
 
-std::string NoteOf(const std::string& state_directory) {
+std::string RecordFile(const std::string& state_directory) {
   return state_directory + "/configuration";
 }
 
 }  // namespace
 
-Result<void> NoteConfiguration(const std::string& state_directory, const std::string& file) {
+Result<void> RecordConfigurationPath(const std::string& state_directory, const std::string& file) {
   std::error_code unknown;
   const std::string path = std::filesystem::absolute(file, unknown).string();
   if (unknown || NotedConfiguration(state_directory) == path) return {};
-  return WriteDurably(NoteOf(state_directory), path + "\n");
+  return WriteDurably(RecordFile(state_directory), path + "\n");
 }
 
-bool WasUsedBefore(const std::string& state_directory) {
+bool HasBeenUsed(const std::string& state_directory) {
   std::error_code unknown;
-  return std::filesystem::exists(NoteOf(state_directory), unknown) ||
+  return std::filesystem::exists(RecordFile(state_directory), unknown) ||
          std::filesystem::exists(state_directory + "/journal.sqlite", unknown);
 }
 
 std::optional<std::string> NotedConfiguration(const std::string& state_directory) {
-  const Result<std::string> text = ReadTextFile(NoteOf(state_directory));
+  const Result<std::string> text = ReadTextFile(RecordFile(state_directory));
   if (!text) return std::nullopt;
   const std::string path = text->substr(0, text->find('\n'));
   return path.empty() ? std::nullopt : std::optional(path);

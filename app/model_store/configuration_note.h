@@ -1,4 +1,4 @@
-// Which configuration the daemon of a state directory runs with.
+// Record of the daemon's configuration path in its state directory.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,16 @@
 
 namespace plumbline {
 
-/// Keeps the path of the daemon's configuration in its state directory, `configuration`, where it
-/// is not the one that is there already.
-/// @return why it could not be kept
-Result<void> NoteConfiguration(const std::string& state_directory, const std::string& file);
+/// Writes the path of the daemon's configuration to `configuration` in its state directory, unless
+/// it is recorded there already.
+/// @return  why it could not be written
+Result<void> RecordConfigurationPath(const std::string& state_directory, const std::string& file);
 
-/// Whether a daemon, or its journal, has used this state directory before: the configuration is
-/// noted there, or a journal lies there.
-bool WasUsedBefore(const std::string& state_directory);
+/// Whether a daemon has used this state directory before: its configuration path is recorded there,
+/// or it contains a journal.
+bool HasBeenUsed(const std::string& state_directory);
 
-/// The path that was noted at the daemon's last start; nothing where there is none.
+/// The path recorded at the daemon's last start; nullopt if there is none.
 std::optional<std::string> NotedConfiguration(const std::string& state_directory);
 
 }  // namespace plumbline

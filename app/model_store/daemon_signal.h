@@ -1,4 +1,4 @@
-// How a command finds the daemon of a state directory.
+// Lock by which the daemon owns its state directory, and notification of the daemon by commands.
 #pragma once
 
 #include <optional>
@@ -10,38 +10,41 @@
 
 namespace plumbline {
 
-/// The daemon's mark on its state directory: `daemon.pid`, under a record lock (fcntl) of its
-/// process, held as long as the object lives and freed by the kernel however the process ends. The
-/// kernel tells whose lock it is; the process id in the file is for people, and the file is empty
-/// where no daemon runs. No other code of the process may open the file: closing it would free the
-/// lock.
-class DaemonMark {
+/// The daemon's lock on its state directory: a record lock (fcntl) on `daemon.pid`, held as long as
+/// the object exists and released by the kernel however the process ends. The kernel reports who
+/// holds it; the process id in the file is for people, and the file is empty if no daemon runs. No
+/// other code of the process may open the file: closing it would release the lock.
+class StateDirectoryLock {
  public:
-  DaemonMark(DaemonMark&&) = default;
-  DaemonMark& operator=(DaemonMark&&) = delete;
-  ~DaemonMark();
+  StateDirectoryLock(StateDirectoryLock&&) = default;
+  StateDirectoryLock& operator=(StateDirectoryLock&&) = delete;
+  ~StateDirectoryLock();
 
  private:
-  friend Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken);
-  explicit DaemonMark(Descriptor file) : file_(std::move(file)) {}
+  friend Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory,
+                                                       bool* in_use);
+  explicit StateDirectoryLock(Descriptor file) : file_(std::move(file)) {}
   Descriptor file_;
 };
 
-/// Taken by the daemon for its whole life, after it blocked SIGHUP: it may be told at once.
-/// The lock is what counts: a full disk that takes no process id leaves the mark valid.
-/// @param taken  becomes true where another daemon has the mark, false where the file failed
-/// @return       the mark, or why there is none; where another daemon has it the bare cause,
-///               "another plumblined (process 812) uses it", without directory and remedy
-Result<DaemonMark> AnnounceDaemon(const std::string& state_directory, bool* taken = nullptr);
+/// Locks the state directory for this process. The daemon must have blocked SIGHUP before, because
+/// commands may notify it from now on. The lock is valid even if a full disk prevents writing the
+/// process id.
+/// @param in_use  set to true if another daemon holds the lock, false if the file failed
+/// @return        why it cannot be locked; if another daemon holds it, only "another plumblined
+///                (process 812) uses it", without directory and remedy
+Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory,
+                                              bool* in_use = nullptr);
 
-/// Which other process has the daemon's mark on that directory: "another plumblined (process 812)
-/// uses it"; nothing where none has. Asked before this process takes the mark, never afterwards: it
-/// opens the file, and closing it would free the lock.
-std::optional<std::string> OtherDaemonOf(const std::string& state_directory);
+/// Another process that holds the daemon's lock on that directory: "another plumblined (process
+/// 812) uses it"; nullopt if there is none. Must not be called while this process holds the lock:
+/// it opens the file, and closing it would release the lock.
+std::optional<std::string> FindOtherDaemon(const std::string& state_directory);
 
 enum class Notified { kYes, kNoDaemon };
-/// Sends SIGHUP to the daemon of that directory; takes no lock, so that a daemon may start at the
-/// same moment. @return whether there is one, or why it could not be told (another user's)
+/// Sends SIGHUP to the daemon of that directory. Takes no lock, so that a daemon can start at the
+/// same time. @return  whether there is a daemon, or why it cannot be notified (it is another
+/// user's)
 Result<Notified> NotifyDaemon(const std::string& state_directory);
 
 }  // namespace plumbline

@@ -26,8 +26,8 @@ Error Failed(const std::string& path, std::string_view what) {
   return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
 }
 
-/// The process that holds the lock on this file, as /proc/locks has it:
-/// "3: FLOCK  ADVISORY  WRITE 1234 fd:01:5678 0 EOF"; those that wait have "->" after the number.
+/// The process that holds the lock on this file, from a line in /proc/locks such as
+/// "3: FLOCK  ADVISORY  WRITE 1234 fd:01:5678 0 EOF"; waiting processes have "->" after the number.
 std::string HolderText(int fd) {
   struct stat about {};
   std::ifstream locks("/proc/locks");
@@ -51,7 +51,7 @@ std::string HolderText(int fd) {
 
 Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
   const std::string temporary = path + ".new";
-  unlink(temporary.c_str());  // of a write that was cut short; it may be read-only
+  unlink(temporary.c_str());  // left by an interrupted write, and possibly read-only
   Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (!file) return Failed(temporary, "cannot be created");
   if (!WriteAll(file.get(), content) || fsync(file.get()) != 0 || !file.CloseWritten()) {
@@ -63,26 +63,26 @@ Result<void> WriteDurably(const std::string& path, std::string_view content, uns
   return {};
 }
 
-Result<FileLock> FileLock::Take(const std::string& path, const Patience& patience) {
+Result<FileLock> FileLock::Take(const std::string& path, const WaitPolicy& policy) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kPoll{20};
   FileLock lock(Descriptor(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644)));
   const int fd = lock.file_.get();
   if (fd < 0) return Failed(path, "cannot be opened");
-  const Clock::time_point begin = Clock::now();
+  const Clock::time_point start = Clock::now();
   bool reported = false;
   while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EINTR) continue;
     if (errno != EWOULDBLOCK) return Failed(path, "cannot be locked");
-    const double waited_s = std::chrono::duration<double>(Clock::now() - begin).count();
-    if (waited_s >= patience.longest_s) {
+    const double waited_s = std::chrono::duration<double>(Clock::now() - start).count();
+    if (waited_s >= policy.timeout_s) {
       return Error{fmt::format(
           "{}: {} has held this lock for {:g} s. Nothing was changed. Wait until it has finished, "
-          "or end it, and repeat (`fuser -v {}` lists who has the file open)",
-          path, HolderText(fd), patience.longest_s, path)};
+          "or stop it, then try again (`fuser -v {}` lists the processes that have the file open)",
+          path, HolderText(fd), policy.timeout_s, path)};
     }
-    if (!reported && waited_s >= patience.report_s && patience.report) {
-      patience.report(fmt::format("waiting for {}, which holds {}", HolderText(fd), path));
+    if (!reported && waited_s >= policy.report_s && policy.report) {
+      policy.report(fmt::format("waiting for {}, which holds {}", HolderText(fd), path));
       reported = true;
     }
     std::this_thread::sleep_for(kPoll);

@@ -1,4 +1,4 @@
-// Files that a power cut leaves whole: the old content or the new one.
+// Crash-safe file replacement, and advisory file locks.
 #pragma once
 
 #include <functional>
@@ -11,25 +11,25 @@
 
 namespace plumbline {
 
-/// Writes `content` beside `path`, syncs it, renames it to `path`, syncs the folder. At every
-/// moment `path` stands for its whole old content (or for nothing) or its whole new one. No link is
-/// followed: one of that name is replaced.
-/// @param mode  permissions, 0444 for what is never written again
+/// Writes `content` to a temporary file, syncs it, renames it to `path` and syncs the folder. At
+/// any moment `path` has its complete old content (or does not exist) or its complete new one. A
+/// symbolic link of that name is replaced, not followed.
+/// @param mode  permissions; 0444 for files that are never modified
 Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode = 0644);
 
-/// An advisory lock on a file, held as long as the object lives; freed by the kernel when the
-/// process ends, however it ends.
+/// Advisory lock on a file, held as long as the object exists; released by the kernel however the
+/// process ends.
 class FileLock {
  public:
   /// How long to wait for a lock that another process holds.
-  struct Patience {
-    double longest_s = 10;  ///< then it is an error
-    double report_s = 1;    ///< then `report` is called, once
+  struct WaitPolicy {
+    double timeout_s = 10;  ///< after which taking the lock fails
+    double report_s = 1;    ///< after which `report` is called, once
     std::function<void(const std::string& what)> report = {};
   };
-  /// Makes the file where there is none. A link in its place is an error. An error that is due to
-  /// another process names it, where the kernel does.
-  static Result<FileLock> Take(const std::string& path, const Patience& patience);
+  /// Takes the lock; creates the file if it is missing, and fails if it is a symbolic link. If
+  /// another process holds the lock for too long, the error names it if the kernel does.
+  static Result<FileLock> Take(const std::string& path, const WaitPolicy& policy);
 
  private:
   explicit FileLock(Descriptor file) : file_(std::move(file)) {}

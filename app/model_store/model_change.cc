@@ -16,21 +16,22 @@ namespace plumbline {
 namespace {
 
 constexpr int kPoses = 200;
-constexpr double kAnotherArm_m = 0.05;
+constexpr double kDifferentArm_m = 0.05;
 
-/// Where a cell's loaded tip is read. The arm is made once for a run of poses of one session:
-/// making it costs more than a posture does.
-class Tips {
+/// Predicts a cell's loaded tip. The arm is created once for consecutive poses of one session,
+/// because that costs more than computing a posture.
+class TipPredictor {
  public:
-  explicit Tips(const CellModel& cell) : cell_(cell) {}
+  explicit TipPredictor(const CellModel& cell) : cell_(cell) {}
 
   Result<Vec3> At(const ModelPose& pose) {
     if (!arm_ || session_ != pose.session) {
       arm_.emplace(CellOfSession(cell_, pose.session));
       session_ = pose.session;
     }
-    if (arm_->size() != pose.q.size()) return Error{"the models have not the same joints"};
-    if (arm_->torques_missing()) return Error{"joints yield, but link masses are not declared"};
+    if (arm_->size() != pose.q.size()) return Error{"the models do not have the same joints"};
+    if (arm_->torques_missing())
+      return Error{"joints are compliant, but link masses are not declared"};
     const Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
                           cell_.payload_cog_F.value_or(Vec3::Zero())};
     Conditions conditions;
@@ -38,7 +39,7 @@ class Tips {
     conditions.t_s = pose.t_s;
     conditions.temp_C = pose.temp_C;
     if (!arm_->AtCommanded(pose.q, payload, conditions, state_))
-      return Error{"the sagged posture does not settle"};
+      return Error{"the deflected posture does not converge"};
     return state_.p_read_W;
   }
 
@@ -53,7 +54,7 @@ class Tips {
 
 Result<double> LargestChange(const CellModel& from, const CellModel& to,
                              const std::vector<ModelPose>& poses) {
-  Tips tips_before(from), tips_after(to);
+  TipPredictor tips_before(from), tips_after(to);
   double largest_m = 0;
   for (const ModelPose& pose : poses) {
     const Result<Vec3> before = tips_before.At(pose);
@@ -72,9 +73,9 @@ std::vector<ModelPose> PosesWithinLimits(const CellModel& cell) {
     pose.q.resize(cell.robot.size());
     for (int i = 0; i < cell.robot.size(); ++i) {
       const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
-      const double wide = joint.type == JointType::kPrismatic ? 1 : std::numbers::pi;
-      const double low = std::isfinite(joint.min) ? joint.min : -wide;
-      const double high = std::isfinite(joint.max) ? joint.max : wide;
+      const double range = joint.type == JointType::kPrismatic ? 1 : std::numbers::pi;
+      const double low = std::isfinite(joint.min) ? joint.min : -range;
+      const double high = std::isfinite(joint.max) ? joint.max : range;
       pose.q[i] = low + (high - low) * std::generate_canonical<double, 32>(random);
     }
   }
@@ -100,8 +101,8 @@ std::optional<std::string> WhyAnotherArm(const CellModel& from, const CellModel&
     after.Evaluate(pose.q, posture_after);
     largest_m = std::max(largest_m, (posture_after.X_BF().p - posture_before.X_BF().p).norm());
   }
-  if (largest_m < kAnotherArm_m) return std::nullopt;
-  return fmt::format("its flange is up to {:.0f} mm from where the model in force has it",
+  if (largest_m < kDifferentArm_m) return std::nullopt;
+  return fmt::format("its flange is up to {:.0f} mm from that of the model in force",
                      1e3 * largest_m);
 }
 

@@ -1,4 +1,4 @@
-// How far two models of a cell are apart.
+// Difference between two models of a cell, as distances of their predicted tips.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace plumbline {
 
-/// Where a model is asked for its tip.
+/// A pose at which the tip is predicted.
 struct ModelPose {
   std::string session;
   JointVector q;
@@ -18,18 +18,18 @@ struct ModelPose {
   std::optional<double> t_s, temp_C;
 };
 
-/// Largest distance of the predicted loaded tips of two models over some poses [m].
-/// @return why a model cannot predict (link masses not declared, no fixed point)
+/// Largest distance between the loaded tips that two models predict, over all poses [m].
+/// @return  why a model cannot predict (link masses not declared, deflection does not converge)
 Result<double> LargestChange(const CellModel& from, const CellModel& to,
                              const std::vector<ModelPose>& poses);
 
-/// Poses all over the joint limits of a cell (an unlimited joint: half a turn or a metre to both
-/// sides), the same ones each time; nothing carried.
+/// Pseudorandom poses within the joint limits of a cell (half a turn or a metre to both sides for
+/// an unlimited joint), without payload. The same ones in every call.
 std::vector<ModelPose> PosesWithinLimits(const CellModel& cell);
 
-/// Why `to` is another arm than `from`: other joints, or a flange more than 50 mm from where the
-/// same joint positions have it. An identification changes links by millimetres. Nothing where it
-/// may be the same arm; tools, bases and effects are not compared.
+/// Why `to` describes a different arm than `from`: other joints, or a flange more than 50 mm away
+/// for the same joint positions, whereas identification changes links by millimetres. nullopt if it
+/// can be the same arm. Tools, bases and effects are not compared.
 std::optional<std::string> WhyAnotherArm(const CellModel& from, const CellModel& to);
 
 }  // namespace plumbline

@@ -17,7 +17,7 @@ void Put(json& into, const char* name, const std::optional<T>& value) {
   if (value) into[name] = *value;
 }
 
-/// A member of the wanted kind; nothing where it is absent or of another kind.
+/// A numeric member; nullopt if it is absent or of another type.
 std::optional<double> NumberIn(const json& object, const char* name) {
   const auto found = object.find(name);
   if (found == object.end() || !found->is_number()) return std::nullopt;
@@ -29,7 +29,7 @@ std::optional<int> WholeIn(const json& object, const char* name) {
   return found == object.end() ? std::nullopt : WholeIfAny<int>(*found);
 }
 
-/// The texts of a list; none where it is absent.
+/// The strings in an array; empty if it is absent.
 std::vector<std::string> TextsIn(const json& object, const char* name) {
   std::vector<std::string> texts;
   const auto found = object.find(name);
@@ -137,7 +137,7 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
     state.set_aside = SetAside{*version, *declared, TextsIn(*aside, "changes"),
                                WholeIn(*aside, "withdrawn").value_or(0)};
   }
-  // What the store writes fits together; a file that does not was changed by something else.
+  // Numbers written by the store are consistent; otherwise something else has changed the file.
   const int in_force = state.history.empty() ? 0 : state.history.back();
   if (state.applied != in_force || state.declared < 0 || state.proposed < 0) return std::nullopt;
   return state;
@@ -147,13 +147,13 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
   const Result<json> read = JsonFromText(text);
   if (!read) return Error{"the diagnosis: " + read.error()};
   const json& object = *read;
-  if (!object.is_object()) return Error{"the diagnosis is no JSON object"};
+  if (!object.is_object()) return Error{"the diagnosis is not a JSON object"};
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDiagnosis;
   facts.verdict = TextIn(object, "verdict");
   if (facts.verdict != "no_effect" && facts.verdict != "explained" &&
       facts.verdict != "ambiguous" && facts.verdict != "unknown") {
-    return Error{fmt::format("the diagnosis has the verdict \"{}\", which is none", facts.verdict)};
+    return Error{fmt::format("the diagnosis has the unknown verdict \"{}\"", facts.verdict)};
   }
   if (const auto effects = object.find("effects"); effects != object.end()) {
     for (const json& effect : *effects) {
@@ -164,13 +164,13 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
   auto discrepancy = object.find("discrepancy_model");
   if (discrepancy == object.end()) discrepancy = object.find("remainder");  // its previous name
   if (discrepancy != object.end() && !discrepancy->is_null()) {
-    // Whatever its size: a model that carries one is not explained by names alone.
+    // Counts regardless of its size: such a model is not explained by named effects alone.
     facts.discrepancy_share = discrepancy->is_object()
                                   ? NumberIn(*discrepancy, "share_of_correction").value_or(1.0)
                                   : 1.0;
   }
   const auto rms = object.find("rms_mm");
-  if (rms == object.end() || !rms->is_object()) return Error{"the diagnosis tells no rms_mm"};
+  if (rms == object.end() || !rms->is_object()) return Error{"the diagnosis has no rms_mm"};
   facts.rms_before_mm = NumberIn(*rms, "before_held_out");
   facts.rms_after_mm = NumberIn(*rms, "after_held_out");
   return facts;

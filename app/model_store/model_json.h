@@ -1,4 +1,4 @@
-// The model store's small files, and what the diagnosis answers, as values.
+// JSON files of the model store, and the facts in a diagnosis result.
 #pragma once
 
 #include <optional>
@@ -9,18 +9,18 @@
 namespace plumbline {
 
 inline constexpr int kModelSchema = 1;
-/// The schema that a file of the store names; 0 where it names none.
+/// Schema number in a file of the store; 0 if it has none.
 int SchemaInJson(const std::string& text);
 
 std::string JsonFrom(const ModelFacts& facts);
 std::string JsonFrom(const ModelState& state);
-/// Nothing where the text is not what JsonFrom() writes, or its numbers contradict each other.
+/// nullopt if the text was not written by JsonFrom(), or its numbers are inconsistent.
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text);
 std::optional<ModelState> ModelStateFromJson(const std::string& text);
 
-/// The facts in a DIAGNOSIS.json (formats.md): verdict, effects, what is implausible or unnamed,
-/// held-out error before and after (absent where nothing was held out). @return why it cannot be
-/// used
+/// The facts in a DIAGNOSIS.json (formats.md): verdict, effects, what is implausible or
+/// unexplained, held-out error before and after (absent if nothing was held out).
+/// @return  why it cannot be used
 Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text);
 
 }  // namespace plumbline

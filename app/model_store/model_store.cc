@@ -20,23 +20,23 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostChangesKept = 50, kMostChangesTold = 4;
+constexpr std::size_t kMaxStoredChanges = 50, kMaxShownChanges = 4;
 
-/// A file that only a newer version understands is left as it is.
-std::optional<Error> WrittenByNewer(const std::string& path, const std::string& text) {
+/// An error if a newer version has written the file, which must not be changed then.
+std::optional<Error> NewerSchemaError(const std::string& path, const std::string& text) {
   const int schema = SchemaInJson(text);
   if (schema <= kModelSchema) return std::nullopt;
   return Error{
       fmt::format("{}: written by a newer plumbline (schema {}, this one knows {}); install that "
-                  "version again, or move the folder away to begin a new one",
+                  "version again, or move the folder away to start a new one",
                   path, schema, kModelSchema)};
 }
 
-/// The first of them; the rest by its number.
-std::vector<std::string> FirstOf(std::vector<std::string> texts, std::size_t most) {
-  if (texts.size() <= most) return texts;
-  const std::size_t more = texts.size() - most;
-  texts.resize(most);
+/// The first ones, followed by the number of the others.
+std::vector<std::string> Abbreviated(std::vector<std::string> texts, std::size_t max_count) {
+  if (texts.size() <= max_count) return texts;
+  const std::size_t more = texts.size() - max_count;
+  texts.resize(max_count);
   texts.push_back(fmt::format("and {} more", more));
   return texts;
 }
@@ -54,27 +54,27 @@ std::string SetAsideText(const ModelState& state, const std::string& state_direc
     const std::string confirm =
         state.applied == 0
             ? ""
-            : fmt::format(", or confirm the cell file by {}",
+            : fmt::format(", or confirm the cell file with {}",
                           ModelCommand(fmt::format("apply {}", state.applied), state_directory));
     return fmt::format(
         "the model store {0}/models was found empty, although this state directory was used "
-        "before: a model that was applied, if there was one, is not in force, and points are "
+        "before: a previously applied model, if there was one, is not in force, and points are "
         "corrected by the cell file. Restore {0}/models from the backup and restart the daemon "
         "(`systemctl restart plumbline`){1}",
         state_directory, confirm);
   }
   const std::string why =
       aside.changes.empty()
-          ? "the cell file was changed, and is by now what it was before"
+          ? "the cell file was changed, and then changed back"
           : fmt::format("the cell file changed since: {}",
-                        fmt::join(FirstOf(aside.changes, kMostChangesTold), "; "));
+                        fmt::join(Abbreviated(aside.changes, kMaxShownChanges), "; "));
   const std::string withdrawn =
       aside.withdrawn == 0
           ? ""
-          : fmt::format(" Version {}, which was proposed, waits no longer.", aside.withdrawn);
+          : fmt::format(" The proposed version {} was withdrawn.", aside.withdrawn);
   return fmt::format(
       "model version {} is set aside: {}. Points are corrected by the cell file (version {}), "
-      "without what version {} adds to it.{} {} takes version {} all the same, {} confirms the "
+      "without the effects that version {} adds.{} {} applies version {} anyway, {} confirms the "
       "cell file",
       aside.version, why, state.applied, aside.version, withdrawn,
       ModelCommand(fmt::format("apply {}", aside.version), state_directory), aside.version,
@@ -86,7 +86,7 @@ Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   std::error_code error;
   std::filesystem::create_directories(store.folder_, error);
   if (error) {
-    return Error{fmt::format("{}: cannot be made: {}{}", store.folder_, error.message(),
+    return Error{fmt::format("{}: cannot be created: {}{}", store.folder_, error.message(),
                              WriteRemedy(store.folder_))};
   }
   static_cast<void>(std::filesystem::directory_iterator(store.folder_, error));
@@ -120,7 +120,7 @@ Result<std::vector<int>> ModelStore::Numbers() const {
       numbers.push_back(number);
     }
   }
-  if (failed) {  // not the same as empty: versions that are not seen must not be written over
+  if (failed) {  // not considered empty: unlisted versions must not be overwritten
     return Error{fmt::format("{}: {}", folder_, CannotBeRead(folder_, failed.message()))};
   }
   std::sort(numbers.begin(), numbers.end());
@@ -138,8 +138,8 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
     damaged = true;
     const std::string directory = std::filesystem::path(folder_).parent_path().string();
     return Error{fmt::format(
-        "{}: {}, so that nobody knows which model was in force, and the cell file is not taken "
-        "in its place; {} names the versions, {} puts one in force and writes the file anew",
+        "{}: {}, so it is unknown which model was in force, and the cell file is not used in its "
+        "place; {} lists the versions, {} puts one in force and rewrites the file",
         path, what, ModelCommand("list", directory), ModelCommand("apply N", directory))};
   };
   std::error_code hidden;
@@ -148,15 +148,16 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
     const Result<std::vector<int>> numbers = Numbers();
     if (!numbers) return numbers.failure();
     if (numbers->empty()) return ModelState{};
-    return lost(fmt::format("is missing, and {} version{} there", numbers->size(),
-                            numbers->size() == 1 ? " is" : "s are"));
+    return lost(fmt::format("is missing, but there {} {} version{}",
+                            numbers->size() == 1 ? "is" : "are", numbers->size(),
+                            numbers->size() == 1 ? "" : "s"));
   }
   if (type == std::filesystem::file_type::none) {
     return lost(CannotBeRead(path, hidden.message()));
   }
   const Result<std::string> text = ReadTextFile(path);
   if (!text) return lost(CannotBeRead(path, text.error()));
-  if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
+  if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) return lost(text->empty() ? "is empty" : "is damaged");
   return *state;
@@ -178,9 +179,9 @@ Result<ModelFacts> ModelStore::Facts(int number) const {
   if (!text)
     return Error{
         fmt::format("no version {}: {}: {}", number, path, CannotBeRead(path, text.error()))};
-  if (auto newer = WrittenByNewer(path, *text)) return *std::move(newer);
+  if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
-  if (!facts) return Error{fmt::format("{}: is not what the model store wrote", path)};
+  if (!facts) return Error{fmt::format("{}: was not written by the model store", path)};
   return *facts;
 }
 
@@ -197,7 +198,7 @@ Result<std::vector<ModelVersion>> ModelStore::Versions() const {
 }
 
 Result<std::string> ModelStore::Text(int number) const {
-  const Result<ModelFacts> facts = Facts(number);  // a model without facts was not completed
+  const Result<ModelFacts> facts = Facts(number);  // a model without facts is incomplete
   if (!facts) return facts.failure();
   const Result<std::string> text = ReadTextFile(ModelFile(number));
   if (!text)
@@ -211,17 +212,18 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   const Result<std::vector<int>> numbers = Numbers();
   if (!numbers) return numbers.failure();
   const int number = numbers->empty() ? 1 : numbers->back() + 1;
-  // A model or report without facts is of a version that was not completed; facts are not.
+  // A model or report without facts belongs to an incomplete version and may be overwritten; facts
+  // may not.
   std::error_code hidden;
   const std::string described_by = Path(number, ".json");
   const auto type = std::filesystem::symlink_status(described_by, hidden).type();
   if (type != std::filesystem::file_type::not_found) {
     return Error{fmt::format(
-        "{}: {}, and a version is never written over; check the folder (ls -l {}; journalctl -k) "
-        "and repeat",
+        "{}: {}, and a version is never overwritten; check the folder (ls -l {}; journalctl -k) "
+        "and try again",
         described_by,
         type == std::filesystem::file_type::none ? "cannot be checked: " + hidden.message()
-                                                 : "is there, but was not listed",
+                                                 : "exists, but was not listed",
         folder_)};
   }
   ModelFacts complete = facts;
@@ -244,7 +246,7 @@ Result<void> ModelStore::WriteState(const ModelState& state) {
   return WriteDurably(StateFile(), JsonFrom(state));
 }
 
-Result<void> ModelStore::BeginState() {
+Result<void> ModelStore::InitializeState() {
   std::error_code hidden;
   if (std::filesystem::exists(StateFile(), hidden) || hidden) return {};
   return WriteState({});
@@ -252,22 +254,22 @@ Result<void> ModelStore::BeginState() {
 
 Result<int> ModelStore::Declare(const std::string& text, const std::string& file,
                                 Expected expected) {
-  const auto means_the_same = [&](int declared) {
+  const auto describes_same_cell = [&](int declared) {
     const Result<std::string> known = declared == 0 ? Error{""} : Text(declared);
     return known && CellTextDifferences(*known, text).empty();
   };
-  {  // without the lock: nothing is to be written, which a full disk could not do
+  {  // without the lock, which a full or read-only disk could not provide
     const Result<ModelState> present = State();
-    if (present && means_the_same(present->declared)) return present->declared;
+    if (present && describes_same_cell(present->declared)) return present->declared;
   }
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> read = State();
   if (!read) return read.failure();
   ModelState state = std::move(read).value();
-  if (means_the_same(state.declared)) return state.declared;
+  if (describes_same_cell(state.declared)) return state.declared;
   const bool lost = expected == Expected::kVersions && state == ModelState{};
-  const Result<void> begun = BeginState();
+  const Result<void> begun = InitializeState();
   if (!begun) return begun.failure();
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
@@ -276,30 +278,30 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   const Result<int> number = AddVersion(text, facts, "");
   if (!number) return number;
 
-  if (state.declared == 0 && state.applied != 0) {  // applied before any cell file was known
+  if (state.declared == 0 && state.applied != 0) {  // applied before any cell file was recorded
     state.declared = *number;
     const Result<void> kept = WriteState(state);
     if (!kept) return kept.failure();
     return *number;
   }
   if (lost) state.set_aside = SetAside{0, *number, {}, 0};
-  const bool was_aside = state.set_aside.has_value();
-  if (!was_aside && state.applied != state.declared) {
+  const bool was_set_aside = state.set_aside.has_value();
+  if (!was_set_aside && state.applied != state.declared) {
     state.set_aside = SetAside{state.applied, state.declared, {}, 0};
   }
   if (state.set_aside && !lost) {
     SetAside& aside = *state.set_aside;
     const Result<std::string> then = Text(aside.declared);
-    aside.changes = then ? FirstOf(CellTextDifferences(*then, text), kMostChangesKept)
-                         : std::vector<std::string>{"not known: " + then.error()};
+    aside.changes = then ? Abbreviated(CellTextDifferences(*then, text), kMaxStoredChanges)
+                         : std::vector<std::string>{"unknown: " + then.error()};
     if (state.proposed != 0) aside.withdrawn = state.proposed;
   }
-  // Nobody chose what was declared since: a rollback leads past it.
-  if (was_aside && !state.history.empty()) state.history.pop_back();
+  // A person chose none of the versions declared since: a rollback skips them.
+  if (was_set_aside && !state.history.empty()) state.history.pop_back();
   state.history.push_back(*number);
   state.declared = *number;
   state.applied = *number;
-  state.proposed = 0;  // it was made for another cell
+  state.proposed = 0;  // it was computed for another cell
   const Result<void> kept = WriteState(state);
   if (!kept) return kept.failure();
   return *number;
@@ -307,11 +309,11 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
 Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
                                 const std::string& report) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> state = State();
   if (!state) return state.failure();
-  const Result<void> begun = BeginState();
+  const Result<void> begun = InitializeState();
   if (!begun) return begun.failure();
   if (facts.date.empty()) facts.date = UtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
@@ -324,7 +326,7 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
 }
 
 Result<void> ModelStore::Apply(int number) {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   bool damaged = false;
   const Result<ModelState> read = ReadState(damaged);
@@ -338,7 +340,7 @@ Result<void> ModelStore::Apply(int number) {
     const Result<int> declared = NewestDeclared();
     if (!declared) return declared.failure();
     state.declared = *declared;
-    std::error_code gone;  // where it is missing there is nothing to keep
+    std::error_code gone;  // ignored: if the file is missing there is nothing to keep
     std::filesystem::rename(StateFile(), StateFile() + ".damaged", gone);
   }
   state.proposed = 0;
@@ -351,7 +353,7 @@ Result<void> ModelStore::Apply(int number) {
 }
 
 Result<int> ModelStore::RollBack() {
-  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", patience_);
+  const Result<FileLock> lock = FileLock::Take(folder_ + "/lock", lock_wait_);
   if (!lock) return lock.failure();
   Result<ModelState> state = State();
   if (!state) return state.failure();

@@ -14,10 +14,10 @@ namespace {
 
 using Load = ReportedLoad;
 
-/// One model of the arm, with the time that its effects read.
+/// One model of the arm, with the time for its time-dependent effects.
 struct Model {
-  Model(const CellModel& its_cell, const CorrectionLimits& limits, double utc_s)
-      : cell(its_cell), corrector(its_cell, limits) {
+  Model(const CellModel& cell_model, const CorrectionLimits& limits, double utc_s)
+      : cell(cell_model), corrector(cell_model, limits) {
     if (cell.domain && cell.domain->time_zero_s) t_s = utc_s - *cell.domain->time_zero_s;
   }
 
@@ -51,7 +51,7 @@ bool ReadsTemperature(const CellModel& cell) {
   });
 }
 
-/// The middle of each joint's limits; 0 where it has none.
+/// The middle of each joint's limits; 0 for an unlimited joint.
 JointVector MiddleOf(const Robot& robot) {
   JointVector q = JointVector::Zero(robot.size());
   for (int i = 0; i < robot.size(); ++i) {
@@ -61,14 +61,14 @@ JointVector MiddleOf(const Robot& robot) {
   return q;
 }
 
-/// Loads that a robot which reports its own may have, each mass once.
+/// The loads to consider if the robot reports its load, each mass once.
 std::vector<Load> ReportedLoads(const CellModel& before, const CellModel& after,
                                 const std::vector<ReportedLoad>& reported) {
   std::vector<Load> loads;
   const auto add = [&loads](const Load& load) {
     const bool plausible = load.mass_kg >= 0 && load.mass_kg <= kLargestPayload_kg;
     const bool known = std::any_of(loads.begin(), loads.end(), [&load](const Load& other) {
-      return std::abs(other.mass_kg - load.mass_kg) < 1e-3;  // the register's float
+      return std::abs(other.mass_kg - load.mass_kg) < 1e-3;  // resolution of the register's float
     });
     if (plausible && !known) loads.push_back(load);
   };
@@ -85,22 +85,22 @@ std::vector<Load> ReportedLoads(const CellModel& before, const CellModel& after,
 }
 
 std::string ReportedNote(const std::vector<Load>& loads) {
-  const std::string begin =
-      "the robot reports the load (payload.source = \"robot\"), so that the configuration does not "
-      "tell it: taken as ";
+  const std::string assumption =
+      "the robot reports the load (payload.source = \"robot\"), so the configuration does not "
+      "specify it: assumed to be ";
   if (loads.size() == 1 && loads[0].mass_kg == 0) {
-    return begin +
-           "nothing carried, as no other load is known; with one the points may move farther";
+    return assumption +
+           "no load, because no other is known; with a load the points may move farther";
   }
   std::vector<double> masses_kg;
   for (const Load& load : loads) masses_kg.push_back(load.mass_kg);
   return fmt::format(
-      "{}each of {:g} kg: nothing, what it is known to have reported, and the ends of what the "
+      "{}each of {:g} kg: no load, the loads it has reported, and the limits of the range that the "
       "models were fitted to; with another load the points may move farther",
-      begin, fmt::join(masses_kg, ", "));
+      assumption, fmt::join(masses_kg, ", "));
 }
 
-/// Loads of points without their own, by [payload].
+/// Loads of points that have no payload of their own, from [payload].
 std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const CellModel& before,
                                   const CellModel& after, const std::vector<ReportedLoad>& reported,
                                   std::vector<std::string>& notes) {
@@ -130,7 +130,7 @@ PointMove MoveOf(const AssemblyPoint& point, const Load& load, const Model& befo
   const Correction first = before.Correct(point, load, seed, BranchSearch::kThorough);
   move.code_before = first.code;
   Correction second;
-  if (first.code == CorrectionCode::kOk) {  // the same branch, as in a running daemon
+  if (first.code == CorrectionCode::kOk) {  // stay on the same branch, as the running daemon does
     second = after.Correct(point, load, first.q, BranchSearch::kNone);
   }
   if (second.code != CorrectionCode::kOk) {
@@ -168,7 +168,8 @@ PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                          const std::function<void()>& step) {
   PointMoves moves;
   if (before.robot.size() != after.robot.size()) {
-    moves.notes.emplace_back("the two models have not as many joints: no point can be compared");
+    moves.notes.emplace_back(
+        "the two models have different numbers of joints: no point can be compared");
     return moves;
   }
   const Model model_before(before, config.limits, utc_s), model_after(after, config.limits, utc_s);
@@ -182,7 +183,7 @@ PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
   std::vector<int> without_posture;
   for (const AssemblyPoint& point : config.points) {
     const bool fits = !point.near_q || point.near_q->size() == before.robot.size();
-    if (!fits) continue;  // a fault of the configuration, told where it is read
+    if (!fits) continue;  // a fault of the configuration, reported when it is read
     if (!point.near_q) without_posture.push_back(point.id);
     const bool by_policy = config.payload.source == PayloadPolicy::Source::kFixed &&
                            !before.payload_cog_F && !after.payload_cog_F;
@@ -195,12 +196,12 @@ PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
   }
   if (!without_posture.empty()) {
     moves.notes.push_back(fmt::format(
-        "point{} {} without near_deg: in another posture than the one taken here (nearest to the "
-        "middle of the joints' limits) the move is another",
+        "point{} {} without near_deg: computed for the posture nearest to the middle of the joint "
+        "limits; in another posture the displacement differs",
         without_posture.size() == 1 ? "" : "s", fmt::join(without_posture, ", ")));
   }
   if (ReadsTemperature(before) || ReadsTemperature(after)) {
-    moves.notes.emplace_back("effects of temperature are left out: it is not known here");
+    moves.notes.emplace_back("temperature effects are left out: the temperature is not known here");
   }
   return moves;
 }
@@ -230,7 +231,7 @@ std::string TextOf(const PointMoves& moves, const std::string& configuration) {
     text += fmt::format("the largest move of a configured point is {:.3f} mm: {}\n",
                         1e3 * largest->Distance_m(), PointText(*largest));
   } else {
-    text += fmt::format("by how much the points of {} move is not known: none can be compared\n",
+    text += fmt::format("how far the points of {} move is not known: none can be compared\n",
                         configuration);
   }
   for (const std::string& note : moves.notes) text += fmt::format("note: {}\n", note);

@@ -1,4 +1,4 @@
-// How far the corrected commands of the configured points move from one model to another.
+// Displacement of the configured points' corrected commands between two models.
 #pragma once
 
 #include <functional>
@@ -10,14 +10,14 @@
 
 namespace plumbline {
 
-/// One point with one load: where it is commanded to by either model.
+/// One point with one load: its commanded position by either model.
 struct PointMove {
   int id = 0;
   std::string name;
   double payload_kg = 0;
   CorrectionCode code_before = CorrectionCode::kPending, code_after = CorrectionCode::kPending;
   Vec3 before_B = Vec3::Zero(),
-       after_B = Vec3::Zero();  ///< commanded positions in B [m], where kOk
+       after_B = Vec3::Zero();  ///< commanded positions in B [m], valid if kOk
 
   bool Compared() const {
     return code_before == CorrectionCode::kOk && code_after == CorrectionCode::kOk;
@@ -25,34 +25,36 @@ struct PointMove {
   double Distance_m() const { return (after_B - before_B).norm(); }
 };
 
-/// What the robot is known to have reported as its load.
+/// A load that the robot has reported.
 struct ReportedLoad {
   double mass_kg = 0;
-  std::optional<Vec3> cog_F;  ///< absent: where the cell declares it
+  std::optional<Vec3> cog_F;  ///< absent: as declared in the cell
 };
 
 struct PointMoves {
-  std::vector<PointMove> all;      ///< in configured order; a point with each load in question
-  std::vector<std::string> notes;  ///< what these numbers rest on, and what they leave out
+  std::vector<PointMove> all;      ///< in configured order; each point with each of its loads
+  std::vector<std::string> notes;  ///< assumptions and limitations of these numbers
 
-  /// The farthest; nullptr where no point can be compared.
+  /// The largest displacement; nullptr if no point can be compared.
   const PointMove* Largest() const;
 };
 
-/// Corrects every configured point by both cells, each with the loads it is to be reached with: its
-/// own payload_kg, else what [payload] says: the fixed mass, or each tool's. Where the robot
-/// reports the mass, which nobody knows beforehand: `reported`, nothing carried, and the ends of
-/// what either cell was fitted to. Temperatures are not known here and count as absent; times are
-/// `utc_s`.
-/// @param config  its points, limits and [payload]; its cell is not read
-/// @param step    called before each point with each load, which takes up to tens of milliseconds
+/// Corrects every configured point by both cells, with each load that it may be reached with: its
+/// own payload_kg, otherwise that of [payload]: the fixed mass, or each tool's. If the robot
+/// reports the mass, which is not known beforehand: `reported`, no load, and the limits of the
+/// range that either cell was fitted to. Temperatures are not known here and count as absent; the
+/// time is `utc_s`.
+/// @param config  supplies points, limits and [payload]; its cell is not used
+/// @param step    progress callback, called before each point and load, which takes up to tens of
+///                milliseconds
 PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
                          const CellModel& after, double utc_s,
                          const std::vector<ReportedLoad>& reported = {},
                          const std::function<void()>& step = {});
 
-/// A table of the moves, the largest, the points that cannot be compared and why, and the notes.
-/// @param configuration  the file that the points are from
+/// A table of the displacements, the largest one, points that cannot be compared and why, and
+/// notes.
+/// @param configuration  path of the file that defines the points
 std::string TextOf(const PointMoves& moves, const std::string& configuration);
 
 }  // namespace plumbline

@@ -17,12 +17,12 @@ namespace plumbline {
 
 namespace {
 
-/// What the effect follows and the cycle does not know: a row's number, a column of a file.
+/// A signal that the effect depends on and the cycle does not have: a row number, a file column.
 std::optional<std::string> UnknownDriver(const WrittenEffect& written) {
   for (const EffectParameter& parameter : written.parameters) {
     if (parameter.name == "row") return "row";
   }
-  Conditions known;  // as of a point
+  Conditions known;  // the conditions of a point in the cycle
   known.t_s = known.temp_C = 0.0;
   known.q = JointVector::Zero(kMaxJoints);
   for (const std::string& driver : written.drivers) {
@@ -40,18 +40,19 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
       const EffectTerm term = ActiveFromWritten(written, cell).term;
       if (ReadsTime(term) && !(cell.domain && cell.domain->time_zero_s)) {
         return fmt::format(
-            "its effect \"{}\" reads the time, and the model does not say when its t_s was 0 "
+            "its effect \"{}\" depends on time, but the model does not define when its t_s was 0 "
             "([domain] time_zero_utc; `plumbline diagnose --time-zero`)",
             written.id);
       }
       if (const auto unknown = UnknownDriver(written)) {
-        return fmt::format("its effect \"{}\" follows \"{}\", which the daemon does not know",
+        return fmt::format("its effect \"{}\" depends on \"{}\", which the daemon does not measure",
                            written.id, *unknown);
       }
     }
     if (effect != nullptr && effect->traits().Needs(Signal::kTilt)) {
       return fmt::format(
-          "its effect \"{}\" follows an inclinometer on the base, which the daemon does not read: "
+          "its effect \"{}\" depends on an inclinometer on the base, which the daemon does not "
+          "read: "
           "fasten the base, or diagnose without tilt_x_deg and tilt_y_deg",
           written.id);
     }
@@ -62,7 +63,7 @@ std::optional<std::string> WhyNotUsable(const CellModel& cell) {
     if (effect == nullptr || effect->traits().Needs(Signal::kOrder, word)) {
       return fmt::format(
           "its effect \"{}\" depends on the robot's last moves, which are not known "
-          "of a point it has yet to go to",
+          "for a point that it has yet to reach",
           written.id);
     }
   }
@@ -80,8 +81,8 @@ void AppendChangedModelWarning(const FaultList& of_model, const std::string& mod
 
 namespace {
 
-/// The version in force in place of the cell file: whether it can be read and used.
-/// @return  the model, where nothing is wrong with it
+/// Checks whether the version in force in place of the cell file can be read and used.
+/// @return  the model, if it has no faults
 std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const ModelState& state,
                                             const std::string& state_directory, FaultList& faults) {
   const std::string file = store.ModelFile(state.applied);
@@ -105,8 +106,8 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
   faults.Append(own);
   faults.Add(
       {Fault::Severity::kFault, file, 0, "",
-       fmt::format("version {} is in force, but cannot be used, and the cell file is not taken in "
-                   "its place; choose another by {} or {}",
+       fmt::format("version {} is in force, but cannot be used, and the cell file is not used in "
+                   "its place; choose another version with {} or {}",
                    state.applied, ModelCommand("rollback", state_directory),
                    ModelCommand(state.declared != 0 ? fmt::format("apply {}", state.declared)
                                                     : std::string("apply N"),
@@ -114,7 +115,7 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
   return std::nullopt;
 }
 
-/// An edit of the cell file that the daemon has not read yet.
+/// Warns of an edited cell file that the daemon has not loaded yet.
 void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::string& cell_file,
                 FaultList& faults) {
   const Result<std::string> declared = store.Text(state.declared), now = ReadTextFile(cell_file);

@@ -1,4 +1,4 @@
-// Whether a running daemon can apply a model.
+// Checks whether the daemon can use a model.
 #pragma once
 
 #include <optional>
@@ -9,26 +9,25 @@
 
 namespace plumbline {
 
-/// Why the daemon must not use this model; nothing where it can. An effect that needs the order of
-/// moves (approach_lag, backlash by move) is known of a table's rows, not of a point that the robot
-/// has yet to go to: to leave it out would correct wrongly. Likewise an effect of
-/// time where the model does not say when its time began, and one that follows a row's number or a
-/// column of a file.
+/// Why the daemon must not use this model; nullopt if it can. Effects that depend on the order of
+/// moves (approach_lag, backlash by move) can be evaluated for the rows of a table, but not for a
+/// point that the robot has yet to reach, and leaving them out would give wrong corrections. The
+/// same holds for time-dependent effects if the model does not define its time zero, and for
+/// effects that depend on a row number or a file column.
 std::optional<std::string> WhyNotUsable(const CellModel& cell);
 
-/// Appends, of what was found in a model of the store, the warning that it was changed after it was
-/// fitted. Its other warnings are of declared values and are reported with the cell file.
-/// @param model_file  to be named in it
+/// From the faults found in a stored model, appends only the warning that it was changed after its
+/// fit. The other warnings concern declared values and are reported with the cell file.
+/// @param model_file  path to be shown in the warning
 void AppendChangedModelWarning(const FaultList& of_model, const std::string& model_file,
                                FaultList& faults);
 
-/// What is wrong with the store of a state directory: its state cannot be read, the model that is
-/// in force in place of the cell file cannot be used; and, as warnings, that an applied model is
-/// set aside, or would be at the next start or reload, or was changed after it was fitted. Reads
-/// only; nothing is wrong with a store that is not there or that this user may not look into.
-/// @param cell_file  that the configuration names; empty: not compared
-/// @return           the model that is in force in place of the cell file, where nothing is wrong
-///                   with it
+/// Checks the model store of a state directory. Faults: its state cannot be read, or the model in
+/// force in place of the cell file cannot be used. Warnings: an applied model is set aside, would
+/// be at the next start or reload, or was changed after its fit. Read-only; a store that is missing
+/// or that this user may not read has no faults.
+/// @param cell_file  the configured cell file; empty: not compared
+/// @return           the model in force in place of the cell file, if it has no faults
 std::optional<CellModel> AddFaultsOfModelStore(const std::string& state_directory,
                                                const std::string& cell_file, FaultList& faults);
 

@@ -139,8 +139,8 @@ void AddLateness(MetricsWriter& writer, const LatenessCounts& starts) {
   writer.Begin("cycle_start_late_seconds", Type::kHistogram,
                "Lateness of machine cycle starts since the daemon started.");
   std::uint64_t sum = 0;
-  for (std::size_t k = 0; k < starts.began.size(); ++k) {
-    sum += starts.began[k];
+  for (std::size_t k = 0; k < starts.counts.size(); ++k) {
+    sum += starts.counts[k];
     const bool last = k == LatenessCounts::kBounds_s.size();
     writer.Add(static_cast<double>(sum),
                {{"le", last ? "+Inf" : NumberText(LatenessCounts::kBounds_s[k])}}, "_bucket");

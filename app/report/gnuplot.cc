@@ -57,7 +57,7 @@ Result<std::vector<std::string>> DrawSvgs(const std::string& script,
     at = found + end.size();
   }
   if (!run->end.ok()) {
-    return Error{options.program + " failed: " + run->complaint.substr(0, 400)};
+    return Error{options.program + " failed: " + run->errors.substr(0, 400)};
   }
   return documents;
 }

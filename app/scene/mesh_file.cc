@@ -14,7 +14,7 @@
 
 #include "drivers/clock.h"
 #include "drivers/files/open_failure.h"
-#include "drivers/files/program_beside.h"
+#include "drivers/files/package_paths.h"
 
 namespace plumbline {
 namespace {

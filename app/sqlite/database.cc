@@ -16,7 +16,8 @@ constexpr const char* kDamagedRemedy =
 
 constexpr std::string_view kInMemory = ":memory:";
 
-/// SQLite refuses a link anywhere in the path; only that of the file itself is meant.
+/// SQLITE_OPEN_NOFOLLOW refuses links anywhere in the path; resolving the folder limits that to the
+/// file.
 std::string WithResolvedFolder(const std::string& path) {
   std::error_code unknown;
   const std::filesystem::path file = std::filesystem::absolute(path, unknown);
@@ -33,7 +34,7 @@ std::string Remedy(const std::string& path, int code, bool to_write) {
       return WriteRemedy(path);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "; another program writes to it: wait for it, or end it";
+      return "; another program is writing to it: wait, or stop that program";
     case SQLITE_FULL:
       return "; the disk is full: free space (df -h)";
     case SQLITE_IOERR:
@@ -59,7 +60,7 @@ void Statement::Bind(int index, const std::string& text) {
 }
 
 void Statement::BindBlob(int index, const std::vector<std::uint8_t>& bytes) {
-  // A blob without bytes is no NULL.
+  // An empty blob is not NULL.
   const void* data = bytes.empty() ? "" : static_cast<const void*>(bytes.data());
   sqlite3_bind_blob64(get(), index, data, bytes.size(), SQLITE_TRANSIENT);
 }
@@ -92,7 +93,7 @@ Result<Database> Database::Open(const std::string& path, Mode mode) {
   if (code != SQLITE_OK && write && std::filesystem::is_symlink(path)) {
     return Error{
         fmt::format("{}: is a symbolic link, which is not followed; move the file itself there, or "
-                    "give another state_directory",
+                    "use another state_directory",
                     path)};
   }
   if (code != SQLITE_OK) {
@@ -122,7 +123,7 @@ Result<std::int64_t> Database::IntegerOf(const char* sql) {
   if (code == SQLITE_ROW) return statement.Integer(0);
   return Error{fmt::format("{}: cannot be read: {}", path_,
                            code == SQLITE_DONE
-                               ? fmt::format("what was asked for is not there{}", kDamagedRemedy)
+                               ? fmt::format("the expected row is missing{}", kDamagedRemedy)
                                : Problem())};
 }
 
@@ -130,7 +131,7 @@ std::string NewerSchema(const std::string& path, std::int64_t schema, int known)
   return fmt::format(
       "{}: written by a newer plumbline (schema {}, this one knows {}); install that version "
       "again, "
-      "or move the file away to begin a new one",
+      "or move the file away to start a new one",
       path, schema, known);
 }
 

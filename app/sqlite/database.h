@@ -1,4 +1,4 @@
-// SQLite connections, prepared statements and transactions that end themselves.
+// RAII wrappers of SQLite connections, prepared statements and transactions.
 #pragma once
 
 #include <sqlite3.h>
@@ -14,7 +14,7 @@
 
 namespace plumbline {
 
-/// A prepared statement. Indices of parameters and columns begin at 1 and 0, as SQLite's own.
+/// Prepared statement. As in SQLite, parameter indices start at 1 and column indices at 0.
 class Statement {
  public:
   Statement(sqlite3* database, std::string_view sql);
@@ -34,7 +34,7 @@ class Statement {
 
   /// SQLITE_ROW, SQLITE_DONE or an error code.
   int Step() { return statement_ ? sqlite3_step(get()) : SQLITE_ERROR; }
-  /// Runs a statement that gives no rows, and makes it ready for the next values.
+  /// Runs a statement that returns no rows, and resets it for the next values.
   bool Run();
 
   bool IsNull(int column) const { return sqlite3_column_type(get(), column) == SQLITE_NULL; }
@@ -53,19 +53,19 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement_{nullptr, &sqlite3_finalize};
 };
 
-/// A connection to one file. Not for several threads at once.
+/// Connection to one database file. Not thread-safe.
 class Database {
  public:
   enum class Mode { kRead, kWrite };
-  /// kWrite makes the file where there is none, and follows no link of that name.
+  /// kWrite creates the file if it is missing, and refuses a symbolic link.
   static Result<Database> Open(const std::string& path, Mode mode);
 
   bool Run(const char* sql);
-  /// True where the file that is open is no longer the one of that name: moved, deleted, replaced.
+  /// Whether the open file is no longer the one at path(): it was moved, deleted or replaced.
   bool HasMoved();
-  /// The first value of the first row. @return why there is none: unreadable, locked, no row
+  /// The first value of the first row. @return  why there is none: unreadable, locked, no row
   Result<std::int64_t> IntegerOf(const char* sql);
-  /// What the last call failed of, and what to do about it.
+  /// Error message of the last call, with a remedy.
   std::string Problem() const;
   sqlite3* get() const { return handle_.get(); }
   const std::string& path() const { return path_; }
@@ -76,10 +76,10 @@ class Database {
   std::unique_ptr<sqlite3, int (*)(sqlite3*)> handle_{nullptr, &sqlite3_close_v2};
 };
 
-/// What to say of a file that only a newer version can read: it is left as it is.
+/// Error message for a file of a newer schema, which must not be changed.
 std::string NewerSchema(const std::string& path, std::int64_t schema, int known);
 
-/// Begins a write transaction; rolled back where Commit() was not reached.
+/// Write transaction; the destructor rolls it back unless it was committed.
 class Transaction {
  public:
   explicit Transaction(Database& database);

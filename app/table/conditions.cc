@@ -5,34 +5,34 @@
 #include <limits>
 #include <map>
 
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 
 namespace plumbline {
 namespace {
 
-constexpr double kStandstill = 1e-6;  // [rad] or [m]: less is no move, only the reading's noise
+constexpr double kStandstill = 1e-6;  // [rad] or [m]; smaller changes are reading noise, not moves
 
-/// The order of moves: of each session the joints before the present row and how they came there.
-class Way {
+/// History of moves: the previous joint values of each session, and how they were approached.
+class MoveHistory {
  public:
-  explicit Way(const MeasuredTable& table) : table_(table) {}
+  explicit MoveHistory(const MeasuredTable& table) : table_(table) {}
 
-  /// Passes all that happened before a row: rows without measurement, and places where the way is
-  /// not known.
-  void PassUntil(int line) {
+  /// Processes everything before a row: rows without a measurement, and breaks, after which the
+  /// previous move is unknown.
+  void AdvanceTo(int line) {
     while (true) {
       const int next_row = unmeasured_ < table_.unmeasured.size()
                                ? table_.unmeasured[unmeasured_].line
                                : std::numeric_limits<int>::max();
       const int next_break =
           break_ < table_.breaks.size() ? table_.breaks[break_] : std::numeric_limits<int>::max();
-      // A break counts before the row of its own line.
+      // A break takes effect before the row of its own line.
       if (next_break <= std::min(next_row, line)) {
         last_of_session_.clear();
         ++break_;
       } else if (next_row < line) {
-        Conditions passed;
-        Move(table_.unmeasured[unmeasured_], passed);
+        Conditions unused;
+        Add(table_.unmeasured[unmeasured_], unused);
         ++unmeasured_;
       } else {
         return;
@@ -40,8 +40,8 @@ class Way {
     }
   }
 
-  /// Fills in how the robot came to a row's joints.
-  void Move(const MeasuredRow& row, Conditions& moment) {
+  /// Sets the last move and the approach directions of a row.
+  void Add(const MeasuredRow& row, Conditions& moment) {
     const auto before = last_of_session_.find(row.session);
     if (before != last_of_session_.end()) {
       const Place& last = before->second;
@@ -71,11 +71,11 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
   std::vector<Conditions> conditions;
   conditions.reserve(table.rows.size());
   const Conditions declared = DeclaredConditions(cell);
-  Way way(table);
+  MoveHistory history(table);
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
     Conditions& moment = conditions.emplace_back(declared);
-    const MeasuredPoint point = MeasuredPointOf(row, table.recorded);
+    const MeasuredPoint point = MeasuredPointFromRow(row, table.recorded);
     moment.q = point.q;
     moment.qd = point.qd;
     moment.qdd = point.qdd;
@@ -87,8 +87,8 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
     for (std::size_t i = 0; i < table.further.size(); ++i) {
       moment.further.push_back({table.further[i], row.further[i]});
     }
-    way.PassUntil(row.line);
-    way.Move(row, moment);
+    history.AdvanceTo(row.line);
+    history.Add(row, moment);
   }
   return conditions;
 }

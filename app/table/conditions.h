@@ -1,4 +1,4 @@
-// Rows of a table -> what the effects of a cell read at each of them.
+// Conditions under which the effects are evaluated, for each row of a table.
 #pragma once
 
 #include "app/table/csv.h"
@@ -6,10 +6,10 @@
 
 namespace plumbline {
 
-/// The conditions of every row. Moves are those of the file's order within a session, rows without
-/// a measurement among them. The move before the first row of a session is not known, nor one over
-/// a break of the table, nor the approach of a joint until it moved after either: `last_move` is
-/// empty there.
+/// The conditions of every row. Moves follow the file order within a session, including rows
+/// without a measurement. The move to the first row of a session and a move across a break of the
+/// table are unknown: `last_move` is empty there. So is the approach direction of a joint until it
+/// has moved after that.
 std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable& table);
 
 }  // namespace plumbline

@@ -17,9 +17,9 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLargestNumber = 1e12;        // beyond it nothing is a measurement
-constexpr double kNoCell_m = 0.01;             // no robot is measured within this of one point
-constexpr double kQuaternionTolerance = 0.01;  // of its length; rounding in a file is far less
+constexpr double kMaxNumber = 1e12;            // no measurement is larger
+constexpr double kMinCellSize_m = 0.01;        // measured points of any robot extend farther
+constexpr double kQuaternionTolerance = 0.01;  // of its norm; rounding in a file is far smaller
 
 enum class Quantity {
   kSession,
@@ -38,7 +38,7 @@ enum class Quantity {
   kUnused,
 };
 
-/// A column by its name: what it means, which component it is, and the factor to SI.
+/// Meaning of a column: its quantity, component and factor to SI.
 struct Column {
   std::string name;
   Quantity quantity = Quantity::kUnused;
@@ -74,7 +74,7 @@ std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
                                  {"qx", Quantity::kOrientation, 1},
                                  {"qy", Quantity::kOrientation, 2},
                                  {"qz", Quantity::kOrientation, 3},
-                                 // Of next_poses.csv: what to do there, nothing that was measured.
+                                 // Instructions in next_poses.csv, not measurements.
                                  {"wait_min", Quantity::kUnused},
                                  {"measure", Quantity::kUnused}};
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -94,7 +94,7 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// A field as a message repeats it: short and printable.
+/// A field for display in a message: shortened and printable.
 std::string Shown(std::string_view field) {
   std::string shown(field.substr(0, 40));
   for (char& c : shown) {
@@ -103,28 +103,28 @@ std::string Shown(std::string_view field) {
   return fmt::format("\"{}{}\"", shown, field.size() > 40 ? "..." : "");
 }
 
-/// The number that a field holds; infinity where it holds none.
+/// The number in a field; infinity if it is not a number.
 double NumberOrInfinity(std::string_view field) {
   double number = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), number);
   const bool whole = error == std::errc() && end == field.data() + field.size();
-  return whole && std::abs(number) <= kLargestNumber ? number : HUGE_VAL;
+  return whole && std::abs(number) <= kMaxNumber ? number : HUGE_VAL;
 }
 
-/// Decimals that a number is written with; nothing where it has an exponent.
+/// Number of decimals in a field; nullopt if it has an exponent.
 std::optional<int> DecimalsOf(std::string_view field) {
   if (field.find_first_of("eE") != std::string_view::npos) return std::nullopt;
   const auto point = field.find('.');
   return point == std::string_view::npos ? 0 : static_cast<int>(field.size() - point) - 1;
 }
 
-/// A column's name as a message tells it: likewise, without quotes.
+/// A column's name for display in a message: likewise, without quotes.
 std::string ShownName(std::string_view name) {
   const std::string shown = Shown(name);
   return shown.substr(1, shown.size() - 2);
 }
 
-/// Takes the text before `separator` off the front of `rest`.
+/// Removes the text before `separator` from the front of `rest` and returns it.
 std::string_view TakeUntil(char separator, std::string_view& rest) {
   const auto end = rest.find(separator);
   const std::string_view taken = rest.substr(0, end);
@@ -138,7 +138,7 @@ void SplitFields(std::string_view line, std::vector<std::string_view>& fields) {
   for (std::ptrdiff_t i = 0; i < count; ++i) fields.push_back(Trimmed(TakeUntil(',', line)));
 }
 
-/// Reads one table: the header fixes the columns, then each line gives a row or a warning.
+/// Parses one table: the header defines the columns, then each line yields a row or a warning.
 class TableReader {
  public:
   TableReader(std::string file, const std::vector<Joint>& joints, FaultList& faults, TableUse use)
@@ -154,16 +154,16 @@ class TableReader {
   MeasuredTable Take();
 
  private:
-  void WarnOfMetres();
+  void WarnIfInMetres();
   void AddHeaderFault(std::string_view column, std::string what);
   void AddColumn(std::string_view name);
   std::string DidYouMean(std::string_view name) const;
   bool Recorded(Quantity quantity, bool required);
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
   std::string StoreEmpty(const Column& column, MeasuredRow& row) const;
-  bool JointsOf(MeasuredRow& row) const;
+  bool ReadJoints(MeasuredRow& row) const;
   void Skip(int line, std::string_view column, const std::string& reason);
-  void SkipButKeepPlace(MeasuredRow row, std::string_view column, const std::string& reason);
+  void SkipMeasurement(MeasuredRow row, std::string_view column, const std::string& reason);
   void CountDecimals();
 
   int joint_count_;
@@ -174,7 +174,7 @@ class TableReader {
   std::vector<std::string_view> fields_;
   bool header_faulty_ = false;
   bool decimals_counted_ = false;
-  std::vector<MeasuredRow> rows_;  ///< measured and not, in file order
+  std::vector<MeasuredRow> rows_;  ///< measured and unmeasured, in file order
   MeasuredTable table_;
 };
 
@@ -183,11 +183,12 @@ void TableReader::AddHeaderFault(std::string_view column, std::string what) {
   faults_.Add({Fault::Severity::kFault, table_.file, 1, ShownName(column), std::move(what)});
 }
 
-/// A hint at the column that a further one may stand for, of those that are not there.
+/// Suggests a missing column that an unknown one may be a misspelling of.
 std::string TableReader::DidYouMean(std::string_view name) const {
   std::vector<std::string> absent;
   for (const Column& column : known_) {
-    if (column.quantity == Quantity::kOrientation) continue;  // of two characters: near to all
+    if (column.quantity == Quantity::kOrientation)
+      continue;  // two characters: similar to everything
     if (std::find(fields_.begin(), fields_.end(), column.name) == fields_.end()) {
       absent.push_back(column.name);
     }
@@ -199,7 +200,7 @@ std::string TableReader::DidYouMean(std::string_view name) const {
 void TableReader::AddColumn(std::string_view name) {
   const auto named = [name](const Column& column) { return column.name == name; };
   if (std::any_of(columns_.begin(), columns_.end(), named) && !name.empty()) {
-    AddHeaderFault(name, "stands twice");
+    AddHeaderFault(name, "appears twice");
   }
   const auto known = std::find_if(known_.begin(), known_.end(), named);
   if (known != known_.end()) {
@@ -214,19 +215,20 @@ void TableReader::AddColumn(std::string_view name) {
   } else if (name.empty()) {
     columns_.push_back({"", Quantity::kUnused});
     faults_.Add(
-        {Fault::Severity::kWarning, table_.file, 1, "", "a column without name is not used"});
+        {Fault::Severity::kWarning, table_.file, 1, "", "a column without a name is ignored"});
   } else {
     columns_.push_back(
         {std::string(name), Quantity::kFurther, static_cast<int>(table_.further.size())});
     table_.further.emplace_back(name);
     if (name == "tilt_x_deg" || name == "tilt_y_deg") return;  // an effect reads them by name
-    faults_.Add({Fault::Severity::kWarning, table_.file, 1, ShownName(name),
-                 "is no column of the format: taken as a further signal" + DidYouMean(name)});
+    faults_.Add(
+        {Fault::Severity::kWarning, table_.file, 1, ShownName(name),
+         "is not a column of the format: treated as an additional signal" + DidYouMean(name)});
   }
 }
 
-/// True where all columns of a quantity are there. Some but not all of them, or none of a
-/// required one, is a fault.
+/// Whether all columns of a quantity are present. Having only some of them, or none of a required
+/// quantity, is a fault.
 bool TableReader::Recorded(Quantity quantity, bool required) {
   std::vector<std::string> missing;
   bool any = false;
@@ -274,8 +276,8 @@ bool IsMeasured(Quantity quantity) {
          quantity == Quantity::kOrientation;
 }
 
-/// Marks an empty cell of a measured table, for FillEmptyCells; answers why the row cannot do
-/// without it, or an empty text.
+/// Marks an empty cell of a measured table for FillEmptyCells(). Returns why the row cannot be used
+/// without it, or an empty string.
 std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) const {
   const char* const needed = "is empty";
   switch (column.quantity) {
@@ -323,7 +325,7 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
   return {};
 }
 
-/// Puts a field into its place of the row; answers why it cannot, or an empty text.
+/// Parses a field and stores it in the row. Returns why it cannot, or an empty string.
 std::string TableReader::Store(const Column& column, std::string_view field,
                                MeasuredRow& row) const {
   if (column.quantity == Quantity::kUnused) return {};
@@ -345,7 +347,7 @@ std::string TableReader::Store(const Column& column, std::string_view field,
     return Shown(field) + " is not a number";
   }
   if (!std::isfinite(number)) return Shown(field) + " is not a finite number";
-  if (std::abs(number) > kLargestNumber) return Shown(field) + " is out of range";
+  if (std::abs(number) > kMaxNumber) return Shown(field) + " is out of range";
   const double value = number * column.to_si;
   switch (column.quantity) {
     case Quantity::kTime:
@@ -401,8 +403,8 @@ void TableReader::Skip(int line, std::string_view column, const std::string& rea
                reason + "; row not used"});
 }
 
-/// The joints alone; false where one cannot be read, or the session.
-bool TableReader::JointsOf(MeasuredRow& row) const {
+/// Parses only joints and session; false if one of them cannot be read.
+bool TableReader::ReadJoints(MeasuredRow& row) const {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const Quantity quantity = columns_[i].quantity;
     if (quantity != Quantity::kQ && quantity != Quantity::kSession) continue;
@@ -411,11 +413,11 @@ bool TableReader::JointsOf(MeasuredRow& row) const {
   return true;
 }
 
-/// Of a row that cannot be used the joints still count as a move, where they can be read.
-void TableReader::SkipButKeepPlace(MeasuredRow row, std::string_view column,
-                                   const std::string& reason) {
+/// Skips a row that cannot be used, but counts its joints as a move if they can be read.
+void TableReader::SkipMeasurement(MeasuredRow row, std::string_view column,
+                                  const std::string& reason) {
   Skip(row.line, column, reason);
-  if (JointsOf(row)) {
+  if (ReadJoints(row)) {
     row.has_point = row.has_range = row.has_orientation = false;
     rows_.push_back(std::move(row));
   } else {
@@ -432,7 +434,7 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   SplitFields(line, fields_);
   if (fields_.size() != columns_.size()) {
     Skip(line_number, "",
-         fmt::format("has {} fields, the header {}", fields_.size(), columns_.size()));
+         fmt::format("has {} fields, but the header has {}", fields_.size(), columns_.size()));
     table_.breaks.push_back(line_number);
     return;
   }
@@ -446,7 +448,7 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::string reason = Store(columns_[i], fields_[i], row);
     if (!reason.empty()) {
-      SkipButKeepPlace(std::move(row), columns_[i].name, reason);
+      SkipMeasurement(std::move(row), columns_[i].name, reason);
       return;
     }
   }
@@ -455,8 +457,8 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   if (table_.recorded.orientation && row.has_orientation && use_ == TableUse::kMeasured) {
     const double length = row.q_WT.norm();
     if (std::abs(length - 1) > kQuaternionTolerance) {
-      SkipButKeepPlace(std::move(row), "qw",
-                       fmt::format("the quaternion has length {:.4g}, not 1", length));
+      SkipMeasurement(std::move(row), "qw",
+                      fmt::format("the quaternion has length {:.4g}, not 1", length));
       return;
     }
     row.q_WT.normalize();
@@ -465,7 +467,7 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   rows_.push_back(std::move(row));
 }
 
-/// Of the angles in the row just read.
+/// Counts the decimals of the angles in the row just read.
 void TableReader::CountDecimals() {
   if (!decimals_counted_) table_.q_decimals = 0;
   decimals_counted_ = true;
@@ -477,20 +479,20 @@ void TableReader::CountDecimals() {
   }
 }
 
-/// Points that all lie on top of the frame's origin were written in metres.
-void TableReader::WarnOfMetres() {
+/// Warns if all points are so close to the origin that they were probably written in metres.
+void TableReader::WarnIfInMetres() {
   if (!table_.recorded.position) return;
   double farthest_m = 0;
   for (const MeasuredRow& row : table_.rows) farthest_m = std::max(farthest_m, row.p_WT.norm());
-  if (farthest_m == 0 || farthest_m >= kNoCell_m) return;
+  if (farthest_m == 0 || farthest_m >= kMinCellSize_m) return;
   faults_.Add({Fault::Severity::kWarning, table_.file, 1, "x_mm",
                fmt::format("no point is farther than {:.3g} mm from the origin: it looks like "
                            "metres; write mm (a factor of 1000)",
                            farthest_m / kMetrePerMm)});
 }
 
-/// The table; a further column that holds anything but numbers and empty cells is left out, and
-/// said.
+/// Returns the table. Additional columns that contain anything but numbers and empty cells are
+/// dropped with a warning.
 MeasuredTable TableReader::Take() {
   const RecordedColumns& recorded = table_.recorded;
   const bool measures = recorded.position || recorded.range;
@@ -500,7 +502,7 @@ MeasuredTable TableReader::Take() {
     });
     if (bad == rows_.end()) continue;
     faults_.Add({Fault::Severity::kWarning, table_.file, bad->line, ShownName(table_.further[i]),
-                 "is no column of the format, and no number here: the column is not used"});
+                 "is not a column of the format, and not a number here: the column is ignored"});
     DropFurther(i, rows_, table_);
   }
   FindLostLines(rows_, table_);
@@ -514,7 +516,7 @@ MeasuredTable TableReader::Take() {
     const bool used = readable && (use_ == TableUse::kPoses || !measures || measured);
     (used ? table_.rows : table_.unmeasured).push_back(std::move(row));
   }
-  WarnOfMetres();
+  WarnIfInMetres();
   return std::move(table_);
 }
 

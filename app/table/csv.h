@@ -1,4 +1,4 @@
-// measured.csv and test_poses.csv -> rows in SI.
+// Parser of measured.csv and test_poses.csv to rows in SI units.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,7 +12,8 @@
 
 namespace plumbline {
 
-/// Which columns a table has. What is false was not recorded: its values in the rows mean nothing.
+/// Columns that a table has. Values of columns that are false were not recorded and must not be
+/// used.
 struct RecordedColumns {
   bool session = false;
   bool time = false;
@@ -25,28 +26,28 @@ struct RecordedColumns {
   bool range = false;
   bool orientation = false;
   bool q_step = false;
-  bool order = true;  ///< between two rows of a session the robot made no other move
+  bool order = true;  ///< the robot made no other moves between two rows of a session
 
   bool operator==(const RecordedColumns&) const = default;
 };
 
-/// One row in SI; joint values as the controller counts them.
+/// One row in SI units; joint values as the controller reports them.
 struct MeasuredRow {
-  int line = 0;  ///< of the file, the header being line 1
+  int line = 0;  ///< line number in the file; the header is line 1
   std::string session;
   double t_s = 0;
   JointVector q;          ///< [rad] or [m]
   JointVector qd;         ///< [rad/s] or [m/s]
   JointVector qdd;        ///< [rad/s^2] or [m/s^2]
   JointVector tau;        ///< [N m] or [N]
-  double q_step_rad = 0;  ///< of the registers that q was read from; 0: finer than matters
+  double q_step_rad = 0;  ///< resolution of the registers that q was read from; 0: negligible
   double payload_kg = 0;
   double temp_C = 0;
   Vec3 p_WT = Vec3::Zero();  ///< measured tip [m]
   double range_m = 0;
   Eigen::Quaterniond q_WT = Eigen::Quaterniond::Identity();  ///< measured orientation, unit length
-  std::vector<double> further;  ///< of MeasuredTable::further, as the file has them
-  bool has_point = true;        ///< false: its x_mm, y_mm, z_mm are empty, `p_WT` means nothing
+  std::vector<double> further;  ///< values of MeasuredTable::further, in the units of the file
+  bool has_point = true;        ///< false: x_mm, y_mm, z_mm are empty and `p_WT` is meaningless
   bool has_range = true;        ///< likewise range_mm
   bool has_orientation = true;  ///< likewise qw, qx, qy, qz
 };
@@ -54,43 +55,43 @@ struct MeasuredRow {
 struct MeasuredTable {
   std::string file;
   RecordedColumns recorded;
-  std::vector<std::string> further;  ///< recorded columns that the format does not know
-  /// Rows before the first of these, in the order that `row` of an event or a curve counts.
+  std::vector<std::string> further;  ///< names of columns that are not part of the format
+  /// Number of rows before the first of these, as `row` of an event or a curve counts them.
   double rows_before = 0;
   std::vector<MeasuredRow> rows;      ///< in file order
-  std::vector<int> unreadable_lines;  ///< rows that are not in `rows`; each has its warning
-  /// Where the robot was without a usable measurement, in file order: rows of joints alone, and
-  /// unreadable ones whose joints can be read. They keep their place in the order of moves.
+  std::vector<int> unreadable_lines;  ///< of rows that are not in `rows`; each has a warning
+  /// Rows without a usable measurement, in file order: rows with joint values only, and unreadable
+  /// ones whose joint values can be read. They count in the order of moves.
   std::vector<MeasuredRow> unmeasured;
   /// Lines before which the robot made moves that are not in the table, ascending: the last move of
-  /// the first row at or after such a line is not known.
+  /// the first row at or after such a line is unknown.
   std::vector<int> breaks;
-  std::vector<std::string> notes;  ///< what was done about empty cells and lost lines
-  /// Most decimals that a joint's angle is written with; not known of a table that was no file, or
-  /// where an exponent is written.
+  std::vector<std::string> notes;  ///< repairs of empty cells and lost lines
+  /// Largest number of decimals of a joint angle; nullopt if the table was not read from a file, or
+  /// an angle has an exponent.
   std::optional<int> q_decimals;
 };
 
-/// What a table is read for.
+/// Purpose for which a table is read.
 enum class TableUse {
-  kMeasured,  ///< measured points: a row without one is `unmeasured`
-  kPoses,     ///< poses only: columns of measured points are not read
+  kMeasured,  ///< measured points: rows without one become `unmeasured`
+  kPoses,     ///< poses only: columns of measured points are ignored
 };
 
-/// Reads a table by its text; a pure function. Columns stand in any order, separated by commas;
-/// a byte-order mark and CRLF line ends are accepted. Angles become rad, lengths m. Of measured
-/// tables an empty cell costs that cell: see gaps.h.
+/// Parses a table; pure. Columns may be in any order, separated by commas; a byte-order mark and
+/// CRLF line ends are accepted. Angles are converted to rad, lengths to m. For empty cells in
+/// measured tables see gaps.h.
 ///
-/// @param joints  the cell's; their columns are those of joint_columns.h
-/// @param faults  gets faults of the header (a joint's column missing, a group incomplete, a
+/// @param joints  the cell's joints; their columns are those of joint_columns.h
+/// @param faults  receives faults of the header (a joint's column missing, a group incomplete, a
 ///                column twice, a column of a joint that the cell lacks) and warnings for each
-///                column of another meaning and each row that cannot be read, by line and reason
-/// @return        the table; nothing where the header has a fault
+///                unknown column and each row that cannot be read, with line and reason
+/// @return        the table; nullopt if the header has a fault
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
                                           const std::vector<Joint>& joints, FaultList& faults,
                                           TableUse use = TableUse::kMeasured);
 
-/// TableFromCsv of a file's content; a file that cannot be read is a fault.
+/// Reads and parses a file; a file that cannot be read is a fault.
 std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vector<Joint>& joints,
                                        FaultList& faults, TableUse use = TableUse::kMeasured);
 

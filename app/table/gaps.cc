@@ -13,18 +13,20 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kFewestSteps = 8;  // of a counter or a clock that lost lines are told by
-constexpr double kRegularClock = 0.15;   // scatter of its intervals over their median
-constexpr double kLostFrom = 1.6;        // of the median interval: four times that scatter
-constexpr double kToStandardDeviation = 1.4826;  // of a normal's median absolute deviation
+constexpr std::size_t kMinSteps = 8;  // to accept a row counter or a regular clock
+constexpr double kRegularClock =
+    0.15;                          // largest scatter of its intervals, relative to their median
+constexpr double kLostFrom = 1.6;  // median intervals: 1 + four times that scatter
+constexpr double kToStandardDeviation =
+    1.4826;  // from the median absolute deviation, for a normal distribution
 
 bool Unreadable(const MeasuredTable& table, const MeasuredRow& row) {
   return std::binary_search(table.unreadable_lines.begin(), table.unreadable_lines.end(), row.line);
 }
 
-/// Two readable rows of one session, with only unreadable ones between.
+/// Two consecutive readable rows of one session.
 struct Step {
-  std::size_t from = 0, to = 0;  ///< rows
+  std::size_t from = 0, to = 0;  ///< row indices
 };
 
 std::vector<Step> StepsOf(const std::vector<MeasuredRow>& rows, const MeasuredTable& table) {
@@ -40,9 +42,10 @@ std::vector<Step> StepsOf(const std::vector<MeasuredRow>& rows, const MeasuredTa
   return steps;
 }
 
-/// True where a column counts the rows.
-bool Counts(const std::vector<MeasuredRow>& rows, const std::vector<Step>& steps, std::size_t c) {
-  if (steps.size() < kFewestSteps) return false;
+/// Whether a column is a row counter.
+bool IsRowCounter(const std::vector<MeasuredRow>& rows, const std::vector<Step>& steps,
+                  std::size_t c) {
+  if (steps.size() < kMinSteps) return false;
   std::size_t by_one = 0;
   for (const Step& step : steps) {
     const double from = rows[step.from].further[c], to = rows[step.to].further[c];
@@ -52,8 +55,8 @@ bool Counts(const std::vector<MeasuredRow>& rows, const std::vector<Step>& steps
   return 2 * by_one >= steps.size();
 }
 
-/// The way between the rows of a step is not known.
-void Break(const std::vector<MeasuredRow>& rows, const Step& step, MeasuredTable& table) {
+/// Marks the move between the rows of a step as unknown.
+void AddBreak(const std::vector<MeasuredRow>& rows, const Step& step, MeasuredTable& table) {
   for (std::size_t k = step.from + 1; k <= step.to; ++k) table.breaks.push_back(rows[k].line);
 }
 
@@ -61,20 +64,20 @@ void NoteLost(std::size_t places, int first_line, const std::string& by, Measure
   if (places == 0) return;
   table.notes.push_back(fmt::format(
       "lines are missing in {} places (first: before line {}), as {} shows: the robot's "
-      "last move before the rows there is not known",
+      "last move before those rows is unknown",
       places, first_line, by));
 }
 
 void FindByCounter(std::vector<MeasuredRow>& rows, const std::vector<Step>& steps,
                    MeasuredTable& table) {
   for (std::size_t c = table.further.size(); c-- > 0;) {
-    if (!Counts(rows, steps, c)) continue;
+    if (!IsRowCounter(rows, steps, c)) continue;
     std::size_t places = 0;
     int first_line = 0;
     for (const Step& step : steps) {
       const double counted = rows[step.to].further[c] - rows[step.from].further[c];
       if (counted <= static_cast<double>(step.to - step.from)) continue;
-      Break(rows, step, table);
+      AddBreak(rows, step, table);
       if (places++ == 0) first_line = rows[step.to].line;
     }
     NoteLost(places, first_line, "the row count in column " + table.further[c], table);
@@ -88,10 +91,10 @@ void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& 
   for (const Step& step : steps) {
     if (step.to != step.from + 1) continue;
     const double interval_s = rows[step.to].t_s - rows[step.from].t_s;
-    // Rows at one time are repeats or copies; what the clock's interval is they do not show.
+    // Rows with equal times are copies and say nothing about the clock's interval.
     if (std::isfinite(interval_s) && interval_s > 0) intervals_s.push_back(interval_s);
   }
-  if (intervals_s.size() < kFewestSteps) return;
+  if (intervals_s.size() < kMinSteps) return;
   const double usual_s = MedianOf(intervals_s);
   for (double& interval_s : intervals_s) interval_s = std::abs(interval_s - usual_s);
   if (kToStandardDeviation * MedianOf(intervals_s) > kRegularClock * usual_s) return;
@@ -100,7 +103,7 @@ void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& 
   for (const Step& step : steps) {
     const double most_s = usual_s * (static_cast<double>(step.to - step.from) + kLostFrom - 1);
     if (!(rows[step.to].t_s - rows[step.from].t_s > most_s)) continue;
-    Break(rows, step, table);
+    AddBreak(rows, step, table);
     if (places++ == 0) first_line = rows[step.to].line;
   }
   NoteLost(places, first_line, fmt::format("t_s with its interval of {:.3g} s", usual_s), table);
@@ -108,7 +111,7 @@ void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& 
 
 using Cell = std::function<double&(MeasuredRow&)>;
 
-/// Rows whose cell is empty, of those that can be read.
+/// Readable rows whose cell is empty.
 std::vector<std::size_t> EmptyRows(std::vector<MeasuredRow>& rows, const MeasuredTable& table,
                                    const Cell& cell) {
   std::vector<std::size_t> empty;
@@ -118,28 +121,28 @@ std::vector<std::size_t> EmptyRows(std::vector<MeasuredRow>& rows, const Measure
   return empty;
 }
 
-/// The nearest rows on either side that hold the cell, of the same session.
+/// The nearest rows of the same session before and after that have a value.
 struct Neighbours {
   std::optional<std::size_t> before, after;
 };
 
-/// Of every row, in one sweep each way.
+/// The neighbours of every row, in one sweep in each direction.
 std::vector<Neighbours> NeighboursOf(std::vector<MeasuredRow>& rows, const MeasuredTable& table,
                                      const Cell& cell) {
   std::vector<Neighbours> found(rows.size());
   std::map<std::string, std::size_t> last, next;
-  const auto holds = [&](std::size_t k) {
+  const auto has_value = [&](std::size_t k) {
     return !Unreadable(table, rows[k]) && !std::isnan(cell(rows[k]));
   };
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto before = last.find(rows[k].session);
     if (before != last.end()) found[k].before = before->second;
-    if (holds(k)) last[rows[k].session] = k;
+    if (has_value(k)) last[rows[k].session] = k;
   }
   for (std::size_t k = rows.size(); k-- > 0;) {
     const auto after = next.find(rows[k].session);
     if (after != next.end()) found[k].after = after->second;
-    if (holds(k)) next[rows[k].session] = k;
+    if (has_value(k)) next[rows[k].session] = k;
   }
   return found;
 }
@@ -162,9 +165,9 @@ void Warn(MeasuredTable& table, FaultList& faults, int line, const std::string& 
   table.notes.push_back(fmt::format("{} {}", column, what));
 }
 
-/// Interpolates an empty cell of a slow signal.
-/// @return  false where the column holds too little, or nothing in some session: then all its
-///          cells are zero, and it is not recorded
+/// Interpolates the empty cells of a slowly varying signal.
+/// @return  false if the column has too few values, or none in some session: it then counts as not
+///          recorded, and all its cells are zero
 bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults,
               const std::string& column, const Cell& cell, bool over_time) {
   const std::vector<std::size_t> empty = EmptyRows(rows, table, cell);
@@ -186,12 +189,12 @@ bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& f
   }
   for (std::size_t j = 0; j < empty.size(); ++j) cell(rows[empty[j]]) = values[j];
   Warn(table, faults, line, column,
-       fmt::format("is empty in {} rows (first: line {}): interpolated between the rows around",
+       fmt::format("is empty in {} rows (first: line {}): interpolated from adjacent rows",
                    empty.size(), line));
   return true;
 }
 
-void WithoutMeasurement(MeasuredRow& row) {
+void DiscardMeasurement(MeasuredRow& row) {
   row.has_point = row.has_range = row.has_orientation = false;
 }
 
@@ -212,18 +215,18 @@ void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList
   for (std::size_t j = 0; j < empty.size(); ++j) {
     MeasuredRow& row = rows[empty[j]];
     row.payload_kg = carried[j].value_or(0);
-    if (!carried[j]) WithoutMeasurement(row);
+    if (!carried[j]) DiscardMeasurement(row);
   }
   const int line = rows[empty.front()].line;
   Warn(table, faults, line, "payload_kg",
-       fmt::format("is empty in {} rows (first: line {}): in {} taken from the rows around, which "
-                   "agree; {} stand between different payloads, take no part and keep their place "
-                   "in the order of moves",
+       fmt::format("is empty in {} rows (first: line {}): {} were filled from adjacent rows, which "
+                   "agree; {} are between different payloads and count only in the order of "
+                   "moves",
                    empty.size(), line, empty.size() - unknown, unknown));
 }
 
-/// Rows that lack a value of a joint vector lack it whole.
-/// @param essential  without it the row's measurement cannot be used
+/// Discards incomplete joint vectors.
+/// @param essential  whether a row without the vector loses its measurement, too
 void FillJoints(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults,
                 const char* column, JointVector MeasuredRow::*vector, bool essential) {
   std::size_t count = 0;
@@ -231,13 +234,13 @@ void FillJoints(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList&
   for (MeasuredRow& row : rows) {
     if (Unreadable(table, row) || !(row.*vector).hasNaN()) continue;
     (row.*vector).resize(0);
-    if (essential) WithoutMeasurement(row);
+    if (essential) DiscardMeasurement(row);
     if (count++ == 0) line = row.line;
   }
   if (count == 0) return;
   Warn(table, faults, line, column,
        fmt::format("has empty cells in {} rows (first: line {}): {}", count, line,
-                   essential ? "those rows take no part and keep their place in the order of moves"
+                   essential ? "those rows count only in the order of moves"
                              : "not recorded in those rows"));
 }
 

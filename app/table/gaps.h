@@ -1,4 +1,4 @@
-// Empty cells and lost lines of a measured table.
+// Repair of measured tables: detection of lost lines, and filling of empty cells.
 #pragma once
 
 #include <cstddef>
@@ -10,27 +10,29 @@
 namespace plumbline {
 
 /// Finds where lines were lost, and adds those places to `table.breaks` and to its notes:
-///  - a further column of whole numbers that rises by one in at least half of the steps counts the
-///    rows: where it rises by more, rows are missing. It is no signal, and is taken out;
-///  - a clock whose intervals scatter by less than 0.15 of their median (1.4826 times the median
-///    absolute deviation): an interval beyond 1.6 medians, four of those deviations, lacks a row.
-/// Neither is noticed where no column counts and the clock is irregular.
-/// @param rows  all that have joints, measured or not, in file order
+///  - an additional column of integers that increases by one in at least half of the steps is a row
+///    counter: rows are missing where it increases by more. It is not a signal, and is removed;
+///  - if the intervals of t_s scatter by less than 0.15 of their median (1.4826 times the median
+///    absolute deviation), an interval beyond 1.6 medians, four of those deviations, lacks a row.
+/// Without a row counter and with an irregular clock, lost lines remain undetected.
+/// @param rows  all rows with joint values, measured or not, in file order
 void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table);
 
-/// Fills cells that are NaN, each at the price of that cell alone where it can be:
-///  - t_s, temp_C, further signals: interpolated between the neighbours of the session (over t_s,
-///    else over the rows); constant beyond the first and the last. A column that fewer than half of
-///    the rows hold is given up instead: not recorded;
-///  - payload_kg: that of the neighbours where they agree; else nobody knows what hung there, and
-///    the row is taken as unmeasured;
+/// Fills empty cells (NaN), sacrificing as little as possible:
+///  - t_s, temp_C, additional signals: interpolated between the neighbouring rows of the session
+///  (over
+///    t_s, otherwise over the row index), constant before the first and after the last. A column
+///    that is empty in more than half of the rows is dropped instead, as not recorded;
+///  - payload_kg: that of the neighbours if they agree; otherwise the payload is unknown, and the
+///  row
+///    counts as unmeasured;
 ///  - qd, qdd: the row's vector becomes empty (not recorded in that row);
-///  - tau: the row is taken as unmeasured, because its own joints bend by it;
+///  - tau: the row counts as unmeasured, because the joints deflect under their torque;
 ///  - q_step: the largest of the column.
-/// What was done is said once a column, as a warning and in the notes.
+/// Each repair is reported once for each column, as a warning and in the notes.
 void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults);
 
-/// Takes a further column out of the rows and the table.
+/// Removes an additional column from the rows and the table.
 void DropFurther(std::size_t column, std::vector<MeasuredRow>& rows, MeasuredTable& table);
 
 }  // namespace plumbline

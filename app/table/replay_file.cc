@@ -7,7 +7,7 @@ std::optional<MeasuredTable> ReadReplayFile(const DaemonConfig& config, FaultLis
   std::optional<MeasuredTable> table =
       ReadTable(file, config.machine.cell.robot.joints, faults, TableUse::kPoses);
   if (table && table->rows.empty()) {
-    faults.Add({Fault::Severity::kFault, file, 0, "", "has no row that can be played"});
+    faults.Add({Fault::Severity::kFault, file, 0, "", "has no row that can be replayed"});
     return std::nullopt;
   }
   return table;

@@ -1,4 +1,4 @@
-// The recorded table that transport = "replay" plays.
+// Table of recorded joint values for transport = "replay".
 #pragma once
 
 #include <optional>
@@ -9,9 +9,10 @@
 namespace plumbline {
 
 /// Reads config.robot.replay_file for the joints of config.cell.
-/// @param faults  gets faults of the header, a fault where no row can be played, and a warning for
+/// @param faults  receives faults of the header, a fault if no row can be replayed, and a warning
+/// for
 ///                each row that is left out
-/// @return        the table; nothing where it has a fault
+/// @return        the table; nullopt if it has a fault
 std::optional<MeasuredTable> ReadReplayFile(const DaemonConfig& config, FaultList& faults);
 
 }  // namespace plumbline

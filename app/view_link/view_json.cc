@@ -333,7 +333,7 @@ Json CycleJson(const ViewCycle& cycle) {
           {"longest_s", NumberJson(cycle.longest_s)},
           {"cycles", cycle.cycles},
           {"late", cycle.late},
-          {"starts", cycle.starts.began},
+          {"starts", cycle.starts.counts},
           {"starts_sum_s", cycle.starts.sum_s}};
 }
 
@@ -344,10 +344,10 @@ ViewCycle CycleOf(const Json& json) {
                   WholeOf<std::uint64_t>(json.at("late")),
                   {}};
   const Json& starts = ListAt(json, "starts");
-  if (starts.size() != cycle.starts.began.size())
+  if (starts.size() != cycle.starts.counts.size())
     throw std::out_of_range("another number of lateness classes");
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    cycle.starts.began[k] = WholeOf<std::uint64_t>(starts[k]);
+    cycle.starts.counts[k] = WholeOf<std::uint64_t>(starts[k]);
   }
   cycle.starts.sum_s = json.at("starts_sum_s").get<double>();
   return cycle;

@@ -8,7 +8,7 @@
 #include "drivers/camera/image_codecs.h"
 #include "drivers/camera/jpeg_image.h"
 #include "drivers/files/open_failure.h"
-#include "drivers/files/program_beside.h"
+#include "drivers/files/package_paths.h"
 
 namespace plumbline {
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using NameBuffer = std::array<char, 4096>;  // of the account functions that threads may call
+using NameBuffer = std::array<char, 4096>;  // for the reentrant account functions
 
 std::string ReasonOf(int error) {
   return std::generic_category().message(error);
@@ -47,7 +47,7 @@ bool Allowed(const fs::path& place, int wanted) {
   return faccessat(AT_FDCWD, place.c_str(), wanted, AT_EACCESS) == 0;
 }
 
-/// Who is kept out of `place` by its permissions, and the way in.
+/// Remedy for missing permissions on `place`: its owner and mode, and how to get access.
 std::string PermissionRemedy(const fs::path& place, int wanted) {
   struct stat about {};
   const std::string user = UserName(geteuid());
@@ -61,14 +61,15 @@ std::string PermissionRemedy(const fs::path& place, int wanted) {
                      user, by_group ? JoinGroup(user, group) : "change its mode or owner");
 }
 
-/// The path from the root, so that a remedy does not depend on the folder one happens to be in.
+/// Absolute path, so that a remedy does not depend on the current directory.
 fs::path Absolute(const std::string& path) {
   std::error_code unknown;
   fs::path absolute = fs::absolute(path, unknown).lexically_normal();
   return unknown ? fs::path(path) : absolute;
 }
 
-/// A folder on the way to `place` that is missing, is none, or keeps this user out.
+/// Remedy for a parent of `place` that is missing, is not a folder, or is inaccessible to this
+/// user.
 std::string FolderRemedy(const fs::path& place) {
   fs::path folder;
   std::error_code unknown;
@@ -79,7 +80,7 @@ std::string FolderRemedy(const fs::path& place) {
       return fmt::format("; there is no folder {}: check the path", folder.string());
     }
     if (fs::exists(status) && !fs::is_directory(status)) {
-      return fmt::format("; {} is no folder: check the path", folder.string());
+      return fmt::format("; {} is not a folder: check the path", folder.string());
     }
     if (!Allowed(folder, X_OK)) return PermissionRemedy(folder, X_OK);
   }
@@ -96,7 +97,7 @@ std::string ReadRemedy(const std::string& path) {
   const fs::file_status status = fs::status(place, unknown);
   if (status.type() == fs::file_type::not_found) {
     if (fs::is_symlink(place, unknown)) {
-      return fmt::format("; it is a link to {}, which is not there",
+      return fmt::format("; it is a link to {}, which does not exist",
                          fs::read_symlink(place, unknown).string());
     }
     return fmt::format("; check the name: ls {}", place.parent_path().string());
@@ -124,7 +125,7 @@ std::string WriteRemedy(const std::string& path) {
 std::string CannotBeRead(const std::string& path, std::string_view reason) {
   std::string remedy = ReadRemedy(path);
   if (reason == ReasonOf(EISDIR)) remedy = "; it is a folder: name a file in it";
-  if (reason == ReasonOf(ENOTDIR) && remedy.empty()) remedy = "; it is no folder: name a folder";
+  if (reason == ReasonOf(ENOTDIR) && remedy.empty()) remedy = "; it is not a folder: name a folder";
   if (reason == ReasonOf(EIO)) remedy = "; the disk or share reports an error: see journalctl -k";
   return fmt::format("cannot be read: {}{}", reason, remedy);
 }

@@ -13,7 +13,7 @@
 #include "drivers/modbus/adu.h"
 #include "drivers/modbus/request_handler.h"
 #include "drivers/os/descriptor.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -54,7 +54,7 @@ class RtuSlave {
 
   /// May be called from any thread.
   RtuSlaveCounters counters() const;
-  const Pulse& pulse() const { return pulse_; }
+  const Pulse& heartbeat() const { return pulse_; }
 
  private:
   RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler);

@@ -20,7 +20,7 @@
 #include "drivers/modbus/tcp_socket.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/os/tcp_listener.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::modbus {
@@ -82,7 +82,7 @@ class TcpServer {
   int port() const { return endpoint().port; }
   /// May be called from any thread.
   TcpServerCounters counters() const;
-  const Pulse& pulse() const { return pulse_; }
+  const Pulse& heartbeat() const { return pulse_; }
 
   /// Duplicate descriptors of the connections that have sent their first request since the last
   /// call. The holder keeps them open across a restart so that the next server can inherit them. A

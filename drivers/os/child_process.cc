@@ -20,11 +20,11 @@ namespace {
 
 constexpr double kPollPeriod_s = 1e-3;
 
-/// Everything that the child needs, allocated before the fork: between fork and exec a child of a
-/// process with several threads may make system calls only [signal-safety(7)].
+/// Everything that the child needs, allocated before the fork: between fork and exec, the child of
+/// a multithreaded process may only call async-signal-safe functions [signal-safety(7)].
 struct ExecPlan {
   std::vector<char*> arguments;
-  std::vector<int> descriptors;  ///< by their number in the child; -1: none
+  std::vector<int> descriptors;  ///< indexed by their number in the child; -1: none
   int nice = 0;
   bool own_group = false;
   pid_t parent = 0;
@@ -34,11 +34,11 @@ ExecPlan PlanOf(const ChildOptions& options) {
   ExecPlan plan;
   plan.arguments.reserve(options.arguments.size() + 1);
   for (const std::string& argument : options.arguments) {
-    plan.arguments.push_back(const_cast<char*>(argument.c_str()));  // execv writes nothing
+    plan.arguments.push_back(const_cast<char*>(argument.c_str()));  // execv does not modify it
   }
   plan.arguments.push_back(nullptr);
   plan.descriptors.assign(STDERR_FILENO + 1, -1);
-  for (const ChildOptions::Handed& handed : options.descriptors) {
+  for (const ChildOptions::PassedDescriptor& handed : options.descriptors) {
     const auto number = static_cast<std::size_t>(handed.number);
     if (plan.descriptors.size() <= number) plan.descriptors.resize(number + 1, -1);
     plan.descriptors[number] = handed.descriptor;
@@ -49,11 +49,11 @@ ExecPlan PlanOf(const ChildOptions& options) {
   return plan;
 }
 
-/// Raw descriptors: no destructor runs in this process, and exec ends it.
+/// Uses raw descriptors: no destructors run in the child before exec.
 void PlaceDescriptors(std::vector<int>& descriptors) {
   const int above = static_cast<int>(descriptors.size());
   const int nothing = fcntl(open("/dev/null", O_RDWR), F_DUPFD, above);
-  // Out of each other's way first, then to their places.
+  // Move them out of the target range first, so that none overwrites another.
   for (int& descriptor : descriptors) {
     if (descriptor >= 0) descriptor = fcntl(descriptor, F_DUPFD, above);
   }
@@ -73,7 +73,7 @@ void PlaceDescriptors(std::vector<int>& descriptors) {
 [[noreturn]] void BecomeProgram(ExecPlan& plan) {
   if (plan.own_group) setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  // A process that ended before the line above is noticed here; a thread is not.
+  // Detects a parent process that ended before prctl(); not a parent thread.
   if (getppid() != plan.parent) _exit(ChildEnd::kNotRun);
   if (plan.nice != 0) setpriority(PRIO_PROCESS, 0, plan.nice);
   signal(SIGPIPE, SIG_DFL);
@@ -85,8 +85,8 @@ void PlaceDescriptors(std::vector<int>& descriptors) {
   _exit(ChildEnd::kNotRun);
 }
 
-/// Nothing where a signal came in between or the child runs on.
 /// @param flags  of waitpid()
+/// @return  nullopt if a signal interrupted the wait or the child is still running
 std::optional<ChildEnd> WaitFor(pid_t pid, int flags) {
   int status = 0;
   const pid_t waited = waitpid(pid, &status, flags);
@@ -104,7 +104,7 @@ Result<ChildProcess> ChildProcess::Start(const ChildOptions& options) {
   const pid_t pid = fork();
   if (pid == 0) BecomeProgram(plan);
   if (pid < 0) return Error{std::strerror(errno)};
-  if (options.own_group) setpgid(pid, pid);  // whoever is first; a kill of the group must find it
+  if (options.own_group) setpgid(pid, pid);  // also set by the child; whichever runs first
   return ChildProcess(pid, options.own_group);
 }
 
@@ -128,16 +128,16 @@ std::optional<ChildEnd> ChildProcess::Poll() {
   if (!started()) return std::nullopt;
   const std::optional<ChildEnd> end = WaitFor(pid_, WNOHANG);
   if (!end) return std::nullopt;
-  if (own_group_) Kill();  // what it has left behind
+  if (own_group_) Kill();  // processes that it has left behind
   pid_ = -1;
   return end;
 }
 
-ChildEnd ChildProcess::End(double patience_s, int signal) {
+ChildEnd ChildProcess::End(double timeout_s, int signal) {
   constexpr ChildEnd kKilled{.exit_code = std::nullopt, .signal = SIGKILL};
   if (!started()) return kKilled;
   if (signal != 0) kill(pid_, signal);
-  const double until_s = MonotonicSeconds() + patience_s;
+  const double until_s = MonotonicSeconds() + timeout_s;
   for (;;) {
     if (const std::optional<ChildEnd> end = Poll()) return *end;
     if (MonotonicSeconds() >= until_s) break;

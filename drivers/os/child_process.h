@@ -1,4 +1,4 @@
-// Child process: a program started with the descriptors it is given, which ends with its owner.
+// Child process with explicitly passed descriptors, which ends with its owner.
 #pragma once
 
 #include <sys/types.h>
@@ -12,37 +12,38 @@
 
 namespace plumbline {
 
-/// How a program is started. It inherits the environment and nothing else of this process: no
-/// descriptor that is not handed over, no blocked signal.
+/// How a program is started. It inherits the environment and nothing else from this process: only
+/// the listed descriptors, and no blocked signals.
 struct ChildOptions {
-  struct Handed {
-    int number;      ///< in the child
-    int descriptor;  ///< of this process, which keeps it
+  struct PassedDescriptor {
+    int number;      ///< descriptor number in the child
+    int descriptor;  ///< of this process, which continues to own it
   };
   std::vector<std::string> arguments;  ///< the program's path first
-  /// Standard streams that are not among them are /dev/null.
-  std::vector<Handed> descriptors = {};
-  int nice = 0;            ///< 0: as this process
-  bool own_group = false;  ///< is ended with the processes it has started itself
+  /// Standard streams that are not listed are connected to /dev/null.
+  std::vector<PassedDescriptor> descriptors = {};
+  int nice = 0;            ///< 0: unchanged
+  bool own_group = false;  ///< kill it together with the processes it has started
 };
 
-/// How a child ended.
+/// Exit status of a child.
 struct ChildEnd {
-  /// Of a child whose program could not be run.
+  /// Exit code of a child whose program could not be executed.
   static constexpr int kNotRun = 127;
 
-  std::optional<int> exit_code;  ///< nothing: it was killed
-  int signal = 0;                ///< that killed it; 0: nobody knows, somebody else waited for it
+  std::optional<int> exit_code;  ///< nullopt: killed by a signal
+  int signal = 0;                ///< that killed it; 0: unknown, because other code has reaped it
 
   bool ok() const { return exit_code == 0; }
 };
 
-/// One running program, or none. It is killed with this object, and by the kernel when the thread
-/// that started it ends, however that happens. Used by that thread alone.
+/// One running program, or none. The destructor kills it, and so does the kernel when the thread
+/// that started it ends, however that happens. To be used by that thread only.
 class ChildProcess {
  public:
   ChildProcess() = default;  ///< none
-  /// Returns without waiting for the program; one that cannot be run exits with kNotRun.
+  /// Returns without waiting for the program; if that cannot be executed, the child exits with
+  /// kNotRun.
   static Result<ChildProcess> Start(const ChildOptions& options);
   ChildProcess(ChildProcess&& other) noexcept
       : pid_(std::exchange(other.pid_, -1)), own_group_(other.own_group_) {}
@@ -51,14 +52,14 @@ class ChildProcess {
   ChildProcess& operator=(const ChildProcess&) = delete;
   ~ChildProcess() { End(); }
 
-  bool started() const { return pid_ > 0; }  ///< and its end not taken yet
+  bool started() const { return pid_ > 0; }  ///< and not reaped yet
   pid_t pid() const { return pid_; }         ///< -1: none
 
-  /// How it ended, once; nothing while it runs, or where there is none.
+  /// Its exit status, once; nullopt while it runs, or if there is no child.
   std::optional<ChildEnd> Poll();
-  /// Sends it `signal` (0: none), waits at most `patience_s` for its end, then kills it. @return
-  /// how it ended; a killed child where there is none
-  ChildEnd End(double patience_s = 0, int signal = 0);
+  /// Sends `signal` (0: none), waits at most `timeout_s` for the child to exit, then kills it.
+  /// @return  its exit status; that of a killed child if there is none
+  ChildEnd End(double timeout_s = 0, int signal = 0);
 
  private:
   ChildProcess(pid_t pid, bool own_group) : pid_(pid), own_group_(own_group) {}
@@ -68,7 +69,7 @@ class ChildProcess {
   bool own_group_ = false;
 };
 
-/// The path of a program: a name without a slash is looked for in PATH. Empty: there is none.
+/// Path of a program; a name without a slash is searched in PATH. Empty if not found.
 std::string FindProgram(const std::string& name);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// File descriptor that closes itself.
+// Owning file descriptor.
 #pragma once
 
 #include <unistd.h>

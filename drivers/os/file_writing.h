@@ -1,4 +1,4 @@
-// Writing a whole text to a descriptor, and having files and folders reach the disk.
+// Complete writes to a descriptor, and fsync of files and folders.
 #pragma once
 
 #include <fcntl.h>
@@ -12,7 +12,7 @@
 
 namespace plumbline {
 
-/// Writes all of `text`, however many calls it takes. @return false with errno set
+/// Writes all of `text`, repeating partial writes. @return  false with errno set on failure
 inline bool WriteAll(int fd, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = write(fd, text.data(), text.size());
@@ -23,13 +23,13 @@ inline bool WriteAll(int fd, std::string_view text) {
   return true;
 }
 
-/// Waits until what was written to the file is on the disk. @return false with errno set
+/// Waits until the file's content is on the disk. @return  false with errno set on failure
 inline bool SyncFile(const std::string& path) {
   const Descriptor file(open(path.c_str(), O_RDWR | O_CLOEXEC));
   return file && fsync(file.get()) == 0;
 }
 
-/// The same for the names in a folder: new, renamed, removed ones.
+/// Waits until the folder's entries (created, renamed, removed files) are on the disk.
 inline bool SyncFolder(const std::string& path) {
   const Descriptor folder(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return folder && fsync(folder.get()) == 0;

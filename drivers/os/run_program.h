@@ -1,4 +1,4 @@
-// A program run to its end: text in, text out.
+// Run of a program to completion: standard input from a string, outputs to strings.
 #pragma once
 
 #include <string>
@@ -15,16 +15,17 @@ struct RunLimits {
   std::size_t output_bytes = std::size_t{64} << 20;
 };
 
-/// What a program wrote, and how it ended.
+/// Output and exit status of a program.
 struct ProgramRun {
   ChildEnd end;
-  std::string output, complaint;  ///< its standard output and standard error
+  std::string output, errors;  ///< standard output and standard error
 };
 
-/// Gives `input` to the program's standard input and gathers its output until it ends. A program
-/// that goes beyond a limit is killed.
+/// Writes `input` to the program's standard input and collects its output until it ends. A program
+/// that exceeds a limit is killed.
 /// @param arguments  the program's path first
-/// @return           or why not: "cannot be started: ...", "did not end within 60 s", "wrote more
+/// @return           why it failed: "cannot be started: ...", "did not end within 60 s", "wrote
+/// more
 ///                   than 64 MiB"
 Result<ProgramRun> RunProgram(const std::vector<std::string>& arguments, std::string_view input,
                               const RunLimits& limits = {});

@@ -16,8 +16,9 @@ Error CannotListen(const std::string& place, int reason, const char* if_privileg
   std::string message =
       "cannot listen on " + place + ": " + std::generic_category().message(reason);
   if (reason == EACCES) message += std::string(" (") + if_privileged + ")";
-  if (reason == EADDRINUSE) message += " (another program holds the port; see ss -ltnp)";
-  if (reason == EADDRNOTAVAIL) message += " (no interface of this machine has it; see ip address)";
+  if (reason == EADDRINUSE) message += " (another program uses the port; see ss -ltnp)";
+  if (reason == EADDRNOTAVAIL)
+    message += " (no interface of this machine has this address; see ip address)";
   return Error{message};
 }
 

@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "drivers/latest.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 #include "drivers/robot/robot.h"
 
 namespace plumbline {
@@ -76,7 +76,7 @@ class RobotLink {
   RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
   RobotLinkStatus Status() const;
   /// Heartbeat, incremented before each reading and each push, which their time-outs bound.
-  const Pulse& pulse() const { return pulse_; }
+  const Pulse& heartbeat() const { return pulse_; }
 
   /// Queues points for the controller. They are pushed once, after the next successful reading; a
   /// later call before that replaces them. Points beyond kMaxPushPoints are dropped.

@@ -141,7 +141,7 @@ inline pid_t StartDaemon(const char* program, const std::string& folder, int& po
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     std::ifstream file(log);
     for (std::string line; std::getline(file, line);) {
-      const auto at = line.find("PLC side on 127.0.0.1:");
+      const auto at = line.find("PLC server on 127.0.0.1:");
       if (at == std::string::npos) continue;
       port = std::stoi(line.substr(at + 22));
       return pid;

@@ -90,7 +90,7 @@ double QuantileBetween(const LatenessCounts& from, const LatenessCounts& to, dou
   std::array<double, LatenessCounts::kClasses> count{};
   double all = 0;
   for (std::size_t k = 0; k < count.size(); ++k) {
-    all += count[k] = static_cast<double>(to.began[k] - from.began[k]);
+    all += count[k] = static_cast<double>(to.counts[k] - from.counts[k]);
   }
   double remaining = fraction * all, low_s = 0;
   for (std::size_t k = 0; k < LatenessCounts::kBounds_s.size(); ++k) {

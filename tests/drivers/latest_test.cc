@@ -26,7 +26,7 @@ bool IsWhole(const Block& block) {
 
 }  // namespace
 
-TEST_CASE("Latest: the newest value wins, and a guard keeps what it saw", "[latest]") {
+TEST_CASE("Latest: readers get the newest value, and a guard preserves its own", "[latest]") {
   Latest<int> latest(1, 7);
   CHECK(*latest.Read() == 7);
   {
@@ -40,7 +40,7 @@ TEST_CASE("Latest: the newest value wins, and a guard keeps what it saw", "[late
   CHECK(*latest.Read() == 19);
 }
 
-TEST_CASE("Latest: what is being filled is not visible", "[latest]") {
+TEST_CASE("Latest: a value is not visible before it is published", "[latest]") {
   Latest<int> latest(1, 1);
   latest.Begin() = 2;
   CHECK(*latest.Read() == 1);
@@ -48,7 +48,7 @@ TEST_CASE("Latest: what is being filled is not visible", "[latest]") {
   CHECK(*latest.Read() == 2);
 }
 
-TEST_CASE("Latest: buffers are there from the start and are not moved", "[latest]") {
+TEST_CASE("Latest: buffers are allocated from the start and do not move", "[latest]") {
   Latest<std::vector<int>> latest(1, std::vector<int>(100, 3));
   for (int i = 0; i < 5; ++i) {
     REQUIRE(latest.Begin().size() == 100);
@@ -56,7 +56,8 @@ TEST_CASE("Latest: buffers are there from the start and are not moved", "[latest
   }
 }
 
-TEST_CASE("Latest: a million reads against a writer, none torn, none going back", "[latest]") {
+TEST_CASE("Latest: a million concurrent reads, none torn, none older than the previous one",
+          "[latest]") {
   constexpr int kReaders = 3;
   constexpr int kReads = 1'000'000 / kReaders + 1;
   Block first;

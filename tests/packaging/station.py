@@ -76,7 +76,7 @@ class Station:
         told, give_up = None, time.monotonic() + 20
         while not told:
             assert self.daemon.poll() is None and time.monotonic() < give_up, open(self.folder + "/log").read()
-            told = re.search(r"PLC side on 127\.0\.0\.1:(\d+)", open(self.folder + "/log").read())
+            told = re.search(r"PLC server on 127\.0\.0\.1:(\d+)", open(self.folder + "/log").read())
             time.sleep(0.02)
         self.port = int(told.group(1))
 

@@ -258,7 +258,7 @@ TEST_CASE("The table of a replay is checked in the same way as by the daemon") {
   CHECK(wrong.out.find("q1_deg: missing column") != std::string::npos);
   const test::Answer empty = with_table(header);
   CHECK(empty.exit_code == 1);
-  CHECK(empty.out.find(".csv: has no row that can be played") != std::string::npos);
+  CHECK(empty.out.find(".csv: has no row that can be replayed") != std::string::npos);
   const test::Answer good = with_table(header + "0,0,0,0,0,0\n0,x,0,0,0,0\n");
   CHECK(good.exit_code == 0);
   CHECK(good.out.find(":3 q2_deg: warning: \"x\" is not a number; row not used") !=

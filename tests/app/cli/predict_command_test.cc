@@ -214,8 +214,8 @@ TEST_CASE("a missing payload column is reported and every row counts as extrapol
       << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_g\n0,-90,90,0,0,0,60000\n";
   CHECK(folder.Run("out.csv") == 0);
   CHECK_THAT(folder.told,
-             Catch::Contains("payload_g: warning: is no column of the format: taken as a further "
-                             "signal; did you mean payload_kg?") &&
+             Catch::Contains("payload_g: warning: is not a column of the format: treated as an "
+                             "additional signal; did you mean payload_kg?") &&
                  Catch::Contains("a payload of 0 kg is assumed") &&
                  Catch::Contains("1 extrapolated"));
   CHECK_THAT(folder.Content("out.csv"), Catch::EndsWith(",1,assumed\n"));

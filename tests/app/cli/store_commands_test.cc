@@ -195,7 +195,7 @@ TEST_CASE("the reason why a model is no longer in force is printed, with a remed
     CAPTURE(command);
     CHECK(damaged.code == 1);
     CHECK_THAT(damaged.text,
-               Catch::Contains("is empty, so that nobody knows which model was in force") &&
+               Catch::Contains("is empty, so it is unknown which model was in force") &&
                    Catch::Contains("`plumbline model apply N" + where + "`"));
   }
   CHECK_THAT(Plumbline("model list" + where).text, Catch::Contains("\n      2  "));
@@ -261,7 +261,7 @@ TEST_CASE("waiting for a locked model store is reported, and ends with a timeout
     CHECK_THAT(refused.text,
                Catch::Contains("waiting for ") && Catch::Contains("which holds " + path) &&
                    Catch::Contains("has held this lock for 10 s. Nothing was changed. "
-                                   "Wait until it has finished, or end it"));
+                                   "Wait until it has finished, or stop it"));
   }
   SECTION("for a moment") {
     std::thread holder([fd] {

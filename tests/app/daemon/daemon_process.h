@@ -81,7 +81,7 @@ class DaemonProcess {
   }
   /// "127.0.0.1:PORT" of the PLC side.
   std::string Plc() const {
-    const std::string marker = "PLC side on ";
+    const std::string marker = "PLC server on ";
     INFO(Log());
     REQUIRE(Awaits(marker));
     const std::string log = Log();

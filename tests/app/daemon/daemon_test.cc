@@ -63,7 +63,7 @@ struct Station {
 
 }  // namespace
 
-TEST_CASE("the loaded tip lands where it was wanted, in both profiles") {
+TEST_CASE("the loaded tip reaches its target, with both profiles") {
   for (const Profile profile : {Profile::kUr, Profile::kGeneric}) {
     Station station(profile);
     AssemblyClientOptions options;
@@ -85,7 +85,9 @@ TEST_CASE("the loaded tip lands where it was wanted, in both profiles") {
   }
 }
 
-TEST_CASE("what the model lacks stays as error: the world is not the product's own") {
+TEST_CASE(
+    "effects missing in the model remain as error: the virtual cell is independent of the "
+    "product") {
   const virtual_cell::Effects effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")});
   RunningCell cell(Idle(Profile::kGeneric), effects);
   DaemonProcess daemon(DemoConfig(cell.robot(), "generic"));
@@ -99,7 +101,7 @@ TEST_CASE("what the model lacks stays as error: the world is not the product's o
   CHECK(client.Visit(DemoProgram().points.front()).CorrectedError() > 1);
 }
 
-TEST_CASE("a command is answered once, with its echo, and frozen") {
+TEST_CASE("a command is answered once, with its echo, and the result does not change") {
   Station station;
   const auto command = [&](std::vector<std::uint16_t> head, std::uint16_t sequence) {
     head.resize(40);
@@ -134,7 +136,7 @@ TEST_CASE("a command is answered once, with its echo, and frozen") {
   CHECK(scaled.Word(19) == 11);
 }
 
-TEST_CASE("every fault of the link withdraws the points, is told once, and heals by itself") {
+TEST_CASE("every link fault withdraws the points, is logged once, and recovers by itself") {
   struct Fault {
     const char* name;
     const char* begin;
@@ -164,7 +166,7 @@ TEST_CASE("every fault of the link withdraws the points, is told once, and heals
   }
 }
 
-TEST_CASE("what is read and not trusted is shown as it was read") {
+TEST_CASE("untrusted readings are shown as they were read") {
   RunningCell cell(Idle(Profile::kGeneric));
   REQUIRE(cell.Tell("fault jump on") == "ok");
   DaemonProcess daemon(DemoConfig(cell.robot(), "generic"));
@@ -173,7 +175,7 @@ TEST_CASE("what is read and not trusted is shown as it was read") {
   CHECK((plc.Read(300, 2).Word(0) & 1) == 0);
 }
 
-TEST_CASE("connections that are reset or half closed are made again") {
+TEST_CASE("connections that are reset or half closed are re-established") {
   for (const char* fault : {"fault reset", "fault half-close"}) {
     CAPTURE(fault);
     Station station;
@@ -184,7 +186,7 @@ TEST_CASE("connections that are reset or half closed are made again") {
   }
 }
 
-TEST_CASE("SIGHUP takes a checked configuration; a faulty one changes nothing") {
+TEST_CASE("SIGHUP loads a valid configuration; a faulty one changes nothing") {
   Station station;
   const std::string good = DemoConfig(station.cell.robot(), "generic");
   station.daemon.Write(WithLine(good, "correction", "max_translation_mm", "-5.0"));
@@ -204,21 +206,20 @@ TEST_CASE("SIGHUP takes a checked configuration; a faulty one changes nothing") 
   }));
 }
 
-TEST_CASE("what only a restart changes is said at every SIGHUP, against what was started") {
+TEST_CASE("settings that need a restart are reported at every SIGHUP, relative to the start") {
   Station station;
   const std::string good = DemoConfig(station.cell.robot(), "generic");
   struct Change {
     const char* name;
     std::string config;
-    const char* told;  ///< nullptr: nothing needs a restart
+    const char* told;  ///< nullptr: no restart needed
   };
   const Change changes[] = {
       {"clients", WithLine(good, "plc", "port", "0\nmax_clients = 5"), "plc.listen, port"},
       {"the same again", WithLine(good, "plc", "port", "0\nmax_clients = 5"), "plc.listen, port"},
       {"as it was started", good, nullptr},
       {"a serial line", good + "\n[plc.rtu]\ndevice = \"/dev/ttyS9\"\n", "[plc.rtu]"},
-      {"state", WithLine(good, "", "state_directory", "\"elsewhere\""),
-       "state_directory, in force"},
+      {"state", WithLine(good, "", "state_directory", "\"elsewhere\""), "state_directory changed"},
   };
   int reloads = 0;
   for (const Change& change : changes) {
@@ -234,7 +235,7 @@ TEST_CASE("what only a restart changes is said at every SIGHUP, against what was
   }
 }
 
-TEST_CASE("values and the frozen result stay across SIGHUP, and commands go on") {
+TEST_CASE("values and the last result survive SIGHUP, and commands continue to work") {
   Station station;
   std::vector<std::uint16_t> command(40);
   command[0] = 1;
@@ -274,12 +275,12 @@ TEST_CASE("values and the frozen result stay across SIGHUP, and commands go on")
   }));
 }
 
-TEST_CASE("each thread bears its name, for top -H and whoever looks for the one that hangs") {
+TEST_CASE("every thread is named, so that top -H shows which one hangs") {
   const Station station;
   const std::string tasks = "/proc/" + std::to_string(station.daemon.pid()) + "/task";
   std::set<std::string> names;
   [[maybe_unused]] std::size_t threads = 0;
-  const bool found = Eventually([&] {  // "branches" ends by itself
+  const bool found = Eventually([&] {  // the thread "branches" ends by itself
     names.clear();
     threads = 0;
     for (const auto& task : std::filesystem::directory_iterator(tasks)) {
@@ -287,23 +288,23 @@ TEST_CASE("each thread bears its name, for top -H and whoever looks for the one 
       names.insert(name.substr(0, name.find('\n')));
       ++threads;
     }
-    return names == std::set<std::string>{"plumblined", "cycle", "loop", "robot", "modbus"};
+    return names == std::set<std::string>{"plumblined", "cycle", "monitoring", "robot", "modbus"};
   });
   CAPTURE(names);
   CHECK(found);
-#ifndef PLUMBLINE_SANITIZED  // ThreadSanitizer's own thread bears the program's name
+#ifndef PLUMBLINE_SANITIZED  // ThreadSanitizer's own thread has the program's name
   CHECK(threads == names.size());
 #endif
 }
 
-TEST_CASE("SIGTERM ends it cleanly") {
+TEST_CASE("SIGTERM stops it cleanly") {
   Station station;
   station.daemon.Signal(SIGTERM);
   CHECK(station.daemon.Wait() == 0);
-  CHECK(station.daemon.Says("ending on SIGTERM"));
+  CHECK(station.daemon.Says("stopping on SIGTERM"));
 }
 
-TEST_CASE("a replay plays its rows at their rate, and holds the last or begins again") {
+TEST_CASE("a replay plays its rows at their rate, then holds the last one or repeats") {
   for (const bool loop : {false, true}) {
     CAPTURE(loop);
     const TemporaryFolder folder;
@@ -330,7 +331,7 @@ TEST_CASE("a replay plays its rows at their rate, and holds the last or begins a
   }
 }
 
-TEST_CASE("it outlives the reader of its log") {
+TEST_CASE("the daemon survives the reader of its log") {
   int ends[2];
   REQUIRE(pipe2(ends, O_CLOEXEC) == 0);  // the daemon gets its copy of one end only
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"), ends[1]);
@@ -338,19 +339,19 @@ TEST_CASE("it outlives the reader of its log") {
   char first = 0;
   CHECK(read(ends[0], &first, 1) == 1);
   close(ends[0]);
-  daemon.Signal(SIGHUP);  // told in the log
+  daemon.Signal(SIGHUP);  // writes to the log
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   daemon.Signal(SIGTERM);
   CHECK(daemon.Wait() == 0);
 }
 
-TEST_CASE("a log that nobody reads stops nothing") {
+TEST_CASE("a log that nobody reads blocks nothing") {
   int ends[2];
   REQUIRE(pipe2(ends, O_CLOEXEC) == 0);
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"), ends[1]);
   std::string log;
   char letter = 0;
-  while (log.find("PLC side on 127.0.0.1:") == std::string::npos || log.back() != '\n') {
+  while (log.find("PLC server on 127.0.0.1:") == std::string::npos || log.back() != '\n') {
     REQUIRE(read(ends[0], &letter, 1) == 1);
     log += letter;
   }
@@ -361,17 +362,17 @@ TEST_CASE("a log that nobody reads stops nothing") {
   }
   fcntl(ends[1], F_SETFL, 0);
 
-  daemon.Signal(SIGHUP);  // told in the log
+  daemon.Signal(SIGHUP);  // writes to the log
   const auto beats = [&plc] { return plc.Read(10, 1).Word(0); };
   const std::uint16_t before = beats();
   CHECK(Eventually([&] { return beats() > before + 5; }));
-  daemon.Signal(SIGTERM);  // seen by the thread that has told
+  daemon.Signal(SIGTERM);  // handled by the thread that writes the log
   CHECK(daemon.Wait() == 0);
   close(ends[0]);
   close(ends[1]);
 }
 
-TEST_CASE("a faulty configuration is told in full, and nothing starts") {
+TEST_CASE("all faults of a configuration are reported, and nothing starts") {
   std::string config = DemoConfig("127.0.0.1:1", "generic");
   config = WithLine(config, "robot", "timeout_ms", "-3");
   config = WithLine(config, "plc", "orientation", "\"upside_down\"");
@@ -383,7 +384,7 @@ TEST_CASE("a faulty configuration is told in full, and nothing starts") {
   CHECK(daemon.Says("not started"));
 }
 
-TEST_CASE("a start that fails does not count; a serial line that is not there is told once") {
+TEST_CASE("a failed start does not count; a missing serial line is logged once") {
   const std::string config =
       WithLine(DemoConfig("127.0.0.1:1", "generic"), "", "state_directory", "\"state\"") +
       "\n[plc.rtu]\ndevice = \"/dev/no-such-line\"\n";
@@ -399,8 +400,8 @@ TEST_CASE("a start that fails does not count; a serial line that is not there is
   const std::string port = first.Plc().substr(first.Plc().find(':') + 1);
   DaemonProcess second(
       WithLine(WithLine(config, "plc", "port", port), "", "state_directory", "\"" + state + "\""));
-  CHECK(second.Wait() == 2);  // the port is taken
-  CHECK(second.Says("PLC side: "));
+  CHECK(second.Wait() == 2);  // the port is in use
+  CHECK(second.Says("PLC server: "));
   std::ifstream count(state + "/boot_count");
   int starts = 0;
   CHECK(count >> starts);
@@ -425,7 +426,7 @@ TEST_CASE("the posture of each point is in its block, in the status and in its J
                               Catch::Contains("\"posture_singular_value\": "));
 }
 
-TEST_CASE("a posture that is not the taught one: a warning at the start, bits at run time") {
+TEST_CASE("a posture other than the taught one: a warning at the start, bits at run time") {
   RunningCell cell(Idle(Profile::kGeneric));
   std::string config = DemoConfig(cell.robot(), "generic");
   const std::string taught = "near_deg = [18.5, ";
@@ -444,10 +445,10 @@ TEST_CASE("a posture that is not the taught one: a warning at the start, bits at
   CHECK_THAT(Shell("status --port " + port).output, Catch::Contains("NOT near near_deg"));
 }
 
-TEST_CASE("without a robot the daemon serves, and says what is missing") {
+TEST_CASE("without a robot the daemon serves the PLC, and reports what is missing") {
   DaemonProcess daemon(DemoConfig("127.0.0.1:1", "generic"));
   RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
-  CHECK(daemon.Awaits("robot link not there yet"));
+  CHECK(daemon.Awaits("robot link not established"));
   CHECK_FALSE(Valid(plc));
   CHECK((plc.Read(12, 1).Word(0) & 1) != 0);
 
@@ -487,20 +488,20 @@ struct PushingStation {
 
 }  // namespace
 
-TEST_CASE("a daemon that ends leaves no pushed point standing") {
+TEST_CASE("a stopping daemon withdraws all pushed points") {
   PushingStation station;
   station.daemon.Signal(SIGTERM);
   CHECK(station.daemon.Wait() == 0);
   CHECK(station.Withdrawn());
-  CHECK_FALSE(station.daemon.Says("may still stand"));
+  CHECK_FALSE(station.daemon.Says("may still be marked valid"));
 }
 
-TEST_CASE("a controller that is silent does not keep the daemon from ending, and that is told") {
+TEST_CASE("a silent controller does not prevent the daemon from stopping, and that is logged") {
   PushingStation station;
   REQUIRE(station.cell.Tell("fault stall 20") == "ok");
   station.daemon.Signal(SIGTERM);
   CHECK(station.daemon.Wait() == 0);
-  CHECK(station.daemon.Says("pushed points may still stand in the controller"));
+  CHECK(station.daemon.Says("pushed points may still be marked valid in the controller"));
 }
 
 TEST_CASE("points that a new configuration no longer pushes are withdrawn") {
@@ -511,7 +512,7 @@ TEST_CASE("points that a new configuration no longer pushes are withdrawn") {
   CHECK(station.Withdrawn());
 }
 
-TEST_CASE("pushed points stand in the controller's registers, and it can go there") {
+TEST_CASE("pushed points are in the controller's registers, and it can move there") {
   PushingStation station;
   RegisterClient& robot = station.robot;
   RegisterClient plc("plumblined", station.daemon.Plc(), 1, 10);

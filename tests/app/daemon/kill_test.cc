@@ -1,4 +1,4 @@
-// kill -9 at the worst moments: what was told as recorded is there, and exactly one model is in
+// kill -9 at the worst moments: acknowledged probes are in the journal, and exactly one model is in
 // force.
 #include <sys/wait.h>
 
@@ -41,7 +41,7 @@ std::int64_t IntegerIn(const std::string& file, const char* sql) {
   return *database.value().IntegerOf(sql);
 }
 
-/// `plumbline model apply N`, killed after a while; nothing: left to end.
+/// `plumbline model apply N`, killed after a while; nullopt: not killed.
 void Apply(int version, const std::string& state,
            std::optional<std::chrono::microseconds> killed_after) {
   const std::string number = std::to_string(version);
@@ -63,7 +63,7 @@ void Apply(int version, const std::string& state,
 
 }  // namespace
 
-TEST_CASE("a daemon killed while it writes probes has kept each one that it told as recorded") {
+TEST_CASE("a daemon killed while it writes probes has recorded each one that it acknowledged") {
   RunningCell cell(Idle());
   const TemporaryFolder state;
   const std::string journal_file = state.path() + "/journal.sqlite";
@@ -124,7 +124,7 @@ TEST_CASE("model apply, killed at any moment, leaves the old version in force or
   int in_force = 1;
   for (int round = 0; round < 80; ++round) {
     const int wanted = 3 - in_force;
-    // From at once, before the program runs, to its whole life.
+    // From before the program runs to after its end.
     const bool left_alone = round % 20 == 19;
     Apply(wanted, state,
           left_alone ? std::nullopt : std::optional(std::chrono::microseconds(250 * round)));
@@ -144,7 +144,7 @@ TEST_CASE("model apply, killed at any moment, leaves the old version in force or
   CHECK(store.value().Versions().value().size() == 2);
 }
 
-TEST_CASE("a daemon killed while it takes a model up starts with the one that was applied") {
+TEST_CASE("a daemon killed while it loads a model starts with the applied one") {
   RunningCell cell(Idle());
   const TemporaryFolder state;
   const std::string config = Config(cell, state.path());
@@ -162,7 +162,7 @@ TEST_CASE("a daemon killed while it takes a model up starts with the one that wa
         REQUIRE(store.value().Propose(text + "\n# another\n", {}, "").value() == 2);
       }
       in_force = 3 - in_force;
-      Apply(in_force, state.path(), std::nullopt);  // tells the daemon
+      Apply(in_force, state.path(), std::nullopt);  // notifies the daemon
       std::this_thread::sleep_for(std::chrono::milliseconds(3 * round));
       daemon.Signal(SIGKILL);
       CHECK(daemon.Wait() == 128 + SIGKILL);
@@ -172,6 +172,6 @@ TEST_CASE("a daemon killed while it takes a model up starts with the one that wa
     INFO(again.Log());
     CHECK(Eventually([&] { return plc.Read(400, 20).Word(1) == in_force; }));
     CHECK(ModelStore::Open(state.path())->State()->applied == in_force);
-    CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 1) != 0; }));  // records
+    CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 1) != 0; }));  // probes are recorded
   }
 }

@@ -1,7 +1,7 @@
-// The loop closed, from socket to socket: probes, alarm, diagnosis, proposal, another model.
+// Monitoring end to end over real sockets: probes, drift alarm, diagnosis, proposal, applied model.
 //
-// The virtual cell hides a compliance of joint 2. The diagnosis is not what is tested: a script
-// stands in its place that writes the true answer, or misbehaves.
+// The virtual cell has an undeclared compliance of joint 2. The diagnosis itself is not tested
+// here: a script replaces it, which writes the correct answer or misbehaves.
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -38,7 +38,7 @@ VirtualCellOptions Idle() {
   return options;
 }
 
-/// What `plumbline diagnose CELL MEASURED --json D --write-model C --report R` is replaced by.
+/// Script that replaces `plumbline diagnose CELL MEASURED --json D --write-model C --report R`.
 constexpr const char* kTrueAnswer = R"script(#!/bin/sh
 set -e
 [ "$1" = diagnose ] && [ "$4" = --json ] && [ "${10}" = --time-zero ] && [ "${12}" = --order-unknown ] && [ "$6" = --write-model ] && [ "$8" = --report ]
@@ -66,7 +66,7 @@ struct Options {
 std::string LoopConfigText(const std::string& robot, const std::string& loop,
                            const std::string& profile = "universal-robots-fine") {
   std::string text = PatientConfig(robot, profile);
-  if (profile == "universal-robots") {  // it tells no payload
+  if (profile == "universal-robots") {  // it reports no payload
     text = WithLine(text, "payload", "source", "\"fixed\"\nmass_kg = 60.0");
   }
   return text +
@@ -75,7 +75,7 @@ std::string LoopConfigText(const std::string& robot, const std::string& loop,
          loop;
 }
 
-/// Names the script for the daemon that is started next.
+/// Makes the next daemon run the script.
 class StandIn {
  public:
   explicit StandIn(const std::string& script) : path_(folder_.path() + "/plumbline") {
@@ -114,7 +114,7 @@ struct Station {
   int State() { return plc.Read(400, 20).Word(0); }
   std::string state_directory() const { return daemon.folder() + "/state"; }
 
-  /// Gives a command and waits for its echo. @return the result code
+  /// Sends a command and waits for its echo. @return  the result code
   int Command(std::vector<std::uint16_t> words) {
     words.resize(40);
     words[39] = ++sequence;
@@ -124,7 +124,8 @@ struct Station {
     return plc.Read(100, 40).Word(2);
   }
 
-  /// One probe of where the tracker sees the tip, `extra_mm` beside it in z. @return its code
+  /// Submits the tip that the tracker measures, displaced by `extra_mm` in z. @return  its result
+  /// code
   int Probe(double extra_mm = 0) {
     const auto seen = tracker.Read(0, 16);
     std::vector<std::uint16_t> words = {6, 0};
@@ -212,7 +213,8 @@ TEST_CASE("from the first probe to a corrected model in force, and back") {
   CHECK(Eventually([&] { return station.LastResidual_mm() > 1; }));
 }
 
-TEST_CASE("a model is applied unasked only where the configuration says so, within its limits") {
+TEST_CASE(
+    "a model is applied automatically only if the configuration allows it, within its limits") {
   struct Case {
     const char* name;
     const char* loop;
@@ -235,7 +237,7 @@ TEST_CASE("a model is applied unasked only where the configuration says so, with
   }
 }
 
-TEST_CASE("a model that a daemon cannot apply is kept, and never comes into force") {
+TEST_CASE("a model that the daemon cannot use is stored, but never comes into force") {
   std::string script = kTrueAnswer;
   script.replace(script.find("joint_compliance"), 16, "approach_lag");
   script.replace(script.find("value = 2e-6"), 12, "value = 1e-3");
@@ -248,7 +250,7 @@ TEST_CASE("a model that a daemon cannot apply is kept, and never comes into forc
   CHECK(station.Models().applied == 1);
 }
 
-TEST_CASE("what is not explained, or does not help, is never applied unasked") {
+TEST_CASE("a model that is unexplained or does not help is never applied automatically") {
   struct Case {
     const char* name;
     const char* from;
@@ -264,9 +266,9 @@ TEST_CASE("what is not explained, or does not help, is never applied unasked") {
        "not applied: implausible on a sound machine: joint_compliance: softer than any gear", 2},
       {"unnamed", "\"rivals\": []",
        "\"rivals\": [], \"remainder\": {\"parameters\": 9.5, \"share_of_correction\": 0.8}",
-       "not applied: 80 % of the correction has no name", 2},
+       "not applied: 80 % of the correction is not explained by a named effect", 2},
       {"worse", "\"after_held_out\": 0.05", "\"after_held_out\": 9.5", "nothing proposed", 0},
-      {"no effect", "\"explained\"", "\"no_effect\"", "nothing stands out", 0},
+      {"no effect", "\"explained\"", "\"no_effect\"", "no effect exceeds the noise", 0},
       {"no verdict", "\"explained\"", "\"perhaps\"", "diagnosis failed", 0},
       {"no answer", "cat > \"$5\"", "cat > /dev/null", "diagnosis failed: diagnosis.json", 0},
       {"a faulty model", "id = \"joint_compliance\"", "id = \"gremlins\"", "has faults", 0},
@@ -281,14 +283,14 @@ TEST_CASE("what is not explained, or does not help, is never applied unasked") {
     station.Probes(12);
     INFO(station.daemon.Log());
     REQUIRE(station.daemon.Awaits(c.told));
-    station.Probes(3);  // it goes on
+    station.Probes(3);  // recording continues
     CHECK(station.Models().applied == 1);
     CHECK(station.Models().proposed == c.proposed);
-    CHECK(station.daemon.Count("diagnosis started") == 1);  // once an alarm
+    CHECK(station.daemon.Count("diagnosis started") == 1);  // once for each alarm
   }
 }
 
-TEST_CASE("what the export for a diagnosis leaves out is logged") {
+TEST_CASE("rows left out of the export for a diagnosis are logged") {
   std::string script = kTrueAnswer;
   const auto check = script.find("head -1 \"$3\"");
   script.erase(check, script.find('\n', check) - check);
@@ -305,7 +307,7 @@ TEST_CASE("what the export for a diagnosis leaves out is logged") {
   CHECK(station.daemon.Says("diagnosis: column payload_kg: left out, only"));
 }
 
-TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with the daemon") {
+TEST_CASE("a diagnosis is stopped after its timeout, and together with the daemon") {
   const std::string endless = "#!/bin/sh\necho $$ > \"$0.pid\"\nsleep 1000 & wait\n";
   const auto pid_of = [](const Station& station) {
     pid_t pid = 0;
@@ -322,7 +324,7 @@ TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with t
     CHECK(getpriority(PRIO_PROCESS, static_cast<id_t>(pid)) == 19);
     CHECK(getpgid(pid) == pid);
     REQUIRE(Eventually([&] { return (station.State() & 16) != 0; }));
-    CHECK(station.daemon.Awaits("not done within"));
+    CHECK(station.daemon.Awaits("not finished within"));
     CHECK(Eventually([&] { return group_gone(pid); }));
     CHECK(Eventually([&] { return (station.State() & 0x30) == 0x20; }));
   }
@@ -344,7 +346,7 @@ TEST_CASE("a diagnosis that takes too long is ended, and one at work ends with t
   }
 }
 
-TEST_CASE("joints read in steps of a milliradian: the diagnosis is told, and so is everybody") {
+TEST_CASE("joint registers with steps of a milliradian are reported and passed to the diagnosis") {
   std::string script = kTrueAnswer;
   script.replace(script.find("set -e"), 6, "set -e; head -1 \"$3\" | grep -q ,q_step_deg,");
   Station station({.loop = "", .script = script, .profile = "universal-robots"});
@@ -357,7 +359,7 @@ TEST_CASE("joints read in steps of a milliradian: the diagnosis is told, and so 
   CHECK(*station.Journal().front().q_step_rad == Approx(1e-3));
 }
 
-TEST_CASE("a PLC restarts the monitor; integers serve as well as floats") {
+TEST_CASE("a PLC can restart the drift monitor; integers work as well as floats") {
   Station station({.loop = "diagnose = false\n"});
   station.Probes(8);
   REQUIRE(station.daemon.Awaits("drift alarm"));
@@ -391,7 +393,7 @@ TEST_CASE("a PLC restarts the monitor; integers serve as well as floats") {
   CHECK(0.01 * station.plc.Read(216, 1).Word(0) == Approx(residual_mm).margin(0.01));
 }
 
-TEST_CASE("SIGHUP takes no probe a second time, and the journal stays where the daemon began") {
+TEST_CASE("SIGHUP records no probe twice, and the journal stays in the original state directory") {
   Station station({.loop = "diagnose = false\n"});
   station.Probes(3);
   REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 3; }));
@@ -416,7 +418,7 @@ TEST_CASE("SIGHUP takes no probe a second time, and the journal stays where the 
   CHECK(station.Journal().size() == 4);
 }
 
-TEST_CASE("a killed daemon takes the alarm up again from its journal") {
+TEST_CASE("after a kill the daemon restores the alarm from its journal") {
   RunningCell cell(
       Idle(), virtual_cell::Effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")}));
   const StandIn stand_in("#!/bin/sh\necho not today; exit 3\n");
@@ -449,14 +451,14 @@ TEST_CASE("a killed daemon takes the alarm up again from its journal") {
       daemon.Signal(SIGKILL);
       CHECK(daemon.Wait() == 128 + SIGKILL);
     } else {
-      CHECK(daemon.Awaits("still stands"));
+      CHECK(daemon.Awaits("is still active"));
       CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 2) != 0; }));
-      CHECK(daemon.Count("residual of probes changed") == 0);  // not raised anew
+      CHECK(daemon.Count("residual of probes changed") == 0);  // not raised again
     }
   }
 }
 
-TEST_CASE("probes that cannot be kept are refused, with the reason") {
+TEST_CASE("probes that cannot be recorded are refused, with the reason") {
   SECTION("no [loop]") {
     RunningCell cell(Idle());
     DaemonProcess daemon(DemoConfig(cell.robot(), "universal-robots-fine"));
@@ -468,9 +470,9 @@ TEST_CASE("probes that cannot be kept are refused, with the reason") {
     plc.Write(1000, words);
     REQUIRE(Eventually([&] { return plc.Read(101, 1).Word(0) == 5; }));
     CHECK(plc.Read(102, 1).Word(0) == 12);
-    CHECK(plc.Read(400, 20).Word(1) == 1);  // the cell file is version 1 all the same
+    CHECK(plc.Read(400, 20).Word(1) == 1);  // the cell file is still version 1
   }
-  SECTION("a journal that is none") {
+  SECTION("a file that is not a journal") {
     RunningCell cell(Idle());
     const TemporaryFolder state;
     std::ofstream(state.path() + "/journal.sqlite") << std::string(4096, 'x');
@@ -499,19 +501,19 @@ TEST_CASE("probes that cannot be kept are refused, with the reason") {
   }
 }
 
-TEST_CASE("a disk that keeps the journal waiting never keeps the cycle waiting") {
+TEST_CASE("a disk that blocks the journal never blocks the control cycle") {
   Station station({.loop = "diagnose = false\n"});
   station.Probes(1);
   REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 1; }));
   auto other =
       Database::Open(station.state_directory() + "/journal.sqlite", Database::Mode::kWrite);
-  REQUIRE(other.value().Run("BEGIN IMMEDIATE"));  // nobody else can write now
+  REQUIRE(other.value().Run("BEGIN IMMEDIATE"));  // blocks all other writers
   const auto refreshed = [&] { return station.plc.Read(2000, 20).Word(19); };
   const auto before = refreshed();
   int taken = 1;
   int code = 0;
   for (; code == 0 && taken < 200; taken += code == 0 ? 1 : 0) code = station.Probe();
-  CHECK(code == 12);  // the queue is full: told, not lost
+  CHECK(code == 12);  // the queue is full: refused, not lost
   CHECK(taken > 60);
   CHECK(refreshed() != before);
   CHECK(station.plc.Read(404, 2).Long(0) == 1);
@@ -542,7 +544,7 @@ std::vector<std::uint16_t> ProbeWords(const std::vector<double>& position_mm) {
 
 }  // namespace
 
-TEST_CASE("nonsense is refused with its reason, and never reaches the journal") {
+TEST_CASE("implausible probes are refused with the reason, and never reach the journal") {
   Station station({.loop = "diagnose = false\n"});
   REQUIRE(station.Probe() == 0);
   REQUIRE(station.plc.Read(104, 2).Float(0) != 0);
@@ -553,10 +555,10 @@ TEST_CASE("nonsense is refused with its reason, and never reaches the journal") 
   const auto answer = station.plc.Read(100, 40);
   CHECK(answer.Word(3) == 0);
   for (int word = 4; word < 30; ++word) CHECK(answer.Word(word) == 0);
-  REQUIRE(station.daemon.Awaits("not in the journal: it is 0, 0, 0"));
+  REQUIRE(station.daemon.Awaits("not recorded: it is 0, 0, 0"));
   CHECK(station.Command(ProbeWords({0, 0, 0})) == 17);
   CHECK(station.Command(ProbeWords(metres)) == 17);
-  REQUIRE(station.daemon.Awaits("given in metres?"));
+  REQUIRE(station.daemon.Awaits("is it given in metres?"));
   CHECK(station.Command(ProbeWords({2147483647, 2147483647, 2147483647})) == 17);
   REQUIRE(station.daemon.Awaits("farther from the base than"));
   std::vector<std::uint16_t> fine(40);
@@ -571,7 +573,7 @@ TEST_CASE("nonsense is refused with its reason, and never reaches the journal") 
   CHECK(OutputOf("status --port " + station.daemon.Plc().substr(station.daemon.Plc().find(':') + 1))
             .find("5 refused") != std::string::npos);
   REQUIRE(station.Probe() == 0);
-  CHECK(station.daemon.Awaits("probes are taken again; 5 refused before"));
+  CHECK(station.daemon.Awaits("probes are accepted again; 5 were refused"));
   REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 2; }));
   CHECK(station.Journal().size() == 2);
 }
@@ -623,7 +625,7 @@ TEST_CASE("two masters in the command window are reported, to both and in the lo
   CHECK(station.daemon.Count("two masters: ") == 1);
 }
 
-TEST_CASE("a probe that comes before the journal is open is answered pending") {
+TEST_CASE("a probe before the journal is open is answered as pending") {
   RunningCell cell(Idle());
   const TemporaryFolder state;
   const std::string file = state.path() + "/journal.sqlite";
@@ -661,7 +663,7 @@ TEST_CASE("an edited cell file is in force, whatever was applied before") {
   std::ofstream(file) << "# a comment\n\n" << text;
   daemon.Signal(SIGHUP);
   REQUIRE(Eventually([&] { return daemon.Count(" reloaded") == 2; }));
-  CHECK(plc.Read(400, 20).Word(1) == 2);  // it means the same: what was applied stays
+  CHECK(plc.Read(400, 20).Word(1) == 2);  // same meaning: the applied model stays
   CHECK((plc.Read(14, 1).Word(0) & warning::kModelSetAside) == 0);
 
   std::ofstream(file) << WithLine(text, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
@@ -680,11 +682,11 @@ TEST_CASE("an edited cell file is in force, whatever was applied before") {
   CHECK(aside());  // from the first answer on
   CHECK(again.Awaits("model version 2 is set aside: "));
   REQUIRE(Plumbline("model apply 3 --state " + state.path() + " 2> /dev/null") == 0);
-  CHECK(Eventually([&] { return !aside(); }));  // the declared one, confirmed
+  CHECK(Eventually([&] { return !aside(); }));  // the declared version is confirmed
   CHECK(plc_again.Read(400, 20).Word(1) == 3);
 }
 
-TEST_CASE("a state of the model store that is lost stops no daemon at work, and starts none") {
+TEST_CASE("a lost state of the model store does not stop a running daemon, but prevents a start") {
   RunningCell cell(Idle());
   const TemporaryFolder state;
   const std::string config = WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "",
@@ -701,7 +703,7 @@ TEST_CASE("a state of the model store that is lost stops no daemon at work, and 
     daemon.Signal(SIGHUP);
     INFO(daemon.Log());
     CHECK(daemon.Awaits("Configuration not reloaded; the previous one stays in force"));
-    CHECK(daemon.Says("state.json: is empty, so that nobody knows which model was in force"));
+    CHECK(daemon.Says("state.json: is empty, so it is unknown which model was in force"));
     CHECK(plc.Read(400, 20).Word(1) == 2);
     CHECK(Eventually([&] { return (plc.Read(2000, 20).Word(1) & 1) != 0; }));
     CHECK(Plumbline("check " + daemon.ConfigFile()) == 1);
@@ -765,7 +767,7 @@ TEST_CASE("a model comes into force between two cycles: no point is withdrawn, n
   CHECK(station.daemon.Count("robot link up") == links);
 }
 
-TEST_CASE("`model apply` says where the configured points go, at the load in question") {
+TEST_CASE("`model apply` prints how far the configured points move, at the relevant loads") {
   struct Case {
     const char* name;
     const char* source;  ///< of [payload]
@@ -816,7 +818,8 @@ TEST_CASE("`model apply` says where the configured points go, at the load in que
     const std::array<Vec3, 2> before{command(0), command(1)};
     REQUIRE(Plumbline("model apply 2" + where + " 2> /dev/null") == 0);
     REQUIRE(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 2; }));
-    // A point that is valid from now on is the new model's; until then its numbers mean nothing.
+    // A point that is valid from now on belongs to the new model; before, its numbers are
+    // meaningless.
     REQUIRE(Eventually([&] { return valid(0) && valid(1); }));
     const double true_mm =
         std::max((command(0) - before[0]).norm(), (command(1) - before[1]).norm());
@@ -831,7 +834,7 @@ TEST_CASE("two daemons do not share a journal") {
   const std::string config =
       WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory", "\"" + state.path() + "\"");
   DaemonProcess first(config);
-  REQUIRE(first.Awaits("PLC side on"));
+  REQUIRE(first.Awaits("PLC server on"));
   DaemonProcess second(config);
   CHECK(second.Wait() == 2);
   CHECK(second.Says(state.path() + ": another plumblined (process "));

@@ -14,7 +14,7 @@ using namespace plumbline::test;
 
 namespace {
 
-/// A configuration in a folder of its own, with that model applied in place of its cell file.
+/// A configuration in its own folder, with a model applied in place of its cell file.
 struct Applied {
   TemporaryFolder folder;
   std::string file = folder.path() + "/plumbline.toml";
@@ -46,12 +46,12 @@ TEST_CASE("base and tip of an applied model are those of its last session") {
   CHECK((cell.tool.tcp_F - Vec3(0, 0.0005, 0.901)).norm() < 1e-12);
 }
 
-TEST_CASE("a daemon at work keeps its state directory, and the model that is applied there") {
+TEST_CASE("a running daemon keeps its state directory, and the model applied there") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"), "",
                                           "state_directory", "\"elsewhere\"");
-  const auto in_force = ReadConfigInForce(applied.file, applied.faults, DaemonAtWork{state});
+  const auto in_force = ReadConfigInForce(applied.file, applied.faults, RunningDaemon{state});
   REQUIRE(in_force);
   CHECK(in_force->config.state_directory == state);
   CHECK(in_force->asked_state_directory == applied.folder.path() + "/elsewhere");
@@ -67,7 +67,7 @@ bool Warns(const FaultList& faults, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("a daemon with many points checks the postures of some, once") {
+TEST_CASE("with many points only some postures are checked, once") {
   Applied applied("\n# version 2\n");
   std::string text = DemoConfig("127.0.0.1:502", "universal-robots-fine");
   for (int id = 100; id < 130; ++id) {
@@ -84,7 +84,7 @@ TEST_CASE("a daemon with many points checks the postures of some, once") {
   CHECK(told.find("points were checked;", at + 40) == std::string::npos);
 }
 
-TEST_CASE("what is not known of the declared version keeps the applied one in force") {
+TEST_CASE("an unreadable declared version leaves the applied one in force") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   std::filesystem::remove(state + "/models/0001.toml");
@@ -92,10 +92,11 @@ TEST_CASE("what is not known of the declared version keeps the applied one in fo
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   CHECK(in_force->set_aside.empty());
-  CHECK(Warns(applied.faults, "version 1, the declared one, cannot be read"));
+  CHECK(Warns(applied.faults, "the declared version 1 cannot be read"));
 }
 
-TEST_CASE("a cell file of another meaning sets the applied model aside, one of another text not") {
+TEST_CASE(
+    "only a changed meaning of the cell file sets the applied model aside, not a changed text") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const std::string cell_file = applied.folder.path() + "/cell.toml";
@@ -157,7 +158,7 @@ TEST_CASE("an applied model that was changed after its fit is reported, with its
   }
 }
 
-TEST_CASE("a label of the cell file needs no new model") {
+TEST_CASE("a changed label in the cell file needs no new model") {
   Applied applied("\n# version 2\n");
   const std::string cell_file = applied.folder.path() + "/cell.toml";
   std::ofstream(cell_file) << WithLine(applied.cell, "robot", "name", "\"our arm\"");
@@ -169,7 +170,7 @@ TEST_CASE("a label of the cell file needs no new model") {
   CHECK(in_force->config.machine.cell.robot.name == "our arm");
 }
 
-TEST_CASE("a state of the store that cannot be read is never replaced by the cell file") {
+TEST_CASE("if the store's state cannot be read, the cell file is never used in its place") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const std::string file = state + "/models/state.json";
@@ -184,7 +185,7 @@ TEST_CASE("a state of the store that cannot be read is never replaced by the cel
     const std::string text = FaultsText(*faults);
     INFO(text);
     CHECK(faults->HasFaults());
-    CHECK(text.find("nobody knows which model was in force") != std::string::npos);
+    CHECK(text.find("it is unknown which model was in force") != std::string::npos);
     CHECK(text.find("`plumbline model apply N --state " + state + "`") != std::string::npos);
   }
   REQUIRE(ModelStore::Open(state).value().Apply(2).ok());
@@ -194,20 +195,20 @@ TEST_CASE("a state of the store that cannot be read is never replaced by the cel
   CHECK(in_force->models.applied == 2);
 }
 
-TEST_CASE("a store that cannot be had or written is no reason to stop correcting") {
+TEST_CASE("correction continues without a usable or writable store") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const std::string models = state + "/models";
-  SECTION("no store, and none can be made") {
+  SECTION("no store, and none can be created") {
     std::filesystem::remove_all(models);
     std::ofstream(models) << "a file in the way";
     const auto in_force = ReadConfigInForce(applied.file, applied.faults);
     REQUIRE(in_force);
     CHECK(in_force->models == ModelState{});
     CHECK(in_force->set_aside.empty());
-    CHECK(Warns(applied.faults, "models are not kept"));
+    CHECK(Warns(applied.faults, "models are not stored"));
   }
-  // As a disk that is full or read-only: the lock file cannot be opened for writing.
+  // As on a full or read-only disk, the lock file cannot be opened for writing.
   const auto forbid_writing = [&models] {
     std::filesystem::remove(models + "/lock");
     std::filesystem::create_directory(models + "/lock");
@@ -219,7 +220,7 @@ TEST_CASE("a store that cannot be had or written is no reason to stop correcting
     CHECK(in_force->models.applied == 2);
     CHECK_FALSE(applied.faults.HasFaults());
   }
-  SECTION("an edit that cannot be noted: the cell file, and it is told") {
+  SECTION("an edit that cannot be recorded: the cell file is in force, with a warning") {
     const std::string cell_file = applied.folder.path() + "/cell.toml";
     std::ofstream(cell_file) << WithLine(applied.cell, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
     std::ofstream(applied.file) << WithLine(DemoConfig("127.0.0.1:502", "universal-robots-fine"),
@@ -229,49 +230,49 @@ TEST_CASE("a store that cannot be had or written is no reason to stop correcting
     REQUIRE(in_force);
     CHECK(in_force->config.machine.cell.robot.X_WB.p.z() == Approx(1.5e-3));
     CHECK_THAT(in_force->set_aside, Catch::Contains("model version 2 is set aside") &&
-                                        Catch::Contains("could not be noted"));
+                                        Catch::Contains("could not be recorded"));
     CHECK(Warns(applied.faults, "the model store cannot be written"));
   }
 }
 
-TEST_CASE("a store that cannot be opened and may hold a model: the reload keeps what is in force") {
+TEST_CASE("a reload changes nothing if the store cannot be opened and may hold a model") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const std::string models = state + "/models";
-  // For root, too, no folder can be reached through a link to itself.
+  // A link to itself cannot be followed, even by root.
   std::filesystem::rename(models, models + ".kept");
   std::filesystem::create_symlink("models", models);
   const std::string unknown = "whether a model was applied is not known: " + models;
   FaultList of_reload;
-  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, DaemonAtWork{state}));
+  CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, RunningDaemon{state}));
   const std::string text = FaultsText(of_reload);
   INFO(text);
   CHECK(of_reload.HasFaults());
   CHECK_THAT(text, Catch::Contains(unknown) &&
-                       Catch::Contains("The cell file is not taken in its place. Make " + models));
+                       Catch::Contains("The cell file is not used in its place. Make " + models));
 
   FaultList of_start;
   const auto started = ReadConfigInForce(applied.file, of_start);
   REQUIRE(started);
   CHECK(started->models == ModelState{});
   CHECK_THAT(started->set_aside, Catch::Contains(unknown) && Catch::Contains("then reload"));
-  CHECK(Warns(of_start, "models are not kept"));
+  CHECK(Warns(of_start, "models are not stored"));
 
   std::filesystem::remove(models);
   std::filesystem::rename(models + ".kept", models);
   FaultList now;
-  const auto in_force = ReadConfigInForce(applied.file, now, DaemonAtWork{state});
+  const auto in_force = ReadConfigInForce(applied.file, now, RunningDaemon{state});
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   CHECK(in_force->set_aside.empty());
 }
 
-TEST_CASE("a store whose file system is gone does not put the cell file in force at a reload") {
+TEST_CASE("a reload does not put the cell file in force if the store's file system is unmounted") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const auto started = ReadConfigInForce(applied.file, applied.faults);
   REQUIRE(started);
-  const DaemonAtWork at_work{state, started->models};
+  const RunningDaemon at_work{state, started->models};
   std::filesystem::rename(state + "/models", state + "/models.kept");
   FaultList gone;
   CHECK_FALSE(ReadConfigInForce(applied.file, gone, at_work));
@@ -336,7 +337,7 @@ TEST_CASE("a lost store is reported even if it cannot be written; a fresh direct
   std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
   FaultList faults;
   SECTION("lost") {
-    std::filesystem::create_directories(state + "/models/lock");  // nobody can lock it
+    std::filesystem::create_directories(state + "/models/lock");  // cannot be locked
     std::ofstream(state + "/configuration") << file << '\n';
     const auto started = ReadConfigInForce(file, faults);
     REQUIRE(started);
@@ -348,18 +349,19 @@ TEST_CASE("a lost store is reported even if it cannot be written; a fresh direct
     REQUIRE(started);
     CHECK(started->set_aside.empty());
     CHECK_FALSE(started->models.set_aside);
-    // The daemon notes its configuration once it has started; the next start finds version 1.
+    // The daemon records its configuration path once it has started; the next start finds
+    // version 1.
     std::ofstream(state + "/configuration") << file << '\n';
     CHECK(ReadConfigInForce(file, faults)->set_aside.empty());
   }
 }
 
-TEST_CASE("in a directory that another daemon owns nothing is noted") {
+TEST_CASE("nothing is recorded in a directory that another daemon owns") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const auto as_of_disk = [&state] { return FileText(state + "/models/state.json"); };
   const std::string before = as_of_disk();
-  const DaemonAtWork second{state, {}, false};
+  const RunningDaemon second{state, {}, false};
   FaultList same_cell;
   const auto same = ReadConfigInForce(applied.file, same_cell, second);
   REQUIRE(same);
@@ -381,10 +383,10 @@ TEST_CASE("in a directory that another daemon owns nothing is noted") {
   std::ofstream(applied.file) << text + "\n[loop]\nenabled = true\n";
   FaultList loop;
   CHECK_FALSE(ReadConfigInForce(applied.file, loop, second));
-  CHECK_THAT(FaultsText(loop), Catch::Contains("[loop] cannot be turned on here"));
+  CHECK_THAT(FaultsText(loop), Catch::Contains("[loop] cannot be enabled here"));
 }
 
-TEST_CASE("a cell file that is not noted yet and cannot be leaves the applied model in force") {
+TEST_CASE("an unrecorded cell file that cannot be recorded leaves the applied model in force") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/plumbline.toml";
   const std::string state = folder.path() + "/state";
@@ -404,11 +406,11 @@ TEST_CASE("a cell file that is not noted yet and cannot be leaves the applied mo
   REQUIRE(in_force);
   CHECK(in_force->models == ModelState{0, 1, 0, {1}});
   CHECK(in_force->set_aside.empty());
-  CHECK(Warns(faults, "the cell file cannot be noted in the model store"));
+  CHECK(Warns(faults, "the cell file cannot be recorded in the model store"));
   CHECK(Warns(faults, "Version 1 stays in force"));
 }
 
-TEST_CASE("an applied model that the daemon cannot follow is named by its own file") {
+TEST_CASE("an applied model that the daemon cannot use is reported with its own file") {
   Applied applied(
       "\n[[effect]]\nid = \"approach_lag\"\nparameters = [ { name = \"q1\", value = 0.001 } ]\n");
   const std::string state = applied.folder.path() + "/state";
@@ -421,7 +423,7 @@ TEST_CASE("an applied model that the daemon cannot follow is named by its own fi
   CHECK(text.find("cockpit-cell.toml") == std::string::npos);
 }
 
-TEST_CASE("an applied model that cannot be used is named, by check as by the daemon") {
+TEST_CASE("an unusable applied model is reported by `check` as by the daemon") {
   Applied applied("\n# version 2\n");
   const std::string state = applied.folder.path() + "/state";
   const std::string file = state + "/models/0002.toml";

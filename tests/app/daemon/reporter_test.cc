@@ -31,7 +31,7 @@ struct Desk {
 }  // namespace
 
 TEST_CASE("a point's radius is logged with its basis") {
-  const auto told = [](RadiusBasis basis) {
+  const auto logged = [](RadiusBasis basis) {
     Desk desk;
     desk.snapshot.input_fault = InputFault::kOk;
     desk.snapshot.points[0].code = CorrectionCode::kOk;
@@ -40,11 +40,11 @@ TEST_CASE("a point's radius is logged with its basis") {
     desk.snapshot.points[0].correction.basis = basis;
     return desk.Observe().back();
   };
-  CHECK_THAT(told(RadiusBasis::kAssumed), Catch::EndsWith("±2.00 mm (95 %, assumed)"));
-  CHECK_THAT(told(RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
+  CHECK_THAT(logged(RadiusBasis::kAssumed), Catch::EndsWith("±2.00 mm (95 %, assumed)"));
+  CHECK_THAT(logged(RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
 }
 
-TEST_CASE("each transition is told once") {
+TEST_CASE("each transition is logged once") {
   Desk desk;
   CHECK(desk.Observe() == std::vector<std::string>{"robot link up"});
   CHECK(desk.Observe().empty());
@@ -62,32 +62,32 @@ TEST_CASE("each transition is told once") {
   CHECK(desk.Observe() == std::vector<std::string>{"robot link restored after 4.0 s"});
 }
 
-TEST_CASE("a robot link that stays away for another reason is told, once that reason lasts") {
+TEST_CASE("a new reason for a lost robot link is logged once it has persisted") {
   Desk desk;
   desk.Observe();
   desk.link.connected = false;
   desk.link.problem.Assign("no answer in time");
   CHECK(desk.Observe().size() == 1);
   desk.link.problem.Assign("connection refused");
-  for (int look = 0; look < 20; ++look) CHECK(desk.Observe().empty());  // a second
+  for (int k = 0; k < 20; ++k) CHECK(desk.Observe().empty());  // a second
   desk.link.problem.Assign("no answer in time");
-  for (int look = 0; look < 80; ++look) CHECK(desk.Observe().empty());
+  for (int k = 0; k < 80; ++k) CHECK(desk.Observe().empty());
   desk.link.problem.Assign("connection refused");
-  std::vector<std::string> told;
-  for (int look = 0; look < 200; ++look) {
-    for (const std::string& line : desk.Observe()) told.push_back(line);
+  std::vector<std::string> logged;
+  for (int k = 0; k < 200; ++k) {
+    for (const std::string& line : desk.Observe()) logged.push_back(line);
   }
-  CHECK(told == std::vector<std::string>{
-                    "robot link lost: connection refused (before: no answer in time)"});
-  desk.link.problem.Assign("no answer in time");  // two that take turns are told once each
-  for (int look = 0; look < 200; ++look) CHECK(desk.Observe().empty());
+  CHECK(logged == std::vector<std::string>{
+                      "robot link lost: connection refused (before: no answer in time)"});
+  desk.link.problem.Assign("no answer in time");  // alternating reasons are logged once each
+  for (int k = 0; k < 200; ++k) CHECK(desk.Observe().empty());
   desk.link.connected = true;
   CHECK(desk.Observe().size() == 1);
   desk.link.connected = false;  // another outage
   CHECK(desk.Observe() == std::vector<std::string>{"robot link lost: no answer in time"});
 }
 
-TEST_CASE("an emergency stop is released when the controller says so, not when its link drops") {
+TEST_CASE("an emergency stop ends when the controller reports so, not when its link drops") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
   desk.snapshot.alarms = alarm::kEmergencyStop;
@@ -101,28 +101,29 @@ TEST_CASE("an emergency stop is released when the controller says so, not when i
   CHECK(desk.Observe().front() == "the emergency stop is released");
 }
 
-TEST_CASE("a fault between two looks is not missed") {
+TEST_CASE("a fault between two observations is not missed") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
   desk.Observe();
   CHECK(desk.Observe(alarm::kRobotImplausible) ==
-        std::vector<std::string>{"robot input was not trusted for some cycles"});
+        std::vector<std::string>{"robot input was not trusted for a few cycles"});
 }
 
-TEST_CASE("the boot counter counts, and survives nonsense in its file") {
+TEST_CASE("the boot counter counts, and tolerates an invalid file") {
   test::TemporaryFolder folder;
   const std::string state = folder.path() + "/state";
   for (const std::uint16_t start : std::initializer_list<std::uint16_t>{1, 2}) {
     CHECK(NextBootCount(state) == start);
     CHECK(NextBootCount(state) == start);  // a start that failed does not count
-    CHECK(KeepBootCount(state, start).ok());
+    CHECK(StoreBootCount(state, start).ok());
   }
   std::ofstream(state + "/boot_count") << "nonsense";
   CHECK(NextBootCount(state) == 1);
-  CHECK_FALSE(KeepBootCount("/proc/no/such/folder", 1).ok());
+  CHECK_FALSE(StoreBootCount("/proc/no/such/folder", 1).ok());
 }
 
-TEST_CASE("refused probes are told once a reason, with a remedy, and when they are taken again") {
+TEST_CASE(
+    "refused probes are logged once per reason, with a remedy, and when they are accepted again") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
   desk.Observe();
@@ -136,19 +137,19 @@ TEST_CASE("refused probes are told once a reason, with a remedy, and when they a
     return lines.empty() ? std::string() : lines.front();
   };
   CHECK_THAT(refuse(ProbeFault::kZero, Vec3::Zero()),
-             Catch::StartsWith("probe refused, and not in the journal: it is 0, 0, 0"));
+             Catch::StartsWith("probe refused and not recorded: it is 0, 0, 0"));
   CHECK(refuse(ProbeFault::kZero, Vec3::Zero()).empty());
   CHECK_THAT(refuse(ProbeFault::kInMetres, Vec3(1.2e-3, -4e-4, 9e-4)),
-             Catch::Contains("(1.2, -0.4, 0.9) mm") && Catch::Contains("given in metres?"));
+             Catch::Contains("(1.2, -0.4, 0.9) mm") && Catch::Contains("is it given in metres?"));
   CHECK_THAT(refuse(ProbeFault::kBeyondReach, Vec3::Constant(2147483.647)),
-             Catch::Contains("farther from the base than the 4.90 m that arm and tool reach"));
+             Catch::Contains("farther from the base than the 4.90 m reach of arm and tool"));
   CHECK_THAT(refuse(ProbeFault::kRobotMoving, Vec3(1, 0, 1)), Catch::Contains("the robot moved"));
   probes.fault = ProbeFault::kNone;
-  CHECK(desk.Observe() == std::vector<std::string>{"probes are taken again; 5 refused before"});
+  CHECK(desk.Observe() == std::vector<std::string>{"probes are accepted again; 5 were refused"});
   CHECK(desk.Observe().empty());
 }
 
-TEST_CASE("another robot link is reported anew, a refused probe of before is not") {
+TEST_CASE("a replaced robot link is reported again, an earlier refused probe is not") {
   const bool link_kept = GENERATE(false, true);
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
@@ -158,18 +159,18 @@ TEST_CASE("another robot link is reported anew, a refused probe of before is not
   desk.link.changes = desk.link.push_changes = 1;
   REQUIRE(desk.Observe().size() > 3);
   REQUIRE(desk.Observe().empty());
-  if (!link_kept) desk.link.changes = desk.link.push_changes = 0;  // it counts its own
+  if (!link_kept) desk.link.changes = desk.link.push_changes = 0;  // a new link has its own counts
   desk.reporter.Configure({{8, "right"}}, link_kept);
   std::vector<std::string> expected = {"robot link up", "robot input trusted"};
   if (link_kept) expected.clear();
   expected.emplace_back("point 8 (right) has no correction: out of reach");
   CHECK(desk.Observe() == expected);
   desk.snapshot.probes.fault = ProbeFault::kNone;
-  CHECK(desk.Observe() == std::vector<std::string>{"probes are taken again; 3 refused before"});
+  CHECK(desk.Observe() == std::vector<std::string>{"probes are accepted again; 3 were refused"});
 }
 
 TEST_CASE(
-    "that there is one master again is told; that there are two is told with their addresses") {
+    "a single master is reported here; two masters are reported with their addresses elsewhere") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
   desk.Observe();

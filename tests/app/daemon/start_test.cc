@@ -1,4 +1,4 @@
-// The daemon's start and reload where they could take long or fail: many points, hostile files.
+// Start and reload of the daemon in slow and faulty cases: many points, malformed files.
 #include <arpa/inet.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -23,7 +23,7 @@ using virtual_cell::VirtualCellOptions;
 
 namespace {
 
-constexpr int kMany = 80;  // more than the start waits for
+constexpr int kMany = 80;  // more than can be searched during the start
 constexpr std::uint16_t kOk = 0, kNoRobot = 8, kPending = 11;
 
 VirtualCellOptions Idle() {
@@ -70,7 +70,7 @@ Block Read(RegisterClient& plc, int index) {
   return {(words.Word(1) & 1) != 0, words.Word(2)};
 }
 
-/// Connections that say nothing, each begun without waiting for it; the newest `held` stay open.
+/// Silent connections, opened without waiting; the newest `held` stay open.
 class Flood {
  public:
   Flood(const std::string& plc, std::size_t held)
@@ -85,7 +85,7 @@ class Flood {
     for (int k = 0; k < count; ++k) {
       const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
       if (fd < 0) continue;
-      const linger reset{.l_onoff = 1, .l_linger = 0};  // no ports left waiting
+      const linger reset{.l_onoff = 1, .l_linger = 0};  // leaves no ports in TIME_WAIT
       setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
       sockaddr_in address{};
       address.sin_family = AF_INET;
@@ -130,7 +130,7 @@ TEST_CASE("many points are served at once, and become valid as their branches ar
   for (int k = 0; k < kMany; ++k) CHECK(Read(plc, k).code == kOk);
 }
 
-TEST_CASE("while a reload searches the branches of many points, the daemon listens to signals") {
+TEST_CASE("while a reload searches the branches of many points, the daemon responds to signals") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
   DaemonProcess daemon(WithPoints(cell.robot(), 2));
@@ -142,14 +142,14 @@ TEST_CASE("while a reload searches the branches of many points, the daemon liste
     CHECK(daemon.Awaits("plumbline.toml reloaded"));
     CHECK(Eventually([&] { return Read(plc, kMany - 1).valid; }));
   }
-  SECTION("it ends at once") {
+  SECTION("it stops at once") {
     daemon.Write(WithPoints(cell.robot(), 1000));
     daemon.Signal(SIGHUP);
     daemon.Signal(SIGTERM);
     CHECK(daemon.Wait() == 0);
     CHECK_FALSE(daemon.Says("plumbline.toml reloaded"));
   }
-  SECTION("a newer file takes its place") {
+  SECTION("a newer file replaces it") {
     daemon.Write(WithPoints(cell.robot(), 1000));
     daemon.Signal(SIGHUP);
     daemon.Write(WithPoints(cell.robot(), 3));
@@ -183,7 +183,7 @@ TEST_CASE("a truncated file removes no points on reload; starting without points
   CHECK(plc.Read(24, 2).Word(0) == static_cast<int>(plumbline::HealthSeverity::kNotice));
 }
 
-TEST_CASE("a file nested without end is a fault with its line; the running daemon goes on") {
+TEST_CASE("a too deeply nested file is a fault with its line; the running daemon continues") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
   const std::string good = PatientConfig(cell.robot(), "generic");
@@ -221,7 +221,7 @@ TEST_CASE(
   CHECK_FALSE(daemon.Says("robot link lost"));
 }
 
-TEST_CASE("clients never take the descriptor that the robot's link needs to come back") {
+TEST_CASE("clients never use up the descriptor that the robot link needs to reconnect") {
   RunningCell cell(Idle());
   REQUIRE(cell.Tell("payload 60") == "ok");
   DaemonProcess daemon(DemoConfig(cell.robot(), "generic"), std::nullopt, [] {
@@ -245,7 +245,7 @@ TEST_CASE("clients never take the descriptor that the robot's link needs to come
   CHECK(Eventually([&] { return Read(plc, 0).valid; }));
 }
 
-TEST_CASE("the configuration is taken with --config and without") {
+TEST_CASE("the configuration can be given with --config and without") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/faulty.toml", log = folder.path() + "/log";
   std::ofstream(file) << "schema = 1\nno_such_key = 3\n";

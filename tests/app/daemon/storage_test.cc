@@ -1,5 +1,5 @@
-// A state directory that cannot be written: full, read-only. A file system of its own, in a mount
-// namespace of the daemon's.
+// State directories that cannot be written: full, read-only. Uses a separate file system in the
+// daemon's mount namespace.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sched.h>
@@ -31,7 +31,7 @@ constexpr std::uint16_t kStorageWarning = 1 << 14;
 constexpr int kStorageCode = 19;
 constexpr const char* kBallast = "/ballast";
 
-/// The calling process sees a small file system at `folder`, which nobody else sees.
+/// Mounts a small file system at `folder`, visible only to the calling process.
 bool MountSmall(const std::string& folder) {
   return unshare(CLONE_NEWNS) == 0 &&
          mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
@@ -46,7 +46,7 @@ void FillUp(const std::string& folder) {
   close(fd);
 }
 
-/// Leaves room for bytes, and none for another file.
+/// Uses up all inodes, but not all bytes.
 void UseUpInodes(const std::string& folder) {
   std::filesystem::create_directory(folder + kBallast);
   for (int k = 0; k < 1000; ++k) {
@@ -82,7 +82,7 @@ struct Station {
   RegisterClient plc;
   std::uint16_t sequence = 10;
 
-  /// @param prepare  done in the daemon's namespace before it starts
+  /// @param prepare  runs in the daemon's namespace before it starts
   explicit Station(const std::function<void(const std::string& folder)>& prepare)
       : daemon(WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "", "state_directory",
                         "\"" + mount_point.path() + "\"") +
@@ -103,7 +103,7 @@ struct Station {
   bool Warned() { return (plc.Read(14, 1).Word(0) & kStorageWarning) != 0; }
   bool PointValid() { return (plc.Read(2000, 20).Word(1) & 1) != 0; }
 
-  /// A probe of the tip as predicted. @return its result code
+  /// Submits the predicted tip as a probe. @return  its result code
   int Probe() {
     std::vector<std::uint16_t> words = {6, 0};
     const auto reported = plc.Read(318, 6);  // the unloaded tip, which is near enough
@@ -122,15 +122,15 @@ struct Station {
 
 }  // namespace
 
-TEST_CASE("what keeps a directory from being written is told with what to do") {
+TEST_CASE("the reason why a directory cannot be written includes a remedy") {
   const TemporaryFolder folder;
-  CHECK_FALSE(WhyNotStorable(folder.path() + "/made/on/the/way"));
-  const auto no_folder = WhyNotStorable("/proc/none");
+  CHECK_FALSE(StorageFault(folder.path() + "/made/on/the/way"));
+  const auto no_folder = StorageFault("/proc/none");
   REQUIRE(no_folder);
   CHECK_THAT(*no_folder, Catch::StartsWith("/proc/none: ") && Catch::Contains("; "));
 }
 
-TEST_CASE("a start on a full disk serves the points, refuses probes, and goes on by itself") {
+TEST_CASE("a start on a full disk serves the points, refuses probes, and recovers by itself") {
   if (!MayMount()) return;
   Station station(FillUp);
   INFO(station.daemon.Log());
@@ -147,12 +147,12 @@ TEST_CASE("a start on a full disk serves the points, refuses probes, and goes on
   CHECK(station.Probe() == 0);
   CHECK(station.PointValid());
   CHECK(FileText(station.Inside("/boot_count")) == "1\n");
-  // Models are kept again, too: the cell file is version 1.
+  // Models are stored again, too: the cell file is version 1.
   CHECK(Eventually([&] { return station.plc.Read(400, 20).Word(1) == 1; }));
   CHECK(std::filesystem::exists(station.Inside("/view.socket")));
 }
 
-TEST_CASE("a start on a read-only disk serves the points, and goes on once it is not") {
+TEST_CASE("a start on a read-only disk serves the points, and recovers once it is writable") {
   if (!MayMount()) return;
   Station station([](const std::string& folder) {
     if (mount("small", folder.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, nullptr) != 0) _exit(124);

@@ -95,7 +95,7 @@ TEST_CASE("rows come back as they were written, absent values absent") {
   CHECK(*journal.value().JointCount() == 6);
 }
 
-TEST_CASE("filters choose rows") {
+TEST_CASE("filters select rows") {
   const TemporaryFolder folder;
   auto journal = Journal::Open(folder.path() + "/journal.sqlite");
   REQUIRE(journal.ok());
@@ -117,7 +117,7 @@ TEST_CASE("filters choose rows") {
   CHECK(ids({.after_id = 16, .model_version = 1}) == std::vector<std::int64_t>{17, 19});
 }
 
-TEST_CASE("what is no journal is refused and stays as it was") {
+TEST_CASE("a file that is not a journal is refused and left unchanged") {
   const TemporaryFolder folder;
   const auto content = [](const std::string& path) {
     std::ifstream file(path, std::ios::binary);
@@ -137,7 +137,7 @@ TEST_CASE("what is no journal is refused and stays as it was") {
        "not a database; restore it from the backup, or move it away to start a new one"},
       {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 6"); }, "newer"},
       {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
-       "no plumbline journal"},
+       "not a plumbline journal"},
   };
   for (const Case& c : cases) {
     CAPTURE(c.name);
@@ -154,7 +154,7 @@ TEST_CASE("what is no journal is refused and stays as it was") {
   CHECK_FALSE(Journal::Open(folder.path() + "/no/folder").ok());
 }
 
-TEST_CASE("a journal that another program holds is not to be moved away") {
+TEST_CASE("the error for a locked journal does not suggest moving it away") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   auto other = Database::Open(path, Database::Mode::kWrite);
@@ -162,11 +162,11 @@ TEST_CASE("a journal that another program holds is not to be moved away") {
   REQUIRE(other.value().Run("CREATE TABLE t (a); BEGIN EXCLUSIVE"));
   const auto journal = Journal::OpenForReading(path);
   REQUIRE_FALSE(journal.ok());
-  CHECK_THAT(journal.error(), Catch::Contains("another program writes to it: wait for it"));
+  CHECK_THAT(journal.error(), Catch::Contains("another program is writing to it: wait"));
   CHECK_THAT(journal.error(), !Catch::Contains("move it away"));
 }
 
-TEST_CASE("rows of another arm are named, not misread") {
+TEST_CASE("rows of another arm are reported, not misread") {
   const TemporaryFolder folder;
   auto journal = Journal::Open(folder.path() + "/journal.sqlite");
   REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
@@ -190,12 +190,12 @@ TEST_CASE("two writers do not lose rows") {
   CHECK(*Journal::Open(path).value().Count() == 200);
 }
 
-TEST_CASE("a process killed while it writes loses nothing that it had reported") {
+TEST_CASE("a process killed while it writes loses nothing that it had acknowledged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   std::mt19937 random(5);
   std::int64_t reported = 0;
-  // As long as some writings of this disk take, whatever else it does.
+  // As long as several writes take on this disk.
   const auto began = std::chrono::steady_clock::now();
   {
     auto journal = Journal::Open(path);
@@ -208,7 +208,7 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
   const auto longest_us = std::clamp<std::int64_t>(
       2 * ((std::chrono::steady_clock::now() - began) / std::chrono::microseconds(1)), 30'000,
       500'000);
-  // Forty times, and further where the disk let few be written.
+  // Forty times, or more often on a slow disk.
   for (int round = 0; round < 40 || (reported <= 100 && round < 400); ++round) {
     int ends[2];
     REQUIRE(pipe(ends) == 0);
@@ -218,7 +218,7 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
       auto journal = Journal::Open(path);
       if (!journal) _exit(1);
       for (int i = 0;; ++i) {
-        // Pairs: half of one would be seen.
+        // Pairs, so that half a transaction would be detected.
         const auto last = journal.value().Append({FullRow(i), FullRow(i)}, Joints());
         if (!last) _exit(2);
         const std::int64_t id = *last;
@@ -231,7 +231,7 @@ TEST_CASE("a process killed while it writes loses nothing that it had reported")
     kill(writer, SIGKILL);
     int status = 0;
     waitpid(writer, &status, 0);
-    CHECK(WIFSIGNALED(status));  // it did not end by a fault of its own
+    CHECK(WIFSIGNALED(status));  // it was killed, and did not fail
     std::int64_t id = 0;
     while (read(ends[0], &id, sizeof id) == sizeof id) reported = id;
     close(ends[0]);
@@ -282,19 +282,19 @@ TEST_CASE("exported rows read as the measured.csv they came from") {
   }
 }
 
-TEST_CASE("t_s is exported as it stands in the journal, whatever the wall clock did") {
+TEST_CASE("t_s is exported as it is in the journal, whatever the wall clock did") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3)};
   rows[1].unix_ms = 0;
   FaultList faults;
   const auto back = TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults);
   REQUIRE(back);
   for (std::size_t i = 0; i < 3; ++i) CHECK(back->rows[i].t_s == rows[i].t_s);
-  rows[1].t_s.reset();  // never made up from another clock
+  rows[1].t_s.reset();  // never derived from another clock
   CHECK_FALSE(
       TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults)->recorded.time);
 }
 
-TEST_CASE("probes and imported rows count time from different moments: together none is told") {
+TEST_CASE("probes and imported rows count time from different origins: together t_s is left out") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2)};
   rows[1].source = JournalRow::Source::kImport;
   const ExportedCsv mixed = CsvFromJournal(rows, Joints());
@@ -304,7 +304,7 @@ TEST_CASE("probes and imported rows count time from different moments: together 
   CHECK(CsvFromJournal(rows, Joints()).text.find("t_s") != std::string::npos);
 }
 
-TEST_CASE("the step of the joint registers goes with a row where it matters") {
+TEST_CASE("the resolution of the joint registers is stored with a row if it matters") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2)};
   CHECK(CsvFromJournal(rows, Joints()).text.find("q_step_deg") == std::string::npos);
   rows[1].q_step_rad = 1e-3;
@@ -316,7 +316,7 @@ TEST_CASE("the step of the joint registers goes with a row where it matters") {
   CHECK(back->rows[1].q_step_rad == Approx(1e-3).epsilon(1e-6));
 }
 
-TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clock of its probes") {
+TEST_CASE("a journal of schema 1, which counted from the boot, is converted to wall-clock time") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/journal.sqlite";
   {
@@ -352,18 +352,18 @@ TEST_CASE("a journal of schema 1, which counted from the boot, gets the wall clo
   CHECK(*(*rows)[0].t_s == Approx(0.5));
   CHECK(*(*rows)[1].t_s == Approx(60.5));
   CHECK((*rows)[1].session == "c");
-  CHECK(*(*rows)[2].t_s == 137);  // imported: its own
-  CHECK(**journal.value().LastProbe_s() == Approx(60.5));
+  CHECK(*(*rows)[2].t_s == 137);  // imported: unchanged
+  CHECK(**journal.value().LastProbeTime_s() == Approx(60.5));
 }
 
-TEST_CASE("a journal that cannot be read tells that, not zero") {
+TEST_CASE("a journal that cannot be read is an error, not zero") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/journal.sqlite";
   auto journal = Journal::Open(file);
   REQUIRE(journal.ok());
   CHECK(*journal.value().LastRow() == 0);
   CHECK(*journal.value().JointCount() == 0);
-  CHECK_FALSE(journal.value().LastProbe_s()->has_value());
+  CHECK_FALSE(journal.value().LastProbeTime_s()->has_value());
   CHECK_FALSE(journal.value().LastRestart()->has_value());
   REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
   CHECK(*journal.value().LastRow() == 1);
@@ -378,7 +378,7 @@ TEST_CASE("a journal that cannot be read tells that, not zero") {
   CHECK_FALSE(journal.value().LastRow().ok());
   CHECK_FALSE(journal.value().Count().ok());
   CHECK_FALSE(journal.value().JointCount().ok());
-  CHECK_FALSE(journal.value().LastProbe_s().ok());
+  CHECK_FALSE(journal.value().LastProbeTime_s().ok());
   CHECK_FALSE(journal.value().LastRestart().ok());
   CHECK_FALSE(journal.value().LastModel().ok());
   CHECK_FALSE(journal.value().ImportedAs(1).ok());
@@ -390,7 +390,7 @@ TEST_CASE("a journal that cannot be read tells that, not zero") {
   CHECK_FALSE(Journal::Open(file).ok());
 }
 
-TEST_CASE("few rows that lack a column are left out; where many lack it, the column is") {
+TEST_CASE("few rows that lack a column are left out; if many lack it, the column is") {
   std::vector<JournalRow> rows;
   for (int i = 1; i <= 97; ++i) {
     rows.push_back(FullRow(i));
@@ -412,9 +412,9 @@ TEST_CASE("few rows that lack a column are left out; where many lack it, the col
   CHECK(few.ids.size() == 96);
   CHECK(few.ids.back() == 96);
   REQUIRE(few.notes.size() == 1);
-  CHECK(few.notes[0] == "row 97: left out, it has no t_s, qd1_deg_s.., temp_C as the others do");
+  CHECK(few.notes[0] == "row 97: left out, it has no t_s, qd1_deg_s.., temp_C, unlike the others");
 
-  // A tenth of all, and a tenth of the newest fifty, which may be what an alarm came from.
+  // A tenth of all, and a tenth of the newest fifty, which may have raised an alarm.
   struct Case {
     std::size_t first, last;
   };
@@ -445,10 +445,11 @@ TEST_CASE("one probe among many imported rows is left out, not the time of all")
   CHECK(exported.ids.size() == 59);
   CHECK_THAT(exported.text.substr(0, 40), Catch::Contains("t_s"));
   REQUIRE(exported.notes.size() == 1);
-  CHECK(exported.notes[0] == "row 30: left out, it has no t_s of the same clock as the others do");
+  CHECK(exported.notes[0] ==
+        "row 30: left out, it has no t_s of the same clock, unlike the others");
 }
 
-TEST_CASE("a journal of schema 2 keeps its rows, and takes probes by camera") {
+TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/journal.sqlite";
   {
@@ -484,7 +485,7 @@ TEST_CASE("a journal of schema 2 keeps its rows, and takes probes by camera") {
   CHECK(((*rows)[1].covariance_W.value() - *row.covariance_W).norm() < 1e-18);
 }
 
-TEST_CASE("what only some rows have is left out and told, never zero") {
+TEST_CASE("values that only some rows have are left out with a note, never zero") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3), FullRow(4)};
   rows[1].temp_C.reset();
   rows[2].qd.resize(0);
@@ -500,7 +501,7 @@ TEST_CASE("what only some rows have is left out and told, never zero") {
                         Catch::Contains("no position"));
 }
 
-TEST_CASE("what waits in quarantine, or was rejected, is no measurement; what is accepted is one") {
+TEST_CASE("quarantined and rejected rows are not measurements; accepted ones are") {
   const TemporaryFolder folder;
   auto opened = Journal::Open(folder.path() + "/journal.sqlite");
   REQUIRE(opened);
@@ -536,11 +537,11 @@ TEST_CASE("what waits in quarantine, or was rejected, is no measurement; what is
   CHECK(ids(Rows::kMeasurements) == Ids{1, 2, 3, 5});  // in its place in time
   CHECK(ids(Rows::kWaiting).empty());
   CHECK(*journal.LastDecision() > before);
-  REQUIRE(journal.Decide({2}, false, 1800000000001));  // the person has thought again
+  REQUIRE(journal.Decide({2}, false, 1800000000001));  // the person has changed the decision
   CHECK(ids(Rows::kMeasurements) == Ids{1, 3, 5});
 }
 
-TEST_CASE("a link in the place of the journal is not followed; a linked folder is") {
+TEST_CASE("a symbolic link in place of the journal is not followed; a linked folder is") {
   const TemporaryFolder folder;
   const std::string real = folder.path() + "/real", linked = folder.path() + "/linked";
   std::filesystem::create_directory(real);

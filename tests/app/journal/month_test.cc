@@ -1,5 +1,4 @@
-// A month of probes: how large the journal becomes, what bounds it, and that its monitor keeps
-// quiet.
+// A month of probes: size of the journal, its limit, and no false alarms of the drift monitor.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <random>
@@ -22,7 +21,7 @@ JournalRow ProbeAt(int number, std::mt19937& random) {
   row.unix_ms = 1'795'260'000'000 + 60'000LL * number;
   row.t_s = 60.0 * number;
   row.session = "1";
-  row.command = static_cast<std::uint16_t>(number);  // turns over within the month
+  row.command = static_cast<std::uint16_t>(number);  // wraps around within the month
   row.q = JointVector::LinSpaced(6, -1, 1) * (1 + 1e-3 * (number % 16));
   row.tau = 100 * row.q;
   row.payload_kg = 60.25;
@@ -61,14 +60,15 @@ TEST_CASE(
   CHECK_FALSE(monitor.alarm());
   CHECK(*journal.value().Count() == kDays * kPerDay);
   const auto bytes = BytesIn(folder.path());
-  CHECK(bytes < 500 * kDays * kPerDay + 5'000'000);  // 500 a probe, and the write-ahead log
+  CHECK(bytes <
+        500 * kDays * kPerDay + 5'000'000);  // 500 bytes per probe, plus the write-ahead log
   const auto newest = journal.value().Read({.last = 10}, joints);
   REQUIRE(newest);
   CHECK((*newest)[9].id == kDays * kPerDay);
   CHECK(*(*newest)[9].t_s == 60.0 * (kDays * kPerDay - 1));
 }
 
-TEST_CASE("a journal grows up to its bound; then probes are refused, and nothing is lost") {
+TEST_CASE("a journal grows to its limit; then probes are refused, and nothing is lost") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   constexpr std::int64_t kBound = 1'000'000;
@@ -89,13 +89,13 @@ TEST_CASE("a journal grows up to its bound; then probes are refused, and nothing
         why = last.error();
       }
     }
-    CHECK_THAT(why, Catch::Contains("it has the 1 MB that journal_mb allows") &&
+    CHECK_THAT(why, Catch::Contains("the journal has reached the 1 MB that journal_mb allows") &&
                         Catch::Contains("plumbline journal export"));
     CHECK(kept > 1000);
     CHECK(*journal.value().Count() == kept);
   }
   CHECK(BytesIn(folder.path()) <= static_cast<std::uintmax_t>(kBound));
-  auto smaller = Journal::Open(path, kBound / 10);  // it is larger already: it stays, and is read
+  auto smaller = Journal::Open(path, kBound / 10);  // larger already: it stays readable
   REQUIRE(smaller);
   CHECK(*smaller.value().Count() == kept);
   CHECK_FALSE(smaller.value().Append(std::vector(100, ProbeAt(0, random)), joints));

@@ -1,4 +1,4 @@
-// Journals of every released schema, with the code of today: nothing is lost.
+// Journals of every released schema, read by the present code: nothing is lost.
 #include "tests/app/released.h"
 
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ using Source = JournalRow::Source;
 
 namespace {
 
-/// Of the arm that the dumps are of.
+/// Joints of the arm in the dumps.
 std::vector<Joint> TwoJoints() {
   std::vector<Joint> joints(2);
   joints[1].type = JointType::kPrismatic;
@@ -27,7 +27,7 @@ void CheckProbe(const JournalRow& row, int schema) {
   CHECK(row.id == 1);
   CHECK(row.source == Source::kPlc);
   CHECK(row.unix_ms == 1763710200123);
-  // Schema 1 counted from the computer's start, which is told by the wall clock now.
+  // Schema 1 counted from the machine's boot; converted by the wall clock.
   CHECK(*row.t_s == Approx(schema == 1 ? 0.123 : 12.125).margin(1e-6));
   CHECK(row.session == "left station");
   CHECK(row.command == 17);
@@ -61,8 +61,9 @@ void CheckMarkedProbe(const JournalRow& row, int schema) {
 void CheckImported(const JournalRow& row) {
   CHECK(row.source == Source::kImport);
   CHECK_FALSE(row.unix_ms);
-  CHECK(row.t_s == 137.5);                      // its own clock
-  CHECK(row.session == "calib boot 00000001");  // and its own name, whatever it looks like
+  CHECK(row.t_s == 137.5);  // its own clock
+  CHECK(row.session ==
+        "calib boot 00000001");  // and its own name, even if it resembles a boot mark
   CHECK_FALSE(row.command);
   CHECK(row.qd[1] == Approx(0.0625));
   CHECK(row.qdd[0] == Approx(-22.625 * kRadPerDeg));
@@ -95,7 +96,7 @@ void CheckQuarantined(Journal& journal, int schema) {
 
 }  // namespace
 
-TEST_CASE("a journal of every released schema opens, loses nothing, and goes on") {
+TEST_CASE("a journal of every released schema opens, loses nothing, and works") {
   for (int schema = 1; schema <= kJournalSchema; ++schema) {
     CAPTURE(schema);
     const TemporaryFolder folder;
@@ -107,7 +108,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and goes on"
       const auto early = Journal::OpenForReading(path);
       CHECK(early.ok() == (schema == kJournalSchema));
       if (!early) CHECK_THAT(early.error(), Catch::Contains("written by an older plumbline"));
-      CHECK(FileText(path) == before);  // who only reads converts nothing
+      CHECK(FileText(path) == before);  // opening for reading converts nothing
     }
     double epoch_s = 0;
     for (int opening = 1; opening <= 2; ++opening) {
@@ -142,7 +143,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and goes on"
   }
 }
 
-TEST_CASE("a journal of a newer version is refused with what to do, and left as it is") {
+TEST_CASE("a journal of a newer version is refused with a remedy, and left unchanged") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   WriteReleased("journal", kJournalSchema, path);

@@ -10,7 +10,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("each event has its entry, at its place, with a name and an id of its own") {
+TEST_CASE("every event has an entry, in order, with a unique name and id") {
   const auto entries = EventCatalogue();
   REQUIRE(entries.size() == static_cast<std::size_t>(Event::kCount));
   std::set<std::string> names, ids;
@@ -26,21 +26,21 @@ TEST_CASE("each event has its entry, at its place, with a name and an id of its 
   CHECK(FindEvent("robot-link") == nullptr);
 }
 
-TEST_CASE("whatever is wrong has a remedy") {
+TEST_CASE("every error has a remedy") {
   for (const EventEntry& entry : EventCatalogue()) {
     INFO(entry.name);
     if (entry.level == LogLevel::kError) CHECK(*entry.remedy != '\0');
   }
 }
 
-TEST_CASE("the manual's tables are those of the catalogue") {
+TEST_CASE("the manual's tables agree with the catalogue") {
   std::ifstream file("MANUAL.md");
   std::stringstream manual;
   manual << file.rdbuf();
   CHECK(manual.str().find(EventTables()) != std::string::npos);
 }
 
-TEST_CASE("the catalogue for journalctl has each id once, with what to do") {
+TEST_CASE("the catalogue for journalctl has every id once, with its remedy") {
   const std::string text = JournalCatalogue();
   for (const EventEntry& entry : EventCatalogue()) {
     INFO(entry.name);

@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// Debian's systemd-journal-remote makes journal files of entries in the export format.
+/// Debian's systemd-journal-remote, which converts the export format to journal files.
 constexpr const char* kJournalRemote = "/lib/systemd/systemd-journal-remote";
 
 std::string Exported(double utc_s, const LogEntry& entry, const char* program) {
@@ -26,12 +26,12 @@ std::string Exported(double utc_s, const LogEntry& entry, const char* program) {
   text << "__REALTIME_TIMESTAMP=" << static_cast<long long>(1e6 * utc_s) << '\n'
        << "__MONOTONIC_TIMESTAMP=" << static_cast<long long>(1e6 * (utc_s - 1.79e9)) << '\n'
        << "_BOOT_ID=4f0e7f4d1b0f4f4fa8a0b3a0d6f1c2e3\n";
-  // The entries of the export format are what journald takes by its socket.
+  // The export format has the same entries as journald's native protocol.
   text << JournalDatagram(JournalFields(entry, {"ur10", 2}, program)) << '\n';
   return text.str();
 }
 
-/// Whether the folder now holds a journal of these entries.
+/// Writes a journal with these entries into the folder. @return whether that succeeded
 bool MakeJournal(const std::string& folder, const std::string& exported) {
   if (access(kJournalRemote, X_OK) != 0) return false;
   std::ofstream(folder + "/entries") << exported;
@@ -58,10 +58,10 @@ std::vector<std::string> Texts(const JournalQuery& query) {
 
 }  // namespace
 
-TEST_CASE("what journald kept is read again, and asked for in parts") {
+TEST_CASE("entries in the journal are read back, and can be filtered") {
   const TemporaryFolder folder;
   if (!MakeJournal(folder.path(), kEntries)) {
-    std::cerr << "SKIPPED: " << kJournalRemote << " is not here, or made no journal\n";
+    std::cerr << "SKIPPED: " << kJournalRemote << " is not installed, or created no journal\n";
     return;
   }
   JournalQuery query;
@@ -77,7 +77,7 @@ TEST_CASE("what journald kept is read again, and asked for in parts") {
     query.since_utc_s = 1790000015;
     CHECK(Texts(query) == Lines{"robot link lost:\nno answer", "interference begins"});
   }
-  SECTION("graver ones, one of them of two lines") {
+  SECTION("severe ones, one of them with two lines") {
     query.level = LogLevel::kError;
     CHECK(Texts(query) == Lines{"robot link lost:\nno answer", "interference begins"});
   }
@@ -98,11 +98,11 @@ TEST_CASE("what journald kept is read again, and asked for in parts") {
     const Answer answer = Shell("log --level error --explain --directory " + folder.path());
     CHECK(answer.exit_code == 0);
     CHECK_THAT(answer.output, Catch::Contains("error    robot link lost:"));
-    CHECK_THAT(answer.output, Catch::Contains("do:  cable, address, controller"));
+    CHECK_THAT(answer.output, Catch::Contains("do:    check cable, address and controller"));
   }
 }
 
-TEST_CASE("a folder that is none is told") {
+TEST_CASE("a missing folder is an error") {
   JournalQuery query;
   query.directory = "/nonexistent";
   const auto reader = JournalReader::Open(query);

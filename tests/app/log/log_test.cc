@@ -30,8 +30,8 @@ TEST_CASE("an entry goes to journald with its fields") {
   CHECK(Has(fields, "PLUMBLINE_CORRECTION_MM=0.530"));
 }
 
-TEST_CASE("what is not known is no field, nor what journald would refuse") {
-  const LogEntry entry{Event::kEnding, "ending", {{"small", "1"}, {"", "2"}, {"A=B", "3"}}};
+TEST_CASE("unknown context and field names that journald would refuse are left out") {
+  const LogEntry entry{Event::kEnding, "stopping", {{"small", "1"}, {"", "2"}, {"A=B", "3"}}};
   const auto fields = JournalFields(entry, {}, "plumblined");
   CHECK(fields.size() == 6);
 }

@@ -42,12 +42,12 @@ ModelState StateOf(const ModelStore& store) {
   return *state;
 }
 
-/// A model whose every byte tells which one it is.
+/// A large model that identifies itself in every byte.
 std::string BigText(int number) {
   return std::string(20000, static_cast<char>('a' + number % 26)) + std::to_string(number);
 }
 
-/// That a version is a BigText: no mixture, no half.
+/// Checks that a version is exactly one BigText, neither mixed nor truncated.
 void CheckWhole(const ModelStore& store, int number) {
   const auto text = store.Text(number);
   REQUIRE(text.ok());
@@ -126,14 +126,14 @@ std::string DemoCell() {
 
 }  // namespace
 
-TEST_CASE("cells are compared by what they mean, and told apart by their keys") {
+TEST_CASE("cells are compared by their values, and differences are listed by key") {
   const std::string cell = DemoCell();
   const auto differences = [&cell](const std::string& other) {
     return CellTextDifferences(cell, other);
   };
   CHECK(differences(cell).empty());
   CHECK(differences("# a comment\n\n" + cell + "\n\n# another\n").empty());
-  // Numbers spelled otherwise, a default left out, other order, a label.
+  // Other number formats, an omitted default, another order, a label.
   CHECK(differences(With(cell, "3.0e-7", "0.0000003")).empty());
   CHECK(differences(With(cell, "theta_offset_deg = 0.0\nsign = -1", "sign = -1")).empty());
   CHECK(differences(With(cell, "alpha_deg = -90.0\nd_mm = 675.0", "d_mm = 675\nalpha_deg = -90"))
@@ -176,7 +176,7 @@ TEST_CASE("each value of a cell counts, in its key and unit") {
   CHECK(CellDifferences(cell, other).empty());
 }
 
-TEST_CASE("an applied model outlasts an edit of the cell file that changes no value") {
+TEST_CASE("an applied model survives an edit of the cell file that changes no value") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
   const std::string cell = DemoCell();
@@ -213,28 +213,28 @@ TEST_CASE("a model set aside stays so, with the reason, until a person applies a
                                    "robot.base_xyz_mm") &&
                        Catch::Contains("`plumbline model apply 2 --state /state`") &&
                        Catch::Contains("`plumbline model apply 4 --state /state` confirms") &&
-                       Catch::Contains("Version 3, which was proposed, waits no longer"));
+                       Catch::Contains("The proposed version 3 was withdrawn"));
 
   SECTION("a further edit: the reason is what changed since the model was in force") {
     REQUIRE(*store.Declare(moved("2.5"), "cell.toml") == 5);
     REQUIRE(aside());
     CHECK(aside()->version == 2);
     CHECK_THAT(aside()->changes[0], Catch::Contains("2.5]"));
-    CHECK(*store.RollBack() == 2);  // past the declared versions, which nobody chose
+    CHECK(*store.RollBack() == 2);  // skips the declared versions, which nobody chose
     CHECK_FALSE(aside());
   }
-  SECTION("the edit taken back: it still waits for a person") {
+  SECTION("the edit is undone: a person still has to decide") {
     REQUIRE(*store.Declare(cell, "cell.toml") == 5);
     REQUIRE(aside());
     CHECK(aside()->changes.empty());
   }
-  SECTION("the model applied all the same") {
+  SECTION("the model is applied anyway") {
     REQUIRE(store.Apply(2).ok());
     CHECK_FALSE(aside());
     CHECK(*store.Declare(moved("1.5"), "cell.toml") == 4);
     CHECK(StateOf(store).applied == 2);
   }
-  SECTION("the cell file confirmed") {
+  SECTION("the cell file is confirmed") {
     REQUIRE(store.Apply(4).ok());
     CHECK_FALSE(aside());
     CHECK(StateOf(store).history == std::vector{1, 2, 4});
@@ -245,7 +245,7 @@ TEST_CASE("a model set aside stays so, with the reason, until a person applies a
   }
 }
 
-TEST_CASE("a version is never written again") {
+TEST_CASE("a version is never modified") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
   REQUIRE(store.Declare("cell 1", "cell.toml").ok());
@@ -254,7 +254,7 @@ TEST_CASE("a version is never written again") {
   CHECK((info.st_mode & 0777) == 0444);
 }
 
-TEST_CASE("a state that cannot be read is no state, and a person can have it written anew") {
+TEST_CASE("an unreadable state is an error, and applying a version writes a new one") {
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/models/state.json";
   ModelStore store = StoreIn(folder);
@@ -272,7 +272,7 @@ TEST_CASE("a state that cannot be read is no state, and a person can have it wri
   const auto state = store.State();
   REQUIRE_FALSE(state.ok());
   CHECK_THAT(state.error(),
-             Catch::Contains(file) && Catch::Contains("nobody knows which model was in force") &&
+             Catch::Contains(file) && Catch::Contains("it is unknown which model was in force") &&
                  Catch::Contains("`plumbline model apply N --state " + folder.path() + "`"));
   CHECK_FALSE(store.Declare("cell 1", "cell.toml").ok());
   CHECK_FALSE(store.Propose("x", {}, "").ok());
@@ -289,7 +289,8 @@ TEST_CASE("a state that cannot be read is no state, and a person can have it wri
   CHECK(StateOf(store).applied == 2);
 }
 
-TEST_CASE("what was applied before any cell file was declared stays in force, and edits are seen") {
+TEST_CASE(
+    "a version applied before any cell file was declared stays in force, and edits are detected") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
   REQUIRE(*store.Propose("cell 1 corrected", {}, "") == 1);
@@ -301,11 +302,11 @@ TEST_CASE("what was applied before any cell file was declared stays in force, an
   CHECK(StateOf(store).set_aside->version == 1);
 }
 
-TEST_CASE("no state is missing where the first version was not completed") {
+TEST_CASE("a state is not missing if the first version was incomplete") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
   CHECK(StateOf(store) == ModelState{});
-  // As a power cut leaves it between the first version's facts and the state.
+  // The state after a power cut between writing the first version's facts and the state.
   REQUIRE(*store.Declare("cell 1", "cell.toml") == 1);
   std::ofstream(folder.path() + "/models/state.json") << JsonFrom(ModelState{});
   CHECK(StateOf(store) == ModelState{});
@@ -313,7 +314,7 @@ TEST_CASE("no state is missing where the first version was not completed") {
   CHECK(StateOf(store) == ModelState{2, 2, 0, {2}});
 }
 
-TEST_CASE("a version that is no whole number is not taken for another one") {
+TEST_CASE("a version that is not an integer is not mistaken for another one") {
   const auto state = [](const std::string& applied, const std::string& before) {
     return ModelStateFromJson("{\"schema\": 1, \"declared\": 1, \"proposed\": 0, \"applied\": " +
                               applied + ", \"history\": [" + before + "]}");
@@ -344,9 +345,9 @@ TEST_CASE("a folder that cannot be listed is not an empty one") {
   SECTION("a file is in its place") {
     std::ofstream(models) << "a file in the way";
   }
-  SECTION("nobody knows what state.json is") {
+  SECTION("state.json is unreadable") {
     std::filesystem::create_symlink("models", models);
-    why = "nobody knows which model was in force";
+    why = "it is unknown which model was in force";
   }
   const auto state = store.State();
   REQUIRE_FALSE(state.ok());
@@ -362,7 +363,7 @@ TEST_CASE("a folder that cannot be listed is not an empty one") {
   CHECK(*store.Text(1) == "cell 1");
 }
 
-TEST_CASE("a model proposed without its report is not half kept") {
+TEST_CASE("a model proposed without its report is not stored partially") {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
   CHECK_FALSE(store.Propose("cell", {}, folder.path() + "/no-report.html").ok());
@@ -372,7 +373,7 @@ TEST_CASE("a model proposed without its report is not half kept") {
 
 namespace {
 
-/// Writes to the store without end; every third time what was applied is rolled back.
+/// Writes to the store endlessly; every third version is rolled back.
 [[noreturn]] void WriteUntilKilled(const std::string& folder, unsigned seed, int begun) {
   auto store = ModelStore::Open(folder);
   std::mt19937 random(seed);
@@ -384,7 +385,7 @@ namespace {
   }
 }
 
-/// What a proposal and its application take on this disk.
+/// Duration of a proposal and its application on this disk.
 std::chrono::microseconds TimeOfOneChange() {
   const TemporaryFolder folder;
   ModelStore store = StoreIn(folder);
@@ -401,13 +402,14 @@ std::chrono::microseconds TimeOfOneChange() {
 }  // namespace
 
 TEST_CASE("killed at any moment, the store holds the state before or after") {
-  constexpr int kFolders = 20, kKillsEach = 10;  // few in each: every version is read every time
+  constexpr int kFolders = 20,
+                kKillsEach = 10;  // few in each, because every version is read every time
   const int longest_us = static_cast<int>(4 * TimeOfOneChange().count());
   const auto enough = std::chrono::steady_clock::now() + std::chrono::minutes(1);
   int kills = 0;
   std::mt19937 random(3);
   int changed = 0;
-  // Fewer on a disk that takes long.
+  // Fewer on a slow disk.
   for (int round = 0; round < kFolders && (round < 5 || std::chrono::steady_clock::now() < enough);
        ++round) {
     const TemporaryFolder folder;
@@ -445,7 +447,7 @@ TEST_CASE("killed at any moment, the store holds the state before or after") {
         if (version.number > last_before) CheckWhole(store, version.number);
       }
       changed += state.applied != before.applied ? 1 : 0;
-      // It goes on working, also over what was left.
+      // The store still works, also with what was left behind.
       const auto next = store.Propose(BigText(1), {}, "");
       REQUIRE(next.ok());
       CHECK(*store.Text(*next) == BigText(1));
@@ -458,7 +460,7 @@ TEST_CASE("killed at any moment, the store holds the state before or after") {
   CHECK(changed > kills / 10);  // a kill before any change proves little
 }
 
-TEST_CASE("links in the place of state files are not followed") {
+TEST_CASE("symbolic links in place of state files are not followed") {
   const TemporaryFolder folder;
   const std::string victim = folder.path() + "/victim";
   std::ofstream(victim) << "precious";
@@ -467,7 +469,7 @@ TEST_CASE("links in the place of state files are not followed") {
   };
   link("/daemon.pid");
   bool taken = true;
-  CHECK_FALSE(AnnounceDaemon(folder.path(), &taken));
+  CHECK_FALSE(LockStateDirectory(folder.path(), &taken));
   CHECK_FALSE(taken);
   auto store = ModelStore::Open(folder.path());
   REQUIRE(store);
@@ -479,13 +481,14 @@ TEST_CASE("links in the place of state files are not followed") {
   CHECK(test::FileText(victim) == "precious");
 }
 
-TEST_CASE("a cell file that is known takes no lock: a read-only disk changes no model in force") {
+TEST_CASE(
+    "a recorded cell file needs no lock: a read-only disk does not change the model in force") {
   const TemporaryFolder folder;
   auto store = ModelStore::Open(folder.path());
   REQUIRE(store);
   REQUIRE(*store.value().Declare("a = 1\n", "cell.toml") == 1);
   std::filesystem::remove(folder.path() + "/models/lock");
-  std::filesystem::create_directory(folder.path() + "/models/lock");  // nobody can lock it
+  std::filesystem::create_directory(folder.path() + "/models/lock");  // cannot be locked
   const auto again = store.value().Declare("a = 1\n", "cell.toml");
   REQUIRE(again);
   CHECK(*again == 1);
@@ -506,7 +509,7 @@ TEST_CASE("writers wait for each other") {
   CHECK(StoreIn(folder).Versions()->size() == 50);
 }
 
-TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") {
+TEST_CASE("the daemon of a directory is found while it runs, and not afterwards") {
   const TemporaryFolder folder;
   CHECK(*NotifyDaemon(folder.path()) == Notified::kNoDaemon);
   int ends[2];
@@ -514,7 +517,7 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   const pid_t daemon = fork();
   if (daemon == 0) {
     signal(SIGHUP, [](int) { _exit(42); });
-    const auto lock = AnnounceDaemon(folder.path());
+    const auto lock = LockStateDirectory(folder.path());
     const char ready = lock ? 'y' : 'n';
     if (write(ends[1], &ready, 1) != 1) _exit(1);
     for (;;) pause();
@@ -522,7 +525,7 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
   char ready = 0;
   REQUIRE(read(ends[0], &ready, 1) == 1);
   CHECK(ready == 'y');
-  const auto second = AnnounceDaemon(folder.path());
+  const auto second = LockStateDirectory(folder.path());
   REQUIRE_FALSE(second.ok());
   CHECK(second.error() == fmt::format("another plumblined (process {}) uses it", daemon));
   CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
@@ -536,7 +539,7 @@ TEST_CASE("the daemon of a folder is found while it lives, and not afterwards") 
 
 namespace {
 
-/// A child that ends with `code` at SIGHUP; where asked it announces itself as the daemon first.
+/// A child that exits with `code` on SIGHUP; optionally it first locks the directory as the daemon.
 pid_t Listener(const std::string& state, bool announces, int code) {
   int ends[2];
   REQUIRE(pipe(ends) == 0);
@@ -545,8 +548,8 @@ pid_t Listener(const std::string& state, bool announces, int code) {
     static int at_hangup = 0;
     at_hangup = code;
     signal(SIGHUP, [](int) { _exit(at_hangup); });
-    std::optional<Result<DaemonMark>> mark;
-    if (announces) mark.emplace(AnnounceDaemon(state));
+    std::optional<Result<StateDirectoryLock>> mark;
+    if (announces) mark.emplace(LockStateDirectory(state));
     const char ready = !mark || mark->ok() ? 'y' : 'n';
     if (write(ends[1], &ready, 1) != 1) _exit(1);
     for (;;) pause();
@@ -561,43 +564,43 @@ pid_t Listener(const std::string& state, bool announces, int code) {
 
 }  // namespace
 
-TEST_CASE("the holder of the lock is told, whoever's number stands in the file") {
+TEST_CASE("the holder of the lock is notified, whatever process id is in the file") {
   const TemporaryFolder folder;
   const pid_t daemon = Listener(folder.path(), true, 42);
   const pid_t stranger = Listener(folder.path(), false, 7);
-  // As between lock and write: the number of a former daemon, by now somebody else's.
+  // As between locking and writing: the id of a previous daemon, by now another process.
   std::ofstream(folder.path() + "/daemon.pid") << stranger << '\n';
   CHECK(*NotifyDaemon(folder.path()) == Notified::kYes);
   int status = 0;
   REQUIRE(waitpid(daemon, &status, 0) == daemon);
   CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 42));
-  CHECK(*NotifyDaemon(folder.path()) == Notified::kNoDaemon);  // the number still stands there
+  CHECK(*NotifyDaemon(folder.path()) == Notified::kNoDaemon);  // the id is still in the file
   CHECK(waitpid(stranger, &status, WNOHANG) == 0);
   kill(stranger, SIGKILL);
   REQUIRE(waitpid(stranger, &status, 0) == stranger);
   CHECK(WIFSIGNALED(status));  // it got no SIGHUP before
 }
 
-TEST_CASE("asking for a daemon never keeps one from starting, and its number goes with it") {
+TEST_CASE("querying for a daemon never prevents a start, and the id is removed at its end") {
   const TemporaryFolder folder;
-  REQUIRE(AnnounceDaemon(folder.path()).ok());
+  REQUIRE(LockStateDirectory(folder.path()).ok());
   const auto former = signal(SIGHUP, SIG_IGN);
   const pid_t asker = fork();
   if (asker == 0) {
     for (;;) static_cast<void>(NotifyDaemon(folder.path()).ok());
   }
   int refused = 0;
-  for (int i = 0; i < 5000; ++i) refused += AnnounceDaemon(folder.path()).ok() ? 0 : 1;
+  for (int i = 0; i < 5000; ++i) refused += LockStateDirectory(folder.path()).ok() ? 0 : 1;
   CHECK(refused == 0);
   kill(asker, SIGKILL);
   waitpid(asker, nullptr, 0);
   signal(SIGHUP, former);
   CHECK(std::filesystem::file_size(folder.path() + "/daemon.pid") == 0);
   {
-    const auto mark = AnnounceDaemon(folder.path());
+    const auto mark = LockStateDirectory(folder.path());
     REQUIRE(mark.ok());
     pid_t told = 0;
-    // By another process: closing the file in this one would free the lock.
+    // In another process: closing the file in this one would release the lock.
     const std::string copy = "cp " + folder.path() + "/daemon.pid " + folder.path() + "/copy";
     REQUIRE(system(copy.c_str()) == 0);
     std::ifstream(folder.path() + "/copy") >> told;
@@ -606,7 +609,7 @@ TEST_CASE("asking for a daemon never keeps one from starting, and its number goe
   CHECK(std::filesystem::file_size(folder.path() + "/daemon.pid") == 0);
 }
 
-TEST_CASE("what the diagnosis answers is read, and nonsense is refused") {
+TEST_CASE("the diagnosis result is read, and invalid results are refused") {
   const auto facts = ModelFactsFromDiagnosis(R"({"schema": 1, "verdict": "explained",
     "effects": [{"id": "joint_compliance", "scope": ["q2"]}], "rivals": [],
     "rms_mm": {"before": 8.64, "after": 0.09, "before_held_out": 8.7, "after_held_out": 0.1}})");
@@ -670,7 +673,7 @@ MachineConfig ConfigOf(const CellModel& cell) {
   return config;
 }
 
-/// As a machine has it, by the corrector itself.
+/// As in a machine, by the corrector itself.
 double MoveOf(const AssemblyPoint& point, double payload_kg, const CellModel& before,
               const CellModel& after, const CorrectionLimits& limits) {
   std::array<Correction, 2> corrections;
@@ -688,7 +691,7 @@ double MoveOf(const AssemblyPoint& point, double payload_kg, const CellModel& be
 
 }  // namespace
 
-TEST_CASE("a model's change is told at the configured points, with the configured loads") {
+TEST_CASE("the change of a model is reported at the configured points, with the configured loads") {
   const CellModel before = test::HeavyArm();
   CellModel after = before;
   after.robot.joints[1].compliance_rad_per_Nm = 2e-6;
@@ -728,7 +731,7 @@ TEST_CASE("a model's change is told at the configured points, with the configure
     CHECK(moves.all[1].payload_kg == 80);
     CHECK(moves.all[2].payload_kg == 120);
   }
-  SECTION("a load that the robot reports is not known here, and that is told") {
+  SECTION("a load that the robot reports is not known here, and a note says so") {
     const PointMoves unknown = MovesOfPoints(config, before, after, 0);
     CHECK(unknown.all[0].payload_kg == 0);
     REQUIRE(unknown.notes.size() == 1);
@@ -739,7 +742,7 @@ TEST_CASE("a model's change is told at the configured points, with the configure
     REQUIRE(fitted.all.size() == 7);
     CHECK(fitted.all[1].payload_kg == 60);
     CHECK(fitted.all[2].payload_kg == 75);
-    CellModel elsewhere = after;  // a reported load has its centre where the robot says
+    CellModel elsewhere = after;  // the robot reports the centre of mass, too
     elsewhere.payload_cog_F = Vec3(0, 0, 1.3);
     CellModel before_elsewhere = before;
     before_elsewhere.payload_cog_F = elsewhere.payload_cog_F;
@@ -748,7 +751,7 @@ TEST_CASE("a model's change is told at the configured points, with the configure
               .margin(1e-9));
     CHECK_THAT(fitted.notes[0], Catch::Contains("each of 0, 60, 75 kg"));
   }
-  SECTION("a step is reported before each point with each load, also where there is no answer") {
+  SECTION("the progress callback is called for each point and load, even without a solution") {
     config.payload.source = PayloadPolicy::Source::kTable;
     config.payload.table = {{1, 10, std::nullopt}, {2, 80, std::nullopt}};
     config.points[0].X_WP.p = Vec3(100, 0, 0);  // out of reach: searched thoroughly
@@ -757,7 +760,7 @@ TEST_CASE("a model's change is told at the configured points, with the configure
     CHECK(moves.all.size() == 5);
     CHECK(steps == 5);
   }
-  SECTION("a point that a model cannot correct is named, not left out") {
+  SECTION("a point that a model cannot correct is listed, not left out") {
     config.payload.source = PayloadPolicy::Source::kFixed;
     after.payload_cog_F.reset();
     config.payload.fixed.mass_kg = 60;
@@ -767,7 +770,7 @@ TEST_CASE("a model's change is told at the configured points, with the configure
                Catch::Contains("point 1 (point 1) at 60 kg has no correction then: ") &&
                    Catch::Contains("is not known: none can be compared"));
   }
-  SECTION("a point without its posture is told") {
+  SECTION("a point without its posture is noted") {
     config.points[2].near_q.reset();
     config.payload.source = PayloadPolicy::Source::kFixed;
     CHECK_THAT(MovesOfPoints(config, before, after, 0).notes.at(0),
@@ -775,16 +778,16 @@ TEST_CASE("a model's change is told at the configured points, with the configure
   }
 }
 
-TEST_CASE("the configuration of a daemon is noted by its whole path") {
+TEST_CASE("the configuration of a daemon is recorded with its absolute path") {
   const TemporaryFolder folder;
   CHECK_FALSE(NotedConfiguration(folder.path()));
-  REQUIRE(NoteConfiguration(folder.path(), "here/plumbline.toml").ok());
+  REQUIRE(RecordConfigurationPath(folder.path(), "here/plumbline.toml").ok());
   CHECK(NotedConfiguration(folder.path()) ==
         std::filesystem::current_path().string() + "/here/plumbline.toml");
-  CHECK_FALSE(NoteConfiguration(folder.path() + "/absent", "plumbline.toml").ok());
+  CHECK_FALSE(RecordConfigurationPath(folder.path() + "/absent", "plumbline.toml").ok());
 }
 
-TEST_CASE("a model that reads what a point does not tell is refused, with the reason") {
+TEST_CASE("a model that depends on signals unknown for a point is refused, with the reason") {
   CellModel cell = plumbline::test::HeavyArm();
   const auto why = [&cell](const WrittenEffect& effect) {
     cell.effects = {effect};

@@ -1,4 +1,4 @@
-// A model store as the first version left it, with the code of today.
+// Model stores of released versions, read by the present code.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -30,7 +30,7 @@ void WriteOver(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a model store of every released schema opens, loses nothing, and goes on") {
+TEST_CASE("a model store of every released schema opens, loses nothing, and works") {
   for (int schema = 1; schema <= kModelSchema; ++schema) {
     const TemporaryFolder folder;
     ModelStore store = Released(folder, schema);
@@ -55,7 +55,7 @@ TEST_CASE("a model store of every released schema opens, loses nothing, and goes
     CHECK((*versions)[0].facts.origin == ModelFacts::Origin::kDeclared);
     CHECK((*versions)[2].facts.origin == ModelFacts::Origin::kManual);
     CHECK_FALSE((*versions)[2].facts.rms_before_mm);
-    // Still the same cell file: nothing new is declared, and what was applied stays in force.
+    // The same cell file: no new version is declared, and the applied one stays in force.
     CHECK(*store.Declare("schema = 1\n# the cell as declared\n", "cell.toml") == 1);
     CHECK(store.State()->applied == 2);
     CHECK(*store.RollBack() == 1);
@@ -63,7 +63,7 @@ TEST_CASE("a model store of every released schema opens, loses nothing, and goes
   }
 }
 
-TEST_CASE("a model store of a newer version is refused with what to do, and left as it is") {
+TEST_CASE("a model store of a newer version is refused with a remedy, and left unchanged") {
   const TemporaryFolder folder;
   ModelStore store = Released(folder, kModelSchema);
   const std::string file = folder.path() + "/models/state.json";

@@ -46,7 +46,7 @@ TEST_CASE("labels are escaped, and non-finite numbers formatted") {
 TEST_CASE("metrics of a cell without faults") {
   PageScene scene;
   scene.scene.state.cycle = {3600, 0.0007, 360000, 2, {{359900, 98}, 4.5}};
-  scene.scene.state.cycle.starts.began.back() = 2;
+  scene.scene.state.cycle.starts.counts.back() = 2;
   scene.scene.state.monitoring.recording = true;
   scene.scene.state.monitoring.probes = 12;
   scene.scene.state.monitoring.residual_m = Vec3(1e-4, -2e-4, 3e-4);

@@ -124,7 +124,7 @@ TEST_CASE("without a token the page is served to this computer only") {
   options.config.port = port;
   const auto taken = Page::Start(options, scene.shown, nullptr);
   REQUIRE_FALSE(taken);
-  CHECK_THAT(taken.error(), Contains("another program holds the port"));
+  CHECK_THAT(taken.error(), Contains("another program uses the port"));
 }
 
 TEST_CASE("a socket from the service manager keeps listening after the page has ended") {

@@ -10,12 +10,12 @@
 #include <iostream>
 
 #include "app/config/toml_reader.h"
-#include "app/table/measured_point_of.h"
+#include "app/table/measured_point_from_row.h"
 
 namespace plumbline {
 namespace {
 
-/// A turning and a sliding joint.
+/// A revolute and a prismatic joint.
 std::vector<Joint> TwoJoints() {
   std::vector<Joint> joints(2);
   joints[1].type = JointType::kPrismatic;
@@ -26,7 +26,7 @@ std::optional<MeasuredTable> Read(const std::string& text, FaultList& faults) {
   return TableFromCsv(text, "measured.csv", TwoJoints(), faults);
 }
 
-TEST_CASE("Every column arrives in SI, in any order") {
+TEST_CASE("Every column is converted to SI, in any order") {
   FaultList faults;
   const auto table = Read(
       "z_mm,session,q2_mm,q1_deg,t_s,qd1_deg_s,qd2_mm_s,qdd1_deg_s2,qdd2_mm_s2,tau1_Nm,tau2_N,"
@@ -69,7 +69,7 @@ TEST_CASE("A missing column is not recorded; joints alone are enough") {
   CHECK(table->rows[1].qd.size() == 0);
 }
 
-TEST_CASE("A row as a measured point has what the table recorded and the row holds") {
+TEST_CASE("A measured point has the values that the table recorded and the row contains") {
   FaultList faults;
   const auto whole = Read(
       "q1_deg,q2_mm,qd1_deg_s,qd2_mm_s,tau1_Nm,tau2_N,t_s,payload_kg,temp_C,q_step_deg,x_mm,y_mm,"
@@ -78,7 +78,7 @@ TEST_CASE("A row as a measured point has what the table recorded and the row hol
       "90,250,180,1000,7,8,12.6,0,23.5,0.01,,,,1500\n",
       faults);
   REQUIRE(whole);
-  const MeasuredPoint point = MeasuredPointOf(whole->rows.at(0), whole->recorded);
+  const MeasuredPoint point = MeasuredPointFromRow(whole->rows.at(0), whole->recorded);
   CHECK(point.q[1] == Approx(0.25));
   CHECK(point.qd[0] == Approx(180 * kRadPerDeg));
   CHECK(point.qdd.size() == 0);
@@ -90,11 +90,11 @@ TEST_CASE("A row as a measured point has what the table recorded and the row hol
   CHECK(point.measured_W.value().isApprox(Vec3(0.01, 0.02, 0.03)));
   CHECK(point.range_m.value() == Approx(1.5));
   CHECK_FALSE(point.orientation_W);
-  CHECK_FALSE(MeasuredPointOf(whole->rows.at(1), whole->recorded).measured_W);
+  CHECK_FALSE(MeasuredPointFromRow(whole->rows.at(1), whole->recorded).measured_W);
 
   const auto bare = Read("q1_deg,q2_mm\n90,250\n", faults);
   REQUIRE(bare);
-  const MeasuredPoint joints = MeasuredPointOf(bare->rows.at(0), bare->recorded);
+  const MeasuredPoint joints = MeasuredPointFromRow(bare->rows.at(0), bare->recorded);
   CHECK(joints.q.size() == 2);
   CHECK((joints.qd.size() == 0 && joints.tau.size() == 0));
   CHECK_FALSE((joints.t_s || joints.payload_kg || joints.temp_C || joints.q_step_rad));
@@ -111,7 +111,7 @@ TEST_CASE("A byte-order mark, CRLF and a missing last line end are accepted") {
   CHECK(table->rows[1].temp_C == 6.0);
 }
 
-TEST_CASE("Each fault of a header has its message, and all are told") {
+TEST_CASE("Each fault of a header has its message, and all are reported") {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "measured.csv:1: has no header row\n"},
       {"\r\n1,2\n", "measured.csv:1: has no header row\n"},
@@ -126,18 +126,21 @@ TEST_CASE("Each fault of a header has its message, and all are told") {
       {"q1_deg,q2_mm,q3_deg\n",
        "measured.csv:1 q3_deg: does not fit the cell: it has 2 joints, revolute ones in deg and "
        "Nm, prismatic ones in mm and N\n"},
-      {"q1_deg,q2_mm,q1_deg\n", "measured.csv:1 q1_deg: stands twice\n"},
+      {"q1_deg,q2_mm,q1_deg\n", "measured.csv:1 q1_deg: appears twice\n"},
       {"q1_deg,q2_mm,note,note\n",
-       "measured.csv:1 note: warning: is no column of the format: taken as a further signal\n"
-       "measured.csv:1 note: stands twice\n"
-       "measured.csv:1 note: warning: is no column of the format: taken as a further signal\n"},
+       "measured.csv:1 note: warning: is not a column of the format: treated as an additional "
+       "signal\n"
+       "measured.csv:1 note: appears twice\n"
+       "measured.csv:1 note: warning: is not a column of the format: treated as an additional "
+       "signal\n"},
       {"q1_deg,q2_mm,\x1b[2J,x_mm,z_mm\n",
-       "measured.csv:1 ?[2J: warning: is no column of the format: taken as a further "
+       "measured.csv:1 ?[2J: warning: is not a column of the format: treated as an additional "
        "signal\nmeasured.csv:1 y_mm: missing "
        "column\n"},
       {"q1_deg," + std::string(50, 'z') + "\n",
        "measured.csv:1 " + std::string(40, 'z') +
-           "...: warning: is no column of the format: taken as a further signal\nmeasured.csv:1 "
+           "...: warning: is not a column of the format: treated as an additional "
+           "signal\nmeasured.csv:1 "
            "q2_mm: missing column\n"},
       {"q1_deg,q2_mm,x_mm,z_mm\n", "measured.csv:1 y_mm: missing column\n"},
       {"q1_deg,q2_mm,qd2_mm_s\n", "measured.csv:1 qd1_deg_s: missing column\n"},
@@ -150,22 +153,24 @@ TEST_CASE("Each fault of a header has its message, and all are told") {
   }
 }
 
-TEST_CASE("Columns beyond the format are signals where they hold numbers, and said") {
+TEST_CASE("Unknown columns with numbers become signals, with a warning") {
   FaultList faults;
   const auto table = Read("q1_deg,operator,q2_mm,,air_bar\n1,4,2,x,6.1\n1,Jo,2,x,6.2\n", faults);
   REQUIRE(table);
   CHECK(FaultsText(faults) ==
-        "measured.csv:1 operator: warning: is no column of the format: taken as a further signal\n"
-        "measured.csv:1: warning: a column without name is not used\n"
-        "measured.csv:1 air_bar: warning: is no column of the format: taken as a further signal\n"
-        "measured.csv:3 operator: warning: is no column of the format, and no number here: the "
-        "column is not used\n");
+        "measured.csv:1 operator: warning: is not a column of the format: treated as an additional "
+        "signal\n"
+        "measured.csv:1: warning: a column without a name is ignored\n"
+        "measured.csv:1 air_bar: warning: is not a column of the format: treated as an additional "
+        "signal\n"
+        "measured.csv:3 operator: warning: is not a column of the format, and not a number here: "
+        "the column is ignored\n");
   REQUIRE(table->rows.size() == 2);
   CHECK(table->further == std::vector<std::string>{"air_bar"});
   CHECK(table->rows[1].further == std::vector<double>{6.2});
 }
 
-TEST_CASE("A column that is nearly one of the format is asked about") {
+TEST_CASE("A misspelled column gets a suggestion") {
   const std::pair<const char*, const char*> asked[] = {{"payload_g", "payload_kg"},
                                                        {"paylod_kg", "payload_kg"},
                                                        {"temp_F", "temp_C"},
@@ -181,7 +186,7 @@ TEST_CASE("A column that is nearly one of the format is asked about") {
   CHECK_THAT(FaultsText(faults), !Catch::Contains("did you mean"));
 }
 
-TEST_CASE("Points in metres are asked about") {
+TEST_CASE("Points in metres get a warning") {
   FaultList faults;
   REQUIRE(Read("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,1.2,0.4,0.9\n1,3,1.1,-0.4,2.9\n", faults));
   CHECK(FaultsText(faults) ==
@@ -192,7 +197,7 @@ TEST_CASE("Points in metres are asked about") {
   CHECK(FaultsText(none).empty());
 }
 
-TEST_CASE("A payload that no robot carries is not read, in whatever table") {
+TEST_CASE("A payload that no robot can carry is rejected in every table") {
   FaultList faults;
   const auto table = Read("q1_deg,q2_mm,payload_kg\n1,2,5000\n1,2,60000\n1,2,-1\n", faults);
   REQUIRE(table);
@@ -202,12 +207,12 @@ TEST_CASE("A payload that no robot carries is not read, in whatever table") {
         "measured.csv:4 payload_kg: warning: -1 is outside 0..5000; row not used\n");
 }
 
-TEST_CASE("Each row that cannot be read is named by line and reason, and the others stay") {
+TEST_CASE("Each unreadable row is reported with line and reason, and the others remain") {
   const std::string header = "q1_deg,q2_mm,range_mm,qw,qx,qy,qz\n1,2,3,1,0,0,0\n";
   const std::string last = "4,5,6,1,0,0,0\n";
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"1,2,3,1,0,0", ": warning: has 6 fields, the header 7; row not used\n"},
-      {"1,2,3,1,0,0,0,9", ": warning: has 8 fields, the header 7; row not used\n"},
+      {"1,2,3,1,0,0", ": warning: has 6 fields, but the header has 7; row not used\n"},
+      {"1,2,3,1,0,0,0,9", ": warning: has 8 fields, but the header has 7; row not used\n"},
       {"", ": warning: the line is empty; row not used\n"},
       {"1,,3,1,0,0,0", " q2_mm: warning: is empty; row not used\n"},
       {"abc,2,3,1,0,0,0", " q1_deg: warning: \"abc\" is not a number; row not used\n"},
@@ -232,7 +237,7 @@ TEST_CASE("Each row that cannot be read is named by line and reason, and the oth
   }
 }
 
-TEST_CASE("An empty cell costs that cell, and a row without a point keeps its place") {
+TEST_CASE("An empty cell loses only that cell, and a row without a point counts as a move") {
   FaultList faults;
   const auto table = Read(
       "t_s,q1_deg,q2_mm,qd1_deg_s,qd2_mm_s,payload_kg,temp_C,air_bar,x_mm,y_mm,z_mm\n"
@@ -258,8 +263,8 @@ TEST_CASE("An empty cell costs that cell, and a row without a point keeps its pl
   CHECK(table->breaks.empty());
   const std::string told = FaultsText(faults);
   CHECK_THAT(told, Catch::Contains("measured.csv:4 t_s: warning: is empty in 1 rows (first: line "
-                                   "4): interpolated between the rows around"));
-  CHECK_THAT(told, Catch::Contains("1 stand between different payloads"));
+                                   "4): interpolated from adjacent rows"));
+  CHECK_THAT(told, Catch::Contains("1 are between different payloads"));
 }
 
 TEST_CASE("A column that most rows lack is not recorded") {
@@ -280,7 +285,7 @@ TEST_CASE("Poses are read without their measured points") {
   CHECK(table->rows.size() == 2);
 }
 
-TEST_CASE("Lost lines are noticed by a count of the rows, by a regular clock, by what is unread") {
+TEST_CASE("Lost lines are detected by a row counter, a regular clock, and unreadable rows") {
   const auto rows = [](const std::function<std::string(int)>& line) {
     std::string text;
     for (int i = 0; i < 20; ++i) {
@@ -308,7 +313,7 @@ TEST_CASE("Lost lines are noticed by a count of the rows, by a regular clock, by
           }(),
       faults);
   REQUIRE(twice);
-  CHECK(twice->breaks.empty());  // each line stands twice, and none is missing
+  CHECK(twice->breaks.empty());  // each line is duplicated, and none is missing
   const auto irregular = Read(
       "t_s,q1_deg,q2_mm\n" + rows([](int i) { return fmt::format("{},{},2", i * i, i); }), faults);
   REQUIRE(irregular);
@@ -321,7 +326,7 @@ TEST_CASE("Lost lines are noticed by a count of the rows, by a regular clock, by
   CHECK(unread->unmeasured[0].line == 5);
 }
 
-TEST_CASE("12,000 rows of 8 columns are read whole") {
+TEST_CASE("12,000 rows of 8 columns are read completely") {
   std::string text = "t_s,q1_deg,q2_mm,payload_kg,temp_C,x_mm,y_mm,z_mm\n";
   for (int i = 0; i < 12000; ++i) {
     text += fmt::format("{},{:.5f},{:.5f},40,23.5,{:.5f},2,3\n", i, 0.01 * i, -0.5 * i, 1.5 * i);
@@ -333,7 +338,7 @@ TEST_CASE("12,000 rows of 8 columns are read whole") {
   CHECK(table->rows[11999].p_WT.x() == Approx(17.9985));
 }
 
-TEST_CASE("Every measured table reads whole", "[measured]") {
+TEST_CASE("Every measured table is read completely", "[measured]") {
   const char* given = std::getenv("PLUMBLINE_MEASURED");
   const std::filesystem::path measured = given != nullptr ? given : "../shared/measured";
   if (!std::filesystem::is_directory(measured)) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr uid_t kNobody = 65534;
 
-/// Another user than root for as long as it lives; only root can be another.
+/// Switches to an unprivileged user while it exists; requires root.
 class AsNobody {
  public:
   AsNobody() : is_(geteuid() == 0 && seteuid(kNobody) == 0) {}
@@ -35,7 +35,7 @@ class AsNobody {
 
 }  // namespace
 
-TEST_CASE("what cannot be read: the folder that is missing, or the folder to look into") {
+TEST_CASE("read errors name the missing folder, or the folder to list") {
   const TemporaryFolder folder;
   const std::string at = folder.path();
   CHECK(CannotBeRead(at + "/cells/ur10.toml", std::strerror(ENOENT)) ==
@@ -48,18 +48,18 @@ TEST_CASE("what cannot be read: the folder that is missing, or the folder to loo
   CHECK(CannotBeRead(at, std::strerror(EISDIR)) ==
         "cannot be read: Is a directory; it is a folder: name a file in it");
   std::ofstream(at + "/file") << "x";
-  CHECK(ReadRemedy(at + "/file/cell.toml") == "; " + at + "/file is no folder: check the path");
+  CHECK(ReadRemedy(at + "/file/cell.toml") == "; " + at + "/file is not a folder: check the path");
   CHECK(CannotBeRead(at + "/file", std::strerror(ENOTDIR)) ==
-        "cannot be read: Not a directory; it is no folder: name a folder");
+        "cannot be read: Not a directory; it is not a folder: name a folder");
   CHECK(ReadRemedy(at + "/file").empty());
   std::filesystem::create_symlink("gone.toml", at + "/link");
-  CHECK(ReadRemedy(at + "/link") == "; it is a link to gone.toml, which is not there");
+  CHECK(ReadRemedy(at + "/link") == "; it is a link to gone.toml, which does not exist");
   CHECK(
       CannotBeRead(at + "/file", std::strerror(EIO)) ==
       "cannot be read: Input/output error; the disk or share reports an error: see journalctl -k");
 }
 
-TEST_CASE("what may not be read or written: whose it is, and who must do what") {
+TEST_CASE("permission errors name the owner and how to get access") {
   const TemporaryFolder folder;
   const std::string at = folder.path(), file = at + "/cell.toml";
   std::ofstream(file) << "x";
@@ -99,7 +99,7 @@ TEST_CASE("what may not be read or written: whose it is, and who must do what") 
   }
 }
 
-TEST_CASE("what cannot be written: a folder in its place, a folder that is missing, a full disk") {
+TEST_CASE("write errors: a folder in its place, a missing folder, a full disk") {
   const TemporaryFolder folder;
   CHECK(WriteRemedy(folder.path()) == "; it is a folder: name a file in it");
   CHECK(WriteRemedy(folder.path() + "/out/a.csv") ==
@@ -109,14 +109,14 @@ TEST_CASE("what cannot be written: a folder in its place, a folder that is missi
         "cannot be written: No space left on device; the disk is full: free space (df -h)");
 }
 
-TEST_CASE("a device that cannot be opened: every reason has its remedy") {
+TEST_CASE("every reason why a device cannot be opened has a remedy") {
   CHECK(CannotBeOpened(ENOENT, kSerialLine) ==
         "cannot be opened: No such file or directory; is the adapter plugged in, and is this its "
         "name (ls /dev/serial/by-id)?");
   CHECK(CannotBeOpened(EBUSY, kCameraDevice) ==
         "cannot be opened: Device or resource busy; another program uses it: close that program");
   CHECK(CannotBeOpened(ENOTTY, kSerialLine) ==
-        "cannot be opened: Inappropriate ioctl for device; it is no serial line");
+        "cannot be opened: Inappropriate ioctl for device; it is not a serial line");
   for (const DeviceKind& kind : {kSerialLine, kCameraDevice, kDisplayDevice, kGpioChip}) {
     for (const int error : {ENOENT, ENODEV, ENXIO, EACCES, EPERM, EBUSY, ENOTTY, EIO, EMFILE}) {
       const std::string text = CannotBeOpened(error, kind);

@@ -457,8 +457,8 @@ TEST_CASE("TCP server: each start-up fault has its message", "[modbus][tcp]") {
   const Case cases[] = {
       {{.address = "localhost", .port = 0}, "localhost port 0: neither an IPv4 nor an IPv6"},
       {{.port = 70000}, "port 70000: the port is outside 0..65535"},
-      {{.port = taken.port()}, "another program holds the port"},
-      {{.address = "192.0.2.1", .port = 0}, "no interface of this machine has it"},
+      {{.port = taken.port()}, "another program uses the port"},
+      {{.address = "192.0.2.1", .port = 0}, "no interface of this machine has this address"},
       {{.port = 0, .max_clients = 0}, "max_clients is below 1"},
       {{.port = 0, .allow = {"10.0.0"}}, "allow list: \"10.0.0\" is neither"},
   };

@@ -1,4 +1,4 @@
-// Programs as children, with real processes of the shell.
+// Child processes, tested with real shell processes.
 #include "drivers/os/child_process.h"
 
 #include <fcntl.h>
@@ -33,7 +33,7 @@ ChildProcess Started(const ChildOptions& options) {
   return std::move(child).value();
 }
 
-/// What a script writes to a descriptor that it is handed.
+/// Captures what a script writes to a passed descriptor.
 class Answer {
  public:
   Answer() : file_(memfd_create("answer", MFD_CLOEXEC)) { REQUIRE(file_); }
@@ -53,7 +53,7 @@ bool Exists(pid_t process) {
   return kill(process, 0) == 0;
 }
 
-/// Whether the process is gone soon; a zombie that init has not taken yet counts as gone.
+/// Whether the process ends soon; a zombie that init has not reaped yet counts as ended.
 bool Vanishes(pid_t process) {
   for (int wait = 0; wait < 500 && Exists(process); ++wait) {
     const std::string stat = "/proc/" + std::to_string(process) + "/stat";
@@ -69,7 +69,7 @@ bool Vanishes(pid_t process) {
 
 }  // namespace
 
-TEST_CASE("a child's end is reported once, as its exit code or its signal", "[os]") {
+TEST_CASE("the exit code or signal of a child is reported once", "[os]") {
   ChildProcess good = Started(Shell("exit 0")), bad = Started(Shell("exit 3"));
   ChildProcess killed = Started(Shell("kill -TERM $$"));
   CHECK(good.End(10).ok());
@@ -81,7 +81,7 @@ TEST_CASE("a child's end is reported once, as its exit code or its signal", "[os
   CHECK(end.signal == SIGTERM);
 }
 
-TEST_CASE("nothing is reported while a child runs; it ends with its object", "[os]") {
+TEST_CASE("nothing is reported while a child runs; the destructor kills it", "[os]") {
   pid_t pid = -1;
   {
     ChildProcess child = Started(Shell("exec sleep 60"));
@@ -95,7 +95,7 @@ TEST_CASE("nothing is reported while a child runs; it ends with its object", "[o
   CHECK_FALSE(Exists(pid));
 }
 
-TEST_CASE("a child that obeys a signal ends by it; one that does not is killed in time", "[os]") {
+TEST_CASE("End() waits for a child that handles the signal, and kills one that does not", "[os]") {
   ChildProcess obeys = Started(Shell("trap 'exit 5' TERM; while :; do sleep 0.01; done"));
   ChildProcess ignores = Started(Shell("trap '' TERM; while :; do sleep 0.01; done"));
   SleepSeconds(0.3);
@@ -105,18 +105,18 @@ TEST_CASE("a child that obeys a signal ends by it; one that does not is killed i
   CHECK(MonotonicSeconds() - from_s >= 0.2);
 }
 
-TEST_CASE("a program that cannot be run has an exit code of its own", "[os]") {
+TEST_CASE("a program that cannot be executed has a distinct exit code", "[os]") {
   ChildProcess child = Started({.arguments = {"/nonexistent/program"}});
   CHECK(child.End(10).exit_code == ChildEnd::kNotRun);
 }
 
-TEST_CASE("a child has the descriptors that it is handed, at their numbers, and no other", "[os]") {
+TEST_CASE("a child has the passed descriptors, at their numbers, and no others", "[os]") {
   const Answer answer;
   Descriptor low(open("/dev/zero", O_RDONLY | O_CLOEXEC));
-  // Crosswise: each lies where the other has to be.
+  // Swapped: each has the number that the other must get.
   const Descriptor seven(fcntl(low.get(), F_DUPFD, 7));
   ChildOptions options = Shell("ls -l /proc/self/fd/ | sed -n 's/.* \\([0-9]* -> .*\\)/\\1/p'");
-  const Descriptor not_handed(open("/dev/full", O_RDONLY));  // inherited by a plain exec
+  const Descriptor not_passed(open("/dev/full", O_RDONLY));  // inherited by a plain exec
   options.descriptors = {{STDOUT_FILENO, answer.fd()}, {5, seven.get()}, {seven.get(), low.get()}};
   CHECK(Started(options).End(10).ok());
   const std::string text = answer.Text();
@@ -153,7 +153,7 @@ TEST_CASE("a child starts with its priority, without blocked or ignored signals"
   CHECK(environment == "inherited");
 }
 
-TEST_CASE("a group of its own is ended as a whole", "[os]") {
+TEST_CASE("a process group is killed as a whole", "[os]") {
   const Answer answer;
   ChildOptions options = Shell("sleep 60 & echo $!; wait");
   options.descriptors = {{STDOUT_FILENO, answer.fd()}};
@@ -208,13 +208,13 @@ TEST_CASE("a program is found in PATH, or by its path", "[os]") {
   CHECK(FindProgram("plumbline-no-such-program").empty());
 }
 
-TEST_CASE("a program gets its input whole, and its outputs are gathered apart", "[os]") {
-  const std::string input(1 << 20, 'x');  // more than a pipe holds
+TEST_CASE("a program gets its complete input, and its outputs are collected separately", "[os]") {
+  const std::string input(1 << 20, 'x');  // exceeds the capacity of a pipe
   const auto run = RunProgram({"/bin/sh", "-c", "echo told >&2; cat; exit 4"}, input);
   REQUIRE(run);
   CHECK(run->end.exit_code == 4);
   CHECK(run->output == input);
-  CHECK(run->complaint == "told\n");
+  CHECK(run->errors == "told\n");
 }
 
 TEST_CASE("a program that does not read is no error, and sends no SIGPIPE", "[os]") {
@@ -228,7 +228,7 @@ TEST_CASE("a program that does not read is no error, and sends no SIGPIPE", "[os
   CHECK(sigismember(&pending, SIGPIPE) == 0);
 }
 
-TEST_CASE("a program that goes beyond a limit is ended", "[os]") {
+TEST_CASE("a program that exceeds a limit is killed", "[os]") {
   const double from_s = MonotonicSeconds();
   const auto slow = RunProgram({"/bin/sleep", "60"}, "", {.time_s = 0.3});
   REQUIRE_FALSE(slow);

@@ -1,4 +1,4 @@
-// Descriptors that close themselves, and files that reach the disk.
+// Owning file descriptors, and durable file writes.
 #include "drivers/os/descriptor.h"
 
 #include <fcntl.h>
@@ -52,7 +52,7 @@ TEST_CASE("a descriptor is closed once, by its last owner", "[os]") {
   CHECK_FALSE(IsOpen(fd));
 }
 
-TEST_CASE("what a descriptor owned before is closed when it owns another", "[os]") {
+TEST_CASE("Reset() closes the descriptor owned before", "[os]") {
   Descriptor owner = Opened();
   const int before = owner.get();
   Descriptor other = Opened();
@@ -76,7 +76,7 @@ TEST_CASE("a released descriptor stays open", "[os]") {
   const Descriptor again(fd);
 }
 
-TEST_CASE("a call that failed gives no descriptor, and closing leaves errno alone", "[os]") {
+TEST_CASE("a failed call yields no descriptor, and closing preserves errno", "[os]") {
   const Descriptor missing(open("/nonexistent/file", O_RDONLY | O_CLOEXEC));
   CHECK_FALSE(missing);
   CHECK(missing.get() == -1);
@@ -105,7 +105,8 @@ TEST_CASE("descriptors live in vectors", "[os]") {
   for (const int fd : numbers) CHECK_FALSE(IsOpen(fd));
 }
 
-TEST_CASE("a text is written whole and synced; what is missing or full is an error", "[os]") {
+TEST_CASE("a text is written completely and synced; a missing file or full disk is an error",
+          "[os]") {
   const Folder folder;
   const std::string path = folder.path + "/file";
   const std::string text(300'000, 'x');

@@ -1,4 +1,4 @@
-// Listening sockets, with real connections on this computer.
+// Listening sockets, tested with real local connections.
 #include "drivers/os/tcp_listener.h"
 
 #include <arpa/inet.h>
@@ -60,7 +60,8 @@ TEST_CASE("clients are accepted with their address; accepting never waits", "[os
   CHECK(EndpointOf(peer).port > 0);
 }
 
-TEST_CASE("a socket for every address takes IPv4 clients, and names them in dots", "[os]") {
+TEST_CASE("a socket for every address accepts IPv4 clients, and reports them in dotted notation",
+          "[os]") {
   auto opened = TcpListener::Open("::", 0);
   if (!opened) {
     WARN("skipped, no IPv6 here: " << opened.error());
@@ -73,7 +74,7 @@ TEST_CASE("a socket for every address takes IPv4 clients, and names them in dots
   CHECK(EndpointOf(peer).address == "127.0.0.1");
 }
 
-TEST_CASE("an inherited socket serves those that came before", "[os]") {
+TEST_CASE("an inherited socket serves clients that connected before", "[os]") {
   const TcpListener before = Open();
   const Descriptor client = ConnectTo(before.endpoint().port);
   Descriptor handed_over(fcntl(before.fd(), F_DUPFD_CLOEXEC, 0));
@@ -85,20 +86,20 @@ TEST_CASE("an inherited socket serves those that came before", "[os]") {
   CHECK(AcceptWithin(after, 5000, peer));
 }
 
-TEST_CASE("an error says why nothing listens, with a remedy", "[os]") {
+TEST_CASE("an error says why the socket cannot listen, with a remedy", "[os]") {
   const TcpListener taken = Open();
   const auto why = [](const std::string& address, int port) {
     const auto listener = TcpListener::Open(address, port);
     return listener ? std::string() : listener.error();
   };
-  CHECK_THAT(why("127.0.0.1", taken.endpoint().port), Contains("another program holds the port"));
-  CHECK_THAT(why("192.0.2.1", 0), Contains("no interface of this machine has it"));
+  CHECK_THAT(why("127.0.0.1", taken.endpoint().port), Contains("another program uses the port"));
+  CHECK_THAT(why("192.0.2.1", 0), Contains("no interface of this machine has this address"));
   CHECK_THAT(why("localhost", 0), Contains("neither an IPv4 nor an IPv6 address"));
   CHECK_THAT(why("127.0.0.1", 65536), Contains("outside 0..65535"));
   CHECK_THAT(why("127.0.0.1", -1), Contains("outside 0..65535"));
 }
 
-TEST_CASE("an end of a connection as text", "[os]") {
+TEST_CASE("an endpoint as text", "[os]") {
   CHECK(TcpEndpoint{"192.168.0.3", 502}.Text() == "192.168.0.3:502");
   CHECK(TcpEndpoint{"fe80::1", 502}.Text() == "[fe80::1]:502");
   CHECK(EndpointOf(sockaddr_storage{}).address.empty());

@@ -230,7 +230,7 @@ TEST_CASE("a device that is not a serial line, and each invalid setting, have th
   const auto sensor = Sensor("/dev/null");
   ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
-  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("it is no serial line"));
+  CHECK_THAT(std::string(sensor->problem()), Catch::Contains("it is not a serial line"));
 
   struct Case {
     ViscaOptions options;

@@ -1,0 +1,46 @@
+// The supervisors of all configured cameras, as one part of the daemon.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "app/camera/camera_watch.h"
+#include "app/config/daemon_config.h"
+#include "app/daemon/cycle_mailboxes.h"
+#include "app/daemon/display_feed.h"
+#include "app/daemon/thread_watchdog.h"
+
+namespace plumbline {
+
+/// Owns one supervisor for each configured camera; does nothing if none is configured.
+class CameraSupervisors {
+ public:
+  /// Creates the devices, but starts no thread.
+  /// @param mailboxes, display  receive each camera's status and images; must outlive this object
+  /// @return  why a camera's devices cannot be created
+  static Result<std::unique_ptr<CameraSupervisors>> Open(const DaemonConfig& config,
+                                                         CycleMailboxes& mailboxes,
+                                                         DisplayFeed& display);
+  void Start();
+  void Stop();
+  void AddTo(ThreadWatchdog& watchdog) const;
+
+ private:
+  explicit CameraSupervisors(const DaemonConfig& config);
+
+  WatchStores stores_;
+  struct Supervised {
+    std::string name;  ///< empty: unnamed
+    std::unique_ptr<CameraWatch> supervisor;
+  };
+  std::vector<Supervised> cameras_;
+};
+
+/// Whether the settings that the supervisors were created from differ: they take a restart.
+bool CamerasDiffer(const DaemonConfig& a, const DaemonConfig& b);
+
+/// A log line with the name of its camera: "camera rear stale: ...", "camera rear: zoom sensor:
+/// ...". Lines of an unnamed camera are returned unchanged.
+std::string CameraLogLine(const std::string& name, const std::string& text);
+
+}  // namespace plumbline

@@ -1,0 +1,83 @@
+// Lock-free mailboxes between the control cycle and the threads beside it: probes out, status in.
+#pragma once
+
+#include <semaphore.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <ctime>
+
+#include "app/camera/camera_link.h"
+#include "drivers/latest.h"
+#include "firmware-like/snapshot.h"
+#include "firmware-like/status/monitoring_status.h"
+#include "firmware-like/status/scene_status.h"
+
+namespace plumbline {
+
+/// Message from the control cycle to the monitoring worker: a probe, or a request to restart the
+/// drift monitor.
+struct CycleEvent {
+  bool monitor_restart = false;
+  Probe probe;
+  int model_version = 0;  ///< of the model that predicted the probe
+};
+
+/// Bounded single-producer single-consumer queue: the control cycle writes, the monitoring worker
+/// reads. The writer never waits, and nothing allocates.
+class CycleEventQueue {
+ public:
+  CycleEventQueue() { sem_init(&pushed_, 0, 0); }
+  ~CycleEventQueue() { sem_destroy(&pushed_); }
+  CycleEventQueue(const CycleEventQueue&) = delete;
+  CycleEventQueue& operator=(const CycleEventQueue&) = delete;
+
+  bool HasRoom() const { return written_.load() - read_.load() < kSize; }
+  /// Requires HasRoom().
+  void Push(const CycleEvent& event) {
+    const std::size_t at = written_.load(std::memory_order_relaxed);
+    events_[at % kSize] = event;
+    written_.store(at + 1, std::memory_order_release);
+    Wake();
+  }
+  /// Ends the reader's current wait, or its next one if it is not waiting. Any thread.
+  void Wake() { sem_post(&pushed_); }
+  /// Waits at most `timeout` for a Push() or Wake() since the previous wait.
+  void Wait(std::chrono::milliseconds timeout) {
+    timespec until{};
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    const auto whole_s = std::chrono::duration_cast<std::chrono::seconds>(timeout);
+    until.tv_sec += whole_s.count();
+    until.tv_nsec += std::chrono::nanoseconds(timeout - whole_s).count();
+    if (until.tv_nsec >= 1'000'000'000) {
+      until.tv_nsec -= 1'000'000'000;
+      ++until.tv_sec;
+    }
+    if (sem_clockwait(&pushed_, CLOCK_MONOTONIC, &until) != 0) return;
+    while (sem_trywait(&pushed_) == 0) {
+    }
+  }
+  /// The oldest event, which remains in the queue until Pop(); nullptr if the queue is empty.
+  const CycleEvent* Front() const {
+    const std::size_t at = read_.load(std::memory_order_relaxed);
+    return at == written_.load(std::memory_order_acquire) ? nullptr : &events_[at % kSize];
+  }
+  void Pop() { read_.fetch_add(1, std::memory_order_release); }
+
+ private:
+  static constexpr std::size_t kSize = 64;
+  std::array<CycleEvent, kSize> events_;
+  std::atomic<std::size_t> written_{0}, read_{0};
+  sem_t pushed_;
+};
+
+struct CycleMailboxes {
+  CycleEventQueue queue;
+  /// Written by the monitoring worker, read by the control cycle and the display feed.
+  Latest<MonitoringStatus> monitoring{2, MonitoringStatus()};
+  std::array<CameraLink, kMostCameras> cameras;
+  Latest<SceneStatus> scene{1, SceneStatus()};  ///< written by the display feed, read by the cycle
+};
+
+}  // namespace plumbline

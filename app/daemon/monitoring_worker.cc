@@ -1,0 +1,559 @@
+#include "app/daemon/monitoring_worker.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "app/daemon/probe_row.h"
+#include "app/service/utc_clock.h"
+#include "firmware-like/monitor/run_length.h"
+#include "firmware-like/statistics/median.h"
+
+namespace plumbline {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPeriod = 200ms;  ///< if the cycle sends no event
+constexpr auto kJournalRetry = 5s;
+constexpr auto kStorageRetry = 2s;
+constexpr auto kModelsRefresh = 1s;
+constexpr auto kDecisionsRefresh = 1s;
+constexpr std::size_t kMaxRowsListed = 12;
+
+std::string CameraText(const std::string& name) {
+  return name.empty() ? "an unnamed camera" : "camera " + name;
+}
+
+/// "rows 4, 7, 9"; only the first ones if there are many.
+std::string RowsText(const std::vector<std::int64_t>& ids) {
+  const std::size_t listed = std::min(ids.size(), kMaxRowsListed);
+  std::string text =
+      fmt::format("row{} {}", ids.size() == 1 ? "" : "s",
+                  fmt::join(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(listed), ", "));
+  if (listed < ids.size()) text += fmt::format(" and {} more", ids.size() - listed);
+  return text;
+}
+
+/// @param step  progress callback, called between steps that take about a second in total
+MonitorDesign DesignFrom(const LoopConfig& loop, const std::function<void()>& step) {
+  MonitorWish requirements;
+  requirements.sigma_m = loop.probe_sigma_m;
+  requirements.shift_m = loop.shift_m;
+  requirements.probes_per_day = loop.probes_per_day;
+  requirements.false_alarms_per_year = loop.false_alarms_per_year;
+  requirements.reference_probes = loop.reference_probes;
+  requirements.reference_sd_m = loop.reference_sd_m;
+  return MonitorDesignFor(requirements, step);
+}
+
+}  // namespace
+
+MonitoringWorker::MonitoringWorker(CycleMailboxes& mailboxes, LogSink sink,
+                                   std::function<void()> reload, StateStorage* storage)
+    : mailboxes_(mailboxes),
+      sink_(std::move(sink)),
+      reload_(std::move(reload)),
+      storage_(storage) {}
+
+MonitoringWorker::~MonitoringWorker() {
+  Stop();
+}
+
+void MonitoringWorker::Configure(const DaemonConfig& config, const ModelState& models) {
+  {
+    const std::lock_guard lock(mutex_);
+    next_ = Task{config, models};
+  }
+  mailboxes_.queue.Wake();
+}
+
+void MonitoringWorker::Start() {
+  thread_ = std::thread([this] { Run(); });
+  pthread_setname_np(thread_.native_handle(), "monitoring");
+}
+
+void MonitoringWorker::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  mailboxes_.queue.Wake();
+  if (thread_.joinable()) thread_.join();
+}
+
+void MonitoringWorker::Run() {
+  for (;;) {
+    heartbeat_.Beat();
+    mailboxes_.queue.Wait(kPeriod);
+    std::optional<Task> task;
+    bool stop = false;
+    {
+      const std::lock_guard lock(mutex_);
+      std::swap(task, next_);
+      stop = stop_;
+    }
+    if (task) Reconfigure(std::move(*task));
+    PollStorage();
+    if (config_.loop.enabled && !journal_ && Clock::now() - journal_tried_ > kJournalRetry) {
+      OpenJournal();
+    }
+    event_pending_ = false;
+    while (const CycleEvent* event = mailboxes_.queue.Front()) {
+      event_pending_ = !Handle(*event);  // remains queued; further probes are refused meanwhile
+      if (event_pending_) break;
+      mailboxes_.queue.Pop();
+      heartbeat_.Beat();
+    }
+    if (stop) break;
+    // Each of these may wait for another program's lock on the journal or the models.
+    heartbeat_.Beat();
+    StartDiagnosisIfDue();
+    heartbeat_.Beat();
+    PollDiagnosis();
+    heartbeat_.Beat();
+    RefreshModels();
+    heartbeat_.Beat();
+    FollowDecisions();
+    heartbeat_.Beat();
+    CloseMovedJournal();
+    PublishStatus();
+  }
+  CloseMovedJournal();
+  LogLostProbes();
+  diagnosis_.reset();
+}
+
+/// Logs probes that were acknowledged to the PLC, but could not be written before the shutdown.
+void MonitoringWorker::LogLostProbes() {
+  int probes = 0;
+  for (; const CycleEvent* event = mailboxes_.queue.Front(); mailboxes_.queue.Pop()) {
+    probes += event->monitor_restart ? 0 : 1;
+  }
+  if (probes == 0) return;
+  sink_(
+      {Event::kJournalFault,
+       fmt::format("journal: {} of the last probes that were acknowledged to the PLC could not be "
+                   "written and are lost",
+                   probes)});
+}
+
+void MonitoringWorker::Reconfigure(Task task) {
+  if (diagnosis_ && task.models.applied != models_.applied) {
+    sink_({Event::kDiagnosisOutOfDate, "diagnosis stopped: another model is in force"});
+    diagnosis_.reset();
+  }
+  if (task.models.applied != models_.applied) alarm_handled_ = false;
+  config_ = std::move(task.config);
+  if (!cameras_) cameras_ = config_.vision.cameras;
+  models_ = task.models;
+  CloseJournal();
+  if (config_.loop.enabled) return OpenJournal();
+  // Without a journal, its status must not be reported any more.
+  quarantined_ = 0;
+  quarantining_ = decision_unlogged_ = false;
+  decisions_fault_.clear();
+  fault_.clear();
+}
+
+/// Once the directory is writable again, reopens the journal at once and has models stored again.
+void MonitoringWorker::PollStorage() {
+  if (storage_ == nullptr || Clock::now() - storage_polled_ <= kStorageRetry) return;
+  storage_polled_ = Clock::now();
+  const bool recovered = storage_->Poll();
+  heartbeat_.Beat();
+  if (!recovered) return;
+  journal_tried_ = {};
+  if (models_.declared == 0) reload_();
+}
+
+/// After a failed write: checks whether the directory is the cause. Only a trial write finds what
+/// the file system does not report: a quota, another owner, a failing disk. PollStorage() notices
+/// the recovery.
+void MonitoringWorker::CheckStorage() {
+  if (storage_ == nullptr || !storage_->writable()) return;
+  if (Clock::now() - storage_checked_ <= kStorageRetry) return;
+  storage_checked_ = Clock::now();
+  storage_->Check();
+  heartbeat_.Beat();
+}
+
+void MonitoringWorker::OpenJournal() {
+  journal_tried_ = Clock::now();
+  if (storage_ != nullptr && !storage_->writable()) return;
+  const Result<void> read = ReadJournal();
+  if (read) return ReportRecovery();
+  CloseJournal();  // a monitor that has seen only some of the rows is invalid
+  ReportFault(read.error());
+}
+
+void MonitoringWorker::CloseJournal() {
+  journal_.reset();
+  monitor_.reset();
+  alarm_unlogged_ = false;
+}
+
+/// Opens the journal and passes its rows to a new monitor. After an error both may be incomplete.
+Result<void> MonitoringWorker::ReadJournal() {
+  const std::string path = config_.state_directory + "/journal.sqlite";
+  std::error_code absent;
+  if (std::filesystem::file_size(path, absent) == 0 && !absent) {
+    sink_(
+        {Event::kJournalFault,
+         fmt::format("journal: {} is empty: a new journal is started. Any probes recorded before, "
+                     "including quarantined ones, are lost; restore the file if you have a copy",
+                     path)});
+  }
+  Result<Journal> opened = Journal::Open(path, config_.loop.journal_bytes);
+  if (!opened) return opened.failure();
+  Journal journal = std::move(opened).value();
+  monitor_.emplace(DesignFrom(config_.loop, [this] { heartbeat_.Beat(); }));
+  ResetReference();
+  const auto restart = journal.LastRestart();
+  const auto last_row = journal.LastRow();
+  const auto last_probe_s = journal.LastProbeTime_s();
+  if (!restart) return restart.failure();
+  if (!last_row) return last_row.failure();
+  if (!last_probe_s) return last_probe_s.failure();
+  // Read before the rows: a decision made meanwhile is followed at the next poll.
+  const auto decision = journal.LastDecision();
+  const auto waiting = journal.Waiting();
+  if (!decision) return decision.failure();
+  if (!waiting) return waiting.failure();
+  const auto since = *restart;
+  if (!since || since->model_version != models_.applied) {
+    const Result<void> recorded = journal.RecordMonitorRestart(models_.applied, "model");
+    if (!recorded) return recorded.failure();
+  }
+  JournalFilter filter;
+  filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
+  filter.model_version = models_.applied;
+  const Result<void> replayed =
+      journal.ForEach(filter, config_.machine.cell.robot.joints, [this](const JournalRow& row) {
+        heartbeat_.Beat();
+        UpdateMonitor(row, true);
+      });
+  if (!replayed) return replayed.failure();
+  if (last_probe_s->has_value()) {
+    const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
+    if (behind_s > 1) {
+      sink_({Event::kClockBehind,
+             fmt::format("the system clock is {:.0f} s behind the journal's last probe: one of the "
+                         "two is wrong, and so are time-dependent effects. Set the clock",
+                         behind_s)});
+    }
+  }
+  journal_.emplace(std::move(journal));
+  last_decision_ = *decision;
+  quarantined_ = *waiting;
+  if (monitor_->reference_refused()) LogReference();
+  if (monitor_->alarm() && alarm_unlogged_) {
+    const Result<void> marked = journal_->Mark(alarm_row_, false, true);
+    if (!marked) return marked.failure();
+    alarm_unlogged_ = false;
+    alarm_handled_ = models_.proposed != 0;
+    LogAlarm();
+  } else if (monitor_->alarm()) {
+    sink_({Event::kDriftAlarmActive,
+           fmt::format("drift alarm of journal row {} is still active", alarm_row_)});
+    alarm_handled_ = alarm_handled_ || models_.proposed != 0;
+  } else {
+    alarm_handled_ = false;
+  }
+  if (decision_unlogged_) {
+    sink_({Event::kQuarantineDecided,
+           fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
+                       "drift monitor has reread the journal",
+                       quarantined_)});
+    decision_unlogged_ = false;
+  }
+  return {};
+}
+
+/// Stops writing to a journal file that was moved away; a new one is created in its place.
+void MonitoringWorker::CloseMovedJournal() {
+  if (!journal_) return;
+  const auto moved = journal_->Moved();
+  if (!moved) return;
+  ReportFault(moved->message);
+  CloseJournal();
+  journal_tried_ = Clock::now();
+}
+
+bool MonitoringWorker::Handle(const CycleEvent& event) {
+  CloseMovedJournal();
+  if (!journal_) return !config_.loop.enabled;
+  return event.monitor_restart ? RestartMonitor("person") : Record(event);
+}
+
+bool MonitoringWorker::RestartMonitor(const char* reason) {
+  const Result<void> recorded = journal_->RecordMonitorRestart(models_.applied, reason);
+  if (!recorded) {
+    ReportFault(recorded.error());
+    return false;
+  }
+  monitor_->Restart();
+  ResetReference();
+  alarm_handled_ = false;
+  sink_({Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
+  return true;
+}
+
+bool MonitoringWorker::Record(const CycleEvent& event) {
+  JournalRow row =
+      JournalRowFromProbe(event, config_.loop.session, journal_->EpochUtc_s(), *cameras_);
+  const std::vector<Joint>& joints = config_.machine.cell.robot.joints;
+  if (row.q.size() != static_cast<Eigen::Index>(joints.size()))
+    return true;  // from a previous cell
+  const Result<std::int64_t> id = journal_->Append({row}, joints);
+  if (!id) {
+    ReportFault(id.error());
+    return false;
+  }
+  heartbeat_.Beat();
+  ReportRecovery();
+  row.id = *id;
+  ++recorded_;
+  if (row.quarantine != JournalRow::Quarantine::kNone) {
+    LogQuarantined(row);
+    return true;
+  }
+  quarantining_ = false;
+  last_residual_m_ = *row.measured_W - *row.predicted_W;
+  if (event.model_version == models_.applied) UpdateMonitor(row, false);
+  return true;
+}
+
+void MonitoringWorker::ResetReference() {
+  reference_camera_.reset();
+  unmonitored_cameras_.clear();
+  monitored_rows_.clear();
+}
+
+bool MonitoringWorker::MatchesReference(const JournalRow& row, bool replayed) {
+  if (row.source != JournalRow::Source::kCamera) return true;
+  if (!reference_camera_) reference_camera_ = row.camera;
+  if (row.camera == *reference_camera_) return true;
+  if (!replayed && unmonitored_cameras_.insert(row.camera).second) {
+    sink_(
+        {Event::kProbesUnwatched,
+         fmt::format(
+             "probes by {} are recorded, but not watched for drift: the reference was taken by {}",
+             CameraText(row.camera), CameraText(*reference_camera_))});
+  }
+  return false;
+}
+
+void MonitoringWorker::UpdateMonitor(const JournalRow& row, bool replayed) {
+  if (!IsUsableForMonitoring(row, config_.loop.probe_sigma_m) || !MatchesReference(row, replayed))
+    return;
+  const bool was_learning = monitor_->learning();
+  const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
+  if (verdict.unwatched) return;
+  monitored_rows_.push_back(row.id);
+  if (verdict.raised) {
+    alarm_row_ = row.id;
+    alarm_unlogged_ = replayed && !row.alarm;
+  }
+  if (replayed) return;
+  if (verdict.wild || verdict.raised) {
+    const Result<void> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
+    if (!marked) ReportFault(marked.error());
+  }
+  if (was_learning && !monitor_->learning()) LogReference();
+  if (verdict.raised) LogAlarm();
+}
+
+/// Logs the reference, or why it was refused.
+void MonitoringWorker::LogReference() {
+  if (!monitor_->reference_refused()) {
+    const Vec3 reference_mm = 1e3 * monitor_->reference_m();
+    sink_({Event::kReferenceLearned,
+           fmt::format("drift monitor has its reference: residual ({:.3f}, {:.3f}, {:.3f}) mm, "
+                       "scatter {:.3f} mm",
+                       reference_mm.x(), reference_mm.y(), reference_mm.z(),
+                       1e3 * monitor_->sigma_m())});
+    return;
+  }
+  std::vector<std::int64_t> disagree;
+  for (std::size_t k = 0; k < monitored_rows_.size(); ++k) {
+    if (monitor_->Disagrees(static_cast<int>(k))) disagree.push_back(monitored_rows_[k]);
+  }
+  const double sigma_mm = 1e3 * monitor_->design().sigma_m;
+  const ReferenceFault fault = monitor_->reference_fault();
+  const std::string why =
+      fault == ReferenceFault::kOutliers
+          ? fmt::format(
+                "{} of them are farther from the others than their scatter explains "
+                "(99.99 %): {}",
+                disagree.size(), RowsText(disagree))
+      : fault == ReferenceFault::kScatter
+          ? fmt::format("they scatter by {:.3f} mm, over {:.0f} times probe_sigma_mm ({:.3f}): {}",
+                        1e3 * monitor_->sigma_m(), DriftMonitor::kMostScatter, sigma_mm,
+                        RowsText(disagree))
+          : fmt::format(
+                "they scatter by {:.3f} mm, more than probe_sigma_mm ({:.3f}), and consecutive "
+                "probes are correlated: something moved while they were taken",
+                1e3 * monitor_->sigma_m(), sigma_mm);
+  sink_(
+      {Event::kReferenceRefused,
+       fmt::format("drift monitor's reference refused: its {} probes, rows {} to {}, disagree; "
+                   "{}. Drift is not monitored. Inspect the rows (`plumbline journal show`), then "
+                   "take a new reference with command 8; if poses really differ that much, raise "
+                   "probe_sigma_mm",
+                   monitored_rows_.size(), monitored_rows_.front(), monitored_rows_.back(), why)});
+}
+
+void MonitoringWorker::LogQuarantined(const JournalRow& row) {
+  ++quarantined_;
+  if (quarantining_) return;
+  quarantining_ = true;
+  const Vec3 off_mm = 1e3 * (*row.measured_W - *row.predicted_W);
+  sink_({Event::kProbeQuarantined,
+         fmt::format("probe quarantined: row {0} of the journal is ({1:.1f}, {2:.1f}, {3:.1f}) mm "
+                     "from the tip predicted by the model, more than any plausible effect. It is "
+                     "recorded, but excluded from drift monitoring and diagnosis. Check unit, "
+                     "measurement frame and tool, then `plumbline journal quarantine accept {0}`, "
+                     "or `reject {0}`",
+                     row.id, off_mm.x(), off_mm.y(), off_mm.z()),
+         {{"ROW", fmt::format("{}", row.id)}}});
+}
+
+/// Accepted rows take their place in time order, so the monitor rereads the journal. A running
+/// diagnosis is restarted, because its input has changed.
+void MonitoringWorker::FollowDecisions() {
+  if (!journal_ || Clock::now() - decisions_read_ < kDecisionsRefresh) return;
+  decisions_read_ = Clock::now();
+  const Result<std::int64_t> decision = journal_->LastDecision();
+  heartbeat_.Beat();
+  if (!decision) {
+    decisions_fault_ = decision.error();
+    return ReportFault(decisions_fault_);
+  }
+  if (!decisions_fault_.empty() && fault_ == decisions_fault_) ReportRecovery();
+  decisions_fault_.clear();
+  if (*decision == last_decision_) return;
+  if (diagnosis_) {
+    sink_({Event::kDiagnosisOutOfDate,
+           "diagnosis stopped: probes were accepted or rejected since it started. It starts again "
+           "if the drift alarm remains"});
+    diagnosis_.reset();
+    alarm_handled_ = false;
+    heartbeat_.Beat();
+  }
+  decision_unlogged_ = true;
+  CloseJournal();
+  OpenJournal();
+}
+
+void MonitoringWorker::LogAlarm() {
+  const DriftAlarm& alarm = *monitor_->alarm();
+  const Vec3 shift_mm = 1e3 * MedianShift(alarm);
+  sink_({Event::kDriftAlarm,
+         fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
+                     "within the last {} probes; row {} of the journal",
+                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.began + 1,
+                     alarm_row_)});
+}
+
+/// The shift to be logged: the median over the probes that contributed to the alarm. The monitor's
+/// own estimate limits each probe, and so underestimates shifts of several millimetres.
+Vec3 MonitoringWorker::MedianShift(const DriftAlarm& alarm) {
+  const auto count = static_cast<std::size_t>(alarm.probe - alarm.began + 1);
+  if (count > monitored_rows_.size()) return alarm.shift_m;
+  const std::vector<std::int64_t> part(monitored_rows_.end() - static_cast<std::ptrdiff_t>(count),
+                                       monitored_rows_.end());
+  JournalFilter filter;
+  filter.after_id = part.front() - 1;
+  filter.model_version = models_.applied;
+  const auto rows = journal_->Read(filter, config_.machine.cell.robot.joints);
+  if (!rows || rows->empty()) return alarm.shift_m;
+  Vec3 shift_m;
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> values;
+    for (const JournalRow& row : *rows) {
+      const bool monitored = std::binary_search(part.begin(), part.end(), row.id);
+      if (monitored && row.measured_W && row.predicted_W) {
+        values.push_back((*row.measured_W)[k] - (*row.predicted_W)[k]);
+      }
+    }
+    if (values.empty()) return alarm.shift_m;
+    shift_m[k] = MedianOf(values) - monitor_->reference_m()[k];
+  }
+  return shift_m;
+}
+
+void MonitoringWorker::StartDiagnosisIfDue() {
+  if (!journal_ || !monitor_ || !monitor_->alarm()) return;
+  if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
+  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
+  if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
+  alarm_handled_ = true;
+  Result<DiagnosisRun> started = DiagnosisRun::Start(
+      config_, models_.applied, *journal_, alarm_row_, sink_, [this] { heartbeat_.Beat(); });
+  diagnosis_failed_ = !started;
+  if (started) {
+    diagnosis_.emplace(std::move(started).value());
+  } else {
+    sink_({Event::kDiagnosisFailed, "diagnosis not started: " + started.error()});
+  }
+}
+
+void MonitoringWorker::PollDiagnosis() {
+  if (!diagnosis_) return;
+  const std::optional<DiagnosisRun::Outcome> outcome =
+      diagnosis_->Poll(config_, [this] { heartbeat_.Beat(); });
+  if (!outcome) return;
+  diagnosis_.reset();
+  diagnosis_failed_ = !outcome->failure.empty();
+  if (outcome->proposed != 0) models_.proposed = outcome->proposed;
+  sink_({diagnosis_failed_ ? Event::kDiagnosisFailed : Event::kDiagnosisEnded, outcome->message});
+  if (outcome->applied) reload_();
+}
+
+/// Follows proposals that a person adds or withdraws.
+void MonitoringWorker::RefreshModels() {
+  if (models_.applied == 0 || Clock::now() - models_read_ < kModelsRefresh) return;
+  models_read_ = Clock::now();
+  const Result<ModelStore> store = ModelStore::Open(config_.state_directory);
+  if (!store) return;
+  const Result<ModelState> state = store->State();
+  if (state) models_.proposed = state->proposed;
+}
+
+void MonitoringWorker::PublishStatus() {
+  MonitoringStatus status;
+  const bool writable = storage_ == nullptr || storage_->writable();
+  status.storage_unavailable = !writable;
+  status.recording = journal_ && !event_pending_ && writable;
+  status.drift_alarm = monitor_ && monitor_->alarm();
+  status.learning = monitor_ && monitor_->learning();
+  status.reference_refused = monitor_ && monitor_->reference_refused();
+  status.diagnosing = diagnosis_.has_value();
+  status.fault = !fault_.empty() || diagnosis_failed_ || (config_.loop.enabled && !writable);
+  status.settled = true;
+  status.quarantined = static_cast<std::uint32_t>(quarantined_);
+  status.probes = recorded_;
+  status.drift_statistic = monitor_ ? monitor_->statistic() : 0;
+  status.residual_m = last_residual_m_;
+  status.model.applied = models_.applied;
+  status.model.proposed = models_.proposed;
+  status.model.declared = models_.declared;
+  mailboxes_.monitoring.Begin() = status;
+  mailboxes_.monitoring.Publish();
+}
+
+void MonitoringWorker::ReportFault(const std::string& what) {
+  if (fault_ != what) sink_({Event::kJournalFault, "journal: " + what});
+  fault_ = what;
+  CheckStorage();
+}
+
+void MonitoringWorker::ReportRecovery() {
+  if (!fault_.empty()) sink_({Event::kJournalWorks, "journal works again"});
+  fault_.clear();
+}
+
+}  // namespace plumbline

@@ -1,0 +1,121 @@
+// Monitoring worker: records probes in the journal, watches for drift, starts the diagnosis.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "app/config/daemon_config.h"
+#include "app/daemon/cycle_mailboxes.h"
+#include "app/daemon/diagnosis_run.h"
+#include "app/daemon/state_storage.h"
+#include "app/journal/journal.h"
+#include "app/log/log_entry.h"
+#include "app/model_store/model_store.h"
+#include "drivers/thread_heartbeat.h"
+#include "firmware-like/monitor/drift_monitor.h"
+
+namespace plumbline {
+
+/// A thread beside the control cycle. It takes probes from the cycle, writes each to the journal
+/// and passes it to the drift monitor; after an alarm it runs the diagnosis, stores the corrected
+/// model as a proposal, and applies it if the configuration allows that.
+///
+/// The drift monitor's state is not stored: at the start it is recomputed from the journal's rows
+/// since the model in force was applied, or since a person restarted the monitor.
+class MonitoringWorker {
+ public:
+  /// @param reload   called from the thread when another model was applied, and when models can be
+  ///                 stored again
+  /// @param storage  polled by the thread; nullptr: the directory is assumed to be writable
+  MonitoringWorker(CycleMailboxes& mailboxes, LogSink sink, std::function<void()> reload,
+                   StateStorage* storage = nullptr);
+  ~MonitoringWorker();
+  MonitoringWorker(const MonitoringWorker&) = delete;
+  MonitoringWorker& operator=(const MonitoringWorker&) = delete;
+
+  /// Sets the configuration and the models in force; before Start() and at every reload.
+  void Configure(const DaemonConfig& config, const ModelState& models);
+  void Start();
+  /// Also stops a running diagnosis.
+  void Stop();
+  const Pulse& heartbeat() const { return heartbeat_; }
+
+ private:
+  struct Task {
+    DaemonConfig config;
+    ModelState models;
+  };
+  using Clock = std::chrono::steady_clock;
+
+  void Run();
+  void Reconfigure(Task task);
+  void OpenJournal();
+  Result<void> ReadJournal();
+  void CloseJournal();
+  void PollStorage();
+  void CheckStorage();
+  bool Handle(const CycleEvent& event);
+  bool Record(const CycleEvent& event);
+  void ResetReference();
+  bool MatchesReference(const JournalRow& row, bool replayed);
+  bool RestartMonitor(const char* reason);
+  void UpdateMonitor(const JournalRow& row, bool replayed);
+  void LogAlarm();
+  void LogReference();
+  void LogQuarantined(const JournalRow& row);
+  void FollowDecisions();
+  Vec3 MedianShift(const DriftAlarm& alarm);
+  void StartDiagnosisIfDue();
+  void PollDiagnosis();
+  void RefreshModels();
+  void PublishStatus();
+  void LogLostProbes();
+  void CloseMovedJournal();
+  void ReportFault(const std::string& what);
+  void ReportRecovery();
+
+  CycleMailboxes& mailboxes_;
+  LogSink sink_;
+  std::function<void()> reload_;
+  StateStorage* const storage_;
+
+  std::mutex mutex_;  ///< of next_ and stop_
+  std::optional<Task> next_;
+  bool stop_ = false;
+  std::thread thread_;
+  Pulse heartbeat_;
+
+  // Used by the thread only.
+  DaemonConfig config_;
+  ModelState models_;
+  std::optional<Journal> journal_;
+  std::optional<DriftMonitor> monitor_;
+  std::optional<DiagnosisRun> diagnosis_;
+  Clock::time_point journal_tried_, models_read_, decisions_read_, storage_polled_,
+      storage_checked_;
+  /// The camera whose probes the monitor compares. Errors of the tags' declared positions are the
+  /// same in every probe of one camera, but differ between cameras. nullopt before the first row.
+  std::optional<std::string> reference_camera_;
+  std::set<std::string> unmonitored_cameras_;  ///< whose probes were logged as not monitored
+  std::vector<std::int64_t> monitored_rows_;   ///< rows passed to the monitor, ascending
+  /// The cameras at the start: a reload does not change them.
+  std::optional<std::vector<CameraConfig>> cameras_;
+  bool alarm_handled_ = false;
+  std::int64_t alarm_row_ = 0;
+  bool alarm_unlogged_ = false;     ///< raised while rereading rows that were accepted since
+  std::int64_t quarantined_ = 0;    ///< rows of the journal that wait for a person's decision
+  std::int64_t last_decision_ = 0;  ///< id of the newest decision that was followed
+  bool decision_unlogged_ = false;  ///< the journal could not be reread after a decision yet
+  std::string decisions_fault_;     ///< why decisions cannot be read; empty: they can
+  bool quarantining_ = false;       ///< the newest probe was quarantined, and that was logged
+  bool diagnosis_failed_ = false;
+  std::string fault_;           ///< of the journal; empty: none
+  bool event_pending_ = false;  ///< an event could not be written, and remains in the queue
+  std::uint32_t recorded_ = 0;
+  Vec3 last_residual_m_ = Vec3::Zero();
+};
+
+}  // namespace plumbline

@@ -1,0 +1,41 @@
+// The daemon's Modbus servers for the PLC: TCP, and a serial line if one is configured.
+#pragma once
+
+#include <memory>
+
+#include "app/config/daemon_config.h"
+#include "app/daemon/thread_watchdog.h"
+#include "app/service/service_manager.h"
+#include "drivers/modbus/image_handler.h"
+
+namespace plumbline {
+
+/// Opened at the start; changes take a restart. Logs transitions.
+class PlcServers {
+ public:
+  PlcServers() = default;  ///< serves nothing
+
+  /// @param manager  may hold the listening socket, and client connections of the previous daemon
+  /// @return         why the PLC cannot be served, with a remedy
+  static Result<std::unique_ptr<PlcServers>> Open(const PlcConfig& config, ServiceManager& manager,
+                                                  modbus::ImageHandler& handler);
+
+  /// Deposits the connections of clients that have sent a request with the service manager, so that
+  /// a restart does not break them. To be called regularly, from one thread.
+  void DepositConnections(const ServiceManager& manager);
+
+  const modbus::TcpServer& server() const { return *server_; }
+  void AddTo(ThreadWatchdog& watchdog) const;
+
+ private:
+  std::unique_ptr<modbus::TcpServer> server_;
+  std::unique_ptr<modbus::RtuSlave> slave_;
+};
+
+/// Modbus device identification that clients can read.
+modbus::DeviceIdentification Identification();
+
+/// Whether settings differ that take a restart.
+bool PlcServersDiffer(const PlcConfig& a, const PlcConfig& b);
+
+}  // namespace plumbline

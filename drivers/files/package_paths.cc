@@ -1,0 +1,18 @@
+#include "drivers/files/package_paths.h"
+
+#include <filesystem>
+
+namespace plumbline {
+
+std::string OwnFolder() {
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? "/usr/bin" : self.parent_path().string();
+}
+
+std::string ModuleBeside(const std::string& name) {
+  const std::filesystem::path prefix = std::filesystem::path(OwnFolder()).parent_path();
+  return (prefix / "lib/plumbline" / name).string();
+}
+
+}  // namespace plumbline

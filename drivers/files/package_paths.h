@@ -1,0 +1,25 @@
+// Paths of the programs and modules that belong to the same package as the running program.
+#pragma once
+
+#include <string>
+
+namespace plumbline {
+
+/// The folder of the running program; /usr/bin if it cannot be determined.
+std::string OwnFolder();
+
+/// Path of a program of the same package, such as "plumbline-mesh".
+inline std::string ProgramBeside(const std::string& name) {
+  return OwnFolder() + "/" + name;
+}
+
+/// Path of a module of the same package, such as "plumbline-image-codecs.so": in ../lib/plumbline
+/// of the program folder, both in an installed package and in a build folder.
+std::string ModuleBeside(const std::string& name);
+
+/// Remedy if a program of the same package cannot be started.
+inline constexpr const char* kRestoreProgram =
+    "it belongs beside this program: `sudo apt install --reinstall plumbline` restores it; in a "
+    "checkout, ./dev build creates it";
+
+}  // namespace plumbline
