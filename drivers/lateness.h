@@ -10,7 +10,7 @@
 namespace plumbline {
 
 /// Starts, counted by lateness.
-struct LatenessCounts {
+struct LatenessHistogram {
   /// Upper bounds of the classes [s]; the last class has none.
   static constexpr std::array kBounds_s = {20e-6,  40e-6,  60e-6,  80e-6,  100e-6, 150e-6,
                                            200e-6, 300e-6, 400e-6, 600e-6, 800e-6, 1e-3,
@@ -26,14 +26,14 @@ struct LatenessCounts {
 class LatenessRecorder {
  public:
   void Add(double late_s) {
-    const auto& bounds = LatenessCounts::kBounds_s;
+    const auto& bounds = LatenessHistogram::kBounds_s;
     const auto k = std::lower_bound(bounds.begin(), bounds.end(), late_s) - bounds.begin();
     counts_[static_cast<std::size_t>(k)].fetch_add(1, std::memory_order_relaxed);
     sum_s_.store(sum_s_.load(std::memory_order_relaxed) + std::max(late_s, 0.0),
                  std::memory_order_relaxed);
   }
-  LatenessCounts Counts() const {
-    LatenessCounts counts;
+  LatenessHistogram Counts() const {
+    LatenessHistogram counts;
     for (std::size_t k = 0; k < counts_.size(); ++k) {
       counts.counts[k] = counts_[k].load(std::memory_order_relaxed);
     }
@@ -42,7 +42,7 @@ class LatenessRecorder {
   }
 
  private:
-  std::array<std::atomic<std::uint64_t>, LatenessCounts::kClasses> counts_{};
+  std::array<std::atomic<std::uint64_t>, LatenessHistogram::kClasses> counts_{};
   std::atomic<double> sum_s_{0};
 };
 

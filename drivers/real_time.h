@@ -14,7 +14,7 @@ inline constexpr int kCyclePriority = 10, kRobotPriority = 9;
 /// Schedules the calling thread as SCHED_FIFO at `priority` and names it. Without permission
 /// (LimitRTPRIO of the service) it keeps its normal scheduling.
 /// @param name  at most 15 characters, for `ps -L` and `chrt -ap`
-inline void MakeRealTime(int priority, const char* name) {
+inline void SetRealTimePriority(int priority, const char* name) {
   sched_param wanted{};
   wanted.sched_priority = priority;
   pthread_setschedparam(pthread_self(), SCHED_FIFO, &wanted);
@@ -22,7 +22,7 @@ inline void MakeRealTime(int priority, const char* name) {
 }
 
 /// The last CPU that the calling thread may use; -1: not known.
-inline int LastProcessor() {
+inline int LastAllowedCpu() {
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return -1;
   int last = CPU_SETSIZE - 1;
@@ -39,7 +39,7 @@ inline constexpr bool kLocksSpin = false;
 #endif
 
 /// Pins a thread of this process to `processor`. @return  whether that was permitted
-inline bool KeepOn(pid_t thread, int processor) {
+inline bool PinThread(pid_t thread, int processor) {
   if (processor < 0 || kLocksSpin) return false;
   cpu_set_t one;
   CPU_ZERO(&one);

@@ -9,10 +9,10 @@
 namespace plumbline {
 
 /// Incremented by a thread on every iteration, polled by the watchdog. A thread that waits for
-/// events must wake up and beat at least every kLongestRest_s.
-class Pulse {
+/// events must wake up and beat at least every kMaxBeatInterval_s.
+class ThreadHeartbeat {
  public:
-  static constexpr double kLongestRest_s = 0.5;
+  static constexpr double kMaxBeatInterval_s = 0.5;
 
   void Beat() {
     if (thread_.load(std::memory_order_relaxed) == 0) thread_ = gettid();

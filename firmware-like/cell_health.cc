@@ -73,7 +73,7 @@ constexpr std::array kEntries = {
     Entry{HealthReason::kStorage, "the state directory is not writable",
           "free disk space, or check its permissions", Warning<warning::kStorage>},
     Entry{HealthReason::kMonitoringFault, "the journal or the diagnosis has failed", "see the log",
-          Warning<warning::kLoopFault>},
+          Warning<warning::kMonitoringFault>},
     Entry{HealthReason::kTwoMasters, "two clients write commands",
           "let only one PLC send commands; set plc.allow", Warning<warning::kTwoMasters>},
     Entry{HealthReason::kCycleOverrun, "the control cycle misses its deadline",

@@ -40,7 +40,7 @@ std::uint16_t AlarmOf(InputFault fault) {
 /// Payload of that mass and centre of gravity; nullopt if either is unknown or implausible.
 std::optional<Payload> KnownPayload(std::optional<double> mass_kg,
                                     const std::optional<Vec3>& cog_F) {
-  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kLargestPayload_kg;
+  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kMaxPayload_kg;
   if (!plausible || (*mass_kg > 0 && !cog_F)) return std::nullopt;
   return Payload{*mass_kg, cog_F.value_or(Vec3::Zero())};
 }
@@ -93,19 +93,19 @@ std::optional<JointVector> Machine::FindTaughtBranch(std::size_t index) {
   return correction.q;
 }
 
-void Machine::AwaitTaughtBranches() {
+void Machine::MarkTaughtBranchesPending() {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
     branches_[k].search_pending = config_.points[k].near_q.has_value();
   }
 }
 
-void Machine::TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found) {
+void Machine::SetTaughtBranch(std::size_t index, const std::optional<JointVector>& found) {
   branches_[index].search_pending = false;
   if (found && !branches_[index].solution) branches_[index].solution = found;
 }
 
 void Machine::Prepare() {
-  for (std::size_t k = 0; k < config_.points.size(); ++k) TakeTaughtBranch(k, FindTaughtBranch(k));
+  for (std::size_t k = 0; k < config_.points.size(); ++k) SetTaughtBranch(k, FindTaughtBranch(k));
 }
 
 Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
@@ -142,7 +142,7 @@ void Machine::Prepare(const MachineConfig& previous, const Snapshot& last, doubl
   }
 }
 
-void Machine::ResumeFrom(const Machine& previous, RobotLinkIs link) {
+void Machine::ResumeFrom(const Machine& previous, RobotLinkContinuity link) {
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
     for (std::size_t other = 0; other < previous.config_.points.size(); ++other) {
       if (config_.points[k].id != previous.config_.points[other].id) continue;
@@ -161,7 +161,7 @@ void Machine::ResumeFrom(const Machine& previous, RobotLinkIs link) {
   last_heartbeat_ = previous.last_heartbeat_;
   heartbeat_seen_s_ = previous.heartbeat_seen_s_;
   acknowledged_ = previous.acknowledged_;
-  if (link == RobotLinkIs::kNew ||
+  if (link == RobotLinkContinuity::kNew ||
       previous.config_.cell.robot.size() != config_.cell.robot.size()) {
     return;
   }
@@ -180,10 +180,10 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   snapshot_.now_s = input.now_s;
   utc_s_ = input.utc_s;
   snapshot_.alarms = 0;
-  snapshot_.warnings = input.loop_warnings;
+  snapshot_.warnings = input.background_warnings;
   snapshot_.probe_taken = false;
   snapshot_.monitor_restart = false;
-  snapshot_.calibration_orders.fill(CalibrationOrder::kNone);
+  snapshot_.calibration_requests.fill(CalibrationRequest::kNone);
   snapshot_.first_error = CorrectionCode::kOk;
 
   CheckInput(input);

@@ -53,15 +53,15 @@ struct MachineInput {
   RobotState robot;          ///< the latest reading; may be the same as in the previous cycle
   PlcCommand command;        ///< the latest command, executed once per sequence number
   bool cycle_overrun = false;
-  bool probes_recorded = false;      ///< probes are written to the journal
-  bool probes_pending = false;       ///< not yet recorded: the journal is being opened
-  bool storage_unavailable = false;  ///< not recorded: the journal's disk is not writable
-  std::uint16_t loop_warnings = 0;   ///< warning bits of the background workers
-  bool scene_lost = false;           ///< interference was monitored and no longer is
-  bool scene_incomplete = false;     ///< some monitored pairs of objects are not measured
-  bool reference_refused = false;    ///< the drift monitor's reference probes disagree
-  bool quarantined = false;          ///< quarantined probes await a person's decision
-  std::array<CameraInput, kMostCameras> cameras;
+  bool probes_recorded = false;           ///< probes are written to the journal
+  bool probes_pending = false;            ///< not yet recorded: the journal is being opened
+  bool storage_unavailable = false;       ///< not recorded: the journal's disk is not writable
+  std::uint16_t background_warnings = 0;  ///< warning bits of the background workers
+  bool scene_lost = false;                ///< interference was monitored and no longer is
+  bool scene_incomplete = false;          ///< some monitored pairs of objects are not measured
+  bool reference_refused = false;         ///< the drift monitor's reference probes disagree
+  bool quarantined = false;               ///< quarantined probes await a person's decision
+  std::array<CameraInput, kMaxCameras> cameras;
 };
 
 /// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
@@ -76,12 +76,12 @@ class Machine {
   /// @return  nullopt if no branch was found, or the point has no taught joints
   std::optional<JointVector> FindTaughtBranch(std::size_t index);
 
-  /// Marks every point that has taught joints as pending until TakeTaughtBranch() is called for it;
+  /// Marks every point that has taught joints as pending until SetTaughtBranch() is called for it;
   /// the cycle does not search a branch for it meanwhile.
-  void AwaitTaughtBranches();
+  void MarkTaughtBranchesPending();
   /// Hands over the result of FindTaughtBranch(). Call it between cycles or before the first one.
   /// If no branch was found, the cycle searches for one.
-  void TakeTaughtBranch(std::size_t index, const std::optional<JointVector>& found);
+  void SetTaughtBranch(std::size_t index, const std::optional<JointVector>& found);
 
   /// Finds and sets the branches of all points, so that the first cycles take no longer than later
   /// ones. Call it before the first cycle.
@@ -103,8 +103,8 @@ class Machine {
   /// Copies the state of the machine that this one replaces. Call it before the first cycle. Copied
   /// are the frozen result, the latest probe, the values of points with equal ids (not valid until
   /// recomputed) and the PLC's levels; if the robot link is kept, also the trust in its readings.
-  enum class RobotLinkIs { kKept, kNew };
-  void ResumeFrom(const Machine& previous, RobotLinkIs link);
+  enum class RobotLinkContinuity { kKept, kNew };
+  void ResumeFrom(const Machine& previous, RobotLinkContinuity link);
 
   /// Runs one cycle. The returned reference is valid until the next call.
   const Snapshot& Cycle(const MachineInput& input);

@@ -11,7 +11,7 @@ namespace {
 constexpr double kTipStale_s = 0.5;  // largest age of a camera tip: a few frames
 
 bool IsPlausible(const std::optional<double>& payload_kg) {
-  return !payload_kg || (*payload_kg >= 0 && *payload_kg <= kLargestPayload_kg);
+  return !payload_kg || (*payload_kg >= 0 && *payload_kg <= kMaxPayload_kg);
 }
 
 /// True if the command refers to camera k.
@@ -130,25 +130,26 @@ void Machine::Execute(const MachineInput& input) {
 CorrectionCode Machine::RequestCalibration(const MachineInput& input) {
   const bool start = input.command.code == PlcCommandCode::kStartCalibration;
   bool any_addressed = false, any_wants_board = false;
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     any_addressed = any_addressed || IsAddressed(input, k);
     any_wants_board = any_wants_board || (IsAddressed(input, k) && input.cameras[k].board_wanted);
   }
   if (!any_addressed) return CorrectionCode::kNoCamera;
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     const bool skip = start && any_wants_board && !input.cameras[k].board_wanted;
     if (!IsAddressed(input, k) || skip) continue;
-    snapshot_.calibration_orders[k] = start ? CalibrationOrder::kStart : CalibrationOrder::kCancel;
+    snapshot_.calibration_requests[k] =
+        start ? CalibrationRequest::kStart : CalibrationRequest::kCancel;
   }
   return CorrectionCode::kOk;
 }
 
 CorrectionCode Machine::RecordProbeByCamera(const MachineInput& input) {
-  std::array<MeasuredTip, kMostCameras> tips;
+  std::array<MeasuredTip, kMaxCameras> tips;
   std::size_t seen = 0;
   std::uint16_t cameras = 0;
   bool any_addressed = false, any_valid = false;
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     if (!IsAddressed(input, k)) continue;
     const CameraInput& camera = input.cameras[k];
     any_addressed = true;

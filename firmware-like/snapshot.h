@@ -55,7 +55,8 @@ inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint resolut
 inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's centre is not declared
 inline constexpr std::uint16_t kDrift = 1 << 5;               ///< probe residuals have changed
 inline constexpr std::uint16_t kProposalWaiting = 1 << 6;     ///< a corrected model awaits approval
-inline constexpr std::uint16_t kLoopFault = 1 << 7;   ///< journal or diagnosis failed; see the log
+inline constexpr std::uint16_t kMonitoringFault =
+    1 << 7;                                           ///< journal or diagnosis failed; see the log
 inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use what the camera measures
 inline constexpr std::uint16_t kCameraLost = 1 << 9;  ///< no frames, or no zoom reading
 inline constexpr std::uint16_t kBoardWanted = 1 << 10;      ///< the calibration board is requested
@@ -109,7 +110,7 @@ struct ProbeIntake {
 };
 
 /// A PLC's request concerning lens calibration.
-enum class CalibrationOrder : std::uint8_t { kNone, kStart, kCancel };
+enum class CalibrationRequest : std::uint8_t { kNone, kStart, kCancel };
 
 struct Snapshot {
   double now_s = 0;  ///< monotonic
@@ -127,8 +128,8 @@ struct Snapshot {
   double reading_radius_m = 0;  ///< 95 % radius at the tip caused by the joint register resolution
   std::vector<PointResult> points;  ///< in configured order
   CommandResult result;
-  bool monitor_restart = false;                                     ///< requested in this cycle
-  std::array<CalibrationOrder, kMostCameras> calibration_orders{};  ///< requested in this cycle
+  bool monitor_restart = false;                                        ///< requested in this cycle
+  std::array<CalibrationRequest, kMaxCameras> calibration_requests{};  ///< requested in this cycle
   bool probe_taken = false;  ///< `probe` was recorded in this cycle
   Probe probe;
   ProbeIntake probes;

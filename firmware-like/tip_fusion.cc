@@ -8,7 +8,7 @@ namespace plumbline {
 namespace {
 
 bool Agree(const MeasuredTip& a, const MeasuredTip& b) {
-  const Mat3 covariance = a.covariance_W + a.places_W + b.covariance_W + b.places_W;
+  const Mat3 covariance = a.covariance_W + a.tag_covariance_W + b.covariance_W + b.tag_covariance_W;
   const Vec3 apart = a.p_W - b.p_W;
   return apart.dot(Mat3(covariance.inverse()) * apart) <= kTipAgreementLimit;
 }
@@ -21,7 +21,7 @@ TipFusion FuseTips(std::span<const MeasuredTip> tips) {
     fused.tip = tips.front();
     return fused;
   }
-  std::array<Mat3, kMostCameras> information;
+  std::array<Mat3, kMaxCameras> information;
   Mat3 sum = Mat3::Zero();
   for (std::size_t k = 0; k < tips.size(); ++k) {
     information[k] = tips[k].covariance_W.inverse();
@@ -31,7 +31,7 @@ TipFusion FuseTips(std::span<const MeasuredTip> tips) {
   for (std::size_t k = 0; k < tips.size(); ++k) {
     const Mat3 W = fused.tip.covariance_W * information[k];
     fused.tip.p_W += W * tips[k].p_W;
-    fused.tip.places_W += W * tips[k].places_W * W.transpose();
+    fused.tip.tag_covariance_W += W * tips[k].tag_covariance_W * W.transpose();
     for (std::size_t other = 0; other < k; ++other) {
       fused.agree = fused.agree && Agree(tips[k], tips[other]);
     }

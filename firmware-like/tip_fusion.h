@@ -10,9 +10,9 @@ namespace plumbline {
 
 /// Tool tip measured by one camera, in the measurement frame W.
 struct MeasuredTip {
-  Vec3 p_W = Vec3::Zero();           ///< [m]
-  Mat3 covariance_W = Mat3::Zero();  ///< N: due to image noise and the lens [m^2]
-  Mat3 places_W = Mat3::Zero();      ///< D: due to errors in the declared tag positions [m^2]
+  Vec3 p_W = Vec3::Zero();               ///< [m]
+  Mat3 covariance_W = Mat3::Zero();      ///< N: due to image noise and the lens [m^2]
+  Mat3 tag_covariance_W = Mat3::Zero();  ///< D: due to errors in the declared tag positions [m^2]
 };
 
 struct TipFusion {
@@ -27,7 +27,7 @@ struct TipFusion {
 /// with different directions compensate for this. D does not enter the weights (nor the journal):
 /// it is a bias, and comparisons between probes need the smallest noise.
 ///   chi^2 = (p_a - p_b)^T (N_a + D_a + N_b + D_b)^-1 (p_a - p_b)
-/// @param tips  1..kMostCameras tips; a single one is returned unchanged
+/// @param tips  1..kMaxCameras tips; a single one is returned unchanged
 /// @return      `agree` is false if chi^2 of any pair exceeds kTipAgreementLimit (one of the two is
 ///              wrong, but it is unknown which), or if a covariance is not invertible
 TipFusion FuseTips(std::span<const MeasuredTip> tips);

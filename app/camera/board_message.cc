@@ -35,27 +35,28 @@ class Reader {
 
 }  // namespace
 
-Bytes BytesOfRequest(const BoardRequest& request) {
+Bytes EncodeRequest(const BoardRequest& request) {
   const Board& board = request.board;
   Bytes bytes;
   for (const std::int32_t value : {request.width, request.height, board.columns, board.rows}) {
     Put(bytes, value);
   }
   Put(bytes, board.square_m);
-  Put(bytes, board.mark_m);
+  Put(bytes, board.marker_m);
   Put(bytes, static_cast<std::uint8_t>(board.kind));
   bytes.insert(bytes.end(), board.family.begin(), board.family.end());
   return bytes;
 }
 
-std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes) {
+std::optional<BoardRequest> DecodeRequest(std::span<const std::uint8_t> bytes) {
   BoardRequest request;
   Board& board = request.board;
   Reader reader(bytes);
   std::uint8_t kind = 0;
   const bool whole = reader.Take(request.width) && reader.Take(request.height) &&
                      reader.Take(board.columns) && reader.Take(board.rows) &&
-                     reader.Take(board.square_m) && reader.Take(board.mark_m) && reader.Take(kind);
+                     reader.Take(board.square_m) && reader.Take(board.marker_m) &&
+                     reader.Take(kind);
   const auto side = [](std::int32_t v) { return v >= 1 && v <= kMaxSide_px; };
   if (!whole || bytes.size() > kMaxBoardRequest_bytes || !side(request.width) ||
       !side(request.height) || kind > static_cast<std::uint8_t>(BoardKind::kAsymmetricCircles)) {
@@ -67,7 +68,7 @@ std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes) 
   return request;
 }
 
-Bytes BytesOfAnswer(const Result<BoardView>& answer) {
+Bytes EncodeResponse(const Result<BoardView>& answer) {
   Bytes bytes;
   if (!answer) {
     Put(bytes, kNone);
@@ -85,7 +86,7 @@ Bytes BytesOfAnswer(const Result<BoardView>& answer) {
   return bytes;
 }
 
-std::optional<Result<BoardView>> AnswerOfBytes(std::span<const std::uint8_t> bytes) {
+std::optional<Result<BoardView>> DecodeResponse(std::span<const std::uint8_t> bytes) {
   Reader reader(bytes);
   std::uint8_t kind = kNone;
   if (!reader.Take(kind) || kind > kFound) return std::nullopt;

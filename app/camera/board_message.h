@@ -24,13 +24,13 @@ using Bytes = std::vector<std::uint8_t>;
 inline constexpr std::size_t kMaxBoardResponse_bytes = 1 << 18;
 inline constexpr std::size_t kMaxBoardRequest_bytes = 256;
 
-Bytes BytesOfRequest(const BoardRequest& request);
+Bytes EncodeRequest(const BoardRequest& request);
 /// @return  nullopt if the length or a value is out of range
-std::optional<BoardRequest> RequestOfBytes(std::span<const std::uint8_t> bytes);
+std::optional<BoardRequest> DecodeRequest(std::span<const std::uint8_t> bytes);
 
 /// Response: the detected view without its name and time, or the reason why there is none.
-Bytes BytesOfAnswer(const Result<BoardView>& response);
+Bytes EncodeResponse(const Result<BoardView>& response);
 /// @return  nullopt if the bytes are malformed
-std::optional<Result<BoardView>> AnswerOfBytes(std::span<const std::uint8_t> bytes);
+std::optional<Result<BoardView>> DecodeResponse(std::span<const std::uint8_t> bytes);
 
 }  // namespace plumbline

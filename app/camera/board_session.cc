@@ -142,7 +142,7 @@ void BoardSession::ChoosePrompt() {
   if (kept_.size() < kMinViewsForFit) {
     wanted_ = kFirst[kept_.size()];
   } else if (const auto fit = FitLens(settings_.board, kept_, size_)) {
-    std::set<BoardPrompt> avoid = PromptsAlreadyShown(LensOfShared(fit->shared));
+    std::set<BoardPrompt> avoid = PromptsAlreadyShown(LensFromShared(fit->shared));
     avoid.insert(exhausted_.begin(), exhausted_.end());
     if (kept_for_wanted_ >= kMaxViewsPerPrompt) avoid.insert(before);
     wanted_ = BestPrompt(settings_.board, *fit, size_, avoid);

@@ -88,7 +88,7 @@ Result<void> BoardWorker::Submit(const LumaView& image, const Board& board) {
   if (!child_.started()) {
     if (auto started = Start(); !started) return started;
   }
-  const Bytes request = BytesOfRequest({image.width, image.height, board});
+  const Bytes request = EncodeRequest({image.width, image.height, board});
   if (send(socket_.get(), request.data(), request.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0) {
     const std::string why = std::strerror(errno);
     ++failures_;
@@ -120,7 +120,7 @@ std::optional<Result<BoardView>> BoardWorker::Poll() {
     return Fail(program_ +
                 " board-worker exited unexpectedly; check that it is this version's plumbline");
   bytes.resize(static_cast<std::size_t>(got));
-  auto response = AnswerOfBytes(bytes);
+  auto response = DecodeResponse(bytes);
   if (!response || (*response && (*response)->corners_px.size() != expected_points_)) {
     return Fail("the board worker sent a malformed response");
   }
@@ -137,7 +137,7 @@ int RunBoardWorker() {
     const ssize_t got = recv(kSocket, bytes.data(), bytes.size(), 0);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return got == 0 ? 0 : 1;
-    const auto request = RequestOfBytes(std::span(bytes).first(static_cast<std::size_t>(got)));
+    const auto request = DecodeRequest(std::span(bytes).first(static_cast<std::size_t>(got)));
     if (!request) return 1;
     struct stat about {};
     if (fstat(kMemory, &about) != 0) return 1;
@@ -150,7 +150,7 @@ int RunBoardWorker() {
     }
     if (static_cast<std::size_t>(request->width) * request->height > mapped) return 1;
     const LumaView image{shared, request->width, request->height, request->width};
-    const Bytes response = BytesOfAnswer(DetectBoard(image, request->board));
+    const Bytes response = EncodeResponse(DetectBoard(image, request->board));
     if (send(kSocket, response.data(), response.size(), MSG_NOSIGNAL) < 0) return 1;
   }
 }

@@ -28,7 +28,7 @@ Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
 
 }  // namespace
 
-Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config, const TagsConfig& tags) {
+Result<CameraDevices> MakeCameraDevices(const CameraConfig& config, const TagsConfig& tags) {
   CameraDevices devices;
   auto camera = MakeCamera(config.kind, config.connection);
   if (!camera) return Error{fmt::format("[camera]: {}", camera.error())};

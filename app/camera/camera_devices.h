@@ -16,6 +16,6 @@ struct CameraDevices {
 
 /// Creates the devices without connecting to them.
 /// @return  an error that names the configuration key if one cannot be created
-Result<CameraDevices> CameraDevicesFrom(const CameraConfig& config, const TagsConfig& tags);
+Result<CameraDevices> MakeCameraDevices(const CameraConfig& config, const TagsConfig& tags);
 
 }  // namespace plumbline

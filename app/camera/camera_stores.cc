@@ -16,7 +16,7 @@ bool SharedLensStore::Open() {
   }
   store_.emplace(std::move(opened).value());
   if (!store_->notice().empty())
-    sink_({Event::kLensStoreMended, "lens store: " + store_->notice()});
+    sink_({Event::kLensStoreRestored, "lens store: " + store_->notice()});
   return true;
 }
 
@@ -39,10 +39,12 @@ Result<std::int64_t> SharedLensStore::Append(const LensEntry& entry) {
   return store_->Append(entry);
 }
 
-WatchStores::WatchStores(const std::string& state_directory, const Body& cell, const LogSink& sink)
+CameraStores::CameraStores(const std::string& state_directory, const Body& cell,
+                           const LogSink& sink)
     : lenses(state_directory + "/lenses.sqlite", sink),
       baselines(state_directory + "/fixed_marks.json", cell, baselines_problem) {
-  if (!baselines_problem.empty()) sink({Event::kMarksFile, "reference tags: " + baselines_problem});
+  if (!baselines_problem.empty())
+    sink({Event::kTagFileFault, "reference tags: " + baselines_problem});
 }
 
 }  // namespace plumbline

@@ -36,10 +36,10 @@ class SharedLensStore {
   std::string problem_;  ///< of the last failed attempt
 };
 
-struct WatchStores {
+struct CameraStores {
   /// Logs if the baseline file cannot be read.
   /// @param cell  the reference tags
-  WatchStores(const std::string& state_directory, const Body& cell, const LogSink& sink);
+  CameraStores(const std::string& state_directory, const Body& cell, const LogSink& sink);
 
   SharedLensStore lenses;
   std::string baselines_problem;  ///< why the baseline file could not be read; empty: it could

@@ -33,7 +33,7 @@ LensSupervisorSettings SettingsFrom(const CameraConfig& camera, const VisionConf
   settings.name = camera.name;
   settings.zoom = camera.zoom.supervision;
   settings.acceptable_px = vision.board.acceptable_px;
-  settings.cell = CellMarksOf(tags);
+  settings.cell = CellReferenceTags(tags);
   settings.tag_check.place_sd_m =
       std::max(settings.cell.place_sd_m.value_or(tags.place_sd_m), kMinPlaceSd_m);
   for (const Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
@@ -64,9 +64,9 @@ std::string UtcNow() {
 
 }  // namespace
 
-CameraWatch::CameraWatch(const CameraConfig& camera, const VisionConfig& vision,
-                         CameraDevices devices, WatchStores& stores, std::string plumbline,
-                         CameraLink& link, LogSink sink, Show show)
+CameraSupervisor::CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision,
+                                   CameraDevices devices, CameraStores& stores,
+                                   std::string plumbline, CameraLink& link, LogSink sink, Show show)
     : zoom_(camera.zoom),
       board_(vision.board),
       devices_(std::move(devices)),
@@ -77,11 +77,11 @@ CameraWatch::CameraWatch(const CameraConfig& camera, const VisionConfig& vision,
       show_(std::move(show)),
       supervisor_(SettingsFrom(camera, vision), std::move(sink)) {}
 
-CameraWatch::~CameraWatch() {
+CameraSupervisor::~CameraSupervisor() {
   Stop();
 }
 
-void CameraWatch::Start() {
+void CameraSupervisor::Start() {
   WithSupervisor([](LensSupervisor&) {});
   handled_starts_ = link_.start_board;
   handled_cancels_ = link_.cancel_board;
@@ -91,7 +91,7 @@ void CameraWatch::Start() {
   pthread_setname_np(image_thread_.native_handle(), "images");
 }
 
-void CameraWatch::Stop() {
+void CameraSupervisor::Stop() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -101,20 +101,20 @@ void CameraWatch::Stop() {
   if (image_thread_.joinable()) image_thread_.join();
 }
 
-void CameraWatch::Pause(double seconds) {
+void CameraSupervisor::Pause(double seconds) {
   std::unique_lock lock(mutex_);
   wake_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return stop_; });
 }
 
-FrameContext CameraWatch::CurrentContext() {
+FrameContext CameraSupervisor::CurrentContext() {
   const std::lock_guard lock(mutex_);
   return supervisor_.frame_context();
 }
 
-void CameraWatch::RunZoomThread() {
+void CameraSupervisor::RunZoomThread() {
   double tick_s = MonotonicSeconds();
   for (;;) {
-    sensor_pulse_.Beat();
+    sensor_heartbeat_.Beat();
     ZoomReading reading;
     const ZoomResult result = devices_.zoom->Read(reading);
     const double now_s = MonotonicSeconds();
@@ -132,11 +132,11 @@ void CameraWatch::RunZoomThread() {
   }
 }
 
-void CameraWatch::RunImageThread() {
+void CameraSupervisor::RunImageThread() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kImageThreadNice);
   worker_.emplace(plumbline_, MonotonicSeconds);  // here: the process ends with this thread
   for (;;) {
-    image_pulse_.Beat();
+    image_heartbeat_.Beat();
     HandleRequests();
     CameraFrame frame;
     const CameraResult result = devices_.camera->Read(kFrameTimeout_s, frame);
@@ -160,7 +160,7 @@ void CameraWatch::RunImageThread() {
 }
 
 /// A capture times out even if the camera no longer delivers frames.
-void CameraWatch::OnMissingFrame(double now_s) {
+void CameraSupervisor::OnMissingFrame(double now_s) {
   if (CurrentContext().state != ZoomState::kCalibrating) {
     waiting_since_s_.reset();
     return;
@@ -178,7 +178,7 @@ void CameraWatch::OnMissingFrame(double now_s) {
   WithSupervisor([&](LensSupervisor& supervisor) { supervisor.OnBoardRefused({why}, now_s); });
 }
 
-void CameraWatch::HandleRequests() {
+void CameraSupervisor::HandleRequests() {
   const double now_s = MonotonicSeconds();
   if (const std::uint32_t starts = link_.start_board; starts != handled_starts_) {
     handled_starts_ = starts;
@@ -190,7 +190,7 @@ void CameraWatch::HandleRequests() {
   }
 }
 
-void CameraWatch::TakeFrame(const CameraFrame& frame) {
+void CameraSupervisor::TakeFrame(const CameraFrame& frame) {
   waiting_since_s_.reset();
   const FrameContext context = CurrentContext();
   if (context.standstill != standstill_) devices_.tracker->Forget();
@@ -206,7 +206,7 @@ void CameraWatch::TakeFrame(const CameraFrame& frame) {
   if (context.search_for_board && board_.by_itself) LookForBoard(frame);
 }
 
-void CameraWatch::Track(const FrameContext& context, const CameraFrame& frame) {
+void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& frame) {
   const ActiveLens* const lens = context.lens.get();
   const bool fits = lens != nullptr && lens->known.size == frame.luma.size();
   if (lens != nullptr && !fits && !size_mismatch_) {
@@ -238,22 +238,22 @@ void CameraWatch::Track(const FrameContext& context, const CameraFrame& frame) {
   if (changed && check.baseline) StoreBaseline(context, *check.baseline);
 }
 
-void CameraWatch::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
+void CameraSupervisor::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
   if (!context.lens->calibrated || context.lens->id == 0) return;
   if (const auto kept = stores_.baselines.Store(context.lens->id, baseline); !kept) {
-    sink_({Event::kMarksFile, "reference tags: not saved: " + kept.error()});
+    sink_({Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
   }
 }
 
-LensKey CameraWatch::LensKeyFor(const FrameContext& context) const {
+LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
   const CameraIdentity& camera = devices_.camera->identity();
   return {camera.serial, camera.mode, context.zoom_counts.value_or(0), context.focus_counts};
 }
 
-void CameraWatch::LookUpLens(const FrameContext& context) {
+void CameraSupervisor::LookUpLens(const FrameContext& context) {
   if (devices_.camera->identity().serial.empty()) return;
   const double lookup_time_s = MonotonicSeconds();
-  const ZoomSupervisionSettings& bands = zoom_.supervision;
+  const ZoomSupervisorSettings& bands = zoom_.supervision;
   const auto found =
       stores_.lenses.Find(LensKeyFor(context), {bands.zoom_band_counts, bands.focus_band_counts});
   WithSupervisor(
@@ -279,7 +279,7 @@ void CameraWatch::LookUpLens(const FrameContext& context) {
   });
 }
 
-void CameraWatch::LookForBoard(const CameraFrame& frame) {
+void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
   if (const auto answer = worker_->Poll(); answer && *answer && search_standstill_ == standstill_) {
     const bool started = WithSupervisor(
         [&](LensSupervisor& supervisor) { return supervisor.StartBoard(MonotonicSeconds()); });
@@ -294,7 +294,7 @@ void CameraWatch::LookForBoard(const CameraFrame& frame) {
   }
 }
 
-void CameraWatch::CaptureBoard(const CameraFrame& frame) {
+void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
   if (!session_) {
     session_.emplace(BoardFrom(board_), frame.luma.size(), frame.time_s);
     search_standstill_.reset();
@@ -321,7 +321,7 @@ void CameraWatch::CaptureBoard(const CameraFrame& frame) {
   if (session_->state() != BoardSession::State::kCapturing) FinishBoard();
 }
 
-void CameraWatch::FinishBoard() {
+void CameraSupervisor::FinishBoard() {
   const BoardSession session = std::move(*session_);
   session_.reset();
   if (session.state() == BoardSession::State::kRefused) {
@@ -341,7 +341,7 @@ void CameraWatch::FinishBoard() {
   if (taken) StoreLens(session, context);
 }
 
-void CameraWatch::StoreLens(const BoardSession& session, const FrameContext& context) {
+void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext& context) {
   const LensCalibration& solved = *session.calibration();
   LensEntry entry;
   entry.key = LensKeyFor(context);
@@ -349,7 +349,7 @@ void CameraWatch::StoreLens(const BoardSession& session, const FrameContext& con
   entry.rms_px = solved.rms_px;
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(solved.board);
-  entry.corners = BytesOfViews({solved.board, session.views()});
+  entry.corners = EncodeViews({solved.board, session.views()});
   if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
   entry.utc = UtcNow();
   const double fx_sd = std::sqrt(solved.covariance(kFx, kFx));

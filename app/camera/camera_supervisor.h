@@ -15,7 +15,7 @@
 #include "app/camera/camera_link.h"
 #include "app/camera/camera_stores.h"
 #include "app/camera/lens_supervisor.h"
-#include "drivers/pulse.h"
+#include "drivers/thread_heartbeat.h"
 
 namespace plumbline {
 
@@ -25,7 +25,7 @@ namespace plumbline {
 /// calibration board. State shared by both threads is in the LensSupervisor, behind one mutex that
 /// is held for microseconds. The control cycle reads the published status and never blocks on
 /// either thread. The supervisors of several cameras share only the CameraStores.
-class CameraWatch {
+class CameraSupervisor {
  public:
   /// Display hook, called by the image thread for each frame.
   /// @param seen  tracked tags and bodies; empty while the board is captured
@@ -37,17 +37,17 @@ class CameraWatch {
   /// @param stores     shared by all cameras; must outlive this object
   /// @param plumbline  path of the program that is run as the board worker
   /// @param link       mailboxes to the control cycle; must outlive this object
-  CameraWatch(const CameraConfig& camera, const VisionConfig& vision, CameraDevices devices,
-              WatchStores& stores, std::string plumbline, CameraLink& link, LogSink sink,
-              Show show = nullptr);
-  ~CameraWatch();
-  CameraWatch(const CameraWatch&) = delete;
-  CameraWatch& operator=(const CameraWatch&) = delete;
+  CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision, CameraDevices devices,
+                   CameraStores& stores, std::string plumbline, CameraLink& link, LogSink sink,
+                   Show show = nullptr);
+  ~CameraSupervisor();
+  CameraSupervisor(const CameraSupervisor&) = delete;
+  CameraSupervisor& operator=(const CameraSupervisor&) = delete;
 
   void Start();
   void Stop();
-  const Pulse& sensor_pulse() const { return sensor_pulse_; }
-  const Pulse& image_pulse() const { return image_pulse_; }
+  const ThreadHeartbeat& sensor_heartbeat() const { return sensor_heartbeat_; }
+  const ThreadHeartbeat& image_heartbeat() const { return image_heartbeat_; }
 
  private:
   void RunZoomThread();
@@ -70,7 +70,7 @@ class CameraWatch {
   auto WithSupervisor(Function function) {
     const std::lock_guard lock(mutex_);
     struct PublishAtExit {
-      CameraWatch& owner;
+      CameraSupervisor& owner;
       ~PublishAtExit() {
         owner.link_.status.Begin() = owner.supervisor_.Status();
         owner.link_.status.Publish();
@@ -82,7 +82,7 @@ class CameraWatch {
   const ZoomConfig zoom_;
   const BoardConfig board_;
   const CameraDevices devices_;
-  WatchStores& stores_;
+  CameraStores& stores_;
   const std::string plumbline_;
   CameraLink& link_;
   const LogSink sink_;
@@ -93,7 +93,7 @@ class CameraWatch {
   LensSupervisor supervisor_;
   bool stop_ = false;
   std::thread zoom_thread_, image_thread_;
-  Pulse sensor_pulse_, image_pulse_;
+  ThreadHeartbeat sensor_heartbeat_, image_heartbeat_;
 
   // Used by the image thread only.
   std::optional<BoardWorker> worker_;

@@ -49,7 +49,7 @@ void LensSupervisor::Take(ZoomEvent event) {
 
 void LensSupervisor::ApplyTransition(const ZoomTransition& transition) {
   const ZoomState to = transition.to;
-  const bool came_to_rest = transition.why == ZoomReason::kStoodStill;
+  const bool came_to_rest = transition.why == ZoomReason::kStationary;
   if (to == ZoomState::kMoving || to == ZoomState::kUnknown ||
       transition.why == ZoomReason::kDigitalZoom) {
     ++standstill_;
@@ -66,7 +66,7 @@ void LensSupervisor::ApplyTransition(const ZoomTransition& transition) {
   }
   const std::string at =
       transition.zoom_counts ? fmt::format(" (zoom {})", *transition.zoom_counts) : "";
-  const bool explain = !check_message_.empty() && (transition.why == ZoomReason::kMarksBad);
+  const bool explain = !check_message_.empty() && (transition.why == ZoomReason::kTagsBad);
   std::vector<LogField> fields = {{"CAMERA_STATE", std::string(ZoomStateText(to))}};
   if (transition.zoom_counts) {
     fields.push_back({"ZOOM_COUNTS", fmt::format("{}", *transition.zoom_counts)});
@@ -142,7 +142,7 @@ FrameContext LensSupervisor::frame_context() const {
   context.state = state();
   const bool at_rest = state() == ZoomState::kVerifying || state() == ZoomState::kStale;
   context.needs_lens = at_rest && !lens_ && !looked_up_;
-  context.search_for_board = supervision_.request() == ZoomAsk::kBoard;
+  context.search_for_board = supervision_.request() == ZoomRequest::kBoard;
   context.zoom_counts = standstill_zoom_;
   context.focus_counts = standstill_focus_;
   context.lens = lens_;
@@ -157,7 +157,7 @@ void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
   if (context.standstill != standstill_ || lens_) return;
   looked_up_ = true;
   ZoomEvent event = EventOf(ZoomEvent::Kind::kLensUnknown, now_s);
-  event.about_s = lookup_time_s;
+  event.observed_s = lookup_time_s;
   if (lens) {
     event.kind = ZoomEvent::Kind::kLensKnown;
     event.zoom_band_counts = lens->band_counts;
@@ -181,17 +181,17 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
   // the lens.
   if (!IsCurrent(context) || image_s < supervision_.trusted_from_s()) return false;
   ZoomEvent event = EventOf(ZoomEvent::Kind::kTime, now_s);
-  event.about_s = image_s;
+  event.observed_s = image_s;
   bool changed = false;
   const bool good = check.verdict == TagVerdict::kGood;
   if (good || check.verdict == TagVerdict::kNotVisible) {
-    event.kind = good ? ZoomEvent::Kind::kMarksGood : ZoomEvent::Kind::kMarksNotVisible;
+    event.kind = good ? ZoomEvent::Kind::kTagsGood : ZoomEvent::Kind::kTagsNotVisible;
     if (good) failed_checks_ = 0;
   } else {
     tip_.Reset();
     if (++failed_checks_ < kChecksToReject) return false;
-    event.kind = check.verdict == TagVerdict::kBad ? ZoomEvent::Kind::kMarksBad
-                                                   : ZoomEvent::Kind::kMarksGood;
+    event.kind =
+        check.verdict == TagVerdict::kBad ? ZoomEvent::Kind::kTagsBad : ZoomEvent::Kind::kTagsGood;
     failed_checks_ = check.verdict == TagVerdict::kBad ? kChecksToReject : 0;
   }
   tag_moved_ = !check.excluded.empty();
@@ -199,7 +199,7 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
     check_message_ = check.message;
     // A bad lens is logged with the change of state.
     if (!check.message.empty() && check.verdict != TagVerdict::kBad) {
-      sink_({good && !tag_moved_ ? Event::kMarksExplained : Event::kMarksDoubted,
+      sink_({good && !tag_moved_ ? Event::kZoomDriftRefined : Event::kTagsContradict,
              "camera: " + check.message});
     }
   }
@@ -236,7 +236,7 @@ void LensSupervisor::OnBodies(const std::vector<SeenBody>& seen, const FrameCont
     status.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
     const MeasuredPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
                                               Vec3::Zero(), lens, image_s, places(*body));
-    status.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.places_W);
+    status.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
     status.time_s = image_s;
   }
   const SeenBody* const tool = settings_.tool.empty() ? nullptr : Find(seen, settings_.tool);
@@ -276,7 +276,7 @@ void LensSupervisor::OnBoardProgress(BoardPrompt prompt, std::size_t views, doub
 bool LensSupervisor::OnBoardAccepted(const ActiveLens& lens, double oldest_s, double now_s) {
   if (state() != ZoomState::kCalibrating) return false;
   ZoomEvent event = EventOf(ZoomEvent::Kind::kBoardAccepted, now_s);
-  event.about_s = oldest_s;
+  event.observed_s = oldest_s;
   Take(event);
   if (state() != ZoomState::kValid) return false;
   lens_ = std::make_shared<ActiveLens>(lens);
@@ -325,8 +325,8 @@ CameraStatus LensSupervisor::Status() const {
   status.lens_stale = state() != ZoomState::kValid;
   status.camera_lost = camera_ != CameraResult::kFrame;
   status.zoom_unknown = state() == ZoomState::kUnknown;
-  status.board_wanted = supervision_.request() == ZoomAsk::kBoard;
-  status.fiducials_hidden = status.reason == ZoomReason::kMarksNotVisible;
+  status.board_wanted = supervision_.request() == ZoomRequest::kBoard;
+  status.fiducials_hidden = status.reason == ZoomReason::kTagsNotVisible;
   status.fiducial_moved = tag_moved_;
   status.store_fault = !store_fault_.empty();
   status.prompt = prompt_;
@@ -345,7 +345,7 @@ CameraStatus LensSupervisor::Status() const {
     status.tip_valid = true;
     status.tip_W = tip->p_W;
     status.tip_covariance_W = tip->covariance_W;
-    status.tip_places_W = tip->places_W;
+    status.tip_tag_covariance_W = tip->tag_covariance_W;
     status.tip_time_s = tip->time_s;
   }
   return status;

@@ -22,7 +22,7 @@ namespace plumbline {
 
 struct LensSupervisorSettings {
   CameraName name = CameraName::kNone;
-  ZoomSupervisionSettings zoom;
+  ZoomSupervisorSettings zoom;
   TagCheckSettings tag_check;
   double acceptable_px = 0.5;       ///< largest acceptable projection uncertainty (1 sd)
   Body cell;                        ///< the reference tags
@@ -93,7 +93,7 @@ class LensSupervisor {
 
   const LensSupervisorSettings settings_;
   LogSink sink_;
-  ZoomSupervision supervision_;
+  ZoomSupervisor supervision_;
   std::optional<std::int32_t> zoom_counts_, focus_counts_;  ///< last reading
   double zoom_time_s_ = CameraStatus::kNever, frame_time_s_ = CameraStatus::kNever;
   std::uint64_t standstill_ = 0;
@@ -106,7 +106,7 @@ class LensSupervisor {
   bool tag_moved_ = false;
   BoardPrompt prompt_ = BoardPrompt::kNone;
   std::size_t board_views_ = 0;
-  std::array<CameraStatus::Body, CameraStatus::kMostBodies> bodies_;
+  std::array<CameraStatus::Body, CameraStatus::kMaxBodies> bodies_;
   StationaryPointFilter tip_;
   std::optional<CameraResult> camera_;  ///< last logged result
   std::optional<ZoomResult> sensor_;    ///< last logged result

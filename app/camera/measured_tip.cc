@@ -35,10 +35,10 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
   point.covariance_W = by_tool * NoiseOf(tool, lens) * by_tool.transpose() +
                        by_cell * NoiseOf(cell, lens) * by_cell.transpose() +
                        by_lens * lens * by_lens.transpose();
-  point.places_W = places.tool_sd_m * places.tool_sd_m * by_tool * tool.unit_place_covariance *
-                       by_tool.transpose() +
-                   places.cell_sd_m * places.cell_sd_m * by_cell * cell.unit_place_covariance *
-                       by_cell.transpose();
+  point.tag_covariance_W = places.tool_sd_m * places.tool_sd_m * by_tool *
+                               tool.unit_place_covariance * by_tool.transpose() +
+                           places.cell_sd_m * places.cell_sd_m * by_cell *
+                               cell.unit_place_covariance * by_cell.transpose();
   point.time_s = time_s;
   return point;
 }

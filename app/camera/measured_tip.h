@@ -12,8 +12,9 @@ namespace plumbline {
 struct MeasuredPoint {
   Vec3 p_W = Vec3::Zero();
   Mat3 covariance_W = Mat3::Zero();  ///< from image noise and the lens [m^2]
-  Mat3 places_W = Mat3::Zero();  ///< additionally from errors of the tags' declared places [m^2]
-  double time_s = 0;             ///< when the image was taken, monotonic
+  Mat3 tag_covariance_W =
+      Mat3::Zero();   ///< additionally from errors of the tags' declared places [m^2]
+  double time_s = 0;  ///< when the image was taken, monotonic
 };
 
 /// Standard deviation of the tags' declared places on their bodies, per axis [m].

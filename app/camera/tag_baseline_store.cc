@@ -28,7 +28,7 @@ Json NumbersOf(const Matrix& matrix) {
   return array;
 }
 
-/// Throws on malformed input, as the JSON library does; MarksFromJson() catches both.
+/// Throws on malformed input, as the JSON library does; TagBaselinesFromJson() catches both.
 template <typename Matrix>
 void Read(const Json& array, Matrix& matrix) {
   if (array.size() != static_cast<std::size_t>(matrix.size())) {
@@ -74,7 +74,8 @@ TagBaseline BaselineFrom(const Json& json) {
 
 }  // namespace
 
-std::string MarksJson(const std::map<std::int64_t, TagBaseline>& baselines, const Body& cell) {
+std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
+                             const Body& cell) {
   Json lenses = Json::object();
   for (const auto& [id, baseline] : baselines) {
     Json tags = Json::object();
@@ -92,8 +93,8 @@ std::string MarksJson(const std::map<std::int64_t, TagBaseline>& baselines, cons
   return Json{{"schema", kSchema}, {"marks", Declared(cell)}, {"lenses", lenses}}.dump() + "\n";
 }
 
-Result<std::map<std::int64_t, TagBaseline>> MarksFromJson(const std::string& text,
-                                                          const Body& cell) {
+Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
+                                                                 const Body& cell) {
   std::map<std::int64_t, TagBaseline> baselines;
   try {
     const Result<Json> read = JsonFromText(text);
@@ -117,7 +118,7 @@ TagBaselineStore::TagBaselineStore(std::string path, Body cell, std::string& pro
   std::error_code none;
   if (!fs::exists(path_, none)) return;
   const Result<std::string> text = ReadTextFile(path_);
-  auto read = text ? MarksFromJson(*text, cell_) : Error{text.error()};
+  auto read = text ? TagBaselinesFromJson(*text, cell_) : Error{text.error()};
   if (read) {
     baselines_ = std::move(read).value();
     return;
@@ -140,7 +141,7 @@ Result<void> TagBaselineStore::Store(std::int64_t lens_id, const TagBaseline& ba
   baselines_[lens_id] = baseline;
   std::error_code not_moved;  // the write below then fails and is reported
   if (std::exchange(unreadable_, false)) fs::rename(path_, path_ + ".unread", not_moved);
-  return WriteDurably(path_, MarksJson(baselines_, cell_));
+  return WriteDurably(path_, TagBaselinesJson(baselines_, cell_));
 }
 
 }  // namespace plumbline

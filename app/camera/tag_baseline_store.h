@@ -12,10 +12,11 @@
 namespace plumbline {
 
 /// @param baselines  by the id of the lens
-std::string MarksJson(const std::map<std::int64_t, TagBaseline>& baselines, const Body& cell);
+std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
+                             const Body& cell);
 /// @return  an empty map if the tags' declaration has changed since the text was written
-Result<std::map<std::int64_t, TagBaseline>> MarksFromJson(const std::string& text,
-                                                          const Body& cell);
+Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
+                                                                 const Body& cell);
 
 /// One JSON file, replaced as a whole at each change. The key is the id in the lens store, which is
 /// unique across cameras. Thread-safe.

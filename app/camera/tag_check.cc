@@ -42,7 +42,8 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const Body& cell,
   }
   if (judgement.verdict != TagVerdict::kGood) return check;
   if (!lens.calibrated) {
-    const double uncertain_px = UncertaintyOf(used.lens, used.covariance, used.size).max_px;
+    const double uncertain_px =
+        ProjectionUncertaintyOf(used.lens, used.covariance, used.size).max_px;
     if (uncertain_px > acceptable_px) {
       check.verdict = TagVerdict::kBad;
       check.message = fmt::format(
@@ -89,7 +90,7 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
       const KnownLens drifted =
           WithFocalDrift(lens.known, judgement.log_focal, judgement.log_focal_sd);
       const double uncertain_px =
-          UncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
+          ProjectionUncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
       if (uncertain_px > acceptable_px) {
         check.verdict = TagVerdict::kBad;
         check.message = fmt::format(

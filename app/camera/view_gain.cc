@@ -95,7 +95,7 @@ Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, Imag
 
 BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
                        const std::set<BoardPrompt>& avoid) {
-  const Lens lens = LensOfShared(fit.shared);
+  const Lens lens = LensFromShared(fit.shared);
   BoardPrompt best = BoardPrompt::kShowBoard;
   double least = INFINITY;
   for (const PromptPlacement& placement : kPlacements) {
@@ -108,7 +108,7 @@ BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
     const SharedMatrix gained =
         fit.covariance * (SharedMatrix::Identity() + *information * fit.covariance).inverse();
     const LensMatrix covariance = gained.topLeftCorner<kLensCount, kLensCount>();
-    const double worst = UncertaintyOf(lens, covariance, size).max_px;
+    const double worst = ProjectionUncertaintyOf(lens, covariance, size).max_px;
     if (worst < least) least = worst, best = placement.prompt;
   }
   return best;

@@ -49,7 +49,8 @@ struct Inputs {
 bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
-    Fail(fmt::format("{}: {}", options.intrinsics, CannotBeRead(options.intrinsics, text.error())));
+    Fail(
+        fmt::format("{}: {}", options.intrinsics, ReadErrorText(options.intrinsics, text.error())));
     return false;
   }
   const auto read = LensFromJson(*text);
@@ -85,7 +86,7 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   inputs.target.family = std::move(family).value();
   const auto text = ReadTextFile(options.bodies);
   if (!text) {
-    Fail(fmt::format("{}: {}", options.bodies, CannotBeRead(options.bodies, text.error())));
+    Fail(fmt::format("{}: {}", options.bodies, ReadErrorText(options.bodies, text.error())));
     return false;
   }
   FaultList faults;
@@ -116,7 +117,7 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
   }
   const auto text = ReadTextFile(options.poses);
   if (!text) {
-    Fail(fmt::format("{}: {}", options.poses, CannotBeRead(options.poses, text.error())));
+    Fail(fmt::format("{}: {}", options.poses, ReadErrorText(options.poses, text.error())));
     return false;
   }
   const auto poses = RobotPosesFromCsv(
@@ -134,9 +135,9 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
 }
 
 bool ReadNames(const CalibrateHandEyeOptions& options, Inputs& inputs) {
-  const auto names = ImageNames(options.images);
+  const auto names = ListImageNames(options.images);
   if (!names) {
-    Fail(fmt::format("{}: {}", options.images, CannotBeRead(options.images, names.error())));
+    Fail(fmt::format("{}: {}", options.images, ReadErrorText(options.images, names.error())));
     return false;
   }
   inputs.names = *names;
@@ -177,8 +178,8 @@ int Run(const CalibrateHandEyeOptions& options) {
   how.free_size = options.free_size;
   how.free_joints = options.free_joints;
   const BoardKind kind = inputs.target.board.kind;
-  how.half_turns = inputs.target.body == nullptr &&
-                   (kind == BoardKind::kChessboard || kind == BoardKind::kCircles);
+  how.half_turn_symmetric = inputs.target.body == nullptr &&
+                            (kind == BoardKind::kChessboard || kind == BoardKind::kCircles);
   how.acceptable_m = 1e-3 * options.acceptable_mm;
   std::optional<Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);

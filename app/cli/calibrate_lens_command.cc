@@ -181,10 +181,10 @@ int Run(const CalibrateLensOptions& options) {
     std::cerr << "plumbline calibrate-lens: --yaml and --json are the same file; choose another\n";
     return kExitUsage;
   }
-  Result<std::vector<std::string>> names = ImageNames(options.images);
+  Result<std::vector<std::string>> names = ListImageNames(options.images);
   if (!names) {
     std::cerr << fmt::format("{}: {}\n", options.images,
-                             CannotBeRead(options.images, names.error()));
+                             ReadErrorText(options.images, names.error()));
     return kExitFault;
   }
   std::erase_if(names.value(), [&](const std::string& name) {

@@ -22,16 +22,16 @@ using Json = nlohmann::ordered_json;
 struct Listed {
   V4l2Device device;
   std::string select;
-  V4l2Offer offer;
+  V4l2Capabilities offer;
 };
 
 std::vector<Listed> List(const DeviceTree& tree) {
   std::vector<Listed> cameras;
   const std::vector<V4l2Device> devices = ListV4l2Devices(tree);
   for (const V4l2Device& device : devices) {
-    Listed camera{device, LastingName(device, devices), {}};
+    Listed camera{device, StableName(device, devices), {}};
     if (camera.device.problem.empty()) {
-      auto offer = OfferOf(device);
+      auto offer = QueryV4l2Capabilities(device);
       if (offer) {
         camera.offer = std::move(offer).value();
       } else {

@@ -122,7 +122,7 @@ bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
   if (file.empty()) return true;
   const Result<std::string> text = ReadTextFile(file);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, file, 0, "", CannotBeRead(file, text.error())});
+    faults.Add({Fault::Severity::kFault, file, 0, "", ReadErrorText(file, text.error())});
     return false;
   }
   const TagDatabase* const tags =
@@ -133,7 +133,7 @@ bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
     if (access(object.file.c_str(), R_OK) == 0) continue;
     faults.Add({Fault::Severity::kWarning, file, 0, "object.file",
                 fmt::format("{} of \"{}\" {}", object.file, object.name,
-                            CannotBeRead(object.file, std::strerror(errno)))});
+                            ReadErrorText(object.file, std::strerror(errno)))});
   }
   return true;
 }
@@ -146,7 +146,7 @@ CheckedFile Check(const std::string& text, const std::string& file) {
     const bool replay = checked.config && checked.config->robot.transport == "replay";
     if (replay && !ReadReplayFile(*checked.config, checked.faults)) checked.config.reset();
     if (checked.config) {
-      if (const auto why_not = WhyNotUsable(checked.config->machine.cell)) {
+      if (const auto why_not = ModelUnusableReason(checked.config->machine.cell)) {
         checked.faults.Add(
             {Fault::Severity::kFault, checked.config->cell_file, 0, "effect", *why_not});
         checked.config.reset();
@@ -155,8 +155,8 @@ CheckedFile Check(const std::string& text, const std::string& file) {
     if (checked.config) {
       FaultList applied;
       checked.in_force = checked.config->machine;
-      if (auto model = AddFaultsOfModelStore(checked.config->state_directory,
-                                             checked.config->cell_file, applied)) {
+      if (auto model = CheckModelStore(checked.config->state_directory, checked.config->cell_file,
+                                       applied)) {
         checked.in_force.cell = CellOfSession(*model, "");
         checked.model_applied = true;
       }
@@ -271,7 +271,7 @@ std::string CountText(const FaultList& faults) {
 int Run(const CheckOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
-    std::cerr << options.file << ": " << CannotBeRead(options.file, text.error()) << '\n';
+    std::cerr << options.file << ": " << ReadErrorText(options.file, text.error()) << '\n';
     return kExitFault;
   }
   const CheckedFile checked = Check(*text, options.file);

@@ -142,9 +142,9 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   const Result<std::string> table_text = ReadTextFile(arguments.measured);
   exit_code = kExitFault;
   if (!cell_text)
-    return Error{arguments.cell + ": " + CannotBeRead(arguments.cell, cell_text.error())};
+    return Error{arguments.cell + ": " + ReadErrorText(arguments.cell, cell_text.error())};
   if (!table_text)
-    return Error{arguments.measured + ": " + CannotBeRead(arguments.measured, table_text.error())};
+    return Error{arguments.measured + ": " + ReadErrorText(arguments.measured, table_text.error())};
   FaultList faults;
   const auto cell = CellFromText(*cell_text, arguments.cell, faults);
   std::optional<MeasuredTable> measured;

@@ -13,7 +13,7 @@
 namespace plumbline {
 
 int ExecView(const std::string& command, std::vector<std::string> arguments) {
-  const std::string program = ProgramBeside("plumbline-view");
+  const std::string program = SiblingProgram("plumbline-view");
   arguments.insert(arguments.begin(), program);
   std::vector<char*> words;
   words.reserve(arguments.size() + 1);

@@ -29,7 +29,7 @@ namespace {
 constexpr std::int64_t kMaxRows = 1000000000;
 
 struct JournalOptions {
-  std::string state = kUsualStateDirectory;
+  std::string state = kDefaultStateDirectory;
   std::string cell, file;
   std::optional<std::int64_t> after, last;
   std::optional<std::string> session;
@@ -50,7 +50,7 @@ int Import(const JournalOptions& options) {
   std::optional<MeasuredTable> table;
   if (!text) {
     faults.Add(
-        {Fault::Severity::kFault, options.file, 0, "", CannotBeRead(options.file, text.error())});
+        {Fault::Severity::kFault, options.file, 0, "", ReadErrorText(options.file, text.error())});
   } else if (cell) {
     table = TableFromCsv(*text, options.file, cell->robot.joints, faults);
   }

@@ -25,7 +25,7 @@ namespace plumbline {
 namespace {
 
 struct LensListOptions {
-  std::string state = kUsualStateDirectory, out;
+  std::string state = kDefaultStateDirectory, out;
   std::int64_t id = 0;
   double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
 
@@ -51,7 +51,7 @@ std::string Line(const LensEntry& entry) {
   };
   const double fx_sd = std::sqrt(entry.covariance(0, 0));
   const int decimals = DecimalsFor({fx_sd}, 2);
-  const auto views = ViewsOfBytes(entry.corners);
+  const auto views = DecodeViews(entry.corners);
   return fmt::format(
       "{:>5}  {:<20}  {:>7} {:>7}  {:>9.{}f} {:>8.{}f} {:>10} {:>6} {:>8}  {}; {}, {}\n", entry.id,
       entry.utc, entry.key.zoom_counts,
@@ -107,7 +107,7 @@ int Solve(const LensListOptions& options) {
                     stored->id),
         kExitFault);
   }
-  const auto views = ViewsOfBytes(stored->corners);
+  const auto views = DecodeViews(stored->corners);
   if (!views) {
     return Fail(fmt::format("the views of lens {}: {}", stored->id, views.error()), kExitFault);
   }

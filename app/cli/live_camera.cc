@@ -24,7 +24,7 @@ std::optional<ImageSize> SizeFromText(std::string_view text) {
   if (first != std::errc() || x == end || *x != 'x') return std::nullopt;
   const auto [rest, second] = std::from_chars(x + 1, end, size.height);
   if (second != std::errc() || rest != end || size.width < 1 || size.height < 1 ||
-      size.width > kLargestImageSide_px || size.height > kLargestImageSide_px) {
+      size.width > kMaxImageSide_px || size.height > kMaxImageSide_px) {
     return std::nullopt;
   }
   return size;

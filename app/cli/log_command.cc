@@ -45,18 +45,18 @@ std::optional<double> SinceFromText(const std::string& text) {
                         : unit == 'd' ? 86400
                                       : 0;
   if (!count || *count < 0 || unit_s == 0) return {};
-  return ComputerUtcSeconds() - *count * unit_s;
+  return SystemUtcSeconds() - *count * unit_s;
 }
 
 std::string LocalTime(double utc_s) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(static_cast<std::time_t>(utc_s)));
 }
 
-std::string LevelOf(const KeptEntry& entry) {
+std::string LevelOf(const StoredLogEntry& entry) {
   return LevelText(static_cast<LogLevel>(std::clamp(entry.priority, 3, 6)));
 }
 
-std::string KeptText(const KeptEntry& entry, bool explain) {
+std::string KeptText(const StoredLogEntry& entry, bool explain) {
   std::string text =
       fmt::format("{}  {:<7}  {}\n", LocalTime(entry.utc_s), LevelOf(entry), entry.text);
   const EventEntry* const kind = explain ? FindEvent(entry.event) : nullptr;
@@ -66,7 +66,7 @@ std::string KeptText(const KeptEntry& entry, bool explain) {
   return text;
 }
 
-std::string KeptJson(const KeptEntry& entry) {
+std::string KeptJson(const StoredLogEntry& entry) {
   nlohmann::ordered_json line = {
       {"time_utc", TextFromUtc(entry.utc_s)}, {"level", LevelOf(entry)}, {"event", entry.event},
       {"component", entry.component},         {"cell", entry.cell},      {"text", entry.text}};

@@ -26,7 +26,7 @@ namespace plumbline {
 namespace {
 
 struct ModelOptions {
-  std::string state = kUsualStateDirectory;
+  std::string state = kDefaultStateDirectory;
   std::string file, diagnosis, report, config;
   std::optional<int> number;
   bool json = false, force = false;
@@ -36,7 +36,7 @@ struct ModelOptions {
 Result<ModelStore> OpenReporting(const std::string& state_directory) {
   Result<ModelStore> store = ModelStore::Open(state_directory);
   if (!store) return store;
-  store.value().ReportWaits([](const std::string& what) { std::cerr << what << std::endl; });
+  store.value().OnLockWait([](const std::string& what) { std::cerr << what << std::endl; });
   return store;
 }
 
@@ -189,7 +189,7 @@ bool MayReplaceModelInForce(const ModelOptions& options, const ModelStore& store
     std::cerr << "how far the points move is unknown: there is no model in force to compare with\n";
     return true;
   }
-  if (const auto why = WhyAnotherArm(*in_force, cell)) {
+  if (const auto why = DifferentArmReason(*in_force, cell)) {
     std::cerr << fmt::format("{}this cell describes another arm: {}{}\n",
                              options.force ? "warning: " : "", *why,
                              options.force ? "" : "; use --force to accept it anyway");
@@ -203,7 +203,7 @@ bool MayReplaceModelInForce(const ModelOptions& options, const ModelStore& store
 int Propose(const ModelOptions& options) {
   const Result<std::string> text = ReadTextFile(options.file);
   if (!text) {
-    return Fail(fmt::format("{}: {}", options.file, CannotBeRead(options.file, text.error())),
+    return Fail(fmt::format("{}: {}", options.file, ReadErrorText(options.file, text.error())),
                 kExitFault);
   }
   FaultList faults;
@@ -213,9 +213,9 @@ int Propose(const ModelOptions& options) {
   ModelFacts facts;
   if (!options.diagnosis.empty()) {
     const Result<std::string> diagnosis = ReadTextFile(options.diagnosis);
-    const Result<ModelFacts> read = diagnosis
-                                        ? ModelFactsFromDiagnosis(*diagnosis)
-                                        : Error{CannotBeRead(options.diagnosis, diagnosis.error())};
+    const Result<ModelFacts> read =
+        diagnosis ? ModelFactsFromDiagnosis(*diagnosis)
+                  : Error{ReadErrorText(options.diagnosis, diagnosis.error())};
     if (!read) return Fail(fmt::format("{}: {}", options.diagnosis, read.error()), kExitFault);
     facts = *read;
   }
@@ -223,7 +223,7 @@ int Propose(const ModelOptions& options) {
     const Result<std::string> report = ReadTextFile(options.report);
     if (!report) {
       return Fail(
-          fmt::format("{}: {}", options.report, CannotBeRead(options.report, report.error())),
+          fmt::format("{}: {}", options.report, ReadErrorText(options.report, report.error())),
           kExitFault);
     }
   }
@@ -275,7 +275,7 @@ int ApplyVersion(const ModelOptions& options, int number) {
   FaultList changed;
   AppendChangedModelWarning(faults, store->ModelFile(number), changed);
   std::cerr << FaultsText(changed);
-  if (const auto why_not = WhyNotUsable(*cell)) {
+  if (const auto why_not = ModelUnusableReason(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
   }
   if (!MayReplaceModelInForce(options, *store, *cell)) {
@@ -302,7 +302,7 @@ int RollBack(const ModelOptions& options) {
   FaultList ignored;  // rolling back must be possible even if the present version has faults
   const auto cell = text ? CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
   const auto in_force = ModelInForce(*store);
-  if (cell && in_force && !WhyAnotherArm(*in_force, *cell)) {
+  if (cell && in_force && !DifferentArmReason(*in_force, *cell)) {
     const Result<std::string> moves =
         PointMovesText(options.state, options.config, *in_force, *cell);
     if (!moves) return Fail(moves.error(), kExitFault);

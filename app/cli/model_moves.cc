@@ -19,7 +19,7 @@ namespace {
 /// Report for the case that the configured points are unknown.
 std::string UnloadedTipText(const CellModel& in_force, const CellModel& next,
                             const std::string& why) {
-  const auto change_m = LargestChange(in_force, next, PosesWithinLimits(in_force));
+  const auto change_m = LargestTipChange(in_force, next, PosesWithinLimits(in_force));
   return fmt::format(
       "{}{}. How far its points move under load is therefore unknown\n",
       change_m
@@ -42,7 +42,7 @@ Result<std::string> PointMovesText(const std::string& state_directory,
                                    const CellModel& next) {
   const bool given = !config_file.empty();
   const std::optional<std::string> file =
-      given ? std::optional(config_file) : NotedConfiguration(state_directory);
+      given ? std::optional(config_file) : RecordedConfigurationPath(state_directory);
   if (!file) {
     return UnloadedTipText(in_force, next,
                            fmt::format("No daemon has recorded its configuration in {}; give it "
@@ -68,8 +68,8 @@ Result<std::string> PointMovesText(const std::string& state_directory,
     return UnloadedTipText(in_force, next, fmt::format("{} has no [[point]]", *file));
   }
   const PointMoves moves =
-      MovesOfPoints(config->machine, CellOfSession(in_force, ""), CellOfSession(next, ""),
-                    static_cast<double>(std::time(nullptr)), LoadsReportedByRobot(*config));
+      ComputePointMoves(config->machine, CellOfSession(in_force, ""), CellOfSession(next, ""),
+                        static_cast<double>(std::time(nullptr)), LoadsReportedByRobot(*config));
   return TextOf(moves, *file) +
          "note: poses that the PLC submits for correction by command are not included\n";
 }

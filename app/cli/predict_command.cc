@@ -70,7 +70,7 @@ std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
 /// True if it is unknown whether an event of the model has happened at this moment.
 bool EventStateUnknown(const LoadedArm& arm, const Conditions& moment) {
   return std::any_of(arm.effects().begin(), arm.effects().end(), [&](const ActiveEffect& effect) {
-    return MomentLeftOpen(effect, moment).has_value();
+    return AmbiguousTimeOfEvent(effect, moment).has_value();
   });
 }
 

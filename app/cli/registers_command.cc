@@ -178,7 +178,7 @@ std::string RegisterMapMarkdown() {
   page += fmt::format(
       "\n## Block of the first tracked body (read only)\n\nThe block of the k-th body of the "
       "bodies file (k from 0 to {}) starts at {} + {} k.\n\n",
-      CameraStatus::kMostBodies - 1, plc_map::kBodies, plc_map::kBodySize);
+      CameraStatus::kMaxBodies - 1, plc_map::kBodies, plc_map::kBodySize);
   page += kHead;
   for (const MapField& field : plc_map::BodyFields()) page += Row(field, plc_map::kBodies);
   page += "\n## Virtual objects (read only)\n\n";
@@ -216,7 +216,7 @@ nlohmann::json AsJson() {
                    {"window", window}});
   };
   for (const MapField& field : plc_map::Fields()) add(field, 0, "fixed");
-  for (int k = 0; k < static_cast<int>(kMostCameras); ++k) {
+  for (int k = 0; k < static_cast<int>(kMaxCameras); ++k) {
     const int offset = plc_map::kCameraStride * k;
     const char* const prefix = k == 0 ? "" : "second_";
     for (const MapField& field : plc_map::CameraFields()) add(field, offset, "fixed", prefix);

@@ -22,7 +22,7 @@ constexpr std::uint16_t kPayloadKnown = 1 << 2;  // bit of input_validity
 std::optional<ReportedLoad> LoadOfDaemon(const PlcConfig& plc) {
   if (plc.tcp.port == 0) return std::nullopt;
   auto client = ModbusClient::Tcp(
-      {IsEveryAddress(plc.tcp.address) ? "127.0.0.1" : plc.tcp.address, plc.tcp.port},
+      {IsWildcardAddress(plc.tcp.address) ? "127.0.0.1" : plc.tcp.address, plc.tcp.port},
       plc.tcp.unit_id, kTimeout_s, MonotonicSeconds);
   if (!client || client.value().Connect() != LinkResult::kOk) return std::nullopt;
   std::array<std::uint16_t, 3> head{};

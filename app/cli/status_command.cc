@@ -45,7 +45,7 @@ class DaemonRegisters {
  public:
   static Result<DaemonRegisters> Read(const StatusOptions& options) {
     const std::string place = fmt::format("{}:{}", options.host, options.port);
-    if (const char* why = WhyUnresolved(options.host)) {
+    if (const char* why = ResolveFailure(options.host)) {
       return Error{fmt::format("{}: unknown host name ({}); check --host", place, why)};
     }
     const std::unique_ptr<modbus_t, decltype(&modbus_free)> link(
@@ -72,12 +72,12 @@ class DaemonRegisters {
                                "set --host and --port to the daemon's plc.listen and plc.port")};
     }
     ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
-    ok = ok && read(plc_map::kLoop, plc_map::kLoopSize);
-    for (int k = 0; ok && k < static_cast<int>(kMostCameras); ++k) {
+    ok = ok && read(plc_map::kMonitoring, plc_map::kMonitoringSize);
+    for (int k = 0; ok && k < static_cast<int>(kMaxCameras); ++k) {
       const int further = plc_map::kCameraStride * k;
       ok = read(plc_map::kCamera + further, plc_map::kCameraSize) &&
            read(plc_map::kBodies + further,
-                plc_map::kBodySize * static_cast<int>(CameraStatus::kMostBodies));
+                plc_map::kBodySize * static_cast<int>(CameraStatus::kMaxBodies));
       if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
     }
     ok = ok && read(plc_map::kScene, plc_map::kSceneSize);

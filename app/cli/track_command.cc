@@ -37,7 +37,8 @@ struct TrackOptions {
 std::optional<LensFile> ReadLens(const TrackOptions& options) {
   const auto text = ReadTextFile(options.intrinsics);
   if (!text) {
-    Fail(fmt::format("{}: {}", options.intrinsics, CannotBeRead(options.intrinsics, text.error())));
+    Fail(
+        fmt::format("{}: {}", options.intrinsics, ReadErrorText(options.intrinsics, text.error())));
     return std::nullopt;
   }
   const auto lens = LensFromJson(*text);
@@ -60,7 +61,7 @@ bool AllInFamily(const TrackOptions& options, const TagDatabase& database,
                  const TagFamily& family) {
   const int count = static_cast<int>(family.codes.size());
   std::vector<int> ids;
-  for (const LoneTag& tag : database.tags) ids.push_back(tag.id);
+  for (const StandaloneTag& tag : database.tags) ids.push_back(tag.id);
   for (const Body& body : database.bodies) {
     for (const BodyTag& tag : body.tags) ids.push_back(tag.id);
   }
@@ -79,7 +80,7 @@ std::optional<TagDatabase> ReadDatabase(const TrackOptions& options) {
   if (!options.bodies.empty()) {
     const auto text = ReadTextFile(options.bodies);
     if (!text) {
-      Fail(fmt::format("{}: {}", options.bodies, CannotBeRead(options.bodies, text.error())));
+      Fail(fmt::format("{}: {}", options.bodies, ReadErrorText(options.bodies, text.error())));
       return std::nullopt;
     }
     FaultList faults;
@@ -88,7 +89,7 @@ std::optional<TagDatabase> ReadDatabase(const TrackOptions& options) {
     if (!read) return std::nullopt;
     database = std::move(*read);
   }
-  if (options.tag_size_mm > 0) database.other_side_m = kMetrePerMm * options.tag_size_mm;
+  if (options.tag_size_mm > 0) database.default_side_m = kMetrePerMm * options.tag_size_mm;
   return database;
 }
 

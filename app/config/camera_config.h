@@ -23,7 +23,7 @@ struct ZoomConfig {
   ZoomConnection connection;  ///< for kind "replay", the rows are still to be read from replay_file
   std::string replay_file;
   double period_s = kZoomPeriod_s;  ///< polling period
-  ZoomSupervisionSettings supervision;
+  ZoomSupervisorSettings supervision;
 };
 
 struct BoardConfig {
@@ -57,13 +57,13 @@ struct CameraConfig {
 /// The cameras and what they share: one cell, one set of bodies, one board.
 struct VisionConfig {
   std::string text;  ///< its tables and the tag file as text; a reload compares it to find changes
-  std::vector<CameraConfig> cameras;  ///< at most kMostCameras; empty: none
+  std::vector<CameraConfig> cameras;  ///< at most kMaxCameras; empty: none
   BoardConfig board;
   TagsConfig tags;
 };
 
 /// The body with the cell's reference tags; an empty body if the file has none of that name.
-Body CellMarksOf(const TagsConfig& tags);
+Body CellReferenceTags(const TagsConfig& tags);
 
 /// Reads [camera] with its zoom in [zoom] or [camera.zoom], or each [[camera]] with its
 /// [camera.zoom]. Faults: [zoom], [board] or [tags] without a camera; two cameras that share a

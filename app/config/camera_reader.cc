@@ -65,9 +65,9 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   if (!known) return tags;
   CheckBody(table, "cell", tags.cell, tags.database, 2);
   if (!tags.tool.empty()) CheckBody(table, "tool", tags.tool, tags.database, 1);
-  if (tags.database.bodies.size() > CameraStatus::kMostBodies) {
+  if (tags.database.bodies.size() > CameraStatus::kMaxBodies) {
     table.AddWarning("file", fmt::format("has {} bodies; only the first {} are reported to the PLC",
-                                         tags.database.bodies.size(), CameraStatus::kMostBodies));
+                                         tags.database.bodies.size(), CameraStatus::kMaxBodies));
   }
   return tags;
 }

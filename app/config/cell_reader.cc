@@ -332,7 +332,7 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
 std::optional<CellModel> ReadCell(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return CellFromText(*text, path, faults);

@@ -21,7 +21,7 @@
 namespace plumbline {
 
 /// Default state directory, that of the service.
-inline constexpr const char* kUsualStateDirectory = "/var/lib/plumbline";
+inline constexpr const char* kDefaultStateDirectory = "/var/lib/plumbline";
 
 struct RobotLinkConfig {
   std::string transport = "tcp";  ///< one of RobotTransports()
@@ -41,7 +41,7 @@ struct DaemonConfig {
   MachineConfig machine;  ///< the cell has the base and tip of its last session, if it has sessions
   RobotLinkConfig robot;
   PlcConfig plc;
-  LoopConfig loop;
+  MonitoringConfig loop;
   VisionConfig vision;             ///< a change takes effect at the next start
   OverlayConfig overlay;           ///< used by plumbline-view; the daemon only checks it
   PageConfig page;                 ///< used by plumbline-view; the daemon only checks it
@@ -50,7 +50,8 @@ struct DaemonConfig {
   /// slots. robot.connection.push enables the writing and limits its rate.
   std::vector<int> push_ids;
   double cycle_period_s = 0.01;
-  std::string state_directory = kUsualStateDirectory;  ///< a change takes effect at the next start
+  std::string state_directory =
+      kDefaultStateDirectory;  ///< a change takes effect at the next start
 };
 
 }  // namespace plumbline

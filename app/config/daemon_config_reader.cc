@@ -182,7 +182,7 @@ void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool
 void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
   const std::string &plc = config.plc.tcp.address, &own = config.page.listen;
   if (config.page.port.value_or(0) == 0 || *config.page.port != config.plc.tcp.port) return;
-  if (plc != own && !IsEveryAddress(plc) && !IsEveryAddress(own)) return;
+  if (plc != own && !IsWildcardAddress(plc) && !IsWildcardAddress(own)) return;
   page.AddFault("port",
                 fmt::format("is the same as [plc] port, and the addresses {} and {} overlap; give "
                             "the page another port",
@@ -277,7 +277,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 
 std::string InstalledDataDirectory() {
   std::error_code none;
-  const auto beside = std::filesystem::path(OwnFolder()).parent_path() / "share/plumbline";
+  const auto beside = std::filesystem::path(ProgramFolder()).parent_path() / "share/plumbline";
   if (std::filesystem::is_directory(beside, none)) return beside.string();
   return PLUMBLINE_DATADIR;
 }
@@ -297,7 +297,7 @@ std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList&
                                              std::size_t postures) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return DaemonConfigFromText(*text, path, faults, postures);

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kBytesPerMB = 1e6;
 constexpr NumberRange kPort{1, 65535}, kPortOrAny{0, 65535}, kId{1, 65535};
-constexpr NumberRange kPayloadMass{0, kLargestPayload_kg};
+constexpr NumberRange kPayloadMass{0, kMaxPayload_kg};
 constexpr NumberRange kCog{-20000, 20000, kMetrePerMm};
 
 /// @tparam Line  SerialLine or modbus::RtuSlaveOptions
@@ -23,8 +23,8 @@ void ListSerialKeys(Settings& keys, Line& line, bool required, int max_baud,
   keys.Add("stop_bits", line.stop_bits, {1, 2}, {});
 }
 
-void ListDiagnosisKeys(Settings& keys, LoopConfig& loop) {
-  using Apply = LoopConfig::Apply;
+void ListDiagnosisKeys(Settings& keys, MonitoringConfig& loop) {
+  using Apply = MonitoringConfig::Apply;
   keys.Add(
       "diagnose", loop.diagnose,
       {"after a drift alarm, look for the effect that the model lacks (runs at low priority)"});
@@ -156,7 +156,7 @@ void ListKeys(Settings& keys, PushLimits& push, std::vector<int>& ids) {
            {"shortest time between two writes of a point"});
 }
 
-void ListKeys(Settings& keys, LoopConfig& loop) {
+void ListKeys(Settings& keys, MonitoringConfig& loop) {
   keys.Add("enabled", loop.enabled, {"true: probes that the PLC submits are recorded"});
   keys.Add("session", loop.session,
            {"session label of the recorded probes; the boot number is added", "\"1\""});

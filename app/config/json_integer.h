@@ -14,7 +14,7 @@ namespace plumbline {
 
 /// The value, or nullopt if it is not an integer that fits T.
 template <std::integral T, typename Json>
-std::optional<T> WholeIfAny(const Json& json) {
+std::optional<T> IntegerFromJsonIfValid(const Json& json) {
   const bool fits =
       json.is_number_unsigned()
           ? std::in_range<T>(json.template get<std::uint64_t>())
@@ -24,8 +24,8 @@ std::optional<T> WholeIfAny(const Json& json) {
 
 /// @throws std::out_of_range if it is not an integer that fits T
 template <std::integral T, typename Json>
-T WholeOf(const Json& json) {
-  const std::optional<T> number = WholeIfAny<T>(json);
+T IntegerFromJson(const Json& json) {
+  const std::optional<T> number = IntegerFromJsonIfValid<T>(json);
   if (!number) throw std::out_of_range("a value that is no whole number, or too large a one");
   return *number;
 }

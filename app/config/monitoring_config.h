@@ -9,7 +9,7 @@ namespace plumbline {
 
 class TomlTable;
 
-struct LoopConfig {
+struct MonitoringConfig {
   enum class Apply { kAsk, kAutomatic };
   bool enabled = false;
   std::string session;          ///< label of every probe; the boot number is added
@@ -29,6 +29,6 @@ struct LoopConfig {
   std::int64_t journal_bytes = 1'000'000'000;  ///< probes are refused when the journal is full
 };
 
-LoopConfig MonitoringFromToml(const TomlTable& table);
+MonitoringConfig MonitoringFromToml(const TomlTable& table);
 
 }  // namespace plumbline

@@ -2,8 +2,8 @@
 
 namespace plumbline {
 
-LoopConfig MonitoringFromToml(const TomlTable& table) {
-  LoopConfig loop;
+MonitoringConfig MonitoringFromToml(const TomlTable& table) {
+  MonitoringConfig loop;
   ReadKeys(table, loop);
   if (loop.session.find_first_of(",\"\n\r") != std::string::npos) {
     table.AddFault("session", "must not contain a comma, a quote or a line break");

@@ -25,7 +25,7 @@ std::optional<std::string> WhyTokenWeak(const std::string& token);
 /// True for a loopback address, which only this computer reaches.
 bool IsLoopback(const std::string& address);
 /// True for the wildcard address (0.0.0.0 or ::), which means all addresses of this computer.
-bool IsEveryAddress(const std::string& address);
+bool IsWildcardAddress(const std::string& address);
 
 PageConfig PageFromToml(const TomlTable& table);
 

@@ -100,7 +100,7 @@ bool IsLoopback(const std::string& address) {
   return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
 }
 
-bool IsEveryAddress(const std::string& address) {
+bool IsWildcardAddress(const std::string& address) {
   return address == "0.0.0.0" || address == "::";
 }
 

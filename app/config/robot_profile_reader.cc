@@ -317,7 +317,7 @@ std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const st
 std::optional<RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return RobotProfileFromText(*text, path, faults);

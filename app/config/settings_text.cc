@@ -67,7 +67,7 @@ constexpr SettingsTable kTables[] = {
      "stops",
      ListPushKeys},
     {"[loop]", "monitoring: probes (measured points), drift detection, diagnosis, model updates",
-     ListDefaults<LoopConfig>},
+     ListDefaults<MonitoringConfig>},
     {"[camera]",
      "a camera that measures tags; without this table there is no camera. For two cameras, write "
      "[[camera]] twice, each with its own name and [camera.zoom]",

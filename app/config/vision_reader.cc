@@ -74,8 +74,8 @@ std::vector<CameraConfig> CamerasFromToml(const std::vector<TomlTable>& tables,
       camera.zoom = ZoomFromToml(*zoom, files, camera.connection.v4l2.device, faults);
     }
     if (tables.size() > 1 && !table.Has("name")) table.AddMissing("name", kCameraNameList);
-    if (cameras.size() == kMostCameras) {
-      table.AddFault("", fmt::format("is one camera too many; at most {} cameras", kMostCameras));
+    if (cameras.size() == kMaxCameras) {
+      table.AddFault("", fmt::format("is one camera too many; at most {} cameras", kMaxCameras));
     }
     for (const CameraConfig& earlier : cameras) CheckDistinct(table, camera, earlier);
     cameras.push_back(std::move(camera));
@@ -85,7 +85,7 @@ std::vector<CameraConfig> CamerasFromToml(const std::vector<TomlTable>& tables,
 
 }  // namespace
 
-Body CellMarksOf(const TagsConfig& tags) {
+Body CellReferenceTags(const TagsConfig& tags) {
   for (const Body& body : tags.database.bodies) {
     if (body.name == tags.cell) return body;
   }

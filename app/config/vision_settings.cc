@@ -20,7 +20,7 @@ std::vector<Choice<CameraName>> CameraNames(std::string_view none) {
   return names;
 }
 
-void ListKeys(Settings& keys, ZoomSupervisionSettings& zoom) {
+void ListKeys(Settings& keys, ZoomSupervisorSettings& zoom) {
   keys.Add("zoom_band_counts", zoom.zoom_band_counts, {0, 10000},
            {"dead band: smaller zoom changes are ignored"});
   keys.Add("focus_band_counts", zoom.focus_band_counts, {0, 10000},
@@ -137,7 +137,7 @@ void ListKeys(Settings& keys, Board& board) {
   keys.Add("rows", board.rows, {3, 100}, {"rows of inner corners or circles"});
   keys.Add("square_mm", board.square_m, kSquare,
            {"side of a square, or row spacing of the circles"});
-  keys.Add("mark_mm", board.mark_m, kSquare,
+  keys.Add("mark_mm", board.marker_m, kSquare,
            {"side of a ChArUco tag including its black border, or diameter of the circles", "7.0",
             "none"});
 }

@@ -21,7 +21,7 @@ HidField ReadField(const TomlTable& table) {
                                                         {"digital_zoom", Meaning::kDigitalZoom},
                                                         {"moved", Meaning::kMoved}})
                       .value_or(field.meaning);
-  field.at = table.RequiredInteger("at", 0, kMostReportBytes - 1).value_or(0);
+  field.at = table.RequiredInteger("at", 0, kMaxHidReportBytes - 1).value_or(0);
   field.bytes = table.RequiredInteger("bytes", 1, 4).value_or(1);
   const auto order = table.OneOf<bool>("byte_order", {{"big", true}, {"little", false}});
   if (field.bytes > 1 && !table.Has("byte_order")) {
@@ -48,8 +48,8 @@ HidExchange ReadExchange(const TomlTable& table) {
   if (const auto id = table.Integer("answer_id", 0, 0xFF)) {
     exchange.answer_id = static_cast<std::uint8_t>(*id);
   }
-  exchange.answer_bytes = table.RequiredInteger("answer_bytes", 1, kMostReportBytes).value_or(1);
-  exchange.count_at = table.Integer("count_at", 0, kMostReportBytes - 1);
+  exchange.answer_bytes = table.RequiredInteger("answer_bytes", 1, kMaxHidReportBytes).value_or(1);
+  exchange.count_at = table.Integer("count_at", 0, kMaxHidReportBytes - 1);
   if (exchange.count_at) exchange.count = table.RequiredInteger("count", 1, 0xFF).value_or(1);
   for (const TomlTable& field : table.Tables("field")) exchange.fields.push_back(ReadField(field));
   return exchange;
@@ -92,7 +92,7 @@ std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::s
 std::optional<HidProfile> ReadHidProfile(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return HidProfileFromText(*text, path, faults);

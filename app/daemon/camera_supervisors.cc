@@ -13,7 +13,7 @@ namespace {
 constexpr double kSensorTimeout_s = 5, kImageTimeout_s = 5;
 
 void AddThread(ThreadWatchdog& watchdog, const std::string& thread, double timeout_s,
-               const Pulse& heartbeat) {
+               const ThreadHeartbeat& heartbeat) {
   watchdog.Add(
       thread, timeout_s, [&heartbeat] { return heartbeat.beats(); },
       [&heartbeat] { return IsWaitingForDevice(heartbeat.thread()); });
@@ -37,7 +37,7 @@ std::string CameraLogLine(const std::string& name, const std::string& text) {
 }
 
 CameraSupervisors::CameraSupervisors(const DaemonConfig& config)
-    : stores_(config.state_directory, CellMarksOf(config.vision.tags), CameraSink("")) {}
+    : stores_(config.state_directory, CellReferenceTags(config.vision.tags), CameraSink("")) {}
 
 Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(const DaemonConfig& config,
                                                                    CycleMailboxes& mailboxes,
@@ -47,16 +47,16 @@ Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(const DaemonC
   for (std::size_t k = 0; k < vision.cameras.size(); ++k) {
     const CameraConfig& camera = vision.cameras[k];
     const std::string name = CameraNameText(camera.name);
-    auto devices = CameraDevicesFrom(camera, vision.tags);
+    auto devices = MakeCameraDevices(camera, vision.tags);
     if (!devices) return Error{CameraLogLine(name, devices.error())};
     const auto show = [&display, k](Camera& shown, const CameraFrame& frame,
                                     const TrackedFrame& seen, const Lens* lens) {
       display.PublishImage(k, shown, frame, seen, lens);
     };
     supervisors->cameras_.push_back(
-        {name, std::make_unique<CameraWatch>(camera, vision, std::move(devices).value(),
-                                             supervisors->stores_, PlumblineProgram(),
-                                             mailboxes.cameras[k], CameraSink(name), show)});
+        {name, std::make_unique<CameraSupervisor>(camera, vision, std::move(devices).value(),
+                                                  supervisors->stores_, PlumblineProgram(),
+                                                  mailboxes.cameras[k], CameraSink(name), show)});
   }
   return supervisors;
 }
@@ -72,9 +72,9 @@ void CameraSupervisors::Stop() {
 void CameraSupervisors::AddTo(ThreadWatchdog& watchdog) const {
   for (const Supervised& camera : cameras_) {
     AddThread(watchdog, CameraLogLine(camera.name, "zoom sensor"), kSensorTimeout_s,
-              camera.supervisor->sensor_pulse());
+              camera.supervisor->sensor_heartbeat());
     AddThread(watchdog, CameraLogLine(camera.name, "camera images"), kImageTimeout_s,
-              camera.supervisor->image_pulse());
+              camera.supervisor->image_heartbeat());
   }
 }
 

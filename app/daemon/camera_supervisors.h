@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "app/camera/camera_watch.h"
+#include "app/camera/camera_supervisor.h"
 #include "app/config/daemon_config.h"
 #include "app/daemon/cycle_mailboxes.h"
 #include "app/daemon/display_feed.h"
@@ -28,10 +28,10 @@ class CameraSupervisors {
  private:
   explicit CameraSupervisors(const DaemonConfig& config);
 
-  WatchStores stores_;
+  CameraStores stores_;
   struct Supervised {
     std::string name;  ///< empty: unnamed
-    std::unique_ptr<CameraWatch> supervisor;
+    std::unique_ptr<CameraSupervisor> supervisor;
   };
   std::vector<Supervised> cameras_;
 };

@@ -46,7 +46,7 @@ std::uint16_t MonitoringWarnings(const MonitoringStatus& monitoring) {
   int warnings = 0;
   if (monitoring.drift_alarm) warnings |= warning::kDrift;
   if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
-  if (monitoring.fault) warnings |= warning::kLoopFault;
+  if (monitoring.fault) warnings |= warning::kMonitoringFault;
   if (monitoring.storage_unavailable) warnings |= warning::kStorage;
   return static_cast<std::uint16_t>(warnings);
 }
@@ -57,7 +57,7 @@ std::uint16_t AddressEnd(const modbus::Client& client) {
 }
 
 /// Warning bits raised by any camera.
-std::uint16_t CameraWarnings(const std::array<CameraStatus, kMostCameras>& cameras) {
+std::uint16_t CameraWarnings(const std::array<CameraStatus, kMaxCameras>& cameras) {
   int warnings = 0;
   for (const CameraStatus& camera : cameras) {
     if (!camera.configured) continue;
@@ -79,7 +79,7 @@ std::uint16_t SceneWarnings(const SceneStatus& scene, double now_s) {
 CameraInput CameraInputFrom(const CameraStatus& camera) {
   return {camera.configured,   camera.state == ZoomState::kValid,
           camera.board_wanted, camera.fiducial_moved,
-          camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_places_W},
+          camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_tag_covariance_W},
           camera.tip_time_s};
 }
 
@@ -105,7 +105,7 @@ CycleParts::CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> re
       }
     }
   }
-  machine.AwaitTaughtBranches();
+  machine.MarkTaughtBranchesPending();
   branches.Start();
 }
 
@@ -138,7 +138,7 @@ void ControlCycle::Start() {
   start_s_ = MonotonicSeconds();
   parts_->link->Start();
   thread_ = std::thread([this] {
-    MakeRealTime(kCyclePriority, "cycle");
+    SetRealTimePriority(kCyclePriority, "cycle");
     Run();
   });
 }
@@ -165,7 +165,7 @@ void ControlCycle::Replace(std::unique_ptr<CycleParts> parts, const std::functio
 }
 
 void ControlCycle::StopLink(RobotLink& link, const std::function<void()>& step) {
-  link.AskToStop();
+  link.RequestStop();
   while (!link.ended()) {
     step();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -184,8 +184,8 @@ void ControlCycle::Run() {
     CycleParts* const next = next_.load();
     if (next != nullptr) {
       next->machine.ResumeFrom(parts->machine, next->link == parts->link
-                                                   ? Machine::RobotLinkIs::kKept
-                                                   : Machine::RobotLinkIs::kNew);
+                                                   ? Machine::RobotLinkContinuity::kKept
+                                                   : Machine::RobotLinkContinuity::kNew);
       parts = next;
       environment_.cycle_period_s = parts->period_s;
     }
@@ -231,7 +231,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   const CellModel& cell = parts.machine.config().cell;
   environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;
   environment_.monitoring.model.effects = static_cast<int>(cell.effects.size());
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     environment_.cameras[k] = *mailboxes_.cameras[k].status.Read();
     input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
   }
@@ -240,7 +240,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   input.probes_recorded = environment_.monitoring.recording && mailboxes_.queue.HasRoom();
   input.probes_pending = parts.records_probes && !environment_.monitoring.settled;
   input.storage_unavailable = environment_.monitoring.storage_unavailable;
-  input.loop_warnings = static_cast<std::uint16_t>(
+  input.background_warnings = static_cast<std::uint16_t>(
       MonitoringWarnings(environment_.monitoring) | CameraWarnings(environment_.cameras) |
       SceneWarnings(environment_.scene, start_s) | (two_masters ? warning::kTwoMasters : 0) |
       (parts.model_set_aside ? warning::kModelSetAside : 0));
@@ -267,12 +267,12 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
 
 void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapshot) {
   const bool temperature_valid = (snapshot.status & status::kTemperatureValid) != 0;
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     CameraLink& camera = mailboxes_.cameras[k];
     camera.temp_C = temperature_valid ? snapshot.robot.temp_C.value_or(NAN) : NAN;
-    const CalibrationOrder order = snapshot.calibration_orders[k];
-    if (order == CalibrationOrder::kStart) ++camera.start_board;
-    if (order == CalibrationOrder::kCancel) ++camera.cancel_board;
+    const CalibrationRequest order = snapshot.calibration_requests[k];
+    if (order == CalibrationRequest::kStart) ++camera.start_board;
+    if (order == CalibrationRequest::kCancel) ++camera.cancel_board;
   }
   if (!snapshot.probe_taken && !snapshot.monitor_restart) return;
   mailboxes_.queue.Push({snapshot.monitor_restart, snapshot.probe, parts.model_version});

@@ -49,7 +49,7 @@ struct CycleCounters {
   std::uint64_t cycles = 0;
   std::uint32_t overruns = 0;
   double longest_cycle_s = 0;  ///< computation only, without the wait for the robot
-  LatenessCounts starts;       ///< of cycles, relative to their scheduled time
+  LatenessHistogram starts;    ///< of cycles, relative to their scheduled time
 };
 
 /// The registers that identify this start to the PLC, from its first request on.
@@ -86,7 +86,7 @@ class ControlCycle {
   /// Alarm bits raised in any cycle since the last call.
   std::uint16_t TakeAlarms() { return alarms_.exchange(0); }
   CycleCounters counters() const;
-  const Pulse& heartbeat() const { return heartbeat_; }
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
   /// The clock of probes and of time-dependent effects.
   const UtcClock& clock() const { return clock_; }
   /// The parts in use; only for the thread that calls Replace().
@@ -107,7 +107,7 @@ class ControlCycle {
   Latest<Snapshot> snapshots_;
   PlcEnvironment environment_;
   const modbus::TcpServer* server_;
-  const UtcClock clock_ = UtcClock::OfThisComputer();
+  const UtcClock clock_ = UtcClock::FromSystemClock();
   double start_s_ = 0;
   double last_overrun_s_ = -1e9;
   std::atomic<std::uint16_t> alarms_{0};
@@ -115,7 +115,7 @@ class ControlCycle {
   std::atomic<std::uint32_t> overruns_{0};
   std::atomic<double> longest_cycle_s_{0};
   LatenessRecorder starts_;
-  Pulse heartbeat_;
+  ThreadHeartbeat heartbeat_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -16,11 +16,11 @@ void CycleAffinity::Update(const CycleCount& count, std::array<pid_t, 2> threads
   const double timeout_s = std::max(kTimeout_s, kTimeoutPeriods * count.period_s);
   last_ = count;
   if (late || now_s - last_cycle_s_ > timeout_s) return Release();
-  const int processor = LastProcessor();
+  const int processor = LastAllowedCpu();
   for (std::size_t k = 0; k < threads.size(); ++k) {
     const bool real_time = threads[k] > 0 && sched_getscheduler(threads[k]) == SCHED_FIFO;
     if (pinned_[k] == threads[k] || !real_time) continue;
-    if (KeepOn(threads[k], processor)) pinned_[k] = threads[k];
+    if (PinThread(threads[k], processor)) pinned_[k] = threads[k];
   }
 }
 

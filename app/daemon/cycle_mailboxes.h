@@ -76,7 +76,7 @@ struct CycleMailboxes {
   CycleEventQueue queue;
   /// Written by the monitoring worker, read by the control cycle and the display feed.
   Latest<MonitoringStatus> monitoring{2, MonitoringStatus()};
-  std::array<CameraLink, kMostCameras> cameras;
+  std::array<CameraLink, kMaxCameras> cameras;
   Latest<SceneStatus> scene{1, SceneStatus()};  ///< written by the display feed, read by the cycle
 };
 

@@ -60,7 +60,7 @@ double RobotTimeout_s(const DaemonConfig& config) {
 ///                nullptr at the start
 std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const CycleParts* in_use) {
   const DaemonConfig& config = in_force.config;
-  if (const auto why_not = WhyNotUsable(config.machine.cell)) {
+  if (const auto why_not = ModelUnusableReason(config.machine.cell)) {
     Log({Event::kFileFault, fmt::format("{}: {}; fix or remove that effect in this file",
                                         config.cell_file, *why_not)});
     return nullptr;
@@ -194,7 +194,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
   running.cycle.Replace(std::move(pending.parts), [&] {
     running.plc.DepositConnections(running.manager);
     const double now_s = MonotonicSeconds();
-    const auto period_s = running.manager.feed_period_s();
+    const auto period_s = running.manager.watchdog_period_s();
     if (!period_s || now_s - fed_s < *period_s) return;
     if (now_s - start_s > running.robot_timeout_s + kWithdrawal_s) return;
     fed_s = now_s;
@@ -230,14 +230,14 @@ class WatchdogFeeder {
       if (!stalled_.empty()) {
         Log({Event::kThreadStalled,
              fmt::format("{} has not responded for {:.1f} s: {}", stalled_, stalled.silent_s,
-                         running.manager.feed_period_s()
+                         running.manager.watchdog_period_s()
                              ? "the service manager will restart the daemon"
                              : "restart the daemon"),
              {{"THREAD", stalled_}}});
-        running.manager.AskForRestart();
+        running.manager.RequestRestart();
       }
     }
-    const auto period_s = running.manager.feed_period_s();
+    const auto period_s = running.manager.watchdog_period_s();
     if (!stalled_.empty() || !period_s || now_s - fed_s_ < *period_s) return;
     fed_s_ = now_s;
     running.manager.NotifyWatchdog();
@@ -260,8 +260,7 @@ void AddThreads(const DaemonConfig& config, const ControlCycle& cycle,
       [&cycle] { return cycle.parts().link->heartbeat().beats(); },
       [&cycle] { return IsWaitingForDevice(cycle.parts().link->heartbeat().thread()); });
   watchdog.Add(
-      "monitoring worker", kMonitoringTimeout_s,
-      [&worker] { return worker.heartbeat().beats(); },
+      "monitoring worker", kMonitoringTimeout_s, [&worker] { return worker.heartbeat().beats(); },
       [&worker] { return IsWaitingForDevice(worker.heartbeat().thread()); });
 }
 
@@ -315,7 +314,7 @@ void Supervise(int signals, Running& running) {
       if (!pending) reloaded();
     }
     const double now_s = MonotonicSeconds();
-    if (const auto step_s = clock.NewStep(ComputerUtcSeconds(), now_s)) {
+    if (const auto step_s = clock.DetectStep(SystemUtcSeconds(), now_s)) {
       Log({Event::kClockSet,
            fmt::format("system clock stepped by {:+.0f} s: probe and effect times continue on the "
                        "previous time base. Restart the daemon to use the new time",
@@ -330,7 +329,7 @@ void Supervise(int signals, Running& running) {
     UpdateAffinity(running, now_s);
     running.plc.DepositConnections(running.manager);
     running.display.PublishIfDue();
-    LogRepeats();
+    FlushLog();
   }
 }
 
@@ -346,7 +345,7 @@ std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
 int RunDaemon(const std::string& config_file) {
   // Per-thread malloc arenas would double the resident memory of a daemon that hardly allocates.
   mallopt(M_ARENA_MAX, 1);
-  const int signals = OpenSignals();
+  const int signals = OpenSignalDescriptor();
   ServiceManager manager;
 
   FaultList faults;
@@ -391,7 +390,7 @@ int RunDaemon(const std::string& config_file) {
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
   MachineInput nothing;
-  nothing.loop_warnings = parts->model_set_aside ? warning::kModelSetAside : std::uint16_t{0};
+  nothing.background_warnings = parts->model_set_aside ? warning::kModelSetAside : std::uint16_t{0};
   first_image.registers = parts->encoder.Encode(parts->machine.Cycle(nothing),
                                                 EnvironmentAtStart(boot_count, parts->period_s));
   first_image.bits.resize(plc_map::kBits);
@@ -448,7 +447,7 @@ int RunDaemon(const std::string& config_file) {
                      LinkResultText(robot.push_result))});
   }
   (*plc)->DepositConnections(manager);  // including those that connected during the shutdown
-  LogRepeats(true);
+  FlushLog(true);
   return 0;
 }
 

@@ -99,7 +99,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   std::error_code error;
   std::filesystem::remove_all(folder, error);
   std::filesystem::create_directories(folder, error);
-  if (error) return Error{fmt::format("{}: {}", folder, CannotBeWritten(folder, error.message()))};
+  if (error) return Error{fmt::format("{}: {}", folder, WriteErrorText(folder, error.message()))};
   const Result<void> written = WriteDurably(folder + "/measured.csv", exported.text);
   if (!written) return written.failure();
   step();
@@ -177,11 +177,11 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
     poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C});
   }
   step();
-  const Result<double> change_m = LargestChange(config.machine.cell, *cell, poses);
+  const Result<double> change_m = LargestTipChange(config.machine.cell, *cell, poses);
   if (change_m) facts.change_mm = 1e3 * *change_m;
   const PointMoves moves =
-      MovesOfPoints(config.machine, config.machine.cell, CellOfSession(*cell, ""),
-                    ComputerUtcSeconds(), Loads(rows_), step);
+      ComputePointMoves(config.machine, config.machine.cell, CellOfSession(*cell, ""),
+                        SystemUtcSeconds(), Loads(rows_), step);
   const bool all_compared = std::all_of(moves.all.begin(), moves.all.end(),
                                         [](const PointMove& move) { return move.Compared(); });
   if (const PointMove* const largest = moves.Largest(); largest != nullptr && all_compared) {
@@ -198,7 +198,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
       store.value().Propose(*model, facts, std::filesystem::exists(report) ? report : "");
   if (!number) return number.failure();
   outcome.proposed = *number;
-  if (config.loop.apply != LoopConfig::Apply::kAutomatic) {
+  if (config.loop.apply != MonitoringConfig::Apply::kAutomatic) {
     outcome.message =
         fmt::format("{}; version {} proposed: {}", what, *number,
                     ModelCommand(fmt::format("apply {}", *number), config.state_directory));
@@ -206,7 +206,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
   }
   const bool has_points = !config.machine.points.empty();
   const std::string objection =
-      WhyNotUsable(*cell).value_or(AutomaticApplyObjection(facts, config.loop, has_points));
+      ModelUnusableReason(*cell).value_or(AutomaticApplyObjection(facts, config.loop, has_points));
   if (!objection.empty()) {
     outcome.message =
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
@@ -219,7 +219,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
   return outcome;
 }
 
-std::string AutomaticApplyObjection(const ModelFacts& facts, const LoopConfig& loop,
+std::string AutomaticApplyObjection(const ModelFacts& facts, const MonitoringConfig& loop,
                                     bool has_points) {
   if (facts.verdict != "explained") return "the verdict is not \"explained\"";
   if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";

@@ -60,7 +60,7 @@ class DiagnosisRun {
 
 /// Why a model needs a person's approval although loop.apply is "automatic"; empty if it does not.
 /// @param has_points  whether points are configured, so that their displacement counts, too
-std::string AutomaticApplyObjection(const ModelFacts& facts, const LoopConfig& loop,
+std::string AutomaticApplyObjection(const ModelFacts& facts, const MonitoringConfig& loop,
                                     bool has_points);
 
 }  // namespace plumbline

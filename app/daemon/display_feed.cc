@@ -116,7 +116,7 @@ void DisplayFeed::PublishIfDue() {
 void DisplayFeed::Send() {
   ViewState state;
   state.now_s = sent_s_ = MonotonicSeconds();
-  state.utc_s = ComputerUtcSeconds();
+  state.utc_s = SystemUtcSeconds();
   state.version = PLUMBLINE_VERSION;
   state.cell = cell_;
   CopySnapshot(*cycle_->ReadSnapshot(), point_ids_, state);

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <vector>
 
-#include "app/camera/camera_watch.h"
+#include "app/camera/camera_supervisor.h"
 #include "app/config/daemon_config.h"
 #include "app/daemon/control_cycle.h"
 #include "app/view_link/view_publisher.h"

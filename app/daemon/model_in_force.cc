@@ -144,7 +144,7 @@ std::optional<Declared> ReadDeclared(const std::string& path, FaultList& faults,
                                      const std::optional<RunningDaemon>& running) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   // Each file is read once, so that the text recorded in the store is the text that was parsed.
@@ -172,9 +172,10 @@ std::optional<DaemonConfig> ReadApplied(const std::string& path, const Declared&
     return file == declared.config.cell_file ? store.Text(version) : ReadTextFile(file);
   };
   FaultList model_faults;
-  std::optional<DaemonConfig> applied = DaemonConfigFromText(declared.text, path, files, model_faults, 0);
+  std::optional<DaemonConfig> applied =
+      DaemonConfigFromText(declared.text, path, files, model_faults, 0);
   if (applied) {
-    if (const auto why_not = WhyNotUsable(applied->machine.cell)) {
+    if (const auto why_not = ModelUnusableReason(applied->machine.cell)) {
       model_faults.Add(
           {Fault::Severity::kFault, store.ModelFile(version), 0, "effect",
            fmt::format("{}; choose another version with {} or {}", *why_not,
@@ -182,7 +183,7 @@ std::optional<DaemonConfig> ReadApplied(const std::string& path, const Declared&
     }
   }
   if (!applied || model_faults.HasFaults()) {
-    AddFaultsOfModelStore(directory, "", faults);
+    CheckModelStore(directory, "", faults);
     if (!faults.HasFaults()) faults.Append(model_faults);  // faults of the configuration alone
     return std::nullopt;
   }

@@ -41,7 +41,7 @@ struct RunningDaemon {
 /// one, clears that.
 /// @param running  nullopt at the start
 /// @return  nullopt if the configuration, its files, the store or the applied version have a fault,
-///          or if the daemon cannot use the applied version (WhyNotUsable)
+///          or if the daemon cannot use the applied version (ModelUnusableReason)
 std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
                                                const std::optional<RunningDaemon>& running = {});
 

@@ -38,8 +38,8 @@ std::string RowsText(const std::vector<std::int64_t>& ids) {
 }
 
 /// @param step  progress callback, called between steps that take about a second in total
-MonitorDesign DesignFrom(const LoopConfig& loop, const std::function<void()>& step) {
-  MonitorWish requirements;
+MonitorDesign DesignFrom(const MonitoringConfig& loop, const std::function<void()>& step) {
+  MonitorRequirements requirements;
   requirements.sigma_m = loop.probe_sigma_m;
   requirements.shift_m = loop.shift_m;
   requirements.probes_per_day = loop.probes_per_day;
@@ -237,7 +237,7 @@ Result<void> MonitoringWorker::ReadJournal() {
       });
   if (!replayed) return replayed.failure();
   if (last_probe_s->has_value()) {
-    const double behind_s = journal.EpochUtc_s() + **last_probe_s - ComputerUtcSeconds();
+    const double behind_s = journal.EpochUtc_s() + **last_probe_s - SystemUtcSeconds();
     if (behind_s > 1) {
       sink_({Event::kClockBehind,
              fmt::format("the system clock is {:.0f} s behind the journal's last probe: one of the "
@@ -351,15 +351,15 @@ void MonitoringWorker::UpdateMonitor(const JournalRow& row, bool replayed) {
     return;
   const bool was_learning = monitor_->learning();
   const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
-  if (verdict.unwatched) return;
+  if (verdict.unmonitored) return;
   monitored_rows_.push_back(row.id);
   if (verdict.raised) {
     alarm_row_ = row.id;
     alarm_unlogged_ = replayed && !row.alarm;
   }
   if (replayed) return;
-  if (verdict.wild || verdict.raised) {
-    const Result<void> marked = journal_->Mark(row.id, verdict.wild, verdict.raised);
+  if (verdict.outlier || verdict.raised) {
+    const Result<void> marked = journal_->Mark(row.id, verdict.outlier, verdict.raised);
     if (!marked) ReportFault(marked.error());
   }
   if (was_learning && !monitor_->learning()) LogReference();
@@ -391,7 +391,7 @@ void MonitoringWorker::LogReference() {
                 disagree.size(), RowsText(disagree))
       : fault == ReferenceFault::kScatter
           ? fmt::format("they scatter by {:.3f} mm, over {:.0f} times probe_sigma_mm ({:.3f}): {}",
-                        1e3 * monitor_->sigma_m(), DriftMonitor::kMostScatter, sigma_mm,
+                        1e3 * monitor_->sigma_m(), DriftMonitor::kMaxScatterRatio, sigma_mm,
                         RowsText(disagree))
           : fmt::format(
                 "they scatter by {:.3f} mm, more than probe_sigma_mm ({:.3f}), and consecutive "
@@ -454,14 +454,14 @@ void MonitoringWorker::LogAlarm() {
   sink_({Event::kDriftAlarm,
          fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
                      "within the last {} probes; row {} of the journal",
-                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.began + 1,
+                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.first_probe + 1,
                      alarm_row_)});
 }
 
 /// The shift to be logged: the median over the probes that contributed to the alarm. The monitor's
 /// own estimate limits each probe, and so underestimates shifts of several millimetres.
 Vec3 MonitoringWorker::MedianShift(const DriftAlarm& alarm) {
-  const auto count = static_cast<std::size_t>(alarm.probe - alarm.began + 1);
+  const auto count = static_cast<std::size_t>(alarm.probe - alarm.first_probe + 1);
   if (count > monitored_rows_.size()) return alarm.shift_m;
   const std::vector<std::int64_t> part(monitored_rows_.end() - static_cast<std::ptrdiff_t>(count),
                                        monitored_rows_.end());
@@ -488,7 +488,7 @@ Vec3 MonitoringWorker::MedianShift(const DriftAlarm& alarm) {
 void MonitoringWorker::StartDiagnosisIfDue() {
   if (!journal_ || !monitor_ || !monitor_->alarm()) return;
   if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
-  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->began + 1;
+  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->first_probe + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
   Result<DiagnosisRun> started = DiagnosisRun::Start(

@@ -41,7 +41,7 @@ class MonitoringWorker {
   void Start();
   /// Also stops a running diagnosis.
   void Stop();
-  const Pulse& heartbeat() const { return heartbeat_; }
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   struct Task {
@@ -86,7 +86,7 @@ class MonitoringWorker {
   std::optional<Task> next_;
   bool stop_ = false;
   std::thread thread_;
-  Pulse heartbeat_;
+  ThreadHeartbeat heartbeat_;
 
   // Used by the thread only.
   DaemonConfig config_;

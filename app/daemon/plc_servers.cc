@@ -24,14 +24,14 @@ constexpr char kConnection[] = "modbus-client";
 
 void LogClientEvent(const modbus::TcpServerEvent& event) {
   using Kind = modbus::TcpServerEvent::Kind;
-  const char* text = event.kind == Kind::kStranger       ? "refused: not in plc.allow"
-                     : event.kind == Kind::kNoRoom       ? "refused: every slot is reserved"
+  const char* text = event.kind == Kind::kNotAllowed     ? "refused: not in plc.allow"
+                     : event.kind == Kind::kNoFreeSlot   ? "refused: every slot is reserved"
                      : event.kind == Kind::kEvicted      ? "closed: longest idle, to make room"
                      : event.kind == Kind::kFrameTimeout ? "closed: frame not completed within 1 s"
                      : event.kind == Kind::kNotReading   ? "closed: does not read its answers"
                      : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
                                                          : "closed: out of file descriptors";
-  const bool refused = event.kind == Kind::kStranger || event.kind == Kind::kNoRoom;
+  const bool refused = event.kind == Kind::kNotAllowed || event.kind == Kind::kNoFreeSlot;
   Log({refused ? Event::kClientRefused : Event::kClientClosed,
        fmt::format("Modbus client {} {}", event.peer, text),
        {{"CLIENT", fmt::format("{}", event.peer)}}});
@@ -76,8 +76,9 @@ void LogEndpointMismatch(const modbus::TcpServerOptions& asked, const TcpEndpoin
   if (asked.port != 0 && at.port != asked.port) {
     log("port", fmt::format("{}", asked.port), fmt::format("{}", at.port));
   }
-  const bool any_address = IsEveryAddress(at.address);
-  if (!inherited || at.address == asked.address || (any_address && IsEveryAddress(asked.address)))
+  const bool any_address = IsWildcardAddress(at.address);
+  if (!inherited || at.address == asked.address ||
+      (any_address && IsWildcardAddress(asked.address)))
     return;
   log("listen", asked.address, any_address ? "every address" : at.address);
 }

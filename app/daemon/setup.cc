@@ -62,11 +62,11 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
   add(plc_map::kResult, plc_map::kResultSize);
   add(plc_map::kScaled, plc_map::kScaledSize);
   add(plc_map::kInputs, plc_map::kInputsSize);
-  add(plc_map::kLoop, plc_map::kLoopSize);
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  add(plc_map::kMonitoring, plc_map::kMonitoringSize);
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     add(plc_map::kCamera + plc_map::kCameraStride * k, plc_map::kCameraSize);
     add(plc_map::kBodies + plc_map::kCameraStride * k,
-        plc_map::kBodySize * CameraStatus::kMostBodies);
+        plc_map::kBodySize * CameraStatus::kMaxBodies);
   }
   add(plc_map::kScene, plc_map::kSceneSize);
   if (points > 0) {
@@ -81,7 +81,7 @@ modbus::CommandArea EmptyCommandArea() {
   area.registers = {plc_map::kCommands, std::vector<std::uint16_t>(plc_map::kCommandsSize)};
   area.coils = {plc_map::kCoils, std::vector<std::uint8_t>(plc_map::kCoilsSize)};
   constexpr std::uint16_t kHeartbeat = CommandNamed("plc_heartbeat").address;
-  area.no_command = {kHeartbeat, kHeartbeat};
+  area.non_command_registers = {kHeartbeat, kHeartbeat};
   return area;
 }
 

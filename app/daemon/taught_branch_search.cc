@@ -35,7 +35,7 @@ void TaughtBranchSearch::Run() {
 void TaughtBranchSearch::DeliverTo(Machine& machine, std::size_t max_count) {
   const std::size_t found = found_.load(std::memory_order_acquire);
   for (; delivered_ < found && max_count > 0; ++delivered_, --max_count) {
-    machine.TakeTaughtBranch(delivered_, branches_[delivered_]);
+    machine.SetTaughtBranch(delivered_, branches_[delivered_]);
   }
 }
 

@@ -109,7 +109,7 @@ bool HasContinuousShape(const Block& block) {
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
     const ParameterSpec& spec = specs[static_cast<std::size_t>(block.term.parameters[k].spec)];
     // The phase is in the columns.
-    if (spec.role != ParameterRole::kShape || IsMoment(spec) || spec.unit == "rad") continue;
+    if (spec.role != ParameterRole::kShape || IsEventTime(spec) || spec.unit == "rad") continue;
     const double value = block.columns.front().values[k];
     if (!IsCycles(spec) || value != std::round(value)) return true;
   }
@@ -119,7 +119,7 @@ bool HasContinuousShape(const Block& block) {
 bool BeginsAtAMoment(const EffectTerm& term) {
   if (term.parameters.empty()) return false;
   const auto& specs = term.effect->traits().parameters;
-  return IsMoment(specs[static_cast<std::size_t>(term.parameters.front().spec)]);
+  return IsEventTime(specs[static_cast<std::size_t>(term.parameters.front().spec)]);
 }
 
 bool IsLinear(const EffectTerm& term) {

@@ -26,7 +26,7 @@ bool Adjusted(const ActiveEffect& effect, std::size_t k) {
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
   if (spec.role != ParameterRole::kShape) return true;
-  if (IsMoment(spec)) return false;
+  if (IsEventTime(spec)) return false;
   if (spec.unit != "1/turn") return true;
   // An eccentricity turns once, an ellipticity twice: whole cycles stay whole. Of many lines the
   // cycles stay where the search found them: together they have too many minima.

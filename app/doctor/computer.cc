@@ -34,7 +34,7 @@ bool InPath(const std::string& program) {
 }  // namespace
 
 CheckResult CheckClock() {
-  const double now_s = ComputerUtcSeconds();
+  const double now_s = SystemUtcSeconds();
   const std::string when = TextFromUtc(now_s);
   if (now_s < kEarliest_s) {
     return {Health::kFault, "clock", when + ": the clock was never set",

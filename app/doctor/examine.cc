@@ -41,10 +41,10 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
   if (!config) return found;
   add({CheckStateDirectory(config->state_directory, account)});
   FaultList applied;
-  AddFaultsOfModelStore(config->state_directory, config->cell_file, applied);
+  CheckModelStore(config->state_directory, config->cell_file, applied);
   add(FaultsOf(applied, "model in force",
                "plumbline model list, then plumbline model apply or rollback"));
-  add(CheckPrograms(*config, OwnFolder()));
+  add(CheckPrograms(*config, ProgramFolder()));
   add(CheckDaemon(*config));
   add({CheckPlcAccess(config->plc.tcp)});
   for (const CameraConfig& camera : config->vision.cameras) {

@@ -174,7 +174,7 @@ struct BrokerLink::Shared {
   const MqttConfig config;
   const LastWill will;
   const Descriptor wake;
-  Pulse pulse;
+  ThreadHeartbeat pulse;
   std::mutex mutex;  ///< of what follows
   std::condition_variable changed;
   bool stop = false, ended = false;
@@ -200,7 +200,7 @@ bool BrokerLink::Shared::Exchange(Connection& connection, std::int64_t number,
 
 /// Runs one connection to its end. @return  why it ended
 std::string BrokerLink::Shared::Serve(BackOff& back_off) {
-  const auto number = static_cast<std::int64_t>(std::llround(1e3 * ComputerUtcSeconds()));
+  const auto number = static_cast<std::int64_t>(std::llround(1e3 * SystemUtcSeconds()));
   Connection connection(config);
   std::string problem =
       connection.Begin(will.topic, will.topic.empty() ? "" : will.payload(number));

@@ -24,7 +24,7 @@ constexpr double kBytesPerMB = 1e6;
 constexpr std::int64_t kBirthId = -1, kDeathId = -2;
 
 std::int64_t NowUtc_ms() {
-  return std::llround(1e3 * ComputerUtcSeconds());
+  return std::llround(1e3 * SystemUtcSeconds());
 }
 
 nlohmann::json MemoryOf(const FleetQueue& queue) {
@@ -87,7 +87,7 @@ void FleetLoop::RunOnce() {
 void FleetLoop::ReadDaemonState() {
   const bool came = client_.Read(in_flight_ > 0 ? kBusyWait_s : kIdleWait_s, view_);
   AddPending(came ? changes_.Update(view_.state, MonotonicSeconds())
-                  : changes_.UpdateWithoutState(MonotonicSeconds(), ComputerUtcSeconds()));
+                  : changes_.UpdateWithoutState(MonotonicSeconds(), SystemUtcSeconds()));
   if (came) {
     SetLogContext({view_.state.cell, view_.state.model_version});
     if (!feed_problem_.empty())

@@ -30,8 +30,8 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   probe.model_version = static_cast<int>(row.Integer(4));
   probe.measured_W = point(5);
   probe.predicted_W = point(8);
-  probe.payload_kg = row.NumberIfThere(11);
-  probe.temp_C = row.NumberIfThere(12);
+  probe.payload_kg = row.OptionalNumberAt(11);
+  probe.temp_C = row.OptionalNumberAt(12);
   probe.wild = row.Integer(13) != 0;
   probe.alarm = row.Integer(14) != 0;
   probe.quarantine = static_cast<JournalRow::Quarantine>(row.Integer(15));
@@ -55,7 +55,7 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
   Result<Database> opened = Database::Open(path_, Database::Mode::kRead);
   if (!opened) return Error{opened.error()};
   Database& database = opened.value();
-  if (auto problem = WhyNoJournal(database)) return *std::move(problem);
+  if (auto problem = JournalFileFault(database)) return *std::move(problem);
   const auto version = database.IntegerOf("PRAGMA user_version");
   if (!version) return Error{version.error()};
   if (*version != kJournalSchema) {

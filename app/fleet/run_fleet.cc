@@ -48,8 +48,7 @@ Result<FleetQueue> OpenQueue(const DaemonConfig& config) {
   const std::string folder = FleetFolderOf(config.state_directory);
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed)
-    return Error{fmt::format("{}: {}", folder, CannotBeWritten(folder, failed.message()))};
+  if (failed) return Error{fmt::format("{}: {}", folder, WriteErrorText(folder, failed.message()))};
   return FleetQueue::Open(folder + "/queue.sqlite", config.mqtt->queue_bytes);
 }
 
@@ -64,13 +63,13 @@ class Watchdog {
       beat_s_ = now_s;
     }
     const bool alive = now_s - beat_s_ < kLinkTimeout_s;
-    if (manager_.feed_period_s() && now_s - fed_s_ >= *manager_.feed_period_s() && alive) {
+    if (manager_.watchdog_period_s() && now_s - fed_s_ >= *manager_.watchdog_period_s() && alive) {
       fed_s_ = now_s;
       manager_.NotifyWatchdog();
     }
     if (now_s - status_s_ < kStatusPeriod_s) return;
     status_s_ = now_s;
-    LogRepeats();
+    FlushLog();
     std::string status = loop.Status();
     if (status != status_) manager_.Status(status);
     status_ = std::move(status);
@@ -99,7 +98,7 @@ int RunUntilSignal(FleetLoop& loop, const ServiceManager& manager, int signals) 
 int RunFleet(const std::string& config_file) {
   mallopt(M_ARENA_MAX, 2);
   const ServiceManager manager;
-  const int signals = OpenSignals();
+  const int signals = OpenSignalDescriptor();
   auto config = ReadFleetConfig(config_file);
   if (!config) return 1;
   for (;;) {
@@ -117,7 +116,7 @@ int RunFleet(const std::string& config_file) {
       if (RunUntilSignal(loop, manager, signals) != SIGHUP) {
         manager.Stopping();
         loop.End(kDisconnectTimeout_s);
-        LogRepeats(true);
+        FlushLog(true);
         return 0;
       }
       manager.Reloading();

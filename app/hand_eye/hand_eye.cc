@@ -89,7 +89,7 @@ void Calibration::LocateTargets() {
     pairings_.push_back({to_hand ? X_BF : X_BF.Inverse(), *B});
     ++k;
   }
-  if (!options_.half_turns || views_.empty()) return;
+  if (!options_.half_turn_symmetric || views_.empty()) return;
   std::vector<bool> turned;
   const Vec3 centre = CentreOf(views_[0]);
   ResolveHalfTurns(pairings_, centre, turned);

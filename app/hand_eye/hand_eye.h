@@ -39,7 +39,7 @@ struct HandEyeOptions {
   const Chain* chain = nullptr;
   bool free_joints = false;
   /// The target looks the same after half a turn, so its points may be numbered from either end.
-  bool half_turns = false;
+  bool half_turn_symmetric = false;
   /// Largest acceptable standard deviation, in B or F, of a point the camera sees at the mean
   /// distance [m].
   double acceptable_m = 0.5e-3;

@@ -15,7 +15,7 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes) {
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   Database& database = journal.database_;
-  if (auto problem = WhyNoJournal(database)) return *std::move(problem);
+  if (auto problem = JournalFileFault(database)) return *std::move(problem);
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
@@ -62,7 +62,7 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   Result<Database> opened = Database::Open(path, Database::Mode::kRead);
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
-  if (auto problem = WhyNoJournal(journal.database_)) return *std::move(problem);
+  if (auto problem = JournalFileFault(journal.database_)) return *std::move(problem);
   const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version == 0) return Error{fmt::format("{}: is empty, not a journal yet", path)};
@@ -276,7 +276,7 @@ Result<std::optional<double>> Journal::LastProbeTime_s() {
   const int code = newest.Step();
   if (code == SQLITE_DONE) return std::optional<double>();
   if (code != SQLITE_ROW) return Failed("cannot be read");
-  return newest.NumberIfThere(0);
+  return newest.OptionalNumberAt(0);
 }
 
 Result<std::int64_t> Journal::LastRow() {

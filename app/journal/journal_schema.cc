@@ -80,7 +80,7 @@ PRAGMA user_version = 5;
 
 }  // namespace
 
-std::optional<Error> WhyNoJournal(Database& database) {
+std::optional<Error> JournalFileFault(Database& database) {
   // SQLite detects a file that is not a database when it first reads it.
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
     return Error{fmt::format("{}: {}", database.path(), database.Problem())};

@@ -11,7 +11,7 @@ inline constexpr int kJournalSchema = 5;
 
 /// Why an open file is not a usable journal; nullopt if it is a journal of this or an older schema,
 /// or an empty file.
-std::optional<Error> WhyNoJournal(Database& database);
+std::optional<Error> JournalFileFault(Database& database);
 
 /// Creates the tables of an empty file or converts those of an older schema, in one transaction.
 Result<void> MigrateSchema(Database& database);

@@ -144,8 +144,8 @@ bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Jo
 std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& joints) {
   JournalRow row;
   row.source = SourceNamed(s.Text(0));
-  row.unix_ms = s.IntegerIfThere(1);
-  row.t_s = s.NumberIfThere(2);
+  row.unix_ms = s.OptionalIntegerAt(1);
+  row.t_s = s.OptionalNumberAt(2);
   row.session = s.Text(3);
   if (!s.IsNull(4)) row.command = static_cast<std::uint16_t>(s.Integer(4));
   const bool joints_fit = JointsFromText(s, 5, joints, JointQuantity::kPosition, row.q) &&
@@ -154,8 +154,8 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
                           JointsFromText(s, 7, joints, JointQuantity::kAcceleration, row.qdd) &&
                           JointsFromText(s, 8, joints, JointQuantity::kTorque, row.tau);
   if (!joints_fit) return std::nullopt;
-  row.payload_kg = s.NumberIfThere(9);
-  row.temp_C = s.NumberIfThere(10);
+  row.payload_kg = s.OptionalNumberAt(9);
+  row.temp_C = s.OptionalNumberAt(10);
   row.predicted_W = PointFrom(s, 11);
   row.measured_W = PointFrom(s, 14);
   if (!s.IsNull(17)) row.range_m = s.Number(17) * kMetrePerMm;
@@ -166,7 +166,7 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
   row.wild = s.Integer(23) != 0;
   row.alarm = s.Integer(24) != 0;
   row.id = s.Integer(25);
-  if (const auto step_deg = s.NumberIfThere(26)) row.q_step_rad = *step_deg * kRadPerDeg;
+  if (const auto step_deg = s.OptionalNumberAt(26)) row.q_step_rad = *step_deg * kRadPerDeg;
   row.covariance_W = CovarianceFrom(s, 27);
   if (!s.IsNull(28)) row.camera = s.Text(28);
   row.quarantine = static_cast<JournalRow::Quarantine>(s.Integer(29));

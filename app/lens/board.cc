@@ -25,7 +25,7 @@ constexpr double kMinDisc = 0.15,
 std::optional<BoardFault> FaultOfCharuco(const Board& board) {
   const auto family = TagFamilyOfName(board.family);
   if (!family) return BoardFault{"family", family.error()};
-  if (!(board.mark_m >= kMinTag * board.square_m && board.mark_m <= kMaxTag * board.square_m)) {
+  if (!(board.marker_m >= kMinTag * board.square_m && board.marker_m <= kMaxTag * board.square_m)) {
     return BoardFault{"mark_mm",
                       fmt::format("a ChArUco board needs the side of its tags, black border "
                                   "included: {:g} to {:g} mm for squares of {:g} mm",
@@ -46,7 +46,7 @@ std::optional<BoardFault> FaultOfCharuco(const Board& board) {
 std::optional<BoardFault> FaultOfCircles(const Board& board) {
   // The nearest neighbour of an asymmetric grid lies diagonally.
   const double step = board.square_m * (board.kind == BoardKind::kCircles ? 1 : std::sqrt(2.0));
-  if (board.mark_m >= kMinDisc * step && board.mark_m <= kMaxDisc * step) return std::nullopt;
+  if (board.marker_m >= kMinDisc * step && board.marker_m <= kMaxDisc * step) return std::nullopt;
   return BoardFault{
       "mark_mm",
       fmt::format(
@@ -73,7 +73,7 @@ std::string WordsOf(const Board& board) {
   std::string words = fmt::format("{} {}x{}, {:g} mm", NameOf(board.kind), board.columns,
                                   board.rows, 1e3 * board.square_m);
   if (board.kind != BoardKind::kChessboard)
-    words += fmt::format(", mark {:g} mm", 1e3 * board.mark_m);
+    words += fmt::format(", mark {:g} mm", 1e3 * board.marker_m);
   if (board.kind == BoardKind::kCharuco) words += ", " + board.family;
   return words;
 }

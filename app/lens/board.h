@@ -26,7 +26,7 @@ struct Board {
   int columns = 17, rows = 11;  ///< number of points
   double square_m = 0.010;      ///< side of a square; for circles, distance between rows
   BoardKind kind = BoardKind::kChessboard;
-  double mark_m = 0;  ///< side of a ChArUco tag including its black border, or diameter of a disc
+  double marker_m = 0;  ///< side of a ChArUco tag including its black border, or diameter of a disc
   std::string family = "aruco-6x6-250";  ///< of the ChArUco tags
 
   int corners() const { return columns * rows; }

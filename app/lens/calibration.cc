@@ -187,7 +187,7 @@ void JudgeStandstill(const LensFit& fit, std::span<const BoardView> views, doubl
 void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
                       const CalibrationOptions& options, LensCalibration& result) {
   result.uncertainty =
-      UncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
+      ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
   if (result.uncertainty.max_px <= options.acceptable_px) return;
   std::string reason = fmt::format(
       "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
@@ -239,7 +239,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
     return result;
   }
   for (const BoardView& view : kept) result.frames_used.push_back(view.name);
-  result.lens = LensOfShared(fit->shared);
+  result.lens = LensFromShared(fit->shared);
   result.rms_px = fit->rms_px;
   result.sigma_px = fit->sigma_px;
   result.board_bow_m = LargestBow(fit->shared.segment<3>(kBowX), board);

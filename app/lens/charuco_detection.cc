@@ -39,7 +39,7 @@ class CharucoLayout {
   /// The tag's corners in the frame K [m], clockwise from its top left.
   std::array<Vec2, 4> Corners(int id) const {
     const Vec2 middle = board_.square_m * Vec2(squares_[id].first - 0.5, squares_[id].second - 0.5);
-    const double h = 0.5 * board_.mark_m;
+    const double h = 0.5 * board_.marker_m;
     return {middle + Vec2(-h, -h), middle + Vec2(h, -h), middle + Vec2(h, h), middle + Vec2(-h, h)};
   }
 
@@ -146,7 +146,7 @@ void PlaceCorners(const Board& board, const CharucoLayout& tags, const std::vect
 /// edges as far as the refinement uses them. If not, something covers the corner.
 bool ColoursMatch(const LumaView& image, const Board& board, const CharucoLayout& tags, int k,
                   const Vec2& at, const LatticeSteps& steps, double contrast) {
-  const double near = kColourProbe * 0.5 * (1 - board.mark_m / board.square_m);
+  const double near = kColourProbe * 0.5 * (1 - board.marker_m / board.square_m);
   double darkest_white = 255, brightest_black = 0;
   for (const auto& [a, b] :
        {std::pair{near, near}, {kColourProbeAlong, near}, {near, kColourProbeAlong}}) {
@@ -216,7 +216,7 @@ Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
   std::vector<double> contrast(board.corners(), 0);
   PlaceCorners(board, tags, in_place, view, steps, contrast);
   const std::vector<Vec2> before = view.corners_px;
-  RefineCorners(image, steps, view, 0.5 * (1 - board.mark_m / board.square_m));
+  RefineCorners(image, steps, view, 0.5 * (1 - board.marker_m / board.square_m));
   for (int k = 0; k < board.corners(); ++k) {
     if (!view.seen[k]) continue;
     const double step = std::min(steps[k].along_row.norm(), steps[k].down_column.norm());

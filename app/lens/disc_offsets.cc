@@ -13,11 +13,11 @@ constexpr int kRimPoints = 24;
 std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, const Pose& X_CK) {
   std::vector<Vec2> offsets(static_cast<std::size_t>(board.corners()), Vec2::Zero());
   if (!board.circles()) return offsets;
-  const Lens lens = LensOfShared(shared);
+  const Lens lens = LensFromShared(shared);
   const double step = 2 * std::numbers::pi / kRimPoints;
   // A regular polygon of circumradius R has the moment R^2 (2 + cos(step)) / 6 where a disc of
   // radius r has r^2 / 2.
-  const double radius = 0.5 * board.mark_m * std::sqrt(3 / (2 + std::cos(step)));
+  const double radius = 0.5 * board.marker_m * std::sqrt(3 / (2 + std::cos(step)));
   const Vec2 middle = board.Centre();
   const auto pixel = [&](const Vec2& xy) -> std::optional<Vec2> {
     const Vec2 c = xy - middle;

@@ -139,7 +139,7 @@ class Adjustment {
   /// Tries the second pose that each view of a flat board allows. @return whether any was better
   bool FixFlippedPoses() {
     bool any = false;
-    const Lens lens = LensOfShared(shared_);
+    const Lens lens = LensFromShared(shared_);
     for (ViewState& state : states_) {
       for (const Pose& X_CK : BoardPoses(board_, *state.view, lens)) {
         ViewState other = state;

@@ -35,7 +35,7 @@ Json BoardJson(const Board& board) {
                {"columns", board.columns},
                {"rows", board.rows},
                {"square_mm", board.square_m * kMmPerMetre}};
-  if (board.kind != BoardKind::kChessboard) json["mark_mm"] = board.mark_m * kMmPerMetre;
+  if (board.kind != BoardKind::kChessboard) json["mark_mm"] = board.marker_m * kMmPerMetre;
   if (board.kind == BoardKind::kCharuco) json["family"] = board.family;
   return json;
 }

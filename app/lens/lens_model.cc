@@ -27,7 +27,7 @@ Mat3 RightJacobian(const Vec3& w) {
 
 }  // namespace
 
-Lens LensOfShared(const SharedVector& s) {
+Lens LensFromShared(const SharedVector& s) {
   return {s[kFx], s[kFy], s[kCx], s[kCy], s[kK1], s[kK2], s[kP1], s[kP2], s[kK3]};
 }
 
@@ -41,7 +41,7 @@ SharedVector SharedOfLens(const Lens& lens) {
 bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_start,
                  const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,
                  double* d_pose) {
-  const Lens lens = LensOfShared(shared);
+  const Lens lens = LensFromShared(shared);
   const Mat3 R = R_start * ExpSo3(turn);
   const Mat3 J_turn = RightJacobian(turn);
   const Vec2 centre = board.Centre();

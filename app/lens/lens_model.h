@@ -34,7 +34,7 @@ using LensMatrix = Eigen::Matrix<double, kLensCount, kLensCount>;
 inline constexpr const char* kLensNames[kLensCount] = {"fx", "fy", "cx", "cy", "k1",
                                                        "k2", "p1", "p2", "k3"};
 
-Lens LensOfShared(const SharedVector& shared);
+Lens LensFromShared(const SharedVector& shared);
 SharedVector SharedOfLens(const Lens& lens);
 
 /// Pixels of the board's corners in one view:

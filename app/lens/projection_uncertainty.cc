@@ -51,8 +51,8 @@ Eigen::MatrixXd PixelByMotion(const Lens& lens, const Vec2& n, std::optional<dou
 
 }  // namespace
 
-ProjectionUncertainty UncertaintyOf(const Lens& lens, const LensMatrix& covariance, ImageSize size,
-                                    std::optional<double> distance_m) {
+ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
+                                              ImageSize size, std::optional<double> distance_m) {
   ProjectionUncertainty result;
   result.distance_m = distance_m;
   result.columns = kColumns;

@@ -24,8 +24,9 @@ struct ProjectionUncertainty {
 /// with respect to a small camera rotation. At a finite distance a translation is compensated as
 /// well. The result is the standard deviation of e(q) in its worst direction, from the covariance
 /// of d.
-ProjectionUncertainty UncertaintyOf(const Lens& lens, const LensMatrix& covariance, ImageSize size,
-                                    std::optional<double> distance_m = std::nullopt);
+ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
+                                              ImageSize size,
+                                              std::optional<double> distance_m = std::nullopt);
 
 /// Largest difference between two lenses over the image by the same measure [px].
 double LargestDifference(const Lens& a, const Lens& b, ImageSize size,

@@ -94,7 +94,7 @@ bool InsertLens(Statement& statement, const LensEntry& entry) {
   return statement.Run();
 }
 
-std::optional<LensEntry> ValuesOfRow(const Statement& row) {
+std::optional<LensEntry> ReadLensValues(const Statement& row) {
   LensEntry entry;
   entry.utc = row.Text(0);
   entry.key.camera_serial = row.Text(1);
@@ -117,18 +117,18 @@ std::optional<LensEntry> ValuesOfRow(const Statement& row) {
   }
   entry.rms_px = row.Number(17);
   entry.board = row.Text(18);
-  entry.pupil_shift_m = row.NumberIfThere(19);
-  entry.temp_C = row.NumberIfThere(20);
+  entry.pupil_shift_m = row.OptionalNumberAt(19);
+  entry.temp_C = row.OptionalNumberAt(20);
   const std::string corners = row.Text(21);
   entry.corners.assign(corners.begin(), corners.end());
-  entry.uncertainty_px = row.NumberIfThere(24);
+  entry.uncertainty_px = row.OptionalNumberAt(24);
   entry.id = RowId(row);
   if (FaultOf(entry)) return std::nullopt;
   return entry;
 }
 
-std::optional<LensEntry> EntryOfRow(const Statement& row) {
-  std::optional<LensEntry> entry = ValuesOfRow(row);
+std::optional<LensEntry> ReadLensEntry(const Statement& row) {
+  std::optional<LensEntry> entry = ReadLensValues(row);
   if (!entry || static_cast<std::uint64_t>(row.Integer(22)) != ChecksumOf(*entry)) {
     return std::nullopt;
   }
@@ -149,7 +149,7 @@ Result<void> MigrateLensSchema(Database& database, std::int64_t version, bool& d
     Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
     int code = SQLITE_ROW;
     while ((code = rows.Step()) == SQLITE_ROW) {
-      const auto entry = ValuesOfRow(rows);
+      const auto entry = ReadLensValues(rows);
       if (!entry || static_cast<std::uint64_t>(rows.Integer(22)) != ChecksumOfSchema1(*entry)) {
         damaged = true;
         return Error{fmt::format("{}: lens {} fails its checksum", database.path(), RowId(rows))};

@@ -27,9 +27,9 @@ bool InsertLens(Statement& statement, const LensEntry& entry);
 /// @param row  of kSelectLens
 /// @return     nullopt if the row is damaged: a missing or invalid value (FaultOf) or a wrong
 /// checksum
-std::optional<LensEntry> EntryOfRow(const Statement& row);
+std::optional<LensEntry> ReadLensEntry(const Statement& row);
 /// Likewise, without verifying the checksum.
-std::optional<LensEntry> ValuesOfRow(const Statement& row);
+std::optional<LensEntry> ReadLensValues(const Statement& row);
 std::int64_t RowId(const Statement& row);
 
 }  // namespace plumbline

@@ -218,7 +218,7 @@ Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>&
   std::vector<LensEntry> entries;
   int code = SQLITE_ROW;
   while ((code = statement.Step()) == SQLITE_ROW) {
-    std::optional<LensEntry> entry = EntryOfRow(statement);
+    std::optional<LensEntry> entry = ReadLensEntry(statement);
     if (!entry) {
       return Error{
           fmt::format("{}: lens {} fails its checksum", database_->path(), RowId(statement))};
@@ -283,7 +283,7 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
   LensFound found;
   found.entry = nearest;
   const bool calibrated = distance(nearest) <= tolerance.zoom_counts;
-  const std::optional<LensOnCurve> at =
+  const std::optional<InterpolatedLens> at =
       curve.At(calibrated ? nearest.key.zoom_counts : key.zoom_counts);
   if (!at) return std::optional<LensFound>();
   found.log_focal_sd = at->log_focal_sd;

@@ -20,16 +20,16 @@ Json Point(const Vec2& p) {
   return {std::round(kPerPixel * p.x()) / kPerPixel, std::round(kPerPixel * p.y()) / kPerPixel};
 }
 
-/// Throws on malformed input, as the JSON library does; ViewsOfBytes() catches both.
+/// Throws on malformed input, as the JSON library does; DecodeViews() catches both.
 Board BoardFrom(const Json& json) {
   Board board;
   const auto kind = BoardKindOfName(json.at("kind").get<std::string>());
   if (!kind) throw std::runtime_error("unknown kind of board");
   board.kind = *kind;
-  board.columns = WholeOf<int>(json.at("columns"));
-  board.rows = WholeOf<int>(json.at("rows"));
+  board.columns = IntegerFromJson<int>(json.at("columns"));
+  board.rows = IntegerFromJson<int>(json.at("rows"));
   board.square_m = json.at("square_mm").get<double>() / kMmPerMetre;
-  board.mark_m = json.at("mark_mm").get<double>() / kMmPerMetre;
+  board.marker_m = json.at("mark_mm").get<double>() / kMmPerMetre;
   board.family = json.at("family").get<std::string>();
   if (const auto fault = FaultOf(board)) {
     throw std::runtime_error(fmt::format("{}: {}", fault->key, fault->message));
@@ -60,7 +60,7 @@ BoardView ViewFrom(const Json& json, const Board& board, std::size_t number) {
 
 }  // namespace
 
-std::vector<std::uint8_t> BytesOfViews(const StoredViews& stored) {
+std::vector<std::uint8_t> EncodeViews(const StoredViews& stored) {
   const Board& board = stored.board;
   Json views = Json::array();
   for (const BoardView& view : stored.views) {
@@ -76,14 +76,14 @@ std::vector<std::uint8_t> BytesOfViews(const StoredViews& stored) {
                        {"columns", board.columns},
                        {"rows", board.rows},
                        {"square_mm", board.square_m * kMmPerMetre},
-                       {"mark_mm", board.mark_m * kMmPerMetre},
+                       {"mark_mm", board.marker_m * kMmPerMetre},
                        {"family", board.family}}},
                      {"views", views}};
   const std::string text = json.dump();
   return {text.begin(), text.end()};
 }
 
-Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes) {
+Result<StoredViews> DecodeViews(std::span<const std::uint8_t> bytes) {
   StoredViews stored;
   try {
     const auto read = JsonFromText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});

@@ -18,10 +18,10 @@ struct StoredViews {
 /// JSON, also readable with the sqlite3 command: the board, and for each view its time, edge width,
 /// and [u, v] of each point row by row, null if not seen. Rounded to 1e-5 px, a thousandth of a
 /// corner's error.
-std::vector<std::uint8_t> BytesOfViews(const StoredViews& stored);
+std::vector<std::uint8_t> EncodeViews(const StoredViews& stored);
 
 /// @return  an error if the bytes are not JSON or have another schema, an invalid board or a wrong
 ///          number of points
-Result<StoredViews> ViewsOfBytes(std::span<const std::uint8_t> bytes);
+Result<StoredViews> DecodeViews(std::span<const std::uint8_t> bytes);
 
 }  // namespace plumbline

@@ -6,7 +6,7 @@ namespace {
 constexpr EventEntry kFleetEntries[] = {
     // fleet
     {Event::kFleetStarted, "fleet-started", LogLevel::kNotice, "70e7b5378adce99209db8c729894c709",
-     "fleet", "plumbline-fleet ..., N messages wait",
+     "fleet", "plumbline-fleet ..., N messages queued",
      "messages to the plant go through its queue from now on", ""},
     {Event::kFleetNotStarted, "fleet-not-started", LogLevel::kError,
      "c43f40e694d7a985725b81df6ca67f5e", "fleet", "not started: ...",
@@ -15,10 +15,9 @@ constexpr EventEntry kFleetEntries[] = {
      "fix what the line names; run `plumbline check` to verify. Damaged queue: move "
      "`fleet/queue.sqlite` out of the state directory"},
     {Event::kBrokerUp, "broker-up", LogLevel::kNotice, "c46de5d401fb440f308e1d4d227ddfa0", "fleet",
-     "broker ... has the connection, N messages wait", "queued messages are sent now, oldest first",
-     ""},
+     "broker ... connected, N messages queued", "queued messages are sent now, oldest first", ""},
     {Event::kBrokerLost, "broker-lost", LogLevel::kWarning, "95b658041dbf22498d58edc38bfade75",
-     "fleet", "broker ...: ...; messages are kept meanwhile",
+     "fleet", "broker ...: ...; messages are queued meanwhile",
      "not connected; the line says why. Nothing is lost until the queue is full",
      "run `plumbline doctor`; check network, host and port. Not authorised: username and password "
      "file. TLS: `tls_ca`, and the host name as in the broker's certificate"},
@@ -30,7 +29,7 @@ constexpr EventEntry kFleetEntries[] = {
      "the broker has been away for longer than `queue_mb` lasts",
      "restore the broker; or use a larger `queue_mb`, a longer `state_s`"},
     {Event::kFleetDropped, "fleet-dropped", LogLevel::kWarning, "6fa3b5ae4dfa800877ae4e86ed7f714f",
-     "fleet", "dropped since the queue was made: ...",
+     "fleet", "dropped since the queue was created: ...",
      "that many messages never reach the plant; its consumers are informed",
      "probes are still in the journal: `plumbline journal export`"},
     {Event::kFleetQueueFault, "fleet-queue-fault", LogLevel::kError,
@@ -41,7 +40,7 @@ constexpr EventEntry kFleetEntries[] = {
      "disk full, permissions of `fleet` in the state directory"},
     {Event::kFleetQueueWorks, "fleet-queue-works", LogLevel::kNotice,
      "b9f263cd703bdaa7ee5b888dc443e622", "fleet",
-     "queue works again; N messages are told late, N were forgotten", "", ""},
+     "queue works again; N messages are published late, N were discarded", "", ""},
     {Event::kFleetJournal, "fleet-journal", LogLevel::kWarning, "f6963626370b361e4fb9d55a9667766e",
      "fleet", "probes are not published: ...",
      "the measurement journal cannot be read; probes are published once it can",

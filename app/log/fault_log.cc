@@ -6,7 +6,7 @@
 
 namespace plumbline {
 
-LogEntry EntryOfFault(const Fault& fault) {
+LogEntry LogEntryFromFault(const Fault& fault) {
   const bool is_fault = fault.severity == Fault::Severity::kFault;
   return {is_fault ? Event::kFileFault : Event::kFileWarning,
           FaultText(fault),
@@ -17,7 +17,7 @@ LogEntry EntryOfFault(const Fault& fault) {
 }
 
 void LogFault(const Fault& fault) {
-  Log(EntryOfFault(fault));
+  Log(LogEntryFromFault(fault));
 }
 
 void LogFaults(const FaultList& faults) {

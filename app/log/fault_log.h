@@ -8,7 +8,7 @@ namespace plumbline {
 
 /// One entry for a fault. Its subject is the place in the file, so that the repeat filter never
 /// suppresses one fault because of another.
-LogEntry EntryOfFault(const Fault& fault);
+LogEntry LogEntryFromFault(const Fault& fault);
 
 void LogFault(const Fault& fault);
 void LogFaults(const FaultList& faults);

@@ -43,7 +43,7 @@ int Seek(sd_journal* journal, const JournalQuery& query) {
   return 0;
 }
 
-void AddField(std::string_view field, KeptEntry& entry) {
+void AddField(std::string_view field, StoredLogEntry& entry) {
   const auto equals = field.find('=');
   if (equals == std::string_view::npos) return;
   const std::string_view name = field.substr(0, equals);
@@ -88,10 +88,10 @@ Result<JournalReader> JournalReader::Open(const JournalQuery& query) {
   return reader;
 }
 
-std::optional<KeptEntry> JournalReader::Next() {
+std::optional<StoredLogEntry> JournalReader::Next() {
   sd_journal* const journal = journal_.get();
   if (sd_journal_next(journal) <= 0) return {};
-  KeptEntry entry;
+  StoredLogEntry entry;
   std::uint64_t usec = 0;
   if (sd_journal_get_realtime_usec(journal, &usec) >= 0) {
     entry.utc_s = 1e-6 * static_cast<double>(usec);

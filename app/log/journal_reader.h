@@ -22,7 +22,7 @@ struct JournalQuery {
 };
 
 /// An entry read from the journal.
-struct KeptEntry {
+struct StoredLogEntry {
   double utc_s = 0;
   int priority = 6;  ///< of syslog(3)
   std::string text, event, component, cell;
@@ -36,7 +36,7 @@ class JournalReader {
   static Result<JournalReader> Open(const JournalQuery& query);
 
   /// The next entry in order of time; nullopt if there is none yet.
-  std::optional<KeptEntry> Next();
+  std::optional<StoredLogEntry> Next();
   /// Waits for a new entry, at most `seconds`.
   void Wait(double seconds);
 

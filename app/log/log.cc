@@ -94,7 +94,7 @@ void Log(const LogEntry& entry) {
   ReportBlockage(state);
 }
 
-void LogRepeats(bool all) {
+void FlushLog(bool all) {
   LogState& state = State();
   const std::lock_guard lock(state.mutex);
   for (const LogEntry& entry : state.repeats.TakeSummaries(MonotonicSeconds(), all))

@@ -17,7 +17,7 @@ void Log(const LogEntry& entry);
 
 /// Logs the summaries of repeats that are due and writes buffered lines. To be called about once a
 /// second. Any thread. @param all  before exit: also summaries that are not due yet
-void LogRepeats(bool all = false);
+void FlushLog(bool all = false);
 
 /// Sets the context that every further entry carries.
 void SetLogContext(LogContext context);

@@ -17,7 +17,7 @@ std::string RecordFile(const std::string& state_directory) {
 Result<void> RecordConfigurationPath(const std::string& state_directory, const std::string& file) {
   std::error_code unknown;
   const std::string path = std::filesystem::absolute(file, unknown).string();
-  if (unknown || NotedConfiguration(state_directory) == path) return {};
+  if (unknown || RecordedConfigurationPath(state_directory) == path) return {};
   return WriteDurably(RecordFile(state_directory), path + "\n");
 }
 
@@ -27,7 +27,7 @@ bool HasBeenUsed(const std::string& state_directory) {
          std::filesystem::exists(state_directory + "/journal.sqlite", unknown);
 }
 
-std::optional<std::string> NotedConfiguration(const std::string& state_directory) {
+std::optional<std::string> RecordedConfigurationPath(const std::string& state_directory) {
   const Result<std::string> text = ReadTextFile(RecordFile(state_directory));
   if (!text) return std::nullopt;
   const std::string path = text->substr(0, text->find('\n'));

@@ -18,6 +18,6 @@ Result<void> RecordConfigurationPath(const std::string& state_directory, const s
 bool HasBeenUsed(const std::string& state_directory);
 
 /// The path recorded at the daemon's last start; nullopt if there is none.
-std::optional<std::string> NotedConfiguration(const std::string& state_directory);
+std::optional<std::string> RecordedConfigurationPath(const std::string& state_directory);
 
 }  // namespace plumbline

@@ -52,8 +52,8 @@ class TipPredictor {
 
 }  // namespace
 
-Result<double> LargestChange(const CellModel& from, const CellModel& to,
-                             const std::vector<ModelPose>& poses) {
+Result<double> LargestTipChange(const CellModel& from, const CellModel& to,
+                                const std::vector<ModelPose>& poses) {
   TipPredictor tips_before(from), tips_after(to);
   double largest_m = 0;
   for (const ModelPose& pose : poses) {
@@ -82,7 +82,7 @@ std::vector<ModelPose> PosesWithinLimits(const CellModel& cell) {
   return poses;
 }
 
-std::optional<std::string> WhyAnotherArm(const CellModel& from, const CellModel& to) {
+std::optional<std::string> DifferentArmReason(const CellModel& from, const CellModel& to) {
   if (from.robot.size() != to.robot.size()) {
     return fmt::format("it has {} joints, the model in force {}", to.robot.size(),
                        from.robot.size());

@@ -20,8 +20,8 @@ struct ModelPose {
 
 /// Largest distance between the loaded tips that two models predict, over all poses [m].
 /// @return  why a model cannot predict (link masses not declared, deflection does not converge)
-Result<double> LargestChange(const CellModel& from, const CellModel& to,
-                             const std::vector<ModelPose>& poses);
+Result<double> LargestTipChange(const CellModel& from, const CellModel& to,
+                                const std::vector<ModelPose>& poses);
 
 /// Pseudorandom poses within the joint limits of a cell (half a turn or a metre to both sides for
 /// an unlimited joint), without payload. The same ones in every call.
@@ -30,6 +30,6 @@ std::vector<ModelPose> PosesWithinLimits(const CellModel& cell);
 /// Why `to` describes a different arm than `from`: other joints, or a flange more than 50 mm away
 /// for the same joint positions, whereas identification changes links by millimetres. nullopt if it
 /// can be the same arm. Tools, bases and effects are not compared.
-std::optional<std::string> WhyAnotherArm(const CellModel& from, const CellModel& to);
+std::optional<std::string> DifferentArmReason(const CellModel& from, const CellModel& to);
 
 }  // namespace plumbline

@@ -26,7 +26,7 @@ std::optional<double> NumberIn(const json& object, const char* name) {
 
 std::optional<int> WholeIn(const json& object, const char* name) {
   const auto found = object.find(name);
-  return found == object.end() ? std::nullopt : WholeIfAny<int>(*found);
+  return found == object.end() ? std::nullopt : IntegerFromJsonIfValid<int>(*found);
 }
 
 /// The strings in an array; empty if it is absent.
@@ -127,7 +127,7 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
   const auto history = object.find("history");
   if (history == object.end() || !history->is_array()) return std::nullopt;
   for (const json& number : *history) {
-    const auto version = WholeIfAny<int>(number);
+    const auto version = IntegerFromJsonIfValid<int>(number);
     if (!version) return std::nullopt;
     state.history.push_back(*version);
   }

@@ -44,8 +44,9 @@ std::vector<std::string> Abbreviated(std::vector<std::string> texts, std::size_t
 }  // namespace
 
 std::string ModelCommand(const std::string& words, const std::string& state_directory) {
-  return fmt::format("`plumbline model {}{}`", words,
-                     state_directory == kUsualStateDirectory ? "" : " --state " + state_directory);
+  return fmt::format(
+      "`plumbline model {}{}`", words,
+      state_directory == kDefaultStateDirectory ? "" : " --state " + state_directory);
 }
 
 std::string SetAsideText(const ModelState& state, const std::string& state_directory) {
@@ -92,7 +93,7 @@ Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   static_cast<void>(std::filesystem::directory_iterator(store.folder_, error));
   if (error) {
     return Error{
-        fmt::format("{}: {}", store.folder_, CannotBeRead(store.folder_, error.message()))};
+        fmt::format("{}: {}", store.folder_, ReadErrorText(store.folder_, error.message()))};
   }
   return store;
 }
@@ -121,7 +122,7 @@ Result<std::vector<int>> ModelStore::Numbers() const {
     }
   }
   if (failed) {  // not considered empty: unlisted versions must not be overwritten
-    return Error{fmt::format("{}: {}", folder_, CannotBeRead(folder_, failed.message()))};
+    return Error{fmt::format("{}: {}", folder_, ReadErrorText(folder_, failed.message()))};
   }
   std::sort(numbers.begin(), numbers.end());
   return numbers;
@@ -153,10 +154,10 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
                             numbers->size() == 1 ? "" : "s"));
   }
   if (type == std::filesystem::file_type::none) {
-    return lost(CannotBeRead(path, hidden.message()));
+    return lost(ReadErrorText(path, hidden.message()));
   }
   const Result<std::string> text = ReadTextFile(path);
-  if (!text) return lost(CannotBeRead(path, text.error()));
+  if (!text) return lost(ReadErrorText(path, text.error()));
   if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) return lost(text->empty() ? "is empty" : "is damaged");
@@ -178,7 +179,7 @@ Result<ModelFacts> ModelStore::Facts(int number) const {
   const Result<std::string> text = ReadTextFile(path);
   if (!text)
     return Error{
-        fmt::format("no version {}: {}: {}", number, path, CannotBeRead(path, text.error()))};
+        fmt::format("no version {}: {}: {}", number, path, ReadErrorText(path, text.error()))};
   if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
   if (!facts) return Error{fmt::format("{}: was not written by the model store", path)};
@@ -203,7 +204,7 @@ Result<std::string> ModelStore::Text(int number) const {
   const Result<std::string> text = ReadTextFile(ModelFile(number));
   if (!text)
     return Error{
-        fmt::format("{}: {}", ModelFile(number), CannotBeRead(ModelFile(number), text.error()))};
+        fmt::format("{}: {}", ModelFile(number), ReadErrorText(ModelFile(number), text.error()))};
   return *text;
 }
 
@@ -230,7 +231,7 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   if (!report.empty()) {
     const Result<std::string> content = ReadTextFile(report);
     if (!content)
-      return Error{fmt::format("{}: {}", report, CannotBeRead(report, content.error()))};
+      return Error{fmt::format("{}: {}", report, ReadErrorText(report, content.error()))};
     const Result<void> kept = WriteDurably(ReportFile(number), *content, 0444);
     if (!kept) return kept.failure();
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();
@@ -269,8 +270,8 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   ModelState state = std::move(read).value();
   if (describes_same_cell(state.declared)) return state.declared;
   const bool lost = expected == Expected::kVersions && state == ModelState{};
-  const Result<void> begun = InitializeState();
-  if (!begun) return begun.failure();
+  const Result<void> initialized = InitializeState();
+  if (!initialized) return initialized.failure();
   ModelFacts facts;
   facts.origin = ModelFacts::Origin::kDeclared;
   facts.date = UtcNow();
@@ -280,8 +281,8 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
 
   if (state.declared == 0 && state.applied != 0) {  // applied before any cell file was recorded
     state.declared = *number;
-    const Result<void> kept = WriteState(state);
-    if (!kept) return kept.failure();
+    const Result<void> stored = WriteState(state);
+    if (!stored) return stored.failure();
     return *number;
   }
   if (lost) state.set_aside = SetAside{0, *number, {}, 0};
@@ -302,8 +303,8 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
   state.declared = *number;
   state.applied = *number;
   state.proposed = 0;  // it was computed for another cell
-  const Result<void> kept = WriteState(state);
-  if (!kept) return kept.failure();
+  const Result<void> stored = WriteState(state);
+  if (!stored) return stored.failure();
   return *number;
 }
 
@@ -313,15 +314,15 @@ Result<int> ModelStore::Propose(const std::string& text, ModelFacts facts,
   if (!lock) return lock.failure();
   Result<ModelState> state = State();
   if (!state) return state.failure();
-  const Result<void> begun = InitializeState();
-  if (!begun) return begun.failure();
+  const Result<void> initialized = InitializeState();
+  if (!initialized) return initialized.failure();
   if (facts.date.empty()) facts.date = UtcNow();
   if (!facts.based_on && state->applied != 0) facts.based_on = state->applied;
   Result<int> number = AddVersion(text, facts, report);
   if (!number) return number;
   state.value().proposed = *number;
-  const Result<void> kept = WriteState(*state);
-  if (!kept) return kept.failure();
+  const Result<void> stored = WriteState(*state);
+  if (!stored) return stored.failure();
   return *number;
 }
 
@@ -364,8 +365,8 @@ Result<int> ModelStore::RollBack() {
   state.value().set_aside.reset();
   const Result<std::string> text = Text(history.back());
   if (!text) return text.failure();
-  const Result<void> kept = WriteState(*state);
-  if (!kept) return kept.failure();
+  const Result<void> stored = WriteState(*state);
+  if (!stored) return stored.failure();
   return state->applied;
 }
 

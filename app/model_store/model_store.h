@@ -87,7 +87,7 @@ class ModelStore {
 
   /// Sets a callback for writers that have waited 1 s for the lock. Writers give up after 10 s, or
   /// the timeout set by SetLockTimeout().
-  void ReportWaits(std::function<void(const std::string& what)> report) {
+  void OnLockWait(std::function<void(const std::string& what)> report) {
     lock_wait_.report = std::move(report);
   }
 

@@ -66,7 +66,7 @@ std::vector<Load> ReportedLoads(const CellModel& before, const CellModel& after,
                                 const std::vector<ReportedLoad>& reported) {
   std::vector<Load> loads;
   const auto add = [&loads](const Load& load) {
-    const bool plausible = load.mass_kg >= 0 && load.mass_kg <= kLargestPayload_kg;
+    const bool plausible = load.mass_kg >= 0 && load.mass_kg <= kMaxPayload_kg;
     const bool known = std::any_of(loads.begin(), loads.end(), [&load](const Load& other) {
       return std::abs(other.mass_kg - load.mass_kg) < 1e-3;  // resolution of the register's float
     });
@@ -162,10 +162,10 @@ const PointMove* PointMoves::Largest() const {
   return largest;
 }
 
-PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
-                         const CellModel& after, double utc_s,
-                         const std::vector<ReportedLoad>& reported,
-                         const std::function<void()>& step) {
+PointMoves ComputePointMoves(const MachineConfig& config, const CellModel& before,
+                             const CellModel& after, double utc_s,
+                             const std::vector<ReportedLoad>& reported,
+                             const std::function<void()>& step) {
   PointMoves moves;
   if (before.robot.size() != after.robot.size()) {
     moves.notes.emplace_back(

@@ -47,10 +47,10 @@ struct PointMoves {
 /// @param config  supplies points, limits and [payload]; its cell is not used
 /// @param step    progress callback, called before each point and load, which takes up to tens of
 ///                milliseconds
-PointMoves MovesOfPoints(const MachineConfig& config, const CellModel& before,
-                         const CellModel& after, double utc_s,
-                         const std::vector<ReportedLoad>& reported = {},
-                         const std::function<void()>& step = {});
+PointMoves ComputePointMoves(const MachineConfig& config, const CellModel& before,
+                             const CellModel& after, double utc_s,
+                             const std::vector<ReportedLoad>& reported = {},
+                             const std::function<void()>& step = {});
 
 /// A table of the displacements, the largest one, points that cannot be compared and why, and
 /// notes.

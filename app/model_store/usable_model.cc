@@ -33,7 +33,7 @@ std::optional<std::string> UnknownDriver(const WrittenEffect& written) {
 
 }  // namespace
 
-std::optional<std::string> WhyNotUsable(const CellModel& cell) {
+std::optional<std::string> ModelUnusableReason(const CellModel& cell) {
   for (const WrittenEffect& written : cell.effects) {
     const Effect* effect = FindEffect(written.id);
     if (effect != nullptr) {
@@ -95,7 +95,7 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
     own.Add({Fault::Severity::kFault, file, 0, "", text.error()});
   }
   if (cell) {
-    if (const auto why_not = WhyNotUsable(*cell)) {
+    if (const auto why_not = ModelUnusableReason(*cell)) {
       own.Add({Fault::Severity::kFault, file, 0, "effect", *why_not});
     }
   }
@@ -133,8 +133,8 @@ void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::str
 
 }  // namespace
 
-std::optional<CellModel> AddFaultsOfModelStore(const std::string& state_directory,
-                                               const std::string& cell_file, FaultList& faults) {
+std::optional<CellModel> CheckModelStore(const std::string& state_directory,
+                                         const std::string& cell_file, FaultList& faults) {
   const std::string folder = state_directory + "/models", file = folder + "/state.json";
   std::error_code hidden;
   static_cast<void>(std::filesystem::directory_iterator(folder, hidden));

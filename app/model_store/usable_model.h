@@ -14,7 +14,7 @@ namespace plumbline {
 /// point that the robot has yet to reach, and leaving them out would give wrong corrections. The
 /// same holds for time-dependent effects if the model does not define its time zero, and for
 /// effects that depend on a row number or a file column.
-std::optional<std::string> WhyNotUsable(const CellModel& cell);
+std::optional<std::string> ModelUnusableReason(const CellModel& cell);
 
 /// From the faults found in a stored model, appends only the warning that it was changed after its
 /// fit. The other warnings concern declared values and are reported with the cell file.
@@ -28,7 +28,7 @@ void AppendChangedModelWarning(const FaultList& of_model, const std::string& mod
 /// or that this user may not read has no faults.
 /// @param cell_file  the configured cell file; empty: not compared
 /// @return           the model in force in place of the cell file, if it has no faults
-std::optional<CellModel> AddFaultsOfModelStore(const std::string& state_directory,
-                                               const std::string& cell_file, FaultList& faults);
+std::optional<CellModel> CheckModelStore(const std::string& state_directory,
+                                         const std::string& cell_file, FaultList& faults);
 
 }  // namespace plumbline

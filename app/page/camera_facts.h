@@ -15,7 +15,7 @@ struct CameraFacts {
 };
 
 /// The configured cameras; valid as long as `now`. Empty if there is no state.
-inline std::vector<CameraFacts> CamerasOf(const ShownNow& now) {
+inline std::vector<CameraFacts> CamerasOf(const DisplayStatus& now) {
   std::vector<CameraFacts> cameras;
   if (!now.state) return cameras;
   for (std::size_t k = 0; k < now.state->cameras.size(); ++k) {

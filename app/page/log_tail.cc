@@ -2,7 +2,7 @@
 
 namespace plumbline {
 
-void LogTail::Add(const ShownNow& now) {
+void LogTail::Add(const DisplayStatus& now) {
   static const std::vector<ViewLine> kNone;
   const std::vector<ViewLine>& own = now.viewer_lines;
   const std::vector<ViewLine>& daemon = now.state ? now.state->lines : kNone;

@@ -25,7 +25,7 @@ class LogTail {
  public:
   static constexpr std::size_t kMaxLines = 300;
 
-  void Add(const ShownNow& now);
+  void Add(const DisplayStatus& now);
   std::vector<TailLine> Lines() const;  ///< oldest first
 
  private:

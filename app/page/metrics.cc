@@ -48,7 +48,7 @@ void AddHealth(MetricsWriter& writer, const CellHealth& health) {
   writer.Add(static_cast<double>(health.severity), {{"reason", Describe(health.reason)}});
 }
 
-void AddPoints(MetricsWriter& writer, const ShownNow& now) {
+void AddPoints(MetricsWriter& writer, const DisplayStatus& now) {
   const auto labels = [&](const ViewPoint& point) {
     const auto name = now.point_names.find(point.id);
     return MetricsWriter::Labels{
@@ -73,7 +73,7 @@ void AddPoints(MetricsWriter& writer, const ShownNow& now) {
   }
 }
 
-void AddCameras(MetricsWriter& writer, const ShownNow& now, double now_s) {
+void AddCameras(MetricsWriter& writer, const DisplayStatus& now, double now_s) {
   const std::vector<CameraFacts> cameras = CamerasOf(now);
   if (cameras.empty()) return;
   writer.Begin("lens_valid", Type::kGauge, "Whether the lens is verified at the present zoom.");
@@ -95,7 +95,7 @@ void AddCameras(MetricsWriter& writer, const ShownNow& now, double now_s) {
   }
 }
 
-void AddPairs(MetricsWriter& writer, const ShownNow& now) {
+void AddPairs(MetricsWriter& writer, const DisplayStatus& now) {
   if (now.pairs.empty()) return;
   const auto labels = [](const MeasuredPair& pair) {
     return MetricsWriter::Labels{{"a", pair.a}, {"b", pair.b}};
@@ -135,21 +135,21 @@ void AddMonitoring(MetricsWriter& writer, const ViewState& state) {
 }
 
 /// The format requires cumulative buckets.
-void AddLateness(MetricsWriter& writer, const LatenessCounts& starts) {
+void AddLateness(MetricsWriter& writer, const LatenessHistogram& starts) {
   writer.Begin("cycle_start_late_seconds", Type::kHistogram,
                "Lateness of machine cycle starts since the daemon started.");
   std::uint64_t sum = 0;
   for (std::size_t k = 0; k < starts.counts.size(); ++k) {
     sum += starts.counts[k];
-    const bool last = k == LatenessCounts::kBounds_s.size();
+    const bool last = k == LatenessHistogram::kBounds_s.size();
     writer.Add(static_cast<double>(sum),
-               {{"le", last ? "+Inf" : NumberText(LatenessCounts::kBounds_s[k])}}, "_bucket");
+               {{"le", last ? "+Inf" : NumberText(LatenessHistogram::kBounds_s[k])}}, "_bucket");
   }
   writer.Add(starts.sum_s, {}, "_sum");
   writer.Add(static_cast<double>(sum), {}, "_count");
 }
 
-void AddState(MetricsWriter& writer, const ShownNow& now, double now_s) {
+void AddState(MetricsWriter& writer, const DisplayStatus& now, double now_s) {
   const ViewState& state = *now.state;
   writer.Begin("daemon_info", Type::kGauge, "Version and cell of the daemon; always 1.");
   writer.Add(1, {{"version", state.version}, {"cell", state.cell}});
@@ -207,11 +207,11 @@ void MetricsWriter::Gauge(std::string_view name, std::string_view help, double v
   Add(value);
 }
 
-bool DaemonReports(const ShownNow* now, double now_s) {
+bool DaemonReports(const DisplayStatus* now, double now_s) {
   return now != nullptr && now->state && !DaemonIsSilent(*now->state, now->link_problem, now_s);
 }
 
-std::string MetricsText(const ShownNow* now, const PageCounts& page, double now_s) {
+std::string MetricsText(const DisplayStatus* now, const PageCounts& page, double now_s) {
   MetricsWriter writer;
   const bool up = DaemonReports(now, now_s);
   writer.Gauge("up", "Whether plumblined reports its state.", up ? 1 : 0);

@@ -87,7 +87,7 @@ class Page {
   DisplayMailbox& shown_;
   PictureFeed feed_;
   LogTail log_;
-  std::shared_ptr<const ShownNow> collected_;  ///< used by CollectLog() only
+  std::shared_ptr<const DisplayStatus> collected_;  ///< used by CollectLog() only
   CachedText trend_, reports_;
   std::vector<std::string> own_names_;
   TcpEndpoint at_;

@@ -66,7 +66,7 @@ Json PostureJson(const ViewPoint& point, const std::vector<JointType>& types) {
   return json;
 }
 
-Json PointsJson(const ShownNow& now) {
+Json PointsJson(const DisplayStatus& now) {
   Json list = Json::array();
   for (const ViewPoint& point : now.state->points) {
     const auto name = now.point_names.find(point.id);
@@ -89,7 +89,7 @@ Json PointsJson(const ShownNow& now) {
   return list;
 }
 
-Json CamerasJson(const ShownNow& now, double now_s) {
+Json CamerasJson(const DisplayStatus& now, double now_s) {
   Json list = Json::array();
   for (const CameraFacts& facts : CamerasOf(now)) {
     const ViewCamera& camera = *facts.camera;
@@ -134,7 +134,7 @@ Json PairsJson(const std::vector<MeasuredPair>& pairs) {
   return list;
 }
 
-void AddStateTo(Json& json, const ShownNow& now, double now_s) {
+void AddStateTo(Json& json, const DisplayStatus& now, double now_s) {
   const ViewState& state = *now.state;
   json["cell"] = state.cell;
   json["utc_s"] = state.utc_s;
@@ -182,7 +182,7 @@ Json LogJson(const std::vector<TailLine>& log) {
 
 }  // namespace
 
-std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
+std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
                        const std::vector<TailLine>& log, double now_s) {
   const bool there = DaemonReports(now, now_s);
   Json json = {{"schema", kStatusSchema},
@@ -201,7 +201,7 @@ std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
   if (now != nullptr) {
     json["daemon"]["problem"] = now->link_problem;
     json["picture"]["problem"] = now->picture_problem;
-    const ShownNow shown = WithdrawIfSilent(*now, now_s);
+    const DisplayStatus shown = WithdrawIfSilent(*now, now_s);
     json["headline"] = LineJson(shown.headline);
     for (const Panel& panel : now->panels) {
       Json lines = Json::array();

@@ -23,7 +23,7 @@ inline constexpr int kStatusSchema = 1;
 ///          bad, faded), and the values behind them in SI units; unknown values are null
 /// @param now    null: no status yet
 /// @param now_s  monotonic
-std::string StatusJson(const ShownNow* now, const PictureFacts& picture,
+std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
                        const std::vector<TailLine>& log, double now_s);
 
 }  // namespace plumbline

@@ -45,7 +45,7 @@ Result<std::vector<std::string>> DrawSvgs(const std::string& script,
   const auto run = RunProgram({path, "-d", "-"}, script,
                               {.time_s = std::chrono::duration<double>(options.limit).count()});
   if (!run) return Error{options.program + " " + run.error()};
-  if (run->end.exit_code == ChildEnd::kNotRun) {
+  if (run->end.exit_code == ExitStatus::kNotRun) {
     return Error{options.program + " cannot be started"};
   }
   std::vector<std::string> documents;

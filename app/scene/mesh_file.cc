@@ -30,7 +30,7 @@ double Mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 std::string MeshProgram() {
-  return ProgramBeside("plumbline-mesh");
+  return SiblingProgram("plumbline-mesh");
 }
 
 MeshReader::MeshReader(MeshLimits limits, std::string program)
@@ -41,7 +41,7 @@ Result<void> MeshReader::Start(const std::string& file, double unit_m) {
   if (!format)
     return Error{fmt::format("unknown file type; its name must end in {}", kMeshFormats)};
   const Descriptor opened(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (!opened) return Error{CannotBeRead(file, std::strerror(errno))};
+  if (!opened) return Error{ReadErrorText(file, std::strerror(errno))};
   struct stat about {};
   found_ = {};
   found_.format = *format;
@@ -82,13 +82,13 @@ Result<void> MeshReader::StartProcess(int file) {
   return {};
 }
 
-ChildEnd MeshReader::End(double timeout_s) {
-  const ChildEnd end = child_.End(timeout_s);
+ExitStatus MeshReader::End(double timeout_s) {
+  const ExitStatus end = child_.End(timeout_s);
   pipe_.Reset();
   return end;
 }
 
-std::string MeshReader::WhyEnded(const ChildEnd& end) const {
+std::string MeshReader::WhyEnded(const ExitStatus& end) const {
   if (end.signal == SIGXCPU) {
     return fmt::format("not read within {} s of CPU time: simplify the model", limits_.cpu_s);
   }
@@ -104,7 +104,7 @@ std::string MeshReader::WhyEnded(const ChildEnd& end) const {
         "repair or simplify the model",
         Mebibytes(limits_.memory_bytes));
   }
-  if (end.exit_code == ChildEnd::kNotRun) {
+  if (end.exit_code == ExitStatus::kNotRun) {
     return fmt::format("{} cannot be started; {}", program_, kRestoreProgram);
   }
   return fmt::format("{} returned an invalid result; is it of the same version as this program?",
@@ -112,10 +112,10 @@ std::string MeshReader::WhyEnded(const ChildEnd& end) const {
 }
 
 Result<MeshFile> MeshReader::Finish() {
-  auto answer = MeshAnswerOfBytes(answer_, limits_);
+  auto answer = DecodeMeshResponse(answer_, limits_);
   answer_ = {};
   // The child has closed the pipe and is about to exit; if it does not, it is killed.
-  const ChildEnd end = End(answer ? 0 : kEndTimeout_s);
+  const ExitStatus end = End(answer ? 0 : kEndTimeout_s);
   if (!answer) return Error{WhyEnded(end)};
   if (!*answer) return answer->failure();
   RawMesh raw = std::move(*answer).value();

@@ -52,8 +52,8 @@ class MeshReader {
  private:
   Result<void> StartProcess(int file);
   Result<MeshFile> Finish();
-  std::string WhyEnded(const ChildEnd& end) const;
-  ChildEnd End(double timeout_s);  ///< ends the child and closes the pipe
+  std::string WhyEnded(const ExitStatus& end) const;
+  ExitStatus End(double timeout_s);  ///< ends the child and closes the pipe
 
   const MeshLimits limits_;
   const std::string program_;

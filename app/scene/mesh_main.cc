@@ -21,7 +21,7 @@ namespace {
 using namespace plumbline;
 
 bool WriteAnswer(const Result<RawMesh>& answer) {
-  const std::vector<std::uint8_t> bytes = BytesOfMeshAnswer(answer);
+  const std::vector<std::uint8_t> bytes = EncodeMeshResponse(answer);
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t wrote = write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
     if (wrote < 0 && errno == EINTR) continue;

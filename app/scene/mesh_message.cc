@@ -68,7 +68,7 @@ struct AnswerBytes {
 
 }  // namespace
 
-std::vector<std::uint8_t> BytesOfMeshAnswer(const Result<RawMesh>& answer) {
+std::vector<std::uint8_t> EncodeMeshResponse(const Result<RawMesh>& answer) {
   std::vector<std::uint8_t> bytes;
   if (!answer) {
     PutNumber(bytes, kRefused);
@@ -95,8 +95,8 @@ std::size_t LargestMeshAnswer(const MeshLimits& limits) {
          kMostOutside * (kLongestOutside + 4) + kLongestReason + 64;
 }
 
-std::optional<Result<RawMesh>> MeshAnswerOfBytes(std::span<const std::uint8_t> bytes,
-                                                 const MeshLimits& limits) {
+std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> bytes,
+                                                  const MeshLimits& limits) {
   AnswerBytes in{bytes};
   const auto kind = in.Number<std::uint32_t>();
   if (kind == kRefused) {

@@ -24,14 +24,14 @@ struct RawMesh {
 
 inline constexpr std::size_t kMostOutside = 8, kLongestOutside = 200, kLongestReason = 1000;
 
-std::vector<std::uint8_t> BytesOfMeshAnswer(const Result<RawMesh>& answer);
+std::vector<std::uint8_t> EncodeMeshResponse(const Result<RawMesh>& answer);
 
 /// Maximum size of a response within these limits.
 std::size_t LargestMeshAnswer(const MeshLimits& limits);
 
 /// @return  nullopt if the bytes are not a complete response or exceed the limits. In texts,
 ///          characters other than printable ASCII are replaced by "?".
-std::optional<Result<RawMesh>> MeshAnswerOfBytes(std::span<const std::uint8_t> bytes,
-                                                 const MeshLimits& limits);
+std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> bytes,
+                                                  const MeshLimits& limits);
 
 }  // namespace plumbline

@@ -63,9 +63,9 @@ class TableReader {
   }
 
   void CheckTag(const TomlTable& on, int id) const {
-    if (tags_ == nullptr || tags_->other_side_m) return;
+    if (tags_ == nullptr || tags_->default_side_m) return;
     std::vector<int> ids;
-    for (const LoneTag& tag : tags_->tags) ids.push_back(tag.id);
+    for (const StandaloneTag& tag : tags_->tags) ids.push_back(tag.id);
     for (const Body& body : tags_->bodies) {
       for (const BodyTag& tag : body.tags) ids.push_back(tag.id);
     }

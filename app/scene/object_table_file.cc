@@ -23,7 +23,7 @@ std::optional<TableNews> ObjectTableFile::Poll() {
   TableNews news;
   const auto text = ReadTextFile(path_);
   if (!text) {
-    news.faults.Add({Fault::Severity::kFault, path_, 0, "", CannotBeRead(path_, text.error())});
+    news.faults.Add({Fault::Severity::kFault, path_, 0, "", ReadErrorText(path_, text.error())});
     return news;
   }
   if (auto table = ObjectTableFromText(*text, path_, tags_, news.faults)) {

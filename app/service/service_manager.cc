@@ -44,7 +44,7 @@ void ServiceManager::NotifyWatchdog() const {
   sd_notify(0, "WATCHDOG=1");
 }
 
-void ServiceManager::AskForRestart() const {
+void ServiceManager::RequestRestart() const {
   if (feed_period_s_) sd_notify(0, "WATCHDOG=trigger");
 }
 

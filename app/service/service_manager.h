@@ -20,11 +20,11 @@ class ServiceManager {
 
   bool available() const { return available_; }
   /// Interval at which to call NotifyWatchdog() [s]; nullopt if there is no watchdog.
-  std::optional<double> feed_period_s() const { return feed_period_s_; }
+  std::optional<double> watchdog_period_s() const { return feed_period_s_; }
   void NotifyWatchdog() const;
   /// Triggers the watchdog, so that the service is killed and restarted at once instead of after
   /// the watchdog period. Has no effect without a watchdog.
-  void AskForRestart() const;
+  void RequestRestart() const;
 
   /// Reports that start-up is complete; `status` is one line for `systemctl status`.
   void Ready(const std::string& status) const;

@@ -8,7 +8,7 @@
 
 namespace plumbline {
 
-int OpenSignals() {
+int OpenSignalDescriptor() {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, number);

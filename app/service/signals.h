@@ -5,6 +5,6 @@ namespace plumbline {
 
 /// Blocks SIGTERM, SIGINT and SIGHUP in this thread and all threads started afterwards.
 /// @return  a non-blocking signalfd(2) that delivers them, owned by the caller; -1 on failure
-int OpenSignals();
+int OpenSignalDescriptor();
 
 }  // namespace plumbline

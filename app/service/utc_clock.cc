@@ -7,11 +7,11 @@
 
 namespace plumbline {
 
-UtcClock UtcClock::OfThisComputer() {
-  return {ComputerUtcSeconds(), MonotonicSeconds()};
+UtcClock UtcClock::FromSystemClock() {
+  return {SystemUtcSeconds(), MonotonicSeconds()};
 }
 
-std::optional<double> UtcClock::NewStep(double utc_s, double monotonic_s) {
+std::optional<double> UtcClock::DetectStep(double utc_s, double monotonic_s) {
   constexpr double kMinStep_s = 1;
   const double step_s = utc_s - UtcAt(monotonic_s) - reported_s_;
   if (std::abs(step_s) < kMinStep_s) return std::nullopt;
@@ -19,7 +19,7 @@ std::optional<double> UtcClock::NewStep(double utc_s, double monotonic_s) {
   return step_s;
 }
 
-double ComputerUtcSeconds() {
+double SystemUtcSeconds() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 

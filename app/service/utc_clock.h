@@ -13,13 +13,13 @@ class UtcClock {
   /// @param utc_s, monotonic_s  readings of both clocks at the same moment
   UtcClock(double utc_s, double monotonic_s) : offset_s_(utc_s - monotonic_s) {}
   /// Initialised from the clocks of this computer, now.
-  static UtcClock OfThisComputer();
+  static UtcClock FromSystemClock();
 
   double UtcAt(double monotonic_s) const { return monotonic_s + offset_s_; }
 
   /// Detects a step of the system clock since the start or since the last detected step.
   /// @return  the step [s], or nullopt if it is less than a second
-  std::optional<double> NewStep(double utc_s, double monotonic_s);
+  std::optional<double> DetectStep(double utc_s, double monotonic_s);
 
  private:
   double offset_s_;
@@ -27,6 +27,6 @@ class UtcClock {
 };
 
 /// UTC of the system clock, including its steps [s since 1970].
-double ComputerUtcSeconds();
+double SystemUtcSeconds();
 
 }  // namespace plumbline

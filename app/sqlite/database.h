@@ -41,10 +41,10 @@ class Statement {
   std::int64_t Integer(int column) const { return sqlite3_column_int64(get(), column); }
   double Number(int column) const { return sqlite3_column_double(get(), column); }
   std::string Text(int column) const;
-  std::optional<double> NumberIfThere(int column) const {
+  std::optional<double> OptionalNumberAt(int column) const {
     return IsNull(column) ? std::nullopt : std::optional(Number(column));
   }
-  std::optional<std::int64_t> IntegerIfThere(int column) const {
+  std::optional<std::int64_t> OptionalIntegerAt(int column) const {
     return IsNull(column) ? std::nullopt : std::optional(Integer(column));
   }
 

@@ -366,8 +366,8 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       row.tau[column.index] = value;
       break;
     case Quantity::kPayload:
-      if (value < 0 || value > kLargestPayload_kg) {
-        return fmt::format("{:g} is outside 0..{:g}", value, kLargestPayload_kg);
+      if (value < 0 || value > kMaxPayload_kg) {
+        return fmt::format("{:g} is outside 0..{:g}", value, kMaxPayload_kg);
       }
       row.payload_kg = value;
       break;
@@ -539,7 +539,7 @@ std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vecto
                                        FaultList& faults, TableUse use) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", CannotBeRead(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return TableFromCsv(*text, path, joints, faults, use);

@@ -91,7 +91,7 @@ std::vector<Pose> StartsOf(const KnownLens& lens, const std::vector<Observation>
 }  // namespace
 
 std::optional<double> TagDatabase::SideOf(int id) const {
-  for (const LoneTag& tag : tags) {
+  for (const StandaloneTag& tag : tags) {
     if (tag.id == id) return tag.side_m;
   }
   for (const Body& body : bodies) {
@@ -99,7 +99,7 @@ std::optional<double> TagDatabase::SideOf(int id) const {
       if (tag.id == id) return tag.side_m;
     }
   }
-  return other_side_m;
+  return default_side_m;
 }
 
 const Body* TagDatabase::BodyOf(int id) const {

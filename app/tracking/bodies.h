@@ -29,7 +29,7 @@ struct Body {
 };
 
 /// A tag that is not part of a body.
-struct LoneTag {
+struct StandaloneTag {
   int id = 0;
   double side_m = 0;
 };
@@ -37,8 +37,8 @@ struct LoneTag {
 /// The known tags of a cell. Each id occurs once, on a body or alone.
 struct TagDatabase {
   std::vector<Body> bodies;
-  std::vector<LoneTag> tags;
-  std::optional<double> other_side_m;  ///< side of all tags that are not listed
+  std::vector<StandaloneTag> tags;
+  std::optional<double> default_side_m;  ///< side of all tags that are not listed
 
   std::optional<double> SideOf(int id) const;
   const Body* BodyOf(int id) const;

@@ -16,7 +16,7 @@ bool SameLens(const Lens& a, const Lens& b) {
 
 }  // namespace
 
-std::optional<ToolNow> ComputeToolState(const ViewState& state, const ViewModel& model) {
+std::optional<ToolState> ComputeToolState(const ViewState& state, const ViewModel& model) {
   const LoadedArm& arm = model.arm;
   if (state.q.size() != arm.size() || !state.q.allFinite() || !state.payload_kg) {
     return std::nullopt;
@@ -32,7 +32,7 @@ std::optional<ToolNow> ComputeToolState(const ViewState& state, const ViewModel&
   LoadedState loaded;
   if (!arm.AtCommanded(state.q, payload, conditions, loaded)) return std::nullopt;
 
-  ToolNow tool;
+  ToolState tool;
   tool.bend = BendFieldOf(cell.tool, loaded);
   // An identified offset of the tool frame shifts the whole tool: the tip determines the flange.
   const Pose X_FT{RotationFromVector(loaded.slope_F), arm.X_FT().p + loaded.bend_F};
@@ -78,8 +78,8 @@ std::optional<Pose> Carriers::InWorld(const Carrier& carrier) const {
   return world->X_CK.Inverse() * placed->X_CK;
 }
 
-Carriers CarrierMemory::Update(const ViewState& state, std::size_t camera_number,
-                               const ViewModel* model, double now_s) {
+Carriers CarrierTracker::Update(const ViewState& state, std::size_t camera_number,
+                                const ViewModel* model, double now_s) {
   const ViewCamera& camera = CameraOf(state, camera_number);
   Carriers carriers;
   carriers.lens_stale =

@@ -21,7 +21,7 @@ struct PlacedCarrier {
 };
 
 /// Loaded tool in the newest state.
-struct ToolNow {
+struct ToolState {
   Pose X_WF;          ///< flange, placed so that the drawn tip coincides with the model's tip
   Pose X_WF_nominal;  ///< flange of the unloaded arm, as the controller assumes it
   BendField bend;
@@ -30,7 +30,7 @@ struct ToolNow {
 };
 
 /// @return  nullopt if the joints do not fit the model or the payload is unknown
-std::optional<ToolNow> ComputeToolState(const ViewState& state, const ViewModel& model);
+std::optional<ToolState> ComputeToolState(const ViewState& state, const ViewModel& model);
 
 /// Carrier poses at one instant, in the frame of one camera.
 struct Carriers {
@@ -38,7 +38,7 @@ struct Carriers {
   std::optional<PlacedCarrier> base, flange;
   std::map<std::string, PlacedCarrier> bodies;
   std::map<int, PlacedCarrier> tags;
-  std::optional<ToolNow> tool;
+  std::optional<ToolState> tool;
   double focal_px = 0;      ///< focal length of the camera's lens; 0: unknown
   bool lens_stale = true;   ///< the lens is not verified at the present zoom
   bool image_stale = true;  ///< there is no image, or it is too old
@@ -54,7 +54,7 @@ struct Carriers {
 /// Last known carrier poses of one camera. A hidden carrier keeps its pose, becomes stale after
 /// kFresh_s and is dropped after kForgotten_s. The cell frame is dropped only with the lens, since
 /// camera and cell do not move relative to each other.
-class CarrierMemory {
+class CarrierTracker {
  public:
   static constexpr double kFresh_s = 0.5, kForgotten_s = 3.0, kImageFresh_s = 0.5;
 

@@ -4,8 +4,8 @@
 
 namespace plumbline {
 
-ShownNow MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem) {
-  ShownNow now;
+DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem) {
+  DisplayStatus now;
   now.time_s = facts.now_s;
   if (facts.state != nullptr) now.state = std::make_shared<const ViewState>(*facts.state);
   now.link_problem = facts.link_problem;
@@ -29,8 +29,8 @@ ShownNow MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem) 
   return now;
 }
 
-ShownNow WithdrawIfSilent(const ShownNow& now, double now_s) {
-  ShownNow shown = now;
+DisplayStatus WithdrawIfSilent(const DisplayStatus& now, double now_s) {
+  DisplayStatus shown = now;
   if (now.state == nullptr) return shown;
   auto withdrawn = WithdrawnState(*now.state, now.link_problem, now_s);
   if (!withdrawn) return shown;
@@ -42,7 +42,7 @@ ShownNow WithdrawIfSilent(const ShownNow& now, double now_s) {
   return shown;
 }
 
-void DisplayMailbox::Publish(std::shared_ptr<const ShownNow> status) {
+void DisplayMailbox::Publish(std::shared_ptr<const DisplayStatus> status) {
   const std::lock_guard lock(mutex_);
   status_ = std::move(status);
 }
@@ -52,7 +52,7 @@ void DisplayMailbox::Publish(std::shared_ptr<const DisplayPicture> picture) {
   picture_ = std::move(picture);
 }
 
-std::shared_ptr<const ShownNow> DisplayMailbox::status() const {
+std::shared_ptr<const DisplayStatus> DisplayMailbox::status() const {
   const std::lock_guard lock(mutex_);
   return status_;
 }

@@ -14,7 +14,7 @@
 namespace plumbline {
 
 /// What the display shows at one instant, as values, with the state it was derived from.
-struct ShownNow {
+struct DisplayStatus {
   double time_s = 0;                       ///< when it was compiled, monotonic
   std::shared_ptr<const ViewState> state;  ///< the newest; null: none received yet
   std::string link_problem;                ///< why no states arrive; empty: they do
@@ -31,10 +31,10 @@ struct ShownNow {
 
 /// Withdraws the state if the daemon has become silent since `now` was compiled, which may be long
 /// ago if the drawing thread hangs.
-ShownNow WithdrawIfSilent(const ShownNow& now, double now_s);
+DisplayStatus WithdrawIfSilent(const DisplayStatus& now, double now_s);
 
 /// Copies everything that `facts` refers to.
-ShownNow MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem);
+DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem);
 
 struct DisplayPicture {
   RgbImage image;
@@ -47,11 +47,11 @@ class DisplayMailbox {
  public:
   static constexpr double kPictureRequestLifetime_s = 3;
 
-  void Publish(std::shared_ptr<const ShownNow> status);
+  void Publish(std::shared_ptr<const DisplayStatus> status);
   void Publish(std::shared_ptr<const DisplayPicture> picture);
 
   /// Null until the first was published.
-  std::shared_ptr<const ShownNow> status() const;
+  std::shared_ptr<const DisplayStatus> status() const;
   std::shared_ptr<const DisplayPicture> picture() const;
   /// Returns picture() and requests pictures for the next kPictureRequestLifetime_s.
   std::shared_ptr<const DisplayPicture> RequestPicture(double now_s);
@@ -59,7 +59,7 @@ class DisplayMailbox {
 
  private:
   mutable std::mutex mutex_;
-  std::shared_ptr<const ShownNow> status_;
+  std::shared_ptr<const DisplayStatus> status_;
   std::shared_ptr<const DisplayPicture> picture_;
   double requested_s_ = -1e300;
 };

@@ -161,7 +161,7 @@ class OverlayBuilder {
 
   void AddToolAxis() {
     if (!carriers_.flange || !carriers_.tool || !carriers_.world) return;
-    const ToolNow& tool = *carriers_.tool;
+    const ToolState& tool = *carriers_.tool;
     const Vec3 tip_F = tool.X_WF_nominal.Inverse() * tool.tip_nominal_W;
     if (!(tip_F.norm() > 0)) return;
     const Pose& X_CF = carriers_.flange->X_CK;
@@ -238,9 +238,9 @@ class OverlayBuilder {
     if (facts_.now_s - measured->time_s > kMeasuredFresh_s) return;
     const Pose& X_CW = carriers_.world->X_CK;
     for (const MeasuredPair& pair : measured->pairs) {
-      if (!pair.separation || pair.state == Nearness::kApart) continue;
+      if (!pair.separation || pair.state == Proximity::kApart) continue;
       const Separation& between = *pair.separation;
-      const bool hits = pair.state == Nearness::kInterference;
+      const bool hits = pair.state == Proximity::kInterference;
       const Vec3 a_C = X_CW * between.p_a_W, b_C = X_CW * between.p_b_W;
       const Colour& colour = hits ? kMissed : kNearColour;
       AddLine({a_C, b_C}, colour, 3);

@@ -14,7 +14,7 @@ namespace plumbline {
 struct MeasuredPair {
   std::string a, b;
   int number_a = 0, number_b = 0;  ///< object numbers of the object table
-  Nearness state = Nearness::kApart;
+  Proximity state = Proximity::kApart;
   std::optional<Separation> separation;  ///< nullopt: an object has no pose or no mesh
 };
 

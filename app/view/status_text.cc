@@ -97,7 +97,7 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   const ViewCamera& camera = facts.state->cameras[k];
   const CameraStatus& status = camera.status;
   const bool valid = status.state == ZoomState::kValid;
-  const bool in_place = valid && status.reason == ZoomReason::kMarksGood;
+  const bool in_place = valid && status.reason == ZoomReason::kTagsGood;
   std::vector<PanelLine> lines = {
       {in_place ? "valid: tags in place"  // short: must fit one line behind a camera name
                 : fmt::format("{}: {}", ZoomStateText(status.state), ZoomReasonText(status.reason)),
@@ -165,7 +165,7 @@ Panel CorrectionPanel(const ViewFacts& facts) {
     }
   }
   if (facts.carriers.front().tool) {
-    const ToolNow& tool = *facts.carriers.front().tool;
+    const ToolState& tool = *facts.carriers.front().tool;
     panel.lines.push_back(
         {fmt::format("tip {} off nominal now", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
@@ -196,7 +196,7 @@ Panel DistancePanel(const ViewFacts& facts) {
     const std::string names = pair.a + " / " + pair.b;
     if (!pair.separation) {
       rest.push_back({names + ": not measured", Tone::kFaded});
-    } else if (pair.state == Nearness::kInterference) {
+    } else if (pair.state == Proximity::kInterference) {
       panel.lines.push_back(
           {pair.separation->touching
                ? fmt::format("{}: INTERFERENCE, {} deep", names, Mm(pair.separation->depth_m))
@@ -204,7 +204,7 @@ Panel DistancePanel(const ViewFacts& facts) {
            Tone::kBad});
     } else {
       rest.push_back({fmt::format("{}: {}", names, Mm(pair.separation->distance_m, 1)),
-                      pair.state == Nearness::kNear ? Tone::kAttention : Tone::kPlain});
+                      pair.state == Proximity::kNear ? Tone::kAttention : Tone::kPlain});
     }
   }
   for (const MeasuredSweep& sweep : measured->sweeps) {
@@ -375,7 +375,7 @@ CellHealth DisplayedHealth(const ViewFacts& facts) {
   const SceneMeasurements* const measured = facts.measured;
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
   const auto touches = [](const MeasuredPair& pair) {
-    return pair.state == Nearness::kInterference;
+    return pair.state == Proximity::kInterference;
   };
   const auto blocked = [](const MeasuredSweep& sweep) {
     return sweep.result && sweep.result->hits;

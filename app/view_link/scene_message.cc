@@ -23,7 +23,7 @@ static_assert(kMagic.size() + sizeof(Fields) == kSceneMessageBytes);
 
 }  // namespace
 
-SceneMessage BytesOfScene(const SceneStatus& scene) {
+SceneMessage EncodeScene(const SceneStatus& scene) {
   const Fields fields{scene.interferences, scene.unmeasured,
                       scene.blocked,       static_cast<float>(kMillimetres * scene.smallest_m),
                       scene.object_a,      scene.object_b};
@@ -33,13 +33,13 @@ SceneMessage BytesOfScene(const SceneStatus& scene) {
   return message;
 }
 
-std::optional<SceneStatus> SceneOfBytes(std::span<const std::uint8_t> bytes) {
+std::optional<SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes) {
   if (bytes.size() != kSceneMessageBytes) return std::nullopt;
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return std::nullopt;
   Fields fields;
   std::memcpy(&fields, bytes.data() + kMagic.size(), sizeof fields);
-  const bool counts = fields.interferences <= kMostScenePairs &&
-                      fields.unmeasured <= kMostScenePairs && fields.blocked <= kMostScenePairs;
+  const bool counts = fields.interferences <= kMaxScenePairs &&
+                      fields.unmeasured <= kMaxScenePairs && fields.blocked <= kMaxScenePairs;
   const bool distance = fields.smallest_mm >= 0 && fields.smallest_mm <= kMaxDistance_mm;
   const bool numbers = fields.object_a <= kMaxObjectNumber && fields.object_b <= kMaxObjectNumber &&
                        (fields.object_a == 0) == (fields.object_b == 0);

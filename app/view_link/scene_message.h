@@ -16,12 +16,12 @@ inline constexpr std::size_t kSceneMessageBytes = 28;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 
 /// `scene.time_s` is not sent; the receiver stamps the time of arrival.
-SceneMessage BytesOfScene(const SceneStatus& scene);
+SceneMessage EncodeScene(const SceneStatus& scene);
 
 /// @return  nullopt if the bytes are not a complete message or a value is implausible: a count
 ///          above kMaxScenePairs, a distance outside 0..1 km, an object number above 9999, or
 ///          object numbers and distance that contradict each other. Never reads beyond `bytes`.
-inline constexpr std::uint32_t kMostScenePairs = 5000;
-std::optional<SceneStatus> SceneOfBytes(std::span<const std::uint8_t> bytes);
+inline constexpr std::uint32_t kMaxScenePairs = 5000;
+std::optional<SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes);
 
 }  // namespace plumbline

@@ -149,7 +149,7 @@ bool ViewClient::CopyImages(View& view) const {
 
 void ViewClient::SendScene(const SceneStatus& scene) {
   if (!socket_) return;
-  const SceneMessage message = BytesOfScene(scene);
+  const SceneMessage message = EncodeScene(scene);
   // No retry: the message would be outdated. Read() detects a lost connection.
   [[maybe_unused]] const ssize_t sent =
       send(socket_.get(), message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL);

@@ -77,7 +77,7 @@ template <typename T>
 std::optional<T> OptionalOf(const Json& json) {
   if (json.is_null()) return std::nullopt;
   if constexpr (std::is_integral_v<T>) {
-    return WholeOf<T>(json);
+    return IntegerFromJson<T>(json);
   } else {
     return json.get<T>();
   }
@@ -86,7 +86,7 @@ std::optional<T> OptionalOf(const Json& json) {
 /// An enumerator between 0 and `last`.
 template <typename E>
 E EnumOf(const Json& json, E last) {
-  const int number = WholeOf<int>(json);
+  const int number = IntegerFromJson<int>(json);
   if (number < 0 || number > static_cast<int>(last)) {
     throw std::out_of_range(fmt::format("{} is outside 0..{}", number, static_cast<int>(last)));
   }
@@ -94,7 +94,7 @@ E EnumOf(const Json& json, E last) {
 }
 
 int IntWithin(const Json& json, int low, int high) {
-  const auto number = WholeOf<std::int64_t>(json);
+  const auto number = IntegerFromJson<std::int64_t>(json);
   if (number < low || number > high) {
     throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
   }
@@ -119,12 +119,12 @@ Json ImageJson(const ViewImage& image) {
 ViewImage ImageOf(const Json& json) {
   ViewImage image;
   image.slot = IntWithin(json.at("slot"), 0, kMaxSlots - 1);
-  image.stamp = WholeOf<std::uint32_t>(json.at("stamp"));
+  image.stamp = IntegerFromJson<std::uint32_t>(json.at("stamp"));
   image.width = IntWithin(json.at("width"), 1, kMaxSide_px);
   image.height = IntWithin(json.at("height"), 1, kMaxSide_px);
   image.colour = json.at("colour").get<bool>();
   image.time_s = json.at("time_s").get<double>();
-  image.sequence = WholeOf<std::uint64_t>(json.at("sequence"));
+  image.sequence = IntegerFromJson<std::uint64_t>(json.at("sequence"));
   return image;
 }
 
@@ -175,21 +175,22 @@ void ReadFlags(const Json& json, const Flags& flags, Status& status) {
 }
 
 Json CameraStatusJson(const CameraStatus& status) {
-  Json json = {{"configured", status.configured},
-               {"name", static_cast<int>(status.name)},
-               {"state", static_cast<int>(status.state)},
-               {"reason", static_cast<int>(status.reason)},
-               {"prompt", static_cast<int>(status.prompt)},
-               {"board_views", status.board_views},
-               {"zoom_counts", OptionalJson(status.zoom_counts)},
-               {"focus_counts", OptionalJson(status.focus_counts)},
-               {"lens_id", status.lens_id},
-               {"zoom_time_s", NumberJson(status.zoom_time_s)},
-               {"frame_time_s", NumberJson(status.frame_time_s)},
-               {"tip_W_m", VectorJson(status.tip_W)},
-               {"tip_covariance_W_m2",
-                VectorJson((status.tip_covariance_W + status.tip_places_W).eval().reshaped())},
-               {"tip_time_s", NumberJson(status.tip_time_s)}};
+  Json json = {
+      {"configured", status.configured},
+      {"name", static_cast<int>(status.name)},
+      {"state", static_cast<int>(status.state)},
+      {"reason", static_cast<int>(status.reason)},
+      {"prompt", static_cast<int>(status.prompt)},
+      {"board_views", status.board_views},
+      {"zoom_counts", OptionalJson(status.zoom_counts)},
+      {"focus_counts", OptionalJson(status.focus_counts)},
+      {"lens_id", status.lens_id},
+      {"zoom_time_s", NumberJson(status.zoom_time_s)},
+      {"frame_time_s", NumberJson(status.frame_time_s)},
+      {"tip_W_m", VectorJson(status.tip_W)},
+      {"tip_covariance_W_m2",
+       VectorJson((status.tip_covariance_W + status.tip_tag_covariance_W).eval().reshaped())},
+      {"tip_time_s", NumberJson(status.tip_time_s)}};
   AddFlags(status, kCameraFlags, json);
   return json;
 }
@@ -201,10 +202,10 @@ CameraStatus CameraStatusOf(const Json& json) {
   status.state = EnumOf(json.at("state"), ZoomState::kRefused);
   status.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
   status.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
-  status.board_views = WholeOf<std::uint16_t>(json.at("board_views"));
+  status.board_views = IntegerFromJson<std::uint16_t>(json.at("board_views"));
   status.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
   status.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
-  status.lens_id = WholeOf<std::uint32_t>(json.at("lens_id"));
+  status.lens_id = IntegerFromJson<std::uint32_t>(json.at("lens_id"));
   status.zoom_time_s = NumberOf(json.at("zoom_time_s"));
   status.frame_time_s = NumberOf(json.at("frame_time_s"));
   ReadFlags(json, kCameraFlags, status);
@@ -248,7 +249,7 @@ ViewCamera CameraOf(const Json& json) {
   if (!json.at("lens").is_null()) camera.lens = LensOf(json.at("lens"));
   for (const Json& entry : ListAt(json, "tags")) {
     ViewTag tag;
-    tag.id = WholeOf<int>(entry.at("id"));
+    tag.id = IntegerFromJson<int>(entry.at("id"));
     for (std::size_t k = 0; k < tag.corners_px.size(); ++k) {
       ReadVector(entry.at("corners_px").at(k), tag.corners_px[k]);
     }
@@ -289,7 +290,7 @@ Json PointsJson(const std::vector<ViewPoint>& points) {
 
 ViewPoint PointOf(const Json& json) {
   ViewPoint point;
-  point.id = WholeOf<int>(json.at("id"));
+  point.id = IntegerFromJson<int>(json.at("id"));
   point.valid = json.at("valid").get<bool>();
   point.extrapolated = json.at("extrapolated").get<bool>();
   point.code = EnumOf(json.at("code"), kLastCorrectionCode);
@@ -318,11 +319,11 @@ Json MonitoringJson(const MonitoringStatus& status) {
 MonitoringStatus MonitoringOf(const Json& json) {
   MonitoringStatus status;
   ReadFlags(json, kMonitoringFlags, status);
-  status.model.applied = WholeOf<int>(json.at("applied"));
-  status.model.proposed = WholeOf<int>(json.at("proposed"));
-  status.model.declared = WholeOf<int>(json.at("declared"));
-  status.probes = WholeOf<std::uint32_t>(json.at("probes"));
-  status.quarantined = WholeOf<std::uint32_t>(json.at("quarantined"));
+  status.model.applied = IntegerFromJson<int>(json.at("applied"));
+  status.model.proposed = IntegerFromJson<int>(json.at("proposed"));
+  status.model.declared = IntegerFromJson<int>(json.at("declared"));
+  status.probes = IntegerFromJson<std::uint32_t>(json.at("probes"));
+  status.quarantined = IntegerFromJson<std::uint32_t>(json.at("quarantined"));
   status.drift_statistic = NumberOf(json.at("drift_statistic"));
   status.residual_m = Vec3Of(json.at("residual_m"));
   return status;
@@ -340,14 +341,14 @@ Json CycleJson(const ViewCycle& cycle) {
 ViewCycle CycleOf(const Json& json) {
   ViewCycle cycle{NumberOf(json.at("uptime_s")),
                   NumberOf(json.at("longest_s")),
-                  WholeOf<std::uint64_t>(json.at("cycles")),
-                  WholeOf<std::uint64_t>(json.at("late")),
+                  IntegerFromJson<std::uint64_t>(json.at("cycles")),
+                  IntegerFromJson<std::uint64_t>(json.at("late")),
                   {}};
   const Json& starts = ListAt(json, "starts");
   if (starts.size() != cycle.starts.counts.size())
     throw std::out_of_range("another number of lateness classes");
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    cycle.starts.counts[k] = WholeOf<std::uint64_t>(starts[k]);
+    cycle.starts.counts[k] = IntegerFromJson<std::uint64_t>(starts[k]);
   }
   cycle.starts.sum_s = json.at("starts_sum_s").get<double>();
   return cycle;
@@ -365,7 +366,7 @@ Json LinesJson(const std::vector<ViewLine>& lines) {
 }
 
 ViewState StateOf(const Json& json) {
-  if (const int schema = WholeOf<int>(json.at("schema")); schema != kViewSchema) {
+  if (const int schema = IntegerFromJson<int>(json.at("schema")); schema != kViewSchema) {
     throw std::out_of_range(fmt::format(
         "schema {} instead of {}: plumblined and this program are of different versions", schema,
         kViewSchema));
@@ -375,10 +376,10 @@ ViewState StateOf(const Json& json) {
   state.utc_s = json.at("utc_s").get<double>();
   state.version = json.at("version").get<std::string>();
   state.cell = json.at("cell").get<std::string>();
-  state.model_version = WholeOf<int>(json.at("model_version"));
-  state.status = WholeOf<std::uint16_t>(json.at("status"));
-  state.alarms = WholeOf<std::uint16_t>(json.at("alarms"));
-  state.warnings = WholeOf<std::uint16_t>(json.at("warnings"));
+  state.model_version = IntegerFromJson<int>(json.at("model_version"));
+  state.status = IntegerFromJson<std::uint16_t>(json.at("status"));
+  state.alarms = IntegerFromJson<std::uint16_t>(json.at("alarms"));
+  state.warnings = IntegerFromJson<std::uint16_t>(json.at("warnings"));
   const auto reason = EnumOf(json.at("health"), kLastHealthReason);
   state.health = {SeverityOf(reason), reason};
   state.data_age_s = NumberOf(json.at("data_age_s"));
@@ -390,10 +391,10 @@ ViewState StateOf(const Json& json) {
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
-  if (state.cameras.size() > kMostCameras) throw std::out_of_range("too many cameras");
+  if (state.cameras.size() > kMaxCameras) throw std::out_of_range("too many cameras");
   for (const Json& line : ListAt(json, "lines")) {
-    state.lines.push_back({WholeOf<std::uint64_t>(line.at("number")),
-                           line.at("utc_s").get<double>(), WholeOf<int>(line.at("level")),
+    state.lines.push_back({IntegerFromJson<std::uint64_t>(line.at("number")),
+                           line.at("utc_s").get<double>(), IntegerFromJson<int>(line.at("level")),
                            line.at("text").get<std::string>()});
   }
   return state;

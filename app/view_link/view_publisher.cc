@@ -88,7 +88,7 @@ bool ViewPublisher::ReceiveScenes(const Viewer& viewer) {
     if (got < 0) return errno == EAGAIN || errno == EINTR;
     if (got == 0) return false;
     if (!viewer.may_send_scene) continue;
-    if (auto scene = SceneOfBytes(std::span(bytes).first(static_cast<std::size_t>(got)))) {
+    if (auto scene = DecodeScene(std::span(bytes).first(static_cast<std::size_t>(got)))) {
       scene->time_s = MonotonicSeconds();
       scene_ = scene;
     }

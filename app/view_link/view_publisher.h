@@ -29,7 +29,7 @@ namespace plumbline {
 class ViewPublisher {
  public:
   static constexpr int kSlotsPerCamera = 3,
-                       kSlots = kSlotsPerCamera * static_cast<int>(kMostCameras);
+                       kSlots = kSlotsPerCamera * static_cast<int>(kMaxCameras);
   static constexpr int kMaxViewers = 8;
 
   /// @param path  of the socket, at most 107 bytes; a leftover socket is replaced
@@ -76,7 +76,7 @@ class ViewPublisher {
   int memory_number_ = 0;
   std::uint8_t* at_ = nullptr;
   std::size_t slot_bytes_ = 0;
-  std::array<int, kMostCameras> next_{};  ///< next slot of each camera
+  std::array<int, kMaxCameras> next_{};  ///< next slot of each camera
   std::uint32_t stamp_ = 0;
   bool ReceiveScenes(const Viewer& viewer);
   std::optional<SceneStatus> scene_;

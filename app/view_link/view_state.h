@@ -80,7 +80,7 @@ struct ViewCycle {
   double uptime_s = 0;
   double longest_s = 0;  ///< longest computation, without the wait for the robot
   std::uint64_t cycles = 0, late = 0;
-  LatenessCounts starts;  ///< lateness of cycle starts
+  LatenessHistogram starts;  ///< lateness of cycle starts
 };
 
 /// State of the daemon at one instant, in SI units. Times are monotonic unless named UTC.

@@ -29,9 +29,9 @@ std::string XyzText(const Vec3& p_W) {
 
 const char* StateName(const MeasuredPair& pair) {
   if (!pair.separation) return "not measured";
-  return pair.separation->touching        ? "interference"
-         : pair.state == Nearness::kApart ? "apart"
-                                          : "near";
+  return pair.separation->touching         ? "interference"
+         : pair.state == Proximity::kApart ? "apart"
+                                           : "near";
 }
 
 /// Builds the text and the JSON form of the report side by side.

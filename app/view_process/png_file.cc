@@ -48,7 +48,7 @@ Result<void> WritePng(const std::string& file, const RgbImage& picture) {
 
 Result<void> WritePngBytes(const std::string& file, std::string_view bytes) {
   return WriteStateFile(file, bytes).transform_error([&file](const std::string& why) {
-    return fmt::format("{}: {}", file, CannotBeWritten(file, why));
+    return fmt::format("{}: {}", file, WriteErrorText(file, why));
   });
 }
 

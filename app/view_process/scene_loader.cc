@@ -34,7 +34,7 @@ bool SceneLoader::PollTable() {
   table_remarks_.clear();
   for (const Fault& fault : news->faults.All()) {
     const bool bad = fault.severity == Fault::Severity::kFault;
-    sink_(EntryOfFault(fault));
+    sink_(LogEntryFromFault(fault));
     table_remarks_.push_back({FaultText(fault), bad ? Tone::kBad : Tone::kAttention});
   }
   if (!news->accepted) {

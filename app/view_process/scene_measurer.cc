@@ -17,7 +17,7 @@ constexpr double kSweepPauseFactor = 10;  ///< pause after a sweep, in multiples
 SceneStatus SceneForPlc(const SceneMeasurements& measured) {
   SceneStatus scene;
   for (const MeasuredPair& pair : measured.pairs) {
-    if (pair.state == Nearness::kInterference) ++scene.interferences;
+    if (pair.state == Proximity::kInterference) ++scene.interferences;
     if (!pair.separation) {
       ++scene.unmeasured;
     } else if (scene.object_a == 0 || pair.separation->distance_m < scene.smallest_m) {
@@ -63,7 +63,7 @@ void SceneMeasurer::Build() {
   }
   placed_.assign(table.objects.size(), false);
   for (const ScenePair& pair : table.pairs) {
-    watches_.emplace_back(NearnessLimits{pair.near_m > 0 ? pair.near_m : near_m_, pair.end_m});
+    watches_.emplace_back(ProximityLimits{pair.near_m > 0 ? pair.near_m : near_m_, pair.end_m});
   }
 }
 
@@ -114,7 +114,7 @@ MeasuredPair SceneMeasurer::MeasurePair(std::size_t index) {
     measured.separation = solids_->Measure(*solid_[pair.a], *solid_[pair.b]);
   }
   InterferenceWatch& watch = watches_[index];
-  const Nearness before = watch.state();
+  const Proximity before = watch.state();
   std::optional<double> distance_m;
   if (measured.separation) distance_m = measured.separation->distance_m;
   const bool changed = watch.Update(distance_m).has_value();
@@ -123,18 +123,18 @@ MeasuredPair SceneMeasurer::MeasurePair(std::size_t index) {
   return measured;
 }
 
-void SceneMeasurer::LogTransition(const MeasuredPair& pair, Nearness before) {
+void SceneMeasurer::LogTransition(const MeasuredPair& pair, Proximity before) {
   const std::string names = pair.a + " and " + pair.b;
   const Separation& now = *pair.separation;  // an unmeasured pair has no transition
   const std::string apart = fmt::format("{:.2f} mm", 1e3 * now.distance_m);
   LogEntry entry{Event::kInterferenceEnds, "", {{"PAIR", names}}};
-  if (pair.state == Nearness::kInterference) {
+  if (pair.state == Proximity::kInterference) {
     entry.event = Event::kInterferenceBegins;
     entry.text = fmt::format("interference of {} begins: {:.2f} mm deep", names, 1e3 * now.depth_m);
     entry.fields.push_back({"DEPTH_MM", fmt::format("{:.3f}", 1e3 * now.depth_m)});
-  } else if (before == Nearness::kInterference) {
+  } else if (before == Proximity::kInterference) {
     entry.text = fmt::format("interference of {} has ended; {} apart", names, apart);
-  } else if (pair.state == Nearness::kNear) {
+  } else if (pair.state == Proximity::kNear) {
     entry.event = Event::kInterferenceNear;
     entry.text = fmt::format("{} are near: {}", names, apart);
   } else {

@@ -38,7 +38,7 @@ class SceneMeasurer {
   MeasuredPair MeasurePair(std::size_t index);
   MeasuredDistance MeasureNamed(const SceneDistance& asked) const;
   void MeasureSweeps(const Carriers& carriers, double now_s);
-  void LogTransition(const MeasuredPair& pair, Nearness before);
+  void LogTransition(const MeasuredPair& pair, Proximity before);
   struct Endpoint {
     std::optional<std::size_t> object;  ///< index in `objects`; nullopt: a point
     Vec3 p_W = Vec3::Zero();            ///< position of a point

@@ -152,8 +152,8 @@ void ViewLoop::HandleState() {
 void ViewLoop::PublishStatus(double now_s) {
   if (now_s - status_s_ < kStatusPeriod_s) return;
   status_s_ = now_s;
-  shown_.Publish(
-      std::make_shared<const ShownNow>(MakeDisplayStatus(viewer_.Facts(), drawing_.problem())));
+  shown_.Publish(std::make_shared<const DisplayStatus>(
+      MakeDisplayStatus(viewer_.Facts(), drawing_.problem())));
 }
 
 void ViewLoop::Reload() {
@@ -169,7 +169,7 @@ void KeepHeapSmall() {
 
 int RunView(const std::string& config_file) {
   KeepHeapSmall();
-  const int signals = OpenSignals();
+  const int signals = OpenSignalDescriptor();
   FaultList faults;
   std::optional<ViewModel> model = ReadViewModel(config_file, 0, faults);
   LogFaults(faults);
@@ -197,9 +197,9 @@ int RunView(const std::string& config_file) {
     }
     loop.RunOnce();
     page.Poll(MonotonicSeconds());
-    LogRepeats();
+    FlushLog();
   }
-  LogRepeats(true);
+  FlushLog(true);
   return 0;
 }
 

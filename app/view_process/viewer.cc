@@ -141,7 +141,7 @@ void Viewer::LoadModel(int version) {
   std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
   if (!fresh) {
     refused_version_ = version;
-    for (const Fault& fault : faults.All()) sink_(EntryOfFault(fault));
+    for (const Fault& fault : faults.All()) sink_(LogEntryFromFault(fault));
     model_.reset();  // never draw the tool of another model version
     return;
   }
@@ -155,7 +155,7 @@ void Viewer::Reload() {
   FaultList faults;
   const int version = has_state_ ? view_.state.model_version : 0;
   std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
-  for (const Fault& fault : faults.All()) sink_(EntryOfFault(fault));
+  for (const Fault& fault : faults.All()) sink_(LogEntryFromFault(fault));
   if (!fresh) {
     sink_({Event::kNotReloaded,
            "configuration not reloaded; the previous one stays in force. Fix the faults logged "

@@ -59,7 +59,7 @@ class Viewer {
   void CountFrames();
 
   struct CameraTrack {  ///< per-camera data carried from state to state
-    CarrierMemory memory;
+    CarrierTracker memory;
     double image_s = 0, frames_per_s = 0;
     std::uint64_t sequence = 0;
   };

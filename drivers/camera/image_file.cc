@@ -32,7 +32,7 @@ bool HasJpegSignature(std::istream& file) {
 
 /// The codec module, loaded by the first caller, or why it cannot be loaded.
 const Result<ImageCodecs>& InstalledCodecs() {
-  static const Result<ImageCodecs> codecs = OpenImageCodecs(ModuleBeside(kImageCodecsFile));
+  static const Result<ImageCodecs> codecs = OpenImageCodecs(SiblingModule(kImageCodecsFile));
   return codecs;
 }
 
@@ -51,7 +51,7 @@ void Take(void* image, int width, int height, const std::uint8_t* grey) {
 Result<GreyImage> ReadImage(const std::string& path) {
   std::error_code why;
   const std::uintmax_t bytes = fs::file_size(path, why);
-  if (why) return Error{CannotBeRead(path, why.message())};
+  if (why) return Error{ReadErrorText(path, why.message())};
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::ifstream file(path, std::ios::binary);
   if (HasJpegSignature(file)) return ReadJpeg(file);

@@ -47,7 +47,7 @@ bool NaturalLess(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-Result<std::vector<std::string>> ImageNames(const std::string& folder) {
+Result<std::vector<std::string>> ListImageNames(const std::string& folder) {
   std::error_code why;
   std::vector<std::string> names;
   fs::directory_iterator at(folder, why);

@@ -19,6 +19,6 @@ struct GreyImage {
 
 /// Names of the image files in a folder, selected by extension, in natural order: frame2 before
 /// frame10.
-Result<std::vector<std::string>> ImageNames(const std::string& folder);
+Result<std::vector<std::string>> ListImageNames(const std::string& folder);
 
 }  // namespace plumbline

@@ -65,12 +65,12 @@ Result<GreyImage> GreyFromPgm(std::string_view bytes) {
 Result<GreyImage> ReadPgm(const std::string& path) {
   std::error_code why;
   const std::uintmax_t size = std::filesystem::file_size(path, why);
-  if (why) return Error{CannotBeRead(path, why.message())};
+  if (why) return Error{ReadErrorText(path, why.message())};
   if (size > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::string bytes(size, '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    return Error{CannotBeRead(path, "shorter than its reported size, or no access")};
+    return Error{ReadErrorText(path, "shorter than its reported size, or no access")};
   }
   return GreyFromPgm(bytes);
 }

@@ -10,7 +10,7 @@
 namespace plumbline {
 namespace {
 
-constexpr std::ptrdiff_t kMaxRowBytes = std::ptrdiff_t{64} * kLargestImageSide_px;
+constexpr std::ptrdiff_t kMaxRowBytes = std::ptrdiff_t{64} * kMaxImageSide_px;
 
 struct Named {
   PixelFormat format;
@@ -33,7 +33,7 @@ bool IsPacked(PixelFormat format) {
 std::optional<Error> LayoutFault(const RawImage& image) {
   const auto [width, height] = image.size;
   const bool is_yuv = image.format != PixelFormat::kGrey;
-  if (width < 1 || height < 1 || width > kLargestImageSide_px || height > kLargestImageSide_px ||
+  if (width < 1 || height < 1 || width > kMaxImageSide_px || height > kMaxImageSide_px ||
       (is_yuv && width % 2 != 0) || (image.format == PixelFormat::kNv12 && height % 2 != 0)) {
     return Error{fmt::format("{} of {} x {} px is not possible", PixelFormatName(image.format),
                              width, height)};

@@ -24,7 +24,7 @@ enum class PixelFormat : std::uint8_t {
 };
 
 inline constexpr std::size_t kPixelFormats = 5;
-inline constexpr int kLargestImageSide_px = 16384;
+inline constexpr int kMaxImageSide_px = 16384;
 
 /// "GREY", "NV12", "YUYV", "UYVY", "MJPG".
 std::string_view PixelFormatName(PixelFormat format);

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 constexpr std::uintmax_t kMaxListBytes = std::uintmax_t{64} << 20;
 
 Result<std::vector<SequenceFrame>> FramesOfFolder(const std::string& folder, double rate_hz) {
-  const auto names = ImageNames(folder);
-  if (!names) return Error{fmt::format("{}: {}", folder, CannotBeRead(folder, names.error()))};
+  const auto names = ListImageNames(folder);
+  if (!names) return Error{fmt::format("{}: {}", folder, ReadErrorText(folder, names.error()))};
   if (names->empty()) {
     return Error{fmt::format("{}: contains no images (png, jpg, bmp, tif, pgm)", folder)};
   }
@@ -38,8 +38,8 @@ Result<std::vector<SequenceFrame>> FramesOfFile(const std::string& path) {
   std::ostringstream text;
   if (!why) text << file.rdbuf();
   if (why || !file) {
-    return Error{
-        fmt::format("{}: {}", path, CannotBeRead(path, why ? why.message() : "it cannot be read"))};
+    return Error{fmt::format("{}: {}", path,
+                             ReadErrorText(path, why ? why.message() : "it cannot be read"))};
   }
   auto frames = SequenceFromCsv(text.str());
   if (!frames) return Error{fmt::format("{}: {}", path, frames.error())};

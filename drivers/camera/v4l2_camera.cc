@@ -25,7 +25,7 @@ std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
   if (o.device.empty())
     return Error{"v4l2 camera: no device configured. List the cameras with plumbline cameras."};
   const auto [width, height] = o.mode.size;
-  const auto is_side = [](int side) { return side >= 1 && side <= kLargestImageSide_px; };
+  const auto is_side = [](int side) { return side >= 1 && side <= kMaxImageSide_px; };
   if (o.mode.size != ImageSize{} && !(is_side(width) && is_side(height))) {
     return Error{fmt::format("v4l2 camera: {} x {} px is not a valid size", width, height)};
   }
@@ -89,7 +89,7 @@ Result<void> V4l2Camera::Open() {
   path_ = device->path;
   fd_.Reset(open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
-    return Error{CannotBeOpened(errno, kCameraDevice)};
+    return Error{OpenErrorText(errno, kCameraDevice)};
   }
   if (auto set = SetMode(*device); !set) return set;
   for (std::string& remark : ApplySettings(fd_.get(), options_.settings)) {
@@ -99,7 +99,7 @@ Result<void> V4l2Camera::Open() {
   if (!stream) return stream.failure();
   stream_ = std::move(stream).value();
   // A name that once needed its port keeps it, even while the other camera is disconnected.
-  const std::string name = LastingName(*device, all), with_port = NameWithPort(*device);
+  const std::string name = StableName(*device, all), with_port = NameWithPort(*device);
   named_with_port_ = named_with_port_ || name == with_port || options_.device == with_port;
   identity_.serial = named_with_port_ ? with_port : name;
   identity_.mode = ModeText(raw_.format, raw_.size, rate_hz_);

@@ -10,10 +10,10 @@
 
 namespace plumbline {
 
-Result<V4l2Offer> OfferOf(const V4l2Device& device) {
+Result<V4l2Capabilities> QueryV4l2Capabilities(const V4l2Device& device) {
   const Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
-  if (!fd) return Error{CannotBeOpened(errno, kCameraDevice)};
-  return V4l2Offer{ModesOf(fd.get()), ControlsOf(fd.get())};
+  if (!fd) return Error{OpenErrorText(errno, kCameraDevice)};
+  return V4l2Capabilities{ModesOf(fd.get()), ControlsOf(fd.get())};
 }
 
 }  // namespace plumbline

@@ -10,13 +10,13 @@
 
 namespace plumbline {
 
-struct V4l2Offer {
+struct V4l2Capabilities {
   std::vector<V4l2Mode> modes;
   std::vector<V4l2Control> controls;
 };
 
 /// Queries the device. Opens it briefly; does not disturb another program that is streaming from
 /// it.
-Result<V4l2Offer> OfferOf(const V4l2Device& device);
+Result<V4l2Capabilities> QueryV4l2Capabilities(const V4l2Device& device);
 
 }  // namespace plumbline

@@ -57,7 +57,7 @@ std::optional<bool> QueryDevice(V4l2Device& device) {
   const Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   v4l2_capability capability{};
   if (!fd || IoctlAgain(fd.get(), VIDIOC_QUERYCAP, &capability) != 0) {
-    device.problem = CannotBeOpened(errno, kCameraDevice);
+    device.problem = OpenErrorText(errno, kCameraDevice);
     return std::nullopt;
   }
   device.name = TextOf(capability.card);
@@ -120,7 +120,7 @@ std::vector<V4l2Device> ListV4l2Devices(const DeviceTree& tree) {
   return devices;
 }
 
-std::string LastingName(const V4l2Device& device, const std::vector<V4l2Device>& all) {
+std::string StableName(const V4l2Device& device, const std::vector<V4l2Device>& all) {
   const bool is_shared = std::any_of(all.begin(), all.end(), [&](const V4l2Device& other) {
     return other.serial == device.serial && !IsSameCamera(other, device);
   });

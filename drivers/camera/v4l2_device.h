@@ -40,7 +40,7 @@ std::string NameWithPort(const V4l2Device& device);
 
 /// Name of the camera that is stable across reboots: its serial number, or NameWithPort() if it has
 /// none or another camera in `all` has the same one.
-std::string LastingName(const V4l2Device& device, const std::vector<V4l2Device>& all);
+std::string StableName(const V4l2Device& device, const std::vector<V4l2Device>& all);
 
 /// Finds the device that `selector` names: a path ("/dev/video0", a link in /dev/v4l), a serial
 /// number, a serial number or model followed by "@" and a port, or "@" and a port alone. If a

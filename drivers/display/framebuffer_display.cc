@@ -61,7 +61,7 @@ std::string FramebufferDisplay::ReadMode(Mode& mode) const {
 std::string FramebufferDisplay::Open() {
   fd_.Reset(open(options_.device.c_str(), O_RDWR | O_CLOEXEC));
   if (!fd_) {
-    return CannotBeOpened(errno, kDisplayDevice);
+    return OpenErrorText(errno, kDisplayDevice);
   }
   if (std::string why = ReadMode(mode_); !why.empty()) return why;
   void* memory =

@@ -88,12 +88,12 @@ std::string GlContext::TryDisplay(void* display) {
                                         EGL_NONE};
   const std::array<EGLint, 3> plain = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_NONE};
   EGLContext context = EGL_NO_CONTEXT;
-  bool tells_resets = Has("EGL_EXT_create_context_robustness");
-  if (tells_resets) {
+  bool reports_resets = Has("EGL_EXT_create_context_robustness");
+  if (reports_resets) {
     context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, robust.data());
   }
   if (context == EGL_NO_CONTEXT) {
-    tells_resets = false;
+    reports_resets = false;
     context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, plain.data());
   }
   if (context == EGL_NO_CONTEXT) return EglProblem("no OpenGL ES 3 context");
@@ -103,7 +103,7 @@ std::string GlContext::TryDisplay(void* display) {
     return problem;
   }
   context_ = context;
-  if (tells_resets) {
+  if (reports_resets) {
     for (const char* name : {"glGetGraphicsResetStatusKHR", "glGetGraphicsResetStatusEXT"}) {
       if (reset_status_ == nullptr) reset_status_ = EglFunction<unsigned (*)()>(name);
     }

@@ -28,7 +28,7 @@ class GlContext {
   /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL ES 3.2 Mesa 22.3.6".
   const std::string& description() const { return description_; }
   /// True if the driver reports GPU resets.
-  bool tells_resets() const { return reset_status_ != nullptr; }
+  bool reports_resets() const { return reset_status_ != nullptr; }
   /// True if the EGL display supports the extension.
   bool Has(const std::string& egl_extension) const;
   void* egl_display() const { return display_; }

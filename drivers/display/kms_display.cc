@@ -38,7 +38,7 @@ Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, C
 std::string KmsDisplay::Open() {
   card_.Reset(open(options_.card.c_str(), O_RDWR | O_CLOEXEC));
   if (!card_) {
-    return CannotBeOpened(errno, kDisplayDevice);
+    return OpenErrorText(errno, kDisplayDevice);
   }
   if (drmSetClientCap(card_.get(), DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
       drmSetClientCap(card_.get(), DRM_CLIENT_CAP_ATOMIC, 1) != 0) {

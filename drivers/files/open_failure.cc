@@ -122,7 +122,7 @@ std::string WriteRemedy(const std::string& path) {
   return "";
 }
 
-std::string CannotBeRead(const std::string& path, std::string_view reason) {
+std::string ReadErrorText(const std::string& path, std::string_view reason) {
   std::string remedy = ReadRemedy(path);
   if (reason == ReasonOf(EISDIR)) remedy = "; it is a folder: name a file in it";
   if (reason == ReasonOf(ENOTDIR) && remedy.empty()) remedy = "; it is not a folder: name a folder";
@@ -130,14 +130,14 @@ std::string CannotBeRead(const std::string& path, std::string_view reason) {
   return fmt::format("cannot be read: {}{}", reason, remedy);
 }
 
-std::string CannotBeWritten(const std::string& path, std::string_view reason) {
+std::string WriteErrorText(const std::string& path, std::string_view reason) {
   std::string remedy = WriteRemedy(path);
   if (reason == ReasonOf(ENOSPC)) remedy = "; the disk is full: free space (df -h)";
   if (reason == ReasonOf(EIO)) remedy = "; the disk or share reports an error: see journalctl -k";
   return fmt::format("cannot be written: {}{}", reason, remedy);
 }
 
-std::string CannotBeOpened(int error, const DeviceKind& kind) {
+std::string OpenErrorText(int error, const DeviceKind& kind) {
   std::string remedy;
   switch (error) {
     case ENOENT:

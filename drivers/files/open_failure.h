@@ -16,10 +16,10 @@ std::string WriteRemedy(const std::string& path);
 
 /// "cannot be read: No such file or directory; check the name: ls /etc/plumbline".
 /// @param reason  the system's reason, without a remedy ("No such file or directory")
-std::string CannotBeRead(const std::string& path, std::string_view reason);
+std::string ReadErrorText(const std::string& path, std::string_view reason);
 
 /// "cannot be written: Permission denied; ...".
-std::string CannotBeWritten(const std::string& path, std::string_view reason);
+std::string WriteErrorText(const std::string& path, std::string_view reason);
 
 /// A kind of device, for the remedy if one cannot be opened.
 struct DeviceKind {
@@ -41,6 +41,6 @@ inline constexpr DeviceKind kGpioChip{"plumbline", "check `chip` with gpiodetect
 
 /// "cannot be opened: Permission denied; user maria must be in the group dialout: ...".
 /// @param error  errno of the attempt
-std::string CannotBeOpened(int error, const DeviceKind& kind);
+std::string OpenErrorText(int error, const DeviceKind& kind);
 
 }  // namespace plumbline

@@ -4,14 +4,14 @@
 
 namespace plumbline {
 
-std::string OwnFolder() {
+std::string ProgramFolder() {
   std::error_code error;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
   return error ? "/usr/bin" : self.parent_path().string();
 }
 
-std::string ModuleBeside(const std::string& name) {
-  const std::filesystem::path prefix = std::filesystem::path(OwnFolder()).parent_path();
+std::string SiblingModule(const std::string& name) {
+  const std::filesystem::path prefix = std::filesystem::path(ProgramFolder()).parent_path();
   return (prefix / "lib/plumbline" / name).string();
 }
 

@@ -6,16 +6,16 @@
 namespace plumbline {
 
 /// The folder of the running program; /usr/bin if it cannot be determined.
-std::string OwnFolder();
+std::string ProgramFolder();
 
 /// Path of a program of the same package, such as "plumbline-mesh".
-inline std::string ProgramBeside(const std::string& name) {
-  return OwnFolder() + "/" + name;
+inline std::string SiblingProgram(const std::string& name) {
+  return ProgramFolder() + "/" + name;
 }
 
 /// Path of a module of the same package, such as "plumbline-image-codecs.so": in ../lib/plumbline
 /// of the program folder, both in an installed package and in a build folder.
-std::string ModuleBeside(const std::string& name);
+std::string SiblingModule(const std::string& name);
 
 /// Remedy if a program of the same package cannot be started.
 inline constexpr const char* kRestoreProgram =

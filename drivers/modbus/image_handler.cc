@@ -11,9 +11,10 @@ double Now_s() {
 }
 
 /// True if the request wrote anything other than the heartbeat.
-bool IsCommand(const PduReply& reply, const AddressRanges::Range& no_command) {
+bool IsCommand(const PduReply& reply, const AddressRanges::Range& non_command_registers) {
   if (reply.wrote == PduReply::Wrote::kCoils) return true;
-  return reply.first < no_command.first || reply.first + reply.count - 1 > no_command.last;
+  return reply.first < non_command_registers.first ||
+         reply.first + reply.count - 1 > non_command_registers.last;
 }
 
 }  // namespace
@@ -31,7 +32,7 @@ std::size_t ImageHandler::Handle(const Client& client, std::span<const std::uint
   const auto image = images_.Read();
   const PduReply reply = HandlePdu(request, *image, commands_, identification_, response);
   if (reply.wrote != PduReply::Wrote::kNothing) {
-    if (IsCommand(reply, commands_.no_command)) NoteWriter(client);
+    if (IsCommand(reply, commands_.non_command_registers)) NoteWriter(client);
     published_.Begin() = commands_;
     published_.Publish();
   }

@@ -68,7 +68,7 @@ struct CommandArea {
   WritableWindow<std::uint8_t> coils;  ///< 0 or 1
   /// Registers that are not part of a command, such as a heartbeat: a client that writes only these
   /// does not count as a master.
-  AddressRanges::Range no_command{1, 0};
+  AddressRanges::Range non_command_registers{1, 0};
 };
 
 }  // namespace plumbline::modbus

@@ -112,7 +112,7 @@ void RtuSlave::Run() {
   ::pthread_sigmask(SIG_SETMASK, &all, nullptr);  // signals belong to the main thread
   double back_off_s = kFirstBackOff_s;
   for (;;) {
-    pulse_.Beat();
+    heartbeat_.Beat();
     if (OpenDevice()) {
       const std::uint64_t before = counters_.requests;
       ServeUntilLost();
@@ -126,7 +126,7 @@ void RtuSlave::Run() {
 bool RtuSlave::OpenDevice() {
   line_.Reset(::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!line_ || !ConfigureLine(line_.get(), options_)) {
-    Disconnect(CannotBeOpened(errno, kSerialLine));
+    Disconnect(OpenErrorText(errno, kSerialLine));
     return false;
   }
   receiver_.Clear();
@@ -139,10 +139,10 @@ bool RtuSlave::OpenDevice() {
 /// @return false if the slave must stop
 bool RtuSlave::SleepUnlessStopped(double time_s) {
   while (time_s > 0) {
-    pulse_.Beat();
+    heartbeat_.Beat();
     pollfd stop{.fd = stop_.get(), .events = POLLIN, .revents = 0};
-    if (Poll(&stop, 1, std::min(time_s, Pulse::kLongestRest_s))) return false;
-    time_s -= Pulse::kLongestRest_s;
+    if (Poll(&stop, 1, std::min(time_s, ThreadHeartbeat::kMaxBeatInterval_s))) return false;
+    time_s -= ThreadHeartbeat::kMaxBeatInterval_s;
   }
   return true;
 }
@@ -150,10 +150,11 @@ bool RtuSlave::SleepUnlessStopped(double time_s) {
 void RtuSlave::ServeUntilLost() {
   double wait_s = -1;
   for (;;) {
-    pulse_.Beat();
+    heartbeat_.Beat();
     std::array<pollfd, 2> fds{pollfd{.fd = line_.get(), .events = POLLIN, .revents = 0},
                               pollfd{.fd = stop_.get(), .events = POLLIN, .revents = 0}};
-    const bool any = Poll(fds.data(), fds.size(), wait_s < 0 ? Pulse::kLongestRest_s : wait_s);
+    const bool any =
+        Poll(fds.data(), fds.size(), wait_s < 0 ? ThreadHeartbeat::kMaxBeatInterval_s : wait_s);
     if (fds[1].revents != 0) return;
     if (any && fds[0].revents != 0) {
       if (!ReadBytes()) return;

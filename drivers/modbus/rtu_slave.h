@@ -54,7 +54,7 @@ class RtuSlave {
 
   /// May be called from any thread.
   RtuSlaveCounters counters() const;
-  const Pulse& heartbeat() const { return pulse_; }
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
  private:
   RtuSlave(const RtuSlaveOptions& options, RequestHandler& handler);
@@ -78,7 +78,7 @@ class RtuSlave {
   Descriptor line_, stop_;
   bool loss_reported_ = false;
   AtomicCounters counters_;
-  Pulse pulse_;
+  ThreadHeartbeat heartbeat_;
   std::thread thread_;
 };
 

@@ -139,7 +139,7 @@ void TcpServer::Run() {
   for (;;) {
     const int count =
         ::epoll_wait(epoll_.get(), events.data(), static_cast<int>(events.size()), WaitTime_ms());
-    pulse_.Beat();
+    heartbeat_.Beat();
     now_ns_ = Now_ns();
     bool newcomers = false;
     for (int i = 0; i < count; ++i) {
@@ -184,12 +184,12 @@ void TcpServer::AcceptNewcomers() {
 /// @return true if the socket was assigned to a slot; otherwise the caller still owns it
 bool TcpServer::Admit(Descriptor& socket, const IpAddress& address) {
   if (!allow_.empty() && std::find(allow_.begin(), allow_.end(), address) == allow_.end()) {
-    ReportEvent(TcpServerEvent::Kind::kStranger, address);
+    ReportEvent(TcpServerEvent::Kind::kNotAllowed, address);
     return false;
   }
   TcpConnection* client = FindSlot(address);
   if (client == nullptr) {
-    ReportEvent(TcpServerEvent::Kind::kNoRoom, address);
+    ReportEvent(TcpServerEvent::Kind::kNoFreeSlot, address);
     return false;
   }
   ConfigureClientSocket(socket.get());
@@ -333,7 +333,8 @@ void TcpServer::CloseOverdue() {
 }
 
 int TcpServer::WaitTime_ms() const {
-  constexpr std::int64_t kRest_ms = static_cast<std::int64_t>(1e3 * Pulse::kLongestRest_s);
+  constexpr std::int64_t kRest_ms =
+      static_cast<std::int64_t>(1e3 * ThreadHeartbeat::kMaxBeatInterval_s);
   if (earliest_ns_ == 0) return kRest_ms;
   const std::int64_t left_ms = (earliest_ns_ - now_ns_) / 1'000'000 + 1;
   return static_cast<int>(std::clamp<std::int64_t>(left_ms, 0, kRest_ms));

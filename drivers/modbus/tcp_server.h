@@ -28,15 +28,15 @@ namespace plumbline::modbus {
 /// Client event, for the log. A hostile client can cause many: limit their rate.
 struct TcpServerEvent {
   enum class Kind {
-    kStranger,          ///< not in the allow list; closed on accept
-    kNoRoom,            ///< every slot is reserved for another address
+    kNotAllowed,        ///< not in the allow list; closed on accept
+    kNoFreeSlot,        ///< every slot is reserved for another address
     kEvicted,           ///< closed to make room for a new client
     kFrameTimeout,      ///< frame not completed within 1 s of its first byte
     kNotReading,        ///< responses could not be sent within 1 s
     kBrokenFrame,       ///< invalid protocol id or length
     kOutOfDescriptors,  ///< no file descriptor left; the new client was closed
   };
-  Kind kind = Kind::kStranger;
+  Kind kind = Kind::kNotAllowed;
   std::string_view peer;  ///< address as text, valid during the call
 };
 
@@ -82,7 +82,7 @@ class TcpServer {
   int port() const { return endpoint().port; }
   /// May be called from any thread.
   TcpServerCounters counters() const;
-  const Pulse& heartbeat() const { return pulse_; }
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
   /// Duplicate descriptors of the connections that have sent their first request since the last
   /// call. The holder keeps them open across a restart so that the next server can inherit them. A
@@ -133,7 +133,7 @@ class TcpServer {
   std::int64_t earliest_ns_ = 0;  ///< lower bound of all deadlines; 0: none
   std::int64_t listen_again_ns_ = 0;
   AtomicCounters counters_;
-  Pulse pulse_;
+  ThreadHeartbeat heartbeat_;
   std::thread thread_;
 };
 

@@ -74,7 +74,7 @@ void PlaceDescriptors(std::vector<int>& descriptors) {
   if (plan.own_group) setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   // Detects a parent process that ended before prctl(); not a parent thread.
-  if (getppid() != plan.parent) _exit(ChildEnd::kNotRun);
+  if (getppid() != plan.parent) _exit(ExitStatus::kNotRun);
   if (plan.nice != 0) setpriority(PRIO_PROCESS, 0, plan.nice);
   signal(SIGPIPE, SIG_DFL);
   sigset_t none;
@@ -82,16 +82,16 @@ void PlaceDescriptors(std::vector<int>& descriptors) {
   sigprocmask(SIG_SETMASK, &none, nullptr);
   PlaceDescriptors(plan.descriptors);
   execv(plan.arguments[0], plan.arguments.data());
-  _exit(ChildEnd::kNotRun);
+  _exit(ExitStatus::kNotRun);
 }
 
 /// @param flags  of waitpid()
 /// @return  nullopt if a signal interrupted the wait or the child is still running
-std::optional<ChildEnd> WaitFor(pid_t pid, int flags) {
+std::optional<ExitStatus> WaitFor(pid_t pid, int flags) {
   int status = 0;
   const pid_t waited = waitpid(pid, &status, flags);
   if (waited == 0 || (waited < 0 && errno == EINTR)) return std::nullopt;
-  ChildEnd end;
+  ExitStatus end;
   if (waited > 0 && WIFEXITED(status)) end.exit_code = WEXITSTATUS(status);
   if (waited > 0 && WIFSIGNALED(status)) end.signal = WTERMSIG(status);
   return end;
@@ -124,28 +124,28 @@ void ChildProcess::Kill() const {
   }
 }
 
-std::optional<ChildEnd> ChildProcess::Poll() {
+std::optional<ExitStatus> ChildProcess::Poll() {
   if (!started()) return std::nullopt;
-  const std::optional<ChildEnd> end = WaitFor(pid_, WNOHANG);
+  const std::optional<ExitStatus> end = WaitFor(pid_, WNOHANG);
   if (!end) return std::nullopt;
   if (own_group_) Kill();  // processes that it has left behind
   pid_ = -1;
   return end;
 }
 
-ChildEnd ChildProcess::End(double timeout_s, int signal) {
-  constexpr ChildEnd kKilled{.exit_code = std::nullopt, .signal = SIGKILL};
+ExitStatus ChildProcess::End(double timeout_s, int signal) {
+  constexpr ExitStatus kKilled{.exit_code = std::nullopt, .signal = SIGKILL};
   if (!started()) return kKilled;
   if (signal != 0) kill(pid_, signal);
   const double until_s = MonotonicSeconds() + timeout_s;
   for (;;) {
-    if (const std::optional<ChildEnd> end = Poll()) return *end;
+    if (const std::optional<ExitStatus> end = Poll()) return *end;
     if (MonotonicSeconds() >= until_s) break;
     SleepSeconds(kPollPeriod_s);
   }
   Kill();
   for (;;) {
-    if (const std::optional<ChildEnd> end = WaitFor(pid_, 0)) {
+    if (const std::optional<ExitStatus> end = WaitFor(pid_, 0)) {
       pid_ = -1;
       return *end;
     }

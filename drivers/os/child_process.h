@@ -27,7 +27,7 @@ struct ChildOptions {
 };
 
 /// Exit status of a child.
-struct ChildEnd {
+struct ExitStatus {
   /// Exit code of a child whose program could not be executed.
   static constexpr int kNotRun = 127;
 
@@ -56,10 +56,10 @@ class ChildProcess {
   pid_t pid() const { return pid_; }         ///< -1: none
 
   /// Its exit status, once; nullopt while it runs, or if there is no child.
-  std::optional<ChildEnd> Poll();
+  std::optional<ExitStatus> Poll();
   /// Sends `signal` (0: none), waits at most `timeout_s` for the child to exit, then kills it.
   /// @return  its exit status; that of a killed child if there is none
-  ChildEnd End(double timeout_s = 0, int signal = 0);
+  ExitStatus End(double timeout_s = 0, int signal = 0);
 
  private:
   ChildProcess(pid_t pid, bool own_group) : pid_(pid), own_group_(own_group) {}

@@ -17,7 +17,7 @@ struct RunLimits {
 
 /// Output and exit status of a program.
 struct ProgramRun {
-  ChildEnd end;
+  ExitStatus end;
   std::string output, errors;  ///< standard output and standard error
 };
 

@@ -26,7 +26,8 @@ double Age_ms(Source s, double time_s) {
 }
 
 double TipRadius_mm(Source s) {
-  return kMmPerMetre * RadiusHolding95Percent(Camera(s).tip_covariance_W + Camera(s).tip_places_W);
+  return kMmPerMetre *
+         RadiusHolding95Percent(Camera(s).tip_covariance_W + Camera(s).tip_tag_covariance_W);
 }
 
 template <int K>

@@ -43,7 +43,7 @@ struct PlcEnvironment {
   double now_s = 0;  ///< monotonic time of the encoding
   MonitoringStatus monitoring;
   PlcMasters masters;
-  std::array<CameraStatus, kMostCameras> cameras;
+  std::array<CameraStatus, kMaxCameras> cameras;
   SceneStatus scene;
 };
 
@@ -98,10 +98,10 @@ inline constexpr std::uint16_t kResult = 100, kResultSize = 40;
 inline constexpr std::uint16_t kResultCrc = 138, kResultEnd = 139;
 inline constexpr std::uint16_t kScaled = 200, kScaledSize = 20;
 inline constexpr std::uint16_t kInputs = 300, kInputsSize = 52;
-inline constexpr std::uint16_t kLoop = 400, kLoopSize = 28;
+inline constexpr std::uint16_t kMonitoring = 400, kMonitoringSize = 28;
 inline constexpr std::uint16_t kCamera = 500, kCameraSize = 25;
 inline constexpr std::uint16_t kCameraStride = 200;            ///< from one camera to the next
-inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMostBodies blocks
+inline constexpr std::uint16_t kBodies = 540, kBodySize = 16;  ///< CameraStatus::kMaxBodies blocks
 inline constexpr std::uint16_t kScene = 640, kSceneSize = 10;
 inline constexpr std::uint16_t kCommands = 1000, kCommandsSize = 40;
 inline constexpr std::uint16_t kPoints = 2000, kPointSize = 20;

@@ -43,7 +43,7 @@ constexpr std::array kWarningBits = {
     BitMeaning{warning::kMassCentresGuessed, "a link's centre of mass is guessed"},
     BitMeaning{warning::kDrift, "drift alarm: the residuals of the probes have changed"},
     BitMeaning{warning::kProposalWaiting, "a corrected model waits for approval"},
-    BitMeaning{warning::kLoopFault, "journal or diagnosis failed"},
+    BitMeaning{warning::kMonitoringFault, "journal or diagnosis failed"},
     BitMeaning{warning::kLensStale, "the camera's lens is not valid"},
     BitMeaning{warning::kCameraLost, "camera or zoom sensor lost"},
     BitMeaning{warning::kBoardWanted, "calibration board required"},

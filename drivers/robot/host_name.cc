@@ -5,7 +5,7 @@
 
 namespace plumbline {
 
-const char* WhyUnresolved(const std::string& host) {
+const char* ResolveFailure(const std::string& host) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;

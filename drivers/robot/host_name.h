@@ -7,7 +7,7 @@ namespace plumbline {
 
 /// Reason why `host` (a name or an address) cannot be resolved, a static string; nullptr if it can.
 /// May block on a name server.
-const char* WhyUnresolved(const std::string& host);
+const char* ResolveFailure(const std::string& host);
 
 /// True if `host` is a numeric address, so that no name server is needed.
 bool IsAddress(const std::string& host);

@@ -87,7 +87,7 @@ LinkResult ModbusClient::Connect() {
     // For a name that cannot be resolved libmodbus reports ECONNREFUSED or no error.
     const int error = errno;
     if (!serial_ && (error == 0 || error == ECONNREFUSED)) {
-      if (const char* why = WhyUnresolved(host_)) return FailUnresolved(why);
+      if (const char* why = ResolveFailure(host_)) return FailUnresolved(why);
     }
     errno = error == 0 ? EHOSTUNREACH : error;
     return Fail(0, 0, 0);

@@ -28,13 +28,13 @@ void RobotLink::Start() {
   }
   ended_ = false;
   thread_ = std::thread([this] {
-    MakeRealTime(kRobotPriority, "robot");  // the control cycle waits for it
+    SetRealTimePriority(kRobotPriority, "robot");  // the control cycle waits for it
     Run();
     ended_ = true;
   });
 }
 
-void RobotLink::AskToStop() {
+void RobotLink::RequestStop() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -45,7 +45,7 @@ void RobotLink::AskToStop() {
 
 void RobotLink::Stop() {
   if (!thread_.joinable()) return;
-  AskToStop();
+  RequestStop();
   thread_.join();
 }
 
@@ -92,7 +92,7 @@ void RobotLink::Run() {
       if (stop_) break;
       request = requested_;
     }
-    pulse_.Beat();
+    heartbeat_.Beat();
     const LinkResult result = device_->Read(state);
     NoteReading(result, state, request);
     if (result != LinkResult::kOk) continue;
@@ -104,7 +104,7 @@ void RobotLink::Run() {
       count = std::exchange(queued_count_, 0);
       std::copy_n(queued_.begin(), count, points.begin());
     }
-    pulse_.Beat();
+    heartbeat_.Beat();
     if (count > 0) NotePush(device_->Push(std::span(points).first(count)));
   }
   NotePush(device_->WithdrawAll(kWithdrawal_s));

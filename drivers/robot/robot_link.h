@@ -16,8 +16,8 @@
 #include <thread>
 
 #include "drivers/latest.h"
-#include "drivers/thread_heartbeat.h"
 #include "drivers/robot/robot.h"
+#include "drivers/thread_heartbeat.h"
 
 namespace plumbline {
 
@@ -58,7 +58,7 @@ class RobotLink {
 
   void Start();
   /// Asks the thread to stop without waiting; ended() becomes true when it has.
-  void AskToStop();
+  void RequestStop();
   /// True if the thread is not running.
   bool ended() const { return ended_; }
   /// Stops the thread; waits for a reading in progress (bounded by its time-outs and by name
@@ -76,7 +76,7 @@ class RobotLink {
   RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
   RobotLinkStatus Status() const;
   /// Heartbeat, incremented before each reading and each push, which their time-outs bound.
-  const Pulse& heartbeat() const { return pulse_; }
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
   /// Queues points for the controller. They are pushed once, after the next successful reading; a
   /// later call before that replaces them. Points beyond kMaxPushPoints are dropped.
@@ -91,7 +91,7 @@ class RobotLink {
   std::unique_ptr<RobotDevice> device_;
   std::thread thread_;
   std::atomic<bool> ended_{true};
-  Pulse pulse_;
+  ThreadHeartbeat heartbeat_;
   /// Serialises the readers of the status, which are not real-time; the link's thread never waits
   /// for them.
   mutable std::mutex status_readers_;

@@ -44,7 +44,7 @@ ZoomResult GpioZoom::Disconnect(const std::string& why) {
 bool GpioZoom::Open() {
   chip_ = gpiod_chip_open_lookup(options_.chip.c_str());
   if (chip_ == nullptr) {
-    Disconnect("the chip " + CannotBeOpened(errno, kGpioChip));
+    Disconnect("the chip " + OpenErrorText(errno, kGpioChip));
     return false;
   }
   line_ = gpiod_chip_get_line(chip_, static_cast<unsigned>(options_.line));

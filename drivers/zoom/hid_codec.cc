@@ -21,14 +21,14 @@ std::int32_t ValueOf(const HidField& field, std::span<const std::uint8_t> report
 }
 
 std::optional<std::string> FaultOf(const HidExchange& exchange) {
-  if (exchange.answer_bytes < 1 || exchange.answer_bytes > kMostReportBytes) {
+  if (exchange.answer_bytes < 1 || exchange.answer_bytes > kMaxHidReportBytes) {
     return fmt::format("an answer of {} bytes is outside 1..{}", exchange.answer_bytes,
-                       kMostReportBytes);
+                       kMaxHidReportBytes);
   }
   for (const auto& report : exchange.send) {
-    if (report.empty() || report.size() > kMostReportBytes) {
+    if (report.empty() || report.size() > kMaxHidReportBytes) {
       return fmt::format("a report to send of {} bytes is outside 1..{}", report.size(),
-                         kMostReportBytes);
+                         kMaxHidReportBytes);
     }
   }
   if (exchange.count_at &&

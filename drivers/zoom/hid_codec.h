@@ -15,7 +15,7 @@
 
 namespace plumbline {
 
-inline constexpr int kMostReportBytes = 64;  ///< full-speed USB, including the report id
+inline constexpr int kMaxHidReportBytes = 64;  ///< full-speed USB, including the report id
 
 /// One value in a report: up to four bytes under a mask.
 struct HidField {

@@ -13,7 +13,7 @@
 namespace plumbline {
 namespace {
 
-using Report = std::array<std::uint8_t, kMostReportBytes + 1>;
+using Report = std::array<std::uint8_t, kMaxHidReportBytes + 1>;
 
 int Milliseconds(double left_s) {
   return std::max(1, static_cast<int>(std::ceil(1e3 * left_s)));

@@ -78,7 +78,7 @@ bool V4l2Zoom::Open() {
   }
   fd_.Reset(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
-    Disconnect(CannotBeOpened(errno, kCameraDevice));
+    Disconnect(OpenErrorText(errno, kCameraDevice));
     return false;
   }
   if (!HasControl(fd_.get(), V4L2_CID_ZOOM_ABSOLUTE)) {

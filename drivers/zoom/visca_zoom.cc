@@ -87,7 +87,7 @@ ZoomResult ViscaZoom::Disconnect(const std::string& why) {
 bool ViscaZoom::Open() {
   fd_.Reset(open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!fd_ || !ConfigureLine(fd_.get(), options_.baud)) {
-    Disconnect(CannotBeOpened(errno, kSerialLine));
+    Disconnect(OpenErrorText(errno, kSerialLine));
     return false;
   }
   receiver_.Clear();
@@ -139,11 +139,10 @@ ZoomResult ViscaZoom::AssignAddresses(double deadline_s) {
   const ZoomResult result = Query(visca::AddressSet(), 0, deadline_s, answer);
   if (result != ZoomResult::kOk) return result;
   if (answer.address < options_.address) {
-    return Fail(
-        ZoomResult::kRefused,
-        fmt::format(
-            "only {} cameras answer on the line. Check camera.zoom.address and the cable to the camera.",
-            answer.address));
+    return Fail(ZoomResult::kRefused,
+                fmt::format("only {} cameras answer on the line. Check camera.zoom.address and the "
+                            "cable to the camera.",
+                            answer.address));
   }
   addressed_ = has_block_ = has_focus_ = true;
   return ZoomResult::kOk;
@@ -242,8 +241,9 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
                             malformed, options_.baud));
   }
   if (other > 0) {
-    return Fail(ZoomResult::kTimeout,
-                fmt::format("no answer, but camera {} answered. Check camera.zoom.address.", other));
+    return Fail(
+        ZoomResult::kTimeout,
+        fmt::format("no answer, but camera {} answered. Check camera.zoom.address.", other));
   }
   return Fail(ZoomResult::kTimeout,
               fmt::format("no answer within {:.0f} ms. Check that it is on and set to {} baud.",

@@ -24,7 +24,7 @@ Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, con
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
   for (const ActiveEffect& effect : arm.effects()) {
-    const auto open = MomentLeftOpen(effect, conditions);
+    const auto open = AmbiguousTimeOfEvent(effect, conditions);
     if (!open) continue;
     Conditions before = conditions, after = conditions;
     (open->is_row ? before.row : before.t_s) = open->between.low;

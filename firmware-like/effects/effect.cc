@@ -4,7 +4,7 @@
 
 namespace plumbline {
 
-bool IsMoment(const ParameterSpec& spec) {
+bool IsEventTime(const ParameterSpec& spec) {
   return spec.role == ParameterRole::kShape && (spec.name == "time" || spec.name == "row");
 }
 

@@ -73,7 +73,7 @@ struct ParameterSpec {
 
 /// True for the event time (`time` or `row`) from which an effect acts: a threshold without
 /// derivative.
-bool IsMoment(const ParameterSpec& spec);
+bool IsEventTime(const ParameterSpec& spec);
 /// True for a parameter that relates two joints: its name has a second `q#`.
 bool IsOfTwoJoints(const ParameterSpec& spec);
 /// True for a parameter of a joint and a link outboard of it: its name has `link#`.

@@ -12,7 +12,7 @@ bool HasHappened(const EffectTerm& term, std::span<const T> values, const Condit
   for (std::size_t k = 0; k < values.size(); ++k) {
     const auto spec = static_cast<std::size_t>(term.parameters[k].spec);
     const ParameterSpec& of = term.effect->traits().parameters[spec];
-    if (!IsMoment(of)) continue;
+    if (!IsEventTime(of)) continue;
     const std::optional<double>& now = of.name == "time" ? conditions.t_s : conditions.row;
     if (now && *now >= values[k]) return true;
   }

@@ -4,13 +4,13 @@
 
 namespace plumbline {
 
-std::optional<AmbiguousEventTime> MomentLeftOpen(const ActiveEffect& effect,
-                                                 const Conditions& conditions) {
+std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effect,
+                                                       const Conditions& conditions) {
   const auto& specs = effect.term.effect->traits().parameters;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const ParameterSpec& spec = specs[static_cast<std::size_t>(effect.term.parameters[k].spec)];
     const auto at = static_cast<Eigen::Index>(k);
-    if (!IsMoment(spec) || effect.covariance.rows() <= at) continue;
+    if (!IsEventTime(spec) || effect.covariance.rows() <= at) continue;
     const bool is_row = spec.name == "row";
     const std::optional<double>& now = is_row ? conditions.row : conditions.t_s;
     const double half = std::sqrt(3 * effect.covariance(at, at));

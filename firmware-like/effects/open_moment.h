@@ -16,7 +16,7 @@ struct AmbiguousEventTime {
 /// The span around an event time that its standard deviation leaves open, if the conditions lie
 /// within it; otherwise nullopt. Uniform between two rows: sqrt(3) standard deviations to either
 /// side.
-std::optional<AmbiguousEventTime> MomentLeftOpen(const ActiveEffect& effect,
-                                                 const Conditions& conditions);
+std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effect,
+                                                       const Conditions& conditions);
 
 }  // namespace plumbline

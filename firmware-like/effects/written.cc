@@ -146,7 +146,7 @@ bool FollowsTime(const EffectTerm& term) {
 bool ReadsTime(const EffectTerm& term) {
   const bool from_a_moment_on =
       std::any_of(term.parameters.begin(), term.parameters.end(), [&](const TermParameter& own) {
-        return IsMoment(SpecOf(term, own)) && SpecOf(term, own).name == "time";
+        return IsEventTime(SpecOf(term, own)) && SpecOf(term, own).name == "time";
       });
   return from_a_moment_on || FollowsTime(term);
 }

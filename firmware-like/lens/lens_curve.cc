@@ -151,9 +151,9 @@ LensVector LensCurve::Interpolated(double zoom_counts) const {
   return values;
 }
 
-std::optional<LensOnCurve> LensCurve::At(double zoom_counts) const {
+std::optional<InterpolatedLens> LensCurve::At(double zoom_counts) const {
   if (x_.empty() || !(zoom_counts >= x_.front() && zoom_counts <= x_.back())) return std::nullopt;
-  LensOnCurve found;
+  InterpolatedLens found;
   if (x_.size() == 1) {
     found.lens = nodes_[0].lens;
     found.covariance = nodes_[0].covariance;

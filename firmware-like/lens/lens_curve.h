@@ -35,7 +35,7 @@ struct LensNode {
   LensCovariance covariance = LensCovariance::Zero();
 };
 
-struct LensOnCurve {
+struct InterpolatedLens {
   Lens lens;
   LensCovariance covariance = LensCovariance::Zero();  ///< of the nodes and of the interpolation
   double log_focal_sd = 0;                             ///< standard deviation of ln fx (1)
@@ -69,7 +69,7 @@ class LensCurve {
 
   const std::vector<LensNode>& nodes() const { return nodes_; }
   /// Lens at a zoom; nullopt beyond the outermost nodes.
-  std::optional<LensOnCurve> At(double zoom_counts) const;
+  std::optional<InterpolatedLens> At(double zoom_counts) const;
 
   /// Up to `count` zooms to calibrate next, the most useful first: the ends of the range that have
   /// no node nearby, then repeatedly the middle (in ln f) of the interval with the most uncertain

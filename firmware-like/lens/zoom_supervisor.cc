@@ -22,10 +22,10 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance) {
   return counts > 1 ? static_cast<std::int32_t>(std::min(counts, kMost)) : 1;
 }
 
-ZoomSupervision::ZoomSupervision(const ZoomSupervisionSettings& settings)
+ZoomSupervisor::ZoomSupervisor(const ZoomSupervisorSettings& settings)
     : settings_(settings), zoom_band_counts_(settings.zoom_band_counts) {}
 
-std::optional<ZoomTransition> ZoomSupervision::Handle(const ZoomEvent& event) {
+std::optional<ZoomTransition> ZoomSupervisor::Handle(const ZoomEvent& event) {
   const ZoomState from = state_;
   const ZoomReason before = reason_;
   if (std::isfinite(event.time_s)) now_s_ = std::max(now_s_, event.time_s);
@@ -45,9 +45,9 @@ std::optional<ZoomTransition> ZoomSupervision::Handle(const ZoomEvent& event) {
     case ZoomEvent::Kind::kLensUnknown:
       OnLens(event);
       break;
-    case ZoomEvent::Kind::kMarksGood:
-    case ZoomEvent::Kind::kMarksBad:
-    case ZoomEvent::Kind::kMarksNotVisible:
+    case ZoomEvent::Kind::kTagsGood:
+    case ZoomEvent::Kind::kTagsBad:
+    case ZoomEvent::Kind::kTagsNotVisible:
       OnTags(event);
       break;
     case ZoomEvent::Kind::kBoardStarted:
@@ -62,20 +62,20 @@ std::optional<ZoomTransition> ZoomSupervision::Handle(const ZoomEvent& event) {
   return ZoomTransition{from, state_, reason_, now_s_, zoom_, focus_};
 }
 
-void ZoomSupervision::SetState(ZoomState state, ZoomReason reason, ZoomAsk request) {
+void ZoomSupervisor::SetState(ZoomState state, ZoomReason reason, ZoomRequest request) {
   state_ = state;
   reason_ = reason;
   request_ = request;
 }
 
 /// Discards the lens, which belongs to another zoom.
-void ZoomSupervision::Invalidate() {
+void ZoomSupervisor::Invalidate() {
   trusted_from_s_ = kNever;
   lens_known_ = false;
   zoom_band_counts_ = settings_.zoom_band_counts;
 }
 
-bool ZoomSupervision::SensorExpired() {
+bool ZoomSupervisor::SensorExpired() {
   if (!std::isfinite(position_time_s_) || now_s_ - position_time_s_ <= settings_.lost_after_s)
     return false;
   position_time_s_ = -kNever;
@@ -83,23 +83,23 @@ bool ZoomSupervision::SensorExpired() {
   zoom_.reset();
   focus_.reset();
   Invalidate();
-  SetState(ZoomState::kUnknown, ZoomReason::kSensorLost, ZoomAsk::kNothing);
+  SetState(ZoomState::kUnknown, ZoomReason::kSensorLost, ZoomRequest::kNothing);
   return true;
 }
 
-void ZoomSupervision::CheckVerifyTimeout() {
+void ZoomSupervisor::CheckVerifyTimeout() {
   if (state_ != ZoomState::kVerifying || now_s_ - since_s_ <= settings_.verify_patience_s) return;
-  const bool hidden = reason_ == ZoomReason::kMarksNotVisible;
-  SetState(ZoomState::kStale, hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer,
-           ZoomAsk::kBoard);
+  const bool hidden = reason_ == ZoomReason::kTagsNotVisible;
+  SetState(ZoomState::kStale, hidden ? ZoomReason::kTagsNotVisible : ZoomReason::kNoAnswer,
+           ZoomRequest::kBoard);
 }
 
 /// True if the observation was made since the lens came to rest, and not in the future.
-bool ZoomSupervision::IsCurrent(const ZoomEvent& event) const {
-  return settled() && event.about_s >= trusted_from_s_ && event.about_s <= now_s_;
+bool ZoomSupervisor::IsCurrent(const ZoomEvent& event) const {
+  return settled() && event.observed_s >= trusted_from_s_ && event.observed_s <= now_s_;
 }
 
-std::optional<ZoomReason> ZoomSupervision::MotionIn(const ZoomReading& reading) const {
+std::optional<ZoomReason> ZoomSupervisor::MotionIn(const ZoomReading& reading) const {
   if (reading.moved || reading.motion == LensMotion::kMoving) return ZoomReason::kDeviceMoves;
   if (Beyond(reading.zoom_counts, zoom_, zoom_band_counts_)) return ZoomReason::kZoomChanged;
   if (Beyond(reading.focus_counts, focus_, settings_.focus_band_counts)) {
@@ -108,7 +108,7 @@ std::optional<ZoomReason> ZoomSupervision::MotionIn(const ZoomReading& reading) 
   return std::nullopt;
 }
 
-void ZoomSupervision::OnReading(const ZoomReading& reading) {
+void ZoomSupervisor::OnReading(const ZoomReading& reading) {
   // A sensor that has reported the zoom before but not now gives no position.
   const bool has_zoom = reading.zoom_counts || !zoom_;
   if (has_zoom) position_time_s_ = now_s_;
@@ -129,18 +129,18 @@ void ZoomSupervision::OnReading(const ZoomReading& reading) {
   if (!zoom_) zoom_ = reading.zoom_counts;
   if (!focus_) focus_ = reading.focus_counts;
   if (digital_) {
-    SetState(ZoomState::kRefused, ZoomReason::kDigitalZoom, ZoomAsk::kNothing);
+    SetState(ZoomState::kRefused, ZoomReason::kDigitalZoom, ZoomRequest::kNothing);
   } else if (motion) {
-    SetState(ZoomState::kMoving, *motion, ZoomAsk::kNothing);
+    SetState(ZoomState::kMoving, *motion, ZoomRequest::kNothing);
   } else if (first) {
-    SetState(ZoomState::kUnknown, ZoomReason::kPositionReceived, ZoomAsk::kNothing);
+    SetState(ZoomState::kUnknown, ZoomReason::kPositionReceived, ZoomRequest::kNothing);
   } else if (!settled() && has_zoom && now_s_ - stationary_since_s_ >= settings_.settle_s) {
     trusted_from_s_ = now_s_;
-    SetState(ZoomState::kVerifying, ZoomReason::kStoodStill, ZoomAsk::kLoadLens);
+    SetState(ZoomState::kVerifying, ZoomReason::kStationary, ZoomRequest::kLoadLens);
   }
 }
 
-void ZoomSupervision::OnLens(const ZoomEvent& event) {
+void ZoomSupervisor::OnLens(const ZoomEvent& event) {
   if (!IsCurrent(event)) return;
   lens_known_ = event.kind == ZoomEvent::Kind::kLensKnown;
   if (lens_known_) {
@@ -149,35 +149,36 @@ void ZoomSupervision::OnLens(const ZoomEvent& event) {
   }
   if (state_ == ZoomState::kCalibrating) return;
   if (lens_known_) {
-    SetState(ZoomState::kVerifying, ZoomReason::kLensLoaded, ZoomAsk::kVerifyTags);
+    SetState(ZoomState::kVerifying, ZoomReason::kLensLoaded, ZoomRequest::kVerifyTags);
   } else if (state_ != ZoomState::kRefused) {
-    SetState(ZoomState::kStale, ZoomReason::kNoLens, ZoomAsk::kBoard);
+    SetState(ZoomState::kStale, ZoomReason::kNoLens, ZoomRequest::kBoard);
   }
 }
 
-void ZoomSupervision::OnTags(const ZoomEvent& event) {
+void ZoomSupervisor::OnTags(const ZoomEvent& event) {
   if (!IsCurrent(event) || !lens_known_ || state_ == ZoomState::kCalibrating) return;
   switch (event.kind) {
-    case ZoomEvent::Kind::kMarksGood:
+    case ZoomEvent::Kind::kTagsGood:
       if (state_ != ZoomState::kValid) {
-        SetState(ZoomState::kValid, ZoomReason::kMarksGood, ZoomAsk::kNothing);
+        SetState(ZoomState::kValid, ZoomReason::kTagsGood, ZoomRequest::kNothing);
       }
       break;
-    case ZoomEvent::Kind::kMarksBad:
+    case ZoomEvent::Kind::kTagsBad:
       trusted_from_s_ = now_s_;  // an older image must not make the lens valid again
-      SetState(ZoomState::kStale, ZoomReason::kMarksBad, ZoomAsk::kBoard);
+      SetState(ZoomState::kStale, ZoomReason::kTagsBad, ZoomRequest::kBoard);
       break;
     default:  // not visible: neither invalidates nor confirms the lens
       if (state_ == ZoomState::kVerifying) {
-        SetState(ZoomState::kVerifying, ZoomReason::kMarksNotVisible, ZoomAsk::kVerifyTags);
+        SetState(ZoomState::kVerifying, ZoomReason::kTagsNotVisible, ZoomRequest::kVerifyTags);
       }
       break;
   }
 }
 
-void ZoomSupervision::OnBoard(const ZoomEvent& event) {
+void ZoomSupervisor::OnBoard(const ZoomEvent& event) {
   if (event.kind == ZoomEvent::Kind::kBoardStarted) {
-    if (settled()) SetState(ZoomState::kCalibrating, ZoomReason::kBoardStarted, ZoomAsk::kNothing);
+    if (settled())
+      SetState(ZoomState::kCalibrating, ZoomReason::kBoardStarted, ZoomRequest::kNothing);
     return;
   }
   if (state_ != ZoomState::kCalibrating) return;  // motion or sensor loss has ended the capture
@@ -187,19 +188,19 @@ void ZoomSupervision::OnBoard(const ZoomEvent& event) {
     case ZoomEvent::Kind::kBoardAccepted:
       if (current) {
         lens_known_ = true;
-        SetState(ZoomState::kValid, ZoomReason::kBoardAccepted, ZoomAsk::kNothing);
+        SetState(ZoomState::kValid, ZoomReason::kBoardAccepted, ZoomRequest::kNothing);
       } else {
-        SetState(ZoomState::kRefused, ZoomReason::kImagesTooOld, ZoomAsk::kBoard);
+        SetState(ZoomState::kRefused, ZoomReason::kImagesTooOld, ZoomRequest::kBoard);
       }
       break;
     case ZoomEvent::Kind::kBoardRefused:
-      SetState(ZoomState::kRefused, ZoomReason::kBoardRefused, ZoomAsk::kBoard);
+      SetState(ZoomState::kRefused, ZoomReason::kBoardRefused, ZoomRequest::kBoard);
       break;
     default:
       if (lens_known_) {
-        SetState(ZoomState::kVerifying, ZoomReason::kBoardCancelled, ZoomAsk::kVerifyTags);
+        SetState(ZoomState::kVerifying, ZoomReason::kBoardCancelled, ZoomRequest::kVerifyTags);
       } else {
-        SetState(ZoomState::kStale, ZoomReason::kBoardCancelled, ZoomAsk::kBoard);
+        SetState(ZoomState::kStale, ZoomReason::kBoardCancelled, ZoomRequest::kBoard);
       }
       break;
   }
@@ -241,17 +242,17 @@ std::string_view ZoomReasonText(ZoomReason reason) {
       return "the lens is moving";
     case ZoomReason::kDigitalZoom:
       return "digital zoom is on; switch it off";
-    case ZoomReason::kStoodStill:
+    case ZoomReason::kStationary:
       return "the lens is at rest";
     case ZoomReason::kLensLoaded:
       return "a lens for this zoom is loaded; checking the reference tags";
-    case ZoomReason::kMarksNotVisible:
+    case ZoomReason::kTagsNotVisible:
       return "the reference tags are not visible; clear the view or show the board";
     case ZoomReason::kNoAnswer:
       return "the reference tags were not checked in time; show the board";
-    case ZoomReason::kMarksGood:
+    case ZoomReason::kTagsGood:
       return "the reference tags are where they should be";
-    case ZoomReason::kMarksBad:
+    case ZoomReason::kTagsBad:
       return "the reference tags are not where they should be; show the board";
     case ZoomReason::kNoLens:
       return "never calibrated near this zoom; show the board";

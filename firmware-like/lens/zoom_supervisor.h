@@ -31,13 +31,13 @@ enum class ZoomReason : std::uint8_t {
   kFocusChanged,      ///< focus counts left the dead band
   kDeviceMoves,       ///< the device, or its motion line, reports motion
   kDigitalZoom,       ///< the image is enlarged digitally; switch it off
-  kStoodStill,        ///< stationary for settle_s; the lens is being looked up
+  kStationary,        ///< stationary for settle_s; the lens is being looked up
   kLensLoaded,        ///< the reference tags are being checked
-  kMarksNotVisible,   ///< clear the view of the reference tags, or show the board
+  kTagsNotVisible,    ///< clear the view of the reference tags, or show the board
   kNoAnswer,          ///< the reference tags were not checked in time
-  kMarksGood,
-  kMarksBad,  ///< the tags are not where they should be; show the board
-  kNoLens,    ///< never calibrated near this zoom; show the board
+  kTagsGood,
+  kTagsBad,  ///< the tags are not where they should be; show the board
+  kNoLens,   ///< never calibrated near this zoom; show the board
   kBoardStarted,
   kBoardAccepted,
   kBoardRefused,  ///< the calibration was not good enough; show the board again
@@ -46,7 +46,7 @@ enum class ZoomReason : std::uint8_t {
 };
 
 /// Action that the supervisor requests from its caller.
-enum class ZoomAsk : std::uint8_t {
+enum class ZoomRequest : std::uint8_t {
   kNothing,
   kLoadLens,    ///< look up the present zoom in the store; respond with kLensKnown or kLensUnknown
   kVerifyTags,  ///< check the reference tags with the loaded lens
@@ -60,9 +60,9 @@ struct ZoomEvent {
     kTime,       ///< time passed; send at least once a second
     kLensKnown,  ///< a lens is loaded: calibrated or interpolated
     kLensUnknown,
-    kMarksGood,
-    kMarksBad,
-    kMarksNotVisible,
+    kTagsGood,
+    kTagsBad,
+    kTagsNotVisible,
     kBoardStarted,  ///< the operator shows the board, or the cell's fixed board is in view
     kBoardAccepted,
     kBoardRefused,
@@ -73,7 +73,7 @@ struct ZoomEvent {
   ZoomReading reading;  ///< for kReading
   /// For lens and tag events and kBoardAccepted: time of the observation, on the same clock. It is
   /// the time when the lens was looked up, or when the (oldest) image was taken.
-  double about_s = -std::numeric_limits<double>::infinity();
+  double observed_s = -std::numeric_limits<double>::infinity();
   std::optional<std::int32_t> zoom_band_counts;  ///< for kLensKnown: DeadBandCounts() at this zoom
 };
 
@@ -85,7 +85,7 @@ struct ZoomTransition {
   std::optional<std::int32_t> zoom_counts, focus_counts;
 };
 
-struct ZoomSupervisionSettings {
+struct ZoomSupervisorSettings {
   std::int32_t zoom_band_counts = 2;   ///< dead band, unless kLensKnown provides one
   std::int32_t focus_band_counts = 4;  ///< dead band
   double settle_s = 0.3;               ///< the lens is stationary after this time without motion
@@ -112,16 +112,16 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance);
 /// The position is compared with the rest position, never with the previous reading, so slow creep
 /// is detected. The first reading after a sensor loss only reports that loss; the next one is
 /// evaluated.
-class ZoomSupervision {
+class ZoomSupervisor {
  public:
-  explicit ZoomSupervision(const ZoomSupervisionSettings& settings);
+  explicit ZoomSupervisor(const ZoomSupervisorSettings& settings);
 
   /// @return  the transition, if state or reason changed
   std::optional<ZoomTransition> Handle(const ZoomEvent& event);
 
   ZoomState state() const { return state_; }
   ZoomReason reason() const { return reason_; }
-  ZoomAsk request() const { return request_; }
+  ZoomRequest request() const { return request_; }
   double since_s() const { return since_s_; }  ///< time of the last transition
   /// Observations made before this time are ignored; infinite while the lens is not stationary.
   double trusted_from_s() const { return trusted_from_s_; }
@@ -137,12 +137,12 @@ class ZoomSupervision {
   std::optional<ZoomReason> MotionIn(const ZoomReading& reading) const;
   void Invalidate();
   bool settled() const { return trusted_from_s_ < std::numeric_limits<double>::infinity(); }
-  void SetState(ZoomState state, ZoomReason reason, ZoomAsk request);
+  void SetState(ZoomState state, ZoomReason reason, ZoomRequest request);
 
-  ZoomSupervisionSettings settings_;
+  ZoomSupervisorSettings settings_;
   ZoomState state_ = ZoomState::kUnknown;
   ZoomReason reason_ = ZoomReason::kNoReading;
-  ZoomAsk request_ = ZoomAsk::kNothing;
+  ZoomRequest request_ = ZoomRequest::kNothing;
   double now_s_ = -std::numeric_limits<double>::infinity();
   double since_s_ = now_s_;
   double position_time_s_ = now_s_;           ///< time of the last reading with a position

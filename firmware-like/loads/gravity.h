@@ -30,7 +30,7 @@ template <typename T>
 using OutboardMassesOf = std::array<MassOf<T>, kMaxJoints + 1>;
 
 /// Largest plausible payload [kg]; larger values in files, registers and commands are rejected.
-inline constexpr double kLargestPayload_kg = 5000;
+inline constexpr double kMaxPayload_kg = 5000;
 
 /// The masses of a cell, each at a fixed point of its link frame.
 ///   tau_i = axis_i . sum_k (r_k - o_i) x (m_k g)   (revolute, [N m])

@@ -10,7 +10,7 @@
 namespace plumbline {
 
 /// Largest number of cameras used at the same time.
-inline constexpr std::size_t kMostCameras = 2;
+inline constexpr std::size_t kMaxCameras = 2;
 
 enum class PlcCommandCode : std::uint16_t {
   kNone = 0,

@@ -149,7 +149,7 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
 
 ReferenceFault DriftMonitor::FaultOfReference() const {
   const int count = design_.reference_probes;
-  if (sigma_m_ > kMostScatter * design_.sigma_m) return ReferenceFault::kScatter;
+  if (sigma_m_ > kMaxScatterRatio * design_.sigma_m) return ReferenceFault::kScatter;
   int outliers = 0;
   for (int i = 0; i < count; ++i) outliers += Disagrees(i) ? 1 : 0;
   if (outliers > MaxOutliers(count, kOutlierShare)) return ReferenceFault::kOutliers;

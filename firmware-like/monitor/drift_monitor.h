@@ -32,7 +32,7 @@ struct DriftAlarm {
 enum class ReferenceFault : std::uint8_t {
   kNone,
   kOutliers,  ///< more outliers than kOutlierShare explains
-  kScatter,   ///< the scatter exceeds kMostScatter times the declared one
+  kScatter,   ///< the scatter exceeds kMaxScatterRatio times the declared one
   kTrend,     ///< the scatter exceeds the declared one, and consecutive probes are correlated
 };
 
@@ -59,7 +59,7 @@ struct ProbeVerdict {
 ///   outliers  more members with |r_i - m|^2 / s^2 > 21.1, the 99.99 % quantile of chi^2 with 3
 ///             degrees of freedom, than occur in 99 % of references in which each probe is an
 ///             outlier with probability kOutlierShare; 2 of 5, 3 of 10 and 4 of 20 are accepted;
-///   scatter   s > kMostScatter sigma: two populations of similar size, or a wrong sigma;
+///   scatter   s > kMaxScatterRatio sigma: two populations of similar size, or a wrong sigma;
 ///   trend     s > 2 sigma, and von Neumann's ratio of the clipped members,
 ///             eta = sum |r_i+1 - r_i|^2 / sum |r_i - mean|^2, below its 0.01 % quantile
 ///             2 - 3.72 sqrt(4 (N - 2) / (3 (N^2 - 1)))   [J. von Neumann, Ann. Math. Stat. 12
@@ -98,7 +98,7 @@ class DriftMonitor {
   /// Set from the probe that raised the alarm until Restart().
   const std::optional<DriftAlarm>& alarm() const { return alarm_; }
 
-  static constexpr double kMostScatter = 10;
+  static constexpr double kMaxScatterRatio = 10;
   static constexpr double kOutlierShare = 0.05;
 
   static constexpr int kAxes = 13;

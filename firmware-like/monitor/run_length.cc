@@ -44,7 +44,7 @@ class RateTable {
 
 /// Probability of a year without a false alarm. The length rho of the reference error has a Maxwell
 /// distribution; its direction is taken along a chart axis, the worst case.
-double QuietYear(const MonitorDesign& design, const MonitorWish& requirements,
+double QuietYear(const MonitorDesign& design, const MonitorRequirements& requirements,
                  double reference_sd) {
   const double probes = kDaysPerYear * requirements.probes_per_day;
   constexpr double kLargest = 5;  // of rho [reference_sd]: beyond it lies 1.5e-5
@@ -98,7 +98,8 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
   return std::isfinite(first) && first >= 1 && first < kLongestRun ? first : kLongestRun;
 }
 
-MonitorDesign MonitorDesignFor(const MonitorWish& requirements, const std::function<void()>& step) {
+MonitorDesign MonitorDesignFor(const MonitorRequirements& requirements,
+                               const std::function<void()>& step) {
   MonitorDesign design;
   design.sigma_m = requirements.sigma_m;
   design.reference_probes = std::clamp(requirements.reference_probes, 0, kMaxReferenceProbes);

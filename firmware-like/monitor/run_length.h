@@ -8,7 +8,7 @@
 namespace plumbline {
 
 /// Requirements on the drift monitor of a cell.
-struct MonitorWish {
+struct MonitorRequirements {
   double sigma_m = 5e-5;         ///< standard deviation of one probe, per axis
   double shift_m = 3e-4;         ///< change that must be detected quickly
   double probes_per_day = 1440;  ///< determines the number of chances for a false alarm per year
@@ -36,6 +36,6 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
 /// outliers. Allocates; takes some tenths of a second.
 /// @param step  called between computation steps of about 20 ms each
 MonitorDesign MonitorDesignFor(
-    const MonitorWish& requirements, const std::function<void()>& step = [] {});
+    const MonitorRequirements& requirements, const std::function<void()>& step = [] {});
 
 }  // namespace plumbline

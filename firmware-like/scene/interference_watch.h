@@ -5,10 +5,10 @@
 
 namespace plumbline {
 
-enum class Nearness { kApart, kNear, kInterference };
+enum class Proximity { kApart, kNear, kInterference };
 
 /// Distance thresholds of a pair.
-struct NearnessLimits {
+struct ProximityLimits {
   double near_m = 0;  ///< kNear up to this distance; 0: only interference is reported
   double end_m = 0;   ///< hysteresis: a state ends this far beyond its threshold
 };
@@ -18,18 +18,18 @@ struct NearnessLimits {
 /// pair that cannot be measured (a tag is hidden) keeps its state.
 class InterferenceWatch {
  public:
-  explicit InterferenceWatch(const NearnessLimits& limits) : limits_(limits) {}
+  explicit InterferenceWatch(const ProximityLimits& limits) : limits_(limits) {}
 
   /// @param distance_m  0 on contact; nullopt if not measured; a non-finite value counts as such
   /// @return            the new state if it changed
-  std::optional<Nearness> Update(std::optional<double> distance_m);
+  std::optional<Proximity> Update(std::optional<double> distance_m);
 
-  Nearness state() const { return state_; }
+  Proximity state() const { return state_; }
   bool measured() const { return measured_; }  ///< the last update had a distance
 
  private:
-  const NearnessLimits limits_;
-  Nearness state_ = Nearness::kApart;
+  const ProximityLimits limits_;
+  Proximity state_ = Proximity::kApart;
   bool measured_ = false;
 };
 

@@ -22,7 +22,7 @@ inline const char* CameraNameText(CameraName name) {
 /// Status of one camera, written by its worker and read by registers, pages and displays. Times are
 /// monotonic [s]; kNever if the event has not occurred.
 struct CameraStatus {
-  static constexpr std::size_t kMostBodies = 6;
+  static constexpr std::size_t kMaxBodies = 6;
   static constexpr double kNever = -std::numeric_limits<double>::infinity();
   struct Body {
     bool valid = false, ambiguous = false;
@@ -49,11 +49,11 @@ struct CameraStatus {
   double zoom_time_s = kNever, frame_time_s = kNever;
   bool tip_valid = false;  ///< the lens is valid and the tool was at standstill
   Vec3 tip_W = Vec3::Zero();
-  Mat3 tip_covariance_W = Mat3::Zero();  ///< due to image noise and the lens [m^2]
-  Mat3 tip_places_W = Mat3::Zero();      ///< due to errors in the declared tag positions [m^2]
+  Mat3 tip_covariance_W = Mat3::Zero();      ///< due to image noise and the lens [m^2]
+  Mat3 tip_tag_covariance_W = Mat3::Zero();  ///< due to errors in the declared tag positions [m^2]
   double tip_time_s = kNever;
   std::size_t bodies_configured = 0;
-  std::array<Body, kMostBodies> bodies;  ///< in the order of the tag file
+  std::array<Body, kMaxBodies> bodies;  ///< in the order of the tag file
 };
 
 }  // namespace plumbline

@@ -147,7 +147,7 @@ void Solve(int seeds) {
         whole.push_back(CpuTime_ms() - start);
         image_z.push_back(LargestDifference(TrueLens(truth), c.lens, kSize) / c.uncertainty.max_px);
         if (const auto mrcal =
-                SolveWithMrcal(board, views, kSize, LensOfShared(fit->shared), fit->X_CK)) {
+                SolveWithMrcal(board, views, kSize, LensFromShared(fit->shared), fit->X_CK)) {
           mrcal_errors.push_back(100 * (mrcal->lens.fx / truth.fx - 1));
           mrcal_z.push_back((mrcal->lens.fx - truth.fx) / mrcal->fx_sd);
           our_errors_there.push_back(errors.back());
@@ -182,7 +182,7 @@ double ClaimedByViews(const Board& board, const std::vector<BoardView>& views) {
   const auto fit = FitLens(board, views, kSize);
   if (!fit) return 1e9;
   const LensMatrix covariance = fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  return UncertaintyOf(LensOfShared(fit->shared), covariance, kSize).max_px;
+  return ProjectionUncertaintyOf(LensFromShared(fit->shared), covariance, kSize).max_px;
 }
 
 /// Acceptance of varied views, bursts, bowed boards and moving lenses.

@@ -44,7 +44,7 @@ void Delays(int runs) {
       for (const double probes_per_day : {1.0, 24.0, 1440.0}) {
         for (const int reference : {0, 20}) {
           for (const double outliers : {0.0, 0.05}) {
-            MonitorWish wish;
+            MonitorRequirements wish;
             wish.sigma_m = 1e-3 * sigma_mm;
             wish.probes_per_day = probes_per_day;
             wish.reference_probes = reference;
@@ -99,7 +99,7 @@ int MedianDelay(const MonitorDesign& design, double sigma_m, double outliers) {
 void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
   for (const int reference : {0, 20}) {
     for (const double outliers : {0.0, 0.02, 0.05}) {
-      MonitorWish wish;
+      MonitorRequirements wish;
       wish.probes_per_day = probes_per_day;
       wish.reference_probes = reference;
       DriftMonitor monitor(MonitorDesignFor(wish));

@@ -130,7 +130,7 @@ class Scene {
       ++results.lost;
       return;
     }
-    CarrierMemory memory;
+    CarrierTracker memory;
     const Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
     const int mesh = *renderer.LoadMesh(PlateMesh(model));
     ViewFacts facts;
@@ -183,7 +183,7 @@ class Scene {
                Results& results) const {
     const auto corners = test::TagCorners(kSide_m);
     const auto placed = renderer.TransformedVertices(list, list.meshes.at(0));
-    const ToolNow& tool = *carriers.tool;
+    const ToolState& tool = *carriers.tool;
     const Pose X_CF_nominal = carriers.world->X_CK * tool.X_WF_nominal;
     const TriangleMesh plate = PlateMesh(model_);
     std::vector<Vec2> truth;

@@ -130,7 +130,7 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
     ours.ms += Median_ms(times, [&] { detector.Detect(view, &lens, seen); });
     ours.Add(scene, SeenBy(seen));
     TagDatabase database;
-    database.other_side_m = scene.side_m;
+    database.default_side_m = scene.side_m;
     Tracker tracker(family, database, {.full_search_interval = 1 << 30});
     const KnownLens known{lens};
     double t = 0;

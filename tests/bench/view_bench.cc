@@ -86,15 +86,16 @@ const char* Met(bool met) {
 }
 
 /// Quantile of the start lateness between two readings of the counters [ms].
-double QuantileBetween(const LatenessCounts& from, const LatenessCounts& to, double fraction) {
-  std::array<double, LatenessCounts::kClasses> count{};
+double QuantileBetween(const LatenessHistogram& from, const LatenessHistogram& to,
+                       double fraction) {
+  std::array<double, LatenessHistogram::kClasses> count{};
   double all = 0;
   for (std::size_t k = 0; k < count.size(); ++k) {
     all += count[k] = static_cast<double>(to.counts[k] - from.counts[k]);
   }
   double remaining = fraction * all, low_s = 0;
-  for (std::size_t k = 0; k < LatenessCounts::kBounds_s.size(); ++k) {
-    const double high_s = LatenessCounts::kBounds_s[k];
+  for (std::size_t k = 0; k < LatenessHistogram::kBounds_s.size(); ++k) {
+    const double high_s = LatenessHistogram::kBounds_s[k];
     if (count[k] > 0 && remaining <= count[k]) {
       return 1e3 * (low_s + remaining / count[k] * (high_s - low_s));
     }
@@ -105,7 +106,7 @@ double QuantileBetween(const LatenessCounts& from, const LatenessCounts& to, dou
 }
 
 double StartP99_ms(const ViewStation& station, double seconds) {
-  const LatenessCounts from = station.Starts();
+  const LatenessHistogram from = station.Starts();
   SleepSeconds(seconds);
   return QuantileBetween(from, station.Starts(), 0.99);
 }

@@ -119,7 +119,7 @@ class ViewStation {
   }
 
   /// Start lateness of the control cycle so far, as counted by the daemon. Connects only briefly.
-  LatenessCounts Starts() const {
+  LatenessHistogram Starts() const {
     ViewClient client(ViewSocketOf(folder_ + "/state"), false);
     View view;
     for (const double until_s = MonotonicSeconds() + 5; MonotonicSeconds() < until_s;) {

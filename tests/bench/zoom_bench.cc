@@ -73,14 +73,15 @@ void Measure(const char* name, std::unique_ptr<ZoomSensor> sensor, double period
     config.connection.recorded = {state.path() + "/frames", 20, true, true, "bench", "mode"};
     config.zoom.period_s = period_s;
     config.zoom.supervision.settle_s = 0.05;
-    vision.tags.database.bodies = {test::CellMarks(), test::GripperBody()};
-    auto devices = CameraDevicesFrom(config, vision.tags);
+    vision.tags.database.bodies = {test::CellTags(), test::GripperBody()};
+    auto devices = MakeCameraDevices(config, vision.tags);
     if (!devices) std::abort();
     devices.value().zoom = std::move(sensor);
     CameraLink link;
     const auto sink = [](const LogEntry&) {};
-    WatchStores stores(state.path(), test::CellMarks(), sink);
-    CameraWatch watch(config, vision, std::move(devices).value(), stores, "/bin/false", link, sink);
+    CameraStores stores(state.path(), test::CellTags(), sink);
+    CameraSupervisor watch(config, vision, std::move(devices).value(), stores, "/bin/false", link,
+                           sink);
     watch.Start();
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> phase_s(0, 0.12);

@@ -413,10 +413,10 @@ TEST_CASE("a probe is recorded once, together with the model's prediction") {
     CHECK_FALSE(cell.Next().monitor_restart);
   }
   SECTION("background warnings are merged with the machine's own") {
-    cell.input.loop_warnings = warning::kDrift;
+    cell.input.background_warnings = warning::kDrift;
     CHECK((cell.Next().warnings & warning::kDrift) != 0);
     CHECK((cell.Next().status & status::kWarning) != 0);
-    cell.input.loop_warnings = 0;
+    cell.input.background_warnings = 0;
     CHECK((cell.Next().warnings & warning::kDrift) == 0);
   }
 }
@@ -480,15 +480,15 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
   SECTION("a calibration is started and cancelled once each") {
     command.code = PlcCommandCode::kStartCalibration;
     command.sequence = 5;
-    CHECK(cell.Next().calibration_orders[0] == CalibrationOrder::kStart);
-    CHECK(cell.Next().calibration_orders[0] == CalibrationOrder::kNone);
+    CHECK(cell.Next().calibration_requests[0] == CalibrationRequest::kStart);
+    CHECK(cell.Next().calibration_requests[0] == CalibrationRequest::kNone);
     command.code = PlcCommandCode::kCancelCalibration;
     command.sequence = 6;
-    CHECK(cell.Next().calibration_orders[0] == CalibrationOrder::kCancel);
+    CHECK(cell.Next().calibration_requests[0] == CalibrationRequest::kCancel);
     camera.configured = false;
     command.sequence = 7;
     const Snapshot& refused = cell.Next();
-    CHECK(refused.calibration_orders[0] == CalibrationOrder::kNone);
+    CHECK(refused.calibration_requests[0] == CalibrationRequest::kNone);
     CHECK(refused.result.code == CorrectionCode::kNoCamera);
   }
 }
@@ -542,19 +542,20 @@ TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
     taken = cell.Next();
     CHECK_FALSE(taken.probe_taken);
     CHECK(taken.result.code == CorrectionCode::kCamerasDisagree);
-    rear.tip.places_W = 4e-7 * Mat3::Identity();  // explained by errors in the tag positions
+    rear.tip.tag_covariance_W =
+        4e-7 * Mat3::Identity();  // explained by errors in the tag positions
     command.sequence = 3;
     CHECK(cell.Next().probe_taken);
   }
   SECTION("calibration of the requesting camera, of all if none requests it, of the selected one") {
-    using Order = CalibrationOrder;
+    using Order = CalibrationRequest;
     const auto orders = [&](PlcCommandCode code, std::uint16_t camera) {
       command.code = code;
       command.camera = camera;
       ++command.sequence;
-      return cell.Next().calibration_orders;
+      return cell.Next().calibration_requests;
     };
-    using Orders = std::array<Order, kMostCameras>;
+    using Orders = std::array<Order, kMaxCameras>;
     CHECK(orders(PlcCommandCode::kStartCalibration, 0) == Orders{Order::kStart, Order::kStart});
     CHECK(orders(PlcCommandCode::kStartCalibration, 2) == Orders{Order::kNone, Order::kStart});
     rear.board_wanted = true;
@@ -569,7 +570,7 @@ TEST_CASE("points whose branches are searched in the background are pending indi
   Cell cell;
   cell.machine.emplace(cell.config);
   Machine searching(cell.config);
-  cell.machine->AwaitTaughtBranches();
+  cell.machine->MarkTaughtBranchesPending();
   const Snapshot& snapshot = cell.Running();
   CHECK(snapshot.input_fault == InputFault::kOk);
   for (const PointResult& point : snapshot.points) {
@@ -578,12 +579,12 @@ TEST_CASE("points whose branches are searched in the background are pending indi
   }
   CHECK(snapshot.alarms == 0);  // nothing is refused
   CHECK((snapshot.status & status::kReady) == 0);
-  cell.machine->TakeTaughtBranch(1, searching.FindTaughtBranch(1));
+  cell.machine->SetTaughtBranch(1, searching.FindTaughtBranch(1));
   cell.Next();
   CHECK(snapshot.points[0].code == CorrectionCode::kPending);
   CHECK(snapshot.points[1].valid);
   SECTION("the cycle continues from the branch found") {
-    cell.machine->TakeTaughtBranch(0, searching.FindTaughtBranch(0));
+    cell.machine->SetTaughtBranch(0, searching.FindTaughtBranch(0));
     CHECK(cell.Next().points[0].valid);
     Cell prepared;
     const Snapshot& same = prepared.Running();
@@ -593,7 +594,7 @@ TEST_CASE("points whose branches are searched in the background are pending indi
     }
   }
   SECTION("the cycle searches if no branch was found") {
-    cell.machine->TakeTaughtBranch(0, {});
+    cell.machine->SetTaughtBranch(0, {});
     CHECK(cell.Next().points[0].valid);
   }
 }
@@ -632,7 +633,7 @@ TEST_CASE("a new configuration continues from the values of the previous one") {
   changed.points[1].id = 8;
   Machine next(changed);
   next.Prepare();
-  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kNew);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkContinuity::kNew);
   cell.machine.emplace(std::move(next));
   SECTION("values remain, not valid until the robot is trusted; a new point has none") {
     const Snapshot& after = cell.Next();
@@ -689,7 +690,7 @@ TEST_CASE("with the same robot link, the points of a new model are valid in its 
   Machine next(changed);
   next.Prepare();
   next.Prepare(cell.config, before, 0);
-  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkContinuity::kKept);
   cell.machine.emplace(std::move(next));
   const bool new_reading = GENERATE(true, false);
   const Snapshot after = new_reading ? cell.Next() : cell.Silent();
@@ -724,7 +725,7 @@ TEST_CASE("with the same link, a robot that was not trusted is not trusted under
   Machine next(cell.config);
   next.Prepare();
   next.Prepare(cell.config, before, 0);
-  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkContinuity::kKept);
   cell.machine.emplace(std::move(next));
   CHECK(cell.Next().input_fault == InputFault::kStale);  // one reading is not enough
   CHECK_FALSE(cell.Next().points[0].valid);
@@ -747,7 +748,7 @@ TEST_CASE("results of probes and of a monitor restart survive a new configuratio
 
     Machine next(cell.config);
     next.Prepare();
-    next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kNew);
+    next.ResumeFrom(*cell.machine, Machine::RobotLinkContinuity::kNew);
     cell.machine.emplace(std::move(next));
     for (int cycle = 0; cycle < 5; ++cycle) {
       const Snapshot& after = cell.Next();
@@ -929,7 +930,7 @@ TEST_CASE("with the same link, standstill detection continues under a new model"
   REQUIRE(cell.Next().probes.standstill != moving);
   Machine next(cell.config);
   next.Prepare();
-  next.ResumeFrom(*cell.machine, Machine::RobotLinkIs::kKept);
+  next.ResumeFrom(*cell.machine, Machine::RobotLinkContinuity::kKept);
   CHECK(next.snapshot().probes.standstill != moving);
   cell.machine.emplace(std::move(next));
   CHECK((cell.Probe(tip_W).result.code == CorrectionCode::kRobotMoving) == moving);

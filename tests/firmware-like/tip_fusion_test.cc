@@ -29,22 +29,22 @@ TEST_CASE("the mean of two cameras has the stated covariance, and false disagree
   std::array<MeasuredTip, 2> tips;
   tips[0].covariance_W = Along(0, 5e-5);
   tips[1].covariance_W = Along(1, 8e-5);
-  tips[0].places_W = Along(2, 1e-4);
-  tips[1].places_W = 4e-8 * Mat3::Identity();
+  tips[0].tag_covariance_W = Along(2, 1e-4);
+  tips[1].tag_covariance_W = 4e-8 * Mat3::Identity();
   constexpr int kDraws = 20000;
   Mat3 seen = Mat3::Zero();
   TipFusion fused;
   int disagree = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
     for (MeasuredTip& tip : tips) {
-      tip.p_W = truth + error(tip.covariance_W) + error(tip.places_W);
+      tip.p_W = truth + error(tip.covariance_W) + error(tip.tag_covariance_W);
     }
     fused = FuseTips(tips);
     const Vec3 off = fused.tip.p_W - truth;
     seen += off * off.transpose() / kDraws;
     disagree += fused.agree ? 0 : 1;
   }
-  const Mat3 stated = fused.tip.covariance_W + fused.tip.places_W;
+  const Mat3 stated = fused.tip.covariance_W + fused.tip.tag_covariance_W;
   CHECK((seen - stated).norm() < 0.05 * stated.norm());
   CHECK(disagree <= 4);  // expected: 0.2
   // Each camera is strong where the other is weak.

@@ -23,13 +23,13 @@ bool Equal(const Bytes& made, std::span<const std::uint8_t> given) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span bytes(data, size);
-  if (const auto request = RequestOfBytes(bytes)) {
+  if (const auto request = DecodeRequest(bytes)) {
     Require(!FaultOf(request->board) && request->width > 0 && request->height > 0);
-    Require(Equal(BytesOfRequest(*request), bytes));
+    Require(Equal(EncodeRequest(*request), bytes));
   }
-  const auto answer = AnswerOfBytes(bytes);
+  const auto answer = DecodeResponse(bytes);
   if (!answer) return 0;
-  Require(Equal(BytesOfAnswer(*answer), bytes));
+  Require(Equal(EncodeResponse(*answer), bytes));
   if (!*answer) return 0;
   const BoardView& view = answer->value();
   Require(view.corners_px.size() == view.seen.size() && view.blur_px >= 0);

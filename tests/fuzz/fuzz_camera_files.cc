@@ -62,7 +62,7 @@ void Bodies(std::string_view text) {
 
 void Marks(std::string_view text) {
   const Body cell{"cell", {{3, 0.06, {}}, {4, 0.06, {Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
-  const auto memories = MarksFromJson(std::string(text), cell);
+  const auto memories = TagBaselinesFromJson(std::string(text), cell);
   if (!memories) return Require(!memories.error().empty());
   for (const auto& [lens, memory] : *memories) {
     Require(IsRotation(memory.X_CK.R) && memory.X_CK.p.allFinite());
@@ -71,7 +71,7 @@ void Marks(std::string_view text) {
       Require(tag.covariance.allFinite() && tag.covariance.diagonal().minCoeff() >= 0);
     }
   }
-  const auto again = MarksFromJson(MarksJson(*memories, cell), cell);
+  const auto again = TagBaselinesFromJson(TagBaselinesJson(*memories, cell), cell);
   Require(again.ok() && again->size() == memories->size());
 }
 

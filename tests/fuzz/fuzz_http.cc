@@ -24,9 +24,9 @@ struct Served {
     auto state = std::make_shared<ViewState>();
     state->cell = kSecret;
     state->now_s = MonotonicSeconds() + 1e9;  // never stale
-    auto now = std::make_shared<ShownNow>();
+    auto now = std::make_shared<DisplayStatus>();
     now->state = state;
-    shown.Publish(std::shared_ptr<const ShownNow>(now));
+    shown.Publish(std::shared_ptr<const DisplayStatus>(now));
     PageOptions options;
     options.config.token = kToken;
     options.state_directory = "/nonexistent";

@@ -70,7 +70,7 @@ void Judge(const LensEntry& entry) {
     Require(InsertLens(insert, entry));
     Statement select(store.get(), kSelectLens);
     Require(select.Step() == SQLITE_ROW);
-    const auto again = EntryOfRow(select);
+    const auto again = ReadLensEntry(select);
     Require(again && ChecksumOf(*again) == ChecksumOf(entry));
   }
   Require(store.Run("ROLLBACK"));
@@ -94,9 +94,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Require(insert.Run());
   Statement select(rows.get(), kSelectLens);
   Require(select.Step() == SQLITE_ROW);
-  const auto views = ViewsOfBytes({data, size});
-  if (views) Require(ViewsOfBytes(BytesOfViews(*views)).ok());
-  if (const auto entry = EntryOfRow(select)) Judge(*entry);
-  if (const auto entry = ValuesOfRow(select)) Judge(*entry);
+  const auto views = DecodeViews({data, size});
+  if (views) Require(DecodeViews(EncodeViews(*views)).ok());
+  if (const auto entry = ReadLensEntry(select)) Judge(*entry);
+  if (const auto entry = ReadLensValues(select)) Judge(*entry);
   return 0;
 }

@@ -73,7 +73,7 @@ bool Take(int from, void* data, std::size_t size) {
     const itimerval computing{{0, 0}, {0, kComputing_us}};
     setitimer(ITIMER_PROF, &computing, nullptr);
     const auto told =
-        BytesOfMeshAnswer(ParseMesh(static_cast<MeshFormat>(about[0]), bytes, kLimits.triangles));
+        EncodeMeshResponse(ParseMesh(static_cast<MeshFormat>(about[0]), bytes, kLimits.triangles));
     const std::uint64_t size = told.size();
     if (!Put(link, &size, sizeof size) || !Put(link, told.data(), told.size())) _exit(0);
   }
@@ -143,7 +143,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   AnnouncedTriangles(format, bytes);  // also in this process, where the fuzzer sees the coverage
   IsTruncated(format, bytes);
   static Reader reader;
-  const auto answer = MeshAnswerOfBytes(reader.Ask(format, bytes), kLimits);
+  const auto answer = DecodeMeshResponse(reader.Ask(format, bytes), kLimits);
   if (!answer || !*answer) return 0;
   RawMesh raw = answer->value();
   const auto checked = CheckMesh(std::move(raw.mesh), 1e-3);

@@ -9,7 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace plumbline;
   const MeshLimits limits{.triangles = 100};
-  const auto answer = MeshAnswerOfBytes({data, size}, limits);
+  const auto answer = DecodeMeshResponse({data, size}, limits);
   if (!answer) return 0;
   if (size > LargestMeshAnswer(limits)) std::abort();
   if (!*answer) {
@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   // A complete answer encodes to the same bytes, unless a text contained unprintable characters.
-  if (BytesOfMeshAnswer(*answer).size() != size) std::abort();
+  if (EncodeMeshResponse(*answer).size() != size) std::abort();
   RawMesh raw = answer->value();
   const auto checked = CheckMesh(std::move(raw.mesh), 1e-3);
   if (!checked) return 0;

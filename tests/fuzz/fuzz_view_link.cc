@@ -21,12 +21,12 @@ void Require(bool condition) {
 }
 
 void TakeScene(std::span<const std::uint8_t> bytes) {
-  const auto scene = SceneOfBytes(bytes);
+  const auto scene = DecodeScene(bytes);
   if (!scene) return;
-  Require(scene->interferences <= kMostScenePairs && scene->unmeasured <= kMostScenePairs);
+  Require(scene->interferences <= kMaxScenePairs && scene->unmeasured <= kMaxScenePairs);
   Require(scene->smallest_m >= 0 && scene->smallest_m <= 1000);
   Require((scene->object_a == 0) == (scene->object_b == 0));
-  const auto again = SceneOfBytes(BytesOfScene(*scene));
+  const auto again = DecodeScene(EncodeScene(*scene));
   Require(again && again->interferences == scene->interferences &&
           again->object_a == scene->object_a && again->object_b == scene->object_b &&
           std::abs(again->smallest_m - scene->smallest_m) <= 1e-6 * scene->smallest_m);

@@ -62,15 +62,15 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "usage: plumbline-rig-wakeups SECONDS: prints the share of a core\n");
     return 2;
   }
-  const int processor = LastProcessor();
+  const int processor = LastAllowedCpu();
   std::thread robot([processor] {
-    MakeRealTime(kRobotPriority, "robot");
-    KeepOn(0, processor);
+    SetRealTimePriority(kRobotPriority, "robot");
+    PinThread(0, processor);
     Answer();
   });
   std::thread cycle([processor, seconds] {
-    MakeRealTime(kCyclePriority, "cycle");
-    KeepOn(0, processor);
+    SetRealTimePriority(kCyclePriority, "cycle");
+    PinThread(0, processor);
     Ask(100 * seconds);
   });
   cycle.join();

@@ -12,7 +12,8 @@ namespace {
 // Register block of point k in the daemon's register map: 2000 + 20 k.
 constexpr int kBlocks = 2000, kBlockSize = 20, kMostBlocks = 500;
 constexpr int kFreshRefreshes = 3;  ///< refreshes required after a move
-constexpr int kResult = 100, kLoop = 400, kLoopSize = 18, kCommands = 1000, kCommandsSize = 40;
+constexpr int kResult = 100, kMonitoring = 400, kMonitoringSize = 18, kCommands = 1000,
+              kCommandsSize = 40;
 constexpr int kProbe = 6, kNoTrustedInput = 8, kPending = 11, kRobotMoving = 18;
 constexpr int kRecording = 1, kAlarm = 2, kFailed = 32;  ///< bits of the monitoring register
 
@@ -165,7 +166,7 @@ int AssemblyClient::SendProbe(const Vec3& tip_W_mm) {
 /// Right after start-up or a reload, the daemon refuses probes until its journal is open.
 void AssemblyClient::AwaitRecording() {
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
-  while ((daemon_.Read(kLoop, kLoopSize).Word(0) & kRecording) == 0) {
+  while ((daemon_.Read(kMonitoring, kMonitoringSize).Word(0) & kRecording) == 0) {
     if (Clock::now() > give_up) throw std::runtime_error("daemon: probes are not recorded");
     Sleep(0.005);
   }
@@ -175,7 +176,7 @@ ProbeAnswer AssemblyClient::Probe(const TaughtPoint& point) {
   Command(kMove, point.TipInBase());
   const Vec3 tip_W_mm = MeasureTip(1).translation() * 1e3;
   AwaitRecording();
-  const auto recorded = [this] { return daemon_.Read(kLoop, kLoopSize).Long(4); };
+  const auto recorded = [this] { return daemon_.Read(kMonitoring, kMonitoringSize).Long(4); };
   const auto before = recorded();
   const auto give_up = Clock::now() + std::chrono::duration<double>(options_.patience_s);
   int code = SendProbe(tip_W_mm);
@@ -194,14 +195,14 @@ ProbeAnswer AssemblyClient::Probe(const TaughtPoint& point) {
     if (Clock::now() > give_up) throw std::runtime_error("daemon: a probe was not recorded");
     Sleep(0.005);
   }
-  const RegisterBank loop = daemon_.Read(kLoop, kLoopSize);
+  const RegisterBank loop = daemon_.Read(kMonitoring, kMonitoringSize);
   return {.residual_W_mm = Floats(loop, 8), .alarm = (loop.Word(0) & kAlarm) != 0};
 }
 
 int AssemblyClient::AwaitProposal(double patience_s) {
   const auto give_up = Clock::now() + std::chrono::duration<double>(patience_s);
   while (Clock::now() < give_up) {
-    const RegisterBank loop = daemon_.Read(kLoop, kLoopSize);
+    const RegisterBank loop = daemon_.Read(kMonitoring, kMonitoringSize);
     if (loop.Word(2) != 0) return loop.Word(2);
     if ((loop.Word(0) & kFailed) != 0) {
       throw std::runtime_error("daemon: the diagnosis or the journal failed; see its log");

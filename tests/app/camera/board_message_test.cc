@@ -9,29 +9,29 @@ TEST_CASE("requests and responses survive a round trip") {
   for (const Board& board :
        {Board{}, Board{9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
         Board{4, 11, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}}}) {
-    const auto read = RequestOfBytes(BytesOfRequest({1920, 1080, board}));
+    const auto read = DecodeRequest(EncodeRequest({1920, 1080, board}));
     REQUIRE(read);
     CHECK(read->width == 1920);
     CHECK(WordsOf(read->board) == WordsOf(board));
     CHECK(read->board.family == board.family);
   }
-  CHECK_FALSE(RequestOfBytes(
-      BytesOfRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "no family"}})));
-  CHECK_FALSE(RequestOfBytes(BytesOfRequest({640, 480, {9, 6, 0.02, BoardKind::kCircles, 0, {}}})));
+  CHECK_FALSE(DecodeRequest(
+      EncodeRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "no family"}})));
+  CHECK_FALSE(DecodeRequest(EncodeRequest({640, 480, {9, 6, 0.02, BoardKind::kCircles, 0, {}}})));
 
   BoardView view;
   view.blur_px = 0.9;
   view.corners_px = {{1.5, 2.5}, {NAN, 7}, {-3, 4}};
   view.seen = {true, false, true};
-  const auto answer = AnswerOfBytes(BytesOfAnswer(Result<BoardView>(view)));
+  const auto answer = DecodeResponse(EncodeResponse(Result<BoardView>(view)));
   REQUIRE(answer);
   REQUIRE(answer->ok());
   CHECK((*answer)->seen == view.seen);
   CHECK((*answer)->corners_px[2] == view.corners_px[2]);
   CHECK((*answer)->blur_px == 0.9);
   view.blur_px = -1;
-  CHECK_FALSE(AnswerOfBytes(BytesOfAnswer(Result<BoardView>(view))));
-  const auto none = AnswerOfBytes(BytesOfAnswer(Result<BoardView>(Error{"no chessboard"})));
+  CHECK_FALSE(DecodeResponse(EncodeResponse(Result<BoardView>(view))));
+  const auto none = DecodeResponse(EncodeResponse(Result<BoardView>(Error{"no chessboard"})));
   REQUIRE(none);
   CHECK(none->error() == "no chessboard");
 }
@@ -40,14 +40,14 @@ TEST_CASE("truncated or corrupted messages are refused or decode to valid values
   BoardView view;
   view.corners_px.assign(187, Vec2(10, 20));
   view.seen.assign(187, true);
-  const Bytes sound = BytesOfAnswer(Result<BoardView>(view));
+  const Bytes sound = EncodeResponse(Result<BoardView>(view));
   for (std::size_t length = 1; length < sound.size(); ++length) {
-    CHECK_FALSE(AnswerOfBytes(std::span(sound).first(length)));
+    CHECK_FALSE(DecodeResponse(std::span(sound).first(length)));
   }
   const Bytes request =
-      BytesOfRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"}});
+      EncodeRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"}});
   for (std::size_t length = 0; length < request.size(); ++length) {
-    CHECK_FALSE(RequestOfBytes(std::span(request).first(length)));
+    CHECK_FALSE(DecodeRequest(std::span(request).first(length)));
   }
   std::mt19937_64 random(5);
   for (int trial = 0; trial < 20000; ++trial) {
@@ -55,10 +55,9 @@ TEST_CASE("truncated or corrupted messages are refused or decode to valid values
     for (int k = 0; k < 4; ++k) {
       changed[random() % changed.size()] = static_cast<std::uint8_t>(random());
     }
-    if (const auto answer = AnswerOfBytes(changed); answer && *answer) {
+    if (const auto answer = DecodeResponse(changed); answer && *answer) {
       CHECK((*answer)->corners_px.size() == (*answer)->seen.size());
     }
-    if (const auto read = RequestOfBytes(changed))
-      CHECK((read->width > 0 && !FaultOf(read->board)));
+    if (const auto read = DecodeRequest(changed)) CHECK((read->width > 0 && !FaultOf(read->board)));
   }
 }

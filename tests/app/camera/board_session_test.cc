@@ -123,7 +123,7 @@ TEST_CASE("a view that follows the prompt adds more information than repeating t
     const auto fit = FitLens(board, more, kSize);
     REQUIRE(fit);
     const LensMatrix C = fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-    return UncertaintyOf(LensOfShared(fit->shared), C, kSize).max_px;
+    return ProjectionUncertaintyOf(LensFromShared(fit->shared), C, kSize).max_px;
   };
   const auto fit = FitLens(board, views, kSize);
   REQUIRE(fit);

@@ -37,7 +37,7 @@ inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK
                                 const Pose& X_CT) {
   const TagFamily family = TagFamilyOfName("36h11").value();
   std::vector<renderer::Sheet> sheets;
-  for (const BodyTag& tag : CellMarks().tags) {
+  for (const BodyTag& tag : CellTags().tags) {
     sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CK * tag.X_KM)));
   }
   for (const BodyTag& tag : GripperBody().tags) {
@@ -88,7 +88,7 @@ class ShownImage {
 /// The tag file of this cell.
 inline std::string TagsText() {
   std::string text = "schema = 1\n";
-  for (const Body& body : {CellMarks(), GripperBody()}) {
+  for (const Body& body : {CellTags(), GripperBody()}) {
     text += "[[body]]\nname = \"" + body.name + "\"\n";
     for (const BodyTag& tag : body.tags) {
       const Vec3 p = 1e3 * tag.X_KM.p;

@@ -45,8 +45,8 @@ struct Bench {
   CameraLink link;
   std::mutex mutex;
   std::vector<std::string> log;
-  std::optional<WatchStores> stores;
-  std::optional<CameraWatch> supervisor;
+  std::optional<CameraStores> stores;
+  std::optional<CameraSupervisor> supervisor;
 
   explicit Bench(double patience_s, ImageSize lens_size = {1920, 1080}) {
     ShowCell();
@@ -66,17 +66,17 @@ struct Bench {
     config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
     config.zoom.period_s = 0.02;
     config.zoom.supervision.lost_after_s = 30;
-    vision.tags.database.bodies = {CellMarks(), GripperBody()};
+    vision.tags.database.bodies = {CellTags(), GripperBody()};
     vision.board.by_itself = false;
     vision.board.patience_s = patience_s;
-    auto devices = CameraDevicesFrom(config, vision.tags);
+    auto devices = MakeCameraDevices(config, vision.tags);
     REQUIRE(devices);
     devices.value().zoom = std::make_unique<SettableZoom>(zoom);
     const auto sink = [this](const LogEntry& entry) {
       const std::lock_guard lock(mutex);
       log.push_back(entry.text);
     };
-    stores.emplace(folder.path(), CellMarks(), sink);
+    stores.emplace(folder.path(), CellTags(), sink);
     supervisor.emplace(config, vision, std::move(devices).value(), *stores, "/bin/false", link,
                        sink);
     supervisor->Start();
@@ -192,18 +192,18 @@ TEST_CASE(
   config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
   config.zoom.period_s = 0.02;
   config.zoom.supervision.lost_after_s = 30;
-  vision.tags.database.bodies = {CellMarks(), GripperBody()};
+  vision.tags.database.bodies = {CellTags(), GripperBody()};
   vision.tags.tool = "gripper";
   vision.board.by_itself = false;
-  auto devices = CameraDevicesFrom(config, vision.tags);
+  auto devices = MakeCameraDevices(config, vision.tags);
   REQUIRE(devices);
   std::atomic<int> zoom{100};
   devices.value().zoom = std::make_unique<SettableZoom>(zoom);
   CameraLink link;
   const auto sink = [](const LogEntry&) {};
-  WatchStores stores(folder.path(), CellMarks(), sink);
-  CameraWatch supervisor(config, vision, std::move(devices).value(), stores, "/bin/false", link,
-                         sink);
+  CameraStores stores(folder.path(), CellTags(), sink);
+  CameraSupervisor supervisor(config, vision, std::move(devices).value(), stores, "/bin/false",
+                              link, sink);
   supervisor.Start();
   const auto becomes = [&](ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {

@@ -12,7 +12,7 @@ namespace {
 /// A LensSupervisor with a simulated clock, cell and gripper.
 struct Rig {
   std::vector<std::string> log;
-  Body cell = CellMarks();
+  Body cell = CellTags();
   Body gripper{"gripper",
                {{20, 0.06, {Mat3::Identity(), Vec3(-0.1, 0, 0)}},
                 {21, 0.06, {Mat3::Identity(), Vec3(0.1, 0.05, 0.01)}}}};

@@ -27,7 +27,7 @@ const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.3, -0.2, 1.1)), Vec3(1, 2, 0
 }  // namespace
 
 TEST_CASE("the tip error matches the stated covariance, including the lens error") {
-  const Body cell = CellMarks(4), gripper = Gripper();
+  const Body cell = CellTags(4), gripper = Gripper();
   const Pose X_CK = CellInCamera();
   const Pose X_CT{RotationFromRollPitchYaw(Vec3(-0.2, 0.25, 0.4)), Vec3(-0.1, 0.05, 1.5)};
   const Vec3 truth = kCellInW * (X_CK.Inverse() * (X_CT * kTip));
@@ -66,7 +66,7 @@ TEST_CASE("the tip error matches the stated covariance, including the lens error
 TEST_CASE("errors of the tags' declared places are stated and are not reduced by averaging") {
   // The tags are displaced from their declared places, differently in each run.
   constexpr double kCellSd_m = 3e-4, kToolSd_m = 1e-4;
-  Body cell = CellMarks(4), gripper = Gripper();
+  Body cell = CellTags(4), gripper = Gripper();
   cell.place_sd_m = kCellSd_m;
   gripper.place_sd_m = kToolSd_m;
   const Pose X_CK = CellInCamera();
@@ -96,7 +96,7 @@ TEST_CASE("errors of the tags' declared places are stated and are not reduced by
     const MeasuredPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
                                            known.covariance, 0, {kCellSd_m, kToolSd_m});
     const Vec3 error = tip.p_W - truth;
-    chi2 += error.dot((tip.covariance_W + tip.places_W).ldlt().solve(error));
+    chi2 += error.dot((tip.covariance_W + tip.tag_covariance_W).ldlt().solve(error));
     by_noise += error.dot(tip.covariance_W.ldlt().solve(error));
   }
   CHECK(std::sqrt(chi2 / (3 * kRuns)) == Approx(1).epsilon(0.1));

@@ -10,7 +10,7 @@
 namespace plumbline::test {
 
 /// Tags of 60 mm around the field of view: 600 x 300 mm, at depths within 200 mm.
-inline Body CellMarks(int count = 5) {
+inline Body CellTags(int count = 5) {
   const Vec3 places[] = {{-0.30, -0.16, 0.00}, {0.30, -0.15, 0.20}, {0.29, 0.16, 0.02},
                          {-0.31, 0.15, 0.18},  {0.02, -0.17, 0.10}, {0.0, 0.17, 0.05}};
   Body cell{"cell", {}};

@@ -17,7 +17,7 @@ const TagCheckSettings kNoFloor{2e-4, 0};
 /// Reference tags whose declared places are wrong by `place_sd_m`, and the baseline from a first
 /// image.
 struct Scene {
-  Body declared = CellMarks();
+  Body declared = CellTags();
   Body real = declared;
   Pose X_CK = CellInCamera();
   KnownLens lens{TagSceneLens(), LensCovariance::Zero()};
@@ -173,7 +173,7 @@ TEST_CASE("an interpolated lens gets its focal length from the tags, weighed aga
 
 TEST_CASE("rendered frames through the detector: no false alarm, and a drift is recognized") {
   const auto family = TagFamilyOfName("36h11").value();
-  const Body cell = CellMarks();
+  const Body cell = CellTags();
   const renderer::Camera camera = renderer::ZoomLens(2600);
   const KnownLens lens{LensOfCamera(camera), LensCovariance::Zero()};
   const Pose X = CellInCamera();

@@ -13,7 +13,7 @@ using namespace plumbline::test;
 TEST_CASE("baselines survive a restart exactly") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/fixed_marks.json";
-  const Body cell = CellMarks();
+  const Body cell = CellTags();
   const KnownLens lens{TagSceneLens(), LensCovariance::Zero()};
   const TagBaseline baseline =
       BaselineAt(lens, cell, ObserveTags(lens.lens, cell, CellInCamera(), 0.05, 3), CellInCamera());
@@ -37,10 +37,10 @@ TEST_CASE("baselines survive a restart exactly") {
   CHECK(again.Find(8));
   TagBaseline bent = baseline;  // as in a file edited by hand
   bent.X_CK.R *= 1.1;
-  CHECK_FALSE(MarksFromJson(MarksJson({{7, bent}}, cell), cell).ok());
+  CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{7, bent}}, cell), cell).ok());
   bent = baseline;
   bent.tags.at(2).covariance(3, 3) = -1;
-  CHECK_FALSE(MarksFromJson(MarksJson({{7, bent}}, cell), cell).ok());
+  CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{7, bent}}, cell), cell).ok());
 
   Body other = cell;
   other.tags[1].X_KM.p.x() += 1e-4;  // declared otherwise: what was left then means nothing now
@@ -52,7 +52,7 @@ TEST_CASE("baselines survive a restart exactly") {
 TEST_CASE("an unreadable file is reported and replaced") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/fixed_marks.json";
-  const Body cell = CellMarks();
+  const Body cell = CellTags();
   for (const char* text : {"", "{", "[]", "{\"schema\": 2}", "{\"schema\":1,\"marks\":[]}",
                            "{\"schema\":1,\"marks\":7,\"lenses\":{\"x\":{}}}"}) {
     CAPTURE(text);

@@ -10,7 +10,7 @@ using namespace plumbline::test;
 namespace {
 
 struct Station {
-  Body cell = CellMarks();
+  Body cell = CellTags();
   Pose X = CellInCamera();
   ActiveLens lens;
   Station() {

@@ -38,7 +38,7 @@ void Fill(const std::string& path) {
   entry.board = WordsOf(board);
   entry.temp_C = 23.5;
   entry.utc = "2026-01-01T00:00:00Z";
-  entry.corners = BytesOfViews({board, views});
+  entry.corners = EncodeViews({board, views});
   auto store = LensStore::Open(path);
   REQUIRE(store);
   REQUIRE(store.value().Append(entry));

@@ -555,10 +555,10 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
   CHECK(config->loop.journal_bytes == defaults.loop.journal_bytes);
   REQUIRE(config->vision.cameras.size() == 1);
   CHECK(config->vision.board.board.family == BoardConfig{}.board.family);
-  const ZoomSupervisionSettings& zoom = config->vision.cameras[0].zoom.supervision;
-  CHECK(zoom.settle_s == Approx(ZoomSupervisionSettings{}.settle_s));
-  CHECK(zoom.lost_after_s == Approx(ZoomSupervisionSettings{}.lost_after_s));
-  CHECK(zoom.zoom_band_counts == ZoomSupervisionSettings{}.zoom_band_counts);
+  const ZoomSupervisorSettings& zoom = config->vision.cameras[0].zoom.supervision;
+  CHECK(zoom.settle_s == Approx(ZoomSupervisorSettings{}.settle_s));
+  CHECK(zoom.lost_after_s == Approx(ZoomSupervisorSettings{}.lost_after_s));
+  CHECK(zoom.zoom_band_counts == ZoomSupervisorSettings{}.zoom_band_counts);
   CHECK(config->vision.cameras[0].zoom.period_s == Approx(kZoomPeriod_s));
   CHECK(config->overlay.background == defaults.overlay.background);
   REQUIRE(config->mqtt);

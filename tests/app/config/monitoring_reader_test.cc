@@ -7,9 +7,9 @@ using namespace plumbline;
 
 namespace {
 
-LoopConfig Read(const std::string& lines, FaultList& faults) {
+MonitoringConfig Read(const std::string& lines, FaultList& faults) {
   TomlDocument document("[loop]\n" + lines, "plumbline.toml", faults);
-  LoopConfig loop = MonitoringFromToml(*document.Root().Table("loop"));
+  MonitoringConfig loop = MonitoringFromToml(*document.Root().Table("loop"));
   document.ReportUnknownKeys();
   return loop;
 }
@@ -18,7 +18,7 @@ LoopConfig Read(const std::string& lines, FaultList& faults) {
 
 TEST_CASE("[loop] is read, in SI") {
   FaultList faults;
-  const LoopConfig loop = Read(
+  const MonitoringConfig loop = Read(
       "enabled = true\nsession = \"a\"\nprobe_sigma_mm = 0.1\nreference_probes = 30\n"
       "reference_sd_mm = 0.02\nshift_mm = 0.5\nprobes_per_day = 1440.0\n"
       "false_alarms_per_year = 0.5\ndiagnose = false\nprobes_before_diagnosis = 3\n"
@@ -36,7 +36,7 @@ TEST_CASE("[loop] is read, in SI") {
   CHECK_FALSE(loop.diagnose);
   CHECK(loop.probes_before_diagnosis == 3);
   CHECK(loop.diagnosis_timeout_s == 60);
-  CHECK(loop.apply == LoopConfig::Apply::kAutomatic);
+  CHECK(loop.apply == MonitoringConfig::Apply::kAutomatic);
   CHECK(loop.max_change_m == Approx(2e-3));
   CHECK(loop.journal_bytes == 50'000'000);
 }

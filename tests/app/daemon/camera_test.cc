@@ -208,7 +208,7 @@ TEST_CASE("a ChArUco board that the configuration names is captured as well") {
   CHECK(entry.board == WordsOf(board));
   REQUIRE(entry.uncertainty_px);
   CHECK(entry.temp_C.has_value() == ((station.plc->Read(11, 1).Word(0) & 0x100) != 0));
-  const auto views = ViewsOfBytes(entry.corners);
+  const auto views = DecodeViews(entry.corners);
   REQUIRE(views);
   CHECK(views->views.size() >= 12);
   const LensCalibration again = CalibrateLens(views->board, views->views, entry.size);

@@ -104,7 +104,7 @@ std::vector<int> PoliciesOf(const std::string& name) {
 bool MayBeRealTime() {
   bool may = false;
   std::thread([&may] {
-    MakeRealTime(kCyclePriority, "probe");
+    SetRealTimePriority(kCyclePriority, "probe");
     may = sched_getscheduler(0) == SCHED_FIFO;
   }).join();
   return may;
@@ -145,7 +145,7 @@ TEST_CASE("the lateness of every cycle start is counted") {
 TEST_CASE("a lateness is counted in the class of the first bound that it does not exceed") {
   LatenessRecorder recorder;
   for (const double late_s : {-1e-6, 20e-6, 21e-6, 5e-3, 0.5}) recorder.Add(late_s);
-  const LatenessCounts counts = recorder.Counts();
+  const LatenessHistogram counts = recorder.Counts();
   CHECK(counts.counts[0] == 2);
   CHECK(counts.counts[1] == 1);
   CHECK(counts.counts.back() == 1);

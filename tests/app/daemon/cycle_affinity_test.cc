@@ -18,7 +18,7 @@ class Idle {
  public:
   explicit Idle(bool real_time)
       : thread_([this, real_time] {
-          if (real_time) MakeRealTime(kRobotPriority, "idle");
+          if (real_time) SetRealTimePriority(kRobotPriority, "idle");
           heartbeat_.Beat();
           end_.wait(false);
         }) {
@@ -36,7 +36,7 @@ class Idle {
   bool real_time() const { return sched_getscheduler(id()) == SCHED_FIFO; }
 
  private:
-  Pulse heartbeat_;
+  ThreadHeartbeat heartbeat_;
   std::atomic<bool> end_{false};
   std::thread thread_;
 };

@@ -162,7 +162,7 @@ int Plumbline(const std::string& arguments) {
 }  // namespace
 
 TEST_CASE("from the first probe to a corrected model in force, and back") {
-  const double began_s = ComputerUtcSeconds();
+  const double began_s = SystemUtcSeconds();
   Station station;
   station.Probes(20);
   INFO(station.daemon.Log());
@@ -188,7 +188,7 @@ TEST_CASE("from the first probe to a corrected model in force, and back") {
           .value()
           .EpochUtc_s();
   CHECK(epoch_s + *rows.front().t_s > began_s);
-  CHECK(epoch_s + *rows.back().t_s < ComputerUtcSeconds());
+  CHECK(epoch_s + *rows.back().t_s < SystemUtcSeconds());
   CHECK(rows.front().payload_kg == 60);
   CHECK(rows.front().model_version == 1);
   CHECK(std::count_if(rows.begin(), rows.end(), [](const JournalRow& r) { return r.alarm; }) == 1);

@@ -116,7 +116,7 @@ TEST_CASE(
   const std::string edited = WithLine(applied.cell, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
   FaultList before_it_is_read;
   std::ofstream(cell_file) << edited;
-  AddFaultsOfModelStore(state, cell_file, before_it_is_read);
+  CheckModelStore(state, cell_file, before_it_is_read);
   CHECK(Warns(before_it_is_read, "at its next start or reload the daemon sets version 2 aside"));
   for (const char* when : {"at the reload", "at a restart"}) {
     CAPTURE(when);
@@ -128,7 +128,7 @@ TEST_CASE(
                    Catch::Contains("`plumbline model apply 2 --state " + state + "`"));
   }
   FaultList told;
-  AddFaultsOfModelStore(state, cell_file, told);
+  CheckModelStore(state, cell_file, told);
   CHECK(Warns(told, "model version 2 is set aside"));
 
   auto store = ModelStore::Open(state);
@@ -142,7 +142,7 @@ TEST_CASE("an applied model that was changed after its fit is reported, with its
       "residual_sigma_mm = 0.05\nfingerprint = \"0123456789abcdef\"\n");
   const std::string state = applied.folder.path() + "/state";
   FaultList told;
-  AddFaultsOfModelStore(state, "", told);
+  CheckModelStore(state, "", told);
   const auto in_force = ReadConfigInForce(applied.file, applied.faults);
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
@@ -180,7 +180,7 @@ TEST_CASE("if the store's state cannot be read, the cell file is never used in i
   if (damage != "missing") std::ofstream(file) << damage;
   CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
   FaultList told;
-  AddFaultsOfModelStore(state, "", told);
+  CheckModelStore(state, "", told);
   for (const FaultList* faults : {&applied.faults, &told}) {
     const std::string text = FaultsText(*faults);
     INFO(text);
@@ -308,7 +308,7 @@ TEST_CASE("a store lost between two starts is reported until a version is applie
                    Catch::Contains("`plumbline model apply 1 --state " + state + "`"));
   }
   FaultList of_check;
-  AddFaultsOfModelStore(state, "", of_check);
+  CheckModelStore(state, "", of_check);
   CHECK(Warns(of_check, "was found empty"));
   SECTION("the cell file is confirmed") {
     REQUIRE(ModelStore::Open(state).value().Apply(1).ok());
@@ -437,7 +437,7 @@ TEST_CASE("an unusable applied model is reported by `check` as by the daemon") {
   }
   CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
   FaultList told;
-  AddFaultsOfModelStore(state, "", told);
+  CheckModelStore(state, "", told);
   for (const FaultList* faults : {&applied.faults, &told}) {
     const std::string text = FaultsText(*faults);
     INFO(text);

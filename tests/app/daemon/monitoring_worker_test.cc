@@ -39,7 +39,7 @@ struct Working {
   DaemonConfig config;
   ModelState models;
 
-  explicit Working(const LoopConfig& loop = {}, Storage watched = Storage::kUnwatched)
+  explicit Working(const MonitoringConfig& loop = {}, Storage watched = Storage::kUnwatched)
       : worker(
             mailboxes, sink, [] {}, watched == Storage::kWatched ? &storage : nullptr) {
     if (watched == Storage::kWatched) REQUIRE_FALSE(storage.Acquire());
@@ -199,7 +199,7 @@ TEST_CASE("probes that could not be written before the shutdown are logged as lo
 }
 
 TEST_CASE("a journal that cannot be read completely leaves no half-initialised monitor") {
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.reference_probes = 0;
   loop.diagnose = false;
   loop.probes_before_diagnosis = 1;
@@ -222,7 +222,7 @@ TEST_CASE("a journal that cannot be read completely leaves no half-initialised m
 }
 
 TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until it is accepted") {
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.reference_probes = 0;
   loop.diagnose = false;
   Working working(loop);
@@ -251,7 +251,7 @@ TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until i
 }
 
 TEST_CASE("once [loop] is disabled, the journal's status is no longer reported") {
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.diagnose = false;
   Working working(loop);
   working.Probe(Vec3(0, 0, 0.4), true);
@@ -272,7 +272,7 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
   std::ofstream(program) << "#!/bin/sh\nexec sleep 600\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
   REQUIRE(setenv("PLUMBLINE_PROGRAM", program.c_str(), 1) == 0);
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.reference_probes = 0;
   loop.probes_before_diagnosis = 1;
   Working working(loop);
@@ -300,7 +300,7 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
 }
 
 TEST_CASE("a decision is reported even if the journal cannot be reread at once") {
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.diagnose = false;
   Working working(loop);
   working.Probe(Vec3(0, 0, 0.4), true);
@@ -333,7 +333,7 @@ TEST_CASE("decisions that cannot be read are a journal fault, which clears by it
 
 TEST_CASE(
     "a reference whose probes disagree is refused: drift is not monitored, and rows are listed") {
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.reference_probes = 10;
   loop.diagnose = false;
   Working working(loop);
@@ -372,7 +372,7 @@ TEST_CASE(
   facts.rms_before_mm = 2;
   facts.rms_after_mm = 0.1;
   facts.change_mm = 0.3;  // at the probes, with nothing carried
-  LoopConfig loop;
+  MonitoringConfig loop;
   loop.max_change_m = 1e-3;
   CHECK(AutomaticApplyObjection(facts, loop, false).empty());
   CHECK(AutomaticApplyObjection(facts, loop, true).find("configured points is not known") !=

@@ -140,7 +140,7 @@ TEST_CASE("a board with half-turn symmetry may be numbered either way") {
     std::reverse(made.views[k].pixels.begin(), made.views[k].pixels.end());
   HandEyeOptions options = OptionsFor(how);
   CHECK_FALSE(CalibrateHandEye(made.views, LensTold(made.camera), options).accepted);
-  options.half_turns = true;
+  options.half_turn_symmetric = true;
   const HandEye result = CalibrateHandEye(made.views, LensTold(made.camera), options);
   CAPTURE(result.reasons);
   CHECK(result.accepted);

@@ -225,12 +225,12 @@ TEST_CASE("invalid board dimensions: the error names the key") {
     const auto fault = FaultOf(board);
     return std::string(fault ? fault->key : "none");
   };
-  CHECK(why(Charuco(), [](Board& b) { b.mark_m = 0; }) == "mark_mm");
-  CHECK(why(Charuco(), [](Board& b) { b.mark_m = 0.03; }) == "mark_mm");
+  CHECK(why(Charuco(), [](Board& b) { b.marker_m = 0; }) == "mark_mm");
+  CHECK(why(Charuco(), [](Board& b) { b.marker_m = 0.03; }) == "mark_mm");
   CHECK(why(Charuco(), [](Board& b) { b.family = "none"; }) == "family");
   CHECK(why(Charuco(), [](Board& b) { b.rows = 40; }) == "family");
-  CHECK(why(Circles(), [](Board& b) { b.mark_m = 0; }) == "mark_mm");
-  CHECK(why(Circles(), [](Board& b) { b.mark_m = 0.021; }) == "mark_mm");
+  CHECK(why(Circles(), [](Board& b) { b.marker_m = 0; }) == "mark_mm");
+  CHECK(why(Circles(), [](Board& b) { b.marker_m = 0.021; }) == "mark_mm");
   CHECK(why(Board{}, [](Board& b) { b.columns = 2; }) == "columns");
   CHECK(why(Board{}, [](Board& b) { b.square_m = 0; }) == "square_mm");
   CHECK(why(Board{}, [](Board& b) { b.square_m = INFINITY; }) == "square_mm");

@@ -91,14 +91,14 @@ TEST_CASE("errors that a camera rotation compensates do not count as projection 
   const Lens lens{5000, 5000, 960, 540};
   LensMatrix covariance = LensMatrix::Zero();
   covariance(kCx, kCx) = covariance(kCy, kCy) = 9;  // 3 px
-  const double centre = UncertaintyOf(lens, covariance, {1920, 1080}).max_px;
+  const double centre = ProjectionUncertaintyOf(lens, covariance, {1920, 1080}).max_px;
   covariance.setZero();
   covariance(kFx, kFx) = covariance(kFy, kFy) = covariance(kFx, kFy) = covariance(kFy, kFx) = 25;
-  const double focal = UncertaintyOf(lens, covariance, {1920, 1080}).max_px;
+  const double focal = ProjectionUncertaintyOf(lens, covariance, {1920, 1080}).max_px;
   CHECK(centre < 0.2);                         // of 3 px nearly all is a turn
   CHECK(focal == Approx(1.10).epsilon(0.05));  // 5 px of 5000 at 1101 px from the middle
   // At one distance, a translation along the axis also compensates the focal length.
-  CHECK(UncertaintyOf(lens, covariance, {1920, 1080}, 1.5).max_px < 0.02);
+  CHECK(ProjectionUncertaintyOf(lens, covariance, {1920, 1080}, 1.5).max_px < 0.02);
 }
 
 TEST_CASE("the difference between two lenses is evaluated after the best camera rotation") {

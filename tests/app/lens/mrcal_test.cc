@@ -38,7 +38,8 @@ TEST_CASE("the focal length error is at most mrcal's and consistent with its sta
       const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
       const auto fit = FitLens(board, views, kSize);
       REQUIRE(fit);
-      const auto mrcal = SolveWithMrcal(board, views, kSize, LensOfShared(fit->shared), fit->X_CK);
+      const auto mrcal =
+          SolveWithMrcal(board, views, kSize, LensFromShared(fit->shared), fit->X_CK);
       REQUIRE(mrcal);
       const double truth = renderer::ZoomLens(f).fx;
       ours.push_back(fit->shared[kFx] - truth);

@@ -36,7 +36,7 @@ std::string AllReasons(const LensCalibration& calibration) {
 /// The boards of one of OpenCV's two sample cameras.
 std::vector<BoardView> SampleViews(const fs::path& folder, const std::string& camera) {
   std::vector<BoardView> views;
-  const auto names = ImageNames(folder.string());
+  const auto names = ListImageNames(folder.string());
   REQUIRE(names);
   for (const std::string& name : *names) {
     if (name.rfind(camera, 0) != 0) continue;

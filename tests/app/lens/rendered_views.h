@@ -38,13 +38,13 @@ inline renderer::Print PrintOf(const Board& board, bool white_first = false) {
       std::vector<std::vector<bool>> tags;
       for (int id = 0; 2 * id <= (board.columns + 1) * (board.rows + 1); ++id)
         tags.push_back(test::CellsOf(family, id));
-      return renderer::Charuco(board.columns, board.rows, board.square_m, board.mark_m,
+      return renderer::Charuco(board.columns, board.rows, board.square_m, board.marker_m,
                                family.cells(), tags, white_first);
     }
     case BoardKind::kCircles:
-      return renderer::Circles(board.columns, board.rows, board.square_m, board.mark_m);
+      return renderer::Circles(board.columns, board.rows, board.square_m, board.marker_m);
     case BoardKind::kAsymmetricCircles:
-      return renderer::ShiftedCircles(board.columns, board.rows, board.square_m, board.mark_m);
+      return renderer::ShiftedCircles(board.columns, board.rows, board.square_m, board.marker_m);
   }
   return renderer::Chessboard(board.columns, board.rows, board.square_m);
 }

@@ -27,8 +27,8 @@ StoredViews Some() {
 
 TEST_CASE("views survive a round trip to 1e-5 px") {
   const StoredViews kept = Some();
-  const auto bytes = BytesOfViews(kept);
-  const auto read = ViewsOfBytes(bytes);
+  const auto bytes = EncodeViews(kept);
+  const auto read = DecodeViews(bytes);
   REQUIRE(read);
   CHECK(WordsOf(read->board) == WordsOf(kept.board));
   REQUIRE(read->views.size() == 3);
@@ -44,10 +44,10 @@ TEST_CASE("malformed views are refused with the reason") {
   const auto why = [](std::string text, const std::string& from, const std::string& to) {
     if (!from.empty()) text.replace(text.find(from), from.size(), to);
     const auto read =
-        ViewsOfBytes({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+        DecodeViews({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
     return read ? std::string("read") : read.error();
   };
-  const auto bytes = BytesOfViews(Some());
+  const auto bytes = EncodeViews(Some());
   const std::string sound(bytes.begin(), bytes.end());
   CHECK(why(sound, "", "") == "read");
   CHECK(why("", "", "") != "read");

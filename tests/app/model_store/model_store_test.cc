@@ -645,13 +645,13 @@ TEST_CASE("the change between two models is that of the loaded tip") {
   std::vector<ModelPose> poses;
   poses.reserve(10);
   for (int i = 0; i < 10; ++i) poses.push_back({"", test::RandomPosture(cell, random), 60, {}, {}});
-  CHECK(*LargestChange(cell, cell, poses) == 0);
-  CHECK(*LargestChange(cell, other, poses) == Approx(2e-3));
+  CHECK(*LargestTipChange(cell, cell, poses) == 0);
+  CHECK(*LargestTipChange(cell, other, poses) == Approx(2e-3));
   other = cell;
   other.robot.joints[1].compliance_rad_per_Nm = 2e-6;
-  CHECK(*LargestChange(cell, other, poses) > 1e-3);
+  CHECK(*LargestTipChange(cell, other, poses) > 1e-3);
   other.robot.joints[2].link_mass_kg.reset();
-  CHECK_FALSE(LargestChange(cell, other, poses).ok());
+  CHECK_FALSE(LargestTipChange(cell, other, poses).ok());
 }
 
 namespace {
@@ -701,7 +701,7 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
   SECTION("a fixed mass, and a point with its own") {
     config.payload.source = PayloadPolicy::Source::kFixed;
     config.payload.fixed.mass_kg = 60;
-    const PointMoves moves = MovesOfPoints(config, before, after, 0);
+    const PointMoves moves = ComputePointMoves(config, before, after, 0);
     REQUIRE(moves.all.size() == 3);
     const PointMove* largest = moves.Largest();
     REQUIRE(largest != nullptr);
@@ -725,20 +725,20 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
   SECTION("every tool of a table") {
     config.payload.source = PayloadPolicy::Source::kTable;
     config.payload.table = {{1, 10, std::nullopt}, {2, 80, std::nullopt}};
-    const PointMoves moves = MovesOfPoints(config, before, after, 0);
+    const PointMoves moves = ComputePointMoves(config, before, after, 0);
     REQUIRE(moves.all.size() == 5);
     CHECK(moves.all[0].payload_kg == 10);
     CHECK(moves.all[1].payload_kg == 80);
     CHECK(moves.all[2].payload_kg == 120);
   }
   SECTION("a load that the robot reports is not known here, and a note says so") {
-    const PointMoves unknown = MovesOfPoints(config, before, after, 0);
+    const PointMoves unknown = ComputePointMoves(config, before, after, 0);
     CHECK(unknown.all[0].payload_kg == 0);
     REQUIRE(unknown.notes.size() == 1);
     CHECK_THAT(unknown.notes[0], Catch::Contains("taken as nothing carried"));
     after.domain.emplace().payload_kg = Interval{0, 60};
     after.domain->q.assign(6, Interval{-10, 10});
-    const PointMoves fitted = MovesOfPoints(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
+    const PointMoves fitted = ComputePointMoves(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
     REQUIRE(fitted.all.size() == 7);
     CHECK(fitted.all[1].payload_kg == 60);
     CHECK(fitted.all[2].payload_kg == 75);
@@ -756,7 +756,7 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     config.payload.table = {{1, 10, std::nullopt}, {2, 80, std::nullopt}};
     config.points[0].X_WP.p = Vec3(100, 0, 0);  // out of reach: searched thoroughly
     int steps = 0;
-    const PointMoves moves = MovesOfPoints(config, before, after, 0, {}, [&steps] { ++steps; });
+    const PointMoves moves = ComputePointMoves(config, before, after, 0, {}, [&steps] { ++steps; });
     CHECK(moves.all.size() == 5);
     CHECK(steps == 5);
   }
@@ -764,7 +764,7 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     config.payload.source = PayloadPolicy::Source::kFixed;
     after.payload_cog_F.reset();
     config.payload.fixed.mass_kg = 60;
-    const PointMoves moves = MovesOfPoints(config, before, after, 0);
+    const PointMoves moves = ComputePointMoves(config, before, after, 0);
     CHECK(moves.Largest() == nullptr);
     CHECK_THAT(TextOf(moves, "p.toml"),
                Catch::Contains("point 1 (point 1) at 60 kg has no correction then: ") &&
@@ -773,16 +773,16 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
   SECTION("a point without its posture is noted") {
     config.points[2].near_q.reset();
     config.payload.source = PayloadPolicy::Source::kFixed;
-    CHECK_THAT(MovesOfPoints(config, before, after, 0).notes.at(0),
+    CHECK_THAT(ComputePointMoves(config, before, after, 0).notes.at(0),
                Catch::StartsWith("point 3 without near_deg"));
   }
 }
 
 TEST_CASE("the configuration of a daemon is recorded with its absolute path") {
   const TemporaryFolder folder;
-  CHECK_FALSE(NotedConfiguration(folder.path()));
+  CHECK_FALSE(RecordedConfigurationPath(folder.path()));
   REQUIRE(RecordConfigurationPath(folder.path(), "here/plumbline.toml").ok());
-  CHECK(NotedConfiguration(folder.path()) ==
+  CHECK(RecordedConfigurationPath(folder.path()) ==
         std::filesystem::current_path().string() + "/here/plumbline.toml");
   CHECK_FALSE(RecordConfigurationPath(folder.path() + "/absent", "plumbline.toml").ok());
 }
@@ -791,7 +791,7 @@ TEST_CASE("a model that depends on signals unknown for a point is refused, with 
   CellModel cell = plumbline::test::HeavyArm();
   const auto why = [&cell](const WrittenEffect& effect) {
     cell.effects = {effect};
-    return WhyNotUsable(cell).value_or("usable");
+    return ModelUnusableReason(cell).value_or("usable");
   };
   WrittenEffect drift;
   drift.id = "thermal_drift";

@@ -52,7 +52,7 @@ TEST_CASE("metrics of a cell without faults") {
   scene.scene.state.monitoring.residual_m = Vec3(1e-4, -2e-4, 3e-4);
   scene.scene.state.temp_C = 21.5;
   scene.PublishStatus();
-  auto now = std::make_shared<ShownNow>(*scene.shown.status());
+  auto now = std::make_shared<DisplayStatus>(*scene.shown.status());
   MeasuredPair pair;
   pair.a = "fixture";
   pair.b = "part";
@@ -99,7 +99,8 @@ TEST_CASE("metrics of a cell without faults") {
 TEST_CASE("without a current state no values are exported") {
   PageScene scene;
   scene.PublishStatus(10);
-  for (const ShownNow* now : {scene.shown.status().get(), static_cast<const ShownNow*>(nullptr)}) {
+  for (const DisplayStatus* now :
+       {scene.shown.status().get(), static_cast<const DisplayStatus*>(nullptr)}) {
     const std::string text = MetricsText(now, {}, MonotonicSeconds());
     const Exposition read(text);
     CHECK(read.problem.empty());

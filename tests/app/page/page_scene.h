@@ -81,7 +81,7 @@ struct PageScene {
     facts.link_problem = link_problem;
     facts.frames_per_s = {30};
     facts.viewer_lines = {{1, 1.8e9 - 90, 5, "plumbline-view 0.1.0"}};
-    shown.Publish(std::make_shared<const ShownNow>(MakeDisplayStatus(facts, "")));
+    shown.Publish(std::make_shared<const DisplayStatus>(MakeDisplayStatus(facts, "")));
   }
   /// A picture of one colour.
   void PublishPicture(std::uint8_t red, std::uint8_t green, std::uint8_t blue, double age_s = 0,

@@ -124,7 +124,7 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
 
 TEST_CASE("log lines keep their order of arrival when the clock is set back") {
   LogTail tail;
-  ShownNow now;
+  DisplayStatus now;
   ViewState state;
   now.viewer_lines = {{1, 500, 5, "quiet viewer"}};
   for (std::size_t k = 0; k < LogTail::kMaxLines; ++k) {
@@ -200,7 +200,7 @@ TEST_CASE("a hanging viewer withdraws its daemon's state") {
   facts.carriers = std::span(&carriers, 1);
   facts.model = &*scene.scene.model;
   facts.now_s = ViewScene::kNow_s;
-  const ShownNow shown = MakeDisplayStatus(facts, "");
+  const DisplayStatus shown = MakeDisplayStatus(facts, "");
   const auto at = [&](double now_s) {
     return nlohmann::json::parse(StatusJson(&shown, {}, {}, now_s));
   };

@@ -14,9 +14,9 @@ TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   raw.other_elements = 5;
   raw.outside = {"wood.png", "x.mtl"};
   raw.outside_count = 9;
-  const auto bytes = BytesOfMeshAnswer(raw);
+  const auto bytes = EncodeMeshResponse(raw);
   CHECK(bytes.size() <= LargestMeshAnswer({.triangles = 12}));
-  const auto answer = MeshAnswerOfBytes(bytes, {});
+  const auto answer = DecodeMeshResponse(bytes, {});
   REQUIRE(answer);
   REQUIRE(*answer);
   const RawMesh& back = answer->value();
@@ -26,31 +26,31 @@ TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   CHECK(back.outside_count == 9);
   CHECK(back.other_elements == 5);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    CHECK_FALSE(MeshAnswerOfBytes(std::span(bytes).first(size), {}));
+    CHECK_FALSE(DecodeMeshResponse(std::span(bytes).first(size), {}));
   }
   auto longer = bytes;
   longer.push_back(0);
-  CHECK_FALSE(MeshAnswerOfBytes(longer, {}));
-  CHECK_FALSE(MeshAnswerOfBytes(bytes, {.triangles = 11}));
+  CHECK_FALSE(DecodeMeshResponse(longer, {}));
+  CHECK_FALSE(DecodeMeshResponse(bytes, {.triangles = 11}));
 }
 
 TEST_CASE("an error text is made printable and limited in length") {
   const auto told = [](const std::string& why) {
-    const auto answer = MeshAnswerOfBytes(BytesOfMeshAnswer(Result<RawMesh>(Error{why})), {});
+    const auto answer = DecodeMeshResponse(EncodeMeshResponse(Result<RawMesh>(Error{why})), {});
     REQUIRE(answer);
     REQUIRE_FALSE(*answer);
     return answer->error();
   };
   CHECK(told("no \x1b[31mSTL\n") == "no ?[31mSTL?");
   CHECK(told(std::string(100000, 'a')).size() == kLongestReason);
-  CHECK_FALSE(MeshAnswerOfBytes(BytesOfMeshAnswer(Result<RawMesh>(Error{""})), {}));
+  CHECK_FALSE(DecodeMeshResponse(EncodeMeshResponse(Result<RawMesh>(Error{""})), {}));
 }
 
 TEST_CASE("implausible counts are refused") {
   RawMesh raw;
   raw.mesh = test::Cuboid({1, 2, 3});
-  auto bytes = BytesOfMeshAnswer(raw);
+  auto bytes = EncodeMeshResponse(raw);
   const std::uint64_t many = ~std::uint64_t{0} / 12 + 1;
   std::memcpy(bytes.data() + 24, &many, sizeof many);  // vertices
-  CHECK_FALSE(MeshAnswerOfBytes(bytes, {.triangles = ~std::uint64_t{0} / 64}));
+  CHECK_FALSE(DecodeMeshResponse(bytes, {.triangles = ~std::uint64_t{0} / 64}));
 }

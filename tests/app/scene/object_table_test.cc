@@ -94,7 +94,7 @@ TagDatabase Tags() {
   tags.bodies[0].tags.push_back(BodyTag{3, 0.08, Pose()});
   tags.bodies[1].name = "gripper";
   for (const int id : {10, 12}) tags.bodies[1].tags.push_back(BodyTag{id, 0.08, Pose()});
-  tags.tags.push_back(LoneTag{17, 0.05});
+  tags.tags.push_back(StandaloneTag{17, 0.05});
   return tags;
 }
 

@@ -40,7 +40,7 @@ TEST_CASE("Moving tags are followed without a search of the whole image") {
   const TagFamily family = *TagFamilyOfName("36h11");
   const KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
-  database.other_side_m = 0.08;
+  database.default_side_m = 0.08;
   Tracker tracker(family, database, {.full_search_interval = 5});
   for (int frame = 0; frame < 8; ++frame) {
     const double t = 0.04 * frame;
@@ -80,7 +80,7 @@ TEST_CASE(
   const TagFamily family = *TagFamilyOfName("36h11");
   const KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
-  database.other_side_m = 0.08;
+  database.default_side_m = 0.08;
   renderer::Conditions dim;
   dim.black = 60;
   dim.white = 100;

@@ -138,7 +138,7 @@ const Pose kRearFromSide{RotationFromVector(Vec3(0, 0.5, 0)), Vec3(-0.7, 0, 0.2)
 
 /// The scene with this second camera, which sees only the cell.
 struct TwoCameras : ViewScene {
-  std::array<CarrierMemory, 2> memories;
+  std::array<CarrierTracker, 2> memories;
 
   TwoCameras() {
     state.cameras.push_back(state.cameras[0]);

@@ -210,7 +210,7 @@ TEST_CASE("interference is labelled at its location; outdated results are not dr
   ViewScene scene;
   SceneMeasurements measured;
   measured.time_s = ViewScene::kNow_s - 0.1;
-  MeasuredPair pair{"gripper", "car body", 1, 2, Nearness::kInterference, Separation{}};
+  MeasuredPair pair{"gripper", "car body", 1, 2, Proximity::kInterference, Separation{}};
   pair.separation->touching = true;
   pair.separation->depth_m = 0.0042;
   pair.separation->p_a_W = pair.separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);

@@ -27,7 +27,7 @@ struct Drawn {
       : layout(LayoutOf(size)) {
     facts.shown.clear();
     for (std::size_t k = 0; k < scene.state.cameras.size(); ++k) {
-      CarrierMemory memory;
+      CarrierTracker memory;
       carriers.push_back(memory.Update(scene.state, k, &*scene.model, ViewScene::kNow_s));
       facts.shown.push_back(k);
     }
@@ -137,8 +137,8 @@ TEST_CASE("lines break between words; a word that is too long is not broken") {
 TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   ViewScene scene;
   scene.state.cameras[0].status.state = ZoomState::kStale;
-  scene.state.cameras[0].status.reason = ZoomReason::kMarksBad;
-  const std::string reason(ZoomReasonText(ZoomReason::kMarksBad));
+  scene.state.cameras[0].status.reason = ZoomReason::kTagsBad;
+  const std::string reason(ZoomReasonText(ZoomReason::kTagsBad));
   const Drawn drawn(scene, {640, 480});
   const float left = drawn.layout.column.x;
   std::string column;
@@ -233,7 +233,7 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     table.pairs.push_back({0, 1, 0, 0});
     SceneMeasurements measured;
     measured.time_s = ViewScene::kNow_s;
-    MeasuredPair pair{"gripper", "car body", 1, 2, Nearness::kInterference, Separation{}};
+    MeasuredPair pair{"gripper", "car body", 1, 2, Proximity::kInterference, Separation{}};
     pair.separation->touching = true;
     pair.separation->depth_m = 0.0021;
     measured.pairs.push_back(pair);

@@ -40,7 +40,7 @@ struct ViewScene {
   std::optional<ViewModel> model;
   ViewState state;
   Pose X_CW;  ///< the truth
-  CarrierMemory memory;
+  CarrierTracker memory;
 
   explicit ViewScene(const std::string& overlay = "") {
     std::ofstream(ConfigFile()) << ViewConfigText(folder.path(), overlay);
@@ -73,7 +73,7 @@ struct ViewScene {
     state.cameras.resize(1);
     state.cameras[0].status.configured = true;
     state.cameras[0].status.state = ZoomState::kValid;
-    state.cameras[0].status.reason = ZoomReason::kMarksGood;
+    state.cameras[0].status.reason = ZoomReason::kTagsGood;
     state.cameras[0].status.zoom_counts = 4000;
     state.cameras[0].status.lens_id = 1;
     // Beside the tip; the image's right points along x of W.

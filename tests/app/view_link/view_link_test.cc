@@ -321,24 +321,24 @@ TEST_CASE("an invalid socket path is refused") {
 
 TEST_CASE("a scene message is decoded only if complete and plausible") {
   const SceneStatus scene{2, 1, 0.0125, 3, 17, 0};
-  const SceneMessage message = BytesOfScene(scene);
-  const auto read = SceneOfBytes(message);
+  const SceneMessage message = EncodeScene(scene);
+  const auto read = DecodeScene(message);
   REQUIRE(read);
   CHECK(read->interferences == 2);
   CHECK(read->unmeasured == 1);
   CHECK(read->smallest_m == Approx(0.0125));
   CHECK(read->object_a == 3);
   CHECK(read->object_b == 17);
-  CHECK(SceneOfBytes(BytesOfScene({})));  // nothing measured
+  CHECK(DecodeScene(EncodeScene({})));  // nothing measured
 
   for (std::size_t size = 0; size < message.size(); ++size) {
-    CHECK_FALSE(SceneOfBytes(std::span(message).first(size)));
+    CHECK_FALSE(DecodeScene(std::span(message).first(size)));
   }
   std::vector<std::uint8_t> longer(message.begin(), message.end());
   longer.push_back(0);
-  CHECK_FALSE(SceneOfBytes(longer));
+  CHECK_FALSE(DecodeScene(longer));
   const auto spoilt = [&](SceneStatus wrong) {
-    return SceneOfBytes(BytesOfScene(wrong)).has_value();
+    return DecodeScene(EncodeScene(wrong)).has_value();
   };
   CHECK_FALSE(spoilt({5001, 0, 0, 1, 2, 0}));
   CHECK_FALSE(spoilt({0, 0xFFFFFFFF, 0, 1, 2, 0}));
@@ -353,10 +353,10 @@ TEST_CASE("a scene message is decoded only if complete and plausible") {
     for (int value = 0; value < 256; ++value) {
       SceneMessage other = message;
       other[at] = static_cast<std::uint8_t>(value);
-      const auto taken = SceneOfBytes(other);
+      const auto taken = DecodeScene(other);
       if (at < 8 && other != message) CHECK_FALSE(taken);
       if (!taken) continue;
-      CHECK(taken->interferences <= kMostScenePairs);
+      CHECK(taken->interferences <= kMaxScenePairs);
       CHECK((taken->smallest_m >= 0 && taken->smallest_m <= 1000));
     }
   }
@@ -412,7 +412,7 @@ TEST_CASE("the daemon accepts scene messages from its own user only and ignores 
   }
   chmod(folder.path().c_str(), 0755);
   chmod(path.c_str(), 0666);
-  const SceneMessage message = BytesOfScene({9, 0, 0, 3, 17, 0});
+  const SceneMessage message = EncodeScene({9, 0, 0, 3, 17, 0});
   REQUIRE(seteuid(65534) == 0);
   const auto [socket, sent] = send_text(std::string(message.begin(), message.end()));
   REQUIRE(seteuid(0) == 0);

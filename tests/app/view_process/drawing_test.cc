@@ -42,7 +42,7 @@ int RedIn(plumbline::Drawing& drawing, int mesh) {
 }  // namespace
 
 TEST_CASE("a hundred GPU resets are each logged and recovered from, without leaking descriptors") {
-  if (const auto context = GlContext::Create(); !context || !(*context)->tells_resets()) {
+  if (const auto context = GlContext::Create(); !context || !(*context)->reports_resets()) {
     std::puts("SKIPPED: no EGL here, or its driver reports no resets");
     return;
   }

@@ -85,7 +85,7 @@ TEST_CASE("distance, named distance and sweep between the bent tool's box and a 
   REQUIRE(measured.pairs[0].separation);
   // The box is bent with the tool: its sections turn by milliradians, its sides by micrometres.
   CHECK(measured.pairs[0].separation->distance_m == Approx(0.3).margin(5e-4));
-  CHECK(measured.pairs[0].state == Nearness::kApart);
+  CHECK(measured.pairs[0].state == Proximity::kApart);
   CHECK(watched.logged.empty());
   REQUIRE(measured.distances.size() == 1);
   REQUIRE(measured.distances[0].distance_m);
@@ -99,7 +99,7 @@ TEST_CASE("distance, named distance and sweep between the bent tool's box and a 
 TEST_CASE("begin and end of nearness and interference are logged once each") {
   MeasuredScene watched;
   watched.PlaceWall(0.22);
-  CHECK(watched.Measure().pairs[0].state == Nearness::kNear);
+  CHECK(watched.Measure().pairs[0].state == Proximity::kNear);
   watched.Measure();
   REQUIRE(watched.logged.size() == 1);
   CHECK_THAT(watched.logged[0], Catch::Contains("box and wall are near: 2"));
@@ -111,7 +111,7 @@ TEST_CASE("begin and end of nearness and interference are logged once each") {
   watched.view.state.alarms = alarm::kRobotStale;
   const SceneMeasurements unknown = watched.Measure();
   CHECK_FALSE(unknown.pairs[0].separation);
-  CHECK(unknown.pairs[0].state == Nearness::kNear);
+  CHECK(unknown.pairs[0].state == Proximity::kNear);
   CHECK(SceneForPlc(unknown).unmeasured == 1);
   CHECK(SceneForPlc(unknown).object_a == 0);
   CHECK_FALSE(unknown.distances[0].distance_m);
@@ -127,13 +127,13 @@ TEST_CASE("begin and end of nearness and interference are logged once each") {
   const double towards = turned(0.02) > turned(-0.02) ? 0.02 : -0.02;
   turned(towards);
   const MeasuredPair hit = watched.Measure().pairs[0];
-  CHECK(hit.state == Nearness::kInterference);
+  CHECK(hit.state == Proximity::kInterference);
   REQUIRE(hit.separation);
   CHECK(hit.separation->depth_m > 0.001);
   REQUIRE(watched.logged.size() == 2);
   CHECK_THAT(watched.logged[1], Catch::Contains("interference of box and wall begins"));
   turned(-10 * towards);
-  CHECK(watched.Measure().pairs[0].state == Nearness::kApart);
+  CHECK(watched.Measure().pairs[0].state == Proximity::kApart);
   CHECK(watched.logged.size() == 3);
   CHECK_THAT(watched.logged[2], Catch::Contains("interference of box and wall has ended"));
   CHECK(watched.events == std::vector{Event::kInterferenceNear, Event::kInterferenceBegins,

@@ -21,7 +21,7 @@ constexpr int kFrames = 10;
 std::vector<V4l2Device> Cameras() {
   std::vector<V4l2Device> cameras;
   for (const V4l2Device& device : ListV4l2Devices()) {
-    const auto offer = OfferOf(device);
+    const auto offer = QueryV4l2Capabilities(device);
     if (offer && ChooseMode(offer->modes, {}) &&
         (cameras.empty() || NameWithPort(cameras.back()) != NameWithPort(device))) {
       cameras.push_back(device);
@@ -39,7 +39,7 @@ bool Skip(const char* why) {
 std::unique_ptr<Camera> Open(const std::string& selector, const V4l2Device& device) {
   V4l2CameraOptions options;
   options.device = selector;
-  const auto offer = OfferOf(device);
+  const auto offer = QueryV4l2Capabilities(device);
   if (!offer) FAIL(offer.error());
   for (const V4l2Mode& mode : offer->modes) {
     const ImageSize size = mode.largest, best = options.mode.size;
@@ -127,7 +127,7 @@ TEST_CASE("the first camera is unplugged and replugged by hand", "[v4l2-replug]"
       Skip("PLUMBLINE_REPLUG=1 asks somebody to replug a camera")) {
     return;
   }
-  const auto camera = Open(LastingName(cameras[0], cameras), cameras[0]);
+  const auto camera = Open(StableName(cameras[0], cameras), cameras[0]);
   CameraFrame frame;
   REQUIRE(ReadFrame(*camera, frame) == CameraResult::kFrame);
   const CameraIdentity identity = camera->identity();

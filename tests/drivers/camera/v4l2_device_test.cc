@@ -31,8 +31,8 @@ TEST_CASE("v4l2 devices: capture devices are listed by number with serial, model
   CHECK(devices[0].name == "Fake camera");
   CHECK(devices[0].driver == "fake");
   CHECK(devices[1].serial.empty());
-  CHECK(LastingName(devices[0], devices) == "A1B2");
-  CHECK(LastingName(devices[1], devices) == "046d:0825@2-1.4");
+  CHECK(StableName(devices[0], devices) == "A1B2");
+  CHECK(StableName(devices[1], devices) == "046d:0825@2-1.4");
   CHECK(ListV4l2Devices({"/no/such/place", "/dev"}).empty());
 }
 
@@ -85,7 +85,7 @@ TEST_CASE("v4l2 devices: selected by path, link, serial or port; equal serials b
         "SN0001@1-2");
   CHECK_THAT(PathOf("ALONE@1-2", devices), Catch::Contains("no camera ALONE@1-2 found"));
   CHECK_THAT(PathOf("", devices), Catch::Contains("no camera "));
-  CHECK(LastingName(devices[0], devices) == "SN0001@1-1");
+  CHECK(StableName(devices[0], devices) == "SN0001@1-1");
 }
 
 }  // namespace plumbline

@@ -12,7 +12,7 @@ TEST_CASE("a GPU reset is reported by Draw(), and a new context and renderer wor
   {
     test::Drawing drawing;
     if (!drawing.renderer) return;
-    if (!drawing.context->tells_resets()) {
+    if (!drawing.context->reports_resets()) {
       std::puts("SKIPPED: this driver does not report resets");
       return;
     }

@@ -38,24 +38,24 @@ class AsNobody {
 TEST_CASE("read errors name the missing folder, or the folder to list") {
   const TemporaryFolder folder;
   const std::string at = folder.path();
-  CHECK(CannotBeRead(at + "/cells/ur10.toml", std::strerror(ENOENT)) ==
+  CHECK(ReadErrorText(at + "/cells/ur10.toml", std::strerror(ENOENT)) ==
         "cannot be read: No such file or directory; there is no folder " + at +
             "/cells: check the path");
-  CHECK(CannotBeRead(at + "/ur10.toml", std::strerror(ENOENT)) ==
+  CHECK(ReadErrorText(at + "/ur10.toml", std::strerror(ENOENT)) ==
         "cannot be read: No such file or directory; check the name: ls " + at);
   CHECK(ReadRemedy("no-such-file.toml") ==
         "; check the name: ls " + std::filesystem::current_path().string());
-  CHECK(CannotBeRead(at, std::strerror(EISDIR)) ==
+  CHECK(ReadErrorText(at, std::strerror(EISDIR)) ==
         "cannot be read: Is a directory; it is a folder: name a file in it");
   std::ofstream(at + "/file") << "x";
   CHECK(ReadRemedy(at + "/file/cell.toml") == "; " + at + "/file is not a folder: check the path");
-  CHECK(CannotBeRead(at + "/file", std::strerror(ENOTDIR)) ==
+  CHECK(ReadErrorText(at + "/file", std::strerror(ENOTDIR)) ==
         "cannot be read: Not a directory; it is not a folder: name a folder");
   CHECK(ReadRemedy(at + "/file").empty());
   std::filesystem::create_symlink("gone.toml", at + "/link");
   CHECK(ReadRemedy(at + "/link") == "; it is a link to gone.toml, which does not exist");
   CHECK(
-      CannotBeRead(at + "/file", std::strerror(EIO)) ==
+      ReadErrorText(at + "/file", std::strerror(EIO)) ==
       "cannot be read: Input/output error; the disk or share reports an error: see journalctl -k");
 }
 
@@ -72,11 +72,11 @@ TEST_CASE("permission errors name the owner and how to get access") {
   {
     const AsNobody nobody;
     REQUIRE(nobody.is());
-    CHECK(CannotBeRead(file, std::strerror(EACCES)) ==
+    CHECK(ReadErrorText(file, std::strerror(EACCES)) ==
           "cannot be read: Permission denied; " + file +
               " (root:root 600) may not be read by user nobody: change its mode or owner, or use "
               "sudo");
-    CHECK(CannotBeWritten(at + "/new.csv", std::strerror(EACCES)) ==
+    CHECK(WriteErrorText(at + "/new.csv", std::strerror(EACCES)) ==
           "cannot be written: Permission denied; " + at +
               " (root:root 755) may not be written by user nobody: change its mode or owner, or "
               "use sudo");
@@ -105,21 +105,21 @@ TEST_CASE("write errors: a folder in its place, a missing folder, a full disk") 
   CHECK(WriteRemedy(folder.path() + "/out/a.csv") ==
         "; there is no folder " + folder.path() + "/out: check the path");
   CHECK(WriteRemedy(folder.path() + "/a.csv").empty());
-  CHECK(CannotBeWritten(folder.path() + "/a.csv", std::strerror(ENOSPC)) ==
+  CHECK(WriteErrorText(folder.path() + "/a.csv", std::strerror(ENOSPC)) ==
         "cannot be written: No space left on device; the disk is full: free space (df -h)");
 }
 
 TEST_CASE("every reason why a device cannot be opened has a remedy") {
-  CHECK(CannotBeOpened(ENOENT, kSerialLine) ==
+  CHECK(OpenErrorText(ENOENT, kSerialLine) ==
         "cannot be opened: No such file or directory; is the adapter plugged in, and is this its "
         "name (ls /dev/serial/by-id)?");
-  CHECK(CannotBeOpened(EBUSY, kCameraDevice) ==
+  CHECK(OpenErrorText(EBUSY, kCameraDevice) ==
         "cannot be opened: Device or resource busy; another program uses it: close that program");
-  CHECK(CannotBeOpened(ENOTTY, kSerialLine) ==
+  CHECK(OpenErrorText(ENOTTY, kSerialLine) ==
         "cannot be opened: Inappropriate ioctl for device; it is not a serial line");
   for (const DeviceKind& kind : {kSerialLine, kCameraDevice, kDisplayDevice, kGpioChip}) {
     for (const int error : {ENOENT, ENODEV, ENXIO, EACCES, EPERM, EBUSY, ENOTTY, EIO, EMFILE}) {
-      const std::string text = CannotBeOpened(error, kind);
+      const std::string text = OpenErrorText(error, kind);
       CHECK_THAT(text, Catch::Contains("; ") && !Catch::EndsWith("; "));
       if (error == EACCES)
         CHECK_THAT(text, Catch::Contains("in the group") && Catch::Contains(kind.group));

@@ -53,7 +53,7 @@ struct Served {
   }
   static CommandArea Commands() {
     CommandArea commands = TestCommands();
-    commands.no_command = {1030, 1030};
+    commands.non_command_registers = {1030, 1030};
     return commands;
   }
   RawClient From(const std::string& address) const { return RawClient(server->port(), address); }

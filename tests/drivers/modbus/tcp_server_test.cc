@@ -355,7 +355,7 @@ TEST_CASE("TCP server: an inherited connection whose address is no longer allowe
   served.reset();
   Served next({.allow = {"127.0.0.1"}}, {.connections = std::move(kept)});
   CHECK(plc.WaitUntilClosed());
-  CHECK(next.Saw(Kind::kStranger));
+  CHECK(next.Saw(Kind::kNotAllowed));
 }
 
 TEST_CASE("TCP server: eviction when all slots are taken", "[modbus][tcp]") {
@@ -385,7 +385,7 @@ TEST_CASE(
   Served served({.max_clients = 3, .allow = {"127.0.0.1", "127.0.0.2", "::1"}});
   const RawClient stranger(served.port(), "127.0.0.9");
   CHECK(stranger.WaitUntilClosed());
-  CHECK(served.Saw(Kind::kStranger));
+  CHECK(served.Saw(Kind::kNotAllowed));
   CHECK(served.server->counters().accepted == 0);
 
   const RawClient quiet(served.port(), "127.0.0.2");

@@ -76,7 +76,7 @@ TEST_CASE("the exit code or signal of a child is reported once", "[os]") {
   CHECK_FALSE(good.started());
   CHECK_FALSE(good.Poll());
   CHECK(bad.End(10).exit_code == 3);
-  const ChildEnd end = killed.End(10);
+  const ExitStatus end = killed.End(10);
   CHECK_FALSE(end.exit_code);
   CHECK(end.signal == SIGTERM);
 }
@@ -107,7 +107,7 @@ TEST_CASE("End() waits for a child that handles the signal, and kills one that d
 
 TEST_CASE("a program that cannot be executed has a distinct exit code", "[os]") {
   ChildProcess child = Started({.arguments = {"/nonexistent/program"}});
-  CHECK(child.End(10).exit_code == ChildEnd::kNotRun);
+  CHECK(child.End(10).exit_code == ExitStatus::kNotRun);
 }
 
 TEST_CASE("a child has the passed descriptors, at their numbers, and no others", "[os]") {
@@ -140,7 +140,7 @@ TEST_CASE("a child starts with its priority, without blocked or ignored signals"
   options.descriptors = {{STDOUT_FILENO, answer.fd()}};
   options.nice = 7;
   setenv("PLUMBLINE_OS_TEST", "inherited", 1);
-  const ChildEnd end = Started(options).End(10);
+  const ExitStatus end = Started(options).End(10);
   signal(SIGPIPE, pipe_before);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   CHECK(end.ok());

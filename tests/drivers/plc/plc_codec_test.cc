@@ -73,16 +73,16 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
       CHECK(names.insert(field.name).second);
     }
   };
-  check(plc_map::Fields(), 0, plc_map::kLoop + plc_map::kLoopSize - 1);
+  check(plc_map::Fields(), 0, plc_map::kMonitoring + plc_map::kMonitoringSize - 1);
   check(plc_map::CameraFields(), plc_map::kCamera, plc_map::kCamera + plc_map::kCameraSize - 1);
   check(plc_map::BodyFields(), 0, plc_map::kBodySize - 1);
   check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
   check(plc_map::PostureFields(), 0, plc_map::kPostureSize - 1);
-  const auto bodies = plc_map::kBodySize * CameraStatus::kMostBodies;
+  const auto bodies = plc_map::kBodySize * CameraStatus::kMaxBodies;
   CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
   CHECK(plc_map::kBodies + bodies <= plc_map::kScene);
   CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCamera + plc_map::kCameraStride);
-  CHECK(plc_map::kBodies + bodies + plc_map::kCameraStride * (kMostCameras - 1) <=
+  CHECK(plc_map::kBodies + bodies + plc_map::kCameraStride * (kMaxCameras - 1) <=
         plc_map::kCommands);
   check(plc_map::SceneFields(), plc_map::kScene, plc_map::kScene + plc_map::kSceneSize - 1);
   CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCommands);
@@ -229,7 +229,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   CameraStatus& camera = environment.cameras[0];
   camera.configured = true;
   camera.state = ZoomState::kValid;
-  camera.reason = ZoomReason::kMarksGood;
+  camera.reason = ZoomReason::kTagsGood;
   camera.fiducial_moved = true;
   camera.prompt = BoardPrompt::kTiltLeft;
   camera.zoom_counts = -70000;
@@ -238,7 +238,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   camera.tip_valid = true;
   camera.tip_W = Vec3(1.5, -0.25, 0.125);
   camera.tip_covariance_W.diagonal() << 1e-8, 1e-8, 1e-8;
-  camera.tip_places_W.diagonal() << 0, 3e-8, 0;  // the radius covers both
+  camera.tip_tag_covariance_W.diagonal() << 0, 3e-8, 0;  // the radius covers both
   camera.tip_time_s = 0;
   camera.bodies_configured = 2;
   camera.bodies[1] = {
@@ -254,7 +254,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
     return 0.0;
   };
   CHECK(read("camera_state") == 4);
-  CHECK(read("camera_reason") == static_cast<int>(ZoomReason::kMarksGood));
+  CHECK(read("camera_reason") == static_cast<int>(ZoomReason::kTagsGood));
   CHECK(read("camera_bits") == 32);
   CHECK(read("board_prompt") == 3);
   CHECK(read("zoom") == -70000);
@@ -280,7 +280,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
 TEST_CASE("the second camera has the same blocks 200 registers further, independent of the first") {
   PlcEncoder encoder({}, {1, 2});
   PlcEnvironment environment;
-  for (std::size_t k = 0; k < kMostCameras; ++k) {
+  for (std::size_t k = 0; k < kMaxCameras; ++k) {
     CameraStatus& camera = environment.cameras[k];
     camera.configured = true;
     camera.name = k == 0 ? CameraName::kSide : CameraName::kRear;

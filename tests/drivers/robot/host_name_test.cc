@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 
 using plumbline::IsAddress;
-using plumbline::WhyUnresolved;
+using plumbline::ResolveFailure;
 
 TEST_CASE("a numeric address is distinguished from a host name") {
   for (const char* address : {"192.168.1.10", "127.0.0.1", "::1", "fe80::1"}) {
@@ -14,5 +14,5 @@ TEST_CASE("a numeric address is distinguished from a host name") {
     INFO(name);
     CHECK_FALSE(IsAddress(name));
   }
-  CHECK(WhyUnresolved("127.0.0.1") == nullptr);
+  CHECK(ResolveFailure("127.0.0.1") == nullptr);
 }

@@ -148,7 +148,7 @@ TEST_CASE("Every parameter of every effect moves the arm under some conditions")
       }
       for (std::size_t k = 0; k < moves.size(); ++k) {
         CAPTURE(k);
-        const bool is_moment = IsMoment(
+        const bool is_moment = IsEventTime(
             effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)]);
         CHECK(moves[k] != is_moment);
       }

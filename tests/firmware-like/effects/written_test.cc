@@ -57,7 +57,7 @@ TEST_CASE("an event time is ambiguous between the two rows around it, and nowher
       const auto& specs = effect->traits().parameters;
       for (std::size_t k = 0; k < active.values.size(); ++k) {
         const ParameterSpec& spec = specs[static_cast<std::size_t>(term.parameters[k].spec)];
-        if (!IsMoment(spec)) continue;
+        if (!IsEventTime(spec)) continue;
         ++moments;
         active.covariance = Eigen::MatrixXd::Zero(count, count);
         const auto at = static_cast<Eigen::Index>(k);
@@ -65,14 +65,14 @@ TEST_CASE("an event time is ambiguous between the two rows around it, and nowher
         const auto open_at = [&](double moment) {
           Conditions conditions;
           (spec.name == "row" ? conditions.row : conditions.t_s) = moment;
-          return MomentLeftOpen(active, conditions);
+          return AmbiguousTimeOfEvent(active, conditions);
         };
         REQUIRE(open_at(active.values[k] + 49));
         CHECK(open_at(active.values[k] - 49)->is_row == (spec.name == "row"));
         CHECK(open_at(active.values[k])->between.high == Approx(active.values[k] + 50));
         CHECK_FALSE(open_at(active.values[k] + 51));
         CHECK_FALSE(open_at(active.values[k] - 51));
-        CHECK_FALSE(MomentLeftOpen(active, Conditions{}));
+        CHECK_FALSE(AmbiguousTimeOfEvent(active, Conditions{}));
         active.covariance.resize(0, 0);
         CHECK_FALSE(open_at(active.values[k]));
       }

@@ -15,11 +15,11 @@ namespace {
 using Kind = ZoomEvent::Kind;
 
 constexpr double kEps = 1e-9;
-const ZoomSupervisionSettings kSettings{.zoom_band_counts = 2,
-                                        .focus_band_counts = 4,
-                                        .settle_s = 0.3,
-                                        .lost_after_s = 1.0,
-                                        .verify_patience_s = 1.5};
+const ZoomSupervisorSettings kSettings{.zoom_band_counts = 2,
+                                       .focus_band_counts = 4,
+                                       .settle_s = 0.3,
+                                       .lost_after_s = 1.0,
+                                       .verify_patience_s = 1.5};
 
 /// One symbol of the alphabet: event, time since the previous event, time of the observation.
 struct Letter {
@@ -57,10 +57,10 @@ const std::vector<Letter>& Alphabet() {
       {"no answer", Kind::kLost, 0.6},
       {"lens known", Kind::kLensKnown},
       {"lens unknown", Kind::kLensUnknown},
-      {"tags good", Kind::kMarksGood},
-      {"marks good, old image", Kind::kMarksGood, 0.01, 0.35},
-      {"tags bad", Kind::kMarksBad},
-      {"tags hidden", Kind::kMarksNotVisible},
+      {"tags good", Kind::kTagsGood},
+      {"marks good, old image", Kind::kTagsGood, 0.01, 0.35},
+      {"tags bad", Kind::kTagsBad},
+      {"tags hidden", Kind::kTagsNotVisible},
       {"board started", Kind::kBoardStarted},
       {"board accepted", Kind::kBoardAccepted},
       {"board refused", Kind::kBoardRefused},
@@ -73,7 +73,7 @@ class Walk {
  public:
   /// @return how often each state was reached
   std::array<long, 7> Count(const std::vector<std::string>& beginning, int length) {
-    ZoomSupervision machine(kSettings);
+    ZoomSupervisor machine(kSettings);
     for (const std::string& name : beginning) {
       for (const Letter& letter : Alphabet()) {
         if (letter.name == name) Step(machine, letter);
@@ -89,27 +89,27 @@ class Walk {
  private:
   struct Past {
     const Letter* letter;
-    double time_s, about_s;
+    double time_s, observed_s;
   };
 
-  void Descend(const ZoomSupervision& machine, int left) {
+  void Descend(const ZoomSupervisor& machine, int left) {
     if (left == 0 || !failure_.empty()) return;
     for (const Letter& letter : Alphabet()) {
-      ZoomSupervision next = machine;
+      ZoomSupervisor next = machine;
       Step(next, letter);
       Descend(next, left - 1);
       --depth_;
     }
   }
 
-  void Step(ZoomSupervision& machine, const Letter& letter) {
+  void Step(ZoomSupervisor& machine, const Letter& letter) {
     const double before_s = depth_ == 0 ? 100 : Last().time_s;
     ZoomEvent event;
     event.kind = letter.kind;
     event.time_s = before_s + letter.after_s;
-    event.about_s = event.time_s - letter.about_before_s;
+    event.observed_s = event.time_s - letter.about_before_s;
     event.reading = letter.reading;
-    past_[static_cast<std::size_t>(depth_++)] = {&letter, event.time_s, event.about_s};
+    past_[static_cast<std::size_t>(depth_++)] = {&letter, event.time_s, event.observed_s};
     const ZoomState from = machine.state();
     const ZoomReason why = machine.reason();
     const auto transition = machine.Handle(event);
@@ -156,9 +156,9 @@ class Walk {
     // It must be justified by a verification of a stationary lens with later images.
     for (int v = depth_ - 1; v >= 0; --v) {
       const Kind kind = At(v).letter->kind;
-      if (kind != Kind::kMarksGood && kind != Kind::kBoardAccepted) continue;
-      if (!WasStationary(At(v).about_s, depth_) ||
-          OneOf({Kind::kMarksBad, Kind::kLensKnown, Kind::kLensUnknown}, v + 1, depth_)) {
+      if (kind != Kind::kTagsGood && kind != Kind::kBoardAccepted) continue;
+      if (!WasStationary(At(v).observed_s, depth_) ||
+          OneOf({Kind::kTagsBad, Kind::kLensKnown, Kind::kLensUnknown}, v + 1, depth_)) {
         continue;
       }
       if (kind == Kind::kBoardAccepted) {
@@ -169,10 +169,10 @@ class Walk {
       do {
         lens = LastOf({Kind::kLensKnown, Kind::kLensUnknown, Kind::kBoardAccepted}, lens);
       } while (lens >= 0 && At(lens).letter->kind == Kind::kBoardAccepted && !Accepted(lens));
-      const int bad = LastOf({Kind::kMarksBad}, v);
+      const int bad = LastOf({Kind::kTagsBad}, v);
       if (lens >= 0 && At(lens).letter->kind != Kind::kLensUnknown &&
-          At(v).about_s >= At(lens).time_s && WasStationary(At(lens).about_s, depth_) &&
-          (bad < 0 || At(v).about_s >= At(bad).about_s)) {
+          At(v).observed_s >= At(lens).time_s && WasStationary(At(lens).observed_s, depth_) &&
+          (bad < 0 || At(v).observed_s >= At(bad).observed_s)) {
         return;
       }
     }
@@ -237,8 +237,8 @@ class Walk {
   }
 
   double LastVerification() const {
-    const int v = LastOf({Kind::kMarksGood, Kind::kBoardAccepted});
-    return v < 0 ? 0 : At(v).about_s;
+    const int v = LastOf({Kind::kTagsGood, Kind::kBoardAccepted});
+    return v < 0 ? 0 : At(v).observed_s;
   }
 
   double LastReadingBefore(int end) const {

@@ -11,13 +11,13 @@ using Kind = ZoomEvent::Kind;
 /// A supervisor and its clock; readings every 0.1 s.
 class Bench {
  public:
-  explicit Bench(const ZoomSupervisionSettings& settings = {}) : machine(settings) {}
+  explicit Bench(const ZoomSupervisorSettings& settings = {}) : machine(settings) {}
 
   std::optional<ZoomTransition> Send(Kind kind, double after_s = 0.01) {
     ZoomEvent event;
     event.kind = kind;
     event.time_s = now_s += after_s;
-    event.about_s = now_s;
+    event.observed_s = now_s;
     return machine.Handle(event);
   }
   std::optional<ZoomTransition> Read(std::int32_t counts, LensMotion motion = LensMotion::kUnknown,
@@ -41,12 +41,12 @@ class Bench {
   void MakeValid(std::int32_t counts) {
     Settle(counts);
     Send(Kind::kLensKnown);
-    Send(Kind::kMarksGood);
+    Send(Kind::kTagsGood);
     REQUIRE(machine.state() == ZoomState::kValid);
   }
 
   double now_s = 50;
-  ZoomSupervision machine;
+  ZoomSupervisor machine;
 };
 
 }  // namespace
@@ -61,20 +61,20 @@ TEST_CASE("a known zoom is verified in four steps, each requesting the next") {
   REQUIRE(stationary);
   CHECK(stationary->to == ZoomState::kVerifying);
   CHECK(stationary->zoom_counts == 4000);
-  CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
+  CHECK(bench.machine.request() == ZoomRequest::kLoadLens);
   bench.Send(Kind::kLensKnown);
-  CHECK(bench.machine.request() == ZoomAsk::kVerifyTags);
-  bench.Send(Kind::kMarksNotVisible);
+  CHECK(bench.machine.request() == ZoomRequest::kVerifyTags);
+  bench.Send(Kind::kTagsNotVisible);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
-  const auto good = bench.Send(Kind::kMarksGood);
+  const auto good = bench.Send(Kind::kTagsGood);
   REQUIRE(good);
   CHECK(good->from == ZoomState::kVerifying);
   CHECK(good->to == ZoomState::kValid);
-  CHECK(good->why == ZoomReason::kMarksGood);
-  CHECK(bench.machine.request() == ZoomAsk::kNothing);
+  CHECK(good->why == ZoomReason::kTagsGood);
+  CHECK(bench.machine.request() == ZoomRequest::kNothing);
   for (int i = 0; i < 100; ++i) CHECK_FALSE(bench.Read(3999 + i % 3));  // encoder noise
-  CHECK_FALSE(bench.Send(Kind::kMarksNotVisible));
-  CHECK_FALSE(bench.Send(Kind::kMarksGood));
+  CHECK_FALSE(bench.Send(Kind::kTagsNotVisible));
+  CHECK_FALSE(bench.Send(Kind::kTagsGood));
 }
 
 TEST_CASE("after zooming in and back, the lens is verified again") {
@@ -84,12 +84,12 @@ TEST_CASE("after zooming in and back, the lens is verified again") {
   REQUIRE(moved);
   CHECK(moved->to == ZoomState::kMoving);
   CHECK(moved->why == ZoomReason::kZoomChanged);
-  CHECK_FALSE(bench.Send(Kind::kMarksGood));  // image taken during motion
+  CHECK_FALSE(bench.Send(Kind::kTagsGood));  // image taken during motion
   bench.Settle(4000);
   CHECK(bench.machine.state() == ZoomState::kVerifying);
-  CHECK_FALSE(bench.Send(Kind::kMarksGood));  // no lens loaded yet
+  CHECK_FALSE(bench.Send(Kind::kTagsGood));  // no lens loaded yet
   bench.Send(Kind::kLensKnown);
-  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK(bench.Send(Kind::kTagsGood)->to == ZoomState::kValid);
 }
 
 TEST_CASE("slow creep of the zoom and a changed focus are detected") {
@@ -102,7 +102,7 @@ TEST_CASE("slow creep of the zoom and a changed focus are detected") {
   Bench focus;
   for (int i = 0; i < 5; ++i) focus.Read(4000, LensMotion::kSettled, 77);
   focus.Send(Kind::kLensKnown);
-  focus.Send(Kind::kMarksGood);
+  focus.Send(Kind::kTagsGood);
   CHECK_FALSE(focus.Read(4000, LensMotion::kSettled, 81));
   CHECK(focus.Read(4000, LensMotion::kSettled, 82)->why == ZoomReason::kFocusChanged);
 }
@@ -123,10 +123,10 @@ TEST_CASE(
   Bench bench;
   bench.Settle(8000);
   CHECK(bench.Send(Kind::kLensUnknown)->to == ZoomState::kStale);
-  CHECK(bench.machine.request() == ZoomAsk::kBoard);
+  CHECK(bench.machine.request() == ZoomRequest::kBoard);
   CHECK(bench.Send(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
   CHECK(bench.Send(Kind::kBoardRefused)->to == ZoomState::kRefused);
-  CHECK(bench.machine.request() == ZoomAsk::kBoard);
+  CHECK(bench.machine.request() == ZoomRequest::kBoard);
   bench.Send(Kind::kBoardStarted);
   CHECK(bench.Send(Kind::kBoardAccepted)->to == ZoomState::kValid);
   bench.Send(Kind::kBoardStarted);
@@ -146,7 +146,7 @@ TEST_CASE("motion ends a capture, and its late result is ignored") {
   ZoomEvent old;
   old.kind = Kind::kBoardAccepted;
   old.time_s = bench.now_s;
-  old.about_s = bench.now_s - 2;
+  old.observed_s = bench.now_s - 2;
   CHECK(bench.machine.Handle(old)->why == ZoomReason::kImagesTooOld);
 }
 
@@ -190,18 +190,18 @@ TEST_CASE("with a sensor that only signals motion, tags are verified after each 
   moved.moved = true;
   for (int i = 0; i < 5; ++i) bench.Read(still);
   bench.Send(Kind::kLensKnown);
-  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK(bench.Send(Kind::kTagsGood)->to == ZoomState::kValid);
   CHECK(bench.Read(moved)->why == ZoomReason::kDeviceMoves);
   for (int i = 0; i < 5; ++i) bench.Read(still);
-  CHECK(bench.machine.request() == ZoomAsk::kLoadLens);
+  CHECK(bench.machine.request() == ZoomRequest::kLoadLens);
 }
 
 TEST_CASE("a failed tag check requests the board; a later good one makes the lens valid again") {
   Bench bench;
   bench.MakeValid(100);
-  CHECK(bench.Send(Kind::kMarksBad)->to == ZoomState::kStale);
-  CHECK(bench.machine.request() == ZoomAsk::kBoard);
-  CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
+  CHECK(bench.Send(Kind::kTagsBad)->to == ZoomState::kStale);
+  CHECK(bench.machine.request() == ZoomRequest::kBoard);
+  CHECK(bench.Send(Kind::kTagsGood)->to == ZoomState::kValid);
 }
 
 TEST_CASE("unanswered tag checks and hidden tags lead to a request for the board") {
@@ -211,13 +211,12 @@ TEST_CASE("unanswered tag checks and hidden tags lead to a request for the board
     bench.Send(Kind::kLensKnown);
     for (int i = 0; i < 60; ++i) {
       bench.Read(100);
-      if (hidden) bench.Send(Kind::kMarksNotVisible);
+      if (hidden) bench.Send(Kind::kTagsNotVisible);
     }
     CHECK(bench.machine.state() == ZoomState::kStale);
-    CHECK(bench.machine.reason() ==
-          (hidden ? ZoomReason::kMarksNotVisible : ZoomReason::kNoAnswer));
-    CHECK(bench.machine.request() == ZoomAsk::kBoard);
-    CHECK(bench.Send(Kind::kMarksGood)->to == ZoomState::kValid);
+    CHECK(bench.machine.reason() == (hidden ? ZoomReason::kTagsNotVisible : ZoomReason::kNoAnswer));
+    CHECK(bench.machine.request() == ZoomRequest::kBoard);
+    CHECK(bench.Send(Kind::kTagsGood)->to == ZoomState::kValid);
   }
 }
 
@@ -233,10 +232,10 @@ TEST_CASE("the dead band follows the focal length per count, and is provided wit
   bench.Settle(100);
   ZoomEvent known;
   known.kind = Kind::kLensKnown;
-  known.time_s = known.about_s = bench.now_s;
+  known.time_s = known.observed_s = bench.now_s;
   known.zoom_band_counts = 7;
   bench.machine.Handle(known);
-  bench.Send(Kind::kMarksGood);
+  bench.Send(Kind::kTagsGood);
   CHECK_FALSE(bench.Read(107));
   CHECK(bench.Read(108)->to == ZoomState::kMoving);
 }
@@ -245,12 +244,12 @@ TEST_CASE("times that are not finite, run backwards or lie in the future make no
   Bench bench;
   bench.Settle(100);
   bench.Send(Kind::kLensKnown);
-  for (const double about_s : {std::numeric_limits<double>::quiet_NaN(),
-                               std::numeric_limits<double>::infinity(), bench.now_s + 1}) {
+  for (const double observed_s : {std::numeric_limits<double>::quiet_NaN(),
+                                  std::numeric_limits<double>::infinity(), bench.now_s + 1}) {
     ZoomEvent event;
-    event.kind = Kind::kMarksGood;
+    event.kind = Kind::kTagsGood;
     event.time_s = std::numeric_limits<double>::quiet_NaN();
-    event.about_s = about_s;
+    event.observed_s = observed_s;
     CHECK_FALSE(bench.machine.Handle(event));
   }
   CHECK(bench.machine.state() == ZoomState::kVerifying);
@@ -258,7 +257,7 @@ TEST_CASE("times that are not finite, run backwards or lie in the future make no
   back.kind = Kind::kTime;
   back.time_s = 1;
   CHECK_FALSE(bench.machine.Handle(back));
-  CHECK(bench.Send(Kind::kMarksGood)->time_s == bench.now_s);
+  CHECK(bench.Send(Kind::kTagsGood)->time_s == bench.now_s);
 }
 
 TEST_CASE("extreme counts do not overflow") {

@@ -26,7 +26,7 @@ class Noise {
 };
 
 MonitorDesign Design(int reference_probes) {
-  MonitorWish wish;
+  MonitorRequirements wish;
   wish.reference_probes = reference_probes;
   return MonitorDesignFor(wish);
 }

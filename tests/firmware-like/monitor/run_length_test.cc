@@ -67,20 +67,20 @@ TEST_CASE("the run length of clipped sums matches a simulation") {
 }
 
 TEST_CASE("the threshold changes with the requirements in the expected direction") {
-  MonitorWish wish;
+  MonitorRequirements wish;
   const double usual = MonitorDesignFor(wish).threshold;
-  MonitorWish strict = wish;
+  MonitorRequirements strict = wish;
   strict.false_alarms_per_year = 0.01;
   CHECK(MonitorDesignFor(strict).threshold > usual);
-  MonitorWish rare = wish;
+  MonitorRequirements rare = wish;
   rare.probes_per_day = 1;
   CHECK(MonitorDesignFor(rare).threshold < usual);
-  MonitorWish estimated = wish;
+  MonitorRequirements estimated = wish;
   estimated.reference_probes = 20;
   CHECK(MonitorDesignFor(estimated).threshold > usual);
   estimated.reference_probes = 100;
   CHECK(MonitorDesignFor(estimated).threshold < MonitorDesignFor([&] {
-                                                  MonitorWish few = estimated;
+                                                  MonitorRequirements few = estimated;
                                                   few.reference_probes = 20;
                                                   return few;
                                                 }())
@@ -95,7 +95,7 @@ TEST_CASE("simulated years have no more false alarms than required") {
   const Case cases[] = {{24, 0, 0, 150}, {24, 0, 20, 150}, {24, 0.05, 20, 150}, {4, 0, 10, 300}};
   for (const Case& c : cases) {
     CAPTURE(c.probes_per_day, c.reference_probes, c.outlier_share);
-    MonitorWish wish;
+    MonitorRequirements wish;
     wish.probes_per_day = c.probes_per_day;
     wish.reference_probes = c.reference_probes;
     DriftMonitor monitor(MonitorDesignFor(wish));
@@ -123,7 +123,7 @@ TEST_CASE("a declared sigma that is too small causes neither false nor late alar
   for (const int reference : {0, 20}) {
     for (const double scale : {1.0, 1.2, 1.4}) {
       CAPTURE(reference, scale);
-      MonitorWish wish;
+      MonitorRequirements wish;
       wish.probes_per_day = 24;
       wish.reference_probes = reference;
       DriftMonitor monitor(MonitorDesignFor(wish));

@@ -11,7 +11,7 @@ namespace {
 
 struct Told {
   double distance_m;
-  Nearness state;
+  Proximity state;
   bool operator==(const Told&) const = default;
 };
 
@@ -28,18 +28,18 @@ std::vector<Told> Follow(InterferenceWatch& watch, const std::vector<double>& di
 TEST_CASE("interference starts at contact and ends beyond the hysteresis, once each") {
   InterferenceWatch watch({.near_m = 0, .end_m = 1e-3});
   const auto told = Follow(watch, {1, 0.01, 1e-4, 0, 5e-4, 0, 9e-4, 1e-3, 1.1e-3, 5e-4, 1e-6, 0});
-  CHECK(told == std::vector<Told>{{0, Nearness::kInterference},
-                                  {1.1e-3, Nearness::kApart},
-                                  {0, Nearness::kInterference}});
+  CHECK(told == std::vector<Told>{{0, Proximity::kInterference},
+                                  {1.1e-3, Proximity::kApart},
+                                  {0, Proximity::kInterference}});
 }
 
 TEST_CASE("proximity is reported before and after interference") {
   InterferenceWatch watch({.near_m = 0.02, .end_m = 1e-3});
   const auto told = Follow(watch, {0.1, 0.0205, 0.02, 0.0205, 0, 5e-4, 0.002, 0.0209, 0.0211});
-  CHECK(told == std::vector<Told>{{0.02, Nearness::kNear},
-                                  {0, Nearness::kInterference},
-                                  {0.002, Nearness::kNear},
-                                  {0.0211, Nearness::kApart}});
+  CHECK(told == std::vector<Told>{{0.02, Proximity::kNear},
+                                  {0, Proximity::kInterference},
+                                  {0.002, Proximity::kNear},
+                                  {0.0211, Proximity::kApart}});
   InterferenceWatch sudden({.near_m = 0.02, .end_m = 1e-3});
   CHECK(Follow(sudden, {1, 0, 1}).size() == 2);
 }
@@ -47,13 +47,13 @@ TEST_CASE("proximity is reported before and after interference") {
 TEST_CASE("a missing distance changes nothing") {
   InterferenceWatch watch({.near_m = 0, .end_m = 1e-3});
   CHECK_FALSE(watch.measured());
-  CHECK(watch.Update(0.0) == Nearness::kInterference);
+  CHECK(watch.Update(0.0) == Proximity::kInterference);
   CHECK(watch.measured());
   for (const std::optional<double> nothing :
        {std::optional<double>(), std::optional(std::numeric_limits<double>::quiet_NaN()),
         std::optional(std::numeric_limits<double>::infinity())}) {
     CHECK_FALSE(watch.Update(nothing));
     CHECK_FALSE(watch.measured());
-    CHECK(watch.state() == Nearness::kInterference);
+    CHECK(watch.state() == Proximity::kInterference);
   }
 }
