@@ -144,7 +144,7 @@ TEST_CASE("rejected views and their reasons") {
 
   session.Take(somebody.Next(BoardPrompt::kTiltLeft));
   CHECK(session.kept() == 1);
-  CHECK_THAT(session.rejection(), Catch::Contains("like a view"));
+  CHECK_THAT(session.rejection(), Catch::Contains("too similar"));
 
   BoardView moved = somebody.Next(BoardPrompt::kTiltLeft);
   for (Vec2& corner : moved.corners_px) corner.x() += 200;
