@@ -15,7 +15,7 @@ constexpr std::size_t kMostParameters = 8;
 constexpr std::size_t kMostRivals = 2;
 constexpr std::size_t kMostPoses = 6;
 constexpr std::size_t kMostRemarks = 2;  // of each kind
-constexpr std::size_t kMostLines = 8;    // outlier lines named
+constexpr std::size_t kMostLines = 8;    // numbers of outlier lines
 
 void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   std::size_t count = 0;
@@ -44,7 +44,7 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
 void AddRivals(const Diagnosis& diagnosis, std::string& text) {
   for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMostRivals); ++k) {
     const Rival& rival = diagnosis.rivals[k];
-    text += fmt::format("Rival: {} in place of {}, which has {} of its signal left beside it\n",
+    text += fmt::format("Rival: {} instead of {}; it reproduces all but {} of the signal\n",
                         RivalName(rival), ReplacedName(rival), PercentText(rival.signal_left));
   }
   if (diagnosis.rivals.size() > kMostRivals) {
@@ -72,9 +72,9 @@ void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string
   const auto slides = [&](const Joint& joint) { return joint.type == JointType::kPrismatic; };
   const bool some_slide = std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(), slides);
   text += fmt::format(
-      "Measure next (joints in degrees{}; apart: how far the explanations differ "
-      "there)\n",
-      some_slide ? ", linear ones in mm" : "");
+      "Measure next (joints in degrees{}; apart: distance between the tips that the explanations "
+      "predict)\n",
+      some_slide ? ", linear joints in mm" : "");
   for (std::size_t k = 0; k < std::min(poses.size(), kMostPoses); ++k) {
     text += fmt::format("  {}:", k + 1);
     for (Eigen::Index i = 0; i < poses[k].q.size(); ++i) {
