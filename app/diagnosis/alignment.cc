@@ -313,8 +313,8 @@ std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignmen
   if (!directions.empty()) {
     text = fmt::format(
         "the rows do not determine the tip along {} in the flange frame, because the tool keeps "
-        "its orientation: the declared value is used, assumed correct within 100 mm (95 %), and "
-        "the radius of poses with another orientation increases by that. Measure a few poses with "
+        "its orientation: it stays as declared, assumed correct within 100 mm (95 %), and the "
+        "radius of poses with another orientation increases by that. Measure a few poses with "
         "the tool turned by 30 deg or more",
         directions);
   }

@@ -11,9 +11,9 @@ namespace {
 
 using I = Influence<double>;
 constexpr int kMostCycles = 64;       // of a joint's curve
-constexpr int kClustersPerCycle = 8;  // four for each of sine and cosine
+constexpr int kClustersPerCycle = 8;  // four each for sine and cosine
 constexpr int kMostDegree = 3;        // along a recorded signal
-constexpr double kBandRatio = 1.4;    // neighbouring cycles share one prior variance
+constexpr double kBandRatio = 1.4;    // cycles within this ratio share one prior variance
 
 int BandOf(double cycles) {
   return static_cast<int>(std::log(std::max(1.0, cycles)) / std::log(kBandRatio));
@@ -30,7 +30,7 @@ std::optional<SignalIndex> SignalOfJoint(const Dataset& data, int joint) {
 void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   for (const Block& block : candidates.blocks) {
     if (Stays(block)) continue;
-    std::map<std::string_view, int> of_unit;  // metres and radians are not of one size
+    std::map<std::string_view, int> of_unit;  // metres and radians need variances of their own
     const auto& specs = block.term.effect->traits().parameters;
     for (const BlockColumnIndex c : block.columns.indices()) {
       const int parameter = block.columns[c].parameter;
@@ -63,7 +63,7 @@ void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesig
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     for (int k = 1; k <= cycles; ++k) add(joint, k);
   }
-  for (const BlockIndex index : named.blocks) {  // lines between whole cycles
+  for (const BlockIndex index : named.blocks) {  // named lines at other cycles
     const std::optional<PeriodicLine> line = LineOf(pool.blocks()[index]);
     if (!line) continue;
     const double of = line->cycles_per_turn;
@@ -74,7 +74,7 @@ void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesig
 void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
   for (const SignalIndex s : data.signals.indices()) {
     const RecordedSignal& signal = data.signals[s];
-    // A place in one file says nothing about another file's rows.
+    // The row number in one file has no meaning for another file.
     if (signal.of_joint || signal.column == "row") continue;
     const int degree = std::min(kMostDegree, (signal.distinct - 1) / 2);
     if (degree < 1) continue;
