@@ -28,9 +28,9 @@ struct Start {
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-/// Prior of the frames: the tip is the declared one within 100 mm (95 %); the base is within the cell,
-/// in any orientation. Negligible along directions that the rows determine; along the others the
-/// declared value is kept. Frames that are not free are fixed by an infinite precision.
+/// Prior of the frames: the tip is the declared one within 100 mm (95 %); the base is within the
+/// cell, in any orientation. Negligible along directions that the rows determine; along the others
+/// the declared value is kept. Frames that are not free are fixed by an infinite precision.
 struct FramePrior {
   Vector9 information = Vector9::Zero();  ///< 1 / variance; practically infinite if not free
   Vec3 tip_F = Vec3::Zero();
@@ -47,9 +47,9 @@ FramePrior PriorOf(const Vec3& tip_F, bool frame_free, bool tip_free) {
   return prior;
 }
 
-/// Gauss-Newton step to the maximum a posteriori frames, from rows of variance `variance_m2` and the
-/// prior. Only the tip has a prior mean (the declared one); the base is damped about its current
-/// value.
+/// Gauss-Newton step to the maximum a posteriori frames, from rows of variance `variance_m2` and
+/// the prior. Only the tip has a prior mean (the declared one); the base is damped about its
+/// current value.
 /// @param information  receives the posterior precision
 Vector9 StepOf(const Eigen::Matrix<double, 9, 9>& H, const Vector9& g, double variance_m2,
                const FramePrior& prior, const Vec3& tip_F,
@@ -73,7 +73,7 @@ double RmsOf(const std::vector<FlangePoint>& points, const Start& start) {
 void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_free,
             const FramePrior& prior, Start& start) {
   constexpr int kPasses = 30;
-  constexpr double kLeastScale_m = 1e-4;  // residual of an unloaded arm
+  constexpr double kMinScale_m = 1e-4;  // residual of an unloaded arm
   double damping = 1e-9;
   start.rms_m = RmsOf(points, start);
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -94,7 +94,7 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
       g += J.transpose() * (point.p_W - p_W);
     }
     H.diagonal().array() += damping * H.diagonal().maxCoeff();
-    const double scale_m = std::max(start.rms_m, kLeastScale_m);
+    const double scale_m = std::max(start.rms_m, kMinScale_m);
     Eigen::Matrix<double, 9, 9> information;
     const Vector9 step = StepOf(H, g, scale_m * scale_m, prior, start.tip_F, information);
     Model::Frames frames{start.X_WB, start.tip_F};
@@ -113,8 +113,8 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
   }
 }
 
-/// Solves p_W = R p_BF + (R (x) t) vec(R_BF) + b, linear in its 3 (3 + 9 + 1) unknowns, for base and
-/// tip; nullopt for fewer than 16 points or a degenerate solution.
+/// Solves p_W = R p_BF + (R (x) t) vec(R_BF) + b, linear in its 3 (3 + 9 + 1) unknowns, for base
+/// and tip; nullopt for fewer than 16 points or a degenerate solution.
 std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points) {
   const auto count = static_cast<int>(points.size());
   if (count < 16) return std::nullopt;
@@ -247,14 +247,14 @@ void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex sessio
 /// Variance of one axis used by the alignment [m^2].
 /// @param middle_m  median length of the errors [m]
 double VarianceOf(const Dataset& data, double middle_m) {
-  constexpr double kLeastSigma_m = 1e-6;
+  constexpr double kMinSigma_m = 1e-6;
   const double of_rows_m = middle_m / MedianOfChi(data.ranges() ? 1 : 3);
-  return std::pow(std::max({of_rows_m, data.sigma_m, kLeastSigma_m}), 2);
+  return std::pow(std::max({of_rows_m, data.sigma_m, kMinSigma_m}), 2);
 }
 
 }  // namespace
 
-Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int threads) {
+Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threads) {
   Alignment alignment{given, {}};
   alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
   if (!data.frames_free() && !data.tip_free()) return alignment;
@@ -279,7 +279,9 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
       SumUp(data, *linear, session, 4 * middle_m + 1e-9, H, g);
       const Vector9 step =
           StepOf(H, g, variance_m2, priors[session], model.frames[session].tip_F, information);
-      if (!step.allFinite()) return Error{"the rows do not determine the unknown frames: measure poses spread over the cell"};
+      if (!step.allFinite())
+        return Error{
+            "the rows do not determine the unknown frames: measure poses spread over the cell"};
       MoveFrames(model.frames[session], step);
       alignment.covariance[session] = information.inverse();
       largest = std::max(largest, step.cwiseAbs().maxCoeff());
@@ -290,13 +292,13 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
 }
 
 Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
-  const Result<Alignment> alignment = AlignedFrames(data, given, threads);
+  const Result<Alignment> alignment = AlignFrames(data, given, threads);
   if (!alignment) return Error{alignment.error()};
   return alignment->model;
 }
 
-std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
-                                             SessionIndex session) {
+std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Alignment& alignment,
+                                                  SessionIndex session) {
   // A posterior deviation above a fifth of the prior's: the rows add little along that direction.
   constexpr double kUndetermined_m = 0.01, kUndetermined_rad = 0.1;
   const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[session];
@@ -306,8 +308,8 @@ std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignmen
   for (int k = 0; data.tip_free() && k < 3; ++k) {
     if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kUndetermined_m) continue;
     const Vec3 axis = tip.eigenvectors().col(k);
-    directions += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", directions.empty() ? "" : ", ", axis.x(), axis.y(),
-                        axis.z());
+    directions += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", directions.empty() ? "" : ", ",
+                              axis.x(), axis.y(), axis.z());
   }
   std::string text;
   if (!directions.empty()) {
@@ -320,7 +322,8 @@ std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignmen
   }
   if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kUndetermined_rad) {
     text += fmt::format(
-        "{}the rows do not determine the orientation of the robot base: measure poses spread over the "
+        "{}the rows do not determine the orientation of the robot base: measure poses spread over "
+        "the "
         "cell",
         text.empty() ? "" : "; ");
   }

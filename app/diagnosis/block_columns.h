@@ -9,8 +9,9 @@
 
 namespace plumbline {
 
-/// Columns over all rows for blocks without a searched shape. Every fold, and every pass that does not
-/// change the frames, uses the same ones. Thread-safe; a mutex is locked during the computation.
+/// Columns over all rows for blocks without a searched shape. Every fold, and every pass that does
+/// not change the frames, uses the same ones. Thread-safe; a mutex is locked during the
+/// computation.
 class BlockColumns {
  public:
   /// The columns of a block, shape (residuals of all rows, columns); computed on first use.

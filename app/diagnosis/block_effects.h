@@ -26,7 +26,8 @@ struct BlockUnit {
   auto operator<=>(const BlockUnit&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// Effects, and for each value of each effect the unit that it comes from; empty for empirical ones.
+/// Effects, and for each value of each effect the unit that it comes from; empty for empirical
+/// ones.
 struct EffectsOfUnits {
   std::vector<ActiveEffect> effects;
   std::vector<std::vector<BlockUnit>> units;

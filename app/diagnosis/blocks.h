@@ -42,8 +42,8 @@ struct Block {
 /// True if two blocks have the same columns.
 bool SameColumns(const Block& a, const Block& b);
 
-/// Block with one column for each size of an effect; for per-joint effects, of every joint that moved
-/// or is loaded.
+/// Block with one column for each size of an effect; for per-joint effects, of every joint that
+/// moved or is loaded.
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word);
 
 /// Plausible sizes of a parameter on a sound machine, SI.
@@ -73,7 +73,8 @@ struct PeriodicLine {
 /// Joint and cycles of a block that is periodic in a joint angle; nullopt for other blocks.
 std::optional<PeriodicLine> LineOf(const Block& block);
 
-/// Empirical curve: carriers (entries of the influence) times polynomials of a signal up to `degree`.
+/// Empirical curve: carriers (entries of the influence) times polynomials of a signal up to
+/// `degree`.
 /// @param with_constant  false if a free frame already represents the constant
 /// @param trials         number of terms searched for this one
 Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,

@@ -95,17 +95,19 @@ Candidates CandidatesFor(const Dataset& data) {
     const EffectTraits& traits = effect->traits();
     const std::string id(traits.id);
     if (traits.nuisance == Nuisance::kBaseFrame && data.frames_free()) {
-      candidates.not_offered.push_back({id, "already estimated, since the frame is declared as unaligned"});
+      candidates.excluded.push_back(
+          {id, "already estimated, since the frame is declared as unaligned"});
       continue;
     }
     if (traits.nuisance == Nuisance::kToolFrame && data.tip_free()) {
-      candidates.not_offered.push_back({id, "already estimated, since the tool is declared as unknown"});
+      candidates.excluded.push_back(
+          {id, "already estimated, since the tool is declared as unknown"});
       continue;
     }
     const auto lacking = std::find_if(traits.needs.begin(), traits.needs.end(),
                                       [&](Signal signal) { return !Has(data, signal); });
     if (lacking != traits.needs.end()) {
-      candidates.not_offered.push_back({id, MissingSignalReason(data, *lacking)});
+      candidates.excluded.push_back({id, MissingSignalReason(data, *lacking)});
       continue;
     }
     if (const ShapeSearch* search = ShapeSearchOf(*effect)) {
@@ -124,13 +126,13 @@ Candidates CandidatesFor(const Dataset& data) {
           traits.word_needs.begin(), traits.word_needs.end(),
           [&](const WordNeed& need) { return need.word == word && !Has(data, need.signal); });
       if (lacking_word != traits.word_needs.end()) {
-        candidates.not_offered.push_back(
+        candidates.excluded.push_back(
             {fmt::format("{} ({})", id, word), MissingSignalReason(data, lacking_word->signal)});
         continue;
       }
       Block block = WholeBlock(data, *effect, word);
       if (block.columns.empty()) {
-        candidates.not_offered.push_back({id, "the arm has no joint of the required type"});
+        candidates.excluded.push_back({id, "the arm has no joint of the required type"});
         continue;
       }
       candidates.blocks.push_back(std::move(block));

@@ -6,7 +6,7 @@
 namespace plumbline {
 
 /// An effect that the data cannot show, with the reason.
-struct NotOffered {
+struct ExcludedCandidate {
   std::string id;
   std::string reason;
 };
@@ -14,19 +14,19 @@ struct NotOffered {
 struct Candidates {
   std::vector<Block> blocks;            ///< effects without searched shapes
   std::vector<const Effect*> searched;  ///< effects whose shapes are searched in a residual
-  std::vector<NotOffered> not_offered;
+  std::vector<ExcludedCandidate> excluded;
 };
 
 /// Divides the catalogue into effects that the data can show and effects that they cannot.
 Candidates CandidatesFor(const Dataset& data);
 
-/// Blocks with the refitted shapes (cycles, time constants, event times) of these effects, so that a
-/// repeated search can select them unchanged.
+/// Blocks with the refitted shapes (cycles, time constants, event times) of these effects, so that
+/// a repeated search can select them unchanged.
 std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>& effects);
 
-/// Number of effects among which a search chooses: the catalogue, without the effects of a measuring
-/// camera or of ranges if the cell has neither. Independent of the recorded signals, so that scores
-/// of different tables of one cell are comparable.
+/// Number of effects among which a search chooses: the catalogue, without the effects of a
+/// measuring camera or of ranges if the cell has neither. Independent of the recorded signals, so
+/// that scores of different tables of one cell are comparable.
 double EffectsConsidered(const Dataset& data);
 
 /// Names (q2, q3) of the joints that an effect's parameters belong to, ascending.

@@ -131,8 +131,8 @@ Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIn
   std::map<std::tuple<std::size_t, int, std::vector<long>>, ClusterIndex> known;
   Clusters clusters;
   for (const auto& name : names) {
-    const auto [entry, fresh] = known.emplace(name, ClusterIndex(clusters.count));
-    if (fresh) ++clusters.count;
+    const auto [entry, inserted] = known.emplace(name, ClusterIndex(clusters.count));
+    if (inserted) ++clusters.count;
     clusters.of_row.push_back(entry->second);
   }
   return clusters;

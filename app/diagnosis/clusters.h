@@ -13,8 +13,8 @@ struct Clusters {
   int count = 0;
 };
 
-/// Groups rows of one session with the same joints and payload by single linkage: neighbours within a
-/// tolerance (0.2 mrad or mm, 10 g) belong together, so that no grid edge divides replicates. A
+/// Groups rows of one session with the same joints and payload by single linkage: neighbours within
+/// a tolerance (0.2 mrad or mm, 10 g) belong together, so that no grid edge divides replicates. A
 /// chain wider than ten times the tolerance is a slow path instead of a pose and is cut into grid
 /// cells. O(n log n) unless many rows are at one pose.
 Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIndex>& session_of);

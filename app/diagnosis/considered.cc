@@ -16,7 +16,8 @@ Considered Alone(const FindingsContext& context, BlockIndex index) {
   Considered considered;
   considered.id = pool.blocks()[index].id;
   if (!pool.Observable(index)) {
-    considered.reason = "not observable in these rows: the free frames or joints that never moved absorb it";
+    considered.reason =
+        "not observable in these rows: the free frames or joints that never moved absorb it";
     return considered;
   }
   const Explanation alone = pool.Evaluate({index});
@@ -36,8 +37,8 @@ std::map<std::string, Considered> BestAlone(const FindingsContext& context) {
   for (const BlockIndex index : context.pool.blocks().indices()) {
     if (context.pool.blocks()[index].empirical()) continue;
     const Considered considered = Alone(context, index);
-    const auto [known, fresh] = by_id.emplace(considered.id, considered);
-    if (!fresh && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
+    const auto [known, inserted] = by_id.emplace(considered.id, considered);
+    if (!inserted && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
   }
   return by_id;
 }
@@ -47,8 +48,8 @@ std::map<std::string, double> BestScores(const FindingsContext& context) {
   std::map<std::string, double> best;
   for (const Explanation& explanation : context.ranked) {
     for (const std::string& id : EffectIds(context.pool, explanation)) {
-      const auto [entry, fresh] = best.emplace(id, explanation.score);
-      if (!fresh) entry->second = std::min(entry->second, explanation.score);
+      const auto [entry, inserted] = best.emplace(id, explanation.score);
+      if (!inserted) entry->second = std::min(entry->second, explanation.score);
     }
   }
   return best;
@@ -81,14 +82,14 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
     const auto score = best_with.find(id);
     if (score != best_with.end()) {
       considered.evidence_gap = score->second - best;
-    } else if (considered.reason.empty() && context.ranked.size() >= kMostListed) {
+    } else if (considered.reason.empty() && context.ranked.size() >= kMaxListed) {
       considered.evidence_gap = context.ranked.back().score - best;
       considered.beyond_gap = true;
     }
     considered.reason = OutcomeText(considered, diagnosis.rivals);
     diagnosis.considered.push_back(considered);
   }
-  for (const NotOffered& missing : candidates.not_offered) {
+  for (const ExcludedCandidate& missing : candidates.excluded) {
     Considered& considered = diagnosis.considered.emplace_back();
     considered.id = missing.id;
     considered.reason = missing.reason;

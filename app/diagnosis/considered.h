@@ -5,8 +5,8 @@
 
 namespace plumbline {
 
-/// Adds to `diagnosis.considered` every effect of the catalogue with the share that it explains alone
-/// and the reason why it was selected or rejected. Requires `diagnosis.rivals`.
+/// Adds to `diagnosis.considered` every effect of the catalogue with the share that it explains
+/// alone and the reason why it was selected or rejected. Requires `diagnosis.rivals`.
 void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis);
 

@@ -29,8 +29,8 @@ struct Finding {
   double p_value = 1;
   double share_of_residual = 0;  ///< increase of chi2 on removal over chi2 without any effect
   std::string implausible;       ///< empty, or why the value is implausible for a sound machine
-  /// Largest ratio of a value to its plausible bound; infinite for a physically impossible sign; 0 if
-  /// all values are plausible.
+  /// Largest ratio of a value to its plausible bound; infinite for a physically impossible sign; 0
+  /// if all values are plausible.
   double implausible_times = 0;
 };
 
@@ -40,7 +40,8 @@ struct Rival {
   std::string id;
   std::string instead_of_word, word;  ///< variants, if any: two variants of one id can be rivals
   std::vector<std::string> scope;
-  double signal_left = 0;  ///< share of the finding's signal that the refitted rival cannot reproduce
+  double signal_left =
+      0;  ///< share of the finding's signal that the refitted rival cannot reproduce
   double evidence_gap = 0;     ///< score of the rival minus score of the answer; 16 is 4 sigma
   std::vector<Vec3> shift_W;   ///< the rival's prediction minus the answer's [m]
   std::vector<RowIndex> rows;  ///< of each shift, into Diagnosis::rows (a subset)
@@ -70,8 +71,8 @@ struct RowTrace {
       Vec3::Zero();            ///< in W [m]; for a range, the predicted point moved along the ray
   Vec3 before = Vec3::Zero();  ///< measured minus declared model, frames aligned [m]
   Vec3 after = Vec3::Zero();   ///< measured minus corrected model [m]
-  /// Like `before` and `after`, with frames and model estimated without this row's fold (held_out.h);
-  /// absent if the row was not held out.
+  /// Like `before` and `after`, with frames and model estimated without this row's fold
+  /// (held_out.h); absent if the row was not held out.
   std::optional<Vec3> held_out_before, held_out_after;
 };
 
@@ -79,8 +80,8 @@ struct RowTrace {
 struct SignalTrace {
   std::string name;       ///< column name, with its unit
   PerRow<double> values;  ///< of Diagnosis::rows
-  double p_value = 1;  ///< of the residual following it (permutation test over all signals)
-  double share = 0;    ///< share of the residual sum of squares that it explains
+  double p_value = 1;     ///< of the residual following it (permutation test over all signals)
+  double share = 0;       ///< share of the residual sum of squares that it explains
 };
 
 /// A line in the spectrum of the residual along a joint angle.
@@ -126,7 +127,8 @@ struct Doubt {
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
-  std::vector<Finding> discrepancy;  ///< discrepancy model, written to the model only (discrepancy.h)
+  std::vector<Finding>
+      discrepancy;  ///< discrepancy model, written to the model only (discrepancy.h)
   double discrepancy_parameters = 0;       ///< its effective number of parameters; 0: no such model
   double discrepancy_share = 0;            ///< its share of the correction's sum of squares
   std::vector<std::string> finding_names;  ///< parameters' file names, as in `correlation`
@@ -140,7 +142,8 @@ struct Diagnosis {
   std::vector<std::vector<std::string>> rival_drivers;
   std::vector<NextPose> next_poses;
   bool next_poses_separate_all = false;  ///< from the answer and from each other
-  std::map<std::string, double> minimum_detectable_m;  ///< 3-D RMS over the rows, by id (detectable.h)
+  std::map<std::string, double>
+      minimum_detectable_m;  ///< 3-D RMS over the rows, by id (detectable.h)
   double rms_before_m = 0, rms_after_m = 0;
   double noise_floor_m = 0;  ///< 3-D: declared sigma times sqrt(lengths per row)
   double sigma_m = 0;        ///< one axis, as used
@@ -148,10 +151,10 @@ struct Diagnosis {
   /// use (3-D) then replaces `noise_floor_m`.
   bool declared_noise_too_small = false;
   double noise_in_use_m = 0;
-  std::string sigma_origin;                   ///< "declared", "repeats", "residual"
-  std::string noise_floor_origin;             ///< likewise
-  HeldOutError held_out;                      ///< by blocks of time
-  std::string held_out_by;                    ///< "blocks of time"; empty if no row could be held out
+  std::string sigma_origin;        ///< "declared", "repeats", "residual"
+  std::string noise_floor_origin;  ///< likewise
+  HeldOutError held_out;           ///< by blocks of time
+  std::string held_out_by;         ///< "blocks of time"; empty if no row could be held out
   std::vector<HeldOutError> held_out_by_all;  ///< by blocks of time, regions and sessions
   std::vector<int> outlier_rows;              ///< file lines
   std::vector<Considered> considered;
@@ -169,7 +172,8 @@ struct DiagnosisOptions {
   int threads = 2;
   int bootstrap = 200;
   int next_poses = 6;
-  /// UTC at t_s = 0 of the rows, in seconds since 1970; absent: as declared in the cell, or unknown.
+  /// UTC at t_s = 0 of the rows, in seconds since 1970; absent: as declared in the cell, or
+  /// unknown.
   std::optional<double> time_zero_s = std::nullopt;
   /// The robot made unrecorded moves between the rows (probes of a running cell).
   bool order_unknown = false;
@@ -181,8 +185,8 @@ struct DiagnosisOptions {
 
 /// Identifies the effects that the declared cell lacks. Deterministic: equal input gives an equal
 /// answer. If some rows lack a signal that others have (the last move after a lost line,
-/// velocities), the complete rows are diagnosed first; the others take part as well unless the answer
-/// depends on that signal (partial_rows.h).
+/// velocities), the complete rows are diagnosed first; the others take part as well unless the
+/// answer depends on that signal (partial_rows.h).
 /// @return  an error with advice if the data cannot be used at all; the caller adds the file name
 Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable measured,
                            const DiagnosisOptions& options);

@@ -14,7 +14,7 @@ constexpr double kMinEffective = 0.5;  // effective parameters of a group with a
 
 /// Sum over the rows of the variances of the written effects, taken as independent.
 double SumOfVariances(const DiscrepancyDesign& design, const Eigen::MatrixXd& raw,
-                     const Eigen::MatrixXd& covariance) {
+                      const Eigen::MatrixXd& covariance) {
   std::map<BlockIndex, std::vector<int>> of_blocks;
   std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and carrier
   int at = 0;
@@ -81,7 +81,7 @@ bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
   const double freedom =
       std::max(1.0, problem.freedom() - static_cast<double>(named.columns.size()));
   const double ratio = problem.sigma_m() / sigma_m;
-  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseChance;
+  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseSignificance;
 }
 
 /// Cost of selecting the named effects and their shapes among all.
@@ -121,7 +121,7 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
                                                    const Candidates& candidates) {
   const LinearProblem& problem = pool.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
-  DiscrepancyDesign design = DesignFor(pool, named, candidates);
+  DiscrepancyDesign design = MakeDiscrepancyDesign(pool, named, candidates);
   // Exempt named blocks are subtracted from the response.
   Explanation exempt = named, curves = named;
   for (std::size_t k = 0; k < named.columns.size(); ++k) {
@@ -154,8 +154,8 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
       whole.gain - VarianceCost(whole, design.group) -
       (alone.gain + by_curves - VarianceCost(alone, named_group) - ChoiceCost(pool, named));
   if (gain < kDiscrepancyMargin) return std::nullopt;
-  // Written effects are treated as independent. Scale their covariance so that their summed variance
-  // at the rows equals the joint one.
+  // Written effects are treated as independent. Scale their covariance so that their summed
+  // variance at the rows equals the joint one.
   const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();
   const double separately = SumOfVariances(design, raw, whole.covariance);
   DiscrepancyModel discrepancy = std::move(design.of);

@@ -1,5 +1,5 @@
-// Discrepancy model: a shrunken fit of the residual that the named effects leave. It corrects within
-// the measured range and explains nothing.
+// Discrepancy model: a shrunken fit of the residual that the named effects leave. It corrects
+// within the measured range and explains nothing.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace plumbline {
 
-/// One column of a curve: an entry of the influence times sin or cos(cycles q) of its joint, or times
-/// a Legendre polynomial of a signal.
+/// One column of a curve: an entry of the influence times sin or cos(cycles q) of its joint, or
+/// times a Legendre polynomial of a signal.
 struct CurveTerm {
   int entry = 0;       ///< carrier: entry of the influence
   SignalIndex signal;  ///< argument of the curve
@@ -32,8 +32,9 @@ struct DiscrepancyModel {
   double gain = 0;  ///< in 2 ln(marginal likelihood) over the named effects alone
 };
 
-/// True for a named block that is exempt from shrinkage: it has shapes, or follows a signal. A curve of
-/// a joint along its own angle is not exempt; the one of the discrepancy model replaces it.
+/// True for a named block that is exempt from shrinkage: it has shapes, or follows a signal. A
+/// curve of a joint along its own angle is not exempt; the one of the discrepancy model replaces
+/// it.
 bool Stays(const Block& block);
 
 /// Fits all catalogue columns, a curve of each joint and curves along each recorded signal at once,
@@ -47,7 +48,7 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value);
 
 /// Name of the column of a joint angle: q3_deg.
 /// @param joint  0-based
-std::string AngleOf(int joint);
+std::string AngleColumn(int joint);
 
 /// Change of a row's prediction by all sizes and curves, including those of named effects.
 RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,

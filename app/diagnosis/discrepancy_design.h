@@ -17,8 +17,8 @@ struct DiscrepancyDesign {
 
 /// Every catalogue column that is not exempt, a curve of each joint, and curves along each recorded
 /// signal.
-DiscrepancyDesign DesignFor(const Pool& pool, const Explanation& named,
-                            const Candidates& candidates);
+DiscrepancyDesign MakeDiscrepancyDesign(const Pool& pool, const Explanation& named,
+                                        const Candidates& candidates);
 
 /// Whitened columns of the design at the rows of the problem, not yet projected.
 Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign& design);

@@ -36,7 +36,7 @@ double NamedTurn(const Model& named, int joint, double q) {
   double turn = 0;
   for (const ActiveEffect& effect : named.effects) {
     const bool lines = RepeatsWithAngle(*effect.term.effect);
-    const bool curve = effect.term.drivers == std::vector<std::string>{AngleOf(joint)} &&
+    const bool curve = effect.term.drivers == std::vector<std::string>{AngleColumn(joint)} &&
                        effect.term.parameters.size() == 1 &&
                        effect.term.parameters.front().joint == joint;
     if (!lines && !curve) continue;
@@ -63,8 +63,8 @@ std::string NameOf(int entry) {
   return std::string("base_") + "xyz"[entry - I::kBase];
 }
 
-/// The curve of one carrier along one signal as an `empirical` effect; nullopt if it is smaller than
-/// the resolution of the file format.
+/// The curve of one carrier along one signal as an `empirical` effect; nullopt if it is smaller
+/// than the resolution of the file format.
 std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Dataset& data,
                                const std::vector<std::size_t>& terms, const Model& named) {
   const CurveTerm& any = discrepancy.curves[terms.front()];
@@ -74,12 +74,12 @@ std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Datase
   // A joint curve continues beyond the rows as fitted, so that components shared with offsets and
   // frames still cancel there.
   constexpr double kBeyond = 0.25;  // of the range, on each side
-  constexpr int kLeastNodes = 33, kNodesPerWave = 8;
+  constexpr int kMinNodes = 33, kNodesPerWave = 8;
   constexpr double kLeast = 1e-8;  // rad or m
   const double beyond = signal.of_joint ? kBeyond * (signal.high - signal.low) : 0;
   const Interval range{signal.low - beyond, signal.high + beyond};
   const int nodes = std::max(
-      kLeastNodes, static_cast<int>(kNodesPerWave * cycles * (range.high - range.low) / 360));
+      kMinNodes, static_cast<int>(kNodesPerWave * cycles * (range.high - range.low) / 360));
   const auto size = static_cast<Eigen::Index>(terms.size());
   Eigen::VectorXd values(size);
   std::vector<Eigen::Index> places;  // indices into the covariance
@@ -149,8 +149,7 @@ std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset&
     if (!HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
     if (!nothing) added.push_back(std::move(finding));
   }
-  std::map<std::pair<SignalIndex, int>, std::vector<std::size_t>>
-      curves;  // by signal and carrier
+  std::map<std::pair<SignalIndex, int>, std::vector<std::size_t>> curves;  // by signal and carrier
   for (std::size_t k = 0; k < discrepancy.curves.size(); ++k) {
     curves[{discrepancy.curves[k].signal, discrepancy.curves[k].entry}].push_back(k);
   }

@@ -8,15 +8,15 @@
 namespace plumbline {
 
 /// T-optimal discrimination [Atkinson & Fedorov 1975, Biometrika 62(1)] over every ordered pair of
-/// explanations (truth, rival): the lack of fit of the rival, refitted with all columns of its blocks,
-/// if the first explanation is the truth. For a row with the displacement f of the truth and the
-/// columns X of the rival, free frames included (both in units of sigma),
+/// explanations (truth, rival): the lack of fit of the rival, refitted with all columns of its
+/// blocks, if the first explanation is the truth. For a row with the displacement f of the truth
+/// and the columns X of the rival, free frames included (both in units of sigma),
 ///   e = f - X theta,  S = 1 + X H^-1 X^T,  d^2 = e^T S^-1 e
-/// is the increase of the rival's chi2 by the row after refitting (recursive least squares); the sum
-/// over all rows is its total chi2. Columns are scaled by `PriorSizes`, one standard deviation of the
-/// prior, so that H is regular. Linearised about the arm without effects, as the search is. Two
-/// explanations are separated when the lack of fit of each, with the other as the truth, suffices to
-/// rule it out.
+/// is the increase of the rival's chi2 by the row after refitting (recursive least squares); the
+/// sum over all rows is its total chi2. Columns are scaled by `PriorSizes`, one standard deviation
+/// of the prior, so that H is regular. Linearised about the arm without effects, as the search is.
+/// Two explanations are separated when the lack of fit of each, with the other as the truth,
+/// suffices to rule it out.
 class Discrimination {
  public:
   /// @param pool          must outlive this object
@@ -36,8 +36,8 @@ class Discrimination {
   /// True if the planned measurements separate the answer from this explanation.
   bool Separated(std::size_t rival) const;
   bool AllSeparated() const;
-  /// Marks every pair as not separated again but keeps the planned measurements, so that further poses
-  /// confirm the result.
+  /// Marks every pair as not separated again but keeps the planned measurements, so that further
+  /// poses confirm the result.
   void Restart() { reached_.setZero(); }
 
  private:

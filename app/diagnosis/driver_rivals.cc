@@ -36,10 +36,10 @@ std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Bl
   return others;
 }
 
-/// The explanation with an empirical block replaced by the best one of other drivers; nullopt if none
-/// scores within kRivalGap of `best`.
+/// The explanation with an empirical block replaced by the best one of other drivers; nullopt if
+/// none scores within kRivalGap of `best`.
 std::optional<Explanation> WithOtherDrivers(Pool& pool, const Explanation& best, BlockIndex block,
-                                   const std::vector<SignalIndex>& drivers) {
+                                            const std::vector<SignalIndex>& drivers) {
   const Block of = pool.blocks()[block];
   const std::optional<Block> other =
       BestEmpirical(pool.problem(), pool.PartialResidual(best, block), drivers, CarriersOf(of));

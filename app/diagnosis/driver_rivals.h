@@ -7,8 +7,8 @@
 namespace plumbline {
 
 /// Replaces each driver of an empirical term by every other recorded signal, refits, and adds the
-/// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time and
-/// temperature rise together, for example, both are reported.
+/// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time
+/// and temperature rise together, for example, both are reported.
 /// @param pool  extended by the blocks of the alternatives
 /// @param best  explanation by columns of `pool`; nothing is added if it has no empirical term
 void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis);

@@ -21,7 +21,7 @@ struct CurveAtRows {
 };
 
 CurveAtRows EvaluateAtRows(const FitProblem& problem, const Linearisation& linear,
-                     const ActiveEffect& effect, std::size_t carrier) {
+                           const ActiveEffect& effect, std::size_t carrier) {
   std::vector<double> values(effect.values.size(), 0.0);
   values[carrier] = 1;
   CurveAtRows seen;
@@ -53,8 +53,8 @@ double LeverBetween(const CurveAtRows& seen, double low, double high) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// RMS lever arm by which a node moves the tip: over all rows, since any pose may occur at the node's
-/// value; if the payload is a driver, over the rows with payloads near the node's.
+/// RMS lever arm by which a node moves the tip: over all rows, since any pose may occur at the
+/// node's value; if the payload is a driver, over the rows with payloads near the node's.
 double LeverOfNode(const CurveAtRows& seen, const ActiveEffect& effect, Eigen::Index node) {
   constexpr std::string_view kPayloadColumn = "payload_kg";
   const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);

@@ -41,12 +41,13 @@ ExplanationCheck PValueCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "p_value";
   check.figure = finding.p_value;
-  check.limit = kLargestPValue;
-  check.passed = finding.p_value <= kLargestPValue;
+  check.limit = kMaxPValue;
+  check.passed = finding.p_value <= kMaxPValue;
   check.sentence = fmt::format(
-      "p-value {:.2g} under noise alone, corrected for the number of alternatives searched; at most "
+      "p-value {:.2g} under noise alone, corrected for the number of alternatives searched; at "
+      "most "
       "{} is accepted",
-      finding.p_value, kLargestPValue);
+      finding.p_value, kMaxPValue);
   return check;
 }
 
@@ -54,20 +55,20 @@ ExplanationCheck FrequencyCheck(double frequency, std::size_t folds) {
   ExplanationCheck check;
   check.name = "selection_frequency";
   check.figure = frequency;
-  check.limit = kLeastFrequency;
-  check.passed = frequency >= kLeastFrequency - 1e-9;
-  check.sentence = fmt::format(
-      "selected in {:.0f} of {} cross-validation folds; at least {:.0f} % are required",
-      frequency * static_cast<double>(folds), folds, 100 * kLeastFrequency);
+  check.limit = kMinSelectionFrequency;
+  check.passed = frequency >= kMinSelectionFrequency - 1e-9;
+  check.sentence =
+      fmt::format("selected in {:.0f} of {} cross-validation folds; at least {:.0f} % are required",
+                  frequency * static_cast<double>(folds), folds, 100 * kMinSelectionFrequency);
   return check;
 }
 
 ExplanationCheck PlausibilityCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "plausible";
-  check.passed = finding.implausible_times < kLeastDoubtful;
+  check.passed = finding.implausible_times < kDoubtfulRatio;
   check.figure = std::min(finding.implausible_times, kLargestReported);
-  check.limit = kLeastDoubtful;
+  check.limit = kDoubtfulRatio;
   check.sentence = finding.implausible.empty() ? "every value is plausible for a sound machine"
                                                : finding.implausible;
   return check;
@@ -104,8 +105,8 @@ std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "lines_of_one_joint";
   check.figure = most->first;
-  check.limit = kMostLinesOfAJoint;
-  check.passed = most->first <= kMostLinesOfAJoint;
+  check.limit = kMaxLinesPerJoint;
+  check.passed = most->first <= kMaxLinesPerJoint;
   check.sentence = check.passed
                        ? "no joint has more than one spectral line"
                        : fmt::format(
@@ -139,7 +140,8 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   check.limit = 1e3 * sigma_m * std::sqrt(data.lengths_per_row());
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
-      "the discrepancy model corrects {:.3g} mm beyond the named effects, without a physical cause; "
+      "the discrepancy model corrects {:.3g} mm beyond the named effects, without a physical "
+      "cause; "
       "at most the noise, {:.3g} mm, is accepted",
       check.figure, check.limit);
   return check;
@@ -166,7 +168,8 @@ std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const
 
 /// The folds whose search selected all named effects with all their joints. Other folds validate a
 /// different explanation (an offset instead of backlash whose few rows on the other flank are held
-/// out); `selection_frequency` counts those. All folds if none agrees, or if some were not searched.
+/// out); `selection_frequency` counts those. All folds if none agrees, or if some were not
+/// searched.
 std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Finding>& findings) {
   const auto last = std::max_element(held_out.fold_of.begin(), held_out.fold_of.end());
   const std::size_t folds =
@@ -217,7 +220,7 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   found.ratio = total.square / total.weight / variance;
   const double freedom = lengths * static_cast<double>(clusters.size());
   const double of_training = kTrainingShare * lengths * predicted;
-  found.limit = ChiSquareQuantile(kHeldOutChance, freedom) / freedom *
+  found.limit = ChiSquareQuantile(kHeldOutSignificance, freedom) / freedom *
                 (1 + evidence.parameters / std::max(1.0, of_training));
   return found;
 }

@@ -26,13 +26,14 @@ struct HeldOutRatio {
 HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
                               const std::vector<Finding>& findings);
 
-/// Share (0..1) of the folds whose own search selected an effect with all of its joints; nullopt if no
-/// fold was searched.
+/// Share (0..1) of the folds whose own search selected an effect with all of its joints; nullopt if
+/// no fold was searched.
 std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding& finding);
 
-/// Adds the checks of each finding and of the whole answer to `diagnosis.checks`. A finding that fails
-/// a check is added to `diagnosis.doubts` and lowers the verdict from `explained` to `ambiguous`. If
-/// the answer as a whole fails, part of the residual is unexplained and the verdict is `unknown`.
+/// Adds the checks of each finding and of the whole answer to `diagnosis.checks`. A finding that
+/// fails a check is added to `diagnosis.doubts` and lowers the verdict from `explained` to
+/// `ambiguous`. If the answer as a whole fails, part of the residual is unexplained and the verdict
+/// is `unknown`.
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis);
 
 }  // namespace plumbline

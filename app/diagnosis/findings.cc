@@ -99,8 +99,8 @@ void ShrinkToRows(const FindingsContext& context, const Removal& removal, Findin
   finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
 }
 
-/// The time of an event is known to lie between two rows only: sets its variance to that of a uniform
-/// distribution over the gap.
+/// The time of an event is known to lie between two rows only: sets its variance to that of a
+/// uniform distribution over the gap.
 void SetEventTimeVariance(const Dataset& data, Finding& finding) {
   std::vector<double> times;
   for (const Conditions& moment : data.conditions) {
@@ -139,7 +139,7 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
     SetEventTimeVariance(data, finding);
   }
   const bool identifiable = std::all_of(places.begin(), places.end(), [&](int place) {
-    return place < 0 || context.refit.held[static_cast<std::size_t>(place)];
+    return place < 0 || context.refit.identifiable[static_cast<std::size_t>(place)];
   });
   if (!identifiable || !HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
   return finding;

@@ -18,8 +18,8 @@ struct FindingsContext {
   const DiagnosisOptions& options;
 };
 
-/// False if a standard deviation is absurdly large or not finite, that is, if the rows do not determine
-/// a parameter at all.
+/// False if a standard deviation is absurdly large or not finite, that is, if the rows do not
+/// determine a parameter at all.
 bool HasUsableCovariance(const Finding& finding);
 
 /// Adds the effects with values, covariance, p-values and plausibility, and the correlation of all

@@ -33,12 +33,13 @@ class TypedIndex {
   int value_ = 0;
 };
 
-using RowIndex = TypedIndex<struct RowTag>;        ///< row of a data set
-using FitRowIndex = TypedIndex<struct FitRowTag>;  ///< position among the participating rows of a fit
+using RowIndex = TypedIndex<struct RowTag>;  ///< row of a data set
+using FitRowIndex =
+    TypedIndex<struct FitRowTag>;  ///< position among the participating rows of a fit
 using SessionIndex = TypedIndex<struct SessionTag>;
 using ClusterIndex = TypedIndex<struct ClusterTag>;  ///< replicates of one pose
 using SignalIndex = TypedIndex<struct SignalTag>;    ///< recorded signal of a data set
-using BlockIndex = TypedIndex<struct BlockTag>;      ///< block of a candidate set or discrepancy model
+using BlockIndex = TypedIndex<struct BlockTag>;  ///< block of a candidate set or discrepancy model
 using BlockColumnIndex = TypedIndex<struct BlockColumnTag>;  ///< column within its block
 using ColumnIndex = TypedIndex<struct ColumnTag>;  ///< column of a candidate set, over all blocks
 

@@ -27,9 +27,9 @@ CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
 /// d prediction / d influence of one row, shape (its residuals, influences).
 using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize>;
-/// d prediction / d (base translation, base rotation, tip) of one row, shape (its residuals, 9). The
-/// arm is treated as rigid: the change of gravity deflection with the base rotation is neglected,
-/// about a thousandth of the effect.
+/// d prediction / d (base translation, base rotation, tip) of one row, shape (its residuals, 9).
+/// The arm is treated as rigid: the change of gravity deflection with the base rotation is
+/// neglected, about a thousandth of the effect.
 using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
 
 /// Residual and frame gradient of a row.
@@ -108,8 +108,8 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f);
 /// the direction of gravity that an aligned instrument defines.
 void ShowBases(const Model& model, Dataset& data);
 
-/// Applies a step to the frames of a session: base translation [m], base rotation (rotation vector in
-/// W, about the origin of the base) [rad], tip translation in F [m].
+/// Applies a step to the frames of a session: base translation [m], base rotation (rotation vector
+/// in W, about the origin of the base) [rad], tip translation in F [m].
 void MoveFrames(Model::Frames& frames, const Eigen::Matrix<double, 9, 1>& step);
 
 }  // namespace plumbline

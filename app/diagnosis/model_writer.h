@@ -17,11 +17,11 @@ struct DataOrigin {
 };
 
 /// Appends the findings as [[effect]] (in addition to existing ones: their values add up), the
-/// estimated frames as [[session]] and the range of the data as [domain], with the fingerprint of the
-/// model: if the text is edited afterwards, the basis of its radius becomes "assumed". An existing
-/// [domain] or [[session]] is replaced by a new one, including the comments inside it; everything
-/// else is preserved byte by byte, except that an inline `effect = [..]` is rewritten as [[effect]].
-/// The text is read back before it is returned, so that it is always a valid cell.
+/// estimated frames as [[session]] and the range of the data as [domain], with the fingerprint of
+/// the model: if the text is edited afterwards, the basis of its radius becomes "assumed". An
+/// existing [domain] or [[session]] is replaced by a new one, including the comments inside it;
+/// everything else is preserved byte by byte, except that an inline `effect = [..]` is rewritten as
+/// [[effect]]. The text is read back before it is returned, so that it is always a valid cell.
 /// @param original  text of a cell that CellFromText accepts
 /// @param cell      that cell
 /// @return          the text, or the reason why the corrected model is not a valid cell

@@ -13,9 +13,9 @@ namespace {
 
 using I = Influence<double>;
 enum { kTime, kRow, kFirstSize };  // parameters of these effects
-constexpr int kMostSizes = 3;
-using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostSizes, kMostSizes>;
-using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostSizes, 1>;
+constexpr int kMaxSizes = 3;
+using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxSizes, kMaxSizes>;
+using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSizes, 1>;
 
 /// t_s if recorded, otherwise the row number.
 double ClockOf(const Dataset& data, const Conditions& moment) {
@@ -43,7 +43,7 @@ std::vector<double> Moments(const LinearProblem& problem) {
   return moments;
 }
 
-/// Gain() of a step of up to kMostSizes entries of the influence, for each of the ascending moments.
+/// Gain() of a step of up to kMaxSizes entries of the influence, for each of the ascending moments.
 /// One pass over all moments: rows are added to the sums from the last to the first, and the frames
 /// are projected out of the sums.
 std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::VectorXd& residual,

@@ -5,10 +5,10 @@
 
 namespace plumbline {
 
-/// For `step_event`: proposes the best event time for the base and for the tool, among those halfway
-/// between successive rows (by row number if no time was recorded). Two events of one explanation, of
-/// whatever effect, must have at least a tenth of the rows (at least six) between them; fewer rows
-/// are outliers instead.
+/// For `step_event`: proposes the best event time for the base and for the tool, among those
+/// halfway between successive rows (by row number if no time was recorded). Two events of one
+/// explanation, of whatever effect, must have at least a tenth of the rows (at least six) between
+/// them; fewer rows are outliers instead.
 const ShapeSearch& StepEventSearch();
 
 /// For `tilt_event`: proposes the best of the same times for a rotation of the base.

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kWorthAnotherPayload = 1.5;  // required ratio of the gains
 
-/// Lowest height in W that the tip reached, or that of the base if lower [m]; lower poses are unsafe.
+/// Lowest height in W that the tip reached, or that of the base if lower [m]; lower poses are
+/// unsafe.
 double LowestTip(const Linearisation& linear, const Model& model, const FitRows& rows) {
   double lowest_m = model.frames.back().X_WB.p.z();
   for (const RowIndex row : rows) lowest_m = std::min(lowest_m, linear.rows[row].p_W.z());

@@ -6,9 +6,9 @@
 
 namespace plumbline {
 
-/// Proposes poses in the order of execution, the most informative first (`SequentialDesign`). Uses the
-/// measured payloads if these separate all explanations; otherwise some poses are proposed without
-/// payload, and a note says so. Another note names rivals that no pose separates.
+/// Proposes poses in the order of execution, the most informative first (`SequentialDesign`). Uses
+/// the measured payloads if these separate all explanations; otherwise some poses are proposed
+/// without payload, and a note says so. Another note names rivals that no pose separates.
 /// @param answer, rivals  explanations by columns of `pool`; the scores of the rivals are those of
 ///                        their nonlinear refits
 /// @param diagnosis       receives next_poses, next_poses_separate_all and notes

@@ -66,10 +66,10 @@ DiagnosisOptions WithProgress(const DiagnosisOptions& options, double from, doub
 Diagnosis WithNotes(Diagnosis diagnosis, const MeasuredTable& table,
                     const std::vector<LackedSignal>& lacked) {
   for (const LackedSignal& one : lacked) {
-    diagnosis.notes.push_back(
-        fmt::format("{} is missing in {} rows (first: line {}): these rows were excluded, because the "
-                    "answer contains an effect that depends on it",
-                    NameOf(one.signal), one.rows.size(), table.rows[one.rows.front()].line));
+    diagnosis.notes.push_back(fmt::format(
+        "{} is missing in {} rows (first: line {}): these rows were excluded, because the "
+        "answer contains an effect that depends on it",
+        NameOf(one.signal), one.rows.size(), table.rows[one.rows.front()].line));
   }
   return diagnosis;
 }

@@ -15,8 +15,8 @@ struct LackedSignal {
   std::vector<std::size_t> rows;  ///< indices into the table, ascending
 };
 
-/// Signals that are recorded, but not in every row. The first row of a session never has a last move
-/// and is not counted.
+/// Signals that are recorded, but not in every row. The first row of a session never has a last
+/// move and is not counted.
 std::vector<LackedSignal> LackedSignals(const CellModel& cell, const MeasuredTable& table);
 
 /// The table with some of its rows moved to `unmeasured`, where they still count as moves in their

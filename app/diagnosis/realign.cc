@@ -9,7 +9,7 @@ Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measur
   start.sessions.clear();
   const Result<Dataset> data = DatasetFrom(start, measured);
   if (!data) return Error{data.error()};
-  const Result<Alignment> alignment = AlignedFrames(*data, Model::Declared(*data), threads);
+  const Result<Alignment> alignment = AlignFrames(*data, Model::Declared(*data), threads);
   if (!alignment) return Error{alignment.error()};
   Realignment realigned{cell, {}, {}};
   realigned.cell.sessions.clear();
@@ -19,9 +19,10 @@ Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measur
     frames.X_WB = alignment->model.frames[session].X_WB;
     frames.tip_F = alignment->model.frames[session].tip_F;
     realigned.covariance[frames.id] = alignment->covariance[session];
-    const auto warning = WhatStaysDeclared(*data, *alignment, session);
+    const auto warning = UndeterminedFramesText(*data, *alignment, session);
     if (!warning) continue;
-    realigned.notes.push_back(frames.id.empty() ? *warning : "session " + frames.id + ": " + *warning);
+    realigned.notes.push_back(frames.id.empty() ? *warning
+                                                : "session " + frames.id + ": " + *warning);
   }
   return realigned;
 }

@@ -11,20 +11,21 @@
 
 namespace plumbline {
 
-/// Covariance of the frames by session id: base translation in W [m], base rotation in W [rad], tip in
-/// F [m].
+/// Covariance of the frames by session id: base translation in W [m], base rotation in W [rad], tip
+/// in F [m].
 using FrameCovariances = std::map<std::string, Eigen::Matrix<double, 9, 9>>;
 
 struct Realignment {
   CellModel cell;
-  FrameCovariances covariance;     ///< empty if nothing was free
-  std::vector<std::string> notes;  ///< directions that the rows did not determine, and what was assumed
+  FrameCovariances covariance;  ///< empty if nothing was free
+  std::vector<std::string>
+      notes;  ///< directions that the rows did not determine, and what was assumed
 };
 
 /// Estimates the frames that [measurement] leaves free (instrument pose, tip) anew from these rows,
-/// with the cell's effects acting, and returns the cell with one [[session]] for each session of the
-/// rows. Returns the cell unchanged if nothing is free. Directions that the rows do not determine stay
-/// as in the cell's last session, or as declared (alignment.h).
+/// with the cell's effects acting, and returns the cell with one [[session]] for each session of
+/// the rows. Returns the cell unchanged if nothing is free. Directions that the rows do not
+/// determine stay as in the cell's last session, or as declared (alignment.h).
 /// @return  an error if the rows do not determine the frames
 Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measured, int threads);
 

@@ -12,9 +12,9 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostRefits = 8;
-/// A strongly nonlinear rival converges slowly from its linear fit; stopping early would rule it out
-/// wrongly.
+constexpr std::size_t kMaxRefits = 8;
+/// A strongly nonlinear rival converges slowly from its linear fit; stopping early would rule it
+/// out wrongly.
 constexpr int kRivalIterations = 40;
 
 /// The effects of the answer that a rival replaces, and those it uses instead.
@@ -66,7 +66,7 @@ class RivalSearch {
   void Consider(const Explanation& other) {
     const std::optional<Exchange> exchange = ExchangeOf(answer_, EffectKeys(context_.pool, other));
     if (!exchange || refitted_.contains(*exchange)) return;
-    if (refitted_.size() >= kMostRefits) {
+    if (refitted_.size() >= kMaxRefits) {
       skipped_.insert(*exchange);
       return;
     }
@@ -94,7 +94,7 @@ class RivalSearch {
     if (!skipped_.empty()) {
       diagnosis_.notes.push_back(fmt::format(
           "{} possible rivals were refitted; {} more scored close enough but were skipped",
-          kMostRefits, skipped_.size()));
+          kMaxRefits, skipped_.size()));
     }
     for (const Rival& rival : diagnosis_.rivals) too_large_.erase(rival.id);
     if (!too_large_.empty()) {
@@ -127,8 +127,8 @@ class RivalSearch {
     }
   }
 
-  /// For each row, the prediction of another model minus that of the answer [m]; empty if the sagged
-  /// posture of either does not converge.
+  /// For each row, the prediction of another model minus that of the answer [m]; empty if the
+  /// sagged posture of either does not converge.
   std::vector<Vec3> ShiftsOf(const Model& theirs) const {
     const Dataset& data = context_.problem.data;
     const Result<Linearisation> there = Linearise(data, theirs, false, context_.options.threads);

@@ -16,7 +16,7 @@ namespace {
 using I = Influence<double>;
 using SignalPair = std::pair<SignalIndex, SignalIndex>;
 constexpr std::size_t kBlocksKept = 4;
-constexpr int kMostOfVectors = 7;  // degree of a vector-valued curve along a joint's signal
+constexpr int kMaxVectorDegree = 7;  // degree of a vector-valued curve along a joint's signal
 
 /// The influences that an unknown cause may act on.
 std::vector<std::vector<int>> Carriers(const Dataset& data) {
@@ -31,7 +31,7 @@ std::vector<std::vector<int>> Carriers(const Dataset& data) {
 std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {
   std::vector<int> degrees;
   for (const int degree : {1, 2, 3, 4, 5, 7, 10, 14}) {
-    if (carriers > 1 && signal.of_joint && degree > kMostOfVectors) continue;
+    if (carriers > 1 && signal.of_joint && degree > kMaxVectorDegree) continue;
     if (degree <= 2 ? degree < signal.distinct : 2 * degree < signal.distinct) {
       degrees.push_back(degree);
     }
@@ -148,8 +148,9 @@ std::vector<SignalPair> SignalPairs(const Dataset& data) {
   return pairs;
 }
 
-/// True if an empirical curve is much larger between the rows than at them. Surfaces are exempt: their
-/// corners are often far from every row, and the written effect is limited to its rows anyway.
+/// True if an empirical curve is much larger between the rows than at them. Surfaces are exempt:
+/// their corners are often far from every row, and the written effect is limited to its rows
+/// anyway.
 bool Overshoots(const Pool& pool, const Explanation& explanation) {
   constexpr int kNodes = 60;
   const Dataset& data = pool.problem().data();
@@ -175,7 +176,7 @@ bool Overshoots(const Pool& pool, const Explanation& explanation) {
         at_rows = std::max(at_rows, at(Scaled(signal, signal.values[row])));
       }
       for (int k = 0; k <= kNodes; ++k) between = std::max(between, at(2.0 * k / kNodes - 1));
-      if (between > kMostSwing * at_rows) return true;
+      if (between > kMaxOvershoot * at_rows) return true;
     }
   }
   return false;
@@ -287,7 +288,7 @@ class EmpiricalSearch {
   /// Adds catalogue effects to the best explanation, one at a time, while the score improves.
   void Grow() {
     double before = 1e300;
-    while (HasEmpirical(pool_, best_) && best_.score < before - kGainToGrow) {
+    while (HasEmpirical(pool_, best_) && best_.score < before - kMinGainToGrow) {
       const std::vector<BlockIndex> from = best_.blocks;
       before = best_.score;
       for (const BlockIndex block : catalogue_) EvaluateBelowBest(With(from, block));
@@ -330,7 +331,7 @@ class EmpiricalSearch {
   bool Excluded(const std::vector<BlockIndex>& support) const {
     std::vector<const Block*> blocks;
     for (const BlockIndex block : support) blocks.push_back(&pool_.blocks()[block]);
-    return ShapesClash(pool_.problem(), blocks);
+    return ShapesConflict(pool_.problem(), blocks);
   }
 
   void UpdateBest(Explanation explanation) {
@@ -364,7 +365,8 @@ Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
   constexpr std::size_t kFitted = 3, kPromising = 12;  // of the best explanations
   EmpiricalSearch search(pool, ranked.front());
   search.AddEmpiricalBlocks(pool.Fit({}));
-  for (std::size_t k = 0; k < std::min(ranked.size(), kFitted); ++k) search.AddEmpiricalBlocks(ranked[k]);
+  for (std::size_t k = 0; k < std::min(ranked.size(), kFitted); ++k)
+    search.AddEmpiricalBlocks(ranked[k]);
   for (std::size_t k = 0; k < std::min(ranked.size(), kPromising); ++k) {
     search.EvaluateWith(ranked[k]);
     if (k < kFitted) search.Prune(ranked[k]);
@@ -412,8 +414,8 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
     Eigen::VectorXd flipped = residual;
     for (const FitRowIndex j : problem.rows().indices()) {
       const ClusterIndex cluster = data.cluster_of[problem.rows()[j]];
-      const auto [sign, fresh] = signs.emplace(cluster, 0.0);
-      if (fresh) sign->second = random.Sign();
+      const auto [sign, inserted] = signs.emplace(cluster, 0.0);
+      if (inserted) sign->second = random.Sign();
       problem.layout().PartOf(flipped, j) *= sign->second;
     }
     double largest = 0;

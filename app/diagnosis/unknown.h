@@ -8,8 +8,8 @@
 
 namespace plumbline {
 
-/// Adds to the candidate set the empirical blocks that fit a residual best: a carrier times a smooth
-/// function of one signal, or of two signals and their product.
+/// Adds to the candidate set the empirical blocks that fit a residual best: a carrier times a
+/// smooth function of one signal, or of two signals and their product.
 /// @param residual  whitened and projected
 /// @return          their indices, best first
 std::vector<BlockIndex> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kSignalRows = 1000;  // rows used to test the signals
 
-/// True if repeats scatter significantly less than the residual, and less by a factor of `kRough`: the
-/// residual is then not noise, whatever was declared.
+/// True if repeats scatter significantly less than the residual, and less by a factor of `kRough`:
+/// the residual is then not noise, whatever was declared.
 bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double freedom) {
   if (data.repeat_sigma_m <= 0) return false;
   const double noise_m =
@@ -26,7 +26,7 @@ bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double free
   constexpr double kOfMedian = 0.37;
   const double ratio = residual_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
   return FisherTail(ratio * ratio, kOfMedian * freedom, kOfMedian * data.repeat_freedom) <
-         kRepeatsChance;
+         kRepeatsSignificance;
 }
 
 Verdict VerdictOfSearch(const Identified& found, const Diagnosis& diagnosis) {
@@ -57,7 +57,7 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   for (const SignalTrace& signal : diagnosis.signals) {
     const bool named = std::find(diagnosis.drivers.begin(), diagnosis.drivers.end(), signal.name) !=
                        diagnosis.drivers.end();
-    if (signal.p_value <= kFollowsChance && !named) diagnosis.drivers.push_back(signal.name);
+    if (signal.p_value <= kSignalSignificance && !named) diagnosis.drivers.push_back(signal.name);
   }
 }
 
@@ -65,7 +65,7 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
 
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
   const LinearProblem subset(found.fit.WithRows(EvenlySpread(found.fit.data, kSignalRows)),
-                          found.linear, found.model);
+                             found.linear, found.model);
   Pool pool(subset);
   std::vector<BlockIndex> support;
   for (const BlockIndex block : found.best.blocks) {
@@ -93,9 +93,9 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
   const double freedom =
       static_cast<double>(data.layout().total()) - static_cast<double>(found.best.columns.size());
   if (RepeatsContradict(data, residual_sigma_m, freedom)) {
-    diagnosis.notes.push_back(
-        fmt::format("repeated measurements scatter by only {:.3g} mm per axis: the residual is not noise",
-                    1e3 * data.repeat_sigma_m));
+    diagnosis.notes.push_back(fmt::format(
+        "repeated measurements scatter by only {:.3g} mm per axis: the residual is not noise",
+        1e3 * data.repeat_sigma_m));
     diagnosis.verdict = Verdict::kUnknown;
   }
   if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;

@@ -6,13 +6,13 @@
 
 namespace plumbline {
 
-/// Adds all recorded signals, each with the p-value that the residual of the identified model follows
-/// it (by sign flips of clusters), and the spectrum of the residual along each joint angle.
+/// Adds all recorded signals, each with the p-value that the residual of the identified model
+/// follows it (by sign flips of clusters), and the spectrum of the residual along each joint angle.
 /// @param all  every row; supplies the reported values. The p-values are of the searched rows only.
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
 
-/// Sets the verdict before the checks (explanation_checks.h), the driver signals of an unknown cause,
-/// and whether the declared noise is too small. Requires `rivals` and `signals`.
+/// Sets the verdict before the checks (explanation_checks.h), the driver signals of an unknown
+/// cause, and whether the declared noise is too small. Requires `rivals` and `signals`.
 /// @param residual_sigma_m  robust standard deviation of the residual, one axis [m]
 void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
                 Diagnosis& diagnosis);

@@ -26,8 +26,9 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
           return rival.id == rival.instead_of && rival.id == term.effect->traits().id &&
                  rival.instead_of_word == term.word;
         });
-    std::string name = differs_by_word ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
-                                  : EffectName(finding);
+    std::string name = differs_by_word
+                           ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
+                           : EffectName(finding);
     if (with_shares) {
       name += fmt::format(" ({}{})", PercentText(finding.share_of_residual),
                           names.empty() ? " of the residual" : "");
@@ -66,7 +67,8 @@ std::string NoEffectHeadline(const Diagnosis& diagnosis) {
   return text;
 }
 
-/// The alternative driver signals: "t_s or temp_C", or for pairs "t_s and q1_deg or t_s and temp_C".
+/// The alternative driver signals: "t_s or temp_C", or for pairs "t_s and q1_deg or t_s and
+/// temp_C".
 std::string RivalDrivers(const Diagnosis& diagnosis) {
   std::vector<std::string> choices;
   for (const Finding& finding : diagnosis.findings) {
@@ -117,10 +119,9 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
                                    PercentText(finding.share_of_residual)));
   }
   if (!physical.empty()) text = Listed(physical) + ", plus ";
-  text +=
-      diagnosis.drivers.empty()
-          ? "an effect outside the catalogue that follows no recorded signal"
-          : "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
+  text += diagnosis.drivers.empty()
+              ? "an effect outside the catalogue that follows no recorded signal"
+              : "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
   if (!diagnosis.withheld.empty()) return text + "; no correction is written";
   text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically within the measured range"
                                       : "; that part is not corrected";

@@ -14,8 +14,8 @@ std::string EffectName(std::string_view id);
 
 /// "joint compliance on axes 2 and 3"; the name alone if `scope` is empty.
 std::string EffectName(std::string_view id, const std::vector<std::string>& scope);
-/// "backlash on axis 2 (load)", "a step at one moment (base)": the variant follows in parentheses if
-/// the effect has one.
+/// "backlash on axis 2 (load)", "a step at one moment (base)": the variant follows in parentheses
+/// if the effect has one.
 std::string EffectName(std::string_view id, std::string_view word,
                        const std::vector<std::string>& scope);
 std::string EffectName(const Finding& finding);
@@ -24,8 +24,8 @@ std::string EffectName(const Finding& finding);
 /// "linear: the base moves 73.5 mm per bar (x 43.0, y 49.4, z -33.3)". Empty for a nonlinear curve,
 /// a term of two signals, and an effect of the catalogue.
 std::string LineText(const ActiveEffect& effect);
-/// Name of a rival, and of the finding that it would replace; with the variants if both have the same
-/// id and differ in the variant only.
+/// Name of a rival, and of the finding that it would replace; with the variants if both have the
+/// same id and differ in the variant only.
 std::string RivalName(const Rival& rival);
 std::string ReplacedName(const Rival& rival);
 

@@ -137,7 +137,8 @@ TEST_CASE("each verdict says what it has to say") {
         "5.100&thinsp;&times;&thinsp;10<sup>&minus;7</sup>", "Correlation", "Held out, corrected"},
        {"Other explanations"}},
       {Verdict::kAmbiguous,
-       {"Tool stiffness or payload mass: these points cannot distinguish them; 6 further poses would",
+       {"Tool stiffness or payload mass: these points cannot distinguish them; 6 further poses "
+        "would",
         "Other explanations", "What to measure next"},
        {"Correlation of"}},
       {Verdict::kUnknown,
