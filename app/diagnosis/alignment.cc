@@ -14,7 +14,7 @@
 namespace plumbline {
 namespace {
 
-/// A row as the search for a start sees it: the flange in B, and what was measured.
+/// A row for the initial estimate: flange pose in B and measured tip in W.
 struct FlangePoint {
   Pose X_BF;
   Vec3 p_W;
@@ -28,11 +28,11 @@ struct Start {
 
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-/// What is known of the frames before any row: the tip is the declared one within 100 mm (95 %),
-/// the base stands in the cell, turned anyhow. It decides nothing that the rows determine; what
-/// they do not stays where it was declared. What is not free does not move.
+/// Prior of the frames: the tip is the declared one within 100 mm (95 %); the base is within the
+/// cell, in any orientation. Negligible along directions that the rows determine; along the others
+/// the declared value is kept. Frames that are not free are fixed by an infinite precision.
 struct FramePrior {
-  Vector9 information = Vector9::Zero();  ///< 1 / variance; infinite where not free
+  Vector9 information = Vector9::Zero();  ///< 1 / variance; practically infinite if not free
   Vec3 tip_F = Vec3::Zero();
 };
 
@@ -47,9 +47,10 @@ FramePrior PriorOf(const Vec3& tip_F, bool frame_free, bool tip_free) {
   return prior;
 }
 
-/// The step of the most probable frames: rows of variance `variance_m2` and the prior. Only the tip
-/// is drawn back to where it was declared; the base stays where the search found it.
-/// @param information  gets the sum of both
+/// Gauss-Newton step to the maximum a posteriori frames, from rows of variance `variance_m2` and
+/// the prior. Only the tip has a prior mean (the declared one); the base is damped about its
+/// current value.
+/// @param information  receives the posterior precision
 Vector9 StepOf(const Eigen::Matrix<double, 9, 9>& H, const Vector9& g, double variance_m2,
                const FramePrior& prior, const Vec3& tip_F,
                Eigen::Matrix<double, 9, 9>& information) {
@@ -68,11 +69,11 @@ double RmsOf(const std::vector<FlangePoint>& points, const Start& start) {
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
-/// Gauss-Newton on base and tip (9 numbers; the tip only where it is free).
+/// Gauss-Newton on base and tip (9 parameters), each only if it is free.
 void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_free,
             const FramePrior& prior, Start& start) {
   constexpr int kPasses = 30;
-  constexpr double kLeastScale_m = 1e-4;  // of what an unloaded arm leaves
+  constexpr double kMinScale_m = 1e-4;  // residual of an unloaded arm
   double damping = 1e-9;
   start.rms_m = RmsOf(points, start);
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -93,7 +94,7 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
       g += J.transpose() * (point.p_W - p_W);
     }
     H.diagonal().array() += damping * H.diagonal().maxCoeff();
-    const double scale_m = std::max(start.rms_m, kLeastScale_m);
+    const double scale_m = std::max(start.rms_m, kMinScale_m);
     Eigen::Matrix<double, 9, 9> information;
     const Vector9 step = StepOf(H, g, scale_m * scale_m, prior, start.tip_F, information);
     Model::Frames frames{start.X_WB, start.tip_F};
@@ -112,7 +113,8 @@ void Polish(const std::vector<FlangePoint>& points, bool frame_free, bool tip_fr
   }
 }
 
-/// p_W = R p_F + (R (x) t) vec(R_BF) + b is linear in 3 (3 + 9 + 1) numbers.
+/// Solves p_W = R p_BF + (R (x) t) vec(R_BF) + b, linear in its 3 (3 + 9 + 1) unknowns, for base
+/// and tip; nullopt for fewer than 16 points or a degenerate solution.
 std::optional<Start> LiftedStart(const std::vector<FlangePoint>& points) {
   const auto count = static_cast<int>(points.size());
   if (count < 16) return std::nullopt;
@@ -161,7 +163,7 @@ std::vector<Mat3> CubeRotations() {
   return rotations;
 }
 
-/// Without rotation the base is where the mean of the points is.
+/// Start with a given orientation of the base; its position follows from the mean of the points.
 Start StartAt(const std::vector<FlangePoint>& points, const Mat3& R, const Vec3& tip_F) {
   Start start{{R, Vec3::Zero()}, tip_F};
   for (const FlangePoint& point : points) {
@@ -185,7 +187,7 @@ Start BestStart(const std::vector<FlangePoint>& points, const Model::Frames& dec
                            [](const Start& a, const Start& b) { return a.rms_m < b.rms_m; });
 }
 
-/// At most `most` of the session's rows, spread evenly.
+/// At most `most` rows of the session, evenly spread.
 std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int most) {
   std::vector<RowIndex> all;
   for (const RowIndex row : data.row_indices()) {
@@ -201,7 +203,7 @@ std::vector<RowIndex> SomeRows(const Dataset& data, SessionIndex session, int mo
   return some;
 }
 
-/// Points alone, on the unloaded arm: a start for every session.
+/// Initial frames of every session, from the unloaded arm.
 void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& priors,
                  Model& model) {
   constexpr int kRowsForStart = 300;
@@ -221,7 +223,7 @@ void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& p
   }
 }
 
-/// Normal equations of one session's frames, without rows beyond `limit_m`.
+/// Normal equations of one session's frames, from the rows with errors up to `limit_m`.
 void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex session, double limit_m,
            Eigen::Matrix<double, 9, 9>& H, Vector9& g) {
   H.setZero();
@@ -242,17 +244,17 @@ void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex sessio
   }
 }
 
-/// The variance of one axis that the alignment reckons with.
-/// @param middle_m  median of the errors in space
+/// Variance of one axis used by the alignment [m^2].
+/// @param middle_m  median length of the errors [m]
 double VarianceOf(const Dataset& data, double middle_m) {
-  constexpr double kLeastSigma_m = 1e-6;
+  constexpr double kMinSigma_m = 1e-6;
   const double of_rows_m = middle_m / MedianOfChi(data.ranges() ? 1 : 3);
-  return std::pow(std::max({of_rows_m, data.sigma_m, kLeastSigma_m}), 2);
+  return std::pow(std::max({of_rows_m, data.sigma_m, kMinSigma_m}), 2);
 }
 
 }  // namespace
 
-Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int threads) {
+Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threads) {
   Alignment alignment{given, {}};
   alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
   if (!data.frames_free() && !data.tip_free()) return alignment;
@@ -262,7 +264,7 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
   }
   Model& model = alignment.model;
   if (!data.ranges()) StartFrames(data, priors, model);
-  // Polished with the loaded arm on robust weights.
+  // Refined with the loaded arm and robust weights.
   constexpr int kPasses = 8;
   for (int pass = 0; pass < kPasses; ++pass) {
     const Result<Linearisation> linear = Linearise(data, model, false, threads);
@@ -277,7 +279,9 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
       SumUp(data, *linear, session, 4 * middle_m + 1e-9, H, g);
       const Vector9 step =
           StepOf(H, g, variance_m2, priors[session], model.frames[session].tip_F, information);
-      if (!step.allFinite()) return Error{"the rows cannot hold the unknown frames: spread them"};
+      if (!step.allFinite())
+        return Error{
+            "the rows do not determine the unknown frames: measure poses spread over the cell"};
       MoveFrames(model.frames[session], step);
       alignment.covariance[session] = information.inverse();
       largest = std::max(largest, step.cwiseAbs().maxCoeff());
@@ -288,37 +292,39 @@ Result<Alignment> AlignedFrames(const Dataset& data, const Model& given, int thr
 }
 
 Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
-  const Result<Alignment> alignment = AlignedFrames(data, given, threads);
+  const Result<Alignment> alignment = AlignFrames(data, given, threads);
   if (!alignment) return Error{alignment.error()};
   return alignment->model;
 }
 
-std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
-                                             SessionIndex session) {
-  // A fifth of the prior's deviation: hardly more is known of that direction than before.
-  constexpr double kHeld_m = 0.01, kHeld_rad = 0.1;
+std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Alignment& alignment,
+                                                  SessionIndex session) {
+  // A posterior deviation above a fifth of the prior's: the rows add little along that direction.
+  constexpr double kUndetermined_m = 0.01, kUndetermined_rad = 0.1;
   const Eigen::Matrix<double, 9, 9>& C = alignment.covariance[session];
   const Eigen::SelfAdjointEigenSolver<Mat3> tip(C.bottomRightCorner<3, 3>());
   const Eigen::SelfAdjointEigenSolver<Mat3> turn(C.block<3, 3>(3, 3));
-  std::string held;
+  std::string directions;
   for (int k = 0; data.tip_free() && k < 3; ++k) {
-    if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kHeld_m) continue;
+    if (std::sqrt(std::max(0.0, tip.eigenvalues()[k])) < kUndetermined_m) continue;
     const Vec3 axis = tip.eigenvectors().col(k);
-    held += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", held.empty() ? "" : ", ", axis.x(), axis.y(),
-                        axis.z());
+    directions += fmt::format("{}({:.2f}, {:.2f}, {:.2f})", directions.empty() ? "" : ", ",
+                              axis.x(), axis.y(), axis.z());
   }
   std::string text;
-  if (!held.empty()) {
+  if (!directions.empty()) {
     text = fmt::format(
-        "the rows do not determine the tip along {} of the flange, since the tool keeps its "
-        "orientation there: it stays as declared, taken as right to 100 mm (95 %), and the radius "
-        "of poses with another orientation grows by that. Measure a few poses with the tool "
-        "turned by 30 deg or more",
-        held);
+        "the rows do not determine the tip along {} in the flange frame, because the tool keeps "
+        "its orientation: it stays as declared, assumed correct within 100 mm (95 %), and the "
+        "radius of poses with another orientation increases by that. Measure a few poses with "
+        "the tool turned by 30 deg or more",
+        directions);
   }
-  if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kHeld_rad) {
+  if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kUndetermined_rad) {
     text += fmt::format(
-        "{}the rows do not determine how the robot's base is turned: spread them over the cell",
+        "{}the rows do not determine the orientation of the robot base: measure poses spread over "
+        "the "
+        "cell",
         text.empty() ? "" : "; ");
   }
   if (text.empty()) return std::nullopt;

@@ -1,4 +1,4 @@
-// Frames of an instrument and tip of a tool, found from the rows alone.
+// Estimation of the instrument frame and the tool tip from measured rows.
 #pragma once
 
 #include <optional>
@@ -11,31 +11,35 @@ namespace plumbline {
 
 struct Alignment {
   Model model;
-  /// Of each session's frames: base shift in W [m], base turn about its origin in W [rad], tip in F
-  /// [m]; zero where not free.
+  /// Covariance of each session's frames: base translation in W [m], base rotation about its origin
+  /// in W [rad], tip in F [m]; zero for frames that are not free.
   Indexed<SessionIndex, Eigen::Matrix<double, 9, 9>> covariance;
 };
 
-/// Finds what the cell leaves free, for each session: the instrument's pose (any) and the tip
-/// (the declared one may be 100 mm off), the effects of `model` acting. Of points globally: the
-/// lifted linear problem p_W = R p_F + sum_l (R t)_l .. gives a start, the 24 right-angled poses
-/// are others, and the best is kept. It is polished by Gauss-Newton on robust weights; of ranges
-/// that is all, so that the declared pose must be near. Nothing is changed where the cell leaves
-/// nothing free.
+/// Estimates the frames that the cell leaves free for each session, with the effects of `model`
+/// acting: the instrument pose (anywhere) and the tip (up to about 100 mm from the declared one).
 ///
-/// The estimate is the most probable one under a prior: the tip as declared to 50 mm, the base
-/// anywhere within 5 m and 1 rad of the start (one standard deviation). Rows determine frames to
-/// fractions of a millimetre, where the prior has no say; rows of one orientation leave a shift of
-/// the tip and the opposite shift of the base open, and then the tip stays as declared.
-/// @return  an error where the rows cannot hold the frames
-Result<Alignment> AlignedFrames(const Dataset& data, const Model& model, int threads);
+/// With measured points the search is global: the lifted linear problem
+/// p_W = R p_BF + sum_l (R t)_l .. and the 24 right-angled orientations give starting values, and
+/// the best is refined by Gauss-Newton with robust weights. With measured ranges only the
+/// refinement is done, so the declared pose must be close. If nothing is free, the model is
+/// returned unchanged.
+///
+/// The estimate is the maximum a posteriori under a prior: the tip as declared with 50 mm standard
+/// deviation, the base within 5 m and 1 rad of the start. Well distributed rows determine the
+/// frames to fractions of a millimetre and the prior is negligible. With a constant tool
+/// orientation a shift of the tip cannot be distinguished from the opposite shift of the base; the
+/// tip then stays as declared.
+/// @return  an error if the rows do not determine the frames
+Result<Alignment> AlignFrames(const Dataset& data, const Model& model, int threads);
 
-/// The model alone.
+/// Like AlignFrames, without the covariance.
 Result<Model> Aligned(const Dataset& data, const Model& model, int threads);
 
-/// What the rows of a session did not determine, so that it stayed as declared (a posterior
-/// deviation above a fifth of the prior's for the tip); nothing where they determine all.
-std::optional<std::string> WhatStaysDeclared(const Dataset& data, const Alignment& alignment,
-                                             SessionIndex session);
+/// Warning about frames of a session that the rows do not determine and that therefore stayed as
+/// declared (for the tip: a posterior standard deviation above a fifth of the prior's); nullopt if
+/// they determine all.
+std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Alignment& alignment,
+                                                  SessionIndex session);
 
 }  // namespace plumbline

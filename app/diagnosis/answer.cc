@@ -36,14 +36,14 @@ Json JsonOf(const Finding& finding) {
   Json parameters = Json::array();
   for (const EffectParameter& parameter : written.parameters)
     parameters.push_back(JsonOf(parameter));
-  Json told = {{"id", written.id},
+  Json json = {{"id", written.id},
                {"scope", written.scope},
                {"parameters", parameters},
                {"p_value", Number(finding.p_value)},
                {"share_of_residual", Number(finding.share_of_residual)}};
   const std::string line = LineText(finding.effect);
-  if (!line.empty()) told["in_words"] = line;
-  return told;
+  if (!line.empty()) json["in_words"] = line;
+  return json;
 }
 
 Json JsonOf(const ExplanationCheck& check) {
@@ -77,11 +77,11 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   for (const Finding& finding : diagnosis.findings) answer["effects"].push_back(JsonOf(finding));
   answer["rivals"] = Json::array();
   for (const Rival& rival : diagnosis.rivals) {
-    Json& told = answer["rivals"].emplace_back(Json{{"instead_of", rival.instead_of},
+    Json& json = answer["rivals"].emplace_back(Json{{"instead_of", rival.instead_of},
                                                     {"id", rival.id},
                                                     {"signal_left", Number(rival.signal_left)}});
-    if (!rival.scope.empty()) told["scope"] = rival.scope;
-    if (!rival.word.empty()) told["word"] = rival.word;
+    if (!rival.scope.empty()) json["scope"] = rival.scope;
+    if (!rival.word.empty()) json["word"] = rival.word;
   }
   answer["drivers"] = diagnosis.drivers;
   answer["next_poses"] = next_poses_file.empty() ? Json(nullptr) : Json(next_poses_file);
@@ -126,13 +126,13 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                                   {"after_high_mm", Millimetres(error.after_high_m)}});
   }
   answer["withheld"] = diagnosis.withheld.empty() ? Json(nullptr) : Json(diagnosis.withheld);
-  // A column's name may hold bytes that are no UTF-8; they are replaced, not refused.
+  // A column name may contain bytes that are not UTF-8; replace them instead of throwing.
   return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 namespace {
 
-/// Columns of next_poses.csv beside the joints; each only where some pose needs it.
+/// Optional columns of next_poses.csv; each is written only if some pose needs it.
 struct NextPoseColumns {
   bool payload = false, qd = false, qdd = false, wait = false, measure = false;
 };
@@ -149,7 +149,7 @@ NextPoseColumns ColumnsOf(const std::vector<NextPose>& poses, const CellModel& c
   return columns;
 }
 
-/// Joint values in file units; zeros where there are none.
+/// Joint values in file units; zeros if `values` is empty.
 void AddJointValues(const std::vector<Joint>& joints, const JointVector& values,
                     std::vector<std::string>& cells) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -176,7 +176,7 @@ std::string Header(const std::vector<Joint>& joints, const NextPoseColumns& colu
   return fmt::format("{}\n", fmt::join(names, ","));
 }
 
-/// A row where the robot goes; a via pose is passed at rest, without a wait after it.
+/// One row of the file. A wait is written in the first of the two rows of a pose with a via pose.
 std::string RowAt(const NextPose& pose, bool via, const std::vector<Joint>& joints,
                   const NextPoseColumns& columns) {
   std::vector<std::string> cells;
@@ -185,7 +185,7 @@ std::string RowAt(const NextPose& pose, bool via, const std::vector<Joint>& join
   if (columns.qd) AddJointValues(joints, via ? JointVector() : pose.qd, cells);
   if (columns.qdd) AddJointValues(joints, via ? JointVector() : pose.qdd, cells);
   if (columns.wait) {
-    const bool waits = via || pose.via_q.size() == 0;  // before the first move of the two
+    const bool waits = via || pose.via_q.size() == 0;  // in the first of two rows
     cells.push_back(fmt::format("{:.6g}", waits ? pose.wait_s / 60 : 0.0));
   }
   if (columns.measure) cells.emplace_back(via ? "0" : "1");

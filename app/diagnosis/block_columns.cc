@@ -8,9 +8,10 @@ std::shared_ptr<const Eigen::MatrixXd> BlockColumns::Of(const Dataset& data,
                                                         const Linearisation& linear,
                                                         const Block& block, int threads) {
   const std::lock_guard lock(mutex_);
-  const auto known = std::find_if(kept_.begin(), kept_.end(),
-                                  [&](const Kept& kept) { return SameColumns(kept.block, block); });
-  if (known != kept_.end()) return known->columns;
+  const auto known = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+    return SameColumns(entry.block, block);
+  });
+  if (known != entries_.end()) return known->columns;
   const auto width = static_cast<int>(block.columns.size());
   auto columns = std::make_shared<Eigen::MatrixXd>(linear.layout.total(), width);
   InParallel(data.rows(), threads, [&](int first, int last) {
@@ -18,7 +19,7 @@ std::shared_ptr<const Eigen::MatrixXd> BlockColumns::Of(const Dataset& data,
       ColumnsAt(data, linear, block, row, linear.layout.PartOf(*columns, row));
     }
   });
-  return kept_.emplace_back(Kept{block, std::move(columns)}).columns;
+  return entries_.emplace_back(Entry{block, std::move(columns)}).columns;
 }
 
 }  // namespace plumbline

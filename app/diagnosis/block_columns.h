@@ -9,22 +9,22 @@
 
 namespace plumbline {
 
-/// Columns over all rows of blocks without a searched shape: every fold, and every pass that moves
-/// no frame, needs the same ones. Thread-safe: a mutex is held while a block's columns are
-/// computed.
+/// Columns over all rows for blocks without a searched shape. Every fold, and every pass that does
+/// not change the frames, uses the same ones. Thread-safe; a mutex is locked during the
+/// computation.
 class BlockColumns {
  public:
-  /// The columns of a block, shape (residuals of all rows, columns), computed at its first use.
+  /// The columns of a block, shape (residuals of all rows, columns); computed on first use.
   std::shared_ptr<const Eigen::MatrixXd> Of(const Dataset& data, const Linearisation& linear,
                                             const Block& block, int threads);
 
  private:
-  struct Kept {
+  struct Entry {
     Block block;
     std::shared_ptr<const Eigen::MatrixXd> columns;
   };
   std::mutex mutex_;
-  std::vector<Kept> kept_;
+  std::vector<Entry> entries_;
 };
 
 }  // namespace plumbline

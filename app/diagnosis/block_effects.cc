@@ -13,8 +13,8 @@ namespace plumbline {
 namespace {
 
 using I = Influence<double>;
-constexpr int kCurveNodes = 33;  // of a written empirical curve
-constexpr int kGridNodes = 9;    // along each driver of a written surface
+constexpr int kCurveNodes = 33;  // of an empirical curve
+constexpr int kGridNodes = 9;    // along each driver of an empirical surface
 
 std::string CarrierName(int entry, double& from_SI) {
   from_SI = 1;
@@ -30,7 +30,7 @@ std::string CarrierName(int entry, double& from_SI) {
   return fmt::format("q{}", entry % kMaxJoints + 1);
 }
 
-/// The drivers' values at each node of a written curve or grid, in their ranges.
+/// Values of the drivers at the nodes of a curve or grid, evenly spaced over their ranges.
 Eigen::MatrixXd DriversAtNodes(const Dataset& data, const BlockColumn& column) {
   const auto value = [&](SignalIndex index, int node, int count) {
     const RecordedSignal& signal = data.signals[index];
@@ -95,7 +95,7 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block, const Colu
 
 }  // namespace
 
-ActiveEffect SizesOf(const Block& block, const ColumnSizes& values) {
+ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values) {
   ActiveEffect effect;
   effect.term = block.term;
   effect.term.parameters.clear();
@@ -121,7 +121,7 @@ ActiveEffect SizesOf(const Block& block, const ColumnSizes& values) {
 
 namespace {
 
-/// The unit of each value of an effect that stands for one block.
+/// The unit of each value of an effect that comes from one block.
 std::vector<BlockUnit> UnitsOf(const Block& block, BlockIndex index, const ActiveEffect& effect) {
   std::vector<BlockUnit> units(effect.values.size(), BlockUnit{index, 0});
   if (block.units == 1) return units;
@@ -153,7 +153,7 @@ EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Bl
     }
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
     ActiveEffect effect =
-        search != nullptr ? search->EffectFrom(block, values) : SizesOf(block, values);
+        search != nullptr ? search->EffectFrom(block, values) : EffectFromSizes(block, values);
     std::vector<BlockUnit> units = UnitsOf(block, index, effect);
     const auto same =
         std::find_if(found.effects.begin(), found.effects.end(), [&](const ActiveEffect& other) {

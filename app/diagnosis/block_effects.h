@@ -1,4 +1,4 @@
-// The effects that fitted blocks stand for.
+// Conversion of fitted blocks to effects.
 #pragma once
 
 #include <map>
@@ -9,24 +9,25 @@
 
 namespace plumbline {
 
-/// Values of some columns of blocks, SI.
+/// Fitted values of columns of several blocks, SI.
 using Coefficients = std::map<std::pair<BlockIndex, BlockColumnIndex>, double>;
-/// The same of one block.
+/// Fitted values of columns of one block, SI.
 using ColumnSizes = std::map<BlockColumnIndex, double>;
 
-/// The effects that coefficients of some columns of blocks stand for; harmonics of one effect are
-/// joined into one. An effect without a coefficient is left out.
+/// The effects represented by fitted columns. Blocks of one effect that form one entry of a file
+/// (harmonics, for example) are joined. Effects without a coefficient are omitted.
 std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
                                       const Coefficients& coefficients);
 
-/// Columns of a block that are kept or dropped together.
+/// Identifies columns of a block that are kept or dropped together.
 struct BlockUnit {
   BlockIndex block;
   int number = 0;                                      ///< within the block
   auto operator<=>(const BlockUnit&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// The same, and of each value of each effect the unit that it came from; none of empirical ones.
+/// Effects, and for each value of each effect the unit that it comes from; empty for empirical
+/// ones.
 struct EffectsOfUnits {
   std::vector<ActiveEffect> effects;
   std::vector<std::vector<BlockUnit>> units;
@@ -34,7 +35,7 @@ struct EffectsOfUnits {
 EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
                                const Coefficients& coefficients);
 
-/// The effect of one block of the catalogue: sizes that were not kept go, shapes stay.
-ActiveEffect SizesOf(const Block& block, const ColumnSizes& values);
+/// The effect of one catalogue block: with the fitted sizes and all shapes of the block.
+ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values);
 
 }  // namespace plumbline

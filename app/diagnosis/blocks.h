@@ -1,4 +1,4 @@
-// Effects of the catalogue, and empirical terms, as blocks of columns.
+// Blocks: catalogue effects and empirical terms as columns of a linear model.
 #pragma once
 
 #include <optional>
@@ -10,86 +10,89 @@
 
 namespace plumbline {
 
-/// One column of a block. Of an effect: d prediction / d parameter at `values`. Of an empirical
-/// term: the carrier's influence times the Legendre polynomial of a signal.
+/// One column of a block. For an effect: d prediction / d parameter at `values`. For an empirical
+/// term: the gradient of its carrier times a Legendre polynomial of a signal.
 struct BlockColumn {
   int unit = 0;                ///< columns of one unit are kept or dropped together
-  int parameter = 0;           ///< of the term
-  std::vector<double> values;  ///< where the term is differentiated: sizes 0, shapes set
-  int entry = -1;              ///< of an empirical term: the influence that carries it
-  std::optional<SignalIndex> signal = std::nullopt;  ///< of an empirical term: its driver
+  int parameter = 0;           ///< index into the parameters of the term
+  std::vector<double> values;  ///< linearisation point: sizes 0, shapes set
+  int entry = -1;              ///< carrier of an empirical term: entry of the influence
+  std::optional<SignalIndex> signal = std::nullopt;  ///< driver of an empirical term
   int degree = 0;
-  /// Of an empirical surface: its other driver, with its own degree.
+  /// Second driver of an empirical surface, with its degree.
   std::optional<SignalIndex> second_signal = std::nullopt;
   int second_degree = 0;
-  Interval plausible{-1e300, 1e300};  ///< sizes that a sound machine shows, SI
+  Interval plausible{-1e300, 1e300};  ///< plausible sizes of a sound machine, SI
 
-  /// The larger end of `plausible`, without its sign.
+  /// Largest absolute value of `plausible`.
   double Largest() const;
 };
 
-/// An effect, with its shapes chosen, that may explain the residual.
+/// A candidate effect with fixed shapes.
 struct Block {
   std::string id;
   EffectTerm term;
   Indexed<BlockColumnIndex, BlockColumn> columns;
   int units = 1;
-  double trials = 1;  ///< independent shapes among which this one was searched
+  double trials = 1;  ///< number of independent shapes searched for this one
 
   bool empirical() const { return term.effect->traits().empirical; }
 };
 
-/// True where two blocks have the same columns.
+/// True if two blocks have the same columns.
 bool SameColumns(const Block& a, const Block& b);
 
-/// Every size of an effect, one column each; of per-joint effects for every joint that moved or
-/// is loaded.
+/// Block with one column for each size of an effect; for per-joint effects, of every joint that
+/// moved or is loaded.
 Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word);
 
-/// Sizes of a parameter that a sound machine shows, SI.
+/// Plausible sizes of a parameter on a sound machine, SI.
 /// @param spec  index into the effect's parameters
-/// @param prismatic, joint  where its unit depends on the joint's type; see EffectTerm
+/// @param prismatic, joint  used if the unit depends on the joint type; see EffectTerm
 Interval PlausibleSizes(const EffectTraits& traits, int spec, std::uint32_t prismatic = 0,
                         int joint = -1);
 
-/// True of a block with a shape that a refit adjusts: a time constant, cycles that are not whole.
+/// True if a refit adjusts a shape of the block: a time constant, or non-integer cycles per turn.
 bool HasContinuousShape(const Block& block);
-/// True of a term that acts from a moment on; the moment is its first value.
+/// True for a term that acts from an event time on; that time is its first value.
 bool BeginsAtAMoment(const EffectTerm& term);
-/// True where the term has no shapes, and its sizes act as their columns say.
+/// True if the prediction is linear in all parameters of the term.
 bool IsLinear(const EffectTerm& term);
-/// True of a parameter whose file value is the inverse of what acts, a positive number.
+/// True for a parameter whose file value is the inverse of the acting size, a positive number.
 bool IsInverse(const EffectTerm& term, int parameter);
-/// True of an effect that repeats with a joint's angle, any number of cycles a turn.
+/// True for an effect that is periodic in a joint angle, with any number of cycles per turn.
 bool RepeatsWithAngle(const Effect& effect);
 
-/// A line of the spectrum along a joint's angle.
+/// A line of the spectrum along a joint angle.
 struct PeriodicLine {
   int joint = 0;
   double cycles_per_turn = 0;
-  double gain = 0;  ///< drop of chi2
+  double gain = 0;  ///< reduction of chi2
   double amplitude_rad = 0;
 };
-/// Joint and cycles of a block that repeats with a joint's angle; nothing of other blocks.
+/// Joint and cycles of a block that is periodic in a joint angle; nullopt for other blocks.
 std::optional<PeriodicLine> LineOf(const Block& block);
 
-/// Empirical block: carriers (influence entries) times polynomials of a signal up to `degree`.
-/// @param with_constant  false where a constant would repeat a frame that is free anyway
+/// Empirical curve: carriers (entries of the influence) times polynomials of a signal up to
+/// `degree`.
+/// @param with_constant  false if a free frame already represents the constant
+/// @param trials         number of terms searched for this one
 Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,
                      int degree, bool with_constant, double trials);
 
-/// Empirical block along two signals: carriers times P_a(first) P_b(second).
+/// Empirical surface over two signals: carriers times P_a(first) P_b(second).
 Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex second,
                        const std::vector<int>& entries, int degree, bool with_constant,
                        double trials);
 
-/// The degrees (a, b) of a surface's columns; "1" is bilinear.
+/// The pairs of degrees (a, b) of a surface; degree 1 is bilinear.
 std::vector<std::pair<int, int>> SurfaceDegrees(int degree, bool with_constant);
 
-/// What an empirical column multiplies its carrier with at a row.
+/// Factor of an empirical column on its carrier at a row.
 double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row);
 
-/// Shape (residuals of the row, columns): the block's columns at one row.
+/// Computes the columns of a block at one row.
+/// @param out  shape (residuals of the row, columns)
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out);
 

@@ -12,8 +12,8 @@
 namespace plumbline {
 namespace {
 
-/// What the cell has whatever columns a table has.
-constexpr std::array kOfTheCell = {Signal::kCamera, Signal::kRange};
+/// Signals that depend on the cell alone, not on the columns of a table.
+constexpr std::array kCellSignals = {Signal::kCamera, Signal::kRange};
 
 bool Varies(const Dataset& data, std::string_view column) {
   return std::any_of(data.signals.begin(), data.signals.end(),
@@ -53,23 +53,23 @@ bool Has(const Dataset& data, Signal signal) {
   return false;
 }
 
-const char* Lack(const Dataset& data, Signal signal) {
+const char* MissingSignalReason(const Dataset& data, Signal signal) {
   switch (signal) {
     case Signal::kTime:
       return "t_s was not recorded";
     case Signal::kTemperature:
-      return "temp_C was not recorded, or the cell names no reference_temperature_C";
+      return "temp_C was not recorded, or the cell does not declare reference_temperature_C";
     case Signal::kVelocity:
       return "qd was not recorded";
     case Signal::kAcceleration:
       return "qdd was not recorded";
     case Signal::kOrder:
-      return data.table.recorded.order ? "too few rows for an order of execution"
+      return data.table.recorded.order ? "too few rows for effects of the order of execution"
                                        : "the robot's moves between the probes are not recorded";
     case Signal::kPayload:
       return "payload_kg was not recorded, or the cell has no [payload] cog_mm";
     case Signal::kTorques:
-      return "link masses are not declared and torques not measured";
+      return "link masses are not declared and joint torques are not measured";
     case Signal::kWeight:
       return "link masses are not declared";
     case Signal::kNoTorques:
@@ -77,12 +77,12 @@ const char* Lack(const Dataset& data, Signal signal) {
     case Signal::kBeam:
       return "the declared tool is rigid";
     case Signal::kCamera:
-      return "no camera measures, or the cell names no camera_xyz_mm and camera_rpy_deg";
+      return "no camera measures, or the cell does not declare camera_xyz_mm and camera_rpy_deg";
     case Signal::kRange:
       return "no ranges are measured";
     case Signal::kTilt:
-      return "no inclinometer on the base was recorded (tilt_x_deg and tilt_y_deg), or it stood "
-             "still";
+      return "no inclinometer on the base was recorded (tilt_x_deg and tilt_y_deg), or its "
+             "readings did not change";
   }
   return "";
 }
@@ -95,17 +95,19 @@ Candidates CandidatesFor(const Dataset& data) {
     const EffectTraits& traits = effect->traits();
     const std::string id(traits.id);
     if (traits.nuisance == Nuisance::kBaseFrame && data.frames_free()) {
-      candidates.not_offered.push_back({id, "the frame is unaligned: estimated anyway"});
+      candidates.excluded.push_back(
+          {id, "already estimated, since the frame is declared as unaligned"});
       continue;
     }
     if (traits.nuisance == Nuisance::kToolFrame && data.tip_free()) {
-      candidates.not_offered.push_back({id, "the tool is unknown: estimated anyway"});
+      candidates.excluded.push_back(
+          {id, "already estimated, since the tool is declared as unknown"});
       continue;
     }
     const auto lacking = std::find_if(traits.needs.begin(), traits.needs.end(),
                                       [&](Signal signal) { return !Has(data, signal); });
     if (lacking != traits.needs.end()) {
-      candidates.not_offered.push_back({id, Lack(data, *lacking)});
+      candidates.excluded.push_back({id, MissingSignalReason(data, *lacking)});
       continue;
     }
     if (const ShapeSearch* search = ShapeSearchOf(*effect)) {
@@ -124,13 +126,13 @@ Candidates CandidatesFor(const Dataset& data) {
           traits.word_needs.begin(), traits.word_needs.end(),
           [&](const WordNeed& need) { return need.word == word && !Has(data, need.signal); });
       if (lacking_word != traits.word_needs.end()) {
-        candidates.not_offered.push_back(
-            {fmt::format("{} ({})", id, word), Lack(data, lacking_word->signal)});
+        candidates.excluded.push_back(
+            {fmt::format("{} ({})", id, word), MissingSignalReason(data, lacking_word->signal)});
         continue;
       }
       Block block = WholeBlock(data, *effect, word);
       if (block.columns.empty()) {
-        candidates.not_offered.push_back({id, "the arm has no joint of its kind"});
+        candidates.excluded.push_back({id, "the arm has no joint of the required type"});
         continue;
       }
       candidates.blocks.push_back(std::move(block));
@@ -153,7 +155,7 @@ double EffectsConsidered(const Dataset& data) {
   const auto catalogue = Catalogue();
   return static_cast<double>(
       std::count_if(catalogue.begin(), catalogue.end(), [&data](const Effect* effect) {
-        return std::all_of(kOfTheCell.begin(), kOfTheCell.end(), [&](Signal signal) {
+        return std::all_of(kCellSignals.begin(), kCellSignals.end(), [&](Signal signal) {
           return !effect->traits().Needs(signal) || Has(data, signal);
         });
       }));

@@ -1,35 +1,35 @@
-// Candidate explanations: what of the catalogue these data can show, and what they cannot.
+// Selection of the catalogue effects that a data set can show.
 #pragma once
 
 #include "app/diagnosis/blocks.h"
 
 namespace plumbline {
 
-/// A candidate that these data cannot show, and why.
-struct NotOffered {
+/// An effect that the data cannot show, with the reason.
+struct ExcludedCandidate {
   std::string id;
   std::string reason;
 };
 
 struct Candidates {
   std::vector<Block> blocks;            ///< effects without searched shapes
-  std::vector<const Effect*> searched;  ///< effects whose shapes are searched in the residual
-  std::vector<NotOffered> not_offered;
+  std::vector<const Effect*> searched;  ///< effects whose shapes are searched in a residual
+  std::vector<ExcludedCandidate> excluded;
 };
 
-/// What the data can show of the catalogue.
+/// Divides the catalogue into effects that the data can show and effects that they cannot.
 Candidates CandidatesFor(const Dataset& data);
 
-/// Blocks with the shapes (cycles, time constants, moments) of effects that were refitted, so that
-/// a search finds them again as they are.
+/// Blocks with the refitted shapes (cycles, time constants, event times) of these effects, so that
+/// a repeated search can select them unchanged.
 std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>& effects);
 
-/// Whole effects among which an explanation chooses: the catalogue, the effects of a measuring
-/// camera and of ranges only where these measure. Whether other signals were recorded does not
-/// matter, so that scores of tables of one cell can be compared.
+/// Number of effects among which a search chooses: the catalogue, without the effects of a
+/// measuring camera or of ranges if the cell has neither. Independent of the recorded signals, so
+/// that scores of different tables of one cell are comparable.
 double EffectsConsidered(const Dataset& data);
 
-/// Joint names (q2, q3) of an effect's parameters.
+/// Names (q2, q3) of the joints that an effect's parameters belong to, ascending.
 std::vector<std::string> ScopeOf(const EffectTerm& term);
 
 }  // namespace plumbline

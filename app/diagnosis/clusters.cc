@@ -9,11 +9,11 @@
 namespace plumbline {
 namespace {
 
-constexpr double kSamePose = 2e-4;    // [rad] or [m], from row to row
-constexpr double kWidestPose = 2e-3;  // a chain longer than this is a path, no pose
+constexpr double kSamePose = 2e-4;    // [rad] or [m], between neighbours
+constexpr double kWidestPose = 2e-3;  // a wider chain is a path, not a pose
 constexpr double kSamePayload_kg = 0.01;
 
-/// A row as a point: joints and payload, in units of what counts as the same.
+/// A row as a point: joints and payload in units of their tolerances.
 std::vector<double> Place(const MeasuredRow& row) {
   std::vector<double> place(row.q.begin(), row.q.end());
   for (double& q : place) q /= kSamePose;
@@ -23,8 +23,8 @@ std::vector<double> Place(const MeasuredRow& row) {
 
 using Places = PerRow<std::vector<double>>;
 
-/// Cuts rows wherever one coordinate has a gap of more than one, until no coordinate has any: what
-/// is cut apart has no chain between its parts. Each part is appended to `parts`.
+/// Divides rows recursively at gaps larger than one in any coordinate, across which no chain can
+/// exist. Each part is appended to `parts`.
 void CutAtGaps(const Places& places, std::vector<RowIndex> rows,
                std::vector<std::vector<RowIndex>>& parts) {
   for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
@@ -45,8 +45,8 @@ void CutAtGaps(const Places& places, std::vector<RowIndex> rows,
   parts.push_back(std::move(rows));
 }
 
-/// Single linkage among rows: those within one of each other in every coordinate belong together.
-/// @return  a number for each of `rows`, the same of those that belong together
+/// Single linkage: rows that differ by at most one in every coordinate belong together.
+/// @return  a label for each of `rows`, equal for rows that belong together
 std::vector<int> Linked(const Places& places, const std::vector<RowIndex>& rows) {
   const auto count = static_cast<int>(rows.size());
   std::vector<int> leader(rows.size());
@@ -61,7 +61,7 @@ std::vector<int> Linked(const Places& places, const std::vector<RowIndex>& rows)
   const auto place = [&](int k) -> const std::vector<double>& {
     return places[rows[static_cast<std::size_t>(k)]];
   };
-  // Swept along the coordinate in which they spread most.
+  // Sweep along the coordinate with the widest spread.
   std::size_t widest = 0;
   double width = -1;
   for (std::size_t axis = 0; axis < places.front().size(); ++axis) {
@@ -101,7 +101,7 @@ Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIn
   for (const RowIndex row : places.indices()) of_session[session_of[row]].push_back(row);
   std::vector<std::vector<RowIndex>> parts;
   for (auto& [session, own] : of_session) CutAtGaps(places, std::move(own), parts);
-  // (part, chain, cell of a path) of each row
+  // (part, chain, grid cell of a path) of each row
   PerRow<std::tuple<std::size_t, int, std::vector<long>>> names(places.size());
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const std::vector<int> chains = Linked(places, parts[part]);
@@ -131,8 +131,8 @@ Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIn
   std::map<std::tuple<std::size_t, int, std::vector<long>>, ClusterIndex> known;
   Clusters clusters;
   for (const auto& name : names) {
-    const auto [entry, fresh] = known.emplace(name, ClusterIndex(clusters.count));
-    if (fresh) ++clusters.count;
+    const auto [entry, inserted] = known.emplace(name, ClusterIndex(clusters.count));
+    if (inserted) ++clusters.count;
     clusters.of_row.push_back(entry->second);
   }
   return clusters;

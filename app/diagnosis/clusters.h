@@ -1,4 +1,4 @@
-// Which rows measure the same point again.
+// Clusters of replicates: rows that measure the same point repeatedly.
 #pragma once
 
 #include <vector>
@@ -13,10 +13,10 @@ struct Clusters {
   int count = 0;
 };
 
-/// Rows of one session with the same joints and payload measure the same point: neighbours within a
-/// tolerance (0.2 mrad or mm, 10 g), chained, so that no edge cuts repeats apart [single linkage].
-/// A chain wider than ten times that is no pose any more but a slow path, and is cut into cells.
-/// O(n log n) unless many rows stand at one pose.
+/// Groups rows of one session with the same joints and payload by single linkage: neighbours within
+/// a tolerance (0.2 mrad or mm, 10 g) belong together, so that no grid edge divides replicates. A
+/// chain wider than ten times the tolerance is a slow path instead of a pose and is cut into grid
+/// cells. O(n log n) unless many rows are at one pose.
 Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIndex>& session_of);
 
 }  // namespace plumbline

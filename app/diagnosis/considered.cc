@@ -10,13 +10,14 @@
 namespace plumbline {
 namespace {
 
-/// One block by itself.
+/// The fit of one block alone.
 Considered Alone(const FindingsContext& context, BlockIndex index) {
   const Pool& pool = context.pool;
   Considered considered;
   considered.id = pool.blocks()[index].id;
   if (!pool.Observable(index)) {
-    considered.reason = "the frames, or joints that never moved, hide all of it in these rows";
+    considered.reason =
+        "not observable in these rows: the free frames or joints that never moved absorb it";
     return considered;
   }
   const Explanation alone = pool.Evaluate({index});
@@ -30,39 +31,39 @@ Considered Alone(const FindingsContext& context, BlockIndex index) {
   return considered;
 }
 
-/// Of each effect the block that explains most by itself.
+/// For each effect, the block that explains most alone.
 std::map<std::string, Considered> BestAlone(const FindingsContext& context) {
   std::map<std::string, Considered> by_id;
   for (const BlockIndex index : context.pool.blocks().indices()) {
     if (context.pool.blocks()[index].empirical()) continue;
     const Considered considered = Alone(context, index);
-    const auto [known, fresh] = by_id.emplace(considered.id, considered);
-    if (!fresh && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
+    const auto [known, inserted] = by_id.emplace(considered.id, considered);
+    if (!inserted && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
   }
   return by_id;
 }
 
-/// Of each effect the best score of the explanations that have it.
+/// For each effect, the best score of the explanations that contain it.
 std::map<std::string, double> BestScores(const FindingsContext& context) {
   std::map<std::string, double> best;
   for (const Explanation& explanation : context.ranked) {
     for (const std::string& id : EffectIds(context.pool, explanation)) {
-      const auto [entry, fresh] = best.emplace(id, explanation.score);
-      if (!fresh) entry->second = std::min(entry->second, explanation.score);
+      const auto [entry, inserted] = best.emplace(id, explanation.score);
+      if (!inserted) entry->second = std::min(entry->second, explanation.score);
     }
   }
   return best;
 }
 
-std::string Fate(const Considered& considered, const std::vector<Rival>& rivals) {
-  if (considered.taken) return "taken";
+std::string OutcomeText(const Considered& considered, const std::vector<Rival>& rivals) {
+  if (considered.taken) return "selected";
   if (std::any_of(rivals.begin(), rivals.end(),
                   [&](const Rival& rival) { return rival.id == considered.id; })) {
-    return "a rival: these rows cannot tell";
+    return "a rival: these rows cannot distinguish it from the answer";
   }
   if (!considered.reason.empty()) return considered.reason;
-  if (considered.parameters == 0) return "brings nothing beyond the noise";
-  return fmt::format("explains {:.0f} % alone, but not what remains beside a better explanation",
+  if (considered.parameters == 0) return "explains nothing beyond the noise";
+  return fmt::format("explains {:.0f} % alone, but nothing beyond a better explanation",
                      100 * considered.signal_share);
 }
 
@@ -72,7 +73,7 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis) {
   const std::map<std::string, double> best_with = BestScores(context);
   const std::vector<std::string> taken = EffectIds(context.pool, context.best);
-  // After an elimination by refits the answer may score worse in the search's linear terms.
+  // Elimination by nonlinear refits may leave the answer with a worse score in the linear search.
   const double best = context.ranked.empty()
                           ? context.best.score
                           : std::min(context.best.score, context.ranked.front().score);
@@ -81,14 +82,14 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
     const auto score = best_with.find(id);
     if (score != best_with.end()) {
       considered.evidence_gap = score->second - best;
-    } else if (considered.reason.empty() && context.ranked.size() >= kMostListed) {
+    } else if (considered.reason.empty() && context.ranked.size() >= kMaxListed) {
       considered.evidence_gap = context.ranked.back().score - best;
       considered.beyond_gap = true;
     }
-    considered.reason = Fate(considered, diagnosis.rivals);
+    considered.reason = OutcomeText(considered, diagnosis.rivals);
     diagnosis.considered.push_back(considered);
   }
-  for (const NotOffered& missing : candidates.not_offered) {
+  for (const ExcludedCandidate& missing : candidates.excluded) {
     Considered& considered = diagnosis.considered.emplace_back();
     considered.id = missing.id;
     considered.reason = missing.reason;

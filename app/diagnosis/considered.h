@@ -1,12 +1,12 @@
-// Every candidate effect and what became of it.
+// Table of all candidate effects and why each was selected or rejected.
 #pragma once
 
 #include "app/diagnosis/findings.h"
 
 namespace plumbline {
 
-/// Adds every effect of the catalogue with what it explains alone and why it was taken or not; the
-/// rivals must have been added before.
+/// Adds to `diagnosis.considered` every effect of the catalogue with the share that it explains
+/// alone and the reason why it was selected or rejected. Requires `diagnosis.rivals`.
 void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis);
 

@@ -1,4 +1,4 @@
-// What would have been seen: the smallest size of each effect, and what these rows hide.
+// Detection limits: the smallest detectable size of each effect, and what the rows cannot show.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -6,12 +6,15 @@
 
 namespace plumbline {
 
-/// Smallest 3-D RMS displacement over the rows at which an effect is found with power 0.9,
-/// whichever of its joints, directions and words it is in:
-///   size = max over columns of (sqrt(cost) + 1.28) rms(column) / |column beside the frames|
-/// with the whole cost of naming it, of a searched shape that of all shapes tried. A joint or
-/// direction that would need more than a sound machine shows is hidden; it does not count, and a
-/// note names it. Shapes are those that the search met, and one and two cycles of every joint.
+/// Adds to `diagnosis.minimum_detectable_m` the smallest 3-D RMS displacement over the rows [m] at
+/// which an effect is detected with power 0.9, in the worst case over its joints, directions and
+/// variants:
+///   size = max over columns of (sqrt(cost) + 1.28) rms(column) / |projected column|
+/// where the column is whitened and projected orthogonally to the free frames, and `cost` is the
+/// score that naming the effect costs (for a searched shape, including the search over all shapes).
+/// A joint or direction that would require a size beyond the plausible range is undetectable: it
+/// is excluded from the maximum and named in a note. Evaluated for the shapes that the search
+/// proposed, and for one and two cycles on every joint.
 void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -10,13 +10,13 @@
 namespace plumbline {
 namespace {
 
-constexpr double kHoldsAnything = 0.5;  // of a parameter
+constexpr double kMinEffective = 0.5;  // effective parameters of a group with a variance
 
-/// Sum over the rows of the variances that the written effects have, each by itself.
-double VarianceApart(const DiscrepancyDesign& design, const Eigen::MatrixXd& raw,
-                     const Eigen::MatrixXd& covariance) {
+/// Sum over the rows of the variances of the written effects, taken as independent.
+double SumOfVariances(const DiscrepancyDesign& design, const Eigen::MatrixXd& raw,
+                      const Eigen::MatrixXd& covariance) {
   std::map<BlockIndex, std::vector<int>> of_blocks;
-  std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and influence
+  std::map<std::pair<SignalIndex, int>, std::vector<int>> of_curves;  // by signal and carrier
   int at = 0;
   for (const auto& [block, column] : design.of.size_columns) of_blocks[block].push_back(at++);
   for (const CurveTerm& term : design.of.curves) {
@@ -52,7 +52,7 @@ NormalEquations Part(const NormalEquations& equations, const std::vector<int>& c
   return part;
 }
 
-/// Group numbers without gaps.
+/// Groups of a subset of columns, renumbered without gaps.
 std::vector<int> Renumbered(const std::vector<int>& group, const std::vector<int>& columns) {
   std::map<int, int> numbers;
   std::vector<int> renumbered;
@@ -63,28 +63,28 @@ std::vector<int> Renumbered(const std::vector<int>& group, const std::vector<int
   return renumbered;
 }
 
-/// Of a fit's variances: each costs the logarithm of its group's columns, if it holds anything.
+/// Cost of the estimated variances: ln(1 + columns) for each group with effective parameters.
 double VarianceCost(const ShrunkenFit& fit, const std::vector<int>& group) {
   double cost = 0;
-  for (int g = 0; g < fit.held.size(); ++g) {
-    if (fit.held[g] < kHoldsAnything) continue;
+  for (int g = 0; g < fit.effective_parameters.size(); ++g) {
+    if (fit.effective_parameters[g] < kMinEffective) continue;
     cost += std::log(static_cast<double>(1 + std::count(group.begin(), group.end(), g)));
   }
   return cost;
 }
 
-/// True where the named effects leave no more than the noise that the cell declares, or repeats
-/// show: then nothing is left to correct. Unknown noise leaves the question to the likelihood.
+/// True if the residual of the named effects is consistent with the declared noise, or that of the
+/// replicates. If the noise is unknown, the marginal likelihood decides.
 bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
-  const double told = problem.data().sigma_m;
-  if (told <= 0) return false;
+  const double sigma_m = problem.data().sigma_m;
+  if (sigma_m <= 0) return false;
   const double freedom =
       std::max(1.0, problem.freedom() - static_cast<double>(named.columns.size()));
-  const double ratio = problem.sigma_m() / told;
-  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseChance;
+  const double ratio = problem.sigma_m() / sigma_m;
+  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseSignificance;
 }
 
-/// What choosing the named effects among all, and their shapes, costs.
+/// Cost of selecting the named effects and their shapes among all.
 double ChoiceCost(const Pool& pool, const Explanation& named) {
   double cost = pool.EffectCost() * static_cast<double>(EffectIds(pool, named).size());
   for (const BlockIndex block : named.blocks) cost += pool.BlockCost(block);
@@ -121,26 +121,26 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
                                                    const Candidates& candidates) {
   const LinearProblem& problem = pool.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
-  DiscrepancyDesign design = DesignFor(pool, named, candidates);
-  // What stays as it was named is taken out of the response.
-  Explanation stays = named, curves = named;
+  DiscrepancyDesign design = MakeDiscrepancyDesign(pool, named, candidates);
+  // Exempt named blocks are subtracted from the response.
+  Explanation exempt = named, curves = named;
   for (std::size_t k = 0; k < named.columns.size(); ++k) {
     const Block& block = pool.blocks()[pool.BlockOfColumn(named.columns[k])];
-    if (!Stays(block)) stays.values[static_cast<int>(k)] = 0;
+    if (!Stays(block)) exempt.values[static_cast<int>(k)] = 0;
     if (!Stays(block) && !block.empirical()) curves.values[static_cast<int>(k)] = 0;
   }
-  const Eigen::VectorXd response = pool.Residual(stays);
+  const Eigen::VectorXd response = pool.Residual(exempt);
   const Eigen::MatrixXd raw = ColumnsOf(problem, design);
   Eigen::MatrixXd columns = raw;
   problem.Project(columns);
   NormalEquations equations = EquationsOf(columns, response, problem.freedom());
-  // No column by itself moves the rows farther than all there is to explain. Those that the free
-  // frames nearly imitate would: they cancel at these rows, and nowhere else.
+  // Limits each column to a displacement of the total residual. Columns that the free frames almost
+  // reproduce would exceed it: they cancel at these rows and nowhere else.
   const double squares = pool.chi2_null();
   equations.most_variance = raw.colwise().squaredNorm().transpose().unaryExpr(
       [squares](double square) { return square > 0 ? squares / square : 0.0; });
   const std::vector<int> own = NamedColumns(pool, named, design);
-  // The named ones by themselves keep their curves, whose columns the search has charged.
+  // The named effects alone include their curves; the search has already charged those columns.
   NormalEquations of_named = Part(equations, own);
   const Eigen::VectorXd left = pool.Residual(curves);
   of_named.moment = columns(Eigen::all, own).transpose() * left;
@@ -149,23 +149,22 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
   const ShrunkenFit alone = Shrink(of_named, named_group, {}, false);
   const ShrunkenFit whole = Shrink(equations, design.group, {}, true);
   const double by_curves = problem.freedom() * std::log(equations.square / of_named.square);
-  // A fit of everything makes no choice, but has more variances, each estimated from its group's
-  // columns.
+  // The full fit pays for its variances, but not for a selection; the named effects pay for both.
   const double gain =
       whole.gain - VarianceCost(whole, design.group) -
       (alone.gain + by_curves - VarianceCost(alone, named_group) - ChoiceCost(pool, named));
   if (gain < kDiscrepancyMargin) return std::nullopt;
-  // Written effects count as independent; together they shall have the whole's variance at the
-  // rows.
+  // Written effects are treated as independent. Scale their covariance so that their summed
+  // variance at the rows equals the joint one.
   const double jointly = whole.covariance.cwiseProduct(equations.gram).sum();
-  const double apart = VarianceApart(design, raw, whole.covariance);
+  const double separately = SumOfVariances(design, raw, whole.covariance);
   DiscrepancyModel discrepancy = std::move(design.of);
   int at = 0;
   for (const auto& column : discrepancy.size_columns)
     discrepancy.sizes[column] = whole.values[at++];
   for (CurveTerm& term : discrepancy.curves) term.value = whole.values[at++];
-  discrepancy.covariance = whole.covariance * (apart > 0 ? jointly / apart : 0);
-  discrepancy.held = whole.held.sum();
+  discrepancy.covariance = whole.covariance * (separately > 0 ? jointly / separately : 0);
+  discrepancy.effective_parameters = whole.effective_parameters.sum();
   discrepancy.gain = gain;
   return discrepancy;
 }

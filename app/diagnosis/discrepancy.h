@@ -1,5 +1,5 @@
-// What the named effects leave: every other column of the catalogue, a curve of each joint and
-// along each recorded signal, shrunk. It corrects where there is data; it explains nothing.
+// Discrepancy model: a shrunken fit of the residual that the named effects leave. It corrects
+// within the measured range and explains nothing.
 #pragma once
 
 #include <optional>
@@ -10,50 +10,52 @@
 
 namespace plumbline {
 
-/// One column of a curve: an influence times sin or cos(cycles q) of its joint, or times the
-/// Legendre polynomial of a signal.
+/// One column of a curve: an entry of the influence times sin or cos(cycles q) of its joint, or
+/// times a Legendre polynomial of a signal.
 struct CurveTerm {
-  int entry = 0;       ///< influence that carries it
-  SignalIndex signal;  ///< that it follows
-  int degree = 0;      ///< of a polynomial; 0: periodic
+  int entry = 0;       ///< carrier: entry of the influence
+  SignalIndex signal;  ///< argument of the curve
+  int degree = 0;      ///< of the polynomial; 0: periodic
   double cycles = 0;
   bool cosine = false;
   double value = 0;  ///< SI
 };
 
-/// Sizes of everything but what stays as it was named (`Stays`).
+/// Fitted sizes of all catalogue blocks and curves, except named blocks that are exempt (`Stays`).
 struct DiscrepancyModel {
-  Indexed<BlockIndex, Block> blocks;  ///< of the catalogue, linear in their sizes
-  Coefficients sizes;                 ///< whole sizes, those of named effects included
+  Indexed<BlockIndex, Block> blocks;  ///< catalogue blocks, linear in their sizes
+  Coefficients sizes;                 ///< total sizes, including those of named effects
   std::vector<CurveTerm> curves;
   Eigen::MatrixXd covariance;                                         ///< of sizes, then curves
   std::vector<std::pair<BlockIndex, BlockColumnIndex>> size_columns;  ///< of each size
-  double held = 0;  ///< parameters that the data hold
-  double gain = 0;  ///< of 2 ln(marginal likelihood), beside the named effects
+  double effective_parameters = 0;
+  double gain = 0;  ///< in 2 ln(marginal likelihood) over the named effects alone
 };
 
-/// True of a named block that is not shrunk again: it has shapes of its own, or follows a signal.
-/// A curve of a joint along its own angle does not stay: that of the discrepancy model replaces it.
+/// True for a named block that is exempt from shrinkage: it has shapes, or follows a signal. A
+/// curve of a joint along its own angle is not exempt; the one of the discrepancy model replaces
+/// it.
 bool Stays(const Block& block);
 
-/// Fits all sizes at once, each kind shrunk by marginal likelihood, frames projected out. Absent
-/// where the named effects, left unshrunk, do as well: its gain over them has to exceed
-/// ln(1 + columns) for each group with a variance, and a margin.
+/// Fits all catalogue columns, a curve of each joint and curves along each recorded signal at once,
+/// each group shrunk by marginal likelihood, frames projected out. nullopt unless its gain over the
+/// named effects alone exceeds kDiscrepancyMargin after a cost of ln(1 + columns) per group.
 std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
                                                    const Candidates& candidates);
 
-/// What multiplies a curve term's influence where its signal has a value.
+/// Factor of a curve term on its carrier at a value of its signal.
 double FactorAt(const Dataset& data, const CurveTerm& term, double value);
 
-/// The column that holds a joint's angle: q3_deg.
-std::string AngleOf(int joint);
+/// Name of the column of a joint angle: q3_deg.
+/// @param joint  0-based
+std::string AngleColumn(int joint);
 
-/// What all sizes and curves change of a row's prediction.
+/// Change of a row's prediction by all sizes and curves, including those of named effects.
 RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& data,
                            const Linearisation& linear, RowIndex row);
 
-/// The effects to add to a model that has the named ones, so that the whole is what was fitted.
-/// Curves are written as `empirical`, whose factors carry the deviation.
+/// The effects to add to a model with the named effects so that their sum is the fitted discrepancy
+/// model. Curves become `empirical` effects whose factor carries the standard deviation.
 std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset& data,
                              const Model& named);
 

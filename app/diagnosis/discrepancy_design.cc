@@ -10,17 +10,17 @@ namespace plumbline {
 namespace {
 
 using I = Influence<double>;
-constexpr int kMostCycles = 64;       // of a joint's curve
-constexpr int kClustersPerCycle = 8;  // four for each of sine and cosine
-constexpr int kMostDegree = 3;        // along a recorded signal
-constexpr double kBandRatio = 1.4;    // neighbouring cycles share one prior variance
+constexpr int kMaxCycles = 64;        // of a joint's curve
+constexpr int kClustersPerCycle = 8;  // four each for sine and cosine
+constexpr int kMaxDegree = 3;         // along a recorded signal
+constexpr double kBandRatio = 1.4;    // cycles within this ratio share one prior variance
 
 int BandOf(double cycles) {
   return static_cast<int>(std::log(std::max(1.0, cycles)) / std::log(kBandRatio));
 }
 
 std::optional<SignalIndex> SignalOfJoint(const Dataset& data, int joint) {
-  const std::string column = AngleOf(joint);
+  const std::string column = AngleColumn(joint);
   for (const SignalIndex s : data.signals.indices()) {
     if (data.signals[s].column == column) return s;
   }
@@ -30,14 +30,14 @@ std::optional<SignalIndex> SignalOfJoint(const Dataset& data, int joint) {
 void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   for (const Block& block : candidates.blocks) {
     if (Stays(block)) continue;
-    std::map<std::string_view, int> of_unit;  // metres and radians are not of one size
+    std::map<std::string_view, int> of_unit;  // metres and radians need variances of their own
     const auto& specs = block.term.effect->traits().parameters;
     for (const BlockColumnIndex c : block.columns.indices()) {
       const int parameter = block.columns[c].parameter;
       const auto spec =
           static_cast<std::size_t>(block.term.parameters[static_cast<std::size_t>(parameter)].spec);
-      const auto [group, fresh] = of_unit.emplace(specs[spec].unit, design.groups);
-      if (fresh) ++design.groups;
+      const auto [group, inserted] = of_unit.emplace(specs[spec].unit, design.groups);
+      if (inserted) ++design.groups;
       design.group.push_back(group->second);
       design.of.size_columns.emplace_back(BlockIndex(design.of.blocks.size()), c);
     }
@@ -48,13 +48,13 @@ void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
 void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesign& design) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
-  const int cycles = std::min(kMostCycles, problem.clusters() / kClustersPerCycle);
+  const int cycles = std::min(kMaxCycles, problem.clusters() / kClustersPerCycle);
   std::map<int, int> of_band;
   const auto add = [&](int joint, double of) {
     const std::optional<SignalIndex> signal = SignalOfJoint(data, joint);
     if (!signal) return;
-    const auto [group, fresh] = of_band.emplace(BandOf(of), design.groups);
-    if (fresh) ++design.groups;
+    const auto [group, inserted] = of_band.emplace(BandOf(of), design.groups);
+    if (inserted) ++design.groups;
     for (const bool cosine : {false, true}) {
       design.of.curves.push_back({joint, *signal, 0, of, cosine, 0});
       design.group.push_back(group->second);
@@ -63,7 +63,7 @@ void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesig
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     for (int k = 1; k <= cycles; ++k) add(joint, k);
   }
-  for (const BlockIndex index : named.blocks) {  // lines between whole cycles
+  for (const BlockIndex index : named.blocks) {  // named lines at other cycles
     const std::optional<PeriodicLine> line = LineOf(pool.blocks()[index]);
     if (!line) continue;
     const double of = line->cycles_per_turn;
@@ -74,9 +74,9 @@ void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesig
 void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
   for (const SignalIndex s : data.signals.indices()) {
     const RecordedSignal& signal = data.signals[s];
-    // A place in one file says nothing about another file's rows.
+    // The row number in one file has no meaning for another file.
     if (signal.of_joint || signal.column == "row") continue;
-    const int degree = std::min(kMostDegree, (signal.distinct - 1) / 2);
+    const int degree = std::min(kMaxDegree, (signal.distinct - 1) / 2);
     if (degree < 1) continue;
     const auto add = [&](int entry) {
       for (int k = 1; k <= degree; ++k) {
@@ -96,12 +96,13 @@ void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
 bool IsJointCurve(const Block& block) {
   return block.empirical() &&
          std::all_of(block.columns.begin(), block.columns.end(), [&](const BlockColumn& column) {
-           return column.entry < kMaxJoints && block.term.drivers.front() == AngleOf(column.entry);
+           return column.entry < kMaxJoints &&
+                  block.term.drivers.front() == AngleColumn(column.entry);
          });
 }
 
-DiscrepancyDesign DesignFor(const Pool& pool, const Explanation& named,
-                            const Candidates& candidates) {
+DiscrepancyDesign MakeDiscrepancyDesign(const Pool& pool, const Explanation& named,
+                                        const Candidates& candidates) {
   DiscrepancyDesign design;
   AddBlocks(candidates, design);
   AddJointCurves(pool, named, design);
@@ -163,7 +164,7 @@ std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
   return chosen;
 }
 
-std::string AngleOf(int joint) {
+std::string AngleColumn(int joint) {
   return "q" + std::to_string(joint + 1) + "_deg";
 }
 

@@ -1,4 +1,4 @@
-// The columns of a discrepancy model, and which of them share a prior variance.
+// Columns of a discrepancy model and their grouping by prior variance.
 #pragma once
 
 #include <vector>
@@ -8,28 +8,29 @@
 
 namespace plumbline {
 
-/// What is fitted: blocks' columns, then curve terms, with their groups.
+/// Columns to fit: those of blocks, then curve terms, each assigned to a group.
 struct DiscrepancyDesign {
   DiscrepancyModel of;
   std::vector<int> group;
   int groups = 0;
 };
 
-/// Every column of the catalogue, a curve of each joint and along each recorded signal.
-DiscrepancyDesign DesignFor(const Pool& pool, const Explanation& named,
-                            const Candidates& candidates);
+/// Every catalogue column that is not exempt, a curve of each joint, and curves along each recorded
+/// signal.
+DiscrepancyDesign MakeDiscrepancyDesign(const Pool& pool, const Explanation& named,
+                                        const Candidates& candidates);
 
-/// Whitened, at the problem's rows; a column for each of the design.
+/// Whitened columns of the design at the rows of the problem, not yet projected.
 Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign& design);
 
-/// Columns of named effects alone, in the groups of the whole.
+/// Indices of the design columns that belong to named effects.
 std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
                               const DiscrepancyDesign& design);
 
-/// A named curve of a joint along its own angle.
+/// True for an empirical curve of a joint along its own angle.
 bool IsJointCurve(const Block& block);
 
-/// The value at a row of the signal that a curve term follows.
+/// Value of the signal of a curve term at a row.
 double SignalAt(const Dataset& data, const CurveTerm& term, RowIndex row);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// The discrepancy model as effects of a cell's file.
+// Conversion of the discrepancy model to effects of a cell file.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 using I = Influence<double>;
 
-/// Value of the same parameter in a model, 0 where nothing has it.
+/// Value of the same parameter in a model; 0 if no effect has it.
 double NamedValue(const Model& named, const EffectTerm& term, const TermParameter& parameter) {
   double sum = 0;
   for (const ActiveEffect& effect : named.effects) {
@@ -31,12 +31,12 @@ bool IsNamed(const Model& named, const EffectTerm& term) {
   });
 }
 
-/// The turn [rad] that named periodic lines and curves along its angle give a joint at q.
+/// Rotation [rad] of a joint at angle q by named periodic lines and curves along that angle.
 double NamedTurn(const Model& named, int joint, double q) {
   double turn = 0;
   for (const ActiveEffect& effect : named.effects) {
     const bool lines = RepeatsWithAngle(*effect.term.effect);
-    const bool curve = effect.term.drivers == std::vector<std::string>{AngleOf(joint)} &&
+    const bool curve = effect.term.drivers == std::vector<std::string>{AngleColumn(joint)} &&
                        effect.term.parameters.size() == 1 &&
                        effect.term.parameters.front().joint == joint;
     if (!lines && !curve) continue;
@@ -63,26 +63,26 @@ std::string NameOf(int entry) {
   return std::string("base_") + "xyz"[entry - I::kBase];
 }
 
-/// The curve of one influence along one signal, of those terms, as an `empirical` effect; nothing
-/// where it stays below what the files' digits tell.
+/// The curve of one carrier along one signal as an `empirical` effect; nullopt if it is smaller
+/// than the resolution of the file format.
 std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Dataset& data,
                                const std::vector<std::size_t>& terms, const Model& named) {
   const CurveTerm& any = discrepancy.curves[terms.front()];
   const RecordedSignal& signal = data.signals[any.signal];
   double cycles = 0;
   for (const std::size_t term : terms) cycles = std::max(cycles, discrepancy.curves[term].cycles);
-  // A joint's curve goes on beyond the rows as it was fitted, so that what it shares with offsets
-  // and frames still cancels there.
-  constexpr double kBeyond = 0.25;  // of the range, each side
-  constexpr int kLeastNodes = 33, kNodesPerWave = 8;
+  // A joint curve continues beyond the rows as fitted, so that components shared with offsets and
+  // frames still cancel there.
+  constexpr double kBeyond = 0.25;  // of the range, on each side
+  constexpr int kMinNodes = 33, kNodesPerWave = 8;
   constexpr double kLeast = 1e-8;  // rad or m
   const double beyond = signal.of_joint ? kBeyond * (signal.high - signal.low) : 0;
   const Interval range{signal.low - beyond, signal.high + beyond};
   const int nodes = std::max(
-      kLeastNodes, static_cast<int>(kNodesPerWave * cycles * (range.high - range.low) / 360));
+      kMinNodes, static_cast<int>(kNodesPerWave * cycles * (range.high - range.low) / 360));
   const auto size = static_cast<Eigen::Index>(terms.size());
   Eigen::VectorXd values(size);
-  std::vector<Eigen::Index> places;  // in the covariance
+  std::vector<Eigen::Index> places;  // indices into the covariance
   for (std::size_t k = 0; k < terms.size(); ++k) {
     values[static_cast<Eigen::Index>(k)] = discrepancy.curves[terms[k]].value;
     places.push_back(static_cast<Eigen::Index>(discrepancy.size_columns.size() + terms[k]));
@@ -116,7 +116,7 @@ std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Datase
   Finding finding;
   finding.effect = ActiveFromWritten(written, data.cell);
   finding.covariance = Eigen::MatrixXd::Constant(1, 1, variance / square);
-  if (!Writable(finding)) finding.covariance.resize(0, 0);
+  if (!HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
   return finding;
 }
 
@@ -139,18 +139,17 @@ std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset&
       finding.effect.values.push_back(discrepancy.sizes.at({b, c}) -
                                       NamedValue(named, block.term, parameter));
     }
-    // A named effect keeps its deviations; those of the others are the posterior's.
+    // A named effect has its own deviations; the others get those of the posterior.
     if (!IsNamed(named, block.term)) {
       finding.covariance = discrepancy.covariance.block(at, at, width, width);
     }
     at += width;
     const bool nothing = std::all_of(finding.effect.values.begin(), finding.effect.values.end(),
                                      [](double value) { return value == 0; });
-    if (!Writable(finding)) finding.covariance.resize(0, 0);
+    if (!HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
     if (!nothing) added.push_back(std::move(finding));
   }
-  std::map<std::pair<SignalIndex, int>, std::vector<std::size_t>>
-      curves;  // by signal and influence
+  std::map<std::pair<SignalIndex, int>, std::vector<std::size_t>> curves;  // by signal and carrier
   for (std::size_t k = 0; k < discrepancy.curves.size(); ++k) {
     curves[{discrepancy.curves[k].signal, discrepancy.curves[k].entry}].push_back(k);
   }

@@ -1,4 +1,4 @@
-// Design of measurements that discriminate between explanations the data cannot tell apart.
+// Discrimination criterion: value of a measurement for separating rival explanations.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -7,54 +7,55 @@
 
 namespace plumbline {
 
-/// Model discrimination over every ordered pair of explanations: were the first the truth, how far
-/// would the second, refitted to the rows so far with all columns of its blocks, be from it? After
-/// a row with the first's displacement f and the second's columns X (both in sigma, the free frames
-/// among the columns)
+/// T-optimal discrimination [Atkinson & Fedorov 1975, Biometrika 62(1)] over every ordered pair of
+/// explanations (truth, rival): the lack of fit of the rival, refitted with all columns of its
+/// blocks, if the first explanation is the truth. For a row with the displacement f of the truth
+/// and the columns X of the rival, free frames included (both in units of sigma),
 ///   e = f - X theta,  S = 1 + X H^-1 X^T,  d^2 = e^T S^-1 e
-/// is what the row adds to the second's chi2 when all is refitted; its sum over rows is the chi2
-/// that remains [Atkinson & Fedorov 1975, Biometrika 62(1); recursive least squares]. The columns'
-/// units are their `PriorSizes`, one standard deviation of a prior, so that H is regular. Linear
-/// about the arm without effects, as the search is. Two explanations are separated once chi2
-/// against either, the other being the truth, reaches what rules it out.
+/// is the increase of the rival's chi2 by the row after refitting (recursive least squares); the
+/// sum over all rows is its total chi2. Columns are scaled by `PriorSizes`, one standard deviation
+/// of the prior, so that H is regular. Linearised about the arm without effects, as the search is.
+/// Two explanations are separated when the lack of fit of each, with the other as the truth,
+/// suffices to rule it out.
 class Discrimination {
  public:
-  /// @param explanations  of the pool, two or more; the first is the answer
+  /// @param pool          must outlive this object
+  /// @param explanations  two or more, by columns of `pool`; the first is the answer
   Discrimination(const Pool& pool, const std::vector<Explanation>& explanations);
 
-  /// What measuring a candidate is worth: the sum over pairs of d^2, each by the probability that
-  /// its first is the truth. What goes beyond the need of a pair counts a tenth, and no more than
-  /// the need again; a pair that is separated counts nothing.
+  /// Value of measuring a candidate: the sum of d^2 over pairs, weighted by the probability of the
+  /// truth. The part of d^2 beyond what a pair still needs counts a tenth, up to the same amount
+  /// again; separated pairs count nothing.
   double Gain(const Dataset& candidates, const Linearisation& linear, RowIndex row) const;
-  /// Farthest distance of a refitted rival from the answer at a candidate [m].
+  /// Largest distance of a refitted rival from the answer at a candidate [m].
   double LargestDistance(const Dataset& candidates, const Linearisation& linear,
                          RowIndex row) const;
-  /// The candidate is going to be measured.
+  /// Adds a candidate to the planned measurements.
   void Measure(const Dataset& candidates, const Linearisation& linear, RowIndex row);
 
-  /// True where what is going to be measured separates the answer and this explanation.
+  /// True if the planned measurements separate the answer from this explanation.
   bool Separated(std::size_t rival) const;
   bool AllSeparated() const;
-  /// Every pair counts as not separated again, what was measured stays: from here on, further
-  /// poses confirm.
+  /// Marks every pair as not separated again but keeps the planned measurements, so that further
+  /// poses confirm the result.
   void Restart() { reached_.setZero(); }
 
  private:
-  /// An explanation in columns.
+  /// An explanation as the scaled columns of its blocks.
   struct Side {
     std::vector<BlockIndex> blocks;
-    Eigen::VectorXd unit;    ///< SI size of one, of the blocks' columns
-    Eigen::VectorXd values;  ///< found, in these units
-    double weight = 1;       ///< that it is the truth, by its score
-    Eigen::MatrixXd H;       ///< of the rows so far
-    Eigen::MatrixXd g;       ///< X^T f, a column for each truth
+    Eigen::VectorXd unit;    ///< scale of each column, SI
+    Eigen::VectorXd values;  ///< fitted, in these units
+    double weight = 1;       ///< probability of being the truth, from its score
+    Eigen::MatrixXd H;       ///< X^T X over the measured and planned rows, plus the prior
+    Eigen::MatrixXd g;       ///< X^T f, one column per truth
     Eigen::LDLT<Eigen::MatrixXd> solver;
     Eigen::MatrixXd theta;  ///< H^-1 g
   };
-  /// What the sides predict at one row.
+  /// Columns and predictions of all sides at one row.
   struct AtRow {
     std::vector<Eigen::MatrixXd> X;
-    Eigen::MatrixXd fields;  ///< a column for each truth
+    Eigen::MatrixXd fields;  ///< displacement f, one column per truth
   };
 
   Side SideOf(const Explanation& explanation) const;

@@ -10,7 +10,8 @@
 namespace plumbline {
 namespace {
 
-constexpr double kDriftTrials = 4;  // curves of neighbouring time constants are nearly the same
+constexpr double kDriftTrials =
+    4;  // effective number: neighbouring time constants give nearly equal curves
 
 Block DriftBlock(double time_constant_s) {
   Block block;

@@ -1,13 +1,13 @@
-// Time constants of a base that moves as the cell warms up.
+// Shape search for the time constant of thermal drift.
 #pragma once
 
 #include "app/diagnosis/shape_search.h"
 
 namespace plumbline {
 
-/// Of `thermal_drift`: time constants from a fortieth of the recorded time to five times of it, the
-/// best two. Two exponentials are one with another time constant, or something else: an explanation
-/// has one.
+/// For `thermal_drift`: proposes the two best time constants between 1/40 and 5 times the recorded
+/// time span. An explanation contains at most one, since the sum of two exponentials is hardly
+/// distinguishable from one.
 const ShapeSearch& ThermalDriftSearch();
 
 }  // namespace plumbline

@@ -19,7 +19,7 @@ std::vector<int> CarriersOf(const Block& block) {
   return carriers;
 }
 
-/// The drivers of a block with another signal in the place of one of them: every such choice.
+/// Every choice of drivers that differs from those of the block in one signal.
 std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Block& block) {
   const BlockColumn& any = block.columns.front();
   std::vector<SignalIndex> own = {*any.signal};
@@ -36,9 +36,10 @@ std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Bl
   return others;
 }
 
-/// The best explanation with other drivers in the place of a block's.
-std::optional<Explanation> Instead(Pool& pool, const Explanation& best, BlockIndex block,
-                                   const std::vector<SignalIndex>& drivers) {
+/// The explanation with an empirical block replaced by the best one of other drivers; nullopt if
+/// none scores within kRivalGap of `best`.
+std::optional<Explanation> WithOtherDrivers(Pool& pool, const Explanation& best, BlockIndex block,
+                                            const std::vector<SignalIndex>& drivers) {
   const Block of = pool.blocks()[block];
   const std::optional<Block> other =
       BestEmpirical(pool.problem(), pool.PartialResidual(best, block), drivers, CarriersOf(of));
@@ -58,7 +59,7 @@ void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis) 
     const Block of = pool.blocks()[block];
     if (!of.empirical()) continue;
     for (const std::vector<SignalIndex>& drivers : OtherDrivers(data, of)) {
-      const std::optional<Explanation> other = Instead(pool, best, block, drivers);
+      const std::optional<Explanation> other = WithOtherDrivers(pool, best, block, drivers);
       const bool as_many = other && other->blocks.size() == best.blocks.size();
       if (!as_many || other->score > best.score + kRivalGap) continue;
       std::vector<std::string> columns;

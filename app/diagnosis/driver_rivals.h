@@ -1,4 +1,4 @@
-// Signals that an unknown cause may follow as well as the one that was chosen.
+// Alternative driver signals of an empirical term.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -6,10 +6,11 @@
 
 namespace plumbline {
 
-/// Puts every other recorded signal in the place of each driver of an empirical term, refits, and
-/// adds those that the rows do not rule out (kRivalGap) to the rivals of the diagnosis: where time
-/// and temperature rise together, both are named.
-/// @param best  of the pool; without an empirical term nothing is added
+/// Replaces each driver of an empirical term by every other recorded signal, refits, and adds the
+/// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time
+/// and temperature rise together, for example, both are reported.
+/// @param pool  extended by the blocks of the alternatives
+/// @param best  explanation by columns of `pool`; nothing is added if it has no empirical term
 void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis);
 
 }  // namespace plumbline

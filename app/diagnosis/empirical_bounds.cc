@@ -9,22 +9,22 @@
 namespace plumbline {
 namespace {
 
-/// What one carrier's curve does at the rows, in SI.
-struct SeenCurve {
+/// Values and displacements of one carrier's curve at the accepted rows, SI.
+struct CurveAtRows {
   struct Lever {
-    double payload_kg = 0;  ///< at the row, where the payload drives the curve
-    double square = 0;      ///< |J|^2
+    double payload_kg = 0;
+    double square = 0;  ///< |J|^2
   };
-  double low = 1e300, high = -1e300;  ///< of the curve
-  double largest_m = 0;               ///< displacement of the tip
+  double low = 1e300, high = -1e300;  ///< range of the curve
+  double largest_m = 0;               ///< largest displacement of the tip
   std::vector<Lever> levers;          ///< of each row
 };
 
-SeenCurve SeenAtRows(const FitProblem& problem, const Linearisation& linear,
-                     const ActiveEffect& effect, std::size_t carrier) {
+CurveAtRows EvaluateAtRows(const FitProblem& problem, const Linearisation& linear,
+                           const ActiveEffect& effect, std::size_t carrier) {
   std::vector<double> values(effect.values.size(), 0.0);
   values[carrier] = 1;
-  SeenCurve seen;
+  CurveAtRows seen;
   for (const RowIndex row : linear.rows.indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
     const Conditions& moment = problem.data.conditions[row];
@@ -42,10 +42,10 @@ SeenCurve SeenAtRows(const FitProblem& problem, const Linearisation& linear,
   return seen;
 }
 
-/// RMS lever of the rows whose payload lies from `low` to `high`; 0 where there are none.
-double LeverBetween(const SeenCurve& seen, double low, double high) {
+/// RMS lever arm of the rows with payloads from `low` to `high` [kg]; 0 if there are none.
+double LeverBetween(const CurveAtRows& seen, double low, double high) {
   double sum = 0, count = 0;
-  for (const SeenCurve::Lever& lever : seen.levers) {
+  for (const CurveAtRows::Lever& lever : seen.levers) {
     if (lever.payload_kg < low || lever.payload_kg > high) continue;
     sum += lever.square;
     count += 1;
@@ -53,10 +53,9 @@ double LeverBetween(const SeenCurve& seen, double low, double high) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// The lever by which a node moves the tip: that of all rows, since any of them may meet the node's
-/// value; where the payload drives the curve, that of the rows about the node, since no other
-/// payload meets it.
-double LeverOfNode(const SeenCurve& seen, const ActiveEffect& effect, Eigen::Index node) {
+/// RMS lever arm by which a node moves the tip: over all rows, since any pose may occur at the
+/// node's value; if the payload is a driver, over the rows with payloads near the node's.
+double LeverOfNode(const CurveAtRows& seen, const ActiveEffect& effect, Eigen::Index node) {
   constexpr std::string_view kPayloadColumn = "payload_kg";
   const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);
   const auto& drivers = effect.term.drivers;
@@ -68,8 +67,8 @@ double LeverOfNode(const SeenCurve& seen, const ActiveEffect& effect, Eigen::Ind
     if (load_kg < loads_kg[node]) low = std::max(low, load_kg);
     if (load_kg > loads_kg[node]) high = std::min(high, load_kg);
   }
-  const double about = LeverBetween(seen, low, high);
-  return about > 0 ? about : of_all;
+  const double near_node = LeverBetween(seen, low, high);
+  return near_node > 0 ? near_node : of_all;
 }
 
 }  // namespace
@@ -77,7 +76,7 @@ double LeverOfNode(const SeenCurve& seen, const ActiveEffect& effect, Eigen::Ind
 void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveEffect& effect) {
   if (effect.term.nodes.rows() == 0) return;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
-    const SeenCurve seen = SeenAtRows(problem, linear, effect, k);
+    const CurveAtRows seen = EvaluateAtRows(problem, linear, effect, k);
     auto nodes = effect.term.nodes.col(static_cast<Eigen::Index>(k + effect.term.drivers.size()));
     if (seen.largest_m == 0) {
       nodes.setZero();

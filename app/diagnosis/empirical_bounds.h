@@ -1,4 +1,4 @@
-// Limits of an empirical curve: what its rows have seen and what it explains there.
+// Limits of an empirical curve to the values supported by its rows.
 #pragma once
 
 #include <vector>
@@ -8,15 +8,15 @@
 
 namespace plumbline {
 
-/// Clamps the nodes of each carrier's curve n_k(u) to the values that the curve takes at rows of
-/// whole or partial weight, and its size to
+/// Clamps the nodes of each carrier's curve n_k(u) to the range that the curve takes at accepted
+/// rows, and their size to
 ///   |n_k| <= max_rows |n_k(u) J_k| / sqrt(mean_rows |J_k|^2),
-/// J_k the tip's gradient [m per unit of the carrier], the mean over all rows, or over those about
-/// the node where the payload is the driver: at an average pose a node moves the tip no farther
-/// than the curve was ever seen to move it. A polynomial's edge, or a row where the carrier has no
-/// lever, otherwise leaves a node that no measurement bounds.
-/// @param problem  rows below kOutlierWeight count as not seen
-/// @param effect   an empirical term; others are left as they are
+/// where J_k is the tip's gradient [m per unit of the carrier]. The mean is over all rows, or, if
+/// the payload is a driver, over the rows near the node. At an average pose a node thus moves the
+/// tip no farther than the curve does at any row. Without this, the edge of a polynomial, or rows
+/// where the carrier has no lever arm, leave nodes that no measurement bounds.
+/// @param problem  rows with weights below kOutlierWeight are ignored
+/// @param effect   an empirical term; other effects are not changed
 void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveEffect& effect);
 
 }  // namespace plumbline

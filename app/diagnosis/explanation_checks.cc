@@ -14,8 +14,8 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLargestReported = 1000;  // of an infinite one: answers hold numbers
-constexpr double kTrainingShare = 0.8;     // of the rows, in each of five folds
+constexpr double kLargestReported = 1000;  // stands for infinity, which JSON cannot represent
+constexpr double kTrainingShare = 0.8;     // of the rows, with five folds
 
 EffectKey KeyOfFinding(const Finding& finding) {
   return {std::string(finding.effect.term.effect->traits().id),
@@ -26,7 +26,7 @@ bool IsOf(const SelectedEffect& selected, const Finding& finding) {
   return selected.key == KeyOfFinding(finding);
 }
 
-/// True where a fold's search selected the effect in all of its joints.
+/// True if a fold's search selected the effect with all of its joints.
 bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& finding) {
   const auto selected = std::find_if(fold.begin(), fold.end(),
                                      [&](const SelectedEffect& one) { return IsOf(one, finding); });
@@ -41,12 +41,13 @@ ExplanationCheck PValueCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "p_value";
   check.figure = finding.p_value;
-  check.limit = kLargestPValue;
-  check.passed = finding.p_value <= kLargestPValue;
+  check.limit = kMaxPValue;
+  check.passed = finding.p_value <= kMaxPValue;
   check.sentence = fmt::format(
-      "by chance, in noise alone and counting all choices, with probability {:.2g}; at most {} is "
-      "accepted",
-      finding.p_value, kLargestPValue);
+      "p-value {:.2g} under noise alone, corrected for the number of alternatives searched; at "
+      "most "
+      "{} is accepted",
+      finding.p_value, kMaxPValue);
   return check;
 }
 
@@ -54,22 +55,21 @@ ExplanationCheck FrequencyCheck(double frequency, std::size_t folds) {
   ExplanationCheck check;
   check.name = "selection_frequency";
   check.figure = frequency;
-  check.limit = kLeastFrequency;
-  check.passed = frequency >= kLeastFrequency - 1e-9;
-  check.sentence = fmt::format(
-      "selected by {:.0f} of {} searches that each saw part of the rows; at least {:.0f} "
-      "% are required",
-      frequency * static_cast<double>(folds), folds, 100 * kLeastFrequency);
+  check.limit = kMinSelectionFrequency;
+  check.passed = frequency >= kMinSelectionFrequency - 1e-9;
+  check.sentence =
+      fmt::format("selected in {:.0f} of {} cross-validation folds; at least {:.0f} % are required",
+                  frequency * static_cast<double>(folds), folds, 100 * kMinSelectionFrequency);
   return check;
 }
 
 ExplanationCheck PlausibilityCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "plausible";
-  check.passed = finding.implausible_times < kLeastDoubtful;
+  check.passed = finding.implausible_times < kDoubtfulRatio;
   check.figure = std::min(finding.implausible_times, kLargestReported);
-  check.limit = kLeastDoubtful;
-  check.sentence = finding.implausible.empty() ? "every value is one that a sound machine shows"
+  check.limit = kDoubtfulRatio;
+  check.sentence = finding.implausible.empty() ? "every value is plausible for a sound machine"
                                                : finding.implausible;
   return check;
 }
@@ -80,13 +80,13 @@ ExplanationCheck DeterminedCheck(const Finding& finding) {
   check.passed = finding.covariance.size() > 0;
   check.figure = check.passed ? 1 : 0;
   check.limit = 1;
-  check.sentence = check.passed ? "the rows hold every value"
-                                : "the rows do not hold all of its values, so that they have no "
-                                  "standard deviation";
+  check.sentence = check.passed ? "the rows determine every value"
+                                : "the rows do not determine all of its values, so no standard "
+                                  "deviation can be stated";
   return check;
 }
 
-/// Most lines that a finding gives to one joint, and that joint; none for effects without lines.
+/// Largest number of spectral lines on one joint, and that joint; nullopt for other effects.
 std::optional<std::pair<int, int>> MostLines(const EffectTerm& term) {
   std::map<int, int> lines;
   for (const TermParameter& parameter : term.parameters) {
@@ -105,13 +105,13 @@ std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
   ExplanationCheck check;
   check.name = "lines_of_one_joint";
   check.figure = most->first;
-  check.limit = kMostLinesOfAJoint;
-  check.passed = most->first <= kMostLinesOfAJoint;
+  check.limit = kMaxLinesPerJoint;
+  check.passed = most->first <= kMaxLinesPerJoint;
   check.sentence = check.passed
-                       ? "no joint has more than one line"
+                       ? "no joint has more than one spectral line"
                        : fmt::format(
-                             "{} lines of axis {} draw any curve of its angle: the gear's, or "
-                             "another cause's that follows the angle",
+                             "{} spectral lines on axis {} fit almost any function of its angle, "
+                             "whether the gear or another cause produces it",
                              most->first, most->second + 1);
   return check;
 }
@@ -125,9 +125,8 @@ ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOut
   check.limit = noise_mm * std::sqrt(found.limit);
   check.passed = found.ratio <= found.limit;
   check.sentence = fmt::format(
-      "held-out error {:.3g} mm where these effects were selected; noise of {:.3g} mm explains up "
-      "to {:.3g} mm (chi-square, {} "
-      "clusters, 0.1 %)",
+      "held-out error {:.3g} mm in the folds that selected these effects; noise of {:.3g} mm "
+      "accounts for at most {:.3g} mm (chi-square limit, {} clusters, 0.1 %)",
       check.figure, noise_mm, check.limit, found.clusters);
   return check;
 }
@@ -141,13 +140,14 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   check.limit = 1e3 * sigma_m * std::sqrt(data.lengths_per_row());
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
-      "beside the named effects {:.3g} mm are corrected without a cause; no more than the noise, "
-      "{:.3g} mm, is accepted",
+      "the discrepancy model corrects {:.3g} mm beyond the named effects, without a physical "
+      "cause; "
+      "at most the noise, {:.3g} mm, is accepted",
       check.figure, check.limit);
   return check;
 }
 
-/// Adds a finding's checks; returns the sentences of those that it failed.
+/// Adds the checks of a finding and returns the sentences of the failed ones.
 std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
                                       std::vector<ExplanationCheck>& checks) {
   std::vector<ExplanationCheck> of_finding = {PValueCheck(finding), PlausibilityCheck(finding),
@@ -166,10 +166,10 @@ std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const
   return failed;
 }
 
-/// The folds whose search selected all the named effects in all their joints: their rows judge the
-/// explanation, those of other folds another one (an offset in place of a play whose few rows on
-/// the other flank are held out), which `selection_frequency` counts. All folds where none agrees,
-/// or where some was not searched.
+/// The folds whose search selected all named effects with all their joints. Other folds validate a
+/// different explanation (an offset instead of backlash whose few rows on the other flank are held
+/// out); `selection_frequency` counts those. All folds if none agrees, or if some were not
+/// searched.
 std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Finding>& findings) {
   const auto last = std::max_element(held_out.fold_of.begin(), held_out.fold_of.end());
   const std::size_t folds =
@@ -178,7 +178,7 @@ std::vector<bool> FoldsThatAgree(const HeldOut& held_out, const std::vector<Find
   if (held_out.selected.size() != folds) return agree;
   for (std::size_t fold = 0; fold < folds; ++fold) {
     agree[fold] = std::all_of(findings.begin(), findings.end(), [&](const Finding& finding) {
-      if (!finding.effect.term.drivers.empty()) return true;  // a curve claims no cause
+      if (!finding.effect.term.drivers.empty()) return true;  // an empirical curve names no cause
       return SelectedWhole(held_out.selected[fold], finding);
     });
   }
@@ -199,7 +199,7 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   const FitProblem& problem = evidence.problem;
   std::map<ClusterIndex, Sum> clusters;
   Sum total;
-  double predicted = 0;  // of every fold: each trains on the rows of the others
+  double predicted = 0;  // over all folds: each is trained on the rows of the others
   for (const RowIndex row : problem.data.row_indices()) {
     const double weight = problem.weights[row];
     if (!evidence.held_out.predicted[row] || weight < kOutlierWeight) continue;
@@ -220,7 +220,7 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   found.ratio = total.square / total.weight / variance;
   const double freedom = lengths * static_cast<double>(clusters.size());
   const double of_training = kTrainingShare * lengths * predicted;
-  found.limit = ChiSquareQuantile(kHeldOutChance, freedom) / freedom *
+  found.limit = ChiSquareQuantile(kHeldOutSignificance, freedom) / freedom *
                 (1 + evidence.parameters / std::max(1.0, of_training));
   return found;
 }
@@ -236,7 +236,7 @@ std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding&
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return;
   for (const Finding& finding : diagnosis.findings) {
-    if (!finding.effect.term.drivers.empty()) continue;  // a curve claims no cause
+    if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
     const std::vector<std::string> failed = CheckFinding(evidence, finding, diagnosis.checks);
     if (failed.empty()) continue;
     diagnosis.doubts.push_back(

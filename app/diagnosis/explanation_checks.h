@@ -1,4 +1,4 @@
-// Checks that an explanation passes before it is called one.
+// Acceptance checks of an explanation.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -6,33 +6,34 @@
 
 namespace plumbline {
 
-/// What the checks judge, beside the findings themselves.
+/// Input of the checks in addition to the findings.
 struct ExplanationEvidence {
   const FitProblem& problem;
-  const HeldOut& held_out;       ///< by blocks of time
-  double parameters = 0;         ///< fitted, of the named effects
-  double discrepancy_rms_m = 0;  ///< 3-D, of what the discrepancy model adds at the rows
+  const HeldOut& held_out;       ///< held out by blocks of time
+  double parameters = 0;         ///< fitted parameters of the named effects
+  double discrepancy_rms_m = 0;  ///< 3-D RMS of the discrepancy model over the rows [m]
 };
 
-/// Mean square of held-out residuals over sigma^2, and the most that noise makes of it: the 0.1 %
-/// quantile of chi2 with as many degrees of freedom as independent clusters measure lengths,
-/// widened by what the parameters of a fit of the other folds cost, 1 + p / n. Of the folds whose
-/// own search selected all the findings, if any did.
+/// Mean square of the held-out residuals over sigma^2, and its upper limit under noise alone: the
+/// upper 0.1 % quantile of chi2 per degree of freedom, with one degree of freedom for each length
+/// measured by an independent cluster, times 1 + p / n for the p parameters estimated from the n
+/// lengths of the training folds. Only folds whose own search selected all findings are evaluated,
+/// or all folds if there is none.
 struct HeldOutRatio {
   double ratio = 0, limit = 0;
-  int clusters = 0;  ///< that were predicted
+  int clusters = 0;  ///< evaluated
 };
 HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
                               const std::vector<Finding>& findings);
 
-/// Share (0..1) of the folds whose own search selected an effect in all of its joints; nothing
-/// where none searched.
+/// Share (0..1) of the folds whose own search selected an effect with all of its joints; nullopt if
+/// no fold was searched.
 std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding& finding);
 
-/// Adds the checks of every finding and of the whole answer. An effect that fails one becomes a
-/// doubt. Where noise or the choice of rows may have brought it, the verdict falls from `explained`
-/// to `ambiguous`; a value that no sound machine shows is doubted, but nothing else fits the rows.
-/// Where the answer as a whole fails, something remains unexplained, and the verdict is `unknown`.
+/// Adds the checks of each finding and of the whole answer to `diagnosis.checks`. A finding that
+/// fails a check is added to `diagnosis.doubts` and lowers the verdict from `explained` to
+/// `ambiguous`. If the answer as a whole fails, part of the residual is unexplained and the verdict
+/// is `unknown`.
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis);
 
 }  // namespace plumbline

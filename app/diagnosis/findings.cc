@@ -15,7 +15,7 @@
 namespace plumbline {
 namespace {
 
-/// Shapes and choices of joints among which the blocks of an effect were found.
+/// Number of shapes and choices of joints among which the blocks of an effect were selected.
 double Trials(const Pool& pool, const Explanation& explanation,
               const std::vector<BlockIndex>& blocks) {
   double trials = 1;
@@ -26,7 +26,7 @@ double Trials(const Pool& pool, const Explanation& explanation,
   return trials;
 }
 
-/// Of each value of an effect its place among the refitted parameters; -1: it was held.
+/// Index of each value of an effect among the refitted parameters; -1: not adjusted.
 std::vector<int> PlacesOf(const Refit& refit, std::size_t effect) {
   std::vector<int> places(refit.model.effects[effect].values.size(), -1);
   for (std::size_t j = 0; j < refit.parameters.size(); ++j) {
@@ -51,21 +51,21 @@ Eigen::MatrixXd CovarianceAt(const Eigen::MatrixXd& covariance, const std::vecto
   return at;
 }
 
-/// What dropping an effect costs, all others kept in their joints.
-struct Dropped {
-  double chi2 = 0;
-  double columns = 0;    ///< that go with it, at least 1
-  double trials = 1;     ///< effects, shapes and choices of joints that were looked at for it
-  double inflation = 1;  ///< by noise that goes on from row to row, as Pool::Inflation
+/// Effect of removing an effect while all others keep their joints.
+struct Removal {
+  double chi2 = 0;       ///< increase
+  double columns = 0;    ///< removed, at least 1
+  double trials = 1;     ///< effects, shapes and choices of joints searched
+  double inflation = 1;  ///< of the variance by row-to-row correlation, as Pool::Inflation
 };
 
-Dropped DroppedWithout(const FindingsContext& context, const EffectKey& key) {
+Removal RemovalOf(const FindingsContext& context, const EffectKey& key) {
   const Pool& pool = context.pool;
-  std::vector<ColumnIndex> beside;
+  std::vector<ColumnIndex> others;
   for (const ColumnIndex column : context.best.columns) {
-    if (KeyOf(pool.blocks()[pool.BlockOfColumn(column)]) != key) beside.push_back(column);
+    if (KeyOf(pool.blocks()[pool.BlockOfColumn(column)]) != key) others.push_back(column);
   }
-  const Explanation without = pool.FitColumns(beside);
+  const Explanation without = pool.FitColumns(others);
   const std::vector<BlockIndex> blocks = pool.BlocksOf(context.best, key);
   double inflation = 1;
   for (const BlockIndex block : blocks) inflation = std::max(inflation, pool.Inflation(block));
@@ -75,7 +75,7 @@ Dropped DroppedWithout(const FindingsContext& context, const EffectKey& key) {
           EffectsConsidered(context.problem.data) * Trials(pool, context.best, blocks), inflation};
 }
 
-/// From the first to the last of the rows that were not rejected.
+/// Time span of the rows that were not rejected [s].
 Interval TimesSeen(const FitProblem& problem) {
   Interval seen{1e300, -1e300};
   for (const RowIndex row : problem.data.row_indices()) {
@@ -87,21 +87,21 @@ Interval TimesSeen(const FitProblem& problem) {
   return seen;
 }
 
-/// Shrinks an empirical effect and bounds it to its rows.
-void ShrinkToRows(const FindingsContext& context, const Dropped& dropped, Finding& finding) {
-  // Stein's factor: a curve fitted to noise alone would be shrunk to nothing.
+/// Shrinks an empirical effect and limits it to the values at its rows.
+void ShrinkToRows(const FindingsContext& context, const Removal& removal, Finding& finding) {
+  // James-Stein factor: shrinks a curve fitted to noise alone to about zero.
   const double factor =
-      std::max(0.0, 1 - std::max(0.0, dropped.columns - 2) / std::max(dropped.chi2, 1e-9));
+      std::max(0.0, 1 - std::max(0.0, removal.columns - 2) / std::max(removal.chi2, 1e-9));
   for (double& value : finding.effect.values) value *= factor;
   BoundToRows(context.problem, context.pool.problem().linear(), finding.effect);
-  const double sd = 1 / std::sqrt(std::max(dropped.chi2, 1.0));
+  const double sd = 1 / std::sqrt(std::max(removal.chi2, 1.0));
   const Eigen::Index size = finding.covariance.rows();
   finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
 }
 
-/// The moment of an event lies somewhere between two rows: its variance is that of an even
-/// distribution over their distance.
-void SpreadMoment(const Dataset& data, Finding& finding) {
+/// The time of an event is known to lie between two rows only: sets its variance to that of a
+/// uniform distribution over the gap.
+void SetEventTimeVariance(const Dataset& data, Finding& finding) {
   std::vector<double> times;
   for (const Conditions& moment : data.conditions) {
     times.push_back(data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0));
@@ -113,20 +113,20 @@ void SpreadMoment(const Dataset& data, Finding& finding) {
   finding.covariance(0, 0) = gap * gap / 12;
 }
 
-/// @param inflation  of the formal covariance: chi2 per degree of freedom, at least 1
+/// @param inflation  factor on the formal covariance: chi2 per degree of freedom, at least 1
 Finding FindingOf(const FindingsContext& context, std::size_t effect, double inflation) {
   const Dataset& data = context.problem.data;
   Finding finding;
   finding.effect = context.refit.model.effects[effect];
   const EffectTerm& term = finding.effect.term;
   const std::vector<int> places = PlacesOf(context.refit, effect);
-  const Dropped dropped =
-      DroppedWithout(context, {std::string(term.effect->traits().id), std::string(term.word)});
-  inflation *= dropped.inflation;
+  const Removal removal =
+      RemovalOf(context, {std::string(term.effect->traits().id), std::string(term.word)});
+  inflation *= removal.inflation;
   finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
   finding.p_value =
-      std::min(1.0, dropped.trials * ChiSquareTail(dropped.chi2 / inflation, dropped.columns));
-  finding.share_of_residual = dropped.chi2 / std::max(1e-12, context.pool.chi2_null());
+      std::min(1.0, removal.trials * ChiSquareTail(removal.chi2 / inflation, removal.columns));
+  finding.share_of_residual = removal.chi2 / std::max(1e-12, context.pool.chi2_null());
   const Implausible implausible = ImplausibilityOf(data, finding.effect);
   finding.implausible = implausible.sentence;
   finding.implausible_times = implausible.times;
@@ -134,18 +134,18 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
     finding.effect.seen_t_s = TimesSeen(context.problem);
   }
   if (term.effect->traits().empirical) {
-    ShrinkToRows(context, dropped, finding);
+    ShrinkToRows(context, removal, finding);
   } else if (BeginsAtAMoment(term)) {
-    SpreadMoment(data, finding);
+    SetEventTimeVariance(data, finding);
   }
-  const bool held = std::all_of(places.begin(), places.end(), [&](int place) {
-    return place < 0 || context.refit.held[static_cast<std::size_t>(place)];
+  const bool identifiable = std::all_of(places.begin(), places.end(), [&](int place) {
+    return place < 0 || context.refit.identifiable[static_cast<std::size_t>(place)];
   });
-  if (!held || !Writable(finding)) finding.covariance.resize(0, 0);
+  if (!identifiable || !HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
   return finding;
 }
 
-/// "effect parameter" of each refitted parameter.
+/// Effect id and parameter name of each refitted parameter.
 std::vector<std::string> ParameterNames(const Refit& refit) {
   std::vector<std::string> names;
   for (const auto& [effect, value] : refit.parameters) {
@@ -172,18 +172,18 @@ Eigen::MatrixXd CorrelationOf(const Eigen::MatrixXd& covariance, std::size_t par
 
 }  // namespace
 
-bool Writable(const Finding& finding) {
-  constexpr double kBeyondMeasure = 1e11;
+bool HasUsableCovariance(const Finding& finding) {
+  constexpr double kLargestVariance = 1e11;  // in file units
   const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
   return written.covariance.allFinite() &&
          (written.covariance.size() == 0 ||
-          written.covariance.cwiseAbs().maxCoeff() < kBeyondMeasure);
+          written.covariance.cwiseAbs().maxCoeff() < kLargestVariance);
 }
 
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
   const double freedom = std::max(
       1.0, context.pool.problem().freedom() - static_cast<double>(context.best.columns.size()));
-  // A fit that leaves more than noise is less sure than its formal covariance.
+  // A residual above the noise makes the formal covariance too small.
   const double inflation = std::max(1.0, context.best.chi2 / freedom);
   for (std::size_t effect = 0; effect < context.refit.model.effects.size(); ++effect) {
     diagnosis.findings.push_back(FindingOf(context, effect, inflation));

@@ -1,4 +1,4 @@
-// The effects of an explanation with their values, their uncertainty and what each rests on.
+// Findings: the effects of the answer with values, uncertainties and p-values.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -7,21 +7,22 @@
 
 namespace plumbline {
 
-/// The answer of a search, and what it was chosen from.
+/// The selected explanation and the alternatives it was selected from.
 struct FindingsContext {
   const FitProblem& problem;
   const Pool& pool;
   const Explanation& best;
   const Refit& refit;    ///< of all rows: values and covariance
-  double searched_chi2;  ///< of the same effects refitted to the rows of `problem`
+  double searched_chi2;  ///< of the same effects, refitted to the rows of `problem`
   const std::vector<Explanation>& ranked;
   const DiagnosisOptions& options;
 };
 
-/// False where a deviation is beyond all measure: the rows do not hold the parameter at all.
-bool Writable(const Finding& finding);
+/// False if a standard deviation is absurdly large or not finite, that is, if the rows do not
+/// determine a parameter at all.
+bool HasUsableCovariance(const Finding& finding);
 
-/// Adds the effects with values, covariance, p-values and plausibility, and the correlation of
+/// Adds the effects with values, covariance, p-values and plausibility, and the correlation of all
 /// their parameters.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
 

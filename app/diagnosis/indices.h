@@ -1,4 +1,4 @@
-// Index types of the diagnosis, and vectors that are subscripted by their own index only.
+// Typed indices of the diagnosis, and vectors that accept only their own index type.
 #pragma once
 
 #include <compare>
@@ -33,16 +33,17 @@ class TypedIndex {
   int value_ = 0;
 };
 
-using RowIndex = TypedIndex<struct RowTag>;        ///< row of a data set
-using FitRowIndex = TypedIndex<struct FitRowTag>;  ///< place among the rows that take part in a fit
+using RowIndex = TypedIndex<struct RowTag>;  ///< row of a data set
+using FitRowIndex =
+    TypedIndex<struct FitRowTag>;  ///< position among the participating rows of a fit
 using SessionIndex = TypedIndex<struct SessionTag>;
-using ClusterIndex = TypedIndex<struct ClusterTag>;  ///< repeats of one pose
+using ClusterIndex = TypedIndex<struct ClusterTag>;  ///< replicates of one pose
 using SignalIndex = TypedIndex<struct SignalTag>;    ///< recorded signal of a data set
-using BlockIndex = TypedIndex<struct BlockTag>;      ///< block of a pool, or of a discrepancy model
+using BlockIndex = TypedIndex<struct BlockTag>;  ///< block of a candidate set or discrepancy model
 using BlockColumnIndex = TypedIndex<struct BlockColumnTag>;  ///< column within its block
-using ColumnIndex = TypedIndex<struct ColumnTag>;  ///< column of a pool, all blocks counted
+using ColumnIndex = TypedIndex<struct ColumnTag>;  ///< column of a candidate set, over all blocks
 
-/// Indices from `first` up to but without `last`, for range-based loops.
+/// Half-open range of indices [first, last), for range-based loops.
 template <typename Index>
 class IndexRange {
  public:
@@ -82,7 +83,7 @@ constexpr IndexRange<Index> FirstIndices(Integer count) {
   return {Index(0), Index(count)};
 }
 
-/// A std::vector with a subscript of one index type.
+/// A std::vector subscripted by one index type.
 template <typename Index, typename T>
 class Indexed : private std::vector<T> {
   using Items = std::vector<T>;

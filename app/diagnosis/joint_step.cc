@@ -11,10 +11,10 @@ namespace {
 
 constexpr double kCoarsest_deg = 0.2;
 constexpr double kLargestLog10Chance = -6;
-constexpr double kRounding_deg = 1e-9;  // of the conversions deg -> rad -> deg, up to many turns
+constexpr double kRounding_deg = 1e-9;  // of the conversion deg -> rad -> deg, over many turns
 constexpr double kTurn_deg = 360;
 
-/// Coarsest first.
+/// Usual steps, coarsest first.
 std::vector<double> UsualSteps_deg() {
   std::vector<double> steps;
   for (int power = 1; power >= -5; --power) {
@@ -29,7 +29,7 @@ std::vector<double> UsualSteps_deg() {
   return steps;
 }
 
-/// Of every revolute joint each value once, without zeros: those are multiples of everything.
+/// Distinct readings of every revolute joint, without zeros (multiples of any step).
 std::vector<double> DistinctReadings_deg(const MeasuredTable& table,
                                          const std::vector<Joint>& joints) {
   std::vector<double> readings;

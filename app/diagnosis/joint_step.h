@@ -1,4 +1,4 @@
-// The step of joint readings, found in the readings themselves.
+// Detection of the resolution (step) of joint readings.
 #pragma once
 
 #include <optional>
@@ -8,22 +8,22 @@
 
 namespace plumbline {
 
-/// A step that every joint reading of a table is a multiple of.
+/// Step of which every joint reading of a table is a multiple.
 struct JointStep {
   double step_rad = 0;
-  bool as_written = false;  ///< it is the last decimal of the file, whatever the controller gives
-  double log10_chance = 0;  ///< of agreeing by chance; 0 where `as_written`
-  int readings = 0;         ///< distinct ones, zeros apart
+  bool as_written = false;  ///< the last decimal of the file; the controller may be finer
+  double log10_chance = 0;  ///< probability of a chance agreement; 0 if `as_written`
+  int readings = 0;         ///< number of distinct non-zero readings
 };
 
-/// The coarsest usual step (1, 2, 5 times a power of ten in deg or mrad, or a turn over a power of
-/// two) that all revolute joints' readings are multiples of, to the last decimal written. A reading
-/// of unlimited resolution written in steps p is on a multiple of s by chance in p / s of all
-/// cases; over n distinct readings and m steps tried, by chance with a probability of
-///   P = m (p / s)^n,
-/// and a step is named where P < 1e-6. The step of the last decimal itself needs no such proof.
-/// @return  nothing where no step was found, or one beyond 0.2 deg: no controller reads that
-///          coarsely, the poses were chosen so; or the decimals are not known
+/// Finds the coarsest usual step (1, 2 or 5 times a power of ten in deg or mrad, or a turn divided
+/// by a power of two) of which all readings of revolute joints are multiples, to the last decimal
+/// written. A continuous reading written in steps p is a multiple of s with probability p / s; for
+/// n distinct readings and m steps tried, the probability of a chance agreement is
+///   P = m (p / s)^n.
+/// A step is reported if P < 1e-6. The step of the last decimal needs no such evidence.
+/// @return  nullopt if no step was found, if it exceeds 0.2 deg (then the poses were commanded at
+///          round values, since no controller reads that coarsely), or if the decimals are unknown
 std::optional<JointStep> JointStepOf(const MeasuredTable& table, const std::vector<Joint>& joints);
 
 }  // namespace plumbline

@@ -3,14 +3,14 @@
 namespace plumbline {
 
 double Legendre(int degree, double x) {
-  double before = 1, now = x;
+  double previous = 1, current = x;
   if (degree == 0) return 1;
   for (int k = 1; k < degree; ++k) {
-    const double next = ((2 * k + 1) * x * now - k * before) / (k + 1);
-    before = now;
-    now = next;
+    const double next = ((2 * k + 1) * x * current - k * previous) / (k + 1);
+    previous = current;
+    current = next;
   }
-  return now;
+  return current;
 }
 
 double Scaled(const RecordedSignal& signal, double value) {

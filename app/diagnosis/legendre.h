@@ -1,4 +1,4 @@
-// A smooth curve along a recorded signal, by its polynomials.
+// Legendre polynomials of a recorded signal.
 #pragma once
 
 #include "app/diagnosis/dataset.h"
@@ -8,7 +8,7 @@ namespace plumbline {
 /// Legendre polynomial P_degree of x in -1..1.
 double Legendre(int degree, double x);
 
-/// The signal's value of a row scaled to -1..1 over the rows.
+/// A value of the signal scaled so that its range over the rows is -1..1.
 double Scaled(const RecordedSignal& signal, double value);
 
 }  // namespace plumbline

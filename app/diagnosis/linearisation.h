@@ -1,4 +1,4 @@
-// The present model over all rows: predictions, residuals, and how both follow every influence.
+// Linearisation of the model at all rows: predictions, residuals and gradients.
 #pragma once
 
 #include <functional>
@@ -9,29 +9,30 @@
 
 namespace plumbline {
 
-/// What is adjusted to the data: frames of each session, and the effects added.
+/// The adjustable part of the model: frames of each session, and added effects.
 struct Model {
   struct Frames {
     Pose X_WB;
     Vec3 tip_F = Vec3::Zero();
   };
   Indexed<SessionIndex, Frames> frames;
-  std::vector<ActiveEffect> effects;  ///< beside those that the cell already has
+  std::vector<ActiveEffect> effects;  ///< in addition to those of the cell
 
   /// The cell as declared, for every session.
   static Model Declared(const Dataset& data);
 };
 
-/// The cell with a session's frames; it keeps the effects that it has already.
+/// The cell with the frames of a session. Effects of `model` are not added.
 CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
 /// d prediction / d influence of one row, shape (its residuals, influences).
 using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize>;
-/// d prediction / d (base shift, base turn, tip) of one row, shape (its residuals, 9). The arm
-/// moves rigidly: that gravity turns in it with the base is left out, a thousandth of the turn.
+/// d prediction / d (base translation, base rotation, tip) of one row, shape (its residuals, 9).
+/// The arm is treated as rigid: the change of gravity deflection with the base rotation is
+/// neglected, about a thousandth of the effect.
 using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
 
-/// A row at the present model.
+/// Residual and frame gradient of a row.
 struct LinearRow {
   RowResidual residual;
   Vec3 p_W = Vec3::Zero();  ///< predicted tip
@@ -42,22 +43,22 @@ class BlockColumns;
 
 struct Linearisation {
   PerRow<LinearRow> rows;
-  PerRow<Gradient> gradients;  ///< empty where none were asked for
+  PerRow<Gradient> gradients;  ///< empty if not requested
   RowLayout layout;
-  /// Of these gradients; copies share it.
+  /// Cache of block columns from these gradients; shared by copies.
   std::shared_ptr<BlockColumns> columns;
 };
 
-/// The model evaluated one row at a time, where gradients need not be kept.
+/// Evaluation of the model one row at a time, without storing gradients.
 class ModelAtRows {
  public:
-  /// Both must outlive it.
+  /// Both arguments must outlive this object.
   ModelAtRows(const Dataset& data, const Model& model);
 
-  /// @param wanted    influences whose gradient is needed
-  /// @param scratch   one a thread
-  /// @param gradient  zero but for the wanted ones; left as it is where none are wanted
-  /// @return          false where the sagged posture does not settle
+  /// @param wanted    entries of the influence whose gradient is needed
+  /// @param scratch   one per thread
+  /// @param gradient  zero except for the wanted entries; not changed if none is wanted
+  /// @return          false if the sagged posture does not converge
   [[nodiscard]] bool At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
                         LinearRow& result, Gradient& gradient) const;
 
@@ -68,47 +69,47 @@ class ModelAtRows {
 };
 
 /// Evaluates the model at every row.
-/// @param gradients  whether they are kept: 4.5 kB a row
-/// @return  an error naming the row where the sagged posture does not settle
+/// @param gradients  whether to store gradients (4.5 kB per row)
+/// @return  an error with the line of a row whose sagged posture does not converge
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads);
-/// The same with the gradients of some influences only.
+/// Like Linearise, with the gradients of some entries of the influence only.
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, const InfluenceSet& wanted,
                                 int threads);
 
 PerRow<RowResidual> ResidualsOf(const Linearisation& linear);
-/// The residuals in space [m] (LengthsOf).
+/// The residuals as vectors [m] (LengthsOf).
 PerRow<Vec3> ErrorsOf(const Linearisation& linear);
 
-/// How one parameter of a term moves one influence.
+/// Derivative of one entry of the influence with respect to one parameter of a term.
 struct TermSlope {
   int entry = 0;   ///< of the influence
-  int column = 0;  ///< index into the parameters asked for
+  int column = 0;  ///< index into the requested parameters
   double slope = 0;
 };
 
-/// Appends d influence / d parameter of one term at `values`, for the parameters asked for; only
-/// those that are not zero.
+/// Appends the non-zero derivatives d influence / d parameter of one term at `values`.
+/// @param which  requested parameters
 void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
                    std::span<const int> which, const Conditions& conditions,
                    std::vector<TermSlope>& slopes);
 
-/// Columns d prediction / d parameter of one term at `values`, for the parameters asked for, on one
-/// row.
-/// @param out  shape (residuals of the row, which.size())
+/// Computes the columns d prediction / d parameter of one term at `values` on one row.
+/// @param which  requested parameters
+/// @param out    shape (residuals of the row, which.size())
 void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
                  const Conditions& conditions, const Gradient& gradient,
                  Eigen::Ref<Eigen::MatrixXd> out);
 
-/// Runs f(first, last) over 0..count in `threads` pieces.
+/// Runs f(first, last) on `threads` contiguous parts of [0, count) in parallel.
 void InParallel(int count, int threads, const std::function<void(int, int)>& f);
 
-/// Lets the effects of every row see the base of its session as the model has it: an aligned
-/// instrument says where down is.
+/// Copies the base pose of each session from the model to the conditions of its rows: effects need
+/// the direction of gravity that an aligned instrument defines.
 void ShowBases(const Model& model, Dataset& data);
 
-/// The model after a step of a session's frames: base shift [m], base turn (rotation vector in W,
-/// about the base's origin) [rad], tip shift in F [m].
+/// Applies a step to the frames of a session: base translation [m], base rotation (rotation vector
+/// in W, about the origin of the base) [rad], tip translation in F [m].
 void MoveFrames(Model::Frames& frames, const Eigen::Matrix<double, 9, 1>& step);
 
 }  // namespace plumbline

@@ -7,8 +7,9 @@
 namespace plumbline {
 namespace {
 
-/// The distinct loads of the rows, ascending; none where three or more are apart by a tenth of
-/// their range, so that their rows can show a deflection that is not in proportion to the load.
+/// The lowest and highest load if all rows are at two distinct loads; otherwise empty. Three loads
+/// at least a tenth of their range apart can reveal a deflection that is not proportional to the
+/// load.
 std::vector<double> FewPayloadLevels(const FitProblem& problem) {
   constexpr double kApart = 0.1;
   std::vector<double> loads_kg, levels_kg;

@@ -1,4 +1,4 @@
-// What a written model states of its rows: the sessions' frames and the range that they cover.
+// Validity domain of a corrected model and the frames of its sessions.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -7,8 +7,8 @@
 
 namespace plumbline {
 
-/// Sessions' frames where they were estimated, and the range that the rows cover which were not
-/// rejected.
+/// Adds to `diagnosis` the estimated frames of each session, if the cell leaves them free, and the
+/// range covered by the rows that were not rejected.
 void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis);
 
 }  // namespace plumbline

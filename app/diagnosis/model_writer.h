@@ -1,4 +1,4 @@
-// The corrected cell: the declared one, its text untouched, with what the diagnosis adds.
+// Writer of the corrected cell: the original text with the result of a diagnosis appended.
 #pragma once
 
 #include <string>
@@ -9,22 +9,22 @@
 
 namespace plumbline {
 
-/// Where a diagnosis took its numbers from.
+/// Data that a diagnosis was made from, as recorded in the model.
 struct DataOrigin {
-  std::string file;  ///< as named in the model, without its folder
+  std::string file;  ///< file name without folder
   int rows = 0;
   std::string date;  ///< YYYY-MM-DD
 };
 
-/// Appends the findings as [[effect]] (those that stand there stay: values add up), the estimated
-/// frames as [[session]] and the range of the data as [domain], with the model's fingerprint: an
-/// edit of the text afterwards makes its radius an assumed one. A [domain] or [[session]] in the
-/// original, wherever it stands, gives way to a new one, with the comments inside it; all else of
-/// the original stays, byte by byte, save an inline `effect = [..]`, which is written as
-/// [[effect]]. The text is read back before it is given: what is returned is a valid cell.
+/// Appends the findings as [[effect]] (in addition to existing ones: their values add up), the
+/// estimated frames as [[session]] and the range of the data as [domain], with the fingerprint of
+/// the model: if the text is edited afterwards, the basis of its radius becomes "assumed". An
+/// existing [domain] or [[session]] is replaced by a new one, including the comments inside it;
+/// everything else is preserved byte by byte, except that an inline `effect = [..]` is rewritten as
+/// [[effect]]. The text is read back before it is returned, so that it is always a valid cell.
 /// @param original  text of a cell that CellFromText accepts
 /// @param cell      that cell
-/// @return          the text, or why the corrected model is no valid cell
+/// @return          the text, or the reason why the corrected model is not a valid cell
 Result<std::string> CorrectedCellText(std::string_view original, const CellModel& cell,
                                       const Diagnosis& diagnosis, const DataOrigin& origin);
 

@@ -13,11 +13,11 @@ namespace {
 
 using I = Influence<double>;
 enum { kTime, kRow, kFirstSize };  // parameters of these effects
-constexpr int kMostSizes = 3;
-using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostSizes, kMostSizes>;
-using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostSizes, 1>;
+constexpr int kMaxSizes = 3;
+using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxSizes, kMaxSizes>;
+using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSizes, 1>;
 
-/// t_s where recorded, else the row's place.
+/// t_s if recorded, otherwise the row number.
 double ClockOf(const Dataset& data, const Conditions& moment) {
   return data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0);
 }
@@ -30,7 +30,7 @@ Eigen::MatrixXd From(double moment, const Eigen::VectorXd& clock) {
   return (clock.array() >= moment).cast<double>();
 }
 
-/// Moments halfway between rows that follow each other in time.
+/// Candidate event times halfway between successive rows, without the outermost twentieth.
 std::vector<double> Moments(const LinearProblem& problem) {
   const Eigen::VectorXd at_rows = ClockAtRows(problem);
   std::vector<double> times(at_rows.begin(), at_rows.end());
@@ -43,9 +43,9 @@ std::vector<double> Moments(const LinearProblem& problem) {
   return moments;
 }
 
-/// What Gain() is of a step of some influences (kMostSizes at most) at each of ascending moments.
-/// All moments share their sums: rows are taken in from the last to the first, and the frames are
-/// projected out of the sums.
+/// Gain() of a step of up to kMaxSizes entries of the influence, for each of the ascending moments.
+/// One pass over all moments: rows are added to the sums from the last to the first, and the frames
+/// are projected out of the sums.
 std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                  const std::vector<double>& moments,
                                  const std::vector<int>& influences) {
@@ -79,7 +79,7 @@ std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::Vect
   return gains;
 }
 
-/// The effect from a moment on, each of its sizes a column.
+/// Block of an effect that acts from a moment on, with one column per size.
 Block BlockFrom(const Dataset& data, const Effect& effect, std::string_view word, double moment,
                 double trials) {
   const EffectTraits& traits = effect.traits();
@@ -103,7 +103,7 @@ Block BlockFrom(const Dataset& data, const Effect& effect, std::string_view word
   return block;
 }
 
-/// True where only a few rows lie between two moments of the support.
+/// True if too few rows are between two event times of the support.
 bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const> support) {
   std::vector<double> moments;
   for (const Block* block : support) {
@@ -124,7 +124,7 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
   return false;
 }
 
-/// What these effects have in common.
+/// Common part of the searches for an event time.
 class MomentSearch : public ShapeSearch {
  public:
   explicit MomentSearch(const Effect& effect) : effect_(effect) {}
@@ -141,7 +141,7 @@ class MomentSearch : public ShapeSearch {
                 std::span<const Block* const> support) const override {
     return MomentsTooClose(problem, support);
   }
-  /// No row of the problem separates an undecided row from the moment.
+  /// True if no row of the problem lies between the given row and the moment.
   bool LeavesOpen(const LinearProblem& problem, const Block& block, RowIndex row) const override {
     const Dataset& data = problem.data();
     const double moment = block.columns.front().values.front();
@@ -157,7 +157,7 @@ class MomentSearch : public ShapeSearch {
   const Effect& effect_;
 };
 
-/// The effect from the best of the moments on.
+/// Block of an effect that acts from the best of the moments on.
 Block BestFrom(const LinearProblem& problem, const Eigen::VectorXd& residual,
                const std::vector<double>& moments, const Effect& effect, std::string_view word,
                const std::vector<int>& influences) {
@@ -218,8 +218,8 @@ class ZoomSearch final : public MomentSearch {
   }
 
  private:
-  /// Moments at which the camera was zoomed: where zoom_counts is recorded those at which it
-  /// changed, else all.
+  /// Times at which the camera may have been zoomed: changes of zoom_counts if recorded, otherwise
+  /// all.
   static std::vector<double> ZoomMoments(const LinearProblem& problem) {
     constexpr std::string_view kColumn = "zoom_counts";
     if (!problem.data().conditions.front().Signal(kColumn)) return Moments(problem);

@@ -1,21 +1,21 @@
-// Moments from which an effect acts: a slip, a collision, a zoomed camera.
+// Shape searches for the event time from which an effect acts: a slip, a collision, a camera zoom.
 #pragma once
 
 #include "app/diagnosis/shape_search.h"
 
 namespace plumbline {
 
-/// Of `step_event`: halfway between rows that follow each other in time (in their order where no
-/// time was recorded), the best moment for the base and for the tool. Two moments of one
-/// explanation, whatever begins there, have a tenth of the rows between them (six at least): fewer
-/// rows are outliers, no event.
+/// For `step_event`: proposes the best event time for the base and for the tool, among those
+/// halfway between successive rows (by row number if no time was recorded). Two events of one
+/// explanation, of whatever effect, must have at least a tenth of the rows (at least six) between
+/// them; fewer rows are outliers instead.
 const ShapeSearch& StepEventSearch();
 
-/// Of `tilt_event`: the same moments, the best one for a turn of the base.
+/// For `tilt_event`: proposes the best of the same times for a rotation of the base.
 const ShapeSearch& TiltEventSearch();
 
-/// Of `camera_zoom`: where zoom_counts was recorded, the moments at which it changed, else as of a
-/// step; and from the first row on, without a moment.
+/// For `camera_zoom`: proposes the best of the times at which zoom_counts changed, if recorded, or
+/// otherwise of the same times; and offers a zoom error from the first row on, without a time.
 const ShapeSearch& CameraZoomSearch();
 
 }  // namespace plumbline

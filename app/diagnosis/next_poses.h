@@ -1,4 +1,4 @@
-// Where to measure next: poses that separate explanations the data cannot tell apart.
+// Proposal of further measurements that separate rival explanations.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -6,11 +6,12 @@
 
 namespace plumbline {
 
-/// Proposes measurements in the order of execution, the most useful first (`SequentialDesign`): at
-/// the payloads that were measured where these separate all explanations; else some without
-/// payload, and a note says so, as it does of rivals that no pose separates.
-/// @param answer, rivals  explanations of the pool; the rivals' scores are those of refits
-/// @param diagnosis       gets next_poses, next_poses_separate_all and notes
+/// Proposes poses in the order of execution, the most informative first (`SequentialDesign`). Uses
+/// the measured payloads if these separate all explanations; otherwise some poses are proposed
+/// without payload, and a note says so. Another note names rivals that no pose separates.
+/// @param answer, rivals  explanations by columns of `pool`; the scores of the rivals are those of
+///                        their nonlinear refits
+/// @param diagnosis       receives next_poses, next_poses_separate_all and notes
 void AddNextPoses(const Pool& pool, const Model& model, const PerRow<double>& weights,
                   const Explanation& answer, const std::vector<Explanation>& rivals,
                   const DiagnosisOptions& options, Diagnosis& diagnosis);

@@ -35,13 +35,13 @@ bool EffectNeeds(const Finding& finding, Signal signal) {
   });
 }
 
-/// Gives up a signal that most rows lack.
-void GiveUp(const LackedSignal& lacked, MeasuredTable& table) {
+/// Treats a signal that most rows lack as not recorded.
+void DropSignal(const LackedSignal& lacked, MeasuredTable& table) {
   if (lacked.signal == Signal::kOrder) table.recorded.order = false;
   if (lacked.signal == Signal::kVelocity) table.recorded.qd = false;
   if (lacked.signal == Signal::kAcceleration) table.recorded.qdd = false;
   table.notes.push_back(
-      fmt::format("{} is not known in {} of {} rows: effects that follow it are not offered",
+      fmt::format("{} is missing in {} of {} rows: effects that depend on it are not considered",
                   NameOf(lacked.signal), lacked.rows.size(), table.rows.size()));
 }
 
@@ -51,7 +51,7 @@ std::vector<std::size_t> RowsOf(const std::vector<LackedSignal>& lacked) {
   return {rows.begin(), rows.end()};
 }
 
-/// The same options with progress reported within a part of the whole.
+/// The options with progress scaled to the interval from..from + share.
 DiagnosisOptions WithProgress(const DiagnosisOptions& options, double from, double share) {
   DiagnosisOptions part = options;
   if (options.progress) {
@@ -62,14 +62,14 @@ DiagnosisOptions WithProgress(const DiagnosisOptions& options, double from, doub
   return part;
 }
 
-/// The answer of the complete rows, with what became of the others.
+/// The answer from the complete rows, with a note on the excluded ones.
 Diagnosis WithNotes(Diagnosis diagnosis, const MeasuredTable& table,
                     const std::vector<LackedSignal>& lacked) {
   for (const LackedSignal& one : lacked) {
-    diagnosis.notes.push_back(
-        fmt::format("{} is not known in {} rows (first: line {}): they took no part, because the "
-                    "answer would hold an effect that follows it",
-                    NameOf(one.signal), one.rows.size(), table.rows[one.rows.front()].line));
+    diagnosis.notes.push_back(fmt::format(
+        "{} is missing in {} rows (first: line {}): these rows were excluded, because the "
+        "answer contains an effect that depends on it",
+        NameOf(one.signal), one.rows.size(), table.rows[one.rows.front()].line));
   }
   return diagnosis;
 }
@@ -98,8 +98,8 @@ MeasuredTable WithRowsAside(const MeasuredTable& table, const std::vector<std::s
   MeasuredTable without = table;
   without.rows.clear();
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
-    const bool aside = std::binary_search(rows.begin(), rows.end(), k);
-    (aside ? without.unmeasured : without.rows).push_back(table.rows[k]);
+    const bool set_aside = std::binary_search(rows.begin(), rows.end(), k);
+    (set_aside ? without.unmeasured : without.rows).push_back(table.rows[k]);
   }
   std::stable_sort(without.unmeasured.begin(), without.unmeasured.end(),
                    [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
@@ -121,7 +121,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable table,
   std::vector<LackedSignal> lacked = LackedSignals(cell, table);
   std::erase_if(lacked, [&](const LackedSignal& one) {
     const bool most = 2 * one.rows.size() > table.rows.size();
-    if (most) GiveUp(one, table);
+    if (most) DropSignal(one, table);
     return most;
   });
   if (lacked.empty()) return DiagnoseRows(cell, std::move(table), options);
@@ -129,7 +129,7 @@ Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable table,
       DiagnoseRows(cell, WithRowsAside(table, RowsOf(lacked)), WithProgress(options, 0, 0.5));
   if (complete && Needs(*complete, lacked)) return WithNotes(*complete, table, lacked);
   if (options.interrupted && options.interrupted()) return Error{"interrupted"};
-  // Nothing follows what is lacking: every row counts.
+  // No effect depends on the missing signals, so the incomplete rows can take part.
   Result<Diagnosis> all = DiagnoseRows(cell, table, WithProgress(options, 0.5, 0.5));
   if (complete && (!all || Needs(*all, lacked))) return WithNotes(*complete, table, lacked);
   return all;

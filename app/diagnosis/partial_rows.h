@@ -1,4 +1,4 @@
-// Rows that lack a signal which others have: the last move, velocities, accelerations.
+// Rows without a signal that other rows have: the last move, velocities or accelerations.
 #pragma once
 
 #include <cstddef>
@@ -9,20 +9,22 @@
 
 namespace plumbline {
 
-/// A signal that some rows lack.
+/// A signal that is missing in some rows.
 struct LackedSignal {
   Signal signal = Signal::kOrder;
-  std::vector<std::size_t> rows;  ///< of the table, ascending
+  std::vector<std::size_t> rows;  ///< indices into the table, ascending
 };
 
-/// The signals that are recorded, but not in every row. A session's first row lacks its last move
-/// by nature and is not counted.
+/// Signals that are recorded, but not in every row. The first row of a session never has a last
+/// move and is not counted.
 std::vector<LackedSignal> LackedSignals(const CellModel& cell, const MeasuredTable& table);
 
-/// The table with some of its rows set aside: they keep their place in the order of moves.
+/// The table with some of its rows moved to `unmeasured`, where they still count as moves in their
+/// original order.
+/// @param rows  indices into the table, ascending
 MeasuredTable WithRowsAside(const MeasuredTable& table, const std::vector<std::size_t>& rows);
 
-/// True where an effect of the answer, named or in its discrepancy model, needs one of these
+/// True if an effect of the answer, named or in its discrepancy model, depends on one of these
 /// signals.
 bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked);
 

@@ -1,21 +1,22 @@
-// Cycles and phase of an effect that repeats with a joint's angle.
+// Shape searches for the cycles and phase of effects that are periodic in a joint angle.
 #pragma once
 
 #include "app/diagnosis/shape_search.h"
 
 namespace plumbline {
 
-/// Of `gear_periodic`: amplitude sin(cycles q + phase) as a sine and a cosine, the phase thereby
-/// linear. Cycles are searched from half a cycle to 400 a turn, the best of all joints; one and two
-/// whole cycles, eccentricity and ellipticity, are tried at every joint. Two lines of one joint
-/// that its range of angles cannot resolve do not stand together.
+/// For `gear_periodic`: amplitude sin(cycles q + phase) as a sine and a cosine column, which makes
+/// the phase linear. Proposes the best cycles per turn over all joints, from 0.5 to 400, and one
+/// and two cycles (eccentricity and ellipticity) on every joint. Excludes two lines on one joint
+/// that its range of angles cannot resolve.
 const ShapeSearch& GearPeriodicSearch();
 
-/// Of `counterbalance`: one cycle at the second joint, which carries the spring or gas cylinder of
-/// heavy arms; sine and cosine are all there is to search.
+/// For `counterbalance`: one cycle on the second joint, which carries the spring or gas cylinder of
+/// heavy arms. Fixed columns for sine and cosine; nothing is searched.
 const ShapeSearch& CounterbalanceSearch();
 
-/// The strongest lines of each joint's spectrum in a residual.
+/// The strongest spectral lines of a residual along each joint angle.
+/// @param residual  whitened and projected
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                                         const Eigen::VectorXd& residual);
 

@@ -13,7 +13,7 @@ std::string PlausibilityNumber(double value) {
   return fmt::format("{:.3g}", value);
 }
 
-/// A value outside its range, as a multiple of the bound that it passes.
+/// A value outside its range as a multiple of the exceeded bound; infinite if the signs differ.
 double TimesBeyond(const Interval& range, double value) {
   const double bound = value > range.high ? range.high : range.low;
   return bound * value > 0 ? value / bound : HUGE_VAL;
@@ -33,7 +33,7 @@ Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
     const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
     const Interval& plausible = PlausibleOf(spec, prismatic, parameter.joint);
     if (!plausible.Contains(in_file)) {
-      return {fmt::format("{} = {}{}{} is outside {}..{}, what a sound machine shows",
+      return {fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a sound machine",
                           NameFromParameter(traits, parameter), PlausibilityNumber(in_file),
                           unit == "1" ? "" : " ", unit == "1" ? "" : unit,
                           PlausibilityNumber(plausible.low), PlausibilityNumber(plausible.high)),
@@ -44,7 +44,7 @@ Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
                                   .compliance_rad_per_Nm.value_or(0);
       if (declared + effect.values[k] < 0) {
         return {
-            fmt::format("joint q{} would yield against its load: its whole compliance would be "
+            fmt::format("joint q{} would yield against its load: its total compliance would be "
                         "negative ({} {})",
                         parameter.joint + 1, PlausibilityNumber(declared + effect.values[k]), unit),
             HUGE_VAL};

@@ -1,4 +1,4 @@
-// Whether the values of an effect are ones that a sound machine shows.
+// Plausibility of effect sizes: whether a sound machine can show them.
 #pragma once
 
 #include <string>
@@ -9,11 +9,11 @@ namespace plumbline {
 
 struct Implausible {
   std::string sentence;  ///< empty: every value is plausible
-  double times = 0;      ///< the value over the bound that it passes; infinite for a wrong sign
+  double times = 0;      ///< value divided by the exceeded bound; infinite for a wrong sign
 };
 
-/// The first value of an effect outside the plausible range of its parameter, or which makes the
-/// whole compliance of a joint negative. Empirical effects have no such range.
+/// Reports the first value of an effect that lies outside the plausible range of its parameter, or
+/// that makes the total compliance of a joint negative. Empirical effects are never implausible.
 Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect);
 
 }  // namespace plumbline

@@ -10,10 +10,10 @@ namespace plumbline {
 namespace {
 
 constexpr int kPoses = 300;
-constexpr double kWidened = 0.25;     // of the range that a joint was measured in, on either side
-constexpr double kLeastTurn = 0.09;   // [rad], 5 degrees: far more than any play
-constexpr double kLeastSlide = 0.05;  // [m]
-constexpr double kLeastMove = 1e-6;   // [rad] or [m]: less is no move
+constexpr double kWidened = 0.25;   // of the measured joint range, on either side
+constexpr double kMinTurn = 0.09;   // [rad], 5 degrees: far larger than any backlash
+constexpr double kMinSlide = 0.05;  // [m]
+constexpr double kMinMove = 1e-6;   // [rad] or [m]: smaller changes do not count as a move
 constexpr double kMinute_s = 60;
 constexpr double kLongestWait_s = 8 * 60 * kMinute_s;  // a shift
 
@@ -26,24 +26,24 @@ void SetRange(const Dataset& data, DesignSpace& space) {
   space.reach.resize(space.low.size());
   for (int i = 0; i < data.cell.robot.size(); ++i) {
     const Joint& joint = data.cell.robot.joints[static_cast<std::size_t>(i)];
-    const double least = joint.type == JointType::kPrismatic ? kLeastSlide : kLeastTurn;
+    const double least = joint.type == JointType::kPrismatic ? kMinSlide : kMinTurn;
     const double more = std::max(least, kWidened * (space.high[i] - space.low[i]));
-    // Rows beyond the limits show that they are no limits.
+    // The range includes measured rows beyond the declared limits.
     space.low[i] = std::min(space.low[i], std::max(space.low[i] - more, joint.min));
     space.high[i] = std::max(space.high[i], std::min(space.high[i] + more, joint.max));
     space.reach[i] = least;
   }
 }
 
-bool Need(const Block& block, Signal signal) {
+bool Needs(const Block& block, Signal signal) {
   return block.term.effect->traits().Needs(signal, block.term.word);
 }
 
-/// Joints of the explanations that follow the order of moves; those that never moved stay.
+/// Joints of effects that depend on the order of moves, without joints that never moved.
 std::vector<int> Approached(const Dataset& data, const std::vector<const Block*>& blocks) {
   std::set<int> joints;
   for (const Block* block : blocks) {
-    if (!Need(*block, Signal::kOrder)) continue;
+    if (!Needs(*block, Signal::kOrder)) continue;
     for (const TermParameter& parameter : block->term.parameters) {
       if (parameter.joint >= 0) joints.insert(parameter.joint);
     }
@@ -52,9 +52,9 @@ std::vector<int> Approached(const Dataset& data, const std::vector<const Block*>
   return {joints.begin(), joints.end()};
 }
 
-/// None, a quarter of the time that the rows span, and all of it, in whole minutes.
+/// Waits [s]: none, a quarter and all of the time span of the rows, in whole minutes.
 std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& blocks) {
-  const auto follows_time = [](const Block* block) { return Need(*block, Signal::kTime); };
+  const auto follows_time = [](const Block* block) { return Needs(*block, Signal::kTime); };
   if (!data.table.recorded.time || std::none_of(blocks.begin(), blocks.end(), follows_time)) {
     return {0};
   }
@@ -71,12 +71,12 @@ std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& 
   return {waits.begin(), waits.end()};
 }
 
-/// At rest, and as in the rows of middle and largest speed.
+/// At rest, and as in the rows of median and largest speed.
 std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>& blocks) {
   const RecordedColumns& recorded = data.table.recorded;
   const bool follows = std::any_of(blocks.begin(), blocks.end(), [&](const Block* block) {
-    return (recorded.qd && Need(*block, Signal::kVelocity)) ||
-           (recorded.qdd && Need(*block, Signal::kAcceleration));
+    return (recorded.qd && Needs(*block, Signal::kVelocity)) ||
+           (recorded.qdd && Needs(*block, Signal::kAcceleration));
   });
   if (!follows) return {};
   std::vector<const Conditions*> moving;
@@ -96,7 +96,7 @@ std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>
   return motions;
 }
 
-/// The ways to come to a pose: directly, all joints from one side, one joint from one side.
+/// Possible approaches: directly, all joints from one side, one joint from one side.
 std::vector<JointVector> Sides(const DesignSpace& space) {
   const JointVector none = JointVector::Zero(space.low.size());
   std::vector<JointVector> sides = {none};
@@ -112,13 +112,13 @@ std::vector<JointVector> Sides(const DesignSpace& space) {
   return sides;
 }
 
-/// A move to `q`: joints that do not move keep the side they came from.
+/// Updates the conditions by a move to `q`. Joints that do not move keep their side of approach.
 void MoveTo(const JointVector& q, Conditions& moment) {
   moment.last_move = q - moment.q;
   moment.q = q;
   if (moment.approach.size() != q.size()) moment.approach = JointVector::Zero(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    if (std::abs(moment.last_move[i]) > kLeastMove) {
+    if (std::abs(moment.last_move[i]) > kMinMove) {
       moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
     }
   }
@@ -250,16 +250,16 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
   }
   rows.clusters = rows.rows();
   rows.conditions.assign(points.size(), data.conditions.back());
-  // Signals of empirical terms stay those of a row that exists.
+  // Signals of empirical terms are those of an existing row.
   for (const SignalIndex s : data.signals.indices()) {
     rows.signals[s].values.assign(points.size(), data.signals[s].values.back());
   }
-  ComeFrom(previous, space, points, rows);
+  SetApproach(previous, space, points, rows);
   return rows;
 }
 
-void ComeFrom(const Conditions& previous, const DesignSpace& space,
-              const std::vector<DesignPoint>& points, Dataset& rows) {
+void SetApproach(const Conditions& previous, const DesignSpace& space,
+                 const std::vector<DesignPoint>& points, Dataset& rows) {
   for (std::size_t k = 0; k < points.size(); ++k) {
     const DesignPoint& point = points[k];
     Conditions& moment = rows.conditions[RowIndex(k)];

@@ -8,17 +8,18 @@
 namespace plumbline {
 namespace {
 
-constexpr double kLeastGain = 0.1;    // sigma^2: a pose that brings less is not worth the way
-constexpr double kExtraCost = 0.1;    // of the value, a via pose, a wait or a motion
+constexpr double kMinGain = 0.1;      // sigma^2: minimum value of a pose
+constexpr double kExtraCost = 0.1;    // share of the value, for each of via pose, wait and motion
 constexpr double kFirstStep = 0.125;  // of a joint's range
 constexpr double kLastStep = 0.02;
-constexpr int kMostRounds = 12;
-constexpr double kLeastRise = 1e-3;  // of the value
-// Mean over the joints, of their range: random poses are a third apart. What the linear model has
-// wrong at a pose it has wrong near that, so that poses side by side confirm each other's error.
-constexpr double kLeastApart = 0.15;
+constexpr int kMaxRounds = 12;
+constexpr double kMinRise = 1e-3;  // of the value
+// Minimum distance between proposed poses: mean over the joints, relative to their ranges (about a
+// third for random poses). Errors of the linear model are similar at neighbouring poses, so these
+// would confirm each other.
+constexpr double kMinDistance = 0.15;
 
-/// The influences that a block's sizes act through in any of these moments.
+/// Entries of the influence on which a block acts at any of these rows.
 InfluenceSet EntriesOf(const Block& block, const Dataset& rows) {
   InfluenceSet entries;
   for (const BlockColumn& column : block.columns) {
@@ -47,7 +48,7 @@ SequentialDesign::SequentialDesign(const DesignTask& task, const DesignSpace& sp
       space_(space),
       discrimination_(task.pool, task.explanations),
       previous_(task.rows.conditions.back()) {
-  // One point with everything that can be chosen, beside the rows: an effect may act in none.
+  // Include a point with all design variables chosen: an effect may not act at any measured row.
   DesignPoint point{task.rows.table.rows.back().q, 0, JointVector::Zero(space.low.size())};
   for (const int joint : space.approached) point.side[joint] = 1;
   point.motion = space.motions.empty() ? 0 : space.motions.size() - 1;
@@ -76,7 +77,7 @@ std::optional<SequentialDesign::Batch> SequentialDesign::Linearised(
 bool SequentialDesign::NearProposed(const JointVector& q) const {
   const auto range = (space_.high - space_.low).array();
   return std::any_of(proposed_.begin(), proposed_.end(), [&](const JointVector& other) {
-    return ((q - other).array().abs() / range).mean() < kLeastApart;
+    return ((q - other).array().abs() / range).mean() < kMinDistance;
   });
 }
 
@@ -113,11 +114,11 @@ DesignPoint SequentialDesign::Improved(const DesignPoint& point) const {
   DesignPoint best = point;
   double value = Values({best}).front();
   double step = kFirstStep;
-  for (int round = 0; round < kMostRounds && step > kLastStep; ++round) {
+  for (int round = 0; round < kMaxRounds && step > kLastStep; ++round) {
     const std::vector<DesignPoint> neighbours = Neighbours(space_, best, step);
     const std::vector<double> values = Values(neighbours);
     const auto highest = std::max_element(values.begin(), values.end());
-    if (highest == values.end() || *highest <= (1 + kLeastRise) * value) {
+    if (highest == values.end() || *highest <= (1 + kMinRise) * value) {
       step /= 2;
       continue;
     }
@@ -152,10 +153,10 @@ PoseDesign SequentialDesign::Run() {
   const std::vector<DesignPoint> points = RandomPoints(space_);
   std::optional<Batch> batch = Linearised(points);
   while (batch && static_cast<int>(design.poses.size()) < task_.poses) {
-    ComeFrom(previous_, space_, points, batch->rows);
+    SetApproach(previous_, space_, points, batch->rows);
     const std::vector<double> values = Values(points, *batch);
     const auto highest = std::max_element(values.begin(), values.end());
-    if (highest == values.end() || *highest < kLeastGain) break;
+    if (highest == values.end() || *highest < kMinGain) break;
     DesignPoint chosen = points[static_cast<std::size_t>(highest - values.begin())];
     if (!design.unseparated.empty()) {
       chosen = Improved(chosen);

@@ -1,5 +1,4 @@
-// Sequential design of the measurements that separate explanations: the best candidate, improved
-// by coordinate exchange, then the best beside it, and so on.
+// Sequential design of measurements that separate explanations, with coordinate exchange.
 #pragma once
 
 #include <set>
@@ -10,40 +9,41 @@
 
 namespace plumbline {
 
-/// What a design is made for.
+/// Input of a design.
 struct DesignTask {
   const Pool& pool;
   const Model& model;
-  Dataset rows;                           ///< that the answer does not reject
-  std::vector<Explanation> explanations;  ///< of the pool; the first is the answer
-  double lowest_m = -1e300;               ///< height in W [m] below which no tip is proposed
-  int poses = 6;                          ///< at most
+  Dataset rows;                           ///< rows that the answer does not reject
+  std::vector<Explanation> explanations;  ///< by columns of `pool`; the first is the answer
+  double lowest_m = -1e300;               ///< lowest height of a proposed tip in W [m]
+  int poses = 6;                          ///< maximum number of poses
   int threads = 1;
 };
 
 struct PoseDesign {
   std::vector<NextPose> poses;
-  std::set<std::size_t> unseparated;  ///< rivals, counted from 1
-  double gain = 0;                    ///< of the poses until all are separated
+  std::set<std::size_t> unseparated;  ///< indices into DesignTask::explanations, from 1
+  double gain = 0;                    ///< total value of the poses until all are separated
 };
 
-/// Each pose in the order of execution: it is reached from the one before, waits add up.
+/// Greedy design in the order of execution: each pose is reached from the previous one, and waits
+/// add up. Both constructor arguments must outlive the object.
 class SequentialDesign {
  public:
   SequentialDesign(const DesignTask& task, const DesignSpace& space);
 
-  /// What measuring each of these points next is worth: `Discrimination::Gain`, a tenth less for
-  /// each choice that costs time; 0 below the lowest tip, near a pose that is proposed already, or
-  /// where the posture does not settle.
+  /// Value of measuring each of these points next: `Discrimination::Gain`, less a tenth for each
+  /// choice that costs time; 0 below the lowest tip, near an already proposed pose, or if the
+  /// sagged posture does not converge.
   std::vector<double> Values(const std::vector<DesignPoint>& points) const;
 
-  /// The best point that coordinate exchange finds from one, never one of less value: each round
-  /// takes the best of all changes of one choice, or halves the step of the joints [Meyer &
+  /// Improves a point by coordinate exchange; the value never decreases. Each round makes the best
+  /// change of one design variable, or halves the step of the joints if none improves [Meyer &
   /// Nachtsheim 1995, Technometrics 37(1)].
   DesignPoint Improved(const DesignPoint& point) const;
 
-  /// Proposes poses until none is worth the way. Once all explanations are separated, further poses
-  /// confirm; these are not improved.
+  /// Proposes poses until none has enough value. After all explanations are separated, further
+  /// poses confirm the result; these are not improved by exchange.
   PoseDesign Run();
 
  private:

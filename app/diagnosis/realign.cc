@@ -4,12 +4,12 @@ namespace plumbline {
 
 Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measured, int threads) {
   if (cell.measurement.frame_known && cell.measurement.tool_known) return Realignment{cell, {}, {}};
-  // The last session's frames are where the search starts.
+  // The search starts from the frames of the last session.
   CellModel start = CellOfSession(cell, "");
   start.sessions.clear();
   const Result<Dataset> data = DatasetFrom(start, measured);
   if (!data) return Error{data.error()};
-  const Result<Alignment> alignment = AlignedFrames(*data, Model::Declared(*data), threads);
+  const Result<Alignment> alignment = AlignFrames(*data, Model::Declared(*data), threads);
   if (!alignment) return Error{alignment.error()};
   Realignment realigned{cell, {}, {}};
   realigned.cell.sessions.clear();
@@ -19,9 +19,10 @@ Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measur
     frames.X_WB = alignment->model.frames[session].X_WB;
     frames.tip_F = alignment->model.frames[session].tip_F;
     realigned.covariance[frames.id] = alignment->covariance[session];
-    const auto held = WhatStaysDeclared(*data, *alignment, session);
-    if (!held) continue;
-    realigned.notes.push_back(frames.id.empty() ? *held : "session " + frames.id + ": " + *held);
+    const auto warning = UndeterminedFramesText(*data, *alignment, session);
+    if (!warning) continue;
+    realigned.notes.push_back(frames.id.empty() ? *warning
+                                                : "session " + frames.id + ": " + *warning);
   }
   return realigned;
 }

@@ -1,4 +1,4 @@
-// A cell's frames for a new session.
+// Re-estimation of a cell's frames for new sessions.
 #pragma once
 
 #include <map>
@@ -11,20 +11,22 @@
 
 namespace plumbline {
 
-/// Covariance of each session's frames: base shift in W [m], base turn in W [rad], tip in F [m].
+/// Covariance of the frames by session id: base translation in W [m], base rotation in W [rad], tip
+/// in F [m].
 using FrameCovariances = std::map<std::string, Eigen::Matrix<double, 9, 9>>;
 
 struct Realignment {
   CellModel cell;
-  FrameCovariances covariance;     ///< empty where nothing was free
-  std::vector<std::string> notes;  ///< what the rows did not determine, and what became of it
+  FrameCovariances covariance;  ///< empty if nothing was free
+  std::vector<std::string>
+      notes;  ///< directions that the rows did not determine, and what was assumed
 };
 
-/// The cell with the frames that its [measurement] leaves free (instrument's pose, tip) estimated
-/// anew from these rows, one [[session]] each; its effects act and stay as they are. The cell
-/// itself where it leaves nothing free. Directions that the rows do not determine stay as in the
-/// cell's last session, or as declared (alignment.h).
-/// @return  an error where the rows cannot hold the frames
+/// Estimates the frames that [measurement] leaves free (instrument pose, tip) anew from these rows,
+/// with the cell's effects acting, and returns the cell with one [[session]] for each session of
+/// the rows. Returns the cell unchanged if nothing is free. Directions that the rows do not
+/// determine stay as in the cell's last session, or as declared (alignment.h).
+/// @return  an error if the rows do not determine the frames
 Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measured, int threads);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// Parameters of chosen effects, and the free frames, by nonlinear least squares.
+// Nonlinear least squares fit of the parameters of selected effects and of the free frames.
 #pragma once
 
 #include "app/diagnosis/fit_problem.h"
@@ -6,24 +6,27 @@
 
 namespace plumbline {
 
-/// A model whose parameters were adjusted: all numbers of its effects but the moment of a step,
-/// cycles a turn that are whole, and the curve of an empirical term.
+/// A model with adjusted parameters: all values of its effects except event times, integer cycles
+/// per turn and the curves of empirical terms.
 struct Refit {
   Model model;
   Eigen::MatrixXd covariance;  ///< of the adjusted parameters, SI, frames marginalised
-  std::vector<bool> held;  ///< of each: false where the rows leave it free, whatever `covariance`
-  std::vector<std::pair<int, int>> parameters;  ///< (effect, parameter) of each row of `covariance`
-  double chi2 = 0;                              ///< weighted, in sigma
+  /// For each adjusted parameter: false if the data do not identify it; its covariance is then
+  /// meaningless.
+  std::vector<bool> identifiable;
+  std::vector<std::pair<int, int>> parameters;  ///< (effect, value) of each row of `covariance`
+  double chi2 = 0;                              ///< weighted sum of squares in units of sigma
 };
 
 struct RefitOptions {
   int iterations = 8;
-  bool frames_only = false;  ///< effects stay as they are
+  bool frames_only = false;  ///< do not adjust effects
 };
 
-/// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2, r_k a row's residuals and C_k their covariance
-/// (RowNumbers), over effects and free frames by
-/// Levenberg-Marquardt (Ceres) with analytic derivatives, from the given model.
+/// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2 over effects and free frames by
+/// Levenberg-Marquardt (Ceres) with analytic derivatives, starting from the given model; r_k are
+/// the residuals of a row and C_k their covariance (RowNumbers).
+/// @return  an error if a sagged posture does not converge
 Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options);
 

@@ -12,12 +12,12 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostRefits = 8;
-/// A rival starts from a linear fit, and what is nonlinear in it may lie far from there: one that
-/// has not converged would be ruled out by its start.
+constexpr std::size_t kMaxRefits = 8;
+/// A strongly nonlinear rival converges slowly from its linear fit; stopping early would rule it
+/// out wrongly.
 constexpr int kRivalIterations = 40;
 
-/// What another explanation exchanges: effects of the answer for its own.
+/// The effects of the answer that a rival replaces, and those it uses instead.
 struct Exchange {
   std::vector<EffectKey> lacking, instead;
 
@@ -25,7 +25,7 @@ struct Exchange {
   friend auto operator<=>(const Exchange&, const Exchange&) = default;
 };
 
-/// None where the other explanation has more effects, or exchanges none.
+/// nullopt if the other explanation has more effects, or differs in none.
 std::optional<Exchange> ExchangeOf(const std::vector<EffectKey>& answer,
                                    const std::vector<EffectKey>& other) {
   if (other.empty() || other.size() > answer.size()) return {};
@@ -42,7 +42,7 @@ double CostOf(const Explanation& explanation) {
   return explanation.score - explanation.chi2;
 }
 
-/// The scopes of the effects of one key, of the last of them.
+/// The scope of the last effect of a key.
 std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
   std::vector<std::string> scope;
   for (const ActiveEffect& effect : model.effects) {
@@ -62,12 +62,12 @@ class RivalSearch {
         answer_(EffectKeys(context.pool, context.best)),
         own_(Linearise(context.problem.data, model, false, context.options.threads)) {}
 
-  /// Refits one explanation, unless its exchange was judged before.
-  void Judge(const Explanation& other) {
+  /// Refits an explanation, unless one with the same exchange was refitted before.
+  void Consider(const Explanation& other) {
     const std::optional<Exchange> exchange = ExchangeOf(answer_, EffectKeys(context_.pool, other));
     if (!exchange || refitted_.contains(*exchange)) return;
-    if (refitted_.size() >= kMostRefits) {
-      left_.insert(*exchange);
+    if (refitted_.size() >= kMaxRefits) {
+      skipped_.insert(*exchange);
       return;
     }
     Model start = model_;
@@ -91,18 +91,18 @@ class RivalSearch {
   }
 
   std::vector<Explanation> Found() && {
-    if (!left_.empty()) {
+    if (!skipped_.empty()) {
       diagnosis_.notes.push_back(fmt::format(
-          "{} possible rivals were refitted; {} more came near enough to be worth it and were not",
-          kMostRefits, left_.size()));
+          "{} possible rivals were refitted; {} more scored close enough but were skipped",
+          kMaxRefits, skipped_.size()));
     }
     for (const Rival& rival : diagnosis_.rivals) too_large_.erase(rival.id);
     if (!too_large_.empty()) {
       std::vector<std::string> names;
       for (const std::string& id : too_large_) names.push_back(EffectName(id));
       diagnosis_.notes.push_back(
-          fmt::format("{} would fit as well, but only at a size that no sound machine shows; this "
-                      "alone speaks against it",
+          fmt::format("{} would fit as well, but only at a size implausible for a sound machine; "
+                      "nothing else rules it out",
                       Listed(names, "or")));
     }
     return std::move(found_);
@@ -127,8 +127,8 @@ class RivalSearch {
     }
   }
 
-  /// Of each row, from the answer's prediction to that of another model; empty where one of the two
-  /// does not settle.
+  /// For each row, the prediction of another model minus that of the answer [m]; empty if the
+  /// sagged posture of either does not converge.
   std::vector<Vec3> ShiftsOf(const Model& theirs) const {
     const Dataset& data = context_.problem.data;
     const Result<Linearisation> there = Linearise(data, theirs, false, context_.options.threads);
@@ -145,8 +145,8 @@ class RivalSearch {
   Diagnosis& diagnosis_;
   const std::vector<EffectKey> answer_;
   const Result<Linearisation> own_;
-  std::set<Exchange> refitted_, left_;
-  std::set<std::string> too_large_;  ///< effects that only their size excludes
+  std::set<Exchange> refitted_, skipped_;
+  std::set<std::string> too_large_;  ///< effects ruled out by their size alone
   std::set<std::pair<EffectKey, EffectKey>> named_;
   std::vector<Explanation> found_;
 };
@@ -158,7 +158,7 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
   RivalSearch search(context, model, diagnosis);
   for (const Explanation& other : context.ranked) {
     if (other.score > context.best.score + kWorthRefitting) break;
-    search.Judge(other);
+    search.Consider(other);
   }
   return std::move(search).Found();
 }

@@ -1,12 +1,13 @@
-// Other explanations that the rows cannot rule out.
+// Rival explanations that the rows cannot rule out.
 #pragma once
 
 #include "app/diagnosis/findings.h"
 
 namespace plumbline {
 
-/// Adds the explanations without a finding that fit as well once refitted.
-/// @return  those that were added, with the scores of their refits
+/// Refits the other ranked explanations that replace some finding, and adds those within kRivalGap
+/// of the answer to `diagnosis.rivals`.
+/// @return  the added explanations, with the scores of their nonlinear refits
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
                                    Diagnosis& diagnosis);
 

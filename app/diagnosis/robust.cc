@@ -10,10 +10,10 @@
 namespace plumbline {
 namespace {
 
-/// Of the root of chi2 with so many degrees of freedom, 0..6.
+/// Quantiles of the chi distribution; the table is indexed by the degrees of freedom, 0..6.
 struct ChiQuantiles {
-  double middle;  ///< median
-  double whole;   ///< exceeded once in 2000
+  double median;
+  double extreme;  ///< exceeded once in 2000
 };
 constexpr std::array<ChiQuantiles, kMostResiduals + 1> kChi = {{{1, 3.5},
                                                                 {0.6745, 3.5},
@@ -27,21 +27,22 @@ const ChiQuantiles& ChiOf(int count) {
   return kChi[static_cast<std::size_t>(count)];
 }
 
-/// Where the weight begins to fall, where it falls faster, and where it is zero.
+/// Limits of the three parts: end of full weight, start of the steeper descent, start of zero
+/// weight.
 struct HampelParts {
-  double whole, falling, none;
+  double full, descent, zero;
   explicit HampelParts(int count)
-      : whole(ChiOf(count).whole), falling(whole + 1.3), none(2 * whole) {}
+      : full(ChiOf(count).extreme), descent(full + 1.3), zero(2 * full) {}
 };
 
 }  // namespace
 
 double MedianOfChi(int count) {
-  return ChiOf(count).middle;
+  return ChiOf(count).median;
 }
 
 double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
-  std::vector<double> sigmas;  // by each row alone
+  std::vector<double> sigmas;  // estimates from single rows
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = data.numbers[row];
     if (numbers.count == 0) continue;
@@ -51,40 +52,40 @@ double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
 }
 
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m) {
-  constexpr double kLeast_m = 1e-7;
+  constexpr double kMin_m = 1e-7;
   std::vector<double> sizes;
   for (const RowIndex row : residuals.indices()) {
     const RowNumbers& numbers = data.numbers[row];
     if (numbers.count == 0) continue;
-    sizes.push_back(SizeOf(numbers, residuals[row]) / ChiOf(numbers.count).whole);
+    sizes.push_back(SizeOf(numbers, residuals[row]) / ChiOf(numbers.count).extreme);
   }
-  if (sizes.empty()) return std::max(sigma_m, kLeast_m);
+  if (sizes.empty()) return std::max(sigma_m, kMin_m);
   const auto place =
       static_cast<std::size_t>((1 - kMostOutliers) * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(place), sizes.end());
-  return std::max({sigma_m, sizes[place], kLeast_m});
+  return std::max({sigma_m, sizes[place], kMin_m});
 }
 
 double HampelWeight(int count, double sigmas) {
   const HampelParts parts(count);
-  if (sigmas > parts.none) return 0;
-  if (sigmas > parts.falling) {
-    return parts.whole / sigmas * (parts.none - sigmas) / (parts.none - parts.falling);
+  if (sigmas > parts.zero) return 0;
+  if (sigmas > parts.descent) {
+    return parts.full / sigmas * (parts.zero - sigmas) / (parts.zero - parts.descent);
   }
-  return sigmas > parts.whole ? parts.whole / sigmas : 1;
+  return sigmas > parts.full ? parts.full / sigmas : 1;
 }
 
 double HampelLoss(int count, double sigmas) {
   const HampelParts parts(count);
-  const double square = std::min(sigmas, parts.whole);
+  const double square = std::min(sigmas, parts.full);
   double loss = square * square;
-  if (sigmas > parts.whole) {
-    loss += 2 * parts.whole * (std::min(sigmas, parts.falling) - parts.whole);
+  if (sigmas > parts.full) {
+    loss += 2 * parts.full * (std::min(sigmas, parts.descent) - parts.full);
   }
-  if (sigmas > parts.falling) {
+  if (sigmas > parts.descent) {
     const double left =
-        1 - (std::min(sigmas, parts.none) - parts.falling) / (parts.none - parts.falling);
-    loss += parts.whole * (parts.none - parts.falling) * (1 - left * left);
+        1 - (std::min(sigmas, parts.zero) - parts.descent) / (parts.zero - parts.descent);
+    loss += parts.full * (parts.zero - parts.descent) * (1 - left * left);
   }
   return loss;
 }

@@ -1,4 +1,4 @@
-// Robust weights of rows.
+// Robust scale and Hampel weights of rows.
 #pragma once
 
 #include "app/diagnosis/linearisation.h"
@@ -6,29 +6,29 @@
 
 namespace plumbline {
 
-/// One axis's standard deviation from the middle of the rows' residuals; outliers do not raise it.
-/// 0 where no row measures anything.
+/// Robust standard deviation of one axis from the median residual size of the rows; 0 if no row has
+/// a measurement.
 double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals);
 
-/// Median of the length of `count` independent normal numbers, 1..6.
+/// Median of the chi distribution with `count` degrees of freedom, 1..6.
 double MedianOfChi(int count);
 
-/// Hampel's three-part weight of a row of `count` residuals whose size (SizeOf) is so many sigmas:
-/// one up to a size that one clean row in 2000 exceeds, falling then, zero for gross errors [Hampel
-/// et al. 1986, sec. 2.6]. Clean rows keep their whole weight, so that chi2 keeps its meaning.
+/// Hampel's three-part weight of a row with `count` residuals and a size (SizeOf) in sigmas: one up
+/// to a size that one clean row in 2000 exceeds, then decreasing, zero for gross errors [Hampel et
+/// al. 1986, sec. 2.6]. Clean rows have weight one, so that the chi2 statistic remains valid.
 double HampelWeight(int count, double sigmas);
-/// Twice the loss that this weight belongs to: chi2 where the weight is whole, bounded for a
-/// rejected row (41 of a position).
+/// Twice the loss function of this weight: equal to chi2 while the weight is one, and bounded for
+/// rejected rows (41 for a position).
 double HampelLoss(int count, double sigmas);
 
-/// The weight of each row; zero where it measures nothing.
+/// The weight of each row; zero for rows without a measurement.
 PerRow<double> HampelWeights(const Dataset& data, const PerRow<RowResidual>& residuals,
                              double sigma_m);
-/// The losses of all rows, summed.
+/// Sum of the losses of all rows.
 double HampelLoss(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m);
 
-/// The scale for HampelWeights: at least `sigma_m`, and large enough that no more than one row in
-/// ten is taken for an outlier; more of them are an effect, not outliers.
+/// Scale for HampelWeights: at least `sigma_m`, and large enough that at most one row in ten is an
+/// outlier; a larger share is an effect instead.
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m);
 
 }  // namespace plumbline

@@ -10,22 +10,23 @@ namespace plumbline {
 double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
                       const PerRow<double>& weights) {
   constexpr double kMost = 0.95;
-  double together = 0, alone = 0, variance = 0;  // the last of `together` under independence
+  double product = 0, square = 0;
+  double variance = 0;  // of `product` under independence
   for (RowIndex row(1); row.value() < data.rows(); ++row) {
-    const RowIndex before(row.value() - 1);
-    if (data.session_of[row] != data.session_of[before]) continue;
-    if (data.cluster_of[row] == data.cluster_of[before]) continue;
-    if (std::min(weights[row], weights[before]) < kOutlierWeight) continue;
+    const RowIndex previous(row.value() - 1);
+    if (data.session_of[row] != data.session_of[previous]) continue;
+    if (data.cluster_of[row] == data.cluster_of[previous]) continue;
+    if (std::min(weights[row], weights[previous]) < kOutlierWeight) continue;
     const int count = data.numbers[row].lengths();
-    if (count == 0 || count != data.numbers[before].lengths()) continue;
-    const auto now = residuals[row].head(count), then = residuals[before].head(count);
-    together += now.dot(then);
-    variance += now.dot(then) * now.dot(then);
-    alone += (now.squaredNorm() + then.squaredNorm()) / 2;
+    if (count == 0 || count != data.numbers[previous].lengths()) continue;
+    const auto current = residuals[row].head(count), last = residuals[previous].head(count);
+    product += current.dot(last);
+    variance += current.dot(last) * current.dot(last);
+    square += (current.squaredNorm() + last.squaredNorm()) / 2;
   }
-  if (!(alone > 0)) return 0;
-  const double correlation = together / alone;
-  if (together < kCorrelatedSigmas * std::sqrt(variance)) return 0;
+  if (!(square > 0)) return 0;
+  const double correlation = product / square;
+  if (product < kCorrelatedSigmas * std::sqrt(variance)) return 0;
   return std::min(kMost, correlation);
 }
 
@@ -36,25 +37,25 @@ double VarianceInflation(const LinearProblem& problem,
   if (!(rho > 0) || !(length > 0)) return 1;
   const Dataset& data = problem.data();
   const FitLayout& layout = problem.layout();
-  RowResidual carried;  // sum over the rows before of rho^distance x
-  double together = 0;
-  std::optional<RowIndex> before;
+  RowResidual weighted_sum;  // over previous rows of rho^distance x
+  double cross = 0;
+  std::optional<RowIndex> previous;
   for (const FitRowIndex fit_row : problem.rows().indices()) {
     const RowIndex row = problem.rows()[fit_row];
     const auto x = layout.PartOf(column, fit_row);
     if (x.size() == 0) continue;
-    const bool goes_on =
-        before && data.session_of[row] == data.session_of[*before] && carried.size() == x.size();
-    if (goes_on) {
-      carried *= std::pow(rho, row.value() - before->value());
-      together += x.dot(carried);
-      carried += x;
+    const bool continues = previous && data.session_of[row] == data.session_of[*previous] &&
+                           weighted_sum.size() == x.size();
+    if (continues) {
+      weighted_sum *= std::pow(rho, row.value() - previous->value());
+      cross += x.dot(weighted_sum);
+      weighted_sum += x;
     } else {
-      carried = x;
+      weighted_sum = x;
     }
-    before = row;
+    previous = row;
   }
-  return std::max(1.0, 1 + 2 * together / length);
+  return std::max(1.0, 1 + 2 * cross / length);
 }
 
 }  // namespace plumbline

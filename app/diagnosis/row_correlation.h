@@ -1,21 +1,20 @@
-// Noise that goes on from one row to the next, and what it costs an effect that does so, too.
+// Correlation of the noise of successive rows, and the variance inflation that it causes.
 #pragma once
 
 #include "app/diagnosis/linear_problem.h"
 
 namespace plumbline {
 
-/// Correlation of successive rows' residuals over all axes and sessions, 0..0.95: 0 where
-/// independent noise would show as much more than once in a thousand data sets. Rows of one
-/// cluster do not count, since they share what the model lacks at their pose; rejected rows
-/// neither.
+/// Correlation of the residuals of successive rows over all axes and sessions, 0..0.95; 0 unless
+/// significant at the 0.1 % level. Pairs within one cluster are ignored, since they share the model
+/// error at their pose, as are rejected rows.
 double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
                       const PerRow<double>& weights);
 
-/// Times by which noise of the fit's row correlation rho raises the variance of a column's value
-/// above that under independent noise, with noise AR(1) from row to row:
+/// Factor by which AR(1) noise with the fit's row correlation rho increases the variance of a
+/// column's coefficient over independent noise:
 ///   sum_ij rho^|i-j| x_i . x_j / sum_i x_i . x_i,   i and j in one session; at least 1.
-/// For a step this is near (1 + rho) / (1 - rho), for a column without order 1.
+/// About (1 + rho) / (1 - rho) for a step, and 1 for a column in random order.
 /// @param column  whitened and projected, shape (residuals)
 double VarianceInflation(const LinearProblem& problem,
                          const Eigen::Ref<const Eigen::VectorXd>& column);

@@ -1,5 +1,5 @@
-// The search for whole effects, scored by evidence: all single ones and pairs, what grows beyond
-// from the best.
+// Search for the combination of effects with the best evidence: all single effects and pairs, then
+// a beam search from the best.
 #pragma once
 
 #include <functional>
@@ -10,19 +10,22 @@
 
 namespace plumbline {
 
-/// Most blocks of an explanation; what needs more is not explained but fitted.
+/// Maximum number of blocks in an explanation; more would be a fit without explanatory value.
 inline constexpr std::size_t kMostBlocks = 30;
 
-/// Explanations that a search lists at most.
-inline constexpr std::size_t kMostListed = 60;
+/// Maximum number of explanations that a search returns.
+inline constexpr std::size_t kMaxListed = 60;
 
-/// The best explanations of distinct effects, best first; the first may be empty ("nothing").
-/// Shapes (cycles, time constants, moments) are searched in the residual of what is promising.
-/// @param most  blocks in an explanation
+/// The best distinct explanations, best first; an explanation may be empty ("no effect"). Shapes
+/// (cycles, time constants, event times) are searched in the residuals of promising explanations.
+/// @param pool         extended by the candidate blocks and the proposed shapes
+/// @param most         maximum number of blocks in an explanation
+/// @param interrupted  polled; if it returns true, the search ends early with what it has
 std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::size_t most,
                                 const std::function<bool()>& interrupted);
 
-/// Adds to the pool the best shapes of the searched effects for a residual; returns their indices.
+/// Adds the best shapes of the searched effects for a residual to the candidate set; returns their
+/// indices.
 std::vector<BlockIndex> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
                                   const Eigen::VectorXd& residual);
 

@@ -1,4 +1,4 @@
-// How well trial shapes follow a residual.
+// Fit of trial shapes to a residual.
 #pragma once
 
 #include <utility>
@@ -8,11 +8,11 @@
 
 namespace plumbline {
 
-/// The drop of chi2 when columns are fitted to the residual.
+/// Reduction of chi2 by fitting columns to a residual.
 /// @param columns  whitened, not yet projected
 double Gain(const LinearProblem& problem, Eigen::MatrixXd columns, const Eigen::VectorXd& residual);
 
-/// Value of a signal at each row of the problem.
+/// Value of a function of the conditions at each row of the problem.
 template <typename F>
 Eigen::VectorXd AtRows(const LinearProblem& problem, const F& f) {
   Eigen::VectorXd values(problem.rows().count());
@@ -22,13 +22,13 @@ Eigen::VectorXd AtRows(const LinearProblem& problem, const F& f) {
   return values;
 }
 
-/// Three entries of an influence from the first on: a shift along x, y and z.
+/// Three consecutive entries of the influence: a translation along x, y and z.
 std::vector<int> Three(int first);
 
-/// Blocks by the chi2 that they take away.
+/// Blocks, each with its reduction of chi2.
 using Found = std::vector<std::pair<double, Block>>;
 
-/// The blocks that gain most, the best first, of equal ones the first found.
+/// The `most` blocks with the largest reduction, best first; ties in the order found.
 std::vector<Block> Best(Found found, std::size_t most);
 
 }  // namespace plumbline

@@ -9,17 +9,17 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostRows = 400;  // that hold the shapes of a search
+constexpr int kMaxRows = 400;  // enough to determine shapes during a search
 
-/// Every second row, every third, .., so that no more than kMostRows stay.
-FitRows EveryFew(const FitRows& rows) {
-  const int step = (rows.count() + kMostRows - 1) / kMostRows;
-  FitRows few;
-  for (int k = 0; k < rows.count(); k += step) few.push_back(rows[FitRowIndex(k)]);
-  return few;
+/// Every n-th row, at most kMaxRows in total.
+FitRows EveryNth(const FitRows& rows) {
+  const int step = (rows.count() + kMaxRows - 1) / kMaxRows;
+  FitRows subset;
+  for (int k = 0; k < rows.count(); k += step) subset.push_back(rows[FitRowIndex(k)]);
+  return subset;
 }
 
-/// Empty where the effect has no searched shapes.
+/// Blocks with the refitted shapes of an effect; empty if it has no searched shapes.
 std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effect) {
   const ShapeSearch* const search = ShapeSearchOf(*effect.term.effect);
   return search != nullptr ? search->Refitted(data, effect) : std::vector<Block>{};
@@ -29,9 +29,9 @@ std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effec
 
 Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
   if (chosen.blocks.size() > kMostRefittedBlocks) return chosen;
-  const FitProblem& every = pool.problem().fit();
-  const bool few = every.rows.count() <= kMostRows;
-  const FitProblem fit = few ? every : every.WithRows(EveryFew(every.rows));
+  const FitProblem& all_rows = pool.problem().fit();
+  const bool few = all_rows.rows.count() <= kMaxRows;
+  const FitProblem fit = few ? all_rows : all_rows.WithRows(EveryNth(all_rows.rows));
   const auto refit_to = [&](const Explanation& explanation) {
     Model start = pool.problem().aligned();
     start.effects = EffectsFrom(fit.data, pool.blocks(), pool.CoefficientsOf(explanation));
@@ -40,7 +40,7 @@ Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
   Result<Refit> refit = refit_to(chosen);
   if (!refit) return chosen;
   RefittedExplanation kept{chosen, std::move(refit).value()};
-  // Part of the rows holds the shapes, but says less than all of what a unit is worth.
+  // A subset of the rows determines the shapes, but underestimates the evidence for a unit.
   if (few) kept = WithoutUnearnedUnits(pool, std::move(kept), refit_to);
   std::vector<const Effect*> reshaped;
   std::vector<BlockIndex> blocks;
@@ -66,7 +66,7 @@ Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
   }
   const auto better = [](const Explanation& a, const Explanation& b) { return a.score < b.score; };
   const Explanation& unshaped = std::min(chosen, kept.explanation, better);
-  if (ShapesClash(pool.problem(), shapes)) return unshaped;
+  if (ShapesConflict(pool.problem(), shapes)) return unshaped;
   return std::min(unshaped, pool.Evaluate(support), better);
 }
 

@@ -1,14 +1,15 @@
-// Shapes of an explanation, refitted together with its sizes.
+// Joint nonlinear refit of the shapes and sizes of an explanation.
 #pragma once
 
 #include "app/diagnosis/pool.h"
 
 namespace plumbline {
 
-/// An explanation refitted to the rows of the pool's problem: units that the refitted shapes make
-/// superfluous are gone, and the blocks of searched shapes have the refitted ones, so that a time
-/// constant and a step beside it are no longer those found one after the other. Adds those blocks
-/// to the pool. The explanation itself where the refit fails, or scores no better.
+/// Refits an explanation to the rows of the candidate set's problem. Searched shapes are replaced
+/// by the refitted ones, so that, for example, a time constant and a step are estimated jointly
+/// instead of one after the other; units that become superfluous are removed. Adds the refitted
+/// blocks to the candidate set. Returns the given explanation if the refit fails or does not score
+/// better.
 Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen);
 
 }  // namespace plumbline

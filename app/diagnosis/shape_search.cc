@@ -5,16 +5,16 @@
 namespace plumbline {
 
 ActiveEffect ShapeSearch::EffectFrom(const Block& block, const ColumnSizes& values) const {
-  return SizesOf(block, values);
+  return EffectFromSizes(block, values);
 }
 
-bool ShapesClash(const LinearProblem& problem, std::span<const Block* const> support) {
+bool ShapesConflict(const LinearProblem& problem, std::span<const Block* const> support) {
   for (auto block = support.begin(); block != support.end(); ++block) {
     const Effect* const effect = (*block)->term.effect;
-    const bool asked = std::any_of(support.begin(), block, [effect](const Block* earlier) {
-      return earlier->term.effect == effect;
-    });
-    if (asked) continue;
+    const bool already_checked =
+        std::any_of(support.begin(), block,
+                    [effect](const Block* earlier) { return earlier->term.effect == effect; });
+    if (already_checked) continue;
     const ShapeSearch* const search = ShapeSearchOf(*effect);
     if (search != nullptr && search->Excludes(problem, support)) return true;
   }

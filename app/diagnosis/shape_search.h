@@ -1,4 +1,4 @@
-// Search for the shape with which an effect acts: cycles, a time constant, a moment, a phase.
+// Interface of shape searches: cycles, time constants, event times and phases of effects.
 #pragma once
 
 #include <span>
@@ -10,9 +10,9 @@
 
 namespace plumbline {
 
-/// What the diagnosis must know of an effect that is not linear in all of its parameters; one
-/// object an effect, without state, registered in shape_search_table.cc. An effect without one has
-/// sizes only, and its block is WholeBlock.
+/// Treatment of an effect that is not linear in all of its parameters. One stateless object per
+/// effect, registered in shape_search_table.cc. An effect without one has only sizes and uses
+/// WholeBlock.
 class ShapeSearch {
  public:
   ShapeSearch() = default;
@@ -20,40 +20,42 @@ class ShapeSearch {
   ShapeSearch(const ShapeSearch&) = delete;
   ShapeSearch& operator=(const ShapeSearch&) = delete;
 
-  /// False where every shape that matters is in the columns of Fixed().
+  /// False if Fixed() covers all relevant shapes and Propose() is not needed.
   virtual bool FollowsResidual() const { return true; }
-  /// Blocks that are offered whatever the residual is.
+  /// Blocks that are candidates independently of the residual.
   virtual std::vector<Block> Fixed(const Dataset& /*data*/) const { return {}; }
-  /// Blocks with the best shapes for a residual, whitened and projected.
+  /// Blocks with the best shapes for a whitened and projected residual.
   virtual std::vector<Block> Propose(const LinearProblem& /*problem*/,
                                      const Eigen::VectorXd& /*residual*/) const {
     return {};
   }
-  /// Blocks with the shapes of an effect that was refitted.
+  /// Blocks with the shapes of a refitted effect.
   virtual std::vector<Block> Refitted(const Dataset& /*data*/,
                                       const ActiveEffect& /*effect*/) const {
     return {};
   }
-  /// One block for each place where the effect may be, however little it is there now: what would
-  /// have been seen must hold wherever it is. Empty where Propose() depends on no place.
+  /// One block for each place where the effect may occur (each joint, for example), for detection
+  /// limits that are valid everywhere. Empty if the effect has only one place.
   virtual std::vector<Block> Everywhere(const Dataset& /*data*/) const { return {}; }
 
-  /// The effect that a fitted block stands for.
-  /// @param values  of the block's columns that were kept, SI
+  /// Converts a fitted block to an effect.
+  /// @param values  of the kept columns of the block, SI
   virtual ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const;
-  /// True where several blocks are one effect of a file.
+  /// True if several blocks form one effect of a file.
   virtual bool SeveralInOne() const { return false; }
-  /// Adds another block's effect to one of the same effect and word, where SeveralInOne().
+  /// Joins the effect of another block to one of the same effect and variant. Used if
+  /// SeveralInOne().
   virtual void Join(const ActiveEffect& /*more*/, ActiveEffect& /*effect*/) const {}
 
-  /// True where the rows of a problem leave open whether a block acts at another row: one between
-  /// the last row before a step and the first after it. No model predicts such a row.
+  /// True if the rows of a problem do not determine whether a block acts at another row, such as a
+  /// row between the last row before a step and the first row after it. Such a row cannot be
+  /// predicted.
   virtual bool LeavesOpen(const LinearProblem& /*problem*/, const Block& /*block*/,
                           RowIndex /*row*/) const {
     return false;
   }
 
-  /// True where blocks of this effect cannot stand together, or beside others, in one explanation.
+  /// True if the blocks of this effect in a support exclude each other, or exclude other blocks.
   /// @param support  all blocks of the explanation, in its order
   virtual bool Excludes(const LinearProblem& /*problem*/,
                         std::span<const Block* const> /*support*/) const {
@@ -61,10 +63,10 @@ class ShapeSearch {
   }
 };
 
-/// The search of an effect's shapes; null where it has none.
+/// The shape search of an effect; null if it has none.
 const ShapeSearch* ShapeSearchOf(const Effect& effect);
 
-/// True where the search of one of its effects excludes the support.
-bool ShapesClash(const LinearProblem& problem, std::span<const Block* const> support);
+/// True if the shape search of any effect in the support excludes it.
+bool ShapesConflict(const LinearProblem& problem, std::span<const Block* const> support);
 
 }  // namespace plumbline

@@ -1,4 +1,4 @@
-// Every effect whose shape is searched, with its search.
+// Table of shape searches by effect id.
 #include <algorithm>
 #include <array>
 

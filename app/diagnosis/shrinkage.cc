@@ -7,13 +7,14 @@
 namespace plumbline {
 namespace {
 
-constexpr int kMostSteps = 60;
-constexpr double kSettled = 0.05;    // change of 2 ln L
-constexpr double kLeastHeld = 1e-3;  // parameters; a group below it is nothing
+constexpr int kMaxSteps = 60;
+constexpr double kConverged = 0.05;  // change of 2 ln L
+constexpr double kMinEffectiveParameters =
+    1e-3;  // below it, the variance of a group is set to zero
 
-/// Ratios at which every group brings a tenth of y's square.
-Eigen::VectorXd FirstRatios(const NormalEquations& equations, const std::vector<int>& group,
-                            int groups) {
+/// Initial ratios, at which every group contributes a tenth of the square of y.
+Eigen::VectorXd InitialRatios(const NormalEquations& equations, const std::vector<int>& group,
+                              int groups) {
   Eigen::VectorXd trace = Eigen::VectorXd::Zero(groups);
   for (std::size_t k = 0; k < group.size(); ++k) {
     const auto at = static_cast<Eigen::Index>(k);
@@ -22,9 +23,9 @@ Eigen::VectorXd FirstRatios(const NormalEquations& equations, const std::vector<
   return trace.unaryExpr([&](double sum) { return sum > 0 ? 0.1 * equations.freedom / sum : 0; });
 }
 
-/// Largest ratio of each group.
-Eigen::VectorXd MostRatios(const NormalEquations& equations, const std::vector<int>& group,
-                           int groups, double noise) {
+/// Upper limit of the ratio of each group.
+Eigen::VectorXd RatioLimits(const NormalEquations& equations, const std::vector<int>& group,
+                            int groups, double noise) {
   Eigen::VectorXd most = Eigen::VectorXd::Constant(groups, HUGE_VAL);
   if (equations.most_variance.size() == 0) return most;
   for (std::size_t k = 0; k < group.size(); ++k) {
@@ -42,14 +43,14 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
   const int groups = n > 0 ? *std::max_element(group.begin(), group.end()) + 1 : 0;
   ShrunkenFit fit;
   fit.values = Eigen::VectorXd::Zero(n);
-  fit.ratio = start.size() == groups ? start : FirstRatios(equations, group, groups);
-  fit.held = Eigen::VectorXd::Zero(groups);
+  fit.ratio = start.size() == groups ? start : InitialRatios(equations, group, groups);
+  fit.effective_parameters = Eigen::VectorXd::Zero(groups);
   fit.noise = equations.square / std::max(1.0, equations.freedom);
   if (fit.noise > 0)
-    fit.ratio = fit.ratio.cwiseMin(MostRatios(equations, group, groups, fit.noise));
+    fit.ratio = fit.ratio.cwiseMin(RatioLimits(equations, group, groups, fit.noise));
   if (n == 0 || equations.square <= 0) return fit;
-  double before = -1e300;
-  for (int step = 0; step < kMostSteps; ++step) {
+  double previous_gain = -1e300;
+  for (int step = 0; step < kMaxSteps; ++step) {
     Eigen::VectorXd root(n);
     for (Eigen::Index k = 0; k < n; ++k) {
       root[k] = std::sqrt(fit.ratio[group[static_cast<std::size_t>(k)]]);
@@ -58,35 +59,36 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
     A.diagonal().array() += 1;
     const Eigen::LLT<Eigen::MatrixXd> cholesky(A);
     fit.values = root.cwiseProduct(cholesky.solve(root.cwiseProduct(equations.moment)));
-    // The square that is left, penalty included; rounding must not make it nothing.
-    const double left =
+    // Residual sum of squares including the penalty; kept positive despite rounding.
+    const double residual =
         std::max(equations.square - fit.values.dot(equations.moment), 1e-12 * equations.square);
-    fit.noise = left / equations.freedom;
+    fit.noise = residual / equations.freedom;
     const Eigen::MatrixXd L = cholesky.matrixL();
-    fit.gain = equations.freedom * std::log(equations.square / left) -
+    fit.gain = equations.freedom * std::log(equations.square / residual) -
                2 * L.diagonal().array().log().sum();
     const Eigen::MatrixXd inverse =
         cholesky.matrixL().solve(Eigen::MatrixXd::Identity(n, n));  // of L
     Eigen::VectorXd square = Eigen::VectorXd::Zero(groups);
-    fit.held.setZero();
+    fit.effective_parameters.setZero();
     for (Eigen::Index k = 0; k < n; ++k) {
       const int g = group[static_cast<std::size_t>(k)];
-      fit.held[g] += 1 - inverse.col(k).tail(n - k).squaredNorm();
+      fit.effective_parameters[g] += 1 - inverse.col(k).tail(n - k).squaredNorm();
       square[g] += fit.values[k] * fit.values[k];
     }
-    const bool settled = std::abs(fit.gain - before) < kSettled;
-    if (settled || step + 1 == kMostSteps) {
+    const bool converged = std::abs(fit.gain - previous_gain) < kConverged;
+    if (converged || step + 1 == kMaxSteps) {
       if (with_covariance) {
         const Eigen::MatrixXd scaled = inverse * root.asDiagonal();
         fit.covariance.noalias() = fit.noise * (scaled.transpose() * scaled);
       }
       break;
     }
-    before = fit.gain;
-    const Eigen::VectorXd most = MostRatios(equations, group, groups, fit.noise);
+    previous_gain = fit.gain;
+    const Eigen::VectorXd most = RatioLimits(equations, group, groups, fit.noise);
     for (int g = 0; g < groups; ++g) {
-      fit.ratio[g] =
-          fit.held[g] > kLeastHeld ? std::min(most[g], square[g] / (fit.held[g] * fit.noise)) : 0;
+      fit.ratio[g] = fit.effective_parameters[g] > kMinEffectiveParameters
+                         ? std::min(most[g], square[g] / (fit.effective_parameters[g] * fit.noise))
+                         : 0;
     }
   }
   return fit;

@@ -1,4 +1,4 @@
-// The few distributions that a diagnosis needs.
+// Tail of the F distribution and a reproducible random number generator.
 #pragma once
 
 #include <cstdint>
@@ -6,16 +6,18 @@
 
 namespace plumbline {
 
-/// P(F_{d1,d2} > value).
+/// Upper tail probability P(F_{d1,d2} > value).
 double FisherTail(double value, double d1, double d2);
 
-/// A small generator, the same on every machine [Steele et al. 2014, splitmix64].
+/// Random number generator with the same sequence on every platform [Steele et al. 2014,
+/// splitmix64].
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
   std::uint64_t Next();
   double Uniform();      ///< in [0, 1)
   int Below(int count);  ///< in 0..count-1
+  /// -1 or 1.
   double Sign() { return Next() >> 63 ? 1.0 : -1.0; }
 
  private:

@@ -11,11 +11,11 @@
 namespace plumbline {
 namespace {
 
-constexpr std::size_t kMostParameters = 8;
-constexpr std::size_t kMostRivals = 2;
-constexpr std::size_t kMostPoses = 6;
-constexpr std::size_t kMostRemarks = 2;  // of each kind
-constexpr std::size_t kMostLines = 8;    // outlier lines named
+constexpr std::size_t kMaxParameters = 8;
+constexpr std::size_t kMaxRivals = 2;
+constexpr std::size_t kMaxPoses = 6;
+constexpr std::size_t kMaxRemarks = 2;  // of each kind
+constexpr std::size_t kMaxLines = 8;    // numbers of outlier lines
 
 void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   std::size_t count = 0;
@@ -23,7 +23,7 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   for (const Finding& finding : diagnosis.findings) {
     const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
     for (const EffectParameter& parameter : written.parameters) {
-      if (++count > kMostParameters) continue;
+      if (++count > kMaxParameters) continue;
       const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
                                                      : ValueText{parameter.word, ""};
       lines +=
@@ -32,33 +32,33 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
     }
     const std::string line = LineText(finding.effect);
     if (!line.empty()) lines += "    " + line + '\n';
-    if (!finding.implausible.empty() && count <= kMostParameters) {
+    if (!finding.implausible.empty() && count <= kMaxParameters) {
       lines += "    implausible: " + finding.implausible + '\n';
     }
   }
   text += lines;
-  if (count > kMostParameters)
-    text += fmt::format("  and {} more parameters\n", count - kMostParameters);
+  if (count > kMaxParameters)
+    text += fmt::format("  and {} more parameters\n", count - kMaxParameters);
 }
 
 void AddRivals(const Diagnosis& diagnosis, std::string& text) {
-  for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMostRivals); ++k) {
+  for (std::size_t k = 0; k < std::min(diagnosis.rivals.size(), kMaxRivals); ++k) {
     const Rival& rival = diagnosis.rivals[k];
-    text += fmt::format("Rival: {} in place of {}, which has {} of its signal left beside it\n",
+    text += fmt::format("Rival: {} instead of {}; it reproduces all but {} of the signal\n",
                         RivalName(rival), ReplacedName(rival), PercentText(rival.signal_left));
   }
-  if (diagnosis.rivals.size() > kMostRivals) {
-    text += fmt::format("  and {} more rivals\n", diagnosis.rivals.size() - kMostRivals);
+  if (diagnosis.rivals.size() > kMaxRivals) {
+    text += fmt::format("  and {} more rivals\n", diagnosis.rivals.size() - kMaxRivals);
   }
 }
 
 void AddDoubts(const Diagnosis& diagnosis, std::string& text) {
-  for (std::size_t k = 0; k < std::min(diagnosis.doubts.size(), kMostRemarks); ++k) {
+  for (std::size_t k = 0; k < std::min(diagnosis.doubts.size(), kMaxRemarks); ++k) {
     const Doubt& doubt = diagnosis.doubts[k];
     text += fmt::format("Doubtful: {}: {}\n", EffectName(doubt.id, doubt.scope), doubt.reason);
   }
-  if (diagnosis.doubts.size() > kMostRemarks) {
-    const std::size_t more = diagnosis.doubts.size() - kMostRemarks;
+  if (diagnosis.doubts.size() > kMaxRemarks) {
+    const std::size_t more = diagnosis.doubts.size() - kMaxRemarks;
     text += fmt::format("  and {} more doubt{}\n", more, more == 1 ? "" : "s");
   }
   for (const ExplanationCheck& check : diagnosis.checks) {
@@ -72,10 +72,10 @@ void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string
   const auto slides = [&](const Joint& joint) { return joint.type == JointType::kPrismatic; };
   const bool some_slide = std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(), slides);
   text += fmt::format(
-      "Measure next (joints in degrees{}; apart: how far the explanations differ "
-      "there)\n",
-      some_slide ? ", linear ones in mm" : "");
-  for (std::size_t k = 0; k < std::min(poses.size(), kMostPoses); ++k) {
+      "Measure next (joints in degrees{}; apart: distance between the tips that the explanations "
+      "predict)\n",
+      some_slide ? ", linear joints in mm" : "");
+  for (std::size_t k = 0; k < std::min(poses.size(), kMaxPoses); ++k) {
     text += fmt::format("  {}:", k + 1);
     for (Eigen::Index i = 0; i < poses[k].q.size(); ++i) {
       const bool linear = slides(cell.robot.joints[static_cast<std::size_t>(i)]);
@@ -85,15 +85,15 @@ void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string
     text += fmt::format("  {:5.1f} kg  {} mm apart{}{}\n", poses[k].payload_kg,
                         MillimetreText(poses[k].separation_m), how.empty() ? "" : "; ", how);
   }
-  if (poses.size() > kMostPoses) text += fmt::format("  and {} more\n", poses.size() - kMostPoses);
+  if (poses.size() > kMaxPoses) text += fmt::format("  and {} more\n", poses.size() - kMaxPoses);
 }
 
 void AddRemarks(const char* topic, const std::vector<std::string>& remarks, std::string& text) {
-  for (std::size_t k = 0; k < std::min(remarks.size(), kMostRemarks); ++k) {
+  for (std::size_t k = 0; k < std::min(remarks.size(), kMaxRemarks); ++k) {
     text += fmt::format("{}: {}\n", topic, remarks[k]);
   }
-  if (remarks.size() > kMostRemarks) {
-    text += fmt::format("  and {} more, see the report\n", remarks.size() - kMostRemarks);
+  if (remarks.size() > kMaxRemarks) {
+    text += fmt::format("  and {} more, see the report\n", remarks.size() - kMaxRemarks);
   }
 }
 
@@ -113,10 +113,10 @@ std::string DataLine(const Diagnosis& diagnosis) {
   if (outliers.empty()) return text + "; no outliers\n";
   text += fmt::format("; {} outlier{} in line{}", outliers.size(), outliers.size() == 1 ? "" : "s",
                       outliers.size() == 1 ? "" : "s");
-  for (std::size_t k = 0; k < std::min(outliers.size(), kMostLines); ++k) {
+  for (std::size_t k = 0; k < std::min(outliers.size(), kMaxLines); ++k) {
     text += fmt::format("{} {}", k == 0 ? "" : ",", outliers[k]);
   }
-  return text + (outliers.size() > kMostLines ? ", ..\n" : "\n");
+  return text + (outliers.size() > kMaxLines ? ", ..\n" : "\n");
 }
 
 }  // namespace

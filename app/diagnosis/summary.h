@@ -1,4 +1,4 @@
-// The terminal's summary of a diagnosis.
+// Terminal summary of a diagnosis.
 #pragma once
 
 #include <string>
@@ -7,8 +7,9 @@
 
 namespace plumbline {
 
-/// What a commissioning engineer reads: verdict, error before and after, parameters, rivals, what
-/// to measure next, outliers, what was not recorded. At most 25 lines; what is left out is counted.
+/// Verdict, error before and after, parameters, rivals, doubts, poses to measure next, outliers,
+/// signals that were not recorded, and notes. Long lists are cut and the number of omitted entries
+/// is given, so that the text usually fits 25 lines.
 std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell);
 
 }  // namespace plumbline

@@ -22,7 +22,7 @@ SupportFit::SupportFit(const Eigen::MatrixXd& gram, const Eigen::VectorXd& momen
   std::iota(place_of_.begin(), place_of_.end(), 0);
 }
 
-/// The rise of the minimum when a unit goes, the others refitted: v^T (inverse part)^-1 v.
+/// Rise of the minimum if a unit is dropped and the others are refitted: v^T (inverse block)^-1 v.
 double SupportFit::RiseWithout(const Unit& unit) const {
   const auto at = [this, &unit](std::size_t k) {
     return at_[static_cast<std::size_t>(unit.places[k])];
@@ -40,7 +40,7 @@ double SupportFit::RiseWithout(const Unit& unit) const {
     return value.dot(part.ldlt().solve(value));
   };
   const auto size = static_cast<Eigen::Index>(n);
-  // A unit is a vector, the six numbers of a frame, or a curve: the first two without a heap.
+  // Units of up to six columns (a vector or a frame) need no heap allocation; curves do.
   constexpr int kFew = 6;
   if (size <= kFew) {
     using Few = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kFew, kFew>;

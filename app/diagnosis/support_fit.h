@@ -1,4 +1,4 @@
-// Least squares of a few columns, and what is left of it when units of them go one after another.
+// Penalised least squares with backward elimination of units of columns.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,39 +9,40 @@
 
 namespace plumbline {
 
-/// Values v that minimise |y - X v|^2 + v^T P v, P a diagonal prior precision. Units of columns are
-/// dropped by updates of the inverse, O(n^2) each; the columns themselves are not needed.
+/// Minimiser v of |y - X v|^2 + v^T P v with a diagonal prior precision P. Units of columns are
+/// dropped by downdating the inverse, O(n^2) per column; X itself is not needed.
 class SupportFit {
  public:
-  /// Columns that stay or go together.
+  /// Columns that are kept or dropped together.
   struct Unit {
-    BlockIndex block;         ///< of the pool
+    BlockIndex block;         ///< of the candidate set
     int number = 0;           ///< within the block
     std::vector<int> places;  ///< its columns, 0..n-1
-    double cost = 0;          ///< of keeping it, in chi2
+    double cost = 0;          ///< of keeping the unit, in chi2
   };
 
   /// @param gram       X^T X + P, shape (n, n); positive definite
   /// @param moment     X^T y, shape (n)
   /// @param chi2_null  |y|^2
-  /// @param units      every column in one of them
+  /// @param units      each column belongs to exactly one
   SupportFit(const Eigen::MatrixXd& gram, const Eigen::VectorXd& moment, double chi2_null,
              std::vector<Unit> units);
 
-  /// Drops the unit that costs most beyond the rise of the minimum without it, until none does.
+  /// Backward elimination: repeatedly drops the unit whose cost exceeds the rise of the minimum
+  /// most, until no cost does.
   void Eliminate();
-  /// Drops, of the units with a value outside its bounds, the one whose loss raises the minimum
-  /// least. False where every value is within them.
+  /// Among the units with a value outside its bounds, drops the one that raises the minimum least.
   /// @param bounds  of the value of each column
+  /// @return        false if every value is within its bounds
   bool DropOutOfBounds(const std::vector<Interval>& bounds);
 
-  /// The minimum: chi2 and the prior's part.
+  /// Minimum of the objective: chi2 plus the prior term.
   double minimum() const { return minimum_; }
-  /// Of a column that stayed.
+  /// Value of a kept column.
   double Value(int place) const { return values_[at_[static_cast<std::size_t>(place)]]; }
-  /// Those that stayed.
+  /// The kept units.
   const std::vector<Unit>& units() const { return units_; }
-  /// Their columns, ascending.
+  /// Columns of the kept units, ascending.
   std::vector<int> Places() const;
 
  private:
@@ -51,7 +52,7 @@ class SupportFit {
   void Drop(Units::iterator unit, double rise);
   void Drop(int place);
 
-  // Of the columns that are left, which come first: column `place` is at at_[place].
+  // Kept columns come first; column `place` is stored at index at_[place].
   Eigen::MatrixXd inverse_;
   Eigen::VectorXd values_;
   Eigen::Index left_;

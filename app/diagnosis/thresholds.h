@@ -1,87 +1,90 @@
-// What decides a claim: every limit of the diagnosis, with the statistic that it is a quantile of,
-// the source or evaluation that set it, or the word that it is a judgement. Sizes of searches and
-// tolerances of solvers, which decide how long and how finely one looks, stand where they are used.
+// Decision thresholds of the diagnosis. Each states the statistic that it is a quantile of, its
+// source or evaluation, or that it is a judgement. Search sizes and solver tolerances are defined
+// where they are used.
 #pragma once
 
 #include <cstddef>
 
 namespace plumbline {
 
-// --- Scores: chi2 + cost, that is -2 ln(evidence) up to a constant.
+// --- Differences of score. Score = chi2 + prior + cost = -2 ln(evidence) up to a constant.
 
-/// Four sigma: a rival that is worse by 16 fits as well by noise once in 16,000 tries.
+/// A rival worse by this is ruled out. Four sigma: noise makes up the difference once in 16,000
+/// cases.
 inline constexpr double kRivalGap = 16;
 
-/// 2 ln(odds) of 10 is "very strong" evidence [Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 777]:
-/// asked of what explains less than physics does, an empirical term and a discrepancy model, of
-/// an explanation that is taken because it rejects fewer rows, and of a mistake in cell or file.
+/// 2 ln(odds) = 10 is "very strong" evidence [Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 777].
+/// Required of terms without a physical cause (empirical terms, the discrepancy model), of an
+/// explanation preferred because it rejects fewer rows, and of a mistake in cell or file.
 inline constexpr double kUnknownMargin = 10;
 inline constexpr double kDiscrepancyMargin = 10;
 inline constexpr double kRejectingMargin = 10;
 inline constexpr double kMistakeMargin = 10;
 
-/// Explanations up to this far behind the best are refitted without linearisation, or compared over
-/// rejected rows. A judgement: odds of 1e13, which neither is expected to reverse. Their number is
-/// limited as well; a note gives the count of those left out.
+/// Explanations within this score of the best are refitted without linearisation, or compared over
+/// the rejected rows. A judgement: neither is expected to reverse odds of 1e13. Their number is
+/// limited as well; a note states how many were skipped.
 inline constexpr double kWorthRefitting = 60;
 
-/// An explanation grows by one more effect for a gain of 2 ln(e): any that pays its own cost.
-inline constexpr double kGainToGrow = 2;
+/// Minimum gain in score for one more effect, after its own cost: 2 ln(e).
+inline constexpr double kMinGainToGrow = 2;
 
-// --- Chances: of an error that noise alone makes.
+// --- Significance levels: probabilities of a wrong decision under noise alone.
 
-/// To keep any joint that has no effect, all joints of the effect together.
+/// Of keeping any joint without effect: family-wise, over all joints of the effect.
 inline constexpr double kJointFamilyError = 0.01;
-/// Of an effect's own p-value: as the search's chance of any false joint.
-inline constexpr double kLargestPValue = 0.01;
-/// Of a held-out error that refuses a sound explanation: once in a thousand answers.
-inline constexpr double kHeldOutChance = 1e-3;
-/// That what the named effects leave is no more than the noise: above it no discrepancy model.
-inline constexpr double kWithinNoiseChance = 0.01;
-/// That the residual follows any recorded signal, by sign flips of whole clusters, the best signal
-/// of each flip: with 199 flips at most one may reach what was observed.
+/// Largest accepted p-value of an effect; equal to the family-wise level of its joints.
+inline constexpr double kMaxPValue = 0.01;
+/// Of rejecting a correct explanation because of its held-out error: once in a thousand answers.
+inline constexpr double kHeldOutSignificance = 1e-3;
+/// If the residual of the named effects has a larger p-value under noise, no discrepancy model is
+/// fitted.
+inline constexpr double kWithinNoiseSignificance = 0.01;
+/// Of reporting any recorded signal that the residual does not follow, by sign flips of whole
+/// clusters and the best signal of each flip: with 199 flips, at most one may reach the observed
+/// statistic.
 inline constexpr int kSignFlips = 199;
-inline constexpr double kFollowsChance = 0.01;
-/// That a residual exceeds the scatter of repeats so far (Fisher's F).
-inline constexpr double kRepeatsChance = 0.01;
-/// Standard deviations of a correlation from row to row that independent noise reaches once in a
+inline constexpr double kSignalSignificance = 0.01;
+/// Of a residual larger than the scatter of the repeats (Fisher's F).
+inline constexpr double kRepeatsSignificance = 0.01;
+/// Correlation of successive rows, in standard deviations, that independent noise exceeds once in a
 /// thousand data sets.
 inline constexpr double kCorrelatedSigmas = 3.09;
-/// Share of rows that a 95 % radius may leave out, and the chance that the true radius leaves out
-/// as many of the held-out rows as were seen. The latter is a judgement: between the median count
-/// (0.5), which half of all true radii fail, and 0.05, which few wrong ones do.
+/// Share of rows outside a 95 % radius, and the level of the binomial test that held-out rows
+/// outside the radius are no more than that. The level is a judgement: between 0.5, at which half
+/// of all correct radii are rejected, and 0.05, at which few wrong ones are.
 inline constexpr double kOutsideRadius = 0.05;
 inline constexpr double kUnrefutedChance = 0.2;
 
 // --- Rows.
 
-/// Rows whose weight is below this count as outliers. Hampel's weight falls from one, at a size
-/// that one clean row in 2000 exceeds: at 0.4 the row is about 1.6 times that size away.
+/// Rows with a smaller robust weight are outliers. Hampel's weight falls below one at a residual
+/// that one clean row in 2000 exceeds; it is 0.4 at about 1.6 times that residual.
 inline constexpr double kOutlierWeight = 0.4;
-/// More than one row in ten is an effect, not outliers. A judgement; "noise: 15 % outliers" of the
-/// evaluation counts what it costs.
+/// Largest share of outliers; a larger share is treated as an effect. A judgement; its cost is
+/// measured by "noise: 15 % outliers" in the evaluation.
 inline constexpr double kMostOutliers = 0.1;
-/// A residual of this many declared sigmas is more than noise. A judgement: data sheets state
-/// repeatability at their own distance and temperature, so that half as much again is no cause.
-/// "noise: declared sigma a third of the true" counts what it costs.
+/// A residual above this many declared sigmas is more than noise. A judgement: data sheets state
+/// repeatability at one distance and temperature, so an excess of one half needs no other cause.
+/// Its cost is measured by "noise: declared sigma a third of the true" in the evaluation.
 inline constexpr double kRough = 1.5;
 
 // --- Explanations.
 
-/// Share of the folds that select a named effect: four of five. Stability selection takes 0.6 to
-/// 0.9 [Meinshausen & Buehlmann, J. R. Stat. Soc. B 72 (2010) 417].
-inline constexpr double kLeastFrequency = 0.8;
-/// Times what a sound machine shows from which a value is doubted. A judgement: worn and damaged
-/// machines show more than sound ones, and nobody has published by how much.
-inline constexpr double kLeastDoubtful = 5;
-/// Times what a sound machine shows from which a value is none: a direction that the rows hardly
-/// hold, filled with noise. A judgement, wide enough to leave every doubtful value its name.
+/// Minimum share of the folds that select a named effect: four of five. Stability selection uses
+/// 0.6 to 0.9 [Meinshausen & Buehlmann, J. R. Stat. Soc. B 72 (2010) 417].
+inline constexpr double kMinSelectionFrequency = 0.8;
+/// A value this many times the plausible limit of a sound machine is doubtful. A judgement: worn
+/// and damaged machines exceed the limit, by amounts that are not published.
+inline constexpr double kDoubtfulRatio = 5;
+/// A value this many times the plausible limit is discarded: noise along a direction that the rows
+/// hardly determine. A judgement, wide enough to keep every doubtful value.
 inline constexpr double kAbsurd = 10;
-/// Lines of a periodic gear error that one joint may have: two of them draw, near enough, any curve
-/// of its angle, whatever causes it.
-inline constexpr int kMostLinesOfAJoint = 1;
-/// An empirical curve that goes this many times as far between the rows as at them is bent by the
-/// gaps. A judgement; a sine through its own samples, eight a period, goes 1.08 times as far.
-inline constexpr double kMostSwing = 1.6;
+/// Largest number of periodic gear error lines on one joint: two of them fit almost any function of
+/// its angle, whatever the cause.
+inline constexpr int kMaxLinesPerJoint = 1;
+/// Largest ratio of an empirical curve between the rows to that at the rows; a larger one is an
+/// artefact of gaps. A judgement; a sine sampled eight times a period has 1.08.
+inline constexpr double kMaxOvershoot = 1.6;
 
 }  // namespace plumbline

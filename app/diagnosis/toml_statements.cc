@@ -5,12 +5,12 @@
 namespace plumbline {
 namespace {
 
-/// Walks over one statement, newlines inside of strings and brackets included.
+/// Finds the end of one statement, skipping newlines inside strings and brackets.
 class Scanner {
  public:
   Scanner(std::string_view text, std::size_t at) : text_(text), at_(at) {}
 
-  /// The place after the newline that ends the statement.
+  /// Position after the newline that ends the statement.
   std::size_t End() {
     int depth = 0;
     while (at_ < text_.size()) {
@@ -45,7 +45,7 @@ class Scanner {
       ++at_;
     }
     at_ = std::min(at_ + (multi_line ? 3 : 1), text_.size());
-    // Up to two quotes may stand directly before the closing three.
+    // Up to two quotes may directly precede the closing three.
     while (multi_line && at_ < text_.size() && text_[at_] == quote) ++at_;
   }
 
@@ -87,7 +87,7 @@ std::vector<TomlStatement> TomlStatements(std::string_view text) {
 std::string WithoutTable(std::string_view text, std::string_view name) {
   using Kind = TomlStatement::Kind;
   std::string kept;
-  std::string pending;  // blank lines and comments inside a table of that name, so far
+  std::string pending;  // trailing blank lines and comments of a removed table
   bool in_root = true, inside = false;
   for (const TomlStatement& statement : TomlStatements(text)) {
     if (statement.kind == Kind::kHeader) {

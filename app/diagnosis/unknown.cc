@@ -16,9 +16,9 @@ namespace {
 using I = Influence<double>;
 using SignalPair = std::pair<SignalIndex, SignalIndex>;
 constexpr std::size_t kBlocksKept = 4;
-constexpr int kMostOfVectors = 7;  // degree in a joint's signal of curves that come in threes
+constexpr int kMaxVectorDegree = 7;  // degree of a vector-valued curve along a joint's signal
 
-/// What an unknown cause may move.
+/// The influences that an unknown cause may act on.
 std::vector<std::vector<int>> Carriers(const Dataset& data) {
   std::vector<std::vector<int>> carriers = {{I::kBase, I::kBase + 1, I::kBase + 2},
                                             {I::kTip, I::kTip + 1, I::kTip + 2}};
@@ -27,11 +27,11 @@ std::vector<std::vector<int>> Carriers(const Dataset& data) {
   return carriers;
 }
 
-/// Degrees of the polynomial worth trying: a signal of few levels holds only a few.
+/// Polynomial degrees to try; limited by the number of distinct values of the signal.
 std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {
   std::vector<int> degrees;
   for (const int degree : {1, 2, 3, 4, 5, 7, 10, 14}) {
-    if (carriers > 1 && signal.of_joint && degree > kMostOfVectors) continue;
+    if (carriers > 1 && signal.of_joint && degree > kMaxVectorDegree) continue;
     if (degree <= 2 ? degree < signal.distinct : 2 * degree < signal.distinct) {
       degrees.push_back(degree);
     }
@@ -39,7 +39,7 @@ std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {
   return degrees;
 }
 
-bool Free(const Dataset& data, const std::vector<int>& carrier) {
+bool IsFreeFrame(const Dataset& data, const std::vector<int>& carrier) {
   if (carrier.front() == I::kBase) return data.frames_free();
   if (carrier.front() == I::kTip) return data.tip_free();
   return false;
@@ -58,36 +58,36 @@ Eigen::MatrixXd Polynomials(const LinearProblem& problem, SignalIndex signal, in
   return factors;
 }
 
-/// Drops of chi2 by the first 1, 2, .. columns, from one Cholesky factorisation; a column that
-/// those before imitate adds nothing and does not count.
-struct Nested {
+/// Reduction of chi2 and rank of the first 1, 2, .. columns.
+struct NestedFits {
   std::vector<double> gain;
   std::vector<int> rank;
 };
 
-Nested NestedGains(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) {
+/// From one Cholesky factorisation; columns that depend linearly on earlier ones are skipped.
+NestedFits FitNested(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) {
   const Eigen::MatrixXd gram = columns.transpose() * columns;
   const Eigen::VectorXd moment = columns.transpose() * residual;
   const auto n = static_cast<int>(columns.cols());
   Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd along(n);
   std::vector<int> kept;
-  Nested nested;
+  NestedFits nested;
   double gain = 0;
   for (int k = 0; k < n; ++k) {
     const auto r = static_cast<int>(kept.size());
     Eigen::VectorXd row(r);
-    double pivot = gram(k, k), rest = moment[k];
+    double pivot = gram(k, k), projection = moment[k];
     for (int i = 0; i < r; ++i) {
       row[i] = (gram(k, kept[static_cast<std::size_t>(i)]) - row.head(i).dot(L.row(i).head(i))) /
                L(i, i);
       pivot -= row[i] * row[i];
-      rest -= row[i] * along[i];
+      projection -= row[i] * along[i];
     }
     if (pivot > 1e-9 * gram(k, k) && pivot > 0) {
       L.row(r).head(r) = row.transpose();
       L(r, r) = std::sqrt(pivot);
-      along[r] = rest / L(r, r);
+      along[r] = projection / L(r, r);
       gain += along[r] * along[r];
       kept.push_back(k);
     }
@@ -97,20 +97,20 @@ Nested NestedGains(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residu
   return nested;
 }
 
-/// Empirical blocks by how far they lower the score of what they are fitted to.
+/// Empirical blocks, each with its reduction of the score.
 using Scored = std::vector<std::pair<double, Block>>;
 
-/// Curves along one signal, of every degree that its values hold.
+/// Curves along one signal, of every degree that its values support.
 void AddCurves(const LinearProblem& problem, const Eigen::VectorXd& residual, SignalIndex signal,
                const std::vector<int>& carrier, double trials, Scored& found) {
   const Dataset& data = problem.data();
   const std::vector<int> degrees = Degrees(data.signals[signal], carrier.size());
   if (degrees.empty()) return;
-  const int first = Free(data, carrier) ? 1 : 0;
+  const int first = IsFreeFrame(data, carrier) ? 1 : 0;
   Eigen::MatrixXd columns =
       problem.Carried(carrier, Polynomials(problem, signal, first, degrees.back()));
   problem.Project(columns);
-  const Nested nested = NestedGains(columns, residual);
+  const NestedFits nested = FitNested(columns, residual);
   const double per_column = std::log(static_cast<double>(problem.clusters()));
   for (const int degree : degrees) {
     const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
@@ -119,7 +119,7 @@ void AddCurves(const LinearProblem& problem, const Eigen::VectorXd& residual, Si
   }
 }
 
-/// Surfaces over two signals: bilinear, which holds their product, and quadratic.
+/// Surfaces over two signals: bilinear (includes their product) and quadratic.
 void AddSurfaces(const LinearProblem& problem, const Eigen::VectorXd& residual,
                  const SignalPair& pair, const std::vector<int>& carrier, double trials,
                  Scored& found) {
@@ -129,13 +129,13 @@ void AddSurfaces(const LinearProblem& problem, const Eigen::VectorXd& residual,
   for (const int degree : {1, 2}) {
     if (std::min(distinct(pair.first), distinct(pair.second)) <= degree) return;
     const Block block = EmpiricalSurface(data, pair.first, pair.second, carrier, degree,
-                                         !Free(data, carrier), trials);
-    const Nested nested = NestedGains(problem.Columns(block, true), residual);
+                                         !IsFreeFrame(data, carrier), trials);
+    const NestedFits nested = FitNested(problem.Columns(block, true), residual);
     found.emplace_back(nested.gain.back() - per_column * nested.rank.back(), block);
   }
 }
 
-/// Pairs of recorded signals that are not of a joint.
+/// Pairs of recorded signals, without joint signals.
 std::vector<SignalPair> SignalPairs(const Dataset& data) {
   std::vector<SignalIndex> signals;
   for (const SignalIndex s : data.signals.indices()) {
@@ -148,9 +148,10 @@ std::vector<SignalPair> SignalPairs(const Dataset& data) {
   return pairs;
 }
 
-/// True where an empirical curve swings between the rows farther than it goes at them. A surface
-/// may: its corners often lie far from every row, and what is written ends where its rows do.
-bool Wild(const Pool& pool, const Explanation& explanation) {
+/// True if an empirical curve is much larger between the rows than at them. Surfaces are exempt:
+/// their corners are often far from every row, and the written effect is limited to its rows
+/// anyway.
+bool Overshoots(const Pool& pool, const Explanation& explanation) {
   constexpr int kNodes = 60;
   const Dataset& data = pool.problem().data();
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
@@ -158,7 +159,7 @@ bool Wild(const Pool& pool, const Explanation& explanation) {
     const Block& block = pool.blocks()[index];
     if (!block.empirical() || block.columns.front().second_signal) continue;
     const RecordedSignal& signal = data.signals[*block.columns.front().signal];
-    std::map<int, std::map<int, double>> curves;  // of each carrier, degree -> coefficient
+    std::map<int, std::map<int, double>> curves;  // carrier -> degree -> coefficient
     for (const auto& [key, value] : coefficients) {
       if (key.first != index) continue;
       const BlockColumn& column = block.columns[key.second];
@@ -175,14 +176,14 @@ bool Wild(const Pool& pool, const Explanation& explanation) {
         at_rows = std::max(at_rows, at(Scaled(signal, signal.values[row])));
       }
       for (int k = 0; k <= kNodes; ++k) between = std::max(between, at(2.0 * k / kNodes - 1));
-      if (between > kMostSwing * at_rows) return true;
+      if (between > kMaxOvershoot * at_rows) return true;
     }
   }
   return false;
 }
 
-/// How many empirical terms a search chooses among: signals or pairs of them, carriers, degrees. A
-/// surface names a second driver beside the first, a choice of its own among the signals.
+/// Number of empirical terms that the search chooses among: signals or pairs, carriers, degrees. A
+/// surface additionally pays for the choice of its second driver among the signals.
 struct Trials {
   double of_curve, of_surface;
 
@@ -239,7 +240,7 @@ std::vector<BlockIndex> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual
 
 namespace {
 
-/// Explanations with one empirical block, grown and pruned as the catalogue's own are.
+/// Search for explanations with one empirical block, by growing and pruning.
 class EmpiricalSearch {
  public:
   EmpiricalSearch(Pool& pool, const Explanation& catalogue) : pool_(pool), best_(catalogue) {
@@ -250,56 +251,56 @@ class EmpiricalSearch {
 
   const Explanation& best() const { return best_; }
 
-  /// Adds the empirical blocks that fit what an explanation leaves.
-  void Learn(const Explanation& from) {
+  /// Adds the empirical blocks that fit the residual of an explanation.
+  void AddEmpiricalBlocks(const Explanation& from) {
     for (const BlockIndex block : AddEmpirical(pool_, pool_.Residual(from))) {
       const bool known = std::find(empirical_.begin(), empirical_.end(), block) != empirical_.end();
       if (!known) empirical_.push_back(block);
     }
   }
 
-  /// Every empirical block by itself and beside an explanation.
-  void JudgeBeside(const Explanation& explanation) {
+  /// Evaluates every empirical block alone and added to an explanation.
+  void EvaluateWith(const Explanation& explanation) {
     for (const BlockIndex block : empirical_) {
-      Judge({block});
-      Judge(With(explanation.blocks, block));
+      Evaluate({block});
+      Evaluate(With(explanation.blocks, block));
     }
   }
 
-  /// The empirical blocks that go best with an explanation, each beside it without one of its
-  /// effects, then without more and more of them, the least missed first: those that were only
-  /// there to imitate the unknown cause.
+  /// Adds the best empirical blocks to an explanation and removes its effects, first one at a time,
+  /// then cumulatively, the least important first: effects that only imitated the unknown cause.
   void Prune(const Explanation& explanation) {
-    for (const BlockIndex block : BestBeside(explanation)) {
-      std::vector<std::pair<double, BlockIndex>> missed;
-      for (const BlockIndex gone : explanation.blocks) {
-        missed.emplace_back(Judge(With(Without(explanation.blocks, gone), block)), gone);
+    for (const BlockIndex block : BestAddedTo(explanation)) {
+      std::vector<std::pair<double, BlockIndex>> by_score;
+      by_score.reserve(explanation.blocks.size());
+      for (const BlockIndex removed : explanation.blocks) {
+        by_score.emplace_back(Evaluate(With(Without(explanation.blocks, removed), block)), removed);
       }
-      std::stable_sort(missed.begin(), missed.end());
-      std::vector<BlockIndex> beside = explanation.blocks;
-      for (const auto& [score, gone] : missed) {
-        beside = Without(beside, gone);
-        Judge(With(beside, block));
+      std::stable_sort(by_score.begin(), by_score.end());
+      std::vector<BlockIndex> remaining = explanation.blocks;
+      for (const auto& [score, removed] : by_score) {
+        remaining = Without(remaining, removed);
+        Evaluate(With(remaining, block));
       }
     }
   }
 
-  /// Adds catalogued effects to the best, one at a time, as long as one is worth it.
+  /// Adds catalogue effects to the best explanation, one at a time, while the score improves.
   void Grow() {
     double before = 1e300;
-    while (HasEmpirical(pool_, best_) && best_.score < before - kGainToGrow) {
+    while (HasEmpirical(pool_, best_) && best_.score < before - kMinGainToGrow) {
       const std::vector<BlockIndex> from = best_.blocks;
       before = best_.score;
-      for (const BlockIndex block : catalogue_) JudgeBelowBest(With(from, block));
+      for (const BlockIndex block : catalogue_) EvaluateBelowBest(With(from, block));
     }
   }
 
  private:
-  std::vector<BlockIndex> BestBeside(const Explanation& explanation) {
+  std::vector<BlockIndex> BestAddedTo(const Explanation& explanation) {
     constexpr std::size_t kTried = 4;
     std::vector<std::pair<double, BlockIndex>> by_score;
     for (const BlockIndex block : empirical_) {
-      by_score.emplace_back(Judge(With(explanation.blocks, block)), block);
+      by_score.emplace_back(Evaluate(With(explanation.blocks, block)), block);
     }
     std::stable_sort(by_score.begin(), by_score.end());
     std::vector<BlockIndex> best;
@@ -314,33 +315,33 @@ class EmpiricalSearch {
     return support;
   }
 
-  static std::vector<BlockIndex> Without(std::vector<BlockIndex> support, BlockIndex gone) {
-    support.erase(std::remove(support.begin(), support.end(), gone), support.end());
+  static std::vector<BlockIndex> Without(std::vector<BlockIndex> support, BlockIndex removed) {
+    support.erase(std::remove(support.begin(), support.end(), removed), support.end());
     return support;
   }
 
-  /// Takes a support where it beats the best.
-  void JudgeBelowBest(const std::vector<BlockIndex>& support) {
+  /// Evaluates a support that may beat the best explanation; skips the others early.
+  void EvaluateBelowBest(const std::vector<BlockIndex>& support) {
     if (Excluded(support)) return;
     std::optional<Explanation> explanation = pool_.EvaluateBelow(support, best_.score);
-    if (explanation) Take(std::move(*explanation));
+    if (explanation) UpdateBest(std::move(*explanation));
   }
 
-  /// True where shapes of one effect do not go together, as in the search of the catalogue.
+  /// True if shapes of one effect exclude each other, as in the search of the catalogue.
   bool Excluded(const std::vector<BlockIndex>& support) const {
     std::vector<const Block*> blocks;
     for (const BlockIndex block : support) blocks.push_back(&pool_.blocks()[block]);
-    return ShapesClash(pool_.problem(), blocks);
+    return ShapesConflict(pool_.problem(), blocks);
   }
 
-  void Take(Explanation explanation) {
-    if (explanation.score < best_.score && !Wild(pool_, explanation)) {
+  void UpdateBest(Explanation explanation) {
+    if (explanation.score < best_.score && !Overshoots(pool_, explanation)) {
       best_ = std::move(explanation);
     }
   }
 
-  /// The score of a support; it is taken where it beats the best.
-  double Judge(std::vector<BlockIndex> support) {
+  /// Evaluates a support, updates the best explanation, and returns the score. Cached.
+  double Evaluate(std::vector<BlockIndex> support) {
     std::sort(support.begin(), support.end());
     support.erase(std::unique(support.begin(), support.end()), support.end());
     const auto known = scores_.find(support);
@@ -348,7 +349,7 @@ class EmpiricalSearch {
     Explanation explanation = pool_.Evaluate(support);
     const double score = explanation.score;
     scores_.emplace(std::move(support), score);
-    Take(std::move(explanation));
+    UpdateBest(std::move(explanation));
     return score;
   }
 
@@ -361,13 +362,14 @@ class EmpiricalSearch {
 }  // namespace
 
 Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
-  constexpr std::size_t kLearnedFrom = 3, kPromising = 12;
+  constexpr std::size_t kFitted = 3, kPromising = 12;  // of the best explanations
   EmpiricalSearch search(pool, ranked.front());
-  search.Learn(pool.Fit({}));
-  for (std::size_t k = 0; k < std::min(ranked.size(), kLearnedFrom); ++k) search.Learn(ranked[k]);
+  search.AddEmpiricalBlocks(pool.Fit({}));
+  for (std::size_t k = 0; k < std::min(ranked.size(), kFitted); ++k)
+    search.AddEmpiricalBlocks(ranked[k]);
   for (std::size_t k = 0; k < std::min(ranked.size(), kPromising); ++k) {
-    search.JudgeBeside(ranked[k]);
-    if (k < kLearnedFrom) search.Prune(ranked[k]);
+    search.EvaluateWith(ranked[k]);
+    if (k < kFitted) search.Prune(ranked[k]);
   }
   search.Grow();
   return search.best();
@@ -377,7 +379,7 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
                                    int flips) {
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
-  // One orthonormal basis a signal and carrier, of its linear and quadratic columns.
+  // One orthonormal basis per signal and carrier, spanning its linear and quadratic columns.
   Indexed<SignalIndex, std::vector<Eigen::MatrixXd>> bases(data.signals.size());
   for (const SignalIndex s : data.signals.indices()) {
     const std::vector<int> degrees = Degrees(data.signals[s], 3);
@@ -391,7 +393,7 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
       bases[s].push_back(qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank()));
     }
   }
-  // The statistic of a basis is its gain above what noise brings, in deviations.
+  // The gain of a basis, standardised by its mean and standard deviation under noise.
   const auto statistic = [](const Eigen::MatrixXd& basis, const Eigen::VectorXd& r) {
     if (basis.cols() == 0) return 0.0;
     const double rank = static_cast<double>(basis.cols());
@@ -412,8 +414,8 @@ std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::Ve
     Eigen::VectorXd flipped = residual;
     for (const FitRowIndex j : problem.rows().indices()) {
       const ClusterIndex cluster = data.cluster_of[problem.rows()[j]];
-      const auto [sign, fresh] = signs.emplace(cluster, 0.0);
-      if (fresh) sign->second = random.Sign();
+      const auto [sign, inserted] = signs.emplace(cluster, 0.0);
+      if (inserted) sign->second = random.Sign();
       problem.layout().PartOf(flipped, j) *= sign->second;
     }
     double largest = 0;

@@ -1,4 +1,4 @@
-// What no effect of the catalogue explains: recorded signals that the residual follows.
+// Empirical terms for causes outside the catalogue: recorded signals that the residual follows.
 #pragma once
 
 #include <optional>
@@ -8,24 +8,32 @@
 
 namespace plumbline {
 
-/// Adds to the pool the empirical blocks (a carrier times a smooth function of one signal) that
-/// fit a residual best; returns their indices, best first.
+/// Adds to the candidate set the empirical blocks that fit a residual best: a carrier times a
+/// smooth function of one signal, or of two signals and their product.
+/// @param residual  whitened and projected
+/// @return          their indices, best first
 std::vector<BlockIndex> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual);
 
-/// The curve along one signal, or the surface over two, that lowers a residual's score most;
-/// nothing where the signals have too few values.
-/// @param drivers   one or two indices into Dataset::signals
-/// @param carriers  influences that it moves
+/// The curve along one signal, or the surface over two, that lowers the score of a residual most;
+/// nullopt if the signals have too few distinct values.
+/// @param residual  whitened and projected
+/// @param drivers   one or two signals
+/// @param carriers  entries of the influence that the block acts on
 std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                    const std::vector<SignalIndex>& drivers,
                                    const std::vector<int>& carriers);
 
-/// The best explanation that may use empirical blocks beside (or instead of) catalogued effects.
-/// @param ranked  explanations by the catalogue alone, best first
+/// The best explanation with or without one empirical block, in addition to or instead of catalogue
+/// effects.
+/// @param pool    extended by empirical blocks
+/// @param ranked  explanations by the catalogue alone, best first; not empty
 Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked);
 
-/// How far a residual follows each recorded signal, whatever it moves: share of chi2 and the
-/// chance of that by itself, from sign flips of whole clusters, the best of all signals each time.
+/// Tests for each recorded signal whether a residual follows it through any carrier: the explained
+/// share of chi2, and its p-value by a permutation test that flips the signs of whole clusters and
+/// takes the maximum over all signals (family-wise).
+/// @param residual  whitened and projected
+/// @param flips     number of permutations
 std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                    int flips);
 

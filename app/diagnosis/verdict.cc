@@ -13,20 +13,20 @@
 namespace plumbline {
 namespace {
 
-constexpr int kSignalRows = 1000;  // among which signals are tested
+constexpr int kSignalRows = 1000;  // rows used to test the signals
 
-/// True where the repeats scatter less than the residual by more than chance and `kRough`: what
-/// remains is no noise, whatever was declared.
+/// True if repeats scatter significantly less than the residual, and less by a factor of `kRough`:
+/// the residual is then not noise, whatever was declared.
 bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double freedom) {
   if (data.repeat_sigma_m <= 0) return false;
   const double noise_m =
       std::max(data.sigma_m, std::hypot(data.repeat_sigma_m, data.reading_sigma_m));
   if (residual_sigma_m < kRough * noise_m) return false;
-  // A variance from a median holds about 0.37 of what the mean of squares would.
+  // A variance estimated from a median has about 0.37 of the efficiency of the mean square.
   constexpr double kOfMedian = 0.37;
   const double ratio = residual_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
   return FisherTail(ratio * ratio, kOfMedian * freedom, kOfMedian * data.repeat_freedom) <
-         kRepeatsChance;
+         kRepeatsSignificance;
 }
 
 Verdict VerdictOfSearch(const Identified& found, const Diagnosis& diagnosis) {
@@ -43,7 +43,7 @@ void AddEach(const std::vector<std::string>& columns, std::vector<std::string>& 
   }
 }
 
-/// Signals of the empirical terms and their rivals, then those that the residual follows.
+/// Adds the signals of empirical terms and of their rivals, then those that the residual follows.
 void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   for (const BlockIndex block : found.best.blocks) {
     const Block& of = found.pool->blocks()[block];
@@ -57,26 +57,26 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   for (const SignalTrace& signal : diagnosis.signals) {
     const bool named = std::find(diagnosis.drivers.begin(), diagnosis.drivers.end(), signal.name) !=
                        diagnosis.drivers.end();
-    if (signal.p_value <= kFollowsChance && !named) diagnosis.drivers.push_back(signal.name);
+    if (signal.p_value <= kSignalSignificance && !named) diagnosis.drivers.push_back(signal.name);
   }
 }
 
 }  // namespace
 
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
-  const LinearProblem few(found.fit.WithRows(EvenlySpread(found.fit.data, kSignalRows)),
-                          found.linear, found.model);
-  Pool pool(few);
+  const LinearProblem subset(found.fit.WithRows(EvenlySpread(found.fit.data, kSignalRows)),
+                             found.linear, found.model);
+  Pool pool(subset);
   std::vector<BlockIndex> support;
   for (const BlockIndex block : found.best.blocks) {
     support.push_back(pool.Add(found.pool->blocks()[block]));
   }
   const Eigen::VectorXd residual = pool.Residual(pool.Fit(support));
-  diagnosis.signals = SignalsOf(few, residual, kSignFlips);
+  diagnosis.signals = SignalsOf(subset, residual, kSignFlips);
   for (const SignalIndex s : all.signals.indices()) {
     diagnosis.signals[s.offset()].values = all.signals[s].values;
   }
-  for (const PeriodicLine& line : PeriodicLines(few, residual)) {
+  for (const PeriodicLine& line : PeriodicLines(subset, residual)) {
     diagnosis.spectrum.push_back({line.joint, line.cycles_per_turn, line.amplitude_rad});
   }
 }
@@ -88,14 +88,14 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
   AddDrivers(found, rough, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
-      fmt::format("what remains, {:.3g} mm on one axis, is {:.1f} times the noise of {:.3g} mm",
+      fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm",
                   1e3 * residual_sigma_m, residual_sigma_m / data.sigma_m, 1e3 * data.sigma_m));
   const double freedom =
       static_cast<double>(data.layout().total()) - static_cast<double>(found.best.columns.size());
   if (RepeatsContradict(data, residual_sigma_m, freedom)) {
-    diagnosis.notes.push_back(
-        fmt::format("repeats scatter by {:.3g} mm on one axis only: what remains is no noise",
-                    1e3 * data.repeat_sigma_m));
+    diagnosis.notes.push_back(fmt::format(
+        "repeated measurements scatter by only {:.3g} mm per axis: the residual is not noise",
+        1e3 * data.repeat_sigma_m));
     diagnosis.verdict = Verdict::kUnknown;
   }
   if (!diagnosis.drivers.empty()) diagnosis.verdict = Verdict::kUnknown;

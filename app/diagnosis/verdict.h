@@ -1,4 +1,4 @@
-// What an answer says of the rows as a whole: explained, ambiguous, unknown, or nothing there.
+// Verdict of a diagnosis: explained, ambiguous, unknown or no effect.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -6,14 +6,14 @@
 
 namespace plumbline {
 
-/// Signals that the residual of the identified model still follows, each with its p-value by sign
-/// flips of clusters, and its spectrum along each joint's angle.
-/// @param all  every row; its values are reported, those that were searched decide
+/// Adds all recorded signals, each with the p-value that the residual of the identified model
+/// follows it (by sign flips of clusters), and the spectrum of the residual along each joint angle.
+/// @param all  every row; supplies the reported values. The p-values are of the searched rows only.
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis);
 
-/// The verdict before it is checked (explanation_checks.h), drivers of what is unknown, and whether
-/// the declared noise is too small. Needs rivals and signals.
-/// @param residual_sigma_m  robust scatter of what remains, one axis
+/// Sets the verdict before the checks (explanation_checks.h), the driver signals of an unknown
+/// cause, and whether the declared noise is too small. Requires `rivals` and `signals`.
+/// @param residual_sigma_m  robust standard deviation of the residual, one axis [m]
 void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
                 Diagnosis& diagnosis);
 

@@ -1,16 +1,17 @@
-// Whitening of rows: residuals and columns in units in which noise is independent and of size one.
+// Whitening of rows: scales residuals and columns to independent noise of unit variance.
 #pragma once
 
 #include "app/diagnosis/fit_problem.h"
 
 namespace plumbline {
 
-/// Of one row: s L^-1 with L L^T the covariance of its numbers (RowNumbers) and s a factor.
+/// Whitening matrix of one row: s L^-1, where L L^T is the covariance of its residuals (RowNumbers)
+/// and s is a factor.
 class RowWhitening {
  public:
   RowWhitening(const RowNumbers& numbers, double factor);
 
-  /// The same with the factor multiplied.
+  /// A copy with its factor multiplied by `factor`.
   RowWhitening Times(double factor) const;
 
   /// Writes the whitened `rows`, shape (count, any), to `out` of the same shape.
@@ -23,7 +24,7 @@ class RowWhitening {
     }
   }
 
-  /// Adds the whitened `rows`, times a number, to `out`.
+  /// Adds `times` the whitened `rows` to `out`.
   template <typename Rows, typename Out>
   void Add(double times, const Eigen::MatrixBase<Rows>& rows, Out&& out) const {
     if (matrix_.size() == 0) {
@@ -35,11 +36,11 @@ class RowWhitening {
 
  private:
   double factor_;
-  Eigen::MatrixXd matrix_;  ///< empty where the covariance is the unit matrix
+  Eigen::MatrixXd matrix_;  ///< empty if the covariance is the identity
 };
 
-/// The rows of a fit: the factor is sqrt(weight) / sigma, so that the sum of squares of whitened
-/// residuals is chi2.
+/// Whitening of the rows of a fit with the factor sqrt(weight) / sigma, so that the sum of squares
+/// of the whitened residuals is chi2.
 class Whitener {
  public:
   explicit Whitener(const FitProblem& problem);

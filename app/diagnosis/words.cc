@@ -20,14 +20,15 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   std::vector<std::string> names;
   for (const Finding& finding : diagnosis.findings) {
     const EffectTerm& term = finding.effect.term;
-    // The word where a rival differs by it alone.
-    const bool told_apart =
+    // A rival of the same id is distinguished by its variant.
+    const bool differs_by_word =
         std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(), [&](const Rival& rival) {
           return rival.id == rival.instead_of && rival.id == term.effect->traits().id &&
                  rival.instead_of_word == term.word;
         });
-    std::string name = told_apart ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
-                                  : EffectName(finding);
+    std::string name = differs_by_word
+                           ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
+                           : EffectName(finding);
     if (with_shares) {
       name += fmt::format(" ({}{})", PercentText(finding.share_of_residual),
                           names.empty() ? " of the residual" : "");
@@ -37,12 +38,13 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   return names;
 }
 
-/// Where the rest says that the declared noise cannot be; empty where it can.
+/// Clause about a declared noise that is too small for the residual; empty if it is not.
 std::string NoiseClause(const Diagnosis& diagnosis) {
   if (!diagnosis.declared_noise_too_small) return "";
   return fmt::format(
-      "; the declared noise of {} mm is too small for what remains, {} mm: repeat one pose ten "
-      "times, and where that scatters less, look for a cause that no recorded signal shows",
+      "; the declared noise of {} mm is too small for the residual of {} mm: repeat one pose ten "
+      "times; if those repeats scatter less than the residual, look for a cause that no recorded "
+      "signal captures",
       MillimetreText(diagnosis.noise_floor_m), MillimetreText(diagnosis.rms_after_m));
 }
 
@@ -50,22 +52,23 @@ std::string NoEffectHeadline(const Diagnosis& diagnosis) {
   const double noise_m =
       diagnosis.declared_noise_too_small ? diagnosis.noise_in_use_m : diagnosis.noise_floor_m;
   std::string text =
-      fmt::format("nothing stands out of the noise of {} mm", MillimetreText(noise_m));
+      fmt::format("no effect detected above the noise of {} mm", MillimetreText(noise_m));
   const auto& detectable = diagnosis.minimum_detectable_m;
   if (detectable.empty()) return text;
   const auto smaller = [](const auto& a, const auto& b) { return a.second < b.second; };
   const auto least = std::min_element(detectable.begin(), detectable.end(), smaller);
   const auto most = std::max_element(detectable.begin(), detectable.end(), smaller);
-  text += fmt::format("; {} mm of {} would have been seen", MillimetreText(least->second),
+  text += fmt::format("; {} mm of {} would have been detected", MillimetreText(least->second),
                       EffectName(least->first));
   if (detectable.size() > 1) {
-    text += fmt::format(", and {} mm of any of the {} effects looked for",
+    text += fmt::format(", and {} mm of any of the {} effects searched for",
                         MillimetreText(most->second), detectable.size());
   }
   return text;
 }
 
-/// "t_s" or "temp_C and payload_kg", each choice of drivers once.
+/// The alternative driver signals: "t_s or temp_C", or for pairs "t_s and q1_deg or t_s and
+/// temp_C".
 std::string RivalDrivers(const Diagnosis& diagnosis) {
   std::vector<std::string> choices;
   for (const Finding& finding : diagnosis.findings) {
@@ -80,8 +83,8 @@ std::string RivalDrivers(const Diagnosis& diagnosis) {
 
 std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   if (!diagnosis.rival_drivers.empty()) {
-    return "Something that is not in the catalogue follows " + RivalDrivers(diagnosis) +
-           ": these points cannot tell which; measure again while they change "
+    return "an effect outside the catalogue follows " + RivalDrivers(diagnosis) +
+           ": these points cannot distinguish which; measure again with the signals varying "
            "independently";
   }
   std::vector<std::string> names = {Listed(NamesOf(diagnosis, false))};
@@ -98,7 +101,7 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
     return names.front() + (one ? " fits" : " fit") + " these points, but " + Listed(doubtful) +
            (doubtful.size() == 1 ? " is" : " are") + " in doubt";
   }
-  std::string text = Listed(names, "or") + ": these points cannot tell";
+  std::string text = Listed(names, "or") + ": these points cannot distinguish them";
   const std::size_t poses = diagnosis.next_poses.size();
   const char* can = diagnosis.next_poses_separate_all ? "would" : "may";
   if (poses == 0) text += ", and no further pose nearby would";
@@ -115,13 +118,12 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
     physical.push_back(fmt::format("{} ({} of the residual)", EffectName(finding),
                                    PercentText(finding.share_of_residual)));
   }
-  if (!physical.empty()) text = Listed(physical) + ", and beside it ";
-  text +=
-      diagnosis.drivers.empty()
-          ? "something that is not in the catalogue and follows no recorded signal"
-          : "something that follows " + Listed(diagnosis.drivers) + " and is not in the catalogue";
+  if (!physical.empty()) text = Listed(physical) + ", plus ";
+  text += diagnosis.drivers.empty()
+              ? "an effect outside the catalogue that follows no recorded signal"
+              : "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
   if (!diagnosis.withheld.empty()) return text + "; no correction is written";
-  text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically where there is data"
+  text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically within the measured range"
                                       : "; that part is not corrected";
   return text;
 }
@@ -200,7 +202,8 @@ std::string PercentText(double share) {
 
 namespace {
 
-/// "bar" of "air_pressure_bar", "deg/s" of "qd2_deg_s"; differences of temperature are in K.
+/// The unit at the end of a column name: "bar" for "air_pressure_bar", "deg/s" for "qd2_deg_s".
+/// Temperature differences are in K.
 std::string UnitOfSignal(std::string_view column) {
   constexpr std::pair<std::string_view, std::string_view> kOfTwoParts[] = {
       {"_deg_s2", "deg/s^2"}, {"_deg_s", "deg/s"}, {"_mm_s2", "mm/s^2"}, {"_mm_s", "mm/s"}};
@@ -213,8 +216,8 @@ std::string UnitOfSignal(std::string_view column) {
   return unit == "C" ? "K" : std::string(unit);
 }
 
-/// Rise of each carrier per unit of the driver, by least squares over the nodes; nothing where the
-/// curve bends.
+/// Slope of each carrier per unit of the driver, by least squares over the nodes; nullopt if the
+/// curve is not straight.
 std::optional<Eigen::VectorXd> SlopesOf(const Eigen::MatrixXd& nodes) {
   constexpr double kStraight = 0.05;          // of the rise
   if (nodes.rows() < 3) return std::nullopt;  // any two points lie on a line
@@ -235,7 +238,7 @@ std::string LineText(const ActiveEffect& effect) {
   const auto slopes = SlopesOf(term.nodes);
   if (!slopes) return "";
   const std::string per = "per " + UnitOfSignal(term.drivers.front());
-  std::map<std::string, std::vector<std::pair<std::string, double>>> axes;  // of base and tip
+  std::map<std::string, std::vector<std::pair<std::string, double>>> axes;  // by "base" and "tip"
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < term.parameters.size(); ++k) {
     const std::string name = NameFromParameter(term.effect->traits(), term.parameters[k]);
@@ -262,7 +265,7 @@ std::string LineText(const ActiveEffect& effect) {
     texts.push_back(fmt::format("the {} moves {:.3g} mm {} ({})", what, std::sqrt(square), per,
                                 fmt::join(parts, ", ")));
   }
-  return "a straight line: " + fmt::format("{}", fmt::join(texts, "; "));
+  return "linear: " + fmt::format("{}", fmt::join(texts, "; "));
 }
 
 ValueText ValueTextOf(double value, std::optional<double> sd) {
@@ -330,12 +333,12 @@ std::string Headline(const Diagnosis& diagnosis) {
 std::string ErrorSentence(const Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
   if (diagnosis.held_out_by.empty()) {
-    return fmt::format("{} -> {} mm on the points of the fit; none could be held out",
+    return fmt::format("{} -> {} mm RMS on the fitted points; no points could be held out",
                        MillimetreText(diagnosis.rms_before_m),
                        MillimetreText(diagnosis.rms_after_m));
   }
   const HeldOutError& error = diagnosis.held_out;
-  return fmt::format("{} -> {} mm on points that took no part in the fit (95 %: {} to {} mm)",
+  return fmt::format("{} -> {} mm RMS on held-out points (95 %: {} to {} mm)",
                      MillimetreText(error.before_m), MillimetreText(error.after_m),
                      MillimetreText(error.after_low_m), MillimetreText(error.after_high_m));
 }

@@ -1,4 +1,4 @@
-// A diagnosis in words: what terminal and report say alike.
+// Text of a diagnosis shared by the terminal summary, the JSON answer and the report.
 #pragma once
 
 #include <string>
@@ -9,57 +9,59 @@
 
 namespace plumbline {
 
-/// An effect as a reader calls it: "joint compliance".
+/// Display name of an effect: "joint compliance". The id with spaces if the effect has no name.
 std::string EffectName(std::string_view id);
 
-/// "joint compliance on axes 2 and 3"; without the axes where there is no scope.
+/// "joint compliance on axes 2 and 3"; the name alone if `scope` is empty.
 std::string EffectName(std::string_view id, const std::vector<std::string>& scope);
-/// "backlash on axis 2 (load)", "a step at one moment (base)": with the word, where it has one.
+/// "backlash on axis 2 (load)", "a step at one moment (base)": the variant follows in parentheses
+/// if the effect has one.
 std::string EffectName(std::string_view id, std::string_view word,
                        const std::vector<std::string>& scope);
 std::string EffectName(const Finding& finding);
 
-/// What an empirical term does for each unit of its signal, where its curve is straight to within a
-/// twentieth of its rise: "a straight line: the base moves 73.5 mm per bar (x 43.0, y 49.4, z
-/// -33.3)". Empty of a curve, of two signals, and of effects of the catalogue.
+/// Slope of an empirical term whose curve deviates from a straight line by at most 5 % of its rise:
+/// "linear: the base moves 73.5 mm per bar (x 43.0, y 49.4, z -33.3)". Empty for a nonlinear curve,
+/// a term of two signals, and an effect of the catalogue.
 std::string LineText(const ActiveEffect& effect);
-/// With the words where they tell a rival from what it would replace.
+/// Name of a rival, and of the finding that it would replace; with the variants if both have the
+/// same id and differ in the variant only.
 std::string RivalName(const Rival& rival);
 std::string ReplacedName(const Rival& rival);
 
-/// The text with a capital at its start.
+/// The text with its first letter in upper case.
 std::string Capital(std::string text);
 
-/// "a, b and c", or with another last word: "a, b or c".
+/// The items joined as "a, b and c", or with another conjunction: "a, b or c".
 std::string Listed(const std::vector<std::string>& items, std::string_view last = "and");
 
-/// A length with the digits that matter, without its unit: "8.64", "0.087", "<0.001".
+/// A length in mm with its significant digits, without the unit: "8.64", "0.087", "<0.001".
 std::string MillimetreText(double metres);
 
-/// "93 %", "<1 %"; "100 %" only where nothing is missing to it.
+/// "93 %", "<1 %"; a share below 1 is never rounded up to "100 %" (">99 %" instead).
 std::string PercentText(double share);
 
-/// A value to the second digit of its deviation, and the deviation: {"5.100e-07", "2.0e-09"}.
-/// Without a deviation four digits, and an empty second text.
+/// A value rounded to the second significant digit of its standard deviation, and that deviation:
+/// {"5.100e-07", "2.0e-09"}. Without a deviation: four significant digits and an empty `sd`.
 struct ValueText {
   std::string value, sd;
 };
 ValueText ValueTextOf(double value, std::optional<double> sd);
 
-/// Where the noise was taken from: "declared", "from repeats", "from the residual".
+/// Source of the noise estimate: "declared", "from repeats", "from the residual".
 std::string OriginText(const std::string& origin);
 
-/// True where the answer corrects something by an empirical term.
+/// True if the answer contains an empirical term.
 bool HasEmpiricalTerm(const Diagnosis& diagnosis);
 
-/// How a proposed pose is to be measured, beside pose and payload: "wait 20 min, q3 rising";
-/// empty where nothing matters.
+/// Measuring conditions of a proposed pose other than joints and payload: "wait 20 min, q3 rising";
+/// empty if there are none.
 std::string MeasuringText(const NextPose& pose);
 
-/// The verdict in one sentence, as a commissioning engineer would say it to another.
+/// The verdict in one sentence, without a capital at its start and without a full stop.
 std::string Headline(const Diagnosis& diagnosis);
 
-/// The error before and after, in one sentence, and on which points; empty where the model stays.
+/// RMS error before and after the correction, and on which points; empty if there are no findings.
 std::string ErrorSentence(const Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -67,10 +67,10 @@ class Desk {
 
 TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
   const std::pair<Verdict, const char*> cases[] = {
-      {Verdict::kNoEffect, "Nothing stands out of the noise of 0.087 mm"},
+      {Verdict::kNoEffect, "No effect detected above the noise of 0.087 mm"},
       {Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
-      {Verdict::kAmbiguous, "Tool stiffness or payload mass: these points cannot tell"},
-      {Verdict::kUnknown, "something that follows air_pressure_bar and is not in the catalogue"}};
+      {Verdict::kAmbiguous, "Tool stiffness or payload mass: these points cannot distinguish them"},
+      {Verdict::kUnknown, "an effect outside the catalogue that follows air_pressure_bar"}};
   for (const auto& [verdict, words] : cases) {
     Desk desk;
     CHECK(desk.Run(verdict) == kExitOk);
@@ -138,11 +138,11 @@ TEST_CASE("--json - is alone on standard output") {
   desk.arguments.json = "-";
   CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
   CHECK(nlohmann::json::parse(desk.out.str())["verdict"] == "ambiguous");
-  CHECK(desk.err.str().find("these points cannot tell") != std::string::npos);
+  CHECK(desk.err.str().find("these points cannot distinguish them") != std::string::npos);
   CHECK(desk.Files() == 1);
   desk.arguments.quiet = true;
   CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
-  CHECK(desk.err.str().find("cannot tell") == std::string::npos);
+  CHECK(desk.err.str().find("cannot distinguish") == std::string::npos);
 }
 
 TEST_CASE("exit code 1 for faulty or unreadable input, 2 for unwritable output") {

@@ -1,4 +1,4 @@
-// Frames of an instrument and tip of a tool from rows, and what rows of one orientation leave open.
+// Estimation of instrument frame and tool tip, including rows with a constant tool orientation.
 #include "app/diagnosis/alignment.h"
 
 #include <catch2/catch.hpp>
@@ -12,8 +12,8 @@ using namespace plumbline;
 
 namespace {
 
-/// Three linear axes at right angles carry a wrist: the tool keeps its orientation while only the
-/// linear axes move. The instrument and the tool are unknown.
+/// A wrist on three orthogonal linear axes: the tool orientation is constant while only the linear
+/// axes move. Instrument frame and tool tip are unknown.
 MeasuredCell Gantry(bool wrist_moves) {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 8");
   std::vector<Joint>& joints = data.cell.robot.joints;
@@ -39,14 +39,14 @@ Alignment AlignmentOf(const MeasuredCell& data, Dataset& dataset) {
   const Result<Dataset> read = DatasetFrom(data.cell, data.table);
   REQUIRE(read);
   dataset = *read;
-  const Result<Alignment> alignment = AlignedFrames(dataset, Model::Declared(dataset), 1);
+  const Result<Alignment> alignment = AlignFrames(dataset, Model::Declared(dataset), 1);
   REQUIRE(alignment);
   return *alignment;
 }
 
 }  // namespace
 
-TEST_CASE("rows of many orientations determine tip and base, whatever was declared") {
+TEST_CASE("rows with many orientations determine tip and base independently of the declaration") {
   MeasuredCell data = Gantry(true);
   const Vec3 true_tip_F = data.cell.tool.tcp_F;
   data.cell.tool.tcp_F += Vec3(0.06, -0.05, 0.06);
@@ -54,17 +54,19 @@ TEST_CASE("rows of many orientations determine tip and base, whatever was declar
   const Alignment alignment = AlignmentOf(data, dataset);
   CHECK((alignment.model.frames.front().tip_F - true_tip_F).norm() < 1e-4);
   CHECK(alignment.model.frames.front().X_WB.p.norm() < 2e-4);
-  CHECK_FALSE(WhatStaysDeclared(dataset, alignment, SessionIndex(0)));
+  CHECK_FALSE(UndeterminedFramesText(dataset, alignment, SessionIndex(0)));
 }
 
-TEST_CASE("rows of one orientation leave the tip as declared, and what that may cost is known") {
+TEST_CASE(
+    "with a constant orientation the tip stays as declared and the radius grows accordingly") {
   MeasuredCell data = Gantry(false);
   data.cell.tool.tcp_F += Vec3(0.012, 0, -0.015);
   Dataset dataset;
   const Alignment alignment = AlignmentOf(data, dataset);
   const Model::Frames& frames = alignment.model.frames.front();
   CHECK((frames.tip_F - data.cell.tool.tcp_F).norm() < 1e-6);
-  // The base takes the tip's error over; points of this orientation are right all the same.
+  // The base absorbs the error of the tip; points with this orientation are still predicted
+  // correctly.
   CHECK(frames.X_WB.p.norm() == Approx(Vec3(0.012, 0, -0.015).norm()).margin(1e-3));
   const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
   REQUIRE(linear);
@@ -74,12 +76,12 @@ TEST_CASE("rows of one orientation leave the tip as declared, and what that may 
   for (const LinearRow& row : linear->rows) {
     CHECK(row.residual.norm() < 3e-4);
     CHECK(radius(row.frames) < 1e-4);
-    // The tool turned about by half a turn: the tip's error counts twice.
+    // With the tool rotated by half a turn, the error of the tip counts twice.
     Eigen::Matrix<double, 3, 9> turned = row.frames;
     turned.rightCols<3>() = -turned.rightCols<3>();
     CHECK(radius(turned) > 0.1);
   }
-  const auto held = WhatStaysDeclared(dataset, alignment, SessionIndex(0));
-  REQUIRE(held);
-  CHECK_THAT(*held, Catch::Contains("stays as declared") && Catch::Contains("100 mm (95 %)"));
+  const auto warning = UndeterminedFramesText(dataset, alignment, SessionIndex(0));
+  REQUIRE(warning);
+  CHECK_THAT(*warning, Catch::Contains("stays as declared") && Catch::Contains("100 mm (95 %)"));
 }

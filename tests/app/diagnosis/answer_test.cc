@@ -1,4 +1,4 @@
-// DIAGNOSIS.json and next_poses.csv as the file formats fix them.
+// Format of DIAGNOSIS.json and next_poses.csv.
 #include "app/diagnosis/answer.h"
 
 #include <catch2/catch.hpp>
@@ -23,7 +23,7 @@ std::vector<std::string> KeysOf(const Json& json) {
 
 }  // namespace
 
-TEST_CASE("the keys are those of the format, in its order, with every verdict") {
+TEST_CASE("the keys and their order follow the format for every verdict") {
   const std::pair<Verdict, const char*> cases[] = {{Verdict::kNoEffect, "no_effect"},
                                                    {Verdict::kExplained, "explained"},
                                                    {Verdict::kAmbiguous, "ambiguous"},
@@ -45,7 +45,7 @@ TEST_CASE("the keys are those of the format, in its order, with every verdict") 
   }
 }
 
-TEST_CASE("checks, doubts and every way of holding rows out are listed with their figures") {
+TEST_CASE("checks, doubts and all held-out errors are listed with their figures") {
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
   diagnosis.checks = {{"selection_frequency", "backlash", false, 0.4, 0.8, "selected by 2 of 5"},
                       {"held_out_error", "", true, 0.09, 0.1, "within the noise"}};
@@ -67,7 +67,7 @@ TEST_CASE("checks, doubts and every way of holding rows out are listed with thei
   CHECK(answer["withheld"] == "worse than the declared model");
 }
 
-TEST_CASE("effects carry names, values and deviations in file units") {
+TEST_CASE("effects have names, values and standard deviations in file units") {
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
   const Json effects = Json::parse(AnswerJson(diagnosis, ""))["effects"];
   REQUIRE(effects.size() == 2);
@@ -88,7 +88,7 @@ TEST_CASE("effects carry names, values and deviations in file units") {
         8.64123456789012345e-3 * 1e3);
 }
 
-TEST_CASE("what is implausible, and what the model carries without a name, is told") {
+TEST_CASE("implausible values and the discrepancy model are reported") {
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
   Json answer = Json::parse(AnswerJson(diagnosis, ""));
   CHECK(answer["implausible"] == Json::array());
@@ -103,7 +103,7 @@ TEST_CASE("what is implausible, and what the model carries without a name, is to
   CHECK(answer["remainder"] == answer["discrepancy_model"]);
 }
 
-TEST_CASE("a choice is a parameter whose value is a word") {
+TEST_CASE("a variant is a parameter whose value is a word") {
   Diagnosis diagnosis;
   Finding finding;
   finding.effect.term = {FindEffect("backlash"), {{0, 2, 1}}, "move"};
@@ -115,7 +115,7 @@ TEST_CASE("a choice is a parameter whose value is a word") {
   CHECK(parameters[1] == Json({{"name", "by"}, {"value", "move"}}));
 }
 
-TEST_CASE("rivals, drivers, detectable sizes and the poses' file") {
+TEST_CASE("rivals, drivers, detectable sizes and the name of the file of poses are written") {
   const Json ambiguous =
       Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kAmbiguous), "next_poses.csv"));
   CHECK(ambiguous["next_poses"] == "next_poses.csv");
@@ -128,7 +128,7 @@ TEST_CASE("rivals, drivers, detectable sizes and the poses' file") {
   CHECK(nothing["minimum_detectable_mm"]["backlash"].get<double>() == Approx(0.03));
 }
 
-TEST_CASE("what is not finite is null, and foreign bytes do not stop the answer") {
+TEST_CASE("non-finite numbers are null, and invalid UTF-8 is replaced") {
   Diagnosis diagnosis;
   diagnosis.rms_before_m = std::numeric_limits<double>::quiet_NaN();
   diagnosis.rms_after_m = std::numeric_limits<double>::infinity();
@@ -139,7 +139,7 @@ TEST_CASE("what is not finite is null, and foreign bytes do not stop the answer"
   CHECK(answer["drivers"].size() == 1);
 }
 
-TEST_CASE("the proposed poses read back as poses of that arm") {
+TEST_CASE("the proposed poses can be read back as poses of the arm") {
   CellModel cell = test::ExampleCell();
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
   FaultList faults;
@@ -162,7 +162,7 @@ TEST_CASE("the proposed poses read back as poses of that arm") {
   CHECK(table->rows[0].q[0] == Approx(diagnosis.next_poses[0].q[0]).margin(1e-8));
 }
 
-TEST_CASE("how a pose is to be measured stands in columns of its own, where it matters") {
+TEST_CASE("measuring conditions have columns of their own, only if some pose needs them") {
   const CellModel cell = test::ExampleCell();
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
   diagnosis.next_poses.resize(2);

@@ -1,4 +1,4 @@
-// Measured rows made ready: copies, repeats, what a clock hides.
+// Preparation of measured rows: copies, replicates, time offsets and joint resolution.
 #include "app/diagnosis/dataset.h"
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 
 using namespace plumbline;
 
-TEST_CASE("only what repeats a row in every column and at the same time is a copy") {
+TEST_CASE("a row is a copy only if all columns and the time are equal") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 4");
   data.table.further = {"zoom_counts"};
   for (MeasuredRow& row : data.table.rows) row.further = {5000};
-  const auto rows_beside = [&](const std::function<void(MeasuredRow&)>& change, bool timed) {
+  const auto added_rows = [&](const std::function<void(MeasuredRow&)>& change, bool timed) {
     MeasuredCell more = data;
     more.table.recorded.time = timed;
     MeasuredRow copy = more.table.rows.front();
@@ -25,21 +25,21 @@ TEST_CASE("only what repeats a row in every column and at the same time is a cop
     more.table.rows.push_back(copy);
     const Result<Dataset> dataset = DatasetFrom(more.cell, more.table);
     REQUIRE(dataset);
-    const bool told =
+    const bool noted =
         std::any_of(dataset->notes.begin(), dataset->notes.end(), [](const std::string& note) {
           return note.find("to the last digit") != std::string::npos;
         });
-    return std::pair(dataset->rows() - static_cast<int>(data.table.rows.size()), told);
+    return std::pair(dataset->rows() - static_cast<int>(data.table.rows.size()), noted);
   };
-  using Told = std::pair<int, bool>;
-  CHECK(rows_beside([](MeasuredRow&) {}, true) == Told(0, true));
-  CHECK(rows_beside([](MeasuredRow&) {}, false) == Told(1, true));
-  CHECK(rows_beside([](MeasuredRow& row) { row.further[0] = 5040; }, true) == Told(1, false));
-  CHECK(rows_beside([](MeasuredRow& row) { row.qd = 0.1 * row.q; }, true) == Told(1, false));
-  CHECK(rows_beside([](MeasuredRow& row) { row.tau = 10 * row.q; }, true) == Told(1, false));
+  using Outcome = std::pair<int, bool>;
+  CHECK(added_rows([](MeasuredRow&) {}, true) == Outcome(0, true));
+  CHECK(added_rows([](MeasuredRow&) {}, false) == Outcome(1, true));
+  CHECK(added_rows([](MeasuredRow& row) { row.further[0] = 5040; }, true) == Outcome(1, false));
+  CHECK(added_rows([](MeasuredRow& row) { row.qd = 0.1 * row.q; }, true) == Outcome(1, false));
+  CHECK(added_rows([](MeasuredRow& row) { row.tau = 10 * row.q; }, true) == Outcome(1, false));
 }
 
-TEST_CASE("repeats that jitter belong together, wherever they lie") {
+TEST_CASE("replicates with jitter form a cluster, wherever they are") {
   const MeasuredCell base = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 6");
   constexpr int kVisits = 8;
   for (const double jitter_rad : {0.0, 1e-5, 5e-5}) {
@@ -51,7 +51,7 @@ TEST_CASE("repeats that jitter belong together, wherever they lie") {
     for (int visit = 0; visit < kVisits; ++visit) {
       for (std::size_t k = 0; k < base.table.rows.size(); ++k) {
         MeasuredRow row = base.table.rows[k];
-        // The first rows stand on the edges that cells of the tolerance would have.
+        // The first rows are on the edges of a grid with the tolerance as its pitch.
         if (k < 10) row.q[0] = 2e-4 * (static_cast<double>(k) + 0.5);
         for (double& q : row.q) q += jitter_rad * jitter(generator);
         row.t_s += 1e4 * visit;
@@ -68,7 +68,7 @@ TEST_CASE("repeats that jitter belong together, wherever they lie") {
   }
 }
 
-TEST_CASE("a slow path is no pose, and other sessions and payloads are other clusters") {
+TEST_CASE("a slow path is not one cluster; sessions and payloads have separate clusters") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 6");
   const MeasuredRow first = data.table.rows.front();
   data.table.rows.clear();
@@ -93,7 +93,7 @@ TEST_CASE("a slow path is no pose, and other sessions and payloads are other clu
   CHECK(one_pose->clusters == 4);
 }
 
-TEST_CASE("thinned rows number their clusters anew: none is without a row") {
+TEST_CASE("a subset of the rows renumbers its clusters without gaps") {
   const MeasuredCell measured = Simulated("--family none --robot ur10 --rows 20 --seed 4");
   const Result<Dataset> data = DatasetFrom(measured.cell, measured.table);
   REQUIRE(data);
@@ -110,9 +110,9 @@ TEST_CASE("thinned rows number their clusters anew: none is without a row") {
   }
 }
 
-TEST_CASE("a clock that starts far from zero hides a warm-up, and that is said") {
+TEST_CASE("a time that starts far from zero causes a note about thermal drift") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --seed 4");
-  const auto told = [&] {
+  const auto noted = [&] {
     const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
     REQUIRE(dataset);
     return std::any_of(
@@ -120,15 +120,15 @@ TEST_CASE("a clock that starts far from zero hides a warm-up, and that is said")
         [](const std::string& line) { return line.find("t_s starts at") != std::string::npos; });
   };
   REQUIRE(data.table.recorded.time);
-  CHECK_FALSE(told());
+  CHECK_FALSE(noted());
   for (MeasuredRow& row : data.table.rows) row.t_s += 1.7e9;
-  CHECK(told());
+  CHECK(noted());
 }
 
 TEST_CASE(
-    "joint readings in steps that nobody declared: their cost at the tool, and what to declare") {
+    "undeclared joint resolution is reported with its effect at the tool and what to declare") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 30 --repeats 0 --seed 8");
-  const auto told = [&data](const char* words) {
+  const auto noted = [&data](const char* words) {
     const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
     REQUIRE(dataset);
     return std::any_of(
@@ -137,22 +137,22 @@ TEST_CASE(
   };
   data.table.recorded.q_step = false;
   data.table.q_decimals = 6;
-  CHECK_FALSE(told("q_step_deg"));  // the file's own step is far too fine to matter
+  CHECK_FALSE(noted("q_step_deg"));  // the resolution of the file is negligible
   for (MeasuredRow& row : data.table.rows) {
     for (double& q : row.q) q = 1e-3 * std::round(q / 1e-3);
   }
-  CHECK(told("are multiples of 0.0573 deg (1 mrad), though 6 decimals are written"));
-  CHECK(told("mm at the tool (95 %)"));
-  CHECK(told("add the column q_step_deg with 0.0572958 in every row"));
+  CHECK(noted("are multiples of 0.0573 deg (1 mrad), though 6 decimals are written"));
+  CHECK(noted("mm at the tool (95 %)"));
+  CHECK(noted("add the column q_step_deg with 0.0572958 in every row"));
   data.table.recorded.q_step = true;
   for (MeasuredRow& row : data.table.rows) row.q_step_rad = 1e-3;
-  CHECK_FALSE(told("are multiples of"));
-  CHECK(told("counts as noise"));
-  // Three decimals in the file are no coarse controller; one decimal costs a millimetre.
+  CHECK_FALSE(noted("are multiples of"));
+  CHECK(noted("counts as noise"));
+  // Three decimals in the file are not reported as coarse; one decimal costs a millimetre.
   data.table.recorded.q_step = false;
   data.table.q_decimals = 1;
   for (MeasuredRow& row : data.table.rows) {
     for (double& q : row.q) q = 0.1 * kRadPerDeg * std::round(q / (0.1 * kRadPerDeg));
   }
-  CHECK(told("are written to 1 decimals, in steps of 0.1 deg"));
+  CHECK(noted("are written to 1 decimals, in steps of 0.1 deg"));
 }

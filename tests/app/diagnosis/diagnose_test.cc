@@ -1,4 +1,4 @@
-// The engine against data of the simulator (which shares no code with it) and the shared examples.
+// Diagnosis of data from the simulator, which shares no code with it, and of the shared examples.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -33,7 +33,7 @@ std::vector<std::string> Ids(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-TEST_CASE("hidden effects of the simulator are named, with their values") {
+TEST_CASE("simulated effects are identified with their values") {
   for (const char* family :
        {"joint_compliance", "thermal_growth", "backlash_move", "gear_periodic"}) {
     CAPTURE(family);
@@ -49,7 +49,7 @@ TEST_CASE("hidden effects of the simulator are named, with their values") {
   }
 }
 
-TEST_CASE("three and four effects at once are named on few rows") {
+TEST_CASE("three and four simultaneous effects are identified from few rows") {
   struct Case {
     std::string options;
     std::set<std::string> ids;
@@ -71,9 +71,9 @@ TEST_CASE("three and four effects at once are named on few rows") {
   }
 }
 
-TEST_CASE("what is wrong with a measuring camera is named, at any seed") {
+TEST_CASE("errors of a measuring camera are identified with any seed") {
   for (const std::string family : {"camera_tag_size", "camera_zoom", "camera_lens"}) {
-    for (int seed = 1; seed <= 4; ++seed) {  // of camera_zoom two are zoomed half way
+    for (int seed = 1; seed <= 4; ++seed) {  // two of the camera_zoom data are zoomed half way
       CAPTURE(family, seed);
       const auto diagnosis =
           Answer(Simulated("--family " + family + " --signal 8 --seed " + std::to_string(seed)));
@@ -85,7 +85,7 @@ TEST_CASE("what is wrong with a measuring camera is named, at any seed") {
   }
 }
 
-TEST_CASE("the size of the tags and the instrument's scale are one where the base is free") {
+TEST_CASE("tag size and instrument scale are indistinguishable if the base is free") {
   for (const std::string family : {"camera_tag_size", "measurement_scale"}) {
     CAPTURE(family);
     const auto diagnosis =
@@ -101,7 +101,7 @@ TEST_CASE("the size of the tags and the instrument's scale are one where the bas
   }
 }
 
-TEST_CASE("of more rows than are searched every trace belongs to its row") {
+TEST_CASE("with more rows than are searched, every trace belongs to its row") {
   const Data data =
       Simulated("--family tool_stiffness --seed 5 --signal 20 --rows 2600 --repeats 0");
   REQUIRE(data.table.rows.size() == 2600);
@@ -135,7 +135,7 @@ TEST_CASE("of more rows than are searched every trace belongs to its row") {
   }
 }
 
-TEST_CASE("where moves between the rows are not recorded, no effect of order is offered") {
+TEST_CASE("effects of the order of moves are excluded if the moves are not recorded") {
   const Data data = Simulated("--family backlash_move --seed 3 --signal 20");
   DiagnosisOptions options;
   options.order_unknown = true;
@@ -158,7 +158,7 @@ TEST_CASE("where moves between the rows are not recorded, no effect of order is 
       [](const std::string& what) { return what.find("moves between") != std::string::npos; }));
 }
 
-TEST_CASE("effects of a camera are neither offered nor paid for where none measures") {
+TEST_CASE("camera effects are neither candidates nor counted if no camera measures") {
   Data data = Simulated("--family camera_zoom --signal 10 --seed 1");
   auto dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
@@ -169,16 +169,16 @@ TEST_CASE("effects of a camera are neither offered nor paid for where none measu
   CHECK(EffectsConsidered(*dataset) == with_camera - 3);
   const Candidates candidates = CandidatesFor(*dataset);
   const auto refused = std::count_if(
-      candidates.not_offered.begin(), candidates.not_offered.end(), [](const NotOffered& one) {
+      candidates.excluded.begin(), candidates.excluded.end(), [](const ExcludedCandidate& one) {
         return one.id.find("camera_") == 0 && one.reason.find("camera_xyz_mm") != std::string::npos;
       });
   CHECK(refused == 3);
 }
 
-TEST_CASE("a zoom is looked for where the counts changed, if they were recorded") {
+TEST_CASE("a zoom is searched only where recorded counts changed") {
   Data data;
   std::optional<double> moment;
-  for (int seed = 1; !moment && seed < 20; ++seed) {  // the first that is zoomed half way
+  for (int seed = 1; !moment && seed < 20; ++seed) {  // first data set that is zoomed half way
     data = Simulated("--family camera_zoom --signal 10 --seed " + std::to_string(seed));
     const auto diagnosis = Answer(data);
     REQUIRE(diagnosis);
@@ -189,11 +189,11 @@ TEST_CASE("a zoom is looked for where the counts changed, if they were recorded"
   REQUIRE(moment);
   for (MeasuredRow& row : data.table.rows) row.further.push_back(row.t_s < *moment ? 5000 : 5040);
   data.table.further.emplace_back("zoom_counts");
-  const auto told = Answer(data);
-  REQUIRE(told);
-  CHECK(Ids(*told) == std::vector<std::string>{"camera_zoom"});
-  CHECK(told->findings[0].effect.values.front() == Approx(*moment));
-  // What nobody zoomed did not zoom: another explanation has to serve.
+  const auto with_counts = Answer(data);
+  REQUIRE(with_counts);
+  CHECK(Ids(*with_counts) == std::vector<std::string>{"camera_zoom"});
+  CHECK(with_counts->findings[0].effect.values.front() == Approx(*moment));
+  // Constant counts rule out a zoom; the answer must be another explanation.
   for (MeasuredRow& row : data.table.rows) row.further.back() = 5000;
   const auto still = Answer(data);
   REQUIRE(still);
@@ -202,7 +202,7 @@ TEST_CASE("a zoom is looked for where the counts changed, if they were recorded"
                  finding.effect.values.size() == 2));
 }
 
-TEST_CASE("nothing hidden: nothing found, with outliers and heavy tails, too") {
+TEST_CASE("clean data give no effect, also with outliers and heavy tails") {
   for (const char* options : {"", " --outliers 0.05", " --heavy-tails"}) {
     CAPTURE(options);
     const auto diagnosis = Answer(Simulated(std::string("--family none --seed 5") + options));
@@ -217,7 +217,7 @@ TEST_CASE("nothing hidden: nothing found, with outliers and heavy tails, too") {
   }
 }
 
-/// The same with the joints as registers of 1 mrad give them.
+/// The data with joint readings rounded to 1 mrad.
 Data ReadCoarsely(Data data) {
   constexpr double kStep_rad = 1e-3;
   data.table.recorded.q_step = true;
@@ -228,7 +228,7 @@ Data ReadCoarsely(Data data) {
   return data;
 }
 
-TEST_CASE("what the steps of the joint readings hide is not named, and that is told") {
+TEST_CASE("effects below the joint resolution are not identified, and a note says so") {
   int named = 0;
   for (int seed = 1; seed <= 6; ++seed) {
     const auto diagnosis = Answer(ReadCoarsely(Simulated(
@@ -236,25 +236,25 @@ TEST_CASE("what the steps of the joint readings hide is not named, and that is t
     REQUIRE(diagnosis);
     CHECK(diagnosis->sigma_m > 2e-4);
     named += diagnosis->verdict == Verdict::kNoEffect ? 0 : 1;
-    const auto told = [&](const char* words) {
+    const auto noted = [&](const char* words) {
       return std::any_of(
           diagnosis->notes.begin(), diagnosis->notes.end(),
           [&](const std::string& note) { return note.find(words) != std::string::npos; });
     };
-    CHECK(told("steps of 1 mrad"));
-    CHECK(told("can be seen"));
+    CHECK(noted("steps of 1 mrad"));
+    CHECK(noted("can be seen"));
   }
   CHECK(named == 0);
 }
 
-TEST_CASE("what is larger than the steps of the joint readings is named through them") {
+TEST_CASE("effects above the joint resolution are identified despite the rounding") {
   const auto diagnosis = Answer(
       ReadCoarsely(Simulated("--family joint_compliance --signal 300 --sigma-mm 0.05 --seed 3")));
   REQUIRE(diagnosis);
   CHECK(Ids(*diagnosis) == std::vector<std::string>{"joint_compliance"});
 }
 
-TEST_CASE("an effect of time is written with the times it was fitted to, and their zero") {
+TEST_CASE("a time-dependent effect is written with the time span of its data and the time zero") {
   Data data = Simulated("--family thermal_drift --signal 20 --seed 3");
   DiagnosisOptions options;
   options.time_zero_s = 1.8e9;
@@ -268,13 +268,13 @@ TEST_CASE("an effect of time is written with the times it was fitted to, and the
   CHECK(diagnosis->findings[0].effect.seen_t_s->low == first->t_s);
   CHECK(diagnosis->findings[0].effect.seen_t_s->high == last->t_s);
   CHECK(diagnosis->domain.time_zero_s == 1.8e9);
-  // What the model leaves of rows that took no part: no less than the noise, here no more either.
+  // The residual of held-out rows is at least the noise, and here not larger.
   REQUIRE(diagnosis->domain.residual_sigma_m);
   CHECK(*diagnosis->domain.residual_sigma_m >= diagnosis->sigma_m);
   CHECK(*diagnosis->domain.residual_sigma_m < 1.2 * diagnosis->sigma_m);
 }
 
-TEST_CASE("what is in no catalogue is unknown, and its driver is named") {
+TEST_CASE("a cause outside the catalogue is unknown, and its driver signal is reported") {
   const auto diagnosis = Answer(Simulated("--family air_pressure --seed 2 --signal 15"));
   REQUIRE(diagnosis);
   CHECK(diagnosis->verdict == Verdict::kUnknown);
@@ -282,7 +282,7 @@ TEST_CASE("what is in no catalogue is unknown, and its driver is named") {
   CHECK(diagnosis->held_out.after_m < 0.5 * diagnosis->held_out.before_m);
 }
 
-TEST_CASE("a cause that follows two signals and their product is unknown, and both are named") {
+TEST_CASE("an unknown cause of two signals and their product is reported with both signals") {
   const auto diagnosis = Answer(Simulated(
       "--family temperature_payload --seed 700101 --signal 9.644 --robot kr210 --sigma-mm 0.05"));
   REQUIRE(diagnosis);
@@ -294,7 +294,7 @@ TEST_CASE("a cause that follows two signals and their product is unknown, and bo
   CHECK(diagnosis->held_out.after_m < 0.25 * diagnosis->held_out.before_m);
 }
 
-TEST_CASE("a cause that follows time or temperature, which rose together, is ambiguous") {
+TEST_CASE("an unknown cause is ambiguous if time and temperature rose together") {
   const auto diagnosis = Answer(Simulated(
       "--family temperature_squared --seed 700101 --signal 10.771 --robot kr210 --sigma-mm 0.05 "
       "--steady-rise"));
@@ -307,12 +307,12 @@ TEST_CASE("a cause that follows time or temperature, which rose together, is amb
   CHECK(diagnosis->rivals.front().word != diagnosis->rivals.front().instead_of_word);
 }
 
-TEST_CASE("many lines in a joint are corrected; clean data get no discrepancy model") {
+TEST_CASE("the discrepancy model corrects many lines of a joint; clean data have none") {
   Data data = Simulated("--family none --seed 8 --rows 250 --robot ur10");
   const auto clean = Answer(data);
   REQUIRE(clean);
   CHECK(clean->discrepancy.empty());
-  // The first joint errs by 24 lines of one size and unlike phases.
+  // The first joint has 24 lines of equal amplitude and different phases.
   for (MeasuredRow& row : data.table.rows) {
     double turn = 0;
     for (int k = 1; k <= 24; ++k) turn += 1.3e-4 * std::sin(k * row.q[0] + k * k);
@@ -328,7 +328,9 @@ TEST_CASE("many lines in a joint are corrected; clean data get no discrepancy mo
   CHECK(rough->held_out.after_m < 2 * rough->noise_floor_m);
 }
 
-TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, but one more pose can") {
+TEST_CASE(
+    "payload mass and tool stiffness need a proposed pose if one payload and rigid joints were "
+    "measured") {
   const auto diagnosis = Answer(
       Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints"));
   REQUIRE(diagnosis);
@@ -338,7 +340,7 @@ TEST_CASE("mass or stiffness: one payload and rigid joints cannot tell, but one 
   CHECK(diagnosis->next_poses.front().separation_m > 10 * diagnosis->sigma_m);
 }
 
-TEST_CASE("one row with another payload tells mass from stiffness, and is no outlier") {
+TEST_CASE("one row with another payload separates mass from stiffness and is not an outlier") {
   constexpr double kUsual_kg = 40;
   const Data all =
       Simulated("--family payload_mass --seed 1 --signal 15 --rigid-joints --rows 150");
@@ -362,7 +364,8 @@ TEST_CASE("one row with another payload tells mass from stiffness, and is no out
   CHECK(after->outlier_rows.empty());
 }
 
-TEST_CASE("where no pose at the payload measured tells, another payload is proposed and said") {
+TEST_CASE(
+    "another payload is proposed, with a note, if no pose at the measured payload separates") {
   const auto diagnosis = Answer(
       Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints"));
   REQUIRE(diagnosis);
@@ -394,7 +397,7 @@ TEST_CASE("the same input gives the same answer") {
   CHECK(first->held_out.after_m == second->held_out.after_m);
 }
 
-TEST_CASE("mistakes in the data get a refusal that says what to do") {
+TEST_CASE("mistakes in the data are rejected with advice") {
   const Data clean = Simulated("--family none --seed 8");
   const auto refused = [](Data data, const std::function<void(MeasuredRow&)>& spoil) {
     for (MeasuredRow& row : data.table.rows) spoil(row);
@@ -418,7 +421,7 @@ TEST_CASE("mistakes in the data get a refusal that says what to do") {
         }).find("check the DH table") != std::string::npos);
 }
 
-TEST_CASE("radians are recognised on an arm with a linear joint, whose column stays millimetres") {
+TEST_CASE("radians are recognised on an arm with a linear joint, whose column is in millimetres") {
   Data data = Simulated("--family none --robot ur10 --rows 40 --seed 8");
   data.cell.robot.joints[0].type = JointType::kPrismatic;
   data.cell.robot.joints[0].min = -5;
@@ -432,7 +435,8 @@ TEST_CASE("radians are recognised on an arm with a linear joint, whose column st
   CHECK(refused.error().find("radians") != std::string::npos);
 }
 
-TEST_CASE("few rows, repeated rows, a joint that never moved: an answer, or what is missing") {
+TEST_CASE(
+    "few rows, repeated rows or a joint that never moved give an answer or say what is missing") {
   Data few = Simulated("--family none --seed 8");
   few.table.rows.resize(3);
   const auto too_few = Answer(few);
@@ -466,7 +470,7 @@ TEST_CASE("a diagnosis can be interrupted") {
   CHECK(diagnosis.error() == "interrupted");
 }
 
-TEST_CASE("the shared examples are answered", "[measured]") {
+TEST_CASE("the shared examples are diagnosed", "[measured]") {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
   const fs::path measured = folder != nullptr ? folder : "../shared/measured";
   if (!fs::exists(measured / "example-01")) {

@@ -42,7 +42,7 @@ Finding MakeFinding(const char* id, const std::vector<Parameter>& parameters, do
   return finding;
 }
 
-/// A measurement of the example cell, row by row, and where models put the tip.
+/// A measurement of the example cell, row by row, and the tips predicted by the models.
 class Simulation {
  public:
   Simulation() : random_(7) {
@@ -169,7 +169,7 @@ void AddConsidered(Diagnosis& diagnosis) {
     considered.parameters = static_cast<int>(effect->traits().parameters.size());
     if (effect->traits().per_joint) considered.scope = {"q2"};
     considered.taken = taken(considered.id);
-    considered.reason = considered.taken ? "taken" : "the data are not better explained with it";
+    considered.reason = considered.taken ? "selected" : "the data are not better explained with it";
     considered.evidence_gap = considered.taken ? 0 : gap;
     considered.chi2_drop = 900 + 40 * gap;
     considered.signal_share = considered.taken ? 0.8 : std::max(0.0, 0.5 + 0.02 * gap);

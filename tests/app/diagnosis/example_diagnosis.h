@@ -1,11 +1,11 @@
-// Diagnoses made by hand from a simulated measurement, one for each verdict.
+// Handmade diagnoses of a simulated measurement, one for each verdict.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
 
 namespace plumbline::test {
 
-/// The cell that the examples speak of: HeavyArm with a name to show.
+/// The cell of the examples: HeavyArm with a name to display.
 CellModel ExampleCell();
 
 /// kExplained: compliance of joints 2 and 3, with thermal growth; kNoEffect: noise only;

@@ -1,4 +1,4 @@
-// What is told of an answer: sizes that would have been seen, rivals, what noise is believed.
+// Contents of an answer: detection limits, rivals, noise, held-out errors and p-values.
 #include "app/diagnosis/findings.h"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ double RmsOf(const std::vector<Vec3>& points) {
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
-/// Of at most `most` hits in `count` trials of chance `p`.
+/// Probability of at most `most` hits in `count` trials with probability `p`.
 double ChanceOfAtMost(int most, int count, double p) {
   double sum = 0;
   for (int k = 0; k <= most; ++k) {
@@ -38,7 +38,7 @@ double ChanceOfAtMost(int most, int count, double p) {
 
 }  // namespace
 
-TEST_CASE("what would have been seen is seen nine times of ten, at whichever joint and cycles") {
+TEST_CASE("effects at the detection limit are found nine times of ten, for any joint and cycles") {
   constexpr double kPower = 0.9;
   const struct {
     const char* id;
@@ -51,7 +51,7 @@ TEST_CASE("what would have been seen is seen nine times of ten, at whichever joi
           Simulated("--family none --robot ur10 --rows 90 --seed " + std::to_string(seed));
       const auto nothing = Answer(clean);
       REQUIRE(nothing);
-      const double told_m = nothing->minimum_detectable_m.at(kind.id);
+      const double limit_m = nothing->minimum_detectable_m.at(kind.id);
       for (int joint = 0; joint < 5; ++joint) {
         const auto named = [&](std::string name) {
           name.replace(name.find('#'), 1, std::to_string(joint + 1));
@@ -62,7 +62,7 @@ TEST_CASE("what would have been seen is seen nine times of ten, at whichever joi
         const ActiveEffect effect = EffectWith(clean.cell, kind.id, values);
         MeasuredCell data = clean;
         const std::vector<Vec3> moved = DisplacementBy(clean, {effect});
-        const double scale = told_m / RmsOf(moved);
+        const double scale = limit_m / RmsOf(moved);
         for (std::size_t k = 0; k < moved.size(); ++k) data.table.rows[k].p_WT += scale * moved[k];
         const auto diagnosis = Answer(data);
         REQUIRE(diagnosis);
@@ -75,7 +75,7 @@ TEST_CASE("what would have been seen is seen nine times of ten, at whichever joi
   }
 }
 
-TEST_CASE("what stepped, base or tool, is told only where the poses turn the tool") {
+TEST_CASE("steps of base and tool are distinguished only if the poses rotate the tool") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 80 --repeats 0 --seed 3");
   const JointVector middle = data.table.rows.front().q;
   const double half_time_s = data.table.rows[data.table.rows.size() / 2].t_s - 1e-3;
@@ -110,15 +110,15 @@ TEST_CASE("what stepped, base or tool, is told only where the poses turn the too
     CHECK(AnswerJson(*diagnosis, "").find("\"word\": \"" + rival->word) != std::string::npos);
     CHECK(Headline(*diagnosis).find("(base)") != std::string::npos);
     CHECK(Headline(*diagnosis).find("(tool)") != std::string::npos);
-    // Each rival is told once, however many shapes of it were near.
-    std::set<std::tuple<std::string, std::string, std::string, std::string>> told;
+    // Each rival is listed once, however many of its shapes scored close.
+    std::set<std::tuple<std::string, std::string, std::string, std::string>> listed;
     for (const Rival& other : diagnosis->rivals) {
-      CHECK(told.emplace(other.instead_of, other.instead_of_word, other.id, other.word).second);
+      CHECK(listed.emplace(other.instead_of, other.instead_of_word, other.id, other.word).second);
     }
   }
 }
 
-TEST_CASE("declared noise that the rows belie is not repeated as truth") {
+TEST_CASE("declared noise that the rows contradict is reported as too small") {
   const char* options = "--family none --robot ur10 --rows 60 --sigma-mm 0.05 --seed 2 --repeats ";
   MeasuredCell data = Simulated(std::string(options) + "0");
   const auto right = Answer(data);
@@ -134,11 +134,11 @@ TEST_CASE("declared noise that the rows belie is not repeated as truth") {
   CHECK(Headline(*belied).find("the declared noise of 0.009 mm is too small") != std::string::npos);
 }
 
-TEST_CASE("where repeats bear the noise out, a large rest without a driver is unknown") {
+TEST_CASE("a large residual without a driver is unknown if replicates confirm the noise") {
   MeasuredCell data =
       Simulated("--family none --robot ur10 --rows 60 --sigma-mm 0.05 --seed 2 --repeats 0");
   data.cell.measurement.sigma_m = 5e-6;
-  // Every point is measured twice; it repeats within the declared noise, and lies 0.05 mm off.
+  // Every point is measured twice, repeats within the declared noise, and has an error of 0.05 mm.
   std::mt19937_64 generator(3);
   std::normal_distribution<double> noise(0, 5e-6);
   const auto once = data.table.rows;
@@ -151,7 +151,7 @@ TEST_CASE("where repeats bear the noise out, a large rest without a driver is un
   REQUIRE(diagnosis);
   CHECK(diagnosis->verdict == Verdict::kUnknown);
   CHECK(diagnosis->drivers.empty());
-  // With noise as declared, the repeats have it too and nothing is unknown.
+  // With the declared noise, the replicates scatter as much as the residual and nothing is unknown.
   for (int seed = 1; seed <= 3; ++seed) {
     const auto right = Answer(
         Simulated("--family none --robot ur10 --rows 60 --sigma-mm 0.05 --repeats 40 --seed " +
@@ -163,9 +163,9 @@ TEST_CASE("where repeats bear the noise out, a large rest without a driver is un
   }
 }
 
-TEST_CASE("an error of held-out rows is that of rows that were predicted without themselves") {
+TEST_CASE("the held-out error includes only rows predicted by a fit without them") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 8");
-  data.table.rows.resize(4);  // three beside each: no fold has rows to learn from
+  data.table.rows.resize(4);  // three others for each row: too few to train on
   const auto few = Answer(data);
   REQUIRE(few);
   CHECK(few->held_out_by.empty());
@@ -178,7 +178,7 @@ TEST_CASE("an error of held-out rows is that of rows that were predicted without
   for (const RowTrace& row : more->rows) CHECK(row.fold >= 0);
 }
 
-TEST_CASE("rows that are rejected widen neither domain nor times seen nor the poses proposed") {
+TEST_CASE("rejected rows extend neither domain, time span nor the range of proposed poses") {
   MeasuredCell data =
       Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints");
   double highest = -1e9;
@@ -212,7 +212,7 @@ TEST_CASE("rows that are rejected widen neither domain nor times seen nor the po
   CHECK(drift->findings[0].effect.seen_t_s->high == last_of_drift_s);
 }
 
-TEST_CASE("a p-value pays for the joints that were chosen") {
+TEST_CASE("the p-value is corrected for the choice of joints") {
   const MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 5");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);

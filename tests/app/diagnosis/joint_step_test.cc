@@ -1,4 +1,4 @@
-// The step of joint readings by the readings alone, through the file as it is written.
+// Detection of the joint resolution from readings written to a file.
 #include "app/diagnosis/joint_step.h"
 
 #include <fmt/format.h>
@@ -13,7 +13,8 @@ using namespace plumbline;
 
 namespace {
 
-/// Joint readings of `rows` rows, each the next multiple of a step, written with so many decimals.
+/// Detects the step of `rows` random joint readings, rounded to `step_deg` and written with
+/// `decimals`.
 std::optional<JointStep> StepOfFile(double step_deg, int decimals, int rows, unsigned seed = 1) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> anywhere(-170, 170);
@@ -36,7 +37,7 @@ std::optional<JointStep> StepOfFile(double step_deg, int decimals, int rows, uns
 
 }  // namespace
 
-TEST_CASE("steps of a controller are found through more decimals than they have") {
+TEST_CASE("the step of a controller is found although the file has more decimals") {
   constexpr double kMilliradian_deg = 1e-3 / kRadPerDeg;
   for (const double step_deg :
        {0.1, 0.05, 0.02, 0.01, kMilliradian_deg, 0.1 * kMilliradian_deg, 360.0 / 4096}) {
@@ -50,7 +51,7 @@ TEST_CASE("steps of a controller are found through more decimals than they have"
   }
 }
 
-TEST_CASE("readings of unlimited resolution have the file's own step, and no other") {
+TEST_CASE("continuous readings have only the step of the file") {
   for (unsigned seed = 1; seed <= 200; ++seed) {
     CAPTURE(seed);
     const auto step = StepOfFile(0, 3, 12, seed);
@@ -60,16 +61,16 @@ TEST_CASE("readings of unlimited resolution have the file's own step, and no oth
   }
 }
 
-TEST_CASE("few rows prove nothing; poses chosen at whole degrees are no controller's step") {
+TEST_CASE("few rows are no evidence, and poses at whole degrees are not a controller step") {
   const auto few = StepOfFile(0.1, 2, 2);
   REQUIRE(few);
-  CHECK(few->as_written);  // 1 in 10 each, and 4 of them: it may well be chance
+  CHECK(few->as_written);  // four readings with probability 0.1 each: may be chance
   CHECK_FALSE(StepOfFile(1.0, 3, 20));
   CHECK_FALSE(StepOfFile(5.0, 3, 20));
   CHECK_FALSE(StepOfFile(0, 0, 20));  // whole degrees in the file: commanded
 }
 
-TEST_CASE("where the decimals are not known, nothing is said") {
+TEST_CASE("no step is reported if the decimals are unknown") {
   FaultList faults;
   const std::vector<Joint> joints(1);
   const auto table = TableFromCsv("q1_deg\n1.5e1\n2.5\n", "measured.csv", joints, faults);

@@ -1,5 +1,5 @@
-// Where to measure next: what can be chosen, the pairs' distances, the design, and the loss behind
-// robust weights.
+// Proposal of poses: design space, discrimination criterion, sequential design; and the Hampel
+// loss.
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -45,7 +45,7 @@ CellModel Cell() {
   return cell;
 }
 
-/// Poses of the heavy arm, its rows' tips those of the declared model.
+/// Poses of the heavy arm with the tips predicted by the declared model.
 Dataset Rows(MeasuredTable table) {
   const CellModel cell = Cell();
   Result<Dataset> data = DatasetFrom(cell, table);
@@ -63,7 +63,7 @@ Dataset Rows(const std::vector<double>& payloads_kg) {
   return Rows(Table(Cell(), payloads_kg));
 }
 
-/// Rows that were all approached with rising joints: a via pose before each.
+/// Rows that were all approached with increasing joint angles, from a via pose each.
 Dataset RowsFromOneSide() {
   MeasuredTable table = Table(Cell(), {20});
   for (MeasuredRow via : table.rows) {
@@ -80,7 +80,7 @@ Block BlockOf(const Dataset& data, std::string_view id, std::string_view word = 
   return WholeBlock(data, *effect, word);
 }
 
-/// Three shifts of the base whose other parameters are these.
+/// Block of three base translations with these other parameters.
 Block ShiftBlock(std::string_view id, std::string_view word,
                  const std::vector<TermParameter>& parameters, std::size_t first,
                  const std::vector<double>& values) {
@@ -98,7 +98,7 @@ Block ShiftBlock(std::string_view id, std::string_view word,
   return block;
 }
 
-/// Two explanations of one block each, of the same score, and what a design for them needs.
+/// Two explanations of one block each with equal scores, and the input for their design.
 struct TwoExplanations {
   TwoExplanations(const Dataset& rows, const Block& a, const Eigen::VectorXd& of_a, const Block& b,
                   const Eigen::VectorXd& of_b)
@@ -135,7 +135,7 @@ struct TwoExplanations {
   DesignSpace space;
 };
 
-/// One value at a joint (0-based), the others zero.
+/// A value at one joint (0-based), zero at the others.
 Eigen::VectorXd AtJoint(const Dataset& data, int joint, double value) {
   Eigen::VectorXd values = Eigen::VectorXd::Zero(data.cell.robot.size());
   values[joint] = value;
@@ -150,7 +150,7 @@ TwoExplanations PlayOrOffset() {
 
 }  // namespace
 
-TEST_CASE("candidates stay where the robot has worked, within its limits, at the payloads asked") {
+TEST_CASE("candidates are within the measured range, the joint limits and the given payloads") {
   const Dataset data = Rows({20, 20, 60});
   DesignSpace space = DesignSpaceOf(data, {});
   CHECK(space.payloads_kg == std::vector<double>{20, 60});
@@ -176,7 +176,7 @@ TEST_CASE("candidates stay where the robot has worked, within its limits, at the
   CHECK(payloads == std::set<double>{0, 60});
 }
 
-TEST_CASE("a candidate is reached from the pose before it; a joint that stays keeps its side") {
+TEST_CASE("a candidate is reached from the previous pose; an unmoved joint keeps its side") {
   const Dataset data = Rows({20});
   const DesignSpace space = DesignSpaceOf(data, {});
   const std::vector<DesignPoint> points = RandomPoints(space);
@@ -186,14 +186,14 @@ TEST_CASE("a candidate is reached from the pose before it; a joint that stays ke
   previous.q[2] = candidates.conditions.front().q[2];
   previous.q[3] = candidates.conditions.front().q[3] - 0.1;
   previous.q[4] = candidates.conditions.front().q[4] + 0.1;
-  ComeFrom(previous, space, points, candidates);
+  SetApproach(previous, space, points, candidates);
   CHECK(candidates.conditions.front().approach[2] == -1.0);
   CHECK(candidates.conditions.front().approach[3] == 1.0);
   CHECK(candidates.conditions.front().approach[4] == -1.0);
   CHECK(candidates.conditions.front().last_move[3] == Approx(0.1));
 }
 
-TEST_CASE("a side, a wait and a motion change how a candidate is reached, and within the limits") {
+TEST_CASE("side, wait and motion change the conditions of a candidate, within the limits") {
   const Dataset data = Rows({20});
   DesignSpace space = DesignSpaceOf(data, {});
   const Eigen::Index n = space.low.size();
@@ -214,7 +214,7 @@ TEST_CASE("a side, a wait and a motion change how a candidate is reached, and wi
   const std::optional<JointVector> via = ViaPose(space, point);
   REQUIRE(via);
   CHECK((*via)[2] == Approx(point.q[2] + space.reach[2]));
-  // At the end of its range no joint can be reached from beyond.
+  // At the end of its range a joint cannot be approached from outside.
   point.q[2] = space.high[2];
   CHECK_FALSE(Within(space, point));
   for (const DesignPoint& neighbour : Neighbours(space, point, 0.1)) {
@@ -222,12 +222,12 @@ TEST_CASE("a side, a wait and a motion change how a candidate is reached, and wi
   }
 }
 
-TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows leaves") {
+TEST_CASE("the sum of the distances of a pair is the chi2 of a refit to all rows") {
   const Dataset data = Rows({20, 60});
   const Model model = Model::Declared(data);
   const Result<Linearisation> linear = LineariseApart(data, model, 1);
   REQUIRE(linear);
-  // The pool sees the first half; the second half is what is going to be measured.
+  // The candidate set has the first half of the rows; the second half is planned.
   FitRows seen, all;
   for (const RowIndex row : data.row_indices()) (row < RowIndex(20) ? seen : all).push_back(row);
   FitProblem fit = FitOfEveryRow(data, 1).WithRows(seen);
@@ -247,7 +247,7 @@ TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows le
   for (const RowIndex row : all) {
     const double gain = discrimination.Gain(data, *linear, row);
     CHECK(gain >= 0);
-    // Both ways, each what it needs and a tenth of what is beyond.
+    // Both directions, each up to its need plus a tenth of the excess.
     CHECK(gain <= 2 * 36 * 1.1 * (1 + 1e-12));
     CHECK(discrimination.LargestDistance(data, *linear, row) > 0);
     sum += gain;
@@ -263,7 +263,7 @@ TEST_CASE("the sum of a pair's distances is the chi2 that a refit to all rows le
   CHECK(discrimination.Gain(data, *linear, all.front()) > 0);
 }
 
-TEST_CASE("play is separated from an offset by the other side of approach") {
+TEST_CASE("backlash is separated from an offset by the other side of approach") {
   const TwoExplanations pair = PlayOrOffset();
   CHECK(pair.space.approached.size() == static_cast<std::size_t>(pair.space.low.size()));
   for (const Conditions& moment : pair.data.conditions) REQUIRE(moment.approach[1] == 1);
@@ -286,7 +286,7 @@ TEST_CASE("play is separated from an offset by the other side of approach") {
 
 TEST_CASE("a drift is separated from a step by waiting") {
   const Dataset data = Rows({20});
-  // Both have risen; the drift goes on.
+  // Both have risen; only the drift continues.
   const Block drift = ShiftBlock("thermal_drift", "", {{0}, {1}, {2}, {3}}, 0, {0, 0, 0, 4000});
   const Block step =
       ShiftBlock("step_event", "base", {{0}, {2}, {3}, {4}}, 1, {12 * kStep_s, 0, 0, 0});
@@ -321,9 +321,9 @@ TEST_CASE("a delay is separated from an offset by another speed") {
   CHECK(design.poses.front().qd.isZero());
 }
 
-TEST_CASE("a payload is chosen that separates explanations of the load") {
+TEST_CASE("a payload is chosen that separates two effects of the load") {
   const Dataset data = Rows({20});
-  // A tenth of the payload, or two kilograms: the same where 20 kg are carried.
+  // A tenth of the payload and two kilograms are equal at a payload of 20 kg.
   const auto with = [&](int spec) {
     Block block = BlockOf(data, "payload_mass");
     block.term.parameters = {{spec}};
@@ -341,7 +341,7 @@ TEST_CASE("a payload is chosen that separates explanations of the load") {
   CHECK(design.poses.front().payload_kg == 0);
 }
 
-TEST_CASE("local optimisation never lowers the value, and stays within the range") {
+TEST_CASE("coordinate exchange never lowers the value and remains within the range") {
   const TwoExplanations pair = PlayOrOffset();
   const SequentialDesign start(*pair.task, pair.space);
   const std::vector<DesignPoint> points = RandomPoints(pair.space);
@@ -356,7 +356,7 @@ TEST_CASE("local optimisation never lowers the value, and stays within the range
   CHECK(higher >= 6);
 }
 
-TEST_CASE("nothing is proposed beyond the joints' range or below the lowest tip") {
+TEST_CASE("no pose is proposed outside the joint range or below the lowest tip") {
   TwoExplanations pair = PlayOrOffset();
   double middle_m = 0;
   for (const MeasuredRow& row : pair.data.table.rows) middle_m += row.p_WT.z() / 40;
@@ -383,7 +383,7 @@ TEST_CASE("nothing is proposed beyond the joints' range or below the lowest tip"
     REQUIRE(at);
     CHECK(at->rows.front().p_W.z() >= middle_m);
   }
-  // The same again: nothing is drawn by chance.
+  // Deterministic: a second run gives the same poses.
   const PoseDesign again = pair.Design();
   REQUIRE(again.poses.size() == design.poses.size());
   for (std::size_t k = 0; k < design.poses.size(); ++k) {
@@ -391,7 +391,8 @@ TEST_CASE("nothing is proposed beyond the joints' range or below the lowest tip"
   }
 }
 
-TEST_CASE("the prior of a joint's compliance is a wind-up, whatever the arm weighs") {
+TEST_CASE(
+    "the prior of joint compliance is a wind-up angle, independent of the weight of the arm") {
   const Dataset data = Rows({20});
   const TwoExplanations pair = PlayOrOffset();
   const Block block = BlockOf(data, "joint_compliance");
@@ -412,7 +413,7 @@ TEST_CASE("the prior of a joint's compliance is a wind-up, whatever the arm weig
   CHECK(PriorSizes(*pair.problem, offsets)[kSecond] == offsets.columns[kSecond].Largest());
 }
 
-TEST_CASE("the loss is what the weights are the slope of, and bounded") {
+TEST_CASE("the derivative of the loss is the weight, and the loss is bounded") {
   for (int count = 1; count <= kMostResiduals; ++count) {
     for (double d = 0.05; d < 12; d += 0.1) {
       const double h = 1e-6;

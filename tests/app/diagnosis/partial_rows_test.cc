@@ -1,4 +1,4 @@
-// Lost measurements and lost lines: the answer of the full set, from what is left of it.
+// Lost measurements and lost lines: the answer must be that of the complete data.
 #include "app/diagnosis/partial_rows.h"
 
 #include <fmt/format.h>
@@ -15,11 +15,11 @@ using namespace plumbline;
 namespace {
 
 enum class Loss {
-  kPoints,  ///< measured cells are empty, the joints are there
-  kLines,   ///< whole lines, noticed by a count of the rows
+  kPoints,  ///< measured cells are empty, joints are present
+  kLines,   ///< whole lines, detectable by a row counter
 };
 
-/// The table without a share of its measurements.
+/// A table with a share of its measurements removed.
 MeasuredTable Losing(const MeasuredTable& table, Loss loss, double share, unsigned seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -47,7 +47,8 @@ Diagnosis Answer(const CellModel& cell, const MeasuredTable& table) {
   return *diagnosis;
 }
 
-/// The same effects with values within 2 % of the full set's (of the largest of an effect).
+/// True if the effects are equal and their values differ by at most 2 % (of the largest of an
+/// effect).
 void CheckSame(const Diagnosis& full, const Diagnosis& left) {
   REQUIRE(left.findings.size() == full.findings.size());
   for (std::size_t f = 0; f < full.findings.size(); ++f) {
@@ -66,7 +67,7 @@ void CheckSame(const Diagnosis& full, const Diagnosis& left) {
 
 }  // namespace
 
-TEST_CASE("lost measurements leave effects of the last move as they were") {
+TEST_CASE("lost measurements do not change effects of the last move") {
   for (const char* family : {"backlash_move", "approach_lag"}) {
     for (const int seed : {21, 22}) {
       const MeasuredCell data =
@@ -84,7 +85,7 @@ TEST_CASE("lost measurements leave effects of the last move as they were") {
   }
 }
 
-TEST_CASE("rows after lost lines count for effects that do not follow the last move") {
+TEST_CASE("rows after lost lines are used for effects independent of the last move") {
   const MeasuredCell data =
       Simulated("--family joint_compliance --robot ur10 --signal 20 --seed 23");
   const MeasuredTable table = Losing(data.table, Loss::kLines, 0.15, 4);
@@ -94,7 +95,7 @@ TEST_CASE("rows after lost lines count for effects that do not follow the last m
   CHECK(left.rows.size() == table.rows.size());
 }
 
-TEST_CASE("a row keeps its place among the moves without a measurement; a break does not") {
+TEST_CASE("a row without a measurement still counts as a move; a gap in the order does not") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 12 --repeats 0 --seed 4");
   const std::vector<Conditions> whole = ConditionsOf(data.cell, data.table);
   MeasuredTable table = data.table;

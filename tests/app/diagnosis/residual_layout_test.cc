@@ -1,4 +1,4 @@
-// Rows of any number of residuals, each with a covariance of its own, as one least squares problem.
+// Least squares with rows of different numbers of residuals and individual covariances.
 #include "app/diagnosis/residual_layout.h"
 
 #include <Eigen/Dense>
@@ -67,7 +67,7 @@ struct MixedRows {
 
 }  // namespace
 
-TEST_CASE("each row has its own place, rows without a measurement none") {
+TEST_CASE("each row has its own section, rows without a measurement have none") {
   ResidualLayout<FitRowIndex> layout;
   for (const int count : {3, 0, 1, 6}) layout.Add(count);
   CHECK(layout.total() == 10);
@@ -82,7 +82,7 @@ TEST_CASE("each row has its own place, rows without a measurement none") {
   CHECK(stacked[3] == 3);
 }
 
-TEST_CASE("whitened least squares are those of the whole covariance matrix") {
+TEST_CASE("whitened least squares equals generalised least squares with the full covariance") {
   MixedRows rows;
   const FitProblem problem = rows.Problem();
   const FitLayout layout = problem.layout();
@@ -110,7 +110,7 @@ TEST_CASE("whitened least squares are those of the whole covariance matrix") {
   CHECK(whitened.isApprox(generalised, 1e-9));
 }
 
-TEST_CASE("the size of a residual counts what its numbers are certain of") {
+TEST_CASE("the size of a residual is scaled by its covariance") {
   MixedRows rows;
   for (const RowIndex row : rows.data.row_indices()) {
     const RowNumbers& numbers = rows.data.numbers[row];
@@ -121,7 +121,7 @@ TEST_CASE("the size of a residual counts what its numbers are certain of") {
   }
 }
 
-TEST_CASE("noise of rows of every kind gives back its sigma, and hardly a weight falls") {
+TEST_CASE("the robust sigma is recovered for all kinds of rows, with hardly any reduced weight") {
   MixedRows rows;
   Dataset data;
   PerRow<RowResidual> residuals;
@@ -141,12 +141,12 @@ TEST_CASE("noise of rows of every kind gives back its sigma, and hardly a weight
   for (const RowIndex row : residuals.indices()) {
     const bool measures = data.numbers[row].count > 0;
     if (measures) fallen += weights[row] < 1;
-    if (!measures) CHECK(weights[row] == 0);  // no place of the robot that anything is known of
+    if (!measures) CHECK(weights[row] == 0);  // nothing was measured
   }
-  CHECK(fallen <= 8);  // one in 2000 is meant; 3200 rows measure something
+  CHECK(fallen <= 8);  // one in 2000 expected; 3200 rows have a measurement
 }
 
-TEST_CASE("the error of a row is that of its position, or along the ray") {
+TEST_CASE("the error of a row is that of its position, or along the ray of a range") {
   CHECK(LengthsOf(RowResidual()) == Vec3::Zero());
   CHECK(LengthsOf(RowResidual::Constant(1, 2e-3)) == Vec3(2e-3, 0, 0));
   CHECK(LengthsOf(RowResidual::LinSpaced(6, 1, 6)) == Vec3(1, 2, 3));

@@ -1,4 +1,4 @@
-// Searched shapes: found in a residual, converted back, and kept apart.
+// Shape searches: proposal from a residual, conversion to effects, and exclusion.
 #include "app/diagnosis/shape_search.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ using namespace plumbline;
 
 namespace {
 
-/// Rows of the product's own arm that hold one effect and a little noise.
+/// Simulated rows of an arm with one effect and a little noise.
 struct Rows {
   MeasuredCell measured;
   Result<Dataset> data;
@@ -55,7 +55,7 @@ double ValueOf(const ActiveEffect& effect, std::string_view parameter) {
 
 }  // namespace
 
-TEST_CASE("an effect has a search where it has a shape, and only there") {
+TEST_CASE("exactly the effects with a shape have a shape search") {
   for (const Effect* effect : Catalogue()) {
     CAPTURE(effect->traits().id);
     const auto& specs = effect->traits().parameters;
@@ -66,10 +66,10 @@ TEST_CASE("an effect has a search where it has a shape, and only there") {
   }
 }
 
-TEST_CASE("a moment is found between the rows where the base moved") {
+TEST_CASE("an event time is found between the rows where the base moved") {
   const Rows rows("step_event", {{"time", 2500}, {"x", 3e-4}, {"z", -3e-4}}, "base");
   const std::vector<Block> blocks = rows.Proposed("step_event");
-  REQUIRE(blocks.size() == 2);  // of the base, of the tool
+  REQUIRE(blocks.size() == 2);  // base and tool
   double before = 0, after = 1e9;
   for (const Conditions& moment : rows.data->conditions) {
     (*moment.t_s < 2500 ? before : after) =
@@ -85,7 +85,7 @@ TEST_CASE("a moment is found between the rows where the base moved") {
   CHECK(effect.values.size() == 2);  // y and z were not kept
 }
 
-TEST_CASE("a line is found between whole cycles, and its phase comes back") {
+TEST_CASE("a line at non-integer cycles is found with its phase") {
   const Rows rows("gear_periodic", {{"q3_amplitude", 3e-4}, {"q3_cycles", 7.3}, {"q3_phase", 0.4}});
   const ShapeSearch& search = *ShapeSearchOf(*FindEffect("gear_periodic"));
   const std::vector<Block> blocks = rows.Proposed("gear_periodic");
@@ -103,14 +103,14 @@ TEST_CASE("a line is found between whole cycles, and its phase comes back") {
   CHECK(effect.term.parameters.back().harmonic == 2);
 }
 
-TEST_CASE("two time constants, or two moments with few rows between, are no explanation") {
+TEST_CASE("two time constants, or two events with few rows between them, are excluded") {
   const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
   const std::vector<Block> drifts = rows.Proposed("thermal_drift");
   const std::vector<Block> steps = rows.Proposed("step_event");
   REQUIRE(drifts.size() == 2);
   REQUIRE(steps.size() == 2);
   const auto clash = [&](const Block& a, const Block& b) {
-    return ShapesClash(*rows.problem, std::vector<const Block*>{&a, &b});
+    return ShapesConflict(*rows.problem, std::vector<const Block*>{&a, &b});
   };
   CHECK(clash(drifts[0], drifts[1]));
   CHECK_FALSE(clash(drifts[0], steps[0]));
@@ -122,7 +122,7 @@ TEST_CASE("two time constants, or two moments with few rows between, are no expl
   CHECK_FALSE(clash(early, late));
 }
 
-TEST_CASE("the shapes of refitted effects are offered again as they are") {
+TEST_CASE("the shapes of refitted effects become candidates unchanged") {
   const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
   const CellModel& cell = rows.measured.cell;
   const std::vector<Block> blocks = BlocksOf(

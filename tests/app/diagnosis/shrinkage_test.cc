@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kRows = 400, kColumns = 60;
 
-/// Columns of two groups of thirty, the first of a size, the second of none; noise of one.
+/// Two groups of thirty columns, the first with non-zero coefficients, the second with zeros; unit
+/// noise.
 struct Case {
   Eigen::MatrixXd X{kRows, kColumns};
   Eigen::VectorXd truth{kColumns}, y{kRows};
@@ -33,7 +34,7 @@ struct Case {
   }
 };
 
-/// 2 ln of the marginal likelihood above that of noise alone, from the covariance of y itself.
+/// 2 ln(marginal likelihood) relative to noise alone, directly from the covariance of y.
 double GainOf(const Case& of, const ShrunkenFit& fit) {
   Eigen::VectorXd ratio(kColumns);
   for (int k = 0; k < kColumns; ++k) ratio[k] = fit.ratio[of.group[static_cast<std::size_t>(k)]];
@@ -47,21 +48,21 @@ double GainOf(const Case& of, const ShrunkenFit& fit) {
 
 }  // namespace
 
-TEST_CASE("shrinkage finds the sizes of groups, and the noise") {
+TEST_CASE("shrinkage estimates the variances of the groups and the noise") {
   const Case of(0.3, 5);
   const ShrunkenFit fit = Shrink(of.Equations(), of.group, {}, true);
   CHECK(std::sqrt(fit.noise) == Approx(1).epsilon(0.08));
   CHECK(std::sqrt(fit.ratio[0] * fit.noise) ==
         Approx(of.truth.head(30).norm() / std::sqrt(30.0)).epsilon(0.1));
   CHECK(std::sqrt(fit.ratio[1] * fit.noise) < 0.05);
-  CHECK(fit.held[0] > 25);
+  CHECK(fit.effective_parameters[0] > 25);
   const NormalEquations equations = of.Equations();
   const Eigen::VectorXd plain = equations.gram.ldlt().solve(equations.moment);
   CHECK(fit.values.tail(30).norm() < 0.5 * plain.tail(30).norm());
   CHECK(fit.gain == Approx(GainOf(of, fit)).epsilon(1e-6));
 }
 
-TEST_CASE("a shrunken fit is nearer the truth than least squares, and knows how near") {
+TEST_CASE("a shrunken fit is closer to the truth than least squares, with a correct covariance") {
   double shrunk = 0, plain = 0, said = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Case of(0.05, seed);
@@ -75,16 +76,16 @@ TEST_CASE("a shrunken fit is nearer the truth than least squares, and knows how 
   CHECK(said == Approx(shrunk).epsilon(0.3));
 }
 
-TEST_CASE("noise alone gains nothing to speak of") {
+TEST_CASE("noise alone gives a negligible gain") {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Case of(0, seed);
     const ShrunkenFit fit = Shrink(of.Equations(), of.group, {}, false);
-    CHECK(fit.gain < 10);  // two variances at their borders: beyond 10 once in a thousand
+    CHECK(fit.gain < 10);  // two variances at their bounds: above 10 once in a thousand
     CHECK(fit.values.allFinite());
   }
 }
 
-TEST_CASE("shrinkage of nothing is nothing") {
+TEST_CASE("shrinkage without columns or response gives zero") {
   const ShrunkenFit fit = Shrink({Eigen::MatrixXd(0, 0), Eigen::VectorXd(0), 3, 3}, {}, {}, true);
   CHECK(fit.values.size() == 0);
   CHECK(fit.gain == 0);

@@ -7,7 +7,7 @@
 namespace plumbline {
 namespace {
 
-/// Columns of unit length that are neither orthogonal nor far from it, and a response.
+/// Moderately correlated columns of unit length, and a response.
 struct Problem {
   Eigen::MatrixXd X;
   Eigen::VectorXd y;
@@ -36,7 +36,7 @@ struct Problem {
   }
 };
 
-TEST_CASE("what elimination leaves is the least squares fit of the columns that stay") {
+TEST_CASE("after elimination the result is the least squares fit of the kept columns") {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Problem problem(seed);
     constexpr double kCost = 6;
@@ -50,7 +50,7 @@ TEST_CASE("what elimination leaves is the least squares fit of the columns that 
     for (std::size_t i = 0; i < places.size(); ++i) {
       CHECK(fit.Value(places[i]) == Approx(values[static_cast<int>(i)]));
     }
-    // Each unit that stayed is worth its cost.
+    // Each kept unit is worth its cost.
     for (const SupportFit::Unit& gone : fit.units()) {
       std::vector<int> others;
       for (const int place : places) {
@@ -63,7 +63,7 @@ TEST_CASE("what elimination leaves is the least squares fit of the columns that 
   }
 }
 
-TEST_CASE("where every unit costs more than it brings, nothing stays") {
+TEST_CASE("all units are eliminated if each costs more than it gains") {
   const Problem problem(3);
   SupportFit fit = problem.Fit(1e6);
   fit.Eliminate();
@@ -72,12 +72,12 @@ TEST_CASE("where every unit costs more than it brings, nothing stays") {
   CHECK(fit.minimum() == Approx(problem.y.squaredNorm()));
 }
 
-TEST_CASE("of the units with a value out of bounds the one that explains least goes first") {
+TEST_CASE("among units with values out of bounds, the one that explains least is dropped first") {
   const Problem problem(3);
   SupportFit fit = problem.Fit(0);
   const std::vector<Interval> any(6, Interval{-1e300, 1e300});
   CHECK_FALSE(fit.DropOutOfBounds(any));
-  // Columns 2 and 3 are worth about nothing and 5.
+  // Columns 2 and 3 contribute about 0 and 5 to chi2.
   std::vector<Interval> bounds = any;
   for (const int place : {2, 3}) {
     const double value = fit.Value(place);
@@ -87,7 +87,7 @@ TEST_CASE("of the units with a value out of bounds the one that explains least g
   CHECK(fit.Places() == std::vector<int>{0, 1, 3, 4, 5});
   CHECK(fit.minimum() == Approx(problem.Chi2({0, 1, 3, 4, 5})));
   REQUIRE(fit.DropOutOfBounds(bounds));
-  CHECK(fit.Places() == std::vector<int>{0, 1, 5});  // 4 is of the unit of 3
+  CHECK(fit.Places() == std::vector<int>{0, 1, 5});  // 4 belongs to the unit of 3
   CHECK(fit.minimum() == Approx(problem.Chi2({0, 1, 5})));
   CHECK_FALSE(fit.DropOutOfBounds(bounds));
 }

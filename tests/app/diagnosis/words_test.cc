@@ -1,4 +1,4 @@
-// Digits and sentences of summary and report.
+// Numbers and sentences of the summary and the report.
 #include "app/diagnosis/words.h"
 
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 
 using namespace plumbline;
 
-TEST_CASE("lengths carry the digits that matter") {
+TEST_CASE("lengths have their significant digits") {
   const std::pair<double, const char*> cases[] = {
       {8.64321e-3, "8.64"},
       {0.0873e-3, "0.087"},
@@ -21,13 +21,13 @@ TEST_CASE("lengths carry the digits that matter") {
   for (const auto& [metres, text] : cases) CHECK(MillimetreText(metres) == text);
 }
 
-TEST_CASE("shares never claim all or nothing that is not") {
+TEST_CASE("a share is never rounded to 0 % or 100 %") {
   const std::pair<double, const char*> cases[] = {
       {0.93, "93 %"}, {0.001, "<1 %"}, {0.999, ">99 %"}, {1, "100 %"}, {0, "0 %"}};
   for (const auto& [share, text] : cases) CHECK(PercentText(share) == text);
 }
 
-TEST_CASE("a value is told to the second digit of its deviation") {
+TEST_CASE("a value is rounded to the second digit of its standard deviation") {
   struct Case {
     double value;
     std::optional<double> sd;
@@ -57,29 +57,29 @@ TEST_CASE("lists and names") {
   CHECK(EffectName("gear_periodic", {"q6"}) == "periodic gear error on axis 6");
 }
 
-TEST_CASE("an unknown says what it follows and whether it is corrected") {
+TEST_CASE("the headline of an unknown cause names its signal and whether it is corrected") {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kUnknown;
   CHECK(Headline(diagnosis) ==
-        "something that is not in the catalogue and follows no recorded signal; that part is not "
+        "an effect outside the catalogue that follows no recorded signal; that part is not "
         "corrected");
   diagnosis.drivers = {"air_pressure_bar"};
   Finding finding;
   finding.effect.term.effect = FindEffect("empirical");
   diagnosis.findings = {finding};
   CHECK(Headline(diagnosis) ==
-        "something that follows air_pressure_bar and is not in the catalogue; corrected "
-        "empirically where there is data");
+        "an effect outside the catalogue that follows air_pressure_bar; corrected empirically "
+        "within the measured range");
 }
 
-TEST_CASE("a straight line is told per unit of its signal, a bent one is not") {
+TEST_CASE("a linear empirical term is stated per unit of its signal, a nonlinear one is not") {
   ActiveEffect effect;
   effect.term.effect = FindEffect("empirical");
   effect.term.drivers = {"air_pressure_bar"};
   effect.term.parameters = {{0}, {2}};  // base_x, base_z; their nodes are in mm
   effect.term.nodes = (Eigen::MatrixXd(3, 3) << 4, 0, 0, 5, 3, -4, 6, 6, -8).finished();
   effect.values = {0.5, 0.5};
-  CHECK(LineText(effect) == "a straight line: the base moves 2.5 mm per bar (x 1.5, z -2)");
+  CHECK(LineText(effect) == "linear: the base moves 2.5 mm per bar (x 1.5, z -2)");
   effect.term.drivers = {"coolant_C"};
   CHECK_THAT(LineText(effect), Catch::Contains("mm per K"));
   effect.term.nodes(1, 1) = 0;
@@ -88,18 +88,18 @@ TEST_CASE("a straight line is told per unit of its signal, a bent one is not") {
   CHECK(LineText(effect).empty());
 }
 
-TEST_CASE("without held-out rows the sentence does not claim any") {
+TEST_CASE("the error sentence does not claim held-out points where there are none") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  CHECK(ErrorSentence(diagnosis).find("took no part in the fit") != std::string::npos);
+  CHECK(ErrorSentence(diagnosis).find("on held-out points") != std::string::npos);
   diagnosis.held_out_by.clear();
-  CHECK(ErrorSentence(diagnosis).find("none could be held out") != std::string::npos);
+  CHECK(ErrorSentence(diagnosis).find("no points could be held out") != std::string::npos);
   diagnosis.findings.clear();
   CHECK(ErrorSentence(diagnosis).empty());
 }
 
-TEST_CASE("an ambiguous answer says whether further poses would tell") {
+TEST_CASE("an ambiguous headline states whether further poses would separate the rivals") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
-  const std::string cannot = "tool stiffness or payload mass: these points cannot tell";
+  const std::string cannot = "tool stiffness or payload mass: these points cannot distinguish them";
   CHECK(Headline(diagnosis) == cannot + "; 6 further poses would");
   diagnosis.next_poses_separate_all = false;
   CHECK(Headline(diagnosis) == cannot + "; 6 further poses may");

@@ -130,18 +130,19 @@ TEST_CASE("the report has the sections that belong to its verdict") {
   };
   const Case cases[] = {
       {Verdict::kNoEffect,
-       {"Nothing stands out of the noise of 0.087 mm", "Detection limits"},
+       {"No effect detected above the noise of 0.087 mm", "Detection limits"},
        {"Effects found", "What to measure next", "Held out, corrected"}},
       {Verdict::kExplained,
        {"Joint compliance on axes 2 and 3 (93 % of the residual) and thermal growth (6 %)",
         "5.100&thinsp;&times;&thinsp;10<sup>&minus;7</sup>", "Correlation", "Held out, corrected"},
        {"Alternative explanations"}},
       {Verdict::kAmbiguous,
-       {"Tool stiffness or payload mass: these points cannot tell; 6 further poses would",
+       {"Tool stiffness or payload mass: these points cannot distinguish them; 6 further poses "
+        "would",
         "Alternative explanations", "What to measure next"},
        {"Correlation of"}},
       {Verdict::kUnknown,
-       {"something that follows air_pressure_bar and is not in the catalogue",
+       {"an effect outside the catalogue that follows air_pressure_bar",
         "that part is not corrected"},
        {"What to measure next"}}};
   for (const Case& c : cases) {
