@@ -187,6 +187,14 @@ std::string CogText(const CellModel& cell) {
 std::string DomainText(const std::optional<Domain>& domain) {
   if (!domain) return "none: joint limits bound what is known";
   if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
+  if (domain->declared_sigma_m) {
+    return fmt::format(
+        "declared; points deviate by {:.3g} mm at the measured poses and by up to {:.3g} mm far "
+        "from "
+        "them, where the correction fades (one sigma, one axis)",
+        *domain->residual_sigma_m / kMetrePerMm,
+        std::hypot(*domain->residual_sigma_m, *domain->declared_sigma_m) / kMetrePerMm);
+  }
   return fmt::format(
       "declared; points deviate by {:.3g} mm at the measured poses and by {:.3g} mm a radian away "
       "from them (one sigma, one axis)",

@@ -159,6 +159,18 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
   return RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
+/// By how much a tip moves as the frames of its session go over to those of the declared model,
+/// where the correction fades with the distance [m].
+/// @param cell  with the frames of the row's session alone
+Vec3 MovedByFading(const CellModel& cell, double share, const LoadedState& state) {
+  if (share == 1 || cell.sessions.empty()) return Vec3::Zero();
+  const SessionFrames& frames = cell.sessions.front();
+  const Pose& X_BF = state.posture.X_BF();
+  const Vec3 tip_F = frames.tip_declared_F.value_or(cell.tool.tcp_F);
+  const Vec3 faded_W = frames.X_WB_declared.value_or(cell.robot.X_WB) * (X_BF * tip_F);
+  return (1 - share) * (faded_W - cell.robot.X_WB * (X_BF * cell.tool.tcp_F));
+}
+
 /// True of an effect that counts the rows it was fitted to: an event, or a curve, without t_s.
 bool CountsRows(const WrittenEffect& effect) {
   return std::find(effect.drivers.begin(), effect.drivers.end(), "row") != effect.drivers.end() ||
@@ -321,7 +333,8 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
       radius.radius_m = std::hypot(
           radius.radius_m, FrameRadius(known->second.frames, known->second.cell.robot.X_WB, state));
     }
-    predictions.push_back({state.p_read_W, radius, extrapolated});
+    const Vec3 moved_W = MovedByFading(known->second.cell, arm.growth().Share(row.q), state);
+    predictions.push_back({state.p_read_W + moved_W, radius, extrapolated});
   }
   return predictions;
 }

@@ -26,6 +26,7 @@ constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
 constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
 constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // a radian away
+constexpr NumberRange kReach{0, 1000};  // a prismatic joint's metres count, too
 constexpr NumberRange kTemperature{-50, 150};
 
 /// `[low, high]` pairs of a list; faults where a pair is turned round.
@@ -176,12 +177,21 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
     session.X_WB.p = table.Has("base_xyz_mm") ? read.p : X_WB.p;
     session.X_WB.R = table.Has("base_rpy_deg") ? read.R : X_WB.R;
     session.tip_F = table.Vector3("tip_mm", kPlaceRange);
+    if (const auto place = table.Vector3("declared_base_xyz_mm", kPlaceRange)) {
+      session.X_WB_declared = Pose{session.X_WB.R, *place};
+    }
+    if (const auto rpy = table.Vector3("declared_base_rpy_deg", kTurnRange)) {
+      if (!session.X_WB_declared) session.X_WB_declared = session.X_WB;
+      session.X_WB_declared->R = RotationFromRollPitchYaw(*rpy);
+    }
+    session.tip_declared_F = table.Vector3("declared_tip_mm", kPlaceRange);
     sessions.push_back(std::move(session));
   }
   return sessions;
 }
 
-/// The poses that the growth of the residual is counted from: neither means anything alone.
+/// The poses that the growth of the residual is counted from, and the fading of the correction:
+/// neither means anything alone.
 void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
   domain.distant_sigma_m = table.Number("distant_sigma_mm", kDistantSigma);
   const auto poses = table.Rows("poses_deg", {-100000, 100000});
@@ -193,6 +203,13 @@ void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
   }
   if (table.Has("distant_sigma_mm") && !table.Has("residual_sigma_mm")) {
     table.AddFault("distant_sigma_mm", "needs residual_sigma_mm beside it");
+  }
+  domain.reach_rad = table.Number("reach_rad", kReach).value_or(0);
+  domain.declared_sigma_m = table.Number("declared_sigma_mm", kDistantSigma);
+  for (const char* key : {"reach_rad", "declared_sigma_mm"}) {
+    if (table.Has(key) && !table.Has("distant_sigma_mm")) {
+      table.AddFault(key, "needs distant_sigma_mm beside it");
+    }
   }
   if (!poses) return;
   if (poses->rows() == 0 || poses->cols() != robot.size()) {
@@ -233,6 +250,7 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   }
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigma);
+  domain.covariance_share = table.Number("covariance_share", {0, 1}).value_or(1);
   ReadDistance(table, robot, domain);
   if (const auto text = table.String("time_zero_utc")) {
     domain.time_zero_s = UtcFromText(*text);

@@ -11,11 +11,6 @@ namespace {
 /// Of the mean square error: beyond it the radius grows by more than a tenth, 1 - 1 / 1.1^2.
 constexpr double kShareThatMatters = 0.17;
 
-std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
-  if (!cell.domain || !cell.domain->distant_sigma_m) return {};
-  return cell.domain->poses;
-}
-
 /// Nothing says on which side of an event a moment lies that its deviation leaves open: what the
 /// event moves is within the 95 % radius then.
 Mat3 CovarianceOfOpenMoments(const LoadedArm& arm, const JointVector& q, const Payload& payload,
@@ -44,11 +39,11 @@ LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& a
     : fitted_(cell.domain.has_value()),
       as_validated_(fitted_ && cell.domain->as_validated),
       held_out_(fitted_ && cell.domain->residual_sigma_m.has_value()),
+      tested_(held_out_ && !arm.read_by_range()),
       deviation_stated_(deviation.stated),
+      covariance_share_(fitted_ ? cell.domain->covariance_share : 1),
       residual_sigma_m_(held_out_ ? *cell.domain->residual_sigma_m
                                   : cell.measurement.sigma_m.value_or(0.0)),
-      distant_sigma_m_(held_out_ ? cell.domain->distant_sigma_m.value_or(0.0) : 0.0),
-      distance_(arm.chain(), arm.X_FT().p, MeasuredPoses(cell)),
       assumed_(std::make_unique<AssumedError>(cell, arm, deviation.share)),
       scratch_(arm) {}
 
@@ -59,12 +54,14 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
                                     const LoadStatement& load, const Conditions& conditions,
                                     bool extrapolated, const Vec3& p_TP) {
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
-  const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
-                         CovarianceOfOpenMoments(arm, q, load.modelled, conditions);
+  const Mat3 effects_W =
+      covariance_share_ * EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
+      CovarianceOfOpenMoments(arm, q, load.modelled, conditions);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
-  const double sigma_m = std::hypot(residual_sigma_m_, distant_sigma_m_ * distance_.Of(q));
-  const Mat3 covariance = effects_W + sigma_m * sigma_m * Mat3::Identity();
-  const RadiusBasis basis = held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
+  const double grown_m2 = held_out_ ? arm.growth().Variance(q) : 0;
+  const double variance_m2 = residual_sigma_m_ * residual_sigma_m_ + grown_m2;
+  const Mat3 covariance = effects_W + variance_m2 * Mat3::Identity();
+  const RadiusBasis basis = tested_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
   const StatedRadius inside{RadiusHolding95Percent(covariance),
                             as_validated_ ? basis : RadiusBasis::kAssumed};
   if (!extrapolated && as_validated_) return inside;

@@ -5,7 +5,6 @@
 
 #include "firmware-like/deflection/load_statement.h"
 #include "firmware-like/deflection/uncertainty.h"
-#include "firmware-like/kinematics/pose_distance.h"
 #include "firmware-like/model/radius_basis.h"
 
 namespace plumbline {
@@ -15,12 +14,14 @@ class AssumedError;
 /// The 95 % radius of a landing.
 ///
 /// A model that was fitted to measured points (its cell names a [domain]), inside that domain:
-///   C = sum_e J_e Sigma_e J_e^T + sigma^2(d) I
-/// with the covariance of the effects' parameters (EffectCovariance) and sigma(d), the model's
-/// residual on one axis in rows that took no part in the fit, which grows with the distance d from
-/// the measured poses (Domain::distant_sigma_m): basis `measured`. Without such a residual sigma is
-/// the instrument's, and the basis `propagated`. It is the radius for points measured with that
-/// instrument; for the tip itself it is too large by the instrument's noise.
+///   C = c share^2(d) sum_e J_e Sigma_e J_e^T + sigma^2(d) I
+/// with the covariance of the effects' parameters (EffectCovariance; c is Domain::covariance_share)
+/// and sigma(d), the model's residual on one axis in rows that took no part in the fit, which grows
+/// with the distance d from the measured poses (DistanceGrowth): basis `measured`. Without such a
+/// residual sigma is the instrument's, and the basis `propagated`; so it is where ranges were
+/// measured, which test the tip along the wire alone: across it the covariance is all that is
+/// known. It is the radius for points measured with that instrument; for the tip itself it is too
+/// large by the instrument's noise.
 ///
 /// Any other model: the error sampled from the priors of all that the cell leaves open
 /// (AssumedError), with the same covariance of its effects. The basis is `propagated` where the
@@ -57,10 +58,10 @@ class LandingUncertainty {
   bool fitted_;
   bool as_validated_;
   bool held_out_;  ///< the domain states a held-out residual
+  bool tested_;    ///< of whole points
   bool deviation_stated_;
+  double covariance_share_;
   double residual_sigma_m_;
-  double distant_sigma_m_;
-  PoseDistance distance_;
   std::unique_ptr<AssumedError> assumed_;
   EffectScratch scratch_;
   LoadedState state_;

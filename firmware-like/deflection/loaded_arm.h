@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware-like/beam/tip_compliance.h"
+#include "firmware-like/deflection/distance_growth.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
@@ -28,7 +29,8 @@ struct LoadedStateOf {
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
   ToolLoadOf<T> tool;                     ///< what these two come from
   PoseOf<T> X_WT;                         ///< the loaded tip in W, as the instrument is aligned
-  /// The tip as the instrument reads it, its own errors included [m].
+  /// The tip as the instrument reads it, its own errors included [m]. An instrument of ranges reads
+  /// no tip: its errors act on the measured length, and this is the tip itself.
   Vec3Of<T> p_read_W = Vec3Of<T>::Zero();
 };
 
@@ -40,7 +42,8 @@ struct LoadedState : LoadedStateOf<double> {
 ///   theta_i = sign_i (q_i + s_i) + offset_i
 ///   s_i = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i| +
 ///   turn_i X_WT = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
-///   p_read = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), c and R_WC the measuring camera, if any
+///   p_read = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), c and R_WC the measuring camera, if any;
+///   p_read = p_WT where ranges are measured
 ///   K(p) = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean = exp(pedestal_compliance * moment of the leaning arm's weight about B's origin)
 /// Bearings that tilt, links that bend and twist and slides that bend (structure.h) move the tip of
@@ -66,6 +69,8 @@ class LoadedArm {
   double compliance(int joint) const { return compliance_[joint]; }
   /// True where a camera measures, whose pose is declared.
   bool read_by_camera() const { return X_WC_.has_value(); }
+  /// True where ranges are measured: no error of the instrument moves `p_read_W`.
+  bool read_by_range() const { return ranges_; }
   const TipCompliance& tip_compliance() const { return tip_compliance_; }
   const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< where a payload's moment is taken
 
@@ -79,6 +84,11 @@ class LoadedArm {
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<ActiveEffect>& effects() const { return effects_; }
+  /// What the distance from the fitted poses makes of the effects.
+  const DistanceGrowth& growth() const { return growth_; }
+  /// The sum of the cell's effects at `moment`, in the share that its distance from the fitted
+  /// poses leaves. Allocates nothing.
+  Influence<double> EffectsAt(const Conditions& moment) const;
 
   /// The arm whose joints *really* stand at theta = q + s: the command that leads there is
   /// theta - state.sag. Allocates nothing.
@@ -133,7 +143,9 @@ class LoadedArm {
   bool centres_guessed_ = false;
   JointVector compliance_;
   std::vector<ActiveEffect> effects_;
+  DistanceGrowth growth_;
   std::optional<Pose> X_WC_;  ///< of a measuring camera
+  bool ranges_;               ///< are measured, no positions
   Conditions declared_;
 };
 

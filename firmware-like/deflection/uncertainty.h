@@ -21,7 +21,9 @@ struct EffectScratch {
 };
 
 /// Covariance of the measured tip position [m^2] in W by the deviations of the cell's effects,
-///   C = sum_e J_e Sigma_e J_e^T, J_e the tip's derivative to the effect's parameters.
+///   C = share^2 sum_e J_e Sigma_e J_e^T, J_e the tip's derivative to the effect's parameters,
+///   share
+/// what the distance from the fitted poses leaves of them (distance_growth.h).
 /// An effect without a covariance adds nothing. Zero where the sagged posture does not settle.
 Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
                       const Conditions& conditions);

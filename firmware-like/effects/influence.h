@@ -57,7 +57,7 @@ class Influence {
     kBaseRollPitchYaw = kBase + 3,      ///< 3: added to the base's roll, pitch, yaw [rad]
     kBaseTilt = kBaseRollPitchYaw + 3,  ///< 2: turns of the base about W's x and y [rad]
     kTip = kBaseTilt + 2,               ///< 3: the tip moves in F [m]
-    kScale = kTip + 3,                  ///< measured positions times (1 + value)
+    kScale = kTip + 3,                  ///< measured positions or ranges times (1 + value)
     kCameraScale,                       ///< the same from the measuring camera's place
     kCameraDepth,                       ///< along its optical axis only
     kCameraRadial,                      ///< k1 of the lens that its calibration lacks
@@ -70,6 +70,8 @@ class Influence {
   const T& Joint(JointEntry entry, int joint) const { return values_[entry * kMaxJoints + joint]; }
   T& operator[](int entry) { return values_[entry]; }
   const T& operator[](int entry) const { return values_[entry]; }
+  /// Every entry times a factor.
+  void Scale(const T& factor) { values_ *= factor; }
   auto Vector(Entry first) { return values_.template segment<3>(first); }
   auto Vector(Entry first) const { return values_.template segment<3>(first); }
 

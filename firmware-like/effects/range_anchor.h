@@ -6,7 +6,7 @@
 namespace plumbline {
 
 /// Ranges are measured from anchor_mm + (x, y, z) in W:
-///   range = |p_WT - anchor - shift| (1 + measurement_scale) + range_zero
+///   range = (1 + measurement_scale) |p_WT - anchor - shift| + range_zero
 /// Unit of the files: mm. It changes what is read, not where the arm is; a base that moved the
 /// other way (base_frame) reads the same. Needs [measurement] kind = "range".
 const Effect& RangeAnchor();

@@ -122,6 +122,10 @@ struct SessionFrames {
   std::string id;
   Pose X_WB;
   std::optional<Vec3> tip_F;
+  /// Where the correction fades with the distance: the frames of the declared model, fitted to the
+  /// same rows. The arm's frames go over to them as the correction fades.
+  std::optional<Pose> X_WB_declared{};
+  std::optional<Vec3> tip_declared_F{};
 };
 
 /// What a fit has seen; outside it a prediction is extrapolated.
@@ -138,7 +142,15 @@ struct Domain {
   ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, d by kinematics/pose_distance.h.
   /// Absent: it is the same everywhere.
   std::optional<double> distant_sigma_m;
+  /// In which the covariances of the effects, each written by itself, count in the radius: what
+  /// effects that do nearly the same leave open of each other they do not leave open together.
+  double covariance_share = 1;
   std::vector<JointVector> poses;  ///< some of those measured, spread over them [rad] or [m]
+  /// Distance from `poses` within which every measured pose lies, and the error does not grow yet.
+  double reach_rad = 0;
+  /// Absent where the causes of the correction are confirmed. Else the correction fades with the
+  /// distance, towards the declared model that errs by so much on one axis; see distance_growth.h.
+  std::optional<double> declared_sigma_m;
   /// Where the t_s of its rows began to count, UTC in seconds since 1970; absent: not known, and
   /// effects of time mean nothing elsewhere than on those rows.
   std::optional<double> time_zero_s;

@@ -503,6 +503,10 @@ TEST_CASE("The growth of the residual and the poses that it is counted from belo
     return FaultsText(faults);
   };
   CHECK(told("distant_sigma_mm = 0.2\n").find("needs poses_deg beside it") != std::string::npos);
+  for (const char* key : {"reach_rad", "declared_sigma_mm"}) {
+    CHECK(told(std::string(key) + " = 0.2\n").find("needs distant_sigma_mm beside it") !=
+          std::string::npos);
+  }
   CHECK(told("poses_deg = [[1, 2, 3]]\n").find("needs distant_sigma_mm beside it") !=
         std::string::npos);
   CHECK(told("distant_sigma_mm = 0.2\nposes_deg = [[1, 2]]\n").find("each of 3 joints") !=
