@@ -188,6 +188,14 @@ std::string CogText(const CellModel& cell) {
 std::string DomainText(const std::optional<Domain>& domain) {
   if (!domain) return "none: the model is used within the joint limits";
   if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
+  if (domain->declared_sigma_m) {
+    return fmt::format(
+        "declared; points deviate by {:.3g} mm at the measured poses and by up to {:.3g} mm far "
+        "from "
+        "them, where the correction fades (one sigma, one axis)",
+        *domain->residual_sigma_m / kMetrePerMm,
+        std::hypot(*domain->residual_sigma_m, *domain->declared_sigma_m) / kMetrePerMm);
+  }
   return fmt::format(
       "declared; standard deviation per axis {:.3g} mm at the measured poses and {:.3g} mm at a "
       "distance of one radian from them",

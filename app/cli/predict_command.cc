@@ -161,6 +161,18 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
   return RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
+/// Displacement of the tip as the frames of its session blend into those of the declared model,
+/// because the correction fades with distance [m].
+/// @param cell  holds only the frames of the row's session
+Vec3 MovedByFading(const CellModel& cell, double share, const LoadedState& state) {
+  if (share == 1 || cell.sessions.empty()) return Vec3::Zero();
+  const SessionFrames& frames = cell.sessions.front();
+  const Pose& X_BF = state.posture.X_BF();
+  const Vec3 tip_F = frames.tip_declared_F.value_or(cell.tool.tcp_F);
+  const Vec3 faded_W = frames.X_WB_declared.value_or(cell.robot.X_WB) * (X_BF * tip_F);
+  return (1 - share) * (faded_W - cell.robot.X_WB * (X_BF * cell.tool.tcp_F));
+}
+
 /// True for an effect whose time axis is the row number of the fitted file: an event or a curve
 /// without t_s.
 bool CountsRows(const WrittenEffect& effect) {
@@ -325,7 +337,8 @@ Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTab
       radius.radius_m = std::hypot(
           radius.radius_m, FrameRadius(known->second.frames, known->second.cell.robot.X_WB, state));
     }
-    predictions.push_back({state.p_read_W, radius, extrapolated});
+    const Vec3 moved_W = MovedByFading(known->second.cell, arm.growth().Share(row.q), state);
+    predictions.push_back({state.p_read_W + moved_W, radius, extrapolated});
   }
   return predictions;
 }

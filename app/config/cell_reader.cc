@@ -26,6 +26,7 @@ constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
 constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
 constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // per radian of distance
+constexpr NumberRange kReach{0, 1000};  // prismatic joints contribute metres
 constexpr NumberRange kTemperature{-50, 150};
 
 /// An interval `[low, high]`; adds a fault if the ends are swapped.
@@ -179,14 +180,22 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
     session.X_WB.p = table.Has("base_xyz_mm") ? read.p : X_WB.p;
     session.X_WB.R = table.Has("base_rpy_deg") ? read.R : X_WB.R;
     session.tip_F = table.Vector3("tip_mm", kPlaceRange);
+    if (const auto place = table.Vector3("declared_base_xyz_mm", kPlaceRange)) {
+      session.X_WB_declared = Pose{session.X_WB.R, *place};
+    }
+    if (const auto rpy = table.Vector3("declared_base_rpy_deg", kTurnRange)) {
+      if (!session.X_WB_declared) session.X_WB_declared = session.X_WB;
+      session.X_WB_declared->R = RotationFromRollPitchYaw(*rpy);
+    }
+    session.tip_declared_F = table.Vector3("declared_tip_mm", kPlaceRange);
     sessions.push_back(std::move(session));
   }
   return sessions;
 }
 
-/// Reads the measured poses and the growth of the residual with distance from them; neither is
-/// meaningful without the other.
-void ReadDistanceModel(const TomlTable& table, const Robot& robot, Domain& domain) {
+/// Reads the measured poses, the growth of the residual with distance from them and the fading of
+/// the correction; none is meaningful without the poses.
+void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
   domain.distant_sigma_m = table.Number("distant_sigma_mm", kDistantSigma);
   const auto poses = table.Rows("poses_deg", {-100000, 100000});
   for (const auto& [key, other] :
@@ -197,6 +206,13 @@ void ReadDistanceModel(const TomlTable& table, const Robot& robot, Domain& domai
   }
   if (table.Has("distant_sigma_mm") && !table.Has("residual_sigma_mm")) {
     table.AddFault("distant_sigma_mm", "requires residual_sigma_mm");
+  }
+  domain.reach_rad = table.Number("reach_rad", kReach).value_or(0);
+  domain.declared_sigma_m = table.Number("declared_sigma_mm", kDistantSigma);
+  for (const char* key : {"reach_rad", "declared_sigma_mm"}) {
+    if (table.Has(key) && !table.Has("distant_sigma_mm")) {
+      table.AddFault(key, "requires distant_sigma_mm");
+    }
   }
   if (!poses) return;
   if (poses->rows() == 0 || poses->cols() != robot.size()) {
@@ -237,7 +253,8 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
   }
   domain.temp_C = IntervalFrom(table, "temp_C", kTemperature);
   domain.residual_sigma_m = table.Number("residual_sigma_mm", kSigma);
-  ReadDistanceModel(table, robot, domain);
+  domain.covariance_share = table.Number("covariance_share", {0, 1}).value_or(1);
+  ReadDistance(table, robot, domain);
   if (const auto text = table.String("time_zero_utc")) {
     domain.time_zero_s = UtcFromText(*text);
     if (!domain.time_zero_s) {

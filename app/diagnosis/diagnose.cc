@@ -6,6 +6,7 @@
 
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/considered.h"
+#include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/driver_rivals.h"
@@ -289,7 +290,8 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
       offered.has_value(), task.options};
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
-  CorrectedModel corrected{written->model, written->errors, Validate(input), 0};
+  const bool may_fade = diagnosis.verdict == Verdict::kUnknown || offered.has_value();
+  CorrectedModel corrected{written->model, written->errors, Validate(input, may_fade), 0};
   if (task.Interrupted()) return Task::InterruptedError();
   diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.fit.weights);
@@ -354,12 +356,46 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
+/// A correction whose causes are not confirmed fades with the distance from the measured poses.
+Correction CorrectionOf(const Diagnosis& diagnosis) {
+  if (!diagnosis.withheld.empty()) return Correction::kNone;
+  const bool confirmed = diagnosis.verdict != Verdict::kUnknown && diagnosis.discrepancy.empty();
+  return confirmed ? Correction::kWritten : Correction::kFading;
+}
+
+/// The frames of the declared model, to which those of the sessions go over as a correction fades.
+void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& diagnosis) {
+  for (std::size_t k = 0; k < diagnosis.sessions.size(); ++k) {
+    SessionFrames& frames = diagnosis.sessions[k];
+    const Model::Frames& of_declared = declared.frames[SessionIndex(static_cast<int>(k))];
+    frames.X_WB_declared = of_declared.X_WB;
+    if (data.tip_free()) frames.tip_declared_F = of_declared.tip_F;
+  }
+}
+
+/// Variance on one axis between the answer and the rival that moves the tips most [m^2]. Ranges do
+/// not test it: explanations that agree along the wire put the tips apart across it.
+double VarianceBetweenRivals(const Diagnosis& diagnosis) {
+  double most_m2 = 0;
+  for (const Rival& rival : diagnosis.rivals) {
+    double sum_m2 = 0;
+    for (const Vec3& shift_W : rival.shift_W) sum_m2 += shift_W.squaredNorm() / 3;
+    const double rows = static_cast<double>(std::max<std::size_t>(1, rival.shift_W.size()));
+    most_m2 = std::max(most_m2, sum_m2 / rows);
+  }
+  return most_m2;
+}
+
 /// How far newly measured points lie from the written model, near the measured poses and away.
-void AddSpread(const Task& task, const Identified& found, const FitOfAllRows& fit,
-               const CorrectedModel& corrected, Diagnosis& diagnosis) {
-  const auto spread = SpreadOf(corrected.validation, found.fit, diagnosis.withheld.empty());
+void AddSpread(const Task& task, const Identified& found, const Model& declared,
+               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
+  auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
   if (!spread) return;
+  if (task.data.ranges()) {
+    spread->near_m = std::hypot(spread->near_m, std::sqrt(VarianceBetweenRivals(diagnosis)));
+  }
   diagnosis.domain.residual_sigma_m = spread->near_m;
+  diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
   // Half a turn away, where d is 2, it would add less than half a percent.
   constexpr double kNegligible = 0.05;
   if (spread->distant_m < kNegligible * spread->near_m) return;
@@ -368,15 +404,20 @@ void AddSpread(const Task& task, const Identified& found, const FitOfAllRows& fi
   for (const RowIndex row : task.data.row_indices()) {
     if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
-  diagnosis.domain.poses =
-      KeptPoses(CellOf(task.data, corrected.model, SessionIndex(0)), task.data, accepted);
+  const CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
+  diagnosis.domain.poses = KeptPoses(cell, task.data, accepted);
+  if (!spread->declared_m) return;
+  diagnosis.domain.declared_sigma_m = spread->declared_m;
+  const PoseDistance kept = DistanceFrom(cell, diagnosis.domain.poses);
+  diagnosis.domain.reach_rad = ReachOf(kept, task.data, accepted);
+  AddDeclaredFrames(task.data, declared, diagnosis);
 }
 
 /// Frames, and the domain in which the written model was validated.
-void AddDomain(const Task& task, const Identified& found, const FitOfAllRows& fit,
-               const CorrectedModel& corrected, Diagnosis& diagnosis) {
+void AddDomain(const Task& task, const Identified& found, const Model& declared,
+               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
-  AddSpread(task, found, fit, corrected, diagnosis);
+  AddSpread(task, found, declared, fit, corrected, diagnosis);
   const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
@@ -424,7 +465,7 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
   AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);
-  AddDomain(task, *found, *fit, corrected, diagnosis);
+  AddDomain(task, *found, declared->model, *fit, corrected, diagnosis);
   task.Report(1, "done");
   return diagnosis;
 }

@@ -31,6 +31,12 @@ std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data,
   return kept;
 }
 
+double ReachOf(const PoseDistance& kept, const Dataset& data, const FitRows& rows) {
+  double reach = 0;
+  for (const RowIndex row : rows) reach = std::max(reach, kept.Of(data.measured(row).q));
+  return reach;
+}
+
 PoseDistance DistanceFrom(const CellModel& cell, const std::vector<JointVector>& poses) {
   return PoseDistance(Chain(cell.robot), cell.tool.tcp_F, poses);
 }

@@ -25,4 +25,7 @@ std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data, c
 /// Distances of the tip of `cell` from poses; see pose_distance.h.
 PoseDistance DistanceFrom(const CellModel& cell, const std::vector<JointVector>& poses);
 
+/// Distance from the kept poses within which all of `rows` lie [rad].
+double ReachOf(const PoseDistance& kept, const Dataset& data, const FitRows& rows);
+
 }  // namespace plumbline

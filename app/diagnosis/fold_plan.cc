@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <optional>
 
 #include "app/diagnosis/farthest_poses.h"
 
@@ -81,6 +82,36 @@ FoldPlan RegionsOfJointSpace(const Dataset& data) {
   }
   for (const ClusterIndex cluster : data.cluster_of) plan.fold_of.push_back(of_cluster[cluster]);
   plan.folds = regions;
+  return plan;
+}
+
+FoldPlan OppositeHalves(const Dataset& data) {
+  FoldPlan plan;
+  plan.by = "opposite halves of the joint space";
+  if (data.clusters < 2) return plan;
+  Indexed<ClusterIndex, std::optional<JointVector>> first(static_cast<std::size_t>(data.clusters));
+  for (const RowIndex row : data.row_indices()) {
+    auto& of_cluster = first[data.cluster_of[row]];
+    if (!of_cluster) of_cluster = data.measured(row).q;
+  }
+  std::vector<JointVector> poses;
+  for (const auto& pose : first) poses.push_back(pose.value());
+  const Eigen::MatrixXd at = DistanceFrom(data.cell, poses).features();
+  const auto farthest_from = [&](const Eigen::VectorXd& place) {
+    Eigen::Index farthest = 0;
+    (at.colwise() - place).colwise().squaredNorm().maxCoeff(&farthest);
+    return Eigen::VectorXd(at.col(farthest));
+  };
+  const Eigen::VectorXd one_end = farthest_from(at.rowwise().mean());
+  const Eigen::VectorXd along = at.transpose() * (farthest_from(one_end) - one_end);
+  std::vector<double> sorted(along.begin(), along.end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  if (*std::min_element(sorted.begin(), sorted.end()) == *middle) return plan;
+  for (const ClusterIndex cluster : data.cluster_of) {
+    plan.fold_of.push_back(along[cluster.value()] < *middle ? 0 : 1);
+  }
+  plan.folds = 2;
   return plan;
 }
 

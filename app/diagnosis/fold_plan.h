@@ -28,6 +28,10 @@ FoldPlan BlocksOfTime(const Dataset& data);
 /// 129], joints scaled by their standard deviation.
 FoldPlan RegionsOfJointSpace(const Dataset& data);
 
+/// Two folds: the distinct poses on either side of the median along the line between two poses far
+/// apart, as pose_distance.h counts distances. Prediction as far as the rows allow to test it.
+FoldPlan OppositeHalves(const Dataset& data);
+
 /// One fold a session: prediction of another day. No folds where there is one session.
 FoldPlan Sessions(const Dataset& data);
 

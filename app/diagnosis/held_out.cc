@@ -207,7 +207,9 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
     return FramesFor(framed, *input.linear, residuals);
   };
   const CellModel cell = CellOf(data, input.model, SessionIndex(0));
-  const PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, Inliers(input, fold)));
+  const FitRows inliers = Inliers(input, fold);
+  const PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, inliers));
+  const double reach = ReachOf(distance, data, inliers);
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const RowIndex row : fold.test) {
     const SessionIndex session = data.session_of[row];
@@ -221,6 +223,7 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
     const FrameGradient& derivative = input.linear->rows[row].frames;
     result.predicted[row] = true;
     result.distance[row] = distance.Of(data.measured(row).q);
+    result.reach[row] = reach;
     result.before[row] = scale * LengthsOf(y[row] - derivative * before[session]);
     result.after[row] = scale * LengthsOf(fold.after[row] - derivative * after[session]);
     result.after_named[row] =
@@ -239,6 +242,7 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   result.after = result.after_named = result.before;
   result.predicted.assign(y.size(), false);
   result.distance.assign(y.size(), 0);
+  result.reach.assign(y.size(), 0);
   result.other_sessions = plan.aligned;
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));

@@ -38,6 +38,7 @@ struct HeldOut {
   /// whose moment the rows beside the fold leave open.
   PerRow<bool> predicted;
   PerRow<double> distance;      ///< of a predicted row from the poses kept of the other folds [rad]
+  PerRow<double> reach;         ///< within which of those poses all of the other folds lie [rad]
   bool other_sessions = false;  ///< no row of its session is among the other folds
   PerRow<Vec3> before;          ///< [m], frames of the other folds
   PerRow<Vec3> after;           ///< [m], by named effects and the fold's discrepancy model

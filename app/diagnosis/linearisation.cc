@@ -36,7 +36,7 @@ void SetPose(const MeasuredRow& measured, int count, const Eigen::Matrix<double,
   if (turned) gradient.bottomRows<3>() = at.dr;
 }
 
-/// A range: the gradients of the tip along the ray.
+/// A range, (1 + scale) |tip - anchor| + zero: the gradients of the tip along the ray.
 /// @param tip  d tip / d influence; null where no gradient is wanted
 void SetRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
               const Eigen::Matrix<double, 3, 9>& frames, const Sensitivity::Gradient* tip,
@@ -44,12 +44,14 @@ void SetRange(const Vec3& anchor_W, const Influence<double>& influence, double r
   const Vec3 ray = row.p_W - anchor_W - influence.Vector(I::kRangeAnchor);
   const double length = ray.norm();
   const Vec3 unit = length > 0 ? Vec3(ray / length) : Vec3::UnitX();
-  row.residual.setConstant(1, range_m - length - influence[I::kRangeZero]);
-  row.frames = unit.transpose() * frames;
+  const double enlarged = 1 + influence[I::kScale];
+  row.residual.setConstant(1, range_m - enlarged * length - influence[I::kRangeZero]);
+  row.frames = enlarged * unit.transpose() * frames;
   if (tip == nullptr) return;
-  gradient = unit.transpose() * *tip;
+  gradient = enlarged * unit.transpose() * *tip;
+  gradient(0, I::kScale) = length;
   gradient(0, I::kRangeZero) = 1;
-  gradient.block<1, 3>(0, I::kRangeAnchor) = -unit.transpose();
+  gradient.block<1, 3>(0, I::kRangeAnchor) = -enlarged * unit.transpose();
 }
 
 }  // namespace
@@ -98,8 +100,7 @@ bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scra
   const Conditions& moment = data_.conditions[row];
   const MeasuredRow& measured = data_.measured(row);
   const int count = data_.numbers[row].count;
-  Influence<double> influence;
-  AddEffects(arm.effects(), moment, influence);
+  Influence<double> influence = arm.EffectsAt(moment);
   AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
     if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted, scratch,

@@ -93,6 +93,15 @@ std::string SessionText(const SessionFrames& session) {
   text +=
       "base_rpy_deg = " + VectorText(kDegPerRad * RollPitchYawFromRotation(session.X_WB.R)) + '\n';
   if (session.tip_F) text += "tip_mm = " + VectorText(1e3 * *session.tip_F) + '\n';
+  if (session.X_WB_declared) {
+    const Pose& X_WB = *session.X_WB_declared;
+    text += "declared_base_xyz_mm = " + VectorText(1e3 * X_WB.p) + '\n';
+    text += "declared_base_rpy_deg = " + VectorText(kDegPerRad * RollPitchYawFromRotation(X_WB.R)) +
+            '\n';
+  }
+  if (session.tip_declared_F) {
+    text += "declared_tip_mm = " + VectorText(1e3 * *session.tip_declared_F) + '\n';
+  }
   return text;
 }
 
@@ -125,8 +134,15 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
   if (domain.residual_sigma_m) {
     text += "residual_sigma_mm = " + NumberText(1e3 * *domain.residual_sigma_m) + '\n';
   }
+  if (domain.covariance_share < 1) {
+    text += "covariance_share = " + NumberText(domain.covariance_share) + '\n';
+  }
   if (domain.distant_sigma_m && !domain.poses.empty()) {
     text += "distant_sigma_mm = " + NumberText(1e3 * *domain.distant_sigma_m) + '\n';
+    if (domain.reach_rad > 0) text += "reach_rad = " + NumberText(domain.reach_rad) + '\n';
+    if (domain.declared_sigma_m) {
+      text += "declared_sigma_mm = " + NumberText(1e3 * *domain.declared_sigma_m) + '\n';
+    }
     text += "poses_deg = [\n";
     for (const JointVector& q : domain.poses) text += "  " + PoseText(q, joints) + ",\n";
     text += "]\n";

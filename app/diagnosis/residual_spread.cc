@@ -32,6 +32,10 @@ double BinomialTail(int n, int k, double p) {
   return 1 - below;
 }
 
+double Squared(double value) {
+  return value * value;
+}
+
 /// What one variance is the sum of: of every row, of rows of other sessions, by distance squared.
 using Components = Eigen::Array3d;
 
@@ -39,6 +43,7 @@ using Components = Eigen::Array3d;
 struct HeldOutSquare {
   double square_m2 = 0;
   Components share = Components::Zero();  ///< variance = share . components
+  Vec3 before = Vec3::Zero(), after = Vec3::Zero();
 };
 
 /// Rows held out in one way.
@@ -50,16 +55,21 @@ struct WaySquares {
 };
 
 WaySquares SquaresOfWay(const HeldOut& way, const PerRow<double>& weights, double axes,
-                        double lost_m, bool corrected) {
+                        double lost_m, Correction correction) {
   WaySquares squares;
   squares.other_sessions = way.other_sessions;
   std::set<int> folds;
   for (const RowIndex row : way.predicted.indices()) {
     if (!way.predicted[row]) continue;
-    const double error_m =
-        corrected ? std::hypot(way.after[row].norm(), lost_m) : way.before[row].norm();
-    const double d = way.distance[row];
-    const HeldOutSquare one{error_m * error_m / axes, {1, way.other_sessions ? 1.0 : 0.0, d * d}};
+    const double error_m = correction == Correction::kNone
+                               ? way.before[row].norm()
+                               : std::hypot(way.after[row].norm(), lost_m);
+    const double reach = correction == Correction::kFading ? way.reach[row] : 0;
+    const double beyond = std::max(0.0, Squared(way.distance[row]) - Squared(reach));
+    const HeldOutSquare one{error_m * error_m / axes,
+                            {1, way.other_sessions ? 1.0 : 0.0, beyond},
+                            way.before[row],
+                            way.after[row]};
     squares.with_all.push_back(one);
     folds.insert(way.fold_of[row]);
     if (weights[row] >= kOutlierWeight) squares.rows.push_back(one);
@@ -107,12 +117,20 @@ double MeanRatio(const std::vector<HeldOutSquare>& rows, const Components& compo
 /// By what the components have to grow for their 95 % radius not to be refuted. With the true
 /// radius, the number of rows outside is binomial with p = 0.05; of this one, a number as large has
 /// a probability of at least 0.2.
+/// @param declared_m2  of the declared model, where the correction fades; 0 where it does not
 double UnrefutedRatio(const std::vector<HeldOutSquare>& rows, const Components& components,
-                      double axes) {
+                      double declared_m2, double axes) {
   std::vector<double> ratios;
   ratios.reserve(rows.size());
   for (const HeldOutSquare& row : rows) {
-    ratios.push_back(axes * row.square_m2 / (row.share * components).sum());
+    Components parts = row.share * components;
+    double square_m2 = row.square_m2;
+    if (declared_m2 > 0 && parts[2] > 0) {
+      const double kept = declared_m2 / (declared_m2 + parts[2]);
+      parts[2] *= kept;
+      square_m2 = (row.before + kept * (row.after - row.before)).squaredNorm() / axes;
+    }
+    ratios.push_back(axes * square_m2 / parts.sum());
   }
   const auto count = static_cast<int>(ratios.size());
   int outside = 0;
@@ -124,8 +142,14 @@ double UnrefutedRatio(const std::vector<HeldOutSquare>& rows, const Components& 
   return largest_inside / ChiSquareQuantile(kOutsideRadius, axes);
 }
 
-double Squared(double value) {
-  return value * value;
+/// The variance on one axis that the declared model leaves in regions and sessions held out.
+double DeclaredVariance(const std::vector<WaySquares>& ways, double axes) {
+  double sum_m2 = 0, count = 0;
+  for (std::size_t way = 1; way < ways.size(); ++way) {
+    for (const HeldOutSquare& row : ways[way].rows) sum_m2 += row.before.squaredNorm() / axes;
+    count += static_cast<double>(ways[way].rows.size());
+  }
+  return count > 0 ? sum_m2 / count : 0;
 }
 
 /// Few regions and sessions say little of the next one.
@@ -147,25 +171,32 @@ Components WidenedForFew(Components components, const std::vector<WaySquares>& w
 }  // namespace
 
 std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitProblem& problem,
-                                       bool corrected) {
+                                       Correction correction) {
   const double axes = problem.data.lengths_per_row();
   std::vector<WaySquares> ways;
   std::vector<HeldOutSquare> rows;
   bool away = false;  // any row was predicted from elsewhere than between the rows
-  for (const HeldOut& way : validation.ways) {
-    ways.push_back(SquaresOfWay(way, problem.weights, axes, validation.lost_m, corrected));
+  const bool fades = correction == Correction::kFading;
+  std::vector<const HeldOut*> held_out;
+  for (const HeldOut& way : validation.ways) held_out.push_back(&way);
+  if (fades && validation.halves) held_out.push_back(&*validation.halves);
+  for (const HeldOut* way : held_out) {
+    ways.push_back(SquaresOfWay(*way, problem.weights, axes, validation.lost_m, correction));
     const std::vector<HeldOutSquare>& of_way = ways.back().rows;
     rows.insert(rows.end(), of_way.begin(), of_way.end());
     away = away || (ways.size() > 1 && !of_way.empty());
   }
   if (!away) return std::nullopt;
   Components components = WidenedForFew(MostLikely(rows, Squared(problem.sigma_m)), ways);
+  const double declared_m2 = fades ? DeclaredVariance(ways, axes) : 0;
   double ratio = 1;
   for (const WaySquares& way : ways) {
-    ratio = std::max(ratio, UnrefutedRatio(way.with_all, components, axes));
+    ratio = std::max(ratio, UnrefutedRatio(way.with_all, components, declared_m2, axes));
   }
   components *= ratio;
-  return ResidualSpread{std::sqrt(components[0] + components[1]), std::sqrt(components[2])};
+  ResidualSpread spread{std::sqrt(components[0] + components[1]), std::sqrt(components[2]), {}};
+  if (fades) spread.declared_m = std::sqrt(ratio * declared_m2);
+  return spread;
 }
 
 }  // namespace plumbline

@@ -10,10 +10,16 @@ namespace plumbline {
 
 /// One axis, at a distance d [rad] from the measured poses (pose_distance.h):
 ///   sigma^2(d) = near^2 + (distant d)^2
+/// and where the correction fades, as distance_growth.h has it.
 struct ResidualSpread {
   double near_m = 0;
-  double distant_m = 0;  ///< per radian
+  double distant_m = 0;                ///< per radian
+  std::optional<double> declared_m{};  ///< where the correction fades: of the declared model, away
 };
+
+/// What a written model carries: nothing beyond the declared one, a correction that acts
+/// everywhere, or one that fades with the distance.
+enum class Correction { kNone, kWritten, kFading };
 
 /// The spread of held-out errors of every way, by maximum likelihood of normal errors with variance
 ///   near^2 + session^2 [rows of a session that the fit has not seen] + (distant d)^2,
@@ -28,11 +34,14 @@ struct ResidualSpread {
 /// - as a whole, until the held-out rows do not refute the 95 % radius, those among them that the
 ///   fit rejected: a robot that misses one point in ten by a millimetre will miss one of the next
 ///   ten, too.
+/// Where the correction fades, halves of the joint space count among the regions, for nothing else
+/// tests it as far away; d^2 is counted from the reach; and in the last step the errors are those
+/// of the faded correction.
+///
 /// Absent where neither a region nor a session could be held out: nothing then says how the model
 /// does away from its poses.
-/// @param problem    its weights: rows of outliers count in the last step alone
-/// @param corrected  whether the correction is written; else the declared model's errors count
+/// @param problem  its weights: rows of outliers count in the last step alone
 std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitProblem& problem,
-                                       bool corrected);
+                                       Correction correction);
 
 }  // namespace plumbline

@@ -35,13 +35,15 @@ std::pair<double, double> SquaresOf(const HeldOut& way, const PerRow<double>& we
 
 }  // namespace
 
-Validation Validate(const HeldOutInput& input) {
+Validation Validate(const HeldOutInput& input, bool with_halves) {
   const Dataset& data = input.problem.data;
   Validation validation;
   for (const FoldPlan& plan : {BlocksOfTime(data), RegionsOfJointSpace(data), Sessions(data)}) {
     if (plan.folds > 0) validation.ways.push_back(HoldOut(input, plan));
   }
   validation.errors = ErrorsOfWays(input, validation.ways);
+  const FoldPlan halves = with_halves ? OppositeHalves(data) : FoldPlan{};
+  if (halves.folds > 0) validation.halves = HoldOut(input, halves);
   return validation;
 }
 
@@ -71,6 +73,7 @@ bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weigh
 
 Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation) {
   for (HeldOut& way : validation.ways) way.after = way.after_named;
+  if (validation.halves) validation.halves->after = validation.halves->after_named;
   validation.errors = ErrorsOfWays(input, validation.ways);
   return validation;
 }

@@ -9,11 +9,15 @@ namespace plumbline {
 struct Validation {
   std::vector<HeldOut> ways;
   std::vector<HeldOutError> errors;  ///< of those ways in which any row was predicted
-  double lost_m = 0;                 ///< by AddError: part of `errors`, not of the rows' own
+  /// From one half of the joint space to the other, where asked for; not among `ways`, for it
+  /// admits and withholds nothing: what it finds wrong fades with the distance.
+  std::optional<HeldOut> halves{};
+  double lost_m = 0;  ///< by AddError: part of `errors`, not of the rows' own
 };
 
-/// Holds rows out by blocks of time, by regions of the joint space and by sessions.
-Validation Validate(const HeldOutInput& input);
+/// Holds rows out by blocks of time, by regions of the joint space and by sessions, and by halves
+/// of it where `with_halves`.
+Validation Validate(const HeldOutInput& input, bool with_halves = false);
 
 /// True where the discrepancy model lowers the error of held-out regions and, where there are
 /// several, of held-out sessions; of blocks of time where neither could be held out.

@@ -186,15 +186,18 @@ void Add(Values& values, const std::string& at, const WrittenEffect& effect) {
 }
 
 void Add(Values& values, const std::string& at, const SessionFrames& session) {
-  const auto& [id, X_WB, tip_F] = session;
+  const auto& [id, X_WB, tip_F, X_WB_declared, tip_declared_F] = session;
   values.Word(at + ".id", id);
   values.Place(at + ".base", X_WB);
   values.List(at + ".tip_mm", tip_F, 1 / kMetrePerMm);
+  if (X_WB_declared) values.Place(at + ".declared_base", *X_WB_declared);
+  values.List(at + ".declared_tip_mm", tip_declared_F, 1 / kMetrePerMm);
 }
 
 void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints) {
-  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, distant_sigma_m, poses,
-               time_zero_s, as_validated] = domain;
+  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, distant_sigma_m,
+               covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s, as_validated] =
+      domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
@@ -206,6 +209,9 @@ void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints)
   if (temp_C) values.Range("domain.temp_C", *temp_C);
   values.Number("domain.residual_sigma_mm", residual_sigma_m, 1 / kMetrePerMm);
   values.Number("domain.distant_sigma_mm", distant_sigma_m, 1 / kMetrePerMm);
+  if (covariance_share < 1) values.Number("domain.covariance_share", covariance_share);
+  if (reach_rad > 0) values.Number("domain.reach_rad", reach_rad);
+  values.Number("domain.declared_sigma_mm", declared_sigma_m, 1 / kMetrePerMm);
   Eigen::MatrixXd of_poses(joints.size(), poses.size());
   for (std::size_t k = 0; k < poses.size(); ++k) of_poses.col(static_cast<int>(k)) = poses[k];
   values.Matrix("domain.poses_deg", of_poses);

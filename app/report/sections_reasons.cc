@@ -167,7 +167,11 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
   const Domain& domain = diagnosis.domain;
   if (domain.residual_sigma_m) {
     std::string spread = MillimetreText(*domain.residual_sigma_m) + " mm at the measured poses";
-    if (domain.distant_sigma_m) {
+    if (domain.declared_sigma_m) {
+      const double most_m = std::hypot(*domain.residual_sigma_m, *domain.declared_sigma_m);
+      spread += fmt::format(", up to {} mm far from them, where the correction fades",
+                            MillimetreText(most_m));
+    } else if (domain.distant_sigma_m) {
       const double away_m = std::hypot(*domain.residual_sigma_m, *domain.distant_sigma_m);
       spread += fmt::format(", {} mm one radian away from them", MillimetreText(away_m));
     }

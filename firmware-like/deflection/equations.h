@@ -177,7 +177,7 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   state.p_read_W = state.X_WT.p;
   if (influence == nullptr) return;
   if (X_WC_) state.p_read_W = ReadByCamera(*X_WC_, *influence, state.p_read_W);
-  state.p_read_W *= 1.0 + (*influence)[I::kScale];
+  if (!ranges_) state.p_read_W *= 1.0 + (*influence)[I::kScale];
 }
 
 }  // namespace plumbline

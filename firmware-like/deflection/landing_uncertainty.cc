@@ -12,15 +12,10 @@ namespace {
 /// 1.1^2.
 constexpr double kShareThatMatters = 0.17;
 
-std::span<const JointVector> MeasuredPoses(const CellModel& cell) {
-  if (!cell.domain || !cell.domain->distant_sigma_m) return {};
-  return cell.domain->poses;
-}
-
 /// Covariance for conditions that may lie before or after an event, because the event's time is
 /// uncertain: the displacement caused by the event must lie within the 95 % radius.
 Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                                 const Conditions& conditions) {
+                             const Conditions& conditions) {
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
   for (const ActiveEffect& effect : arm.effects()) {
@@ -45,11 +40,11 @@ LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& a
     : fitted_(cell.domain.has_value()),
       as_validated_(fitted_ && cell.domain->as_validated),
       held_out_(fitted_ && cell.domain->residual_sigma_m.has_value()),
+      tested_(held_out_ && !arm.read_by_range()),
       deviation_stated_(deviation.stated),
+      covariance_share_(fitted_ ? cell.domain->covariance_share : 1),
       residual_sigma_m_(held_out_ ? *cell.domain->residual_sigma_m
                                   : cell.measurement.sigma_m.value_or(0.0)),
-      distant_sigma_m_(held_out_ ? cell.domain->distant_sigma_m.value_or(0.0) : 0.0),
-      distance_(arm.chain(), arm.X_FT().p, MeasuredPoses(cell)),
       assumed_(std::make_unique<AssumedError>(cell, arm, deviation.share)),
       scratch_(arm) {}
 
@@ -60,12 +55,14 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
                                     const LoadStatement& load, const Conditions& conditions,
                                     bool extrapolated, const Vec3& p_TP) {
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
-  const Mat3 effects_W = EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
-                         CovarianceOfAmbiguousEvents(arm, q, load.modelled, conditions);
+  const Mat3 effects_W =
+      covariance_share_ * EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
+      CovarianceOfAmbiguousEvents(arm, q, load.modelled, conditions);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
-  const double sigma_m = std::hypot(residual_sigma_m_, distant_sigma_m_ * distance_.Of(q));
-  const Mat3 covariance = effects_W + sigma_m * sigma_m * Mat3::Identity();
-  const RadiusBasis basis = held_out_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
+  const double grown_m2 = held_out_ ? arm.growth().Variance(q) : 0;
+  const double variance_m2 = residual_sigma_m_ * residual_sigma_m_ + grown_m2;
+  const Mat3 covariance = effects_W + variance_m2 * Mat3::Identity();
+  const RadiusBasis basis = tested_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
   const StatedRadius inside{RadiusHolding95Percent(covariance),
                             as_validated_ ? basis : RadiusBasis::kAssumed};
   if (!extrapolated && as_validated_) return inside;

@@ -5,7 +5,6 @@
 
 #include "firmware-like/deflection/load_statement.h"
 #include "firmware-like/deflection/uncertainty.h"
-#include "firmware-like/kinematics/pose_distance.h"
 #include "firmware-like/model/radius_basis.h"
 
 namespace plumbline {
@@ -15,12 +14,14 @@ class AssumedError;
 /// 95 % radius of the attained tip position around the predicted one.
 ///
 /// Fitted model (its cell has a [domain]), inside the domain:
-///   C = sum_e J_e Sigma_e J_e^T + sigma^2(d) I
-/// with the covariance of the effects' parameters (EffectCovariance) and sigma(d), the standard
-/// deviation per axis of the residual of held-out rows, which grows with the distance d from the
-/// measured poses (Domain::distant_sigma_m). The basis is `measured`. Without a held-out residual,
-/// sigma is the instrument's and the basis is `propagated`. The radius applies to points measured
-/// with this instrument; for the tip itself it is too large by the instrument's noise.
+///   C = c share^2(d) sum_e J_e Sigma_e J_e^T + sigma^2(d) I
+/// with the covariance of the effects' parameters (EffectCovariance; c is Domain::covariance_share)
+/// and sigma(d), the standard deviation per axis of the residual of held-out rows, which grows with
+/// the distance d from the measured poses (DistanceGrowth). The basis is `measured`. Without a
+/// held-out residual, sigma is the instrument's and the basis is `propagated`. It is `propagated`
+/// for ranges, too: they test the tip only along the wire; across it only the covariance is known.
+/// The radius applies to points measured with this instrument; for the tip itself it is too large
+/// by the instrument's noise.
 ///
 /// Any other model: the error is sampled from the priors of all undeclared parameters
 /// (AssumedError), combined with the covariance of the effects. The basis is `propagated` if the
@@ -59,10 +60,10 @@ class LandingUncertainty {
   bool fitted_;
   bool as_validated_;
   bool held_out_;  ///< the domain states a held-out residual
+  bool tested_;    ///< of whole points
   bool deviation_stated_;
+  double covariance_share_;
   double residual_sigma_m_;
-  double distant_sigma_m_;
-  PoseDistance distance_;
   std::unique_ptr<AssumedError> assumed_;
   EffectScratch scratch_;
   LoadedState state_;

@@ -32,7 +32,9 @@ LoadedArm::LoadedArm(const CellModel& cell)
       beam_tip_F_(0, 0, cell.tool.Length()),
       bends_(!cell.tool.rigid),
       compliance_(chain_.size()),
-      effects_(ActiveEffectsOf(cell)) {
+      effects_(ActiveEffectsOf(cell)),
+      growth_(chain_, cell.tool.tcp_F, cell.domain ? &*cell.domain : nullptr),
+      ranges_(cell.measurement.kind == MeasurementKind::kRange) {
   for (int i = 0; i < chain_.size(); ++i) {
     compliance_[i] =
         cell.robot.joints[static_cast<std::size_t>(i)].compliance_rad_per_Nm.value_or(0.0);
@@ -59,6 +61,15 @@ LoadedArm::LoadedArm(const CellModel& cell)
   declared_ = DeclaredConditions(cell);
 }
 
+Influence<double> LoadedArm::EffectsAt(const Conditions& moment) const {
+  Influence<double> influence;
+  if (effects_.empty()) return influence;
+  AddEffects(effects_, moment, influence);
+  const double share = growth_.Share(moment.q);
+  if (share < 1) influence.Scale(share);
+  return influence;
+}
+
 void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
                          const Conditions& conditions, LoadedState& state) const {
   if (effects_.empty()) {
@@ -69,8 +80,7 @@ void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
   // Effects depend on the command q = theta - s, which depends on the effects: iterate.
   Conditions moment = ConditionsAt(theta, conditions);
   for (int pass = 0; pass < 6; ++pass) {
-    Influence<double> influence;
-    AddEffects(effects_, moment, influence);
+    const Influence<double> influence = EffectsAt(moment);
     Equations<double>(theta, payload, &influence, conditions.tau, state);
     const double change = (theta - state.sag - moment.q).cwiseAbs().maxCoeff();
     moment.q = theta - state.sag;
@@ -85,8 +95,7 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
   if (effects_.empty()) {
     settled = AtCommanded(q, payload, nullptr, conditions.tau, state);
   } else {
-    Influence<double> influence;
-    AddEffects(effects_, ConditionsAt(q, conditions), influence);
+    const Influence<double> influence = EffectsAt(ConditionsAt(q, conditions));
     settled = AtCommanded(q, payload, &influence, conditions.tau, state);
   }
   state.X_BT = X_WB_.Inverse() * state.X_WT;

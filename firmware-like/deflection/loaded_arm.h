@@ -3,6 +3,7 @@
 #pragma once
 
 #include "firmware-like/beam/tip_compliance.h"
+#include "firmware-like/deflection/distance_growth.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
@@ -30,7 +31,8 @@ struct LoadedStateOf {
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
   ToolLoadOf<T> tool;                     ///< the loads that cause bend_F and slope_F
   PoseOf<T> X_WT;                         ///< pose of the loaded tip in W
-  /// Tip position reported by the instrument, including its own errors [m].
+  /// Tip position reported by the instrument, including its own errors [m]. For ranges this is the
+  /// tip itself, because the errors of such an instrument act on the measured length.
   Vec3Of<T> p_read_W = Vec3Of<T>::Zero();
 };
 
@@ -43,7 +45,8 @@ struct LoadedState : LoadedStateOf<double> {
 ///   s_i     = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i|
 ///             + turn_i
 ///   X_WT    = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
-///   p_read  = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), with c and R_WC of the measuring camera
+///   p_read  = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), with c and R_WC of the measuring camera;
+///             p_WT for ranges
 ///   K(p)    = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean    = exp(pedestal_compliance * moment of the leaning arm's weight about the origin of B)
 /// Tilting bearings, bending and twisting links, and bending slides (structure.h) move the tip from
@@ -69,6 +72,8 @@ class LoadedArm {
   double compliance(int joint) const { return compliance_[joint]; }
   /// True if the tip is measured by a camera with a declared pose.
   bool read_by_camera() const { return X_WC_.has_value(); }
+  /// True if ranges are measured; `p_read_W` then contains no error of the instrument.
+  bool read_by_range() const { return ranges_; }
   const TipCompliance& tip_compliance() const { return tip_compliance_; }
   const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< reference point of payload moments
 
@@ -82,6 +87,11 @@ class LoadedArm {
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<ActiveEffect>& effects() const { return effects_; }
+  /// What the distance from the fitted poses makes of the effects.
+  const DistanceGrowth& growth() const { return growth_; }
+  /// The sum of the cell's effects at `moment`, in the share that its distance from the fitted
+  /// poses leaves. Allocates nothing.
+  Influence<double> EffectsAt(const Conditions& moment) const;
 
   /// State of the arm at *actual* joint positions theta = q + s. The command that leads there is
   /// theta - state.sag. Does not allocate.
@@ -139,7 +149,9 @@ class LoadedArm {
   bool centres_guessed_ = false;
   JointVector compliance_;
   std::vector<ActiveEffect> effects_;
+  DistanceGrowth growth_;
   std::optional<Pose> X_WC_;  ///< pose of the measuring camera
+  bool ranges_;               ///< ranges are measured, not positions
   Conditions declared_;
 };
 

@@ -83,24 +83,30 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
   return count;
 }
 
-/// Closed forms without a measuring camera: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)).
-void AddReadingEntries(const Influence<double>& influence, const InfluenceSet& wanted,
-                       Sensitivity& sensitivity) {
-  const double enlarged = 1 + influence[I::kScale];
+/// Factor by which an instrument other than a camera enlarges the reported position.
+double Enlargement(const LoadedArm& arm, const Influence<double>& influence) {
+  return arm.read_by_range() ? 1 : 1 + influence[I::kScale];
+}
+
+/// Closed forms without a measuring camera: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)); scale is
+/// 0 for ranges.
+void AddReadingEntries(const LoadedArm& arm, const Influence<double>& influence,
+                       const InfluenceSet& wanted, Sensitivity& sensitivity) {
+  const double enlarged = Enlargement(arm, influence);
   const LoadedStateOf<double>& state = sensitivity.state;
   const Mat3 R_WF = state.X_WT.R * SmallRotation<double>(state.slope_F).transpose();
   for (int axis = 0; axis < 3; ++axis) {
     if (wanted[I::kBase + axis]) sensitivity.dp.col(I::kBase + axis)[axis] = enlarged;
     if (wanted[I::kTip + axis]) sensitivity.dp.col(I::kTip + axis) = enlarged * R_WF.col(axis);
   }
-  if (wanted[I::kScale]) sensitivity.dp.col(I::kScale) = state.X_WT.p;
+  if (wanted[I::kScale] && !arm.read_by_range()) sensitivity.dp.col(I::kScale) = state.X_WT.p;
 }
 
 /// d (reported position) / d (position of the tip).
 Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
                      const Sensitivity& sensitivity) {
   if (arm.read_by_camera()) return sensitivity.dp.middleCols<3>(I::kBase);
-  return (1 + influence[I::kScale]) * Mat3::Identity();
+  return Enlargement(arm, influence) * Mat3::Identity();
 }
 
 /// Derivative of the rotation R, as a rotation vector, with respect to one variable of the dual
@@ -277,7 +283,7 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
       partial.s_x(i, entry) = SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
   }
-  if (!arm.read_by_camera()) AddReadingEntries(influence, wanted, sensitivity);
+  if (!arm.read_by_camera()) AddReadingEntries(arm, influence, wanted, sensitivity);
   // p_theta (I - s_theta)^-1 once, then every entry.
   const Square through = (Square::Identity(n, n) - partial.s_theta).partialPivLu().inverse();
   sensitivity.dp += (partial.p_theta.leftCols(n) * through).eval() * partial.s_x.topRows(n);

@@ -65,8 +65,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
   Mat3 covariance = Mat3::Zero();
   if (arm.effects().empty()) return covariance;
   Conditions moment = arm.ConditionsAt(q, conditions);
-  Influence<double> influence;
-  AddEffects(arm.effects(), moment, influence);
+  const Influence<double> influence = arm.EffectsAt(moment);
   InfluenceSet touched;
   Eigen::Index at = 0;
   for (const ActiveEffect& active : arm.effects()) {
@@ -93,7 +92,8 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
     covariance += weighted.lazyProduct(columns.transpose());
     at += count;
   }
-  return covariance;
+  const double share = arm.growth().Share(q);
+  return share * share * covariance;
 }
 
 double RadiusHolding95Percent(const Mat3& covariance) {

@@ -23,7 +23,8 @@ struct EffectScratch {
 
 /// Covariance of the measured tip position in W [m^2] due to the parameter covariances of the
 /// cell's effects:
-///   C = sum_e J_e Sigma_e J_e^T, with J_e the derivative of the tip by the parameters of effect e.
+///   C = share^2 sum_e J_e Sigma_e J_e^T, with J_e the derivative of the tip by the parameters of
+/// effect e and the share that the distance from the fitted poses leaves (distance_growth.h).
 /// An effect without a covariance contributes nothing. Zero if the deflected posture does not
 /// converge.
 Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,

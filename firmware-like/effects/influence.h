@@ -57,7 +57,7 @@ class Influence {
     kBaseRollPitchYaw = kBase + 3,      ///< 3: added to the base's roll, pitch, yaw [rad]
     kBaseTilt = kBaseRollPitchYaw + 3,  ///< 2: rotations of the base about x and y of W [rad]
     kTip = kBaseTilt + 2,               ///< 3: translation of the tip in F [m]
-    kScale = kTip + 3,                  ///< measured positions times (1 + value)
+    kScale = kTip + 3,                  ///< measured positions or ranges times (1 + value)
     kCameraScale,                       ///< the same relative to the measuring camera's position
     kCameraDepth,                       ///< the same along the camera's optical axis only
     kCameraRadial,                      ///< k1 of the lens minus the calibrated one
@@ -70,6 +70,8 @@ class Influence {
   const T& Joint(JointEntry entry, int joint) const { return values_[entry * kMaxJoints + joint]; }
   T& operator[](int entry) { return values_[entry]; }
   const T& operator[](int entry) const { return values_[entry]; }
+  /// Every entry times a factor.
+  void Scale(const T& factor) { values_ *= factor; }
   auto Vector(Entry first) { return values_.template segment<3>(first); }
   auto Vector(Entry first) const { return values_.template segment<3>(first); }
 

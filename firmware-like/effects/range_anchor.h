@@ -6,7 +6,7 @@
 namespace plumbline {
 
 /// Ranges are measured from anchor_mm + (x, y, z) in W:
-///   range = |p_WT - anchor - shift| (1 + measurement_scale) + range_zero
+///   range = (1 + measurement_scale) |p_WT - anchor - shift| + range_zero
 /// File unit: mm. Changes the reading, not the arm; equivalent to a base that moved the opposite
 /// way (base_frame). Needs [measurement] kind = "range".
 const Effect& RangeAnchor();

@@ -124,6 +124,10 @@ struct SessionFrames {
   std::string id;
   Pose X_WB;
   std::optional<Vec3> tip_F;
+  /// Where the correction fades with the distance: the frames of the declared model, fitted to the
+  /// same rows. The arm's frames go over to them as the correction fades.
+  std::optional<Pose> X_WB_declared{};
+  std::optional<Vec3> tip_declared_F{};
 };
 
 /// The domain covered by the data of a fit; predictions outside it are extrapolated.
@@ -141,7 +145,16 @@ struct Domain {
   ///   sigma^2(d) = residual_sigma^2 + (distant_sigma d)^2, with d from kinematics/pose_distance.h.
   /// Absent: no growth.
   std::optional<double> distant_sigma_m;
+  /// Factor applied to the sum of the effects' covariances. Each effect is written with its own
+  /// covariance only; the sum overstates the uncertainty of effects that are nearly collinear.
+  double covariance_share = 1;
   std::vector<JointVector> poses;  ///< representative subset of the measured poses [rad] or [m]
+  /// Distance from `poses` within which all measured poses lie; the error grows only beyond it.
+  double reach_rad = 0;
+  /// Standard deviation per axis of the declared model's error. Present if the causes of the
+  /// correction are not confirmed; the correction then fades with distance towards the declared
+  /// model, see distance_growth.h.
+  std::optional<double> declared_sigma_m;
   /// UTC time, in seconds since 1970, at which t_s of the fitted rows is zero. Absent: unknown;
   /// time-dependent effects are then meaningless outside those rows.
   std::optional<double> time_zero_s;

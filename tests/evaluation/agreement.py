@@ -38,11 +38,11 @@ def effect_tables(effects):
     return text
 
 
-def difference(family, seed, robot, product, simulate):
+def difference(family, seed, robot, product, simulate, options=()):
     with tempfile.TemporaryDirectory() as folder:
         place = lambda name: os.path.join(folder, name)
-        subprocess.run([simulate, "--family", family, "--seed", str(seed), "--robot", robot, "--out", folder],
-                       check=True, capture_output=True)
+        subprocess.run([simulate, "--family", family, "--seed", str(seed), "--robot", robot, "--out", folder,
+                        *options], check=True, capture_output=True)
         with open(place("truth.json")) as file:
             truth = json.load(file)
         with open(place("cell.toml"), "a") as file:
@@ -76,6 +76,11 @@ def main():
                     failed += 1
                     print(f"{family} on {robot}, seed {seed}: " +
                           (before if rms is None else f"{rms:.6f} mm RMS of {before:.3f} mm"))
+    for family in groups.RANGES + ["measurement_scale"]:  # an instrument of ranges moves no tip
+        rms, before = difference(family, 1, "ur10", options.product, options.simulate, ("--range",))
+        if rms is None or rms > 4e-4 or before > 0:
+            failed += 1
+            print(f"{family}, ranges: {rms} mm RMS of {before} mm")
     print(f"{failed} do not agree" if failed else "all agree")
     return 1 if failed else 0
 

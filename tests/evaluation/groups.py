@@ -63,7 +63,7 @@ def table(families):
     yield Group("catalogue, camera", CAMERA)
     yield Group("link masses unknown", UNWEIGHED, 1, ("--masses-unknown",))
     yield Group("prismatic axes", SLIDES, 1, robots=("lift",))
-    yield Group("ranges", RANGES + ["joint_compliance", "none"], 1, (*rows(300), "--range"))
+    yield Group("ranges", RANGES + ["measurement_scale", "joint_compliance", "none"], 1, (*rows(300), "--range"))
     yield Group("inclinometer", TILTS, 1, ("--inclinometer",))
     yield Group("weak (signal 1 to 4)", catalogue[1::3], 1 / 3, signal=(1, 4))
     yield Group("two effects", ["pair"], 5)

@@ -437,11 +437,13 @@ Vector3d Arm::Tip(const Row& row) const {
   for (const Changes::Step& step : changes_.steps) {
     if (step.of_tool && row.t_s >= step.time_s) tip += step.xyz_m;
   }
-  return (1.0 + changes_.scale) * Seen(row, Yielded(row, posture).Point(tip));
+  const Vector3d at = Seen(row, Yielded(row, posture).Point(tip));
+  return cell_.anchor_m ? at : Vector3d((1.0 + changes_.scale) * at);
 }
 
 double Arm::Range(const Vector3d& tip_m) const {
-  return (tip_m - *cell_.anchor_m - changes_.anchor_m).norm() + changes_.range_zero_m;
+  const double length = (tip_m - *cell_.anchor_m - changes_.anchor_m).norm();
+  return (1.0 + changes_.scale) * length + changes_.range_zero_m;
 }
 
 Eigen::VectorXd Arm::Torques(const Row& row) const {

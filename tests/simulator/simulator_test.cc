@@ -288,6 +288,9 @@ TEST_CASE("the base tilts as the inclinometer reads; ranges are measured from th
   CHECK(range_mm({}) == Approx(2000.0));
   CHECK(range_mm({Simple("range_zero", {{"zero", 3.0, "mm"}})}) == Approx(2003.0));
   CHECK(range_mm({Simple("range_anchor", {{"z", 1.0, "mm"}})}) == Approx(1999.0));
+  const Effects longer = {Simple("measurement_scale", {{"scale", 1e-3, "1"}})};
+  CHECK(range_mm(longer) == Approx(2002.0));
+  CHECK((Tip(cell, longer, row) - Tip(cell, {}, row)).norm() < 1e-12);
 }
 
 TEST_CASE("every family hides the requested signal, and a fit of its form recovers it") {

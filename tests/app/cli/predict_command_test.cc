@@ -7,6 +7,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -242,6 +243,44 @@ TEST_CASE("a cell with an unknown frame or tool is predicted only if these are g
         << cell << "[[session]]\nid = \"1\"\nbase_xyz_mm = [1.0, 2.0, 3.0]\n";
     CHECK(folder.Run("out.csv") == 0);
   }
+}
+
+TEST_CASE("where a correction has faded the frames are those of the declared model") {
+  PredictFolder folder;
+  folder.WritePoses(kGoodRow);
+  const std::string whole = folder.Content("cell.toml");
+  const std::string cell = whole.substr(0, whole.find("\n[measurement]")) +
+                           "\n[measurement]\nkind = \"position\"\nframe = \"unaligned\"\n"
+                           "tool = \"unknown\"\n";
+  const std::string declared =
+      "base_xyz_mm = [1.0, 2.0, 3.0]\nbase_rpy_deg = [0.1, -0.2, 0.3]\n"
+      "tip_mm = [4.0, 5.0, 600.0]\n";
+  const auto tip_of = [&](const std::string& frames, const std::string& domain) {
+    std::ofstream(folder.File("cell.toml")) << cell << "[[session]]\nid = \"1\"\n"
+                                            << frames << domain;
+    CHECK(folder.Run("out.csv") == 0);
+    const std::string out = folder.Content("out.csv");
+    const std::string row = out.substr(out.find('\n') + 1);
+    Vec3 tip_mm;
+    std::sscanf(row.c_str(), "%lf,%lf,%lf", &tip_mm.x(), &tip_mm.y(), &tip_mm.z());
+    return tip_mm;
+  };
+  const std::string both =
+      "base_xyz_mm = [7.0, 8.0, 9.0]\ntip_mm = [0.0, 0.0, 600.0]\ndeclared_base_xyz_mm = [1.0, "
+      "2.0, "
+      "3.0]\ndeclared_base_rpy_deg = [0.1, -0.2, 0.3]\ndeclared_tip_mm = [4.0, 5.0, 600.0]\n";
+  const auto domain = [](const std::string& q) {
+    return "[domain]\nq_deg = [[-360, 360], [-360, 360], [-360, 360], [-360, 360], [-360, 360], "
+           "[-360, 360]]\nresidual_sigma_mm = 0.05\ndistant_sigma_mm = 10000\n"
+           "declared_sigma_mm = 0.001\nposes_deg = [[" +
+           q + "]]\n";
+  };
+  const Vec3 faded = tip_of(both, domain("180, 90, -90, 180, 180, 180"));
+  // Gravity stays that of the corrected base, 6 mrad aside.
+  CHECK((faded - tip_of(declared, "")).norm() < 0.2);
+  const Vec3 near = tip_of(both, domain("0, -90, 90, 0, 0, 0"));
+  CHECK((near - tip_of(both, "")).norm() < 1e-4);
+  CHECK((near - faded).norm() > 5);
 }
 
 TEST_CASE("--out - is standard output, as everywhere") {

@@ -251,10 +251,16 @@ TEST_CASE("the measured poses are written and belong to the model that was valid
   JointVector q(6);
   q << 0.1, -0.2, 0.3, -0.4, 0.5, -0.6;
   diagnosis.domain.poses = {q, 2 * q};
+  diagnosis.domain.reach_rad = 0.25;
+  diagnosis.domain.covariance_share = 0.5;
+  diagnosis.domain.declared_sigma_m = 7e-4;
   const std::string written = Corrected(original, diagnosis);
   const Domain domain = *Read(written).domain;
   CHECK(domain.as_validated);
   CHECK(*domain.distant_sigma_m == Approx(2e-4));
+  CHECK(domain.reach_rad == 0.25);
+  CHECK(domain.covariance_share == 0.5);
+  CHECK(*domain.declared_sigma_m == Approx(7e-4));
   REQUIRE(domain.poses.size() == 2);
   CHECK((domain.poses[1] - 2 * q).norm() < 1e-4);
   CHECK_FALSE(Read(Edited(written, "distant_sigma_mm = 0.2", "distant_sigma_mm = 0.1"))
@@ -264,8 +270,14 @@ TEST_CASE("the measured poses are written and belong to the model that was valid
 
 TEST_CASE("a written model with effects and frames reads back as it was validated") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};
+  const Pose declared{RotationFromRollPitchYaw(Vec3(0.1, -0.2, 0.3)), Vec3(1, 2, 3)};
+  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt, declared, Vec3(0.1, 0, 0.2)}};
   const std::string written = Corrected(CellText(), diagnosis);
+  const SessionFrames frames = Read(written).sessions.front();
+  REQUIRE((frames.X_WB_declared && frames.tip_declared_F));
+  CHECK((frames.X_WB_declared->p - declared.p).norm() < 1e-12);
+  CHECK((frames.X_WB_declared->R - declared.R).norm() < 1e-12);
+  CHECK((*frames.tip_declared_F - Vec3(0.1, 0, 0.2)).norm() < 1e-12);
   CHECK(Read(written).domain->as_validated);
   CHECK(Read(Edited(written, "date = \"2026-11-21\"", "date = \"2026-11-22\""))
             .domain->as_validated);  // a label

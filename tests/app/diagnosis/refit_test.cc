@@ -1,9 +1,12 @@
 // Parameters by least squares, which of them the rows hold, and rows of several kinds together.
 #include "app/diagnosis/refit.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 
+#include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/simulated.h"
@@ -116,5 +119,83 @@ TEST_CASE("the columns of a pose are central differences of its residuals") {
     less.effects = {EffectWith(data.cell, "joint_offset", {{name, -kStep}})};
     const Eigen::VectorXd slope = (residual_at(less) - residual_at(more)) / (2 * kStep);
     CHECK((slope - linear->gradients.front().col(joint)).norm() < 1e-5);
+  }
+}
+
+TEST_CASE("effects that do nearly the same are uncertain apart, not together") {
+  const MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 3");
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  const auto share_of = [&](const std::string& other, const std::string& joint, double& rho) {
+    FitProblem problem = FitOfEveryRow(*dataset, 1);
+    problem.sigma_m = 5e-5;
+    Model start = Model::Declared(*dataset);
+    start.effects = {EffectWith(data.cell, "joint_offset", {{"q2", 1e-7}}),
+                     EffectWith(data.cell, other, {{joint, 1e-7}})};
+    Identified found(problem);
+    found.refit = RefitModel(problem, start, {}).value();
+    const Result<Linearisation> linear = Linearise(*dataset, found.refit.model, true, 1);
+    REQUIRE(linear);
+    found.linear = std::make_shared<const Linearisation>(*linear);
+    const Eigen::MatrixXd& covariance = found.refit.covariance;
+    rho = covariance(0, 1) / std::sqrt(covariance(0, 0) * covariance(1, 1));
+    // What a discrepancy model adds has been scaled: it dilutes, no more.
+    CHECK(CovarianceShare(found, 1e6) == Approx(1).epsilon(1e-4));
+    return CovarianceShare(found, 0);
+  };
+  // Of two parameters, rows of unit variance are predicted with 2, and apart with 2 / (1 - rho^2).
+  double rho = 0;
+  CHECK(share_of("gear_ratio", "q2", rho) == Approx(1 - rho * rho).epsilon(1e-3));
+  CHECK(std::abs(rho) > 0.7);
+  CHECK(share_of("joint_offset", "q5", rho) == Approx(1 - rho * rho).epsilon(1e-3));
+  CHECK(std::abs(rho) < 0.5);
+}
+
+TEST_CASE("an instrument of ranges errs along the wire: its columns are central differences") {
+  MeasuredCell data = Simulated("--family none --range --robot ur10 --rows 6 --repeats 0 --seed 3");
+  Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  const Dataset& rows = *dataset;
+  const auto with = [&](double scale, double zero_m, double x_m, double turn_rad) {
+    Model model = Model::Declared(rows);
+    model.effects = {EffectWith(data.cell, "measurement_scale", {{"scale", scale}}),
+                     EffectWith(data.cell, "range_zero", {{"zero", zero_m}}),
+                     EffectWith(data.cell, "range_anchor", {{"x", x_m}}),
+                     EffectWith(data.cell, "joint_offset", {{"q1", turn_rad}})};
+    return model;
+  };
+  constexpr double kScale = 2e-3, kZero_m = 3e-3, kX_m = 0.01, kTurn_rad = 1e-3;
+  const Result<Linearisation> linear =
+      Linearise(rows, with(kScale, kZero_m, kX_m, kTurn_rad), true, 1);
+  const Result<Linearisation> declared = Linearise(rows, with(0, 0, 0, kTurn_rad), false, 1);
+  REQUIRE(linear);
+  REQUIRE(declared);
+  using I = Influence<double>;
+  for (const RowIndex row : rows.row_indices()) {
+    // What the instrument does wrong moves no tip.
+    const Vec3& tip_W = linear->rows[row].p_W;
+    CHECK((tip_W - declared->rows[row].p_W).norm() < 1e-12);
+    const double length_m = (tip_W - data.cell.measurement.anchor_W - Vec3(kX_m, 0, 0)).norm();
+    const double read_m = rows.measured(row).range_m - linear->rows[row].residual[0];
+    CHECK(read_m == Approx((1 + kScale) * length_m + kZero_m).epsilon(1e-12));
+  }
+  constexpr double kStep = 1e-5;
+  const std::array<std::pair<int, Eigen::Vector4d>, 4> entries = {
+      {{I::kScale, Eigen::Vector4d::Unit(0)},
+       {I::kRangeZero, Eigen::Vector4d::Unit(1)},
+       {I::kRangeAnchor, Eigen::Vector4d::Unit(2)},
+       {I::kTurn * kMaxJoints, Eigen::Vector4d::Unit(3)}}};
+  for (const auto& [entry, step] : entries) {
+    const auto residual = [&](double sign) {
+      const Eigen::Vector4d at =
+          Eigen::Vector4d(kScale, kZero_m, kX_m, kTurn_rad) + sign * kStep * step;
+      const Result<Linearisation> moved =
+          Linearise(rows, with(at[0], at[1], at[2], at[3]), false, 1);
+      REQUIRE(moved);
+      return moved->rows.front().residual[0];
+    };
+    CAPTURE(entry);
+    const double slope = (residual(-1) - residual(1)) / (2 * kStep);
+    CHECK(linear->gradients.front()(0, entry) == Approx(slope).epsilon(1e-6));
   }
 }

@@ -44,6 +44,7 @@ HeldOut Drawn(const std::string& by, double near_m, double distant_m, double low
     way.before.push_back(2 * way.after.back());
   }
   way.predicted.assign(kRows, true);
+  way.reach.assign(kRows, 0.0);
   return way;
 }
 
@@ -56,8 +57,8 @@ Validation Drawn(double near_m, double distant_m) {
   return validation;
 }
 
-ResidualSpread Spread(const Validation& validation, bool corrected = true) {
-  return SpreadOf(validation, Problem(), corrected).value();
+ResidualSpread Spread(const Validation& validation, Correction correction = Correction::kWritten) {
+  return SpreadOf(validation, Problem(), correction).value();
 }
 
 }  // namespace
@@ -67,7 +68,7 @@ TEST_CASE("the growth with the distance is found, widened as five regions ask fo
   const ResidualSpread spread = Spread(Drawn(1e-4, 3e-4));
   CHECK(spread.near_m == Approx(1e-4).epsilon(0.15));
   CHECK(spread.distant_m == Approx(kWidened * 3e-4).epsilon(0.1));
-  const ResidualSpread declared = Spread(Drawn(1e-4, 3e-4), false);
+  const ResidualSpread declared = Spread(Drawn(1e-4, 3e-4), Correction::kNone);
   CHECK(declared.distant_m == Approx(2 * spread.distant_m).epsilon(0.01));
 }
 
@@ -86,10 +87,43 @@ TEST_CASE("what the distance does not explain is expected everywhere") {
   CHECK(std::hypot(spread.near_m, 0.5 * spread.distant_m) > 5e-4);
 }
 
+TEST_CASE("a correction that fades is judged as it will be applied, from one half to the other") {
+  constexpr double kDeclared_m = 5e-4, kReach = 0.2;
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal(0, kDeclared_m);
+  Validation validation = Drawn(1e-4, 1e-4);
+  validation.halves = Drawn("opposite halves of the joint space", 1e-4, 1e-3, 0.3, 1.5, 3);
+  std::vector<HeldOut*> every = {&validation.ways[0], &validation.ways[1], &*validation.halves};
+  for (HeldOut* way : every) {
+    way->reach.assign(kRows, kReach);
+    for (Vec3& before : way->before) before = Vec3(normal(random), normal(random), normal(random));
+  }
+  const ResidualSpread written = Spread(validation);
+  CHECK_FALSE(written.declared_m);
+  CHECK(written.distant_m < 2e-4);
+  const ResidualSpread fading = Spread(validation, Correction::kFading);
+  CHECK(fading.distant_m > 4e-4);  // the halves are believed
+  REQUIRE(fading.declared_m);
+  CHECK(*fading.declared_m > 0.9 * kDeclared_m);
+  // As applied, the errors at the far end of the halves lie within the radius.
+  const double declared_m2 = *fading.declared_m * *fading.declared_m;
+  int outside = 0;
+  for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
+    const HeldOut& halves = *validation.halves;
+    const double gained_m2 = fading.distant_m * fading.distant_m *
+                             (halves.distance[row] * halves.distance[row] - kReach * kReach);
+    const double share = declared_m2 / (declared_m2 + gained_m2);
+    const Vec3 error = halves.before[row] + share * (halves.after[row] - halves.before[row]);
+    const double variance_m2 = fading.near_m * fading.near_m + share * gained_m2;
+    outside += error.squaredNorm() > 7.815 * variance_m2 ? 1 : 0;
+  }
+  CHECK(outside < 0.08 * kRows);
+}
+
 TEST_CASE("a box of ranges is no evidence: without a held-out region there is no spread") {
   Validation validation = Drawn(1e-4, 0);
   validation.ways.pop_back();
-  CHECK_FALSE(SpreadOf(validation, Problem(), true));
+  CHECK_FALSE(SpreadOf(validation, Problem(), Correction::kWritten));
 }
 
 TEST_CASE("what sessions differ by counts near the measured poses, too") {
@@ -111,7 +145,7 @@ TEST_CASE("a radius never leaves out more of the held-out rows than chance does,
         problem.weights[row] = off ? 0 : 1;
       }
     }
-    return std::sqrt(7.815) * SpreadOf(validation, problem, true).value().near_m;
+    return std::sqrt(7.815) * SpreadOf(validation, problem, Correction::kWritten).value().near_m;
   };
   CHECK(set_errors(10) == Approx(8e-4).epsilon(0.05));  // one row in ten is off
   CHECK(set_errors(25) < 3e-4);                         // within what 5 % may be

@@ -8,6 +8,7 @@
 
 #include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/explanation_checks.h"
+#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/empirical.h"
@@ -222,6 +223,39 @@ TEST_CASE("a few poses are regions of their own, whatever their loads") {
   for (const RowIndex row : data.row_indices()) {
     CHECK(plan.fold_of[row] == plan.fold_of[RowIndex(row.value() % 3)]);
   }
+}
+
+TEST_CASE("the halves of the joint space are as large as each other, and repeats share one") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  const FoldPlan plan = OppositeHalves(data);
+  REQUIRE(plan.folds == 2);
+  std::map<ClusterIndex, int> half_of;
+  int in_first = 0;
+  for (const RowIndex row : data.row_indices()) {
+    const auto [known, fresh] = half_of.emplace(data.cluster_of[row], plan.fold_of[row]);
+    CHECK(known->second == plan.fold_of[row]);
+    in_first += fresh && plan.fold_of[row] == 0 ? 1 : 0;
+  }
+  CHECK(in_first == data.clusters / 2);
+  // One half lies farther from the other than a region from the rest.
+  const auto mean_distance = [&](const FoldPlan& folds, int fold) {
+    std::vector<JointVector> others;
+    for (const RowIndex row : data.row_indices()) {
+      if (folds.fold_of[row] != fold) others.push_back(data.measured(row).q);
+    }
+    const PoseDistance distance = DistanceFrom(data.cell, others);
+    double sum = 0, count = 0;
+    for (const RowIndex row : data.row_indices()) {
+      if (folds.fold_of[row] != fold) continue;
+      sum += distance.Of(data.measured(row).q);
+      count += 1;
+    }
+    return sum / count;
+  };
+  const FoldPlan regions = RegionsOfJointSpace(data);
+  double of_regions = 0;
+  for (int fold = 0; fold < regions.folds; ++fold) of_regions += mean_distance(regions, fold);
+  CHECK(0.5 * (mean_distance(plan, 0) + mean_distance(plan, 1)) > of_regions / regions.folds);
 }
 
 TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows between") {

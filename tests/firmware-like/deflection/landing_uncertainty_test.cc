@@ -75,7 +75,52 @@ TEST_CASE("the radius of an identified model grows with the distance from the me
   CHECK(Radius(cell, away, false).radius_m < uniform_m);
 }
 
-TEST_CASE("the radius of an identified model contains 95 % of the arms consistent with it") {
+TEST_CASE(
+    "a correction without a confirmed cause fades with the distance, and never errs by more") {
+  CellModel cell = Identified();
+  const CellModel declared = test::HeavyArm();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const Payload payload{60, *cell.payload_cog_F};
+  const auto tip = [&](const CellModel& of, const JointVector& at) {
+    LoadedState state;
+    REQUIRE(LoadedArm(of).AtCommanded(at, payload, Conditions{}, state));
+    return state.X_WT.p;
+  };
+  const CellModel everywhere = cell;
+  constexpr double kReach = 0.1, kDistant_m = 1e-3, kDeclared_m = 3e-4;
+  cell.domain->distant_sigma_m = kDistant_m;
+  cell.domain->poses = {q};
+  cell.domain->reach_rad = kReach;
+  cell.domain->declared_sigma_m = kDeclared_m;
+  JointVector within = q, away = q;
+  within[0] += 0.05;
+  away[0] += 0.8;
+  away[1] -= 0.5;
+  CHECK((tip(cell, within) - tip(everywhere, within)).norm() < 1e-12);
+  const LoadedArm arm(cell);
+  const double d = PoseDistance(arm.chain(), arm.X_FT().p, cell.domain->poses).Of(away);
+  const double gained_m2 = kDistant_m * kDistant_m * (d * d - kReach * kReach);
+  const double share = kDeclared_m * kDeclared_m / (kDeclared_m * kDeclared_m + gained_m2);
+  CHECK(share < 0.5);
+  CHECK(arm.growth().Share(away) == Approx(share));
+  CHECK(arm.growth().Variance(away) == Approx(share * gained_m2));
+  const Vec3 correction = tip(everywhere, away) - tip(declared, away);
+  CHECK((tip(cell, away) - tip(declared, away) - share * correction).norm() <
+        1e-2 * correction.norm());
+  // What is known of the effects' sizes fades with them.
+  CHECK(EffectCovariance(arm, away, payload, {}).trace() ==
+        Approx(share * share * EffectCovariance(LoadedArm(everywhere), away, payload, {}).trace())
+            .epsilon(1e-2));
+  // Half a turn away the radius has not passed that of the declared model.
+  cell.effects[0].covariance.setZero();
+  JointVector opposite = away;
+  opposite[0] += 2;
+  const double most_m = std::hypot(*cell.domain->residual_sigma_m, kDeclared_m);
+  CHECK(Radius(cell, opposite, false).radius_m <= most_m / 5e-5 * Radius(cell, q, false).radius_m);
+}
+
+TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") {
   const CellModel cell = Identified();
   std::mt19937 random(31);
   const JointVector q = test::RandomPosture(cell, random);
@@ -118,6 +163,18 @@ TEST_CASE("the basis is measured inside the domain of a validated fit, and weake
   const StatedRadius propagated = Radius(cell, q, false);
   CHECK(propagated.basis == RadiusBasis::kPropagated);
   CHECK(propagated.radius_m == Approx(inside.radius_m));
+}
+
+TEST_CASE("ranges test the tip along the wire alone: the radius is propagated") {
+  CellModel cell = Identified();
+  JointVector q(6);
+  q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
+  const StatedRadius of_points = Radius(cell, q, false);
+  CHECK(of_points.basis == RadiusBasis::kMeasured);
+  cell.measurement.kind = MeasurementKind::kRange;
+  const StatedRadius of_ranges = Radius(cell, q, false);
+  CHECK(of_ranges.basis == RadiusBasis::kPropagated);
+  CHECK(of_ranges.radius_m == Approx(of_points.radius_m));
 }
 
 TEST_CASE("a model that was changed after its fit is assumed, with no smaller radius") {

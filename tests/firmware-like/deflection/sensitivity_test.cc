@@ -78,8 +78,10 @@ TEST_CASE("gradients of tip position and rotation match central differences") {
   CellModel cell = test::HeavyArm();
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
-  const bool camera = GENERATE(false, true);  // beside the arm, facing it
-  if (camera) {
+  enum Instrument { kOfPositions, kCamera, kOfRanges };
+  const auto instrument = GENERATE(kOfPositions, kCamera, kOfRanges);
+  if (instrument == kOfRanges) cell.measurement.kind = MeasurementKind::kRange;
+  if (instrument == kCamera) {  // beside the arm, looking at it
     cell.measurement.X_WC = Pose{RotationFromRollPitchYaw(Vec3(-1.5, 0.1, 0.2)), Vec3(0.3, -6, 1)};
   }
   if (GENERATE(false, true)) {  // an arm with a prismatic joint

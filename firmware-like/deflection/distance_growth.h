@@ -1,0 +1,47 @@
+// What the distance from the fitted poses makes of a fitted model: its error grows, its correction
+// fades.
+#pragma once
+
+#include "firmware-like/kinematics/pose_distance.h"
+#include "firmware-like/model/cell_model.h"
+
+namespace plumbline {
+
+/// Away from the poses that a model was fitted to, what it adds to the declared one errs by more
+/// and more. With d the distance from those poses (pose_distance.h) and r the reach
+/// (Domain::reach),
+///   E^2(d) = distant_sigma^2 max(0, d^2 - r^2)
+/// is the variance that it gains on one axis. A model whose causes are confirmed is applied
+/// everywhere: share 1, added variance E^2. Of one whose causes are not, S^2 is the variance that
+/// the declared model leaves (Domain::declared_sigma). The correction c = y + e, its error e
+/// independent of what it is to correct, y, is then best applied in the share
+///   S^2 / (S^2 + E^2)
+/// by least mean square error, and what remains has the variance E^2 S^2 / (S^2 + E^2): never more
+/// than that of no correction at all [linear minimum mean square estimate; Kay, Fundamentals of
+/// Statistical Signal Processing I (1993), ch. 12]. Allocates nothing but on construction.
+class DistanceGrowth {
+ public:
+  /// @param domain  of the cell; null where it has none: share 1, no added variance
+  DistanceGrowth(const Chain& chain, const Vec3& tip_F, const Domain* domain);
+
+  /// Share of the correction that is applied at q.
+  double Share(const JointVector& q) const { return fades_ ? ShareAt(Gained(q)) : 1; }
+  /// Variance on one axis that the distance of q adds [m^2].
+  double Variance(const JointVector& q) const {
+    const double gained_m2 = Gained(q);
+    return fades_ ? ShareAt(gained_m2) * gained_m2 : gained_m2;
+  }
+  bool fades() const { return fades_; }
+
+ private:
+  double Gained(const JointVector& q) const;
+  double ShareAt(double gained_m2) const { return declared_m2_ / (declared_m2_ + gained_m2); }
+
+  PoseDistance distance_;
+  double distant_m2_ = 0;   ///< per square radian
+  double reach2_ = 0;       ///< [rad^2]
+  double declared_m2_ = 0;  ///< S^2
+  bool fades_ = false;
+};
+
+}  // namespace plumbline
