@@ -12,6 +12,7 @@
 #include "app/diagnosis/clusters.h"
 #include "app/diagnosis/impossible_values.h"
 #include "app/diagnosis/joint_step.h"
+#include "app/diagnosis/unit_changes.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/angle.h"
@@ -421,6 +422,7 @@ Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured) {
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
     return Error{*impossible};
   }
+  if (const auto grams = PayloadsInGrams(data.table)) return Error{*grams};
   GiveUpRestartedClock(data.table);
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);

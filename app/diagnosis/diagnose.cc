@@ -21,6 +21,7 @@
 #include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
+#include "app/diagnosis/unit_changes.h"
 #include "app/diagnosis/validation.h"
 #include "app/diagnosis/verdict.h"
 #include "app/diagnosis/words.h"
@@ -116,12 +117,16 @@ MeasuredTable OnCellsClock(const CellModel& cell, MeasuredTable table,
 /// more than any effect.
 Result<FittedModel> FitDeclared(const Task& task) {
   task.Report(0.02, "aligning frames");
-  const Result<Model> aligned =
-      Aligned(task.data, Model::Declared(task.data), task.options.threads);
-  if (!aligned) return Error{aligned.error()};
-  const Result<Linearisation> linear = Linearise(task.data, *aligned, false, task.options.threads);
-  if (!linear) return Error{linear.error()};
-  if (const auto gross = GrossError(task.data, *linear, task.options.threads)) {
+  const int threads = task.options.threads;
+  // Numbers in another unit may bend the arm beyond any posture.
+  const auto failed = [&](const std::string& error) {
+    return Error{ChangedUnit(task.data, threads).value_or(error)};
+  };
+  const Result<Model> aligned = Aligned(task.data, Model::Declared(task.data), threads);
+  if (!aligned) return failed(aligned.error());
+  const Result<Linearisation> linear = Linearise(task.data, *aligned, false, threads);
+  if (!linear) return failed(linear.error());
+  if (const auto gross = GrossError(task.data, *linear, threads)) {
     return Error{*gross};
   }
   return FittedModel{*aligned, ErrorsOf(*linear)};

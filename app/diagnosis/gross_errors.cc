@@ -8,6 +8,7 @@
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/mistakes.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/unit_changes.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
@@ -15,8 +16,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kGross_m = 0.025;    // farther than any effect moves the middle row
-constexpr double kNamed = 0.2;        // of the residual, that the right hypothesis falls below
 constexpr double kAlso = 1.5;         // of the least: hypotheses that do nearly as well are told
 constexpr double kFitMustGain = 1.5;  // of a hypothesis that fits numbers over one that does not
 constexpr double kNoise = 1.5;        // declared sigmas that still count as noise
@@ -28,6 +27,14 @@ double MiddleResidual(const Linearisation& linear) {
   std::vector<double> sizes;
   for (const Vec3& error : ErrorsOf(linear)) sizes.push_back(error.norm());
   return MedianOf(sizes);
+}
+
+/// True where more rows than a misread one or two lie farther away than effects move them.
+bool SomeAreFar(const Linearisation& linear) {
+  constexpr int kFewest = 4;
+  const PerRow<Vec3> errors = ErrorsOf(linear);
+  return std::count_if(errors.begin(), errors.end(),
+                       [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kFewest;
 }
 
 /// The data as if a hypothesis were true, fitted.
@@ -175,6 +182,9 @@ std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mist
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads) {
   const double before_m = MiddleResidual(aligned);
+  if (SomeAreFar(aligned)) {
+    if (const auto changed = ChangedUnit(data, threads)) return changed;
+  }
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return NameGross(data, aligned, mistakes, before_m, threads);
   return NameSubtle(Few(data), mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);

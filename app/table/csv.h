@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/config/fault.h"
@@ -59,6 +60,8 @@ struct MeasuredTable {
   double rows_before = 0;
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< rows that are not in `rows`; each has its warning
+  /// Of rows that are not used because no robot carries their payload: line and number [kg].
+  std::vector<std::pair<int, double>> excessive_payloads;
   /// Where the robot was without a usable measurement, in file order: rows of joints alone, and
   /// unreadable ones whose joints can be read. They keep their place in the order of moves.
   std::vector<MeasuredRow> unmeasured;
