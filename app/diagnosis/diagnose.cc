@@ -146,7 +146,8 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   if (!thinned) return fit;
   const PerRow<RowResidual> residuals = ResidualsOf(fit.linear);
   const double scatter = std::max(found.fit.sigma_m, RobustSigma(data, residuals));
-  fit.problem.weights = HampelWeights(data, residuals, OutlierScale(data, residuals, scatter));
+  fit.problem.weights = HampelWeights(
+      data, residuals, found.many_outliers ? scatter : OutlierScale(data, residuals, scatter));
   constexpr int kIterations = 3;  // from what fits the searched rows
   const Result<Refit> refit = RefitModel(fit.problem, found.model, {kIterations});
   if (!refit) return Error{refit.error()};
@@ -405,11 +406,19 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
   if (!declared) return Error{declared.error()};
   ShowBases(declared->model, data.value());
   const Dataset searched = Thinned(*data, EvenlySpread(*data, kSearchedRows));
-  const Result<Identified> found = Identify(
-      searched, declared->model, options,
-      [&](double share, const std::string& what) { task.Report(0.05 + 0.5 * share, what); });
+  const auto tell_from = [&task](double from, double to) {
+    return [&task, from, to](double share, const std::string& what) {
+      task.Report(from + (to - from) * share, what);
+    };
+  };
+  if (const auto change = HiddenUnitChange(searched, options, tell_from(0.03, 0.05))) {
+    return Error{*change};
+  }
+  const Result<Identified> found =
+      Identify(searched, declared->model, options, tell_from(0.05, 0.5));
   if (!found) return Error{found.error()};
-  if (const auto mistake = HiddenMistake(*found, options)) return Error{*mistake};
+  if (const auto mistake = HiddenMistake(*found, options, tell_from(0.5, 0.6)))
+    return Error{*mistake};
   const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
   if (!fit) return Error{fit.error()};
   if (task.Interrupted()) return Task::InterruptedError();

@@ -145,7 +145,10 @@ double Discrimination::LargestDistance(const Dataset& candidates, const Linearis
   const AtRow at = At(candidates, linear, row);
   double farthest = 0;
   for (std::size_t j = 1; j < sides_.size(); ++j) {
-    farthest = std::max(farthest, (at.fields.col(0) - at.X[j] * sides_[j].theta.col(0)).norm());
+    const Eigen::VectorXd apart = at.fields.col(0) - at.X[j] * sides_[j].theta.col(0);
+    // Lengths alone: turns of a measured pose are no millimetres.
+    const auto lengths = std::min<Eigen::Index>(apart.size(), kMostLengths);
+    farthest = std::max(farthest, apart.head(lengths).norm());
   }
   return farthest * pool_.problem().sigma_m();
 }

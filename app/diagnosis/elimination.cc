@@ -5,6 +5,9 @@
 #include <map>
 #include <optional>
 
+#include "app/diagnosis/plausibility.h"
+#include "app/diagnosis/thresholds.h"
+
 namespace plumbline {
 namespace {
 
@@ -78,6 +81,14 @@ std::vector<ColumnIndex> ColumnsWithout(const Pool& pool, const Explanation& exp
   return columns;
 }
 
+/// False where a refitted size is one that no machine shows: ten times the largest plausible one,
+/// or of a sign that physics excludes; as in the linear search (Pool::Evaluate).
+bool WithinBounds(const Dataset& data, const Model& model) {
+  return std::all_of(model.effects.begin(), model.effects.end(), [&](const ActiveEffect& effect) {
+    return ImplausibilityOf(data, effect).times <= kAbsurd;
+  });
+}
+
 /// Those worth a refit, the least loss first.
 std::vector<Smaller> SmallerOnes(const Pool& pool, const RefittedExplanation& of) {
   std::vector<Smaller> smaller;
@@ -97,9 +108,13 @@ std::vector<Smaller> SmallerOnes(const Pool& pool, const RefittedExplanation& of
 
 std::optional<RefittedExplanation> BetterSmaller(const Pool& pool, const RefittedExplanation& of,
                                                  const RefitExplanation& refit) {
+  const Dataset& data = pool.problem().data();
+  const bool within = WithinBounds(data, of.refit.model);
   for (Smaller& one : SmallerOnes(pool, of)) {
     Result<Refit> refitted = refit(one.explanation);
     if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
+    // Without the unit another may take what it explained at a size that is none.
+    if (within && !WithinBounds(data, refitted->model)) continue;
     return RefittedExplanation{std::move(one.explanation), std::move(refitted).value()};
   }
   return std::nullopt;

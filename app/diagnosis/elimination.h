@@ -23,8 +23,9 @@ inline constexpr std::size_t kMostRefittedBlocks = 6;
 
 /// Drops the units that raise the refitted chi2 by less than they cost. The linear search cannot
 /// know them: with time constants, cycles and frames free, the other effects may take over what a
-/// unit explained while their shapes were fixed. Explanations of more than kMostRefittedBlocks
-/// stay.
+/// unit explained while their shapes were fixed. None is dropped where the refit of the others
+/// needs a size beyond kAbsurd or of an excluded sign. Explanations of more than
+/// kMostRefittedBlocks stay.
 /// @param of  of the pool
 RefittedExplanation WithoutUnearnedUnits(const Pool& pool, RefittedExplanation of,
                                          const RefitExplanation& refit);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/diagnosis/elimination.h"
+#include "app/diagnosis/event_outliers.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/row_correlation.h"
 #include "app/diagnosis/thresholds.h"
@@ -135,7 +136,7 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
   return refit;
 }
 
-/// The same, without units that refitted shapes make superfluous.
+/// The same, without units that refitted shapes make superfluous, nor events of outliers.
 Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
                                       const DiagnosisOptions& options, Identified& so_far) {
   Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
@@ -143,8 +144,25 @@ Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
   RefittedExplanation kept = WithoutUnearnedUnits(
       *so_far.pool, {std::move(so_far.best), std::move(refit).value()},
       [&so_far](const Explanation& explanation) { return RefitTo(so_far, explanation); });
-  so_far.best = std::move(kept.explanation);
-  return std::move(kept.refit);
+  const auto refit_with = [&so_far](const FitProblem& fit, const Explanation& explanation) {
+    Model start = so_far.model;
+    start.effects =
+        EffectsFrom(fit.data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
+    return RefitModel(fit, start, {});
+  };
+  WithoutOutlierEvents judged =
+      DropOutlierEvents(so_far.fit, *so_far.pool, std::move(kept), refit_with);
+  so_far.many_outliers = so_far.many_outliers || judged.dropped;
+  so_far.best = std::move(judged.kept.explanation);
+  return std::move(judged.kept.refit);
+}
+
+/// The scale of the weights: that of the scatter, or a larger one that rejects one row in ten.
+double ScaleOfWeights(const Identified& found, const PerRow<RowResidual>& residuals,
+                      double scatter) {
+  const Dataset& data = found.fit.data;
+  const double scale = std::max(scatter, data.sigma_m);
+  return found.many_outliers ? scale : OutlierScale(data, residuals, scale);
 }
 
 }  // namespace
@@ -187,8 +205,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     residuals = ResidualsOf(*found.linear);
     scatter = RobustSigma(data, residuals);
     const PerRow<double> before = found.fit.weights;
-    found.fit.weights = HampelWeights(
-        data, residuals, OutlierScale(data, residuals, std::max(scatter, data.sigma_m)));
+    found.fit.weights = HampelWeights(data, residuals, ScaleOfWeights(found, residuals, scatter));
     scatter = std::max(scatter, WeightedSigma(found.fit, residuals,
                                               static_cast<double>(found.best.columns.size())));
     if (pass >= kFrugalPasses - 1) {

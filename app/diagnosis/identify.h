@@ -24,6 +24,9 @@ struct Identified {
   std::vector<Explanation> ranked;  ///< by the catalogue alone, best first
   Explanation best;
   bool unknown = false;  ///< the best needs an empirical term
+  /// An event gave way to the reading that its rows are outliers (event_outliers.h): more than
+  /// kMostOutliers of the rows may be rejected.
+  bool many_outliers = false;
 };
 
 /// @param tell  progress: a share of 0..1 and what is being done

@@ -34,7 +34,8 @@ BlockIndex Pool::Add(const Block& block) {
   Indexed<BlockColumnIndex, double> raw_length;
   for (const BlockColumnIndex k : block.columns.indices()) {
     raw_length.push_back(raw.col(k.value()).norm());
-    raw_rms_m_.push_back(raw_length.back() * problem_.sigma_m() / std::sqrt(rows));
+    raw_rms_m_.push_back(LengthOfLengths(raw.col(k.value())) * problem_.sigma_m() /
+                         std::sqrt(rows));
   }
   problem_.Project(raw);
   const BlockIndex index(blocks_.size());
@@ -72,6 +73,16 @@ BlockIndex Pool::Add(const Block& block) {
   moment_.segment(used_, width) = raw.transpose() * problem_.response();
   used_ += width;
   return index;
+}
+
+double Pool::LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& column) const {
+  const FitLayout& layout = problem_.layout();
+  double square = 0;
+  for (const FitRowIndex j : problem_.rows().indices()) {
+    const auto of_row = layout.PartOf(column, j);
+    square += of_row.head(std::min<Eigen::Index>(of_row.size(), kMostLengths)).squaredNorm();
+  }
+  return std::sqrt(square);
 }
 
 IndexRange<ColumnIndex> Pool::ColumnsIn(BlockIndex block) const {

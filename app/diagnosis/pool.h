@@ -109,6 +109,10 @@ class Pool {
   const BlockColumn& ColumnAt(ColumnIndex column) const {
     return blocks_[block_of_[column]].columns[local_[column]];
   }
+  /// Length of a whitened column, of the residuals that are lengths alone: turns of a measured pose
+  /// are no millimetres. A row's lengths come first, and whitening by a Cholesky factor leaves them
+  /// apart from what follows.
+  double LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& column) const;
   Eigen::VectorXd ResidualBeside(const Explanation& explanation,
                                  std::optional<BlockIndex> left_in) const;
   std::vector<double> UnitCosts(BlockIndex block) const;

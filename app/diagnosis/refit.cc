@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "app/diagnosis/whitener.h"
 
@@ -56,14 +57,33 @@ Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
   return layout;
 }
 
-/// A shape stays in the range to search; an angle, which comes round again, goes anywhere.
-void KeepInRange(ActiveEffect& effect, std::size_t k) {
+/// Range of an adjusted number, SI: a shape stays in the range to search; an angle, which comes
+/// round again, and a size go anywhere.
+std::optional<Interval> RangeOf(const ActiveEffect& effect, std::size_t k) {
   const ParameterSpec& spec =
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
-  if (spec.role != ParameterRole::kShape || spec.unit == "rad") return;
-  const Interval& range = spec.plausible;
-  effect.values[k] = std::clamp(effect.values[k], range.low * spec.to_SI, range.high * spec.to_SI);
+  if (spec.role != ParameterRole::kShape || spec.unit == "rad") return std::nullopt;
+  return Interval{spec.plausible.low * spec.to_SI, spec.plausible.high * spec.to_SI};
+}
+
+/// The ranges as bounds of the solver's numbers, and a start within them.
+void SetBounds(const Layout& layout, const Model& start, std::vector<double>& x,
+               ceres::Problem& problem) {
+  const std::size_t first = x.size() - layout.parameters.size();
+  for (std::size_t j = 0; j < layout.parameters.size(); ++j) {
+    const auto effect = static_cast<std::size_t>(layout.parameters[j].first);
+    const auto value = static_cast<std::size_t>(layout.parameters[j].second);
+    const std::optional<Interval> range = RangeOf(start.effects[effect], value);
+    if (!range) continue;
+    const double at = start.effects[effect].values[value];
+    const double low = (range->low - at) / layout.unit[j];
+    const double high = (range->high - at) / layout.unit[j];
+    const auto place = static_cast<int>(first + j);
+    problem.SetParameterLowerBound(x.data(), place, low);
+    problem.SetParameterUpperBound(x.data(), place, high);
+    x[first + j] = std::clamp(0.0, low, high);
+  }
 }
 
 /// The start moved by solver units x: frames of each session first, then parameters.
@@ -84,8 +104,6 @@ Model Moved(const Layout& layout, const Model& start, const double* x) {
     const auto [effect, parameter] = layout.parameters[j];
     model.effects[static_cast<std::size_t>(effect)].values[static_cast<std::size_t>(parameter)] +=
         layout.unit[j] * x[at++];
-    KeepInRange(model.effects[static_cast<std::size_t>(effect)],
-                static_cast<std::size_t>(parameter));
   }
   return model;
 }
@@ -284,6 +302,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
   if (size > 0) {
     ceres::Problem solved;
     solved.AddResidualBlock(cost.release(), nullptr, x.data());
+    SetBounds(layout, start, x, solved);
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::DENSE_QR;
     solver.max_num_iterations = options.iterations;

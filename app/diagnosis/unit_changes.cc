@@ -307,6 +307,7 @@ Mistake SubtleChange(const OtherUnit& other, const Lines& lines) {
                   fmt::format("write {} in every row", other.declared),
                   [other, lines](Dataset& changed) { Convert(other, lines, changed); }};
   mistake.subtle = true;
+  mistake.concerns = [lines](const MeasuredRow& row) { return lines.Contains(row); };
   return mistake;
 }
 

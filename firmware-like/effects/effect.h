@@ -63,6 +63,10 @@ struct ParameterSpec {
   bool parallel_axes_only = false;
   std::optional<JointType> only{};  ///< joints of this type only
   bool not_of_first = false;  ///< of the first joint another effect of the catalogue does the same
+  /// Of the last joint it moves the tip within the flange, as another effect of the catalogue does:
+  /// never, always, or in the distal convention, where the link follows the joint.
+  enum class MovesTip { kNever, kAlways, kIfDistal };
+  MovesTip tip_of_last = MovesTip::kNever;
   /// Of a prismatic joint, where it has another unit than a revolute one; to_SI is the same.
   std::string_view prismatic_unit{};
   Interval prismatic_plausible{};
@@ -134,6 +138,8 @@ struct EffectTraits {
   /// in any passive joint.
   bool adds_compliance = false;
   bool empirical = false;  ///< a curve along a recorded signal, no physics
+  /// Of revolute joints: the largest turn that real arms show [rad]; 0: no source says.
+  double seen_turn_rad = 0;
 
   /// Whether a row must have `signal` to show the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;
