@@ -228,7 +228,7 @@ int Run(const PredictOptions& options) {
   PlaceAfterFittedRows(options, *cell, *poses, measured);
   FrameCovariances frames;
   if (measured) {
-    const Result<Realignment> realigned = Realigned(*cell, *measured, kThreads);
+    const Result<Realignment> realigned = Realign(*cell, *measured, kThreads);
     if (!realigned) {
       std::cerr << options.align << ": " << realigned.error() << '\n';
       return Refused(options);

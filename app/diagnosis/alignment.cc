@@ -291,7 +291,7 @@ Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threa
   return alignment;
 }
 
-Result<Model> Aligned(const Dataset& data, const Model& given, int threads) {
+Result<Model> Align(const Dataset& data, const Model& given, int threads) {
   const Result<Alignment> alignment = AlignFrames(data, given, threads);
   if (!alignment) return Error{alignment.error()};
   return alignment->model;

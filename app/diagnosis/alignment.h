@@ -34,7 +34,7 @@ struct Alignment {
 Result<Alignment> AlignFrames(const Dataset& data, const Model& model, int threads);
 
 /// Like AlignFrames, without the covariance.
-Result<Model> Aligned(const Dataset& data, const Model& model, int threads);
+Result<Model> Align(const Dataset& data, const Model& model, int threads);
 
 /// Warning about frames of a session that the rows do not determine and that therefore stayed as
 /// declared (for the tip: a posterior standard deviation above a fifth of the prior's); nullopt if

@@ -41,7 +41,7 @@ Json JsonOf(const Finding& finding) {
                {"parameters", parameters},
                {"p_value", Number(finding.p_value)},
                {"share_of_residual", Number(finding.share_of_residual)}};
-  const std::string line = LineText(finding.effect);
+  const std::string line = LinearTrendText(finding.effect);
   if (!line.empty()) json["in_words"] = line;
   return json;
 }

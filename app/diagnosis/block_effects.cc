@@ -158,7 +158,7 @@ EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Bl
     const auto same =
         std::find_if(found.effects.begin(), found.effects.end(), [&](const ActiveEffect& other) {
           return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
-                 search != nullptr && search->SeveralInOne();
+                 search != nullptr && search->JoinsBlocks();
         });
     if (same != found.effects.end()) {
       search->Join(effect, *same);

@@ -55,7 +55,7 @@ Interval PlausibleSizes(const EffectTraits& traits, int spec, std::uint32_t pris
 /// True if a refit adjusts a shape of the block: a time constant, or non-integer cycles per turn.
 bool HasContinuousShape(const Block& block);
 /// True for a term that acts from an event time on; that time is its first value.
-bool BeginsAtAMoment(const EffectTerm& term);
+bool ActsFromEventTime(const EffectTerm& term);
 /// True if the prediction is linear in all parameters of the term.
 bool IsLinear(const EffectTerm& term);
 /// True for a parameter whose file value is the inverse of the acting size, a positive number.

@@ -111,7 +111,7 @@ Candidates CandidatesFor(const Dataset& data) {
       continue;
     }
     if (const ShapeSearch* search = ShapeSearchOf(*effect)) {
-      if (search->FollowsResidual()) candidates.searched.push_back(effect);
+      if (search->DependsOnResidual()) candidates.searched.push_back(effect);
       for (Block& block : search->Fixed(data)) candidates.blocks.push_back(std::move(block));
       continue;
     }

@@ -12,7 +12,7 @@ namespace {
 
 /// The fit of one block alone.
 Considered Alone(const FindingsContext& context, BlockIndex index) {
-  const Pool& pool = context.pool;
+  const CandidateSet& pool = context.pool;
   Considered considered;
   considered.id = pool.blocks()[index].id;
   if (!pool.Observable(index)) {
@@ -84,7 +84,7 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
       considered.evidence_gap = score->second - best;
     } else if (considered.reason.empty() && context.ranked.size() >= kMaxListed) {
       considered.evidence_gap = context.ranked.back().score - best;
-      considered.beyond_gap = true;
+      considered.gap_is_lower_bound = true;
     }
     considered.reason = OutcomeText(considered, diagnosis.rivals);
     diagnosis.considered.push_back(considered);

@@ -12,6 +12,7 @@
 #include "app/diagnosis/clusters.h"
 #include "app/diagnosis/impossible_values.h"
 #include "app/diagnosis/joint_step.h"
+#include "app/diagnosis/unit_changes.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/angle.h"
@@ -294,10 +295,10 @@ double Dataset::lengths_per_row() const {
 }
 
 FitRows EveryRow(const Dataset& data) {
-  return EvenlySpread(data, data.rows());
+  return EvenlySpacedRows(data, data.rows());
 }
 
-FitRows EvenlySpread(const Dataset& data, int most) {
+FitRows EvenlySpacedRows(const Dataset& data, int most) {
   FitRows rows;
   const int count = data.rows(), taken = std::min(count, most);
   rows.reserve(static_cast<std::size_t>(taken));
@@ -305,7 +306,7 @@ FitRows EvenlySpread(const Dataset& data, int most) {
   return rows;
 }
 
-Dataset Thinned(const Dataset& data, const FitRows& rows) {
+Dataset SelectRows(const Dataset& data, const FitRows& rows) {
   Dataset thin = data;
   // New containers instead of cleared ones, which would keep the room of all rows.
   thin.table.rows = std::vector<MeasuredRow>();
@@ -421,6 +422,7 @@ Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured) {
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
     return Error{*impossible};
   }
+  if (const auto grams = PayloadsInGrams(data.table)) return Error{*grams};
   GiveUpRestartedClock(data.table);
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);

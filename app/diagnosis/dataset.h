@@ -60,10 +60,10 @@ struct Dataset {
 
 /// Every row of the data; or at most `most` of them, evenly spread.
 FitRows EveryRow(const Dataset& data);
-FitRows EvenlySpread(const Dataset& data, int most);
+FitRows EvenlySpacedRows(const Dataset& data, int most);
 
 /// A copy with a subset of the rows; clusters are renumbered.
-Dataset Thinned(const Dataset& data, const FitRows& rows);
+Dataset SelectRows(const Dataset& data, const FitRows& rows);
 
 /// Checks the rows and prepares the data set.
 /// @return  an error with advice if the rows cannot be used at all

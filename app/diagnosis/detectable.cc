@@ -24,7 +24,7 @@ struct Detectability {
   std::set<SizeName> detectable;    ///< in at least one block
 };
 
-void Add(const Pool& pool, BlockIndex block, double cost, Detectability& found) {
+void Add(const CandidateSet& pool, BlockIndex block, double cost, Detectability& found) {
   const Block& of = pool.blocks()[block];
   const Indexed<BlockColumnIndex, double> limits_m = pool.MinimumDetectable(block, cost);
   for (const BlockColumnIndex k : limits_m.indices()) {
@@ -51,7 +51,7 @@ std::string UndetectableText(const std::string& id, const Detectability& found) 
 
 }  // namespace
 
-void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& diagnosis) {
+void AddDetectable(const CandidateSet& pool, const Candidates& candidates, Diagnosis& diagnosis) {
   std::map<std::string, double> costs;
   for (const BlockIndex b : pool.blocks().indices()) {
     double& cost = costs[pool.blocks()[b].id];
@@ -67,8 +67,8 @@ void AddDetectable(const Pool& pool, const Candidates& candidates, Diagnosis& di
   for (const Effect* effect : candidates.searched) {
     const std::string id(effect->traits().id);
     if (!costs.contains(id)) continue;
-    Pool all_shapes(pool.problem());
-    for (const Block& block : ShapeSearchOf(*effect)->Everywhere(pool.problem().data())) {
+    CandidateSet all_shapes(pool.problem());
+    for (const Block& block : ShapeSearchOf(*effect)->AllPlacements(pool.problem().data())) {
       Add(all_shapes, all_shapes.Add(block), costs[id], effects[id]);
     }
   }

@@ -22,6 +22,7 @@
 #include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
+#include "app/diagnosis/unit_changes.h"
 #include "app/diagnosis/validation.h"
 #include "app/diagnosis/verdict.h"
 #include "app/diagnosis/words.h"
@@ -117,12 +118,16 @@ MeasuredTable OnCellsClock(const CellModel& cell, MeasuredTable table,
 /// more than any effect.
 Result<FittedModel> FitDeclared(const Task& task) {
   task.Report(0.02, "aligning frames");
-  const Result<Model> aligned =
-      Aligned(task.data, Model::Declared(task.data), task.options.threads);
-  if (!aligned) return Error{aligned.error()};
-  const Result<Linearisation> linear = Linearise(task.data, *aligned, false, task.options.threads);
-  if (!linear) return Error{linear.error()};
-  if (const auto gross = GrossError(task.data, *linear, task.options.threads)) {
+  const int threads = task.options.threads;
+  // Numbers in another unit may bend the arm beyond any posture.
+  const auto failed = [&](const std::string& error) {
+    return Error{ChangedUnit(task.data, threads).value_or(error)};
+  };
+  const Result<Model> aligned = Align(task.data, Model::Declared(task.data), threads);
+  if (!aligned) return failed(aligned.error());
+  const Result<Linearisation> linear = Linearise(task.data, *aligned, false, threads);
+  if (!linear) return failed(linear.error());
+  if (const auto gross = GrossError(task.data, *linear, threads)) {
     return Error{*gross};
   }
   return FittedModel{*aligned, ErrorsOf(*linear)};
@@ -134,7 +139,7 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   const Dataset& data = task.data;
   Result<Linearisation> linear = Linearise(data, found.model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
-  FitProblem problem = FitOfEveryRow(data, task.options.threads);
+  FitProblem problem = UnitWeightFit(data, task.options.threads);
   problem.sigma_m = found.fit.sigma_m;
   if (!thinned) problem.weights = found.fit.weights;
   FitOfAllRows fit{std::move(problem), found.refit, std::move(linear).value(), {}};
@@ -142,7 +147,8 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   if (!thinned) return fit;
   const PerRow<RowResidual> residuals = ResidualsOf(fit.linear);
   const double scatter = std::max(found.fit.sigma_m, RobustSigma(data, residuals));
-  fit.problem.weights = HampelWeights(data, residuals, OutlierScale(data, residuals, scatter));
+  fit.problem.weights = HampelWeights(
+      data, residuals, found.many_outliers ? scatter : OutlierScale(data, residuals, scatter));
   constexpr int kIterations = 3;  // from what fits the searched rows
   const Result<Refit> refit = RefitModel(fit.problem, found.model, {kIterations});
   if (!refit) return Error{refit.error()};
@@ -207,7 +213,7 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   if (!found.unknown && !found.best.blocks.empty()) {
     rivals = AddRivals(context, found.model, diagnosis);
     for (Rival& rival : diagnosis.rivals) {
-      if (!rival.shift_W.empty()) rival.rows = EvenlySpread(task.data, kSearchedRows).items();
+      if (!rival.shift_W.empty()) rival.rows = EvenlySpacedRows(task.data, kSearchedRows).items();
     }
   }
   if (found.unknown) AddDriverRivals(*found.pool, found.best, diagnosis);
@@ -243,7 +249,7 @@ Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
   Model model = fit.refit.model;
   model.effects.clear();
   for (const Finding& finding : diagnosis.findings) model.effects.push_back(finding.effect);
-  diagnosis.discrepancy = AddedBy(discrepancy, data, model);
+  diagnosis.discrepancy = EffectsToAdd(discrepancy, data, model);
   for (const Finding& finding : diagnosis.discrepancy) model.effects.push_back(finding.effect);
   if (data.frames_free() || data.tip_free()) {
     RefitOptions frames;
@@ -439,13 +445,21 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
   const Task task{*data, options};
   const Result<FittedModel> declared = FitDeclared(task);
   if (!declared) return Error{declared.error()};
-  ShowBases(declared->model, data.value());
-  const Dataset searched = Thinned(*data, EvenlySpread(*data, kSearchedRows));
-  const Result<Identified> found = Identify(
-      searched, declared->model, options,
-      [&](double share, const std::string& what) { task.Report(0.05 + 0.5 * share, what); });
+  CopyBasePosesToRows(declared->model, data.value());
+  const Dataset searched = SelectRows(*data, EvenlySpacedRows(*data, kSearchedRows));
+  const auto tell_from = [&task](double from, double to) {
+    return [&task, from, to](double share, const std::string& what) {
+      task.Report(from + (to - from) * share, what);
+    };
+  };
+  if (const auto change = HiddenUnitChange(searched, options, tell_from(0.03, 0.05))) {
+    return Error{*change};
+  }
+  const Result<Identified> found =
+      Identify(searched, declared->model, options, tell_from(0.05, 0.5));
   if (!found) return Error{found.error()};
-  if (const auto mistake = HiddenMistake(*found, options)) return Error{*mistake};
+  if (const auto mistake = HiddenMistake(*found, options, tell_from(0.5, 0.6)))
+    return Error{*mistake};
   const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
   if (!fit) return Error{fit.error()};
   if (task.Interrupted()) return Task::InterruptedError();

@@ -55,7 +55,8 @@ struct Considered {
   double chi2_drop = 0;     ///< when fitted alone, frames projected out
   double signal_share = 0;  ///< chi2_drop over chi2 without any effect
   double evidence_gap = 0;  ///< best score of an explanation with it, minus the answer's
-  bool beyond_gap = false;  ///< no listed explanation has it: `evidence_gap` is a lower bound
+  bool gap_is_lower_bound =
+      false;  ///< no listed explanation has it: `evidence_gap` is a lower bound
   bool taken = false;
   std::string reason;  ///< "selected", or why it was rejected or not considered
 };

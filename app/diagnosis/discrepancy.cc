@@ -85,7 +85,7 @@ bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
 }
 
 /// Cost of selecting the named effects and their shapes among all.
-double ChoiceCost(const Pool& pool, const Explanation& named) {
+double ChoiceCost(const CandidateSet& pool, const Explanation& named) {
   double cost = pool.EffectCost() * static_cast<double>(EffectIds(pool, named).size());
   for (const BlockIndex block : named.blocks) cost += pool.BlockCost(block);
   for (const ColumnIndex column : named.columns) {
@@ -117,7 +117,8 @@ RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& d
   return sum;
 }
 
-std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& pool,
+                                                   const Explanation& named,
                                                    const Candidates& candidates) {
   const LinearProblem& problem = pool.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
@@ -126,8 +127,8 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Expla
   Explanation exempt = named, curves = named;
   for (std::size_t k = 0; k < named.columns.size(); ++k) {
     const Block& block = pool.blocks()[pool.BlockOfColumn(named.columns[k])];
-    if (!Stays(block)) exempt.values[static_cast<int>(k)] = 0;
-    if (!Stays(block) && !block.empirical()) curves.values[static_cast<int>(k)] = 0;
+    if (!IsExemptFromShrinkage(block)) exempt.values[static_cast<int>(k)] = 0;
+    if (!IsExemptFromShrinkage(block) && !block.empirical()) curves.values[static_cast<int>(k)] = 0;
   }
   const Eigen::VectorXd response = pool.Residual(exempt);
   const Eigen::MatrixXd raw = ColumnsOf(problem, design);

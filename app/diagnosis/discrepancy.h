@@ -21,7 +21,8 @@ struct CurveTerm {
   double value = 0;  ///< SI
 };
 
-/// Fitted sizes of all catalogue blocks and curves, except named blocks that are exempt (`Stays`).
+/// Fitted sizes of all catalogue blocks and curves, except named blocks that are exempt
+/// (`IsExemptFromShrinkage`).
 struct DiscrepancyModel {
   Indexed<BlockIndex, Block> blocks;  ///< catalogue blocks, linear in their sizes
   Coefficients sizes;                 ///< total sizes, including those of named effects
@@ -35,12 +36,13 @@ struct DiscrepancyModel {
 /// True for a named block that is exempt from shrinkage: it has shapes, or follows a signal. A
 /// curve of a joint along its own angle is not exempt; the one of the discrepancy model replaces
 /// it.
-bool Stays(const Block& block);
+bool IsExemptFromShrinkage(const Block& block);
 
 /// Fits all catalogue columns, a curve of each joint and curves along each recorded signal at once,
 /// each group shrunk by marginal likelihood, frames projected out. nullopt unless its gain over the
 /// named effects alone exceeds kDiscrepancyMargin after a cost of ln(1 + columns) per group.
-std::optional<DiscrepancyModel> DiscrepancyModelOf(const Pool& pool, const Explanation& named,
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& pool,
+                                                   const Explanation& named,
                                                    const Candidates& candidates);
 
 /// Factor of a curve term on its carrier at a value of its signal.
@@ -56,7 +58,7 @@ RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& d
 
 /// The effects to add to a model with the named effects so that their sum is the fitted discrepancy
 /// model. Curves become `empirical` effects whose factor carries the standard deviation.
-std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset& data,
-                             const Model& named);
+std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dataset& data,
+                                  const Model& named);
 
 }  // namespace plumbline

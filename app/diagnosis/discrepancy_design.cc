@@ -29,7 +29,7 @@ std::optional<SignalIndex> SignalOfJoint(const Dataset& data, int joint) {
 
 void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   for (const Block& block : candidates.blocks) {
-    if (Stays(block)) continue;
+    if (IsExemptFromShrinkage(block)) continue;
     std::map<std::string_view, int> of_unit;  // metres and radians need variances of their own
     const auto& specs = block.term.effect->traits().parameters;
     for (const BlockColumnIndex c : block.columns.indices()) {
@@ -45,7 +45,7 @@ void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   }
 }
 
-void AddJointCurves(const Pool& pool, const Explanation& named, DiscrepancyDesign& design) {
+void AddJointCurves(const CandidateSet& pool, const Explanation& named, DiscrepancyDesign& design) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
   const int cycles = std::min(kMaxCycles, problem.clusters() / kClustersPerCycle);
@@ -101,7 +101,7 @@ bool IsJointCurve(const Block& block) {
          });
 }
 
-DiscrepancyDesign MakeDiscrepancyDesign(const Pool& pool, const Explanation& named,
+DiscrepancyDesign MakeDiscrepancyDesign(const CandidateSet& pool, const Explanation& named,
                                         const Candidates& candidates) {
   DiscrepancyDesign design;
   AddBlocks(candidates, design);
@@ -133,7 +133,7 @@ Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign&
   return columns;
 }
 
-std::vector<int> NamedColumns(const Pool& pool, const Explanation& named,
+std::vector<int> NamedColumns(const CandidateSet& pool, const Explanation& named,
                               const DiscrepancyDesign& design) {
   std::vector<int> chosen;
   const Coefficients of_named = pool.CoefficientsOf(named);
@@ -175,7 +175,7 @@ double FactorAt(const Dataset& data, const CurveTerm& term, double value) {
   return term.cosine ? std::cos(angle) : std::sin(angle);
 }
 
-bool Stays(const Block& block) {
+bool IsExemptFromShrinkage(const Block& block) {
   if (block.empirical()) return !IsJointCurve(block);
   return !LineOf(block) && !IsLinear(block.term);
 }

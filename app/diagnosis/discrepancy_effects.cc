@@ -122,8 +122,8 @@ std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Datase
 
 }  // namespace
 
-std::vector<Finding> AddedBy(const DiscrepancyModel& discrepancy, const Dataset& data,
-                             const Model& named) {
+std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dataset& data,
+                                  const Model& named) {
   std::vector<Finding> added;
   Eigen::Index at = 0;
   for (const BlockIndex b : discrepancy.blocks.indices()) {

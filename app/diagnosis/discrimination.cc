@@ -35,7 +35,8 @@ Discrimination::Side Discrimination::SideOf(const Explanation& explanation) cons
   return side;
 }
 
-Discrimination::Discrimination(const Pool& pool, const std::vector<Explanation>& explanations)
+Discrimination::Discrimination(const CandidateSet& pool,
+                               const std::vector<Explanation>& explanations)
     : pool_(pool) {
   const auto n = static_cast<int>(explanations.size());
   needed_ = reached_ = Eigen::MatrixXd::Zero(n, n);
@@ -145,7 +146,10 @@ double Discrimination::LargestDistance(const Dataset& candidates, const Linearis
   const AtRow at = At(candidates, linear, row);
   double farthest = 0;
   for (std::size_t j = 1; j < sides_.size(); ++j) {
-    farthest = std::max(farthest, (at.fields.col(0) - at.X[j] * sides_[j].theta.col(0)).norm());
+    const Eigen::VectorXd apart = at.fields.col(0) - at.X[j] * sides_[j].theta.col(0);
+    // Lengths alone: turns of a measured pose are no millimetres.
+    const auto lengths = std::min<Eigen::Index>(apart.size(), kMostLengths);
+    farthest = std::max(farthest, apart.head(lengths).norm());
   }
   return farthest * pool_.problem().sigma_m();
 }

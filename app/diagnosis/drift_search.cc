@@ -38,7 +38,7 @@ class DriftSearch final : public ShapeSearch {
     }
     if (!(span > 0)) return {};
     const Eigen::VectorXd t =
-        AtRows(problem, [](const Conditions& m) { return m.t_s.value_or(0); });
+        SignalAtRows(problem, [](const Conditions& m) { return m.t_s.value_or(0); });
     const auto gain = [&](double tau) {
       const Eigen::MatrixXd warmth = 1 - (-t / tau).array().exp();
       return Gain(problem, problem.Carried(Three(Influence<double>::kBase), warmth), residual);

@@ -38,7 +38,8 @@ std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Bl
 
 /// The explanation with an empirical block replaced by the best one of other drivers; nullopt if
 /// none scores within kRivalGap of `best`.
-std::optional<Explanation> WithOtherDrivers(Pool& pool, const Explanation& best, BlockIndex block,
+std::optional<Explanation> WithOtherDrivers(CandidateSet& pool, const Explanation& best,
+                                            BlockIndex block,
                                             const std::vector<SignalIndex>& drivers) {
   const Block of = pool.blocks()[block];
   const std::optional<Block> other =
@@ -53,7 +54,7 @@ std::optional<Explanation> WithOtherDrivers(Pool& pool, const Explanation& best,
 
 }  // namespace
 
-void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis) {
+void AddDriverRivals(CandidateSet& pool, const Explanation& best, Diagnosis& diagnosis) {
   const Dataset& data = pool.problem().data();
   for (const BlockIndex block : best.blocks) {
     const Block of = pool.blocks()[block];

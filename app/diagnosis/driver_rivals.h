@@ -11,6 +11,6 @@ namespace plumbline {
 /// and temperature rise together, for example, both are reported.
 /// @param pool  extended by the blocks of the alternatives
 /// @param best  explanation by columns of `pool`; nothing is added if it has no empirical term
-void AddDriverRivals(Pool& pool, const Explanation& best, Diagnosis& diagnosis);
+void AddDriverRivals(CandidateSet& pool, const Explanation& best, Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -5,6 +5,9 @@
 #include <map>
 #include <optional>
 
+#include "app/diagnosis/plausibility.h"
+#include "app/diagnosis/thresholds.h"
+
 namespace plumbline {
 namespace {
 
@@ -16,7 +19,7 @@ constexpr double kWorthTrying = 2;
 using UnitParameters = std::map<BlockUnit, std::vector<int>>;
 
 /// The refitted sizes of each unit, as places in the covariance.
-UnitParameters SizesOfUnits(const Pool& pool, const RefittedExplanation& of) {
+UnitParameters SizesOfUnits(const CandidateSet& pool, const RefittedExplanation& of) {
   const EffectsOfUnits from =
       EffectsAndUnits(pool.problem().data(), pool.blocks(), pool.CoefficientsOf(of.explanation));
   UnitParameters sizes;
@@ -67,7 +70,7 @@ struct Smaller {
   double excess = 0;  ///< Wald statistic beyond it
 };
 
-std::vector<ColumnIndex> ColumnsWithout(const Pool& pool, const Explanation& explanation,
+std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& pool, const Explanation& explanation,
                                         const BlockUnit& gone) {
   std::vector<ColumnIndex> columns;
   for (const ColumnIndex column : explanation.columns) {
@@ -78,8 +81,16 @@ std::vector<ColumnIndex> ColumnsWithout(const Pool& pool, const Explanation& exp
   return columns;
 }
 
+/// False where a refitted size is one that no machine shows: ten times the largest plausible one,
+/// or of a sign that physics excludes; as in the linear search (CandidateSet::Evaluate).
+bool WithinBounds(const Dataset& data, const Model& model) {
+  return std::all_of(model.effects.begin(), model.effects.end(), [&](const ActiveEffect& effect) {
+    return ImplausibilityOf(data, effect).times <= kDiscardRatio;
+  });
+}
+
 /// Those worth a refit, the least loss first.
-std::vector<Smaller> SmallerOnes(const Pool& pool, const RefittedExplanation& of) {
+std::vector<Smaller> SmallerOnes(const CandidateSet& pool, const RefittedExplanation& of) {
   std::vector<Smaller> smaller;
   for (const auto& [unit, places] : SizesOfUnits(pool, of)) {
     Smaller& one = smaller.emplace_back();
@@ -95,11 +106,16 @@ std::vector<Smaller> SmallerOnes(const Pool& pool, const RefittedExplanation& of
   return smaller;
 }
 
-std::optional<RefittedExplanation> BetterSmaller(const Pool& pool, const RefittedExplanation& of,
+std::optional<RefittedExplanation> BetterSmaller(const CandidateSet& pool,
+                                                 const RefittedExplanation& of,
                                                  const RefitExplanation& refit) {
+  const Dataset& data = pool.problem().data();
+  const bool within = WithinBounds(data, of.refit.model);
   for (Smaller& one : SmallerOnes(pool, of)) {
     Result<Refit> refitted = refit(one.explanation);
     if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
+    // Without the unit another may take what it explained at a size that is none.
+    if (within && !WithinBounds(data, refitted->model)) continue;
     return RefittedExplanation{std::move(one.explanation), std::move(refitted).value()};
   }
   return std::nullopt;
@@ -107,9 +123,9 @@ std::optional<RefittedExplanation> BetterSmaller(const Pool& pool, const Refitte
 
 }  // namespace
 
-RefittedExplanation WithoutUnearnedUnits(const Pool& pool, RefittedExplanation of,
+RefittedExplanation WithoutUnearnedUnits(const CandidateSet& pool, RefittedExplanation of,
                                          const RefitExplanation& refit) {
-  if (of.explanation.blocks.size() > kMostRefittedBlocks) return of;
+  if (of.explanation.blocks.size() > kMaxRefittedBlocks) return of;
   while (auto smaller = BetterSmaller(pool, of, refit)) of = std::move(*smaller);
   return of;
 }

@@ -19,14 +19,15 @@ using RefitExplanation = std::function<Result<Refit>(const Explanation&)>;
 
 /// Blocks of an explanation that is refitted in the course of a search. One of more has no cause
 /// that anybody would name, and refitting each of its parts takes longer than the search.
-inline constexpr std::size_t kMostRefittedBlocks = 6;
+inline constexpr std::size_t kMaxRefittedBlocks = 6;
 
 /// Drops the units that raise the refitted chi2 by less than they cost. The linear search cannot
 /// know them: with time constants, cycles and frames free, the other effects may take over what a
-/// unit explained while their shapes were fixed. Explanations of more than kMostRefittedBlocks
-/// stay.
+/// unit explained while their shapes were fixed. None is dropped where the refit of the others
+/// needs a size beyond kDiscardRatio or of an excluded sign. Explanations of more than
+/// kMaxRefittedBlocks stay.
 /// @param of  of the pool
-RefittedExplanation WithoutUnearnedUnits(const Pool& pool, RefittedExplanation of,
+RefittedExplanation WithoutUnearnedUnits(const CandidateSet& pool, RefittedExplanation of,
                                          const RefitExplanation& refit);
 
 }  // namespace plumbline

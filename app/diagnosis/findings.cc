@@ -16,7 +16,7 @@ namespace plumbline {
 namespace {
 
 /// Number of shapes and choices of joints among which the blocks of an effect were selected.
-double Trials(const Pool& pool, const Explanation& explanation,
+double Trials(const CandidateSet& pool, const Explanation& explanation,
               const std::vector<BlockIndex>& blocks) {
   double trials = 1;
   for (const BlockIndex block : blocks) {
@@ -56,11 +56,11 @@ struct Removal {
   double chi2 = 0;       ///< increase
   double columns = 0;    ///< removed, at least 1
   double trials = 1;     ///< effects, shapes and choices of joints searched
-  double inflation = 1;  ///< of the variance by row-to-row correlation, as Pool::Inflation
+  double inflation = 1;  ///< of the variance by row-to-row correlation, as CandidateSet::Inflation
 };
 
 Removal RemovalOf(const FindingsContext& context, const EffectKey& key) {
-  const Pool& pool = context.pool;
+  const CandidateSet& pool = context.pool;
   std::vector<ColumnIndex> others;
   for (const ColumnIndex column : context.best.columns) {
     if (KeyOf(pool.blocks()[pool.BlockOfColumn(column)]) != key) others.push_back(column);
@@ -135,7 +135,7 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   }
   if (term.effect->traits().empirical) {
     ShrinkToRows(context, removal, finding);
-  } else if (BeginsAtAMoment(term)) {
+  } else if (ActsFromEventTime(term)) {
     SetEventTimeVariance(data, finding);
   }
   const bool identifiable = std::all_of(places.begin(), places.end(), [&](int place) {

@@ -10,7 +10,7 @@ namespace plumbline {
 /// The selected explanation and the alternatives it was selected from.
 struct FindingsContext {
   const FitProblem& problem;
-  const Pool& pool;
+  const CandidateSet& pool;
   const Explanation& best;
   const Refit& refit;    ///< of all rows: values and covariance
   double searched_chi2;  ///< of the same effects, refitted to the rows of `problem`

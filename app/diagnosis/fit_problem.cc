@@ -8,7 +8,7 @@ FitLayout FitProblem::layout() const {
   return layout;
 }
 
-FitProblem FitOfEveryRow(const Dataset& data, int threads) {
+FitProblem UnitWeightFit(const Dataset& data, int threads) {
   PerRow<double> weights;
   for (const RowNumbers& of_row : data.numbers) weights.push_back(of_row.count > 0 ? 1 : 0);
   return {data, EveryRow(data), std::move(weights), data.sigma_m, threads};

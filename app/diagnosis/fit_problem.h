@@ -22,6 +22,6 @@ struct FitProblem {
 };
 
 /// All rows with weight 1 (0 for rows without a measurement) and the noise of the data set.
-FitProblem FitOfEveryRow(const Dataset& data, int threads);
+FitProblem UnitWeightFit(const Dataset& data, int threads);
 
 }  // namespace plumbline

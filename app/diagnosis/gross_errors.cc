@@ -8,6 +8,7 @@
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/mistakes.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/unit_changes.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
@@ -15,8 +16,6 @@
 namespace plumbline {
 namespace {
 
-constexpr double kGross_m = 0.025;    // farther than any effect moves the middle row
-constexpr double kNamed = 0.2;        // of the residual, that the right hypothesis falls below
 constexpr double kAlso = 1.5;         // of the least: hypotheses that do nearly as well are told
 constexpr double kFitMustGain = 1.5;  // of a hypothesis that fits numbers over one that does not
 constexpr double kNoise = 1.5;        // declared sigmas that still count as noise
@@ -30,11 +29,20 @@ double MiddleResidual(const Linearisation& linear) {
   return MedianOf(sizes);
 }
 
+/// True where more rows than a misread one or two lie farther away than effects move them.
+bool SomeAreFar(const Linearisation& linear) {
+  constexpr int kFewest = 4;
+  const PerRow<Vec3> errors = ErrorsOf(linear);
+  return std::count_if(errors.begin(), errors.end(),
+                       [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kFewest;
+}
+
 /// The data as if a hypothesis were true, fitted.
 struct Tried {
   const Mistake* mistake = nullptr;
   double residual_m = HUGE_VAL;  ///< median
   double sigma_m = HUGE_VAL;     ///< robust, one axis
+  PerRow<RowResidual> residuals;
   Model model;
   Model::Frames declared;
 };
@@ -43,13 +51,14 @@ Tried Try(Dataset changed, int threads) {
   Tried tried;
   const Model start = Model::Declared(changed);
   tried.declared = start.frames.front();
-  const Result<Model> model = Aligned(changed, start, threads);
+  const Result<Model> model = Align(changed, start, threads);
   if (!model) return tried;
   const Result<Linearisation> linear = Linearise(changed, *model, false, threads);
   if (!linear) return tried;
   tried.model = *model;
   tried.residual_m = MiddleResidual(*linear);
-  tried.sigma_m = RobustSigma(changed, ResidualsOf(*linear));
+  tried.residuals = ResidualsOf(*linear);
+  tried.sigma_m = RobustSigma(changed, tried.residuals);
   if (!std::isfinite(tried.residual_m)) tried.residual_m = HUGE_VAL;
   return tried;
 }
@@ -61,7 +70,7 @@ Dataset Without(Dataset data, const std::function<void(Dataset&)>& undo) {
 
 /// Rows enough for a median, spread evenly.
 Dataset Few(const Dataset& data) {
-  return data.rows() <= kRows ? data : Thinned(data, EvenlySpread(data, kRows));
+  return data.rows() <= kRows ? data : SelectRows(data, EvenlySpacedRows(data, kRows));
 }
 
 std::string VectorText(const Vec3& v_m) {
@@ -149,23 +158,48 @@ std::string NameGross(const Dataset& data, const Linearisation& aligned,
   return text;
 }
 
+/// Robust sigma of the rows that a mistake concerns: of fewer than half of all rows, the middle of
+/// all would not show it.
+double SigmaOfConcerned(const Dataset& data, const Tried& tried, const Mistake& mistake) {
+  if (!mistake.concerns || tried.residuals.empty()) return tried.sigma_m;
+  FitRows rows;
+  PerRow<RowResidual> residuals;
+  for (const RowIndex row : data.row_indices()) {
+    if (!mistake.concerns(data.measured(row))) continue;
+    rows.push_back(row);
+    residuals.push_back(tried.residuals[row]);
+  }
+  return RobustSigma(SelectRows(data, rows), residuals);
+}
+
 std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mistake>& mistakes,
                                       double sigma_before_m, int threads) {
   const double noise_m = kNoise * few.sigma_m;
-  if (few.sigma_m <= 0 || sigma_before_m < kSubtleFall * few.sigma_m) return std::nullopt;
+  const auto is_large = [&](double sigma_m) { return sigma_m >= kSubtleFall * few.sigma_m; };
+  const bool of_a_part = std::any_of(mistakes.begin(), mistakes.end(), [](const Mistake& mistake) {
+    return mistake.subtle && mistake.concerns;
+  });
+  if (few.sigma_m <= 0 || !(is_large(sigma_before_m) || of_a_part)) return std::nullopt;
+  const Tried as_read = of_a_part ? Try(few, threads) : Tried{};
   for (const Mistake& mistake : mistakes) {
     if (!mistake.subtle) continue;
+    const double before_m =
+        mistake.concerns ? SigmaOfConcerned(few, as_read, mistake) : sigma_before_m;
+    if (!is_large(before_m)) continue;
     const Tried tried = Try(Without(few, mistake.undo), threads);
-    if (tried.sigma_m > std::min(noise_m, sigma_before_m / kSubtleFall)) continue;
+    const double after_m = SigmaOfConcerned(few, tried, mistake);
+    if (std::max(after_m, tried.sigma_m) > std::min(noise_m, before_m / kSubtleFall)) continue;
     const bool as_well = std::any_of(mistake.beside.begin(), mistake.beside.end(),
                                      [&](const std::function<void(Dataset&)>& undo) {
                                        return Try(Without(few, undo), threads).sigma_m < noise_m;
                                      });
     if (as_well) continue;
     return fmt::format(
-        "what the declared cell leaves is {:.3g} mm on one axis; it falls to {:.3g} mm, the noise, "
+        "what the declared cell leaves{} is {:.3g} mm on one axis; it falls to {:.3g} mm, the "
+        "noise, "
         "if {}: {}",
-        1e3 * sigma_before_m, 1e3 * tried.sigma_m, mistake.sentence, mistake.remedy);
+        mistake.concerns ? " there" : "", 1e3 * before_m, 1e3 * after_m, mistake.sentence,
+        mistake.remedy);
   }
   return std::nullopt;
 }
@@ -175,6 +209,9 @@ std::optional<std::string> NameSubtle(const Dataset& few, const std::vector<Mist
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads) {
   const double before_m = MiddleResidual(aligned);
+  if (SomeAreFar(aligned)) {
+    if (const auto changed = ChangedUnit(data, threads)) return changed;
+  }
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return NameGross(data, aligned, mistakes, before_m, threads);
   return NameSubtle(Few(data), mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);

@@ -7,8 +7,14 @@
 
 namespace plumbline {
 
+/// Farther than any effect moves the middle row.
+inline constexpr double kGross_m = 0.025;
+/// Of the residual, that the right hypothesis falls below.
+inline constexpr double kNamed = 0.2;
+
 /// Asks of every known mistake (mistakes.h) how far the measured points lie from the predicted
 /// ones, frames aligned, were it taken back: r_m, the median over the rows, r without any.
+///  - A column whose unit changes from one line on is asked about first (unit_changes.h).
 ///  - Where r > 25 mm, farther than effects move the middle row (a base turned by a degree, which
 ///    base_frame holds plausible, goes as far: it is asked about, not corrected), the data are
 ///    refused. The mistake of least r_m is named where r_m < r / 5; a fit of tip or base must beat

@@ -69,14 +69,14 @@ PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
 
 /// Takes the displacement by an explanation's blocks out of residuals; those that a discrepancy
 /// model carries itself only where `all`. Empirical curves are read in `held`.
-void Subtract(const HeldOutInput& input, const Dataset& held, const Pool& pool,
+void Subtract(const HeldOutInput& input, const Dataset& held, const CandidateSet& pool,
               const Explanation& explanation, bool all, PerRow<RowResidual>& residuals) {
   const Dataset& data = input.problem.data;
   Eigen::MatrixXd columns;
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
   for (const BlockIndex block : explanation.blocks) {
     const Block& of = pool.blocks()[block];
-    if (!all && !Stays(of)) continue;
+    if (!all && !IsExemptFromShrinkage(of)) continue;
     for (const RowIndex row : data.row_indices()) {
       columns.resize(residuals[row].size(), of.columns.count());
       ColumnsAt(of.empirical() ? held : data, *input.linear, of, row, columns);
@@ -128,7 +128,7 @@ Fold FoldOf(const HeldOutInput& input, const FoldPlan& plan, int number) {
 
 /// The test rows at which the training rows do not decide whether an effect acts, a step among
 /// them.
-PerRow<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
+PerRow<bool> LeftOpen(const CandidateSet& pool, const Explanation& explanation,
                       const std::vector<RowIndex>& test) {
   PerRow<bool> open(pool.problem().data().table.rows.size(), false);
   for (const BlockIndex index : explanation.blocks) {
@@ -136,13 +136,13 @@ PerRow<bool> LeftOpen(const Pool& pool, const Explanation& explanation,
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
     if (search == nullptr) continue;
     for (const RowIndex row : test) {
-      if (search->LeavesOpen(pool.problem(), block, row)) open[row] = true;
+      if (search->LeavesUndetermined(pool.problem(), block, row)) open[row] = true;
     }
   }
   return open;
 }
 
-std::vector<SelectedEffect> SelectedBy(const Pool& pool, const Explanation& explanation) {
+std::vector<SelectedEffect> SelectedBy(const CandidateSet& pool, const Explanation& explanation) {
   std::map<EffectKey, std::set<int>> joints;
   for (const ColumnIndex column : explanation.columns) {
     const Block& block = pool.blocks()[pool.BlockOfColumn(column)];
@@ -159,7 +159,7 @@ void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& f
   FitProblem training = input.problem.WithRows(fold.training);
   training.threads = 1;  // the folds run beside each other
   const LinearProblem problem(std::move(training), input.linear, input.model);
-  Pool pool(problem);
+  CandidateSet pool(problem);
   const std::vector<Explanation> ranked =
       Search(pool, input.candidates, input.most_blocks, input.options.interrupted);
   const Explanation best =

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/diagnosis/elimination.h"
+#include "app/diagnosis/event_outliers.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/row_correlation.h"
 #include "app/diagnosis/thresholds.h"
@@ -54,7 +55,8 @@ double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& resid
 }
 
 /// One axis's scatter when every effect is fitted at once; nothing where the rows are too few.
-std::optional<double> RichSigma(const Pool& pool, const Candidates& candidates, Pool& scratch) {
+std::optional<double> RichSigma(const CandidateSet& pool, const Candidates& candidates,
+                                CandidateSet& scratch) {
   std::vector<BlockIndex> all;
   for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
   const Explanation rich = scratch.Fit(all);
@@ -83,8 +85,8 @@ void TakeLeastRejecting(Identified& so_far, Refit& refit) {
     return HampelLoss(data, ResidualsOf(*linear), so_far.fit.sigma_m) + explanation.score -
            explanation.chi2;
   };
-  const double worst_score = so_far.best.score + kWorthRefitting;
-  double least = cost(refit, so_far.best) - kRejectingMargin;
+  const double worst_score = so_far.best.score + kRefitScoreRange;
+  double least = cost(refit, so_far.best) - kRejectionMargin;
   for (std::size_t k = 0; k < std::min(kRefitTries, so_far.ranked.size()); ++k) {
     const Explanation& other = so_far.ranked[k];
     if (other.score > worst_score) break;
@@ -104,7 +106,7 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
                              Identified& so_far) {
   so_far.pool.reset();
   so_far.problem = std::make_unique<LinearProblem>(so_far.fit, so_far.linear, so_far.model);
-  so_far.pool = std::make_unique<Pool>(*so_far.problem);
+  so_far.pool = std::make_unique<CandidateSet>(*so_far.problem);
   Candidates candidates = so_far.candidates;
   for (Block& block : BlocksOf(so_far.fit.data, so_far.model.effects)) {
     candidates.blocks.push_back(std::move(block));
@@ -135,7 +137,7 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
   return refit;
 }
 
-/// The same, without units that refitted shapes make superfluous.
+/// The same, without units that refitted shapes make superfluous, nor events of outliers.
 Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
                                       const DiagnosisOptions& options, Identified& so_far) {
   Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
@@ -143,8 +145,25 @@ Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
   RefittedExplanation kept = WithoutUnearnedUnits(
       *so_far.pool, {std::move(so_far.best), std::move(refit).value()},
       [&so_far](const Explanation& explanation) { return RefitTo(so_far, explanation); });
-  so_far.best = std::move(kept.explanation);
-  return std::move(kept.refit);
+  const auto refit_with = [&so_far](const FitProblem& fit, const Explanation& explanation) {
+    Model start = so_far.model;
+    start.effects =
+        EffectsFrom(fit.data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
+    return RefitModel(fit, start, {});
+  };
+  WithoutOutlierEvents judged =
+      DropOutlierEvents(so_far.fit, *so_far.pool, std::move(kept), refit_with);
+  so_far.many_outliers = so_far.many_outliers || judged.dropped;
+  so_far.best = std::move(judged.kept.explanation);
+  return std::move(judged.kept.refit);
+}
+
+/// The scale of the weights: that of the scatter, or a larger one that rejects one row in ten.
+double ScaleOfWeights(const Identified& found, const PerRow<RowResidual>& residuals,
+                      double scatter) {
+  const Dataset& data = found.fit.data;
+  const double scale = std::max(scatter, data.sigma_m);
+  return found.many_outliers ? scale : OutlierScale(data, residuals, scale);
 }
 
 }  // namespace
@@ -153,7 +172,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
                             const std::function<void(double, const std::string&)>& tell,
                             std::size_t most) {
-  Identified found(FitOfEveryRow(data, options.threads));
+  Identified found(UnitWeightFit(data, options.threads));
   found.candidates = CandidatesFor(data);
   found.aligned = found.model = aligned;
   const auto linearise = [&]() -> std::optional<std::string> {
@@ -187,12 +206,11 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     residuals = ResidualsOf(*found.linear);
     scatter = RobustSigma(data, residuals);
     const PerRow<double> before = found.fit.weights;
-    found.fit.weights = HampelWeights(
-        data, residuals, OutlierScale(data, residuals, std::max(scatter, data.sigma_m)));
+    found.fit.weights = HampelWeights(data, residuals, ScaleOfWeights(found, residuals, scatter));
     scatter = std::max(scatter, WeightedSigma(found.fit, residuals,
                                               static_cast<double>(found.best.columns.size())));
     if (pass >= kFrugalPasses - 1) {
-      Pool scratch(*found.problem);
+      CandidateSet scratch(*found.problem);
       rich = RichSigma(*found.pool, found.candidates, scratch);
     }
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});

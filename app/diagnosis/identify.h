@@ -20,10 +20,13 @@ struct Identified {
   Model model;
   Refit refit;
   std::unique_ptr<LinearProblem> problem;
-  std::unique_ptr<Pool> pool;
+  std::unique_ptr<CandidateSet> pool;
   std::vector<Explanation> ranked;  ///< by the catalogue alone, best first
   Explanation best;
   bool unknown = false;  ///< the best needs an empirical term
+  /// An event gave way to the reading that its rows are outliers (event_outliers.h): more than
+  /// kMaxOutliers of the rows may be rejected.
+  bool many_outliers = false;
 };
 
 /// @param tell  progress: a share of 0..1 and what is being done
@@ -31,7 +34,7 @@ struct Identified {
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
                             const std::function<void(double, const std::string&)>& tell,
-                            std::size_t most = kMostBlocks);
+                            std::size_t most = kMaxBlocks);
 
 /// Residuals of the model, and gradients of the arm without its added effects: columns stay those
 /// of each effect by itself, whatever acts, and y = residual + (d prediction / d influence)

@@ -126,18 +126,44 @@ std::optional<std::string> PointsAtOrigin(const MeasuredTable& table) {
       lines.size(), LinesText(lines), 1e3 * nearest_m);
 }
 
-std::optional<std::string> Kelvin(const MeasuredTable& table) {
-  if (!table.recorded.temperature || table.rows.empty()) return std::nullopt;
-  double coldest = HUGE_VAL, hottest = -HUGE_VAL;
-  for (const MeasuredRow& row : table.rows) {
-    coldest = std::min(coldest, row.temp_C);
-    hottest = std::max(hottest, row.temp_C);
+/// Smallest and largest of some numbers.
+struct Extent {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  void Add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
   }
-  if (coldest < kHottest_C) return std::nullopt;
+};
+
+/// Which of the rows are hot: all of them, those from a line on, those up to one, or single lines.
+std::string HotRowsText(const std::vector<MeasuredRow>& rows, const std::vector<int>& hot) {
+  const std::size_t cold = rows.size() - hot.size();
+  if (cold == 0) return "";
+  if (hot.front() == rows[cold].line) return fmt::format(" from line {} on", hot.front());
+  if (hot.back() == rows[hot.size() - 1].line) return fmt::format(" up to line {}", hot.back());
+  return fmt::format(" in {} rows ({})", hot.size(), LinesText(hot));
+}
+
+std::optional<std::string> Kelvin(const MeasuredTable& table) {
+  if (!table.recorded.temperature) return std::nullopt;
+  constexpr double kFreezing_K = 273.15;
+  std::vector<int> hot;
+  Extent of_hot, of_others;
+  for (const MeasuredRow& row : table.rows) {
+    const bool is_hot = row.temp_C >= kHottest_C;
+    (is_hot ? of_hot : of_others).Add(row.temp_C);
+    if (is_hot) hot.push_back(row.line);
+  }
+  if (hot.empty()) return std::nullopt;
+  const std::string others = hot.size() == table.rows.size()
+                                 ? ""
+                                 : fmt::format(", and between {:.6g} and {:.6g} in the others",
+                                               of_others.low, of_others.high);
   return fmt::format(
-      "temp_C lies between {:.6g} and {:.6g}: no cell is that hot; as kelvin it is {:.4g}..{:.4g} "
-      "deg C. Subtract 273.15",
-      coldest, hottest, coldest - 273.15, hottest - 273.15);
+      "temp_C lies between {:.6g} and {:.6g}{}{}: no cell is that hot; as kelvin it is "
+      "{:.4g}..{:.4g} deg C. Subtract 273.15",
+      of_hot.low, of_hot.high, HotRowsText(table.rows, hot), others, of_hot.low - kFreezing_K,
+      of_hot.high - kFreezing_K);
 }
 
 /// Steps in which t_s falls, of those between rows of one session.

@@ -11,7 +11,7 @@ namespace plumbline {
 /// Finds values that cannot be what their column says:
 ///  - codes for "nothing measured" (-9999, 999999, 32767, a point at exactly 0, 0, 0): numbers of
 ///    that form that lie farther beyond all other values of the column than those spread;
-///  - temperatures in kelvin: all above 200;
+///  - temperatures in kelvin: all above 200, or those of some rows, from a line on as a rule;
 ///  - rows that are not in the order of their clock: t_s falls in one step of twenty or more, where
 ///    restarts of a clock are rare and shuffled rows fall in every other step.
 /// @return  a sentence that names the lines and says what to do; nothing where all is possible

@@ -117,6 +117,13 @@ const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
   return carrier;
 }
 
+const Eigen::ArrayX2d& LinearProblem::KeptOfJoint(
+    int joint, const std::function<Eigen::ArrayX2d()>& compute) const {
+  Eigen::ArrayX2d& kept = kept_of_joint_[joint];
+  if (kept.rows() == 0) kept = compute();
+  return kept;
+}
+
 Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
                                        const Eigen::MatrixXd& factors) const {
   const auto wide = static_cast<int>(entries.size());

@@ -1,6 +1,7 @@
 // The rows of a search as one linear problem: response, columns and free frames, whitened.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -40,6 +41,9 @@ class LinearProblem {
   const Eigen::MatrixXd& frames() const { return frames_; }
   /// One influence's column, whitened, not projected: what shapes multiply row by row.
   const Eigen::VectorXd& Carrier(int entry) const;
+  /// Numbers of a joint that a search of shapes needs for every residual: computed once.
+  const Eigen::ArrayX2d& KeptOfJoint(int joint,
+                                     const std::function<Eigen::ArrayX2d()>& compute) const;
   /// Columns carrier_a f_k(row), ordered by k then a; not projected.
   /// @param factors  shape (rows, k)
   Eigen::MatrixXd Carried(const std::vector<int>& entries, const Eigen::MatrixXd& factors) const;
@@ -56,6 +60,7 @@ class LinearProblem {
   Eigen::MatrixXd frames_;    ///< orthonormal
   Eigen::VectorXd response_;  ///< whitened, projected
   mutable std::map<int, Eigen::VectorXd> carriers_;
+  mutable std::map<int, Eigen::ArrayX2d> kept_of_joint_;
 };
 
 }  // namespace plumbline

@@ -20,7 +20,7 @@ using I = Influence<double>;
 /// @param at      the state, and the gradients where they are wanted
 void SetPose(const MeasuredRow& measured, int count, const Eigen::Matrix<double, 3, 9>& frames,
              const Sensitivity& at, bool gradients, LinearRow& row, Gradient& gradient) {
-  const bool turned = count == kMostResiduals;
+  const bool turned = count == kMaxResiduals;
   row.residual.resize(count);
   row.residual.head<3>() = measured.p_WT - row.p_W;
   row.frames.setZero(count, 9);
@@ -104,7 +104,7 @@ bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scra
   AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
     if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted, scratch,
-                       count == kMostResiduals)) {
+                       count == kMaxResiduals)) {
       return false;
     }
   } else {
@@ -263,7 +263,7 @@ void TermColumns(const EffectTerm& term, std::span<const double> values, std::sp
   for (const TermSlope& of : slopes) out.col(of.column) += of.slope * gradient.col(of.entry);
 }
 
-void ShowBases(const Model& model, Dataset& data) {
+void CopyBasePosesToRows(const Model& model, Dataset& data) {
   Indexed<SessionIndex, std::shared_ptr<const Robot>> robots;
   for (const Model::Frames& frames : model.frames) {
     Robot robot = data.cell.robot;

@@ -106,7 +106,7 @@ void InParallel(int count, int threads, const std::function<void(int, int)>& f);
 
 /// Copies the base pose of each session from the model to the conditions of its rows: effects need
 /// the direction of gravity that an aligned instrument defines.
-void ShowBases(const Model& model, Dataset& data);
+void CopyBasePosesToRows(const Model& model, Dataset& data);
 
 /// Applies a step to the frames of a session: base translation [m], base rotation (rotation vector
 /// in W, about the origin of the base) [rad], tip translation in F [m].

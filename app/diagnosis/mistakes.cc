@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "app/diagnosis/column_units.h"
+#include "app/diagnosis/unit_changes.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 
@@ -58,10 +60,6 @@ Undo OnPayload(double factor) {
       data.payloads[row].mass_kg *= factor;
     }
   };
-}
-
-bool Turns(const Dataset& data, int joint) {
-  return data.cell.robot.joints[static_cast<std::size_t>(joint)].type != JointType::kPrismatic;
 }
 
 void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
@@ -251,7 +249,7 @@ void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
 }
 
 void AddPayload(const Dataset& data, std::vector<Mistake>& mistakes) {
-  if (!data.table.recorded.payload || !data.cell.payload_cog_F) return;
+  if (!PayloadCounts(data)) return;
   constexpr double kBeside = 1.12;  // a size that the rows tell from the true one
   const std::pair<double, const char*> units[] = {{0.45359237, "pounds"}, {1 / 9.80665, "newtons"}};
   for (const auto& [factor, unit] : units) {
@@ -281,7 +279,8 @@ void AddFrames(const Dataset& data, std::vector<Mistake>& mistakes) {
 }  // namespace
 
 std::vector<Mistake> MistakesOf(const Dataset& data) {
-  std::vector<Mistake> mistakes;
+  // First, for a column that is mostly in another unit nearly is so as a whole.
+  std::vector<Mistake> mistakes = UnitChanges(data);
   AddUnits(data, mistakes);
   AddAxes(data, mistakes);
   AddShiftedRows(data, mistakes);

@@ -19,6 +19,8 @@ struct Mistake {
   bool fits_tip = false, fits_base = false;
   /// It may be smaller than what effects do: asked of every set whose noise is known.
   bool subtle = false;
+  /// The rows whose numbers it changes; empty: every row.
+  std::function<bool(const MeasuredRow&)> concerns = {};
   bool of_neighbours = false;  ///< it moves values from row to row: all rows are needed
   /// Changes that are nearly the same and must not do as well, where the hypothesis is a size.
   std::vector<std::function<void(Dataset&)>> beside = {};

@@ -23,7 +23,8 @@ double ClockOf(const Dataset& data, const Conditions& moment) {
 }
 
 Eigen::VectorXd ClockAtRows(const LinearProblem& problem) {
-  return AtRows(problem, [&](const Conditions& moment) { return ClockOf(problem.data(), moment); });
+  return SignalAtRows(problem,
+                      [&](const Conditions& moment) { return ClockOf(problem.data(), moment); });
 }
 
 Eigen::MatrixXd From(double moment, const Eigen::VectorXd& clock) {
@@ -107,7 +108,7 @@ Block BlockFrom(const Dataset& data, const Effect& effect, std::string_view word
 bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const> support) {
   std::vector<double> moments;
   for (const Block* block : support) {
-    if (BeginsAtAMoment(block->term)) moments.push_back(block->columns.front().values.front());
+    if (ActsFromEventTime(block->term)) moments.push_back(block->columns.front().values.front());
   }
   if (moments.size() < 2) return false;
   std::sort(moments.begin(), moments.end());
@@ -142,7 +143,8 @@ class MomentSearch : public ShapeSearch {
     return MomentsTooClose(problem, support);
   }
   /// True if no row of the problem lies between the given row and the moment.
-  bool LeavesOpen(const LinearProblem& problem, const Block& block, RowIndex row) const override {
+  bool LeavesUndetermined(const LinearProblem& problem, const Block& block,
+                          RowIndex row) const override {
     const Dataset& data = problem.data();
     const double moment = block.columns.front().values.front();
     const double clock = ClockOf(data, data.conditions[row]);
@@ -225,7 +227,7 @@ class ZoomSearch final : public MomentSearch {
     if (!problem.data().conditions.front().Signal(kColumn)) return Moments(problem);
     const Eigen::VectorXd clock = ClockAtRows(problem);
     const Eigen::VectorXd zoom =
-        AtRows(problem, [&](const Conditions& m) { return m.Signal(kColumn).value_or(0); });
+        SignalAtRows(problem, [&](const Conditions& m) { return m.Signal(kColumn).value_or(0); });
     std::vector<std::pair<double, double>> rows;
     rows.reserve(static_cast<std::size_t>(clock.size()));
     for (int j = 0; j < clock.size(); ++j) rows.emplace_back(clock[j], zoom[j]);

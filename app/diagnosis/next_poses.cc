@@ -47,7 +47,8 @@ std::string Kilograms(const std::vector<double>& payloads_kg) {
 }
 
 /// The effects in which two explanations differ: "payload mass from tool stiffness".
-std::string PairText(const Pool& pool, const Explanation& answer, const Explanation& rival) {
+std::string PairText(const CandidateSet& pool, const Explanation& answer,
+                     const Explanation& rival) {
   const auto names = [&](const Explanation& of, const Explanation& beside) {
     const std::vector<EffectKey> others = EffectKeys(pool, beside);
     std::vector<std::string> texts;
@@ -83,14 +84,14 @@ std::vector<const Block*> BlocksOf(const DesignTask& task) {
 
 }  // namespace
 
-void AddNextPoses(const Pool& pool, const Model& model, const PerRow<double>& weights,
+void AddNextPoses(const CandidateSet& pool, const Model& model, const PerRow<double>& weights,
                   const Explanation& answer, const std::vector<Explanation>& rivals,
                   const DiagnosisOptions& options, Diagnosis& diagnosis) {
   if (rivals.empty() || options.next_poses <= 0) return;
   const Dataset& data = pool.problem().data();
   const FitRows accepted = AcceptedRows(weights);
   if (accepted.empty()) return;
-  DesignTask task{pool, model, Thinned(data, accepted), {answer}};
+  DesignTask task{pool, model, SelectRows(data, accepted), {answer}};
   task.explanations.insert(task.explanations.end(), rivals.begin(), rivals.end());
   task.lowest_m = LowestTip(pool.problem().linear(), model, accepted);
   task.poses = options.next_poses;

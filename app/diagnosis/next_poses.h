@@ -12,7 +12,7 @@ namespace plumbline {
 /// @param answer, rivals  explanations by columns of `pool`; the scores of the rivals are those of
 ///                        their nonlinear refits
 /// @param diagnosis       receives next_poses, next_poses_separate_all and notes
-void AddNextPoses(const Pool& pool, const Model& model, const PerRow<double>& weights,
+void AddNextPoses(const CandidateSet& pool, const Model& model, const PerRow<double>& weights,
                   const Explanation& answer, const std::vector<Explanation>& rivals,
                   const DiagnosisOptions& options, Diagnosis& diagnosis);
 

@@ -49,32 +49,46 @@ ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
   return effect;
 }
 
-double PeriodicGain(const LinearProblem& problem, int joint, double cycles,
-                    const Eigen::VectorXd& residual) {
-  const Eigen::VectorXd angle =
-      cycles * AtRows(problem, [joint](const Conditions& m) { return m.q[joint]; });
-  Eigen::MatrixXd factors(angle.size(), 2);
-  factors.col(0) = angle.array().sin();
-  factors.col(1) = angle.array().cos();
-  return Gain(problem, problem.Carried({joint}, factors), residual);
-}
-
-/// Sums over rows that the gain of a line needs.
-struct JointRows {
-  Eigen::VectorXd q;
-  Eigen::VectorXd along, square;  ///< carrier times residual, carrier times itself
-
+/// Sums over rows that the gain of a line needs. The residual is one with the frames projected out,
+/// so that it needs none of that again.
+class JointRows {
+ public:
   JointRows(const LinearProblem& problem, int joint, const Eigen::VectorXd& residual)
-      : q(AtRows(problem, [joint](const Conditions& m) { return m.q[joint]; })),
+      : q(SignalAtRows(problem, [joint](const Conditions& m) { return m.q[joint]; })),
         along(q.size()),
-        square(q.size()) {
+        square(q.size()),
+        along_frames_(q.size(), problem.frames().cols()) {
     const Eigen::VectorXd& turn = problem.Carrier(joint);
     for (const FitRowIndex j : problem.rows().indices()) {
       const auto of_row = problem.layout().PartOf(turn, j);
       along[j.value()] = of_row.col(0).dot(problem.layout().PartOf(residual, j).col(0));
       square[j.value()] = of_row.squaredNorm();
+      if (along_frames_.cols() == 0) continue;
+      along_frames_.row(j.value()) =
+          of_row.transpose() * problem.layout().PartOf(problem.frames(), j);
     }
   }
+
+  /// The drop of chi2 by a line, the frames taken out; as Gain() of its sine and cosine.
+  double GainOf(double cycles) const {
+    Eigen::MatrixX2d factors(q.size(), 2);
+    factors.col(0) = (cycles * q).array().sin();
+    factors.col(1) = (cycles * q).array().cos();
+    Eigen::Matrix2d gram = factors.transpose() * (square.asDiagonal() * factors);
+    if (along_frames_.cols() > 0) {
+      const Eigen::MatrixX2d in_frames = along_frames_.transpose() * factors;
+      gram -= in_frames.transpose() * in_frames;
+    }
+    const Eigen::Vector2d moment = factors.transpose() * along;
+    gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
+    return moment.dot(gram.ldlt().solve(moment));
+  }
+
+  Eigen::VectorXd q;
+  Eigen::VectorXd along, square;  ///< carrier times residual, carrier times itself
+
+ private:
+  Eigen::MatrixXd along_frames_;  ///< carrier times the frames' basis, shape (rows, rank)
 };
 
 constexpr double kFewestCycles = 0.5, kMostCycles = 400;
@@ -88,26 +102,47 @@ double LobeOf(double span_rad) {
   return 2 * std::numbers::pi / span_rad;
 }
 
-/// Gains of sin and cos at cycles that rise by a step, the frames not taken out. Sine and cosine of
-/// every row are turned on from step to step, by the addition theorems.
-std::vector<double> GainsAlong(const JointRows& rows, double step) {
-  const auto steps = static_cast<int>(kMostCycles / step);
-  using Rows = Eigen::ArrayXd;
-  const Rows q = rows.q, along = rows.along, square = rows.square;
-  const Rows turn_cos = (step * q).cos(), turn_sin = (step * q).sin();
-  Rows c = (kFewestCycles * q).cos(), s = (kFewestCycles * q).sin(), next(q.size());
-  const double total = square.sum();
+/// Sums over rows of weight sin(c q) and weight cos(c q), shape (steps, 2), at cycles c that rise
+/// by a step. Sine and cosine of every row are turned on from step to step, by the addition
+/// theorems; a few rows at a time, so that they stay in the cache.
+Eigen::ArrayX2d LineSums(const Eigen::VectorXd& q, const Eigen::VectorXd& weight, double first,
+                         double step, Eigen::Index steps) {
+  constexpr Eigen::Index kAtOnce = 256;
+  Eigen::ArrayX2d sums = Eigen::ArrayX2d::Zero(steps, 2);
+  for (Eigen::Index from = 0; from < q.size(); from += kAtOnce) {
+    const Eigen::Index count = std::min(kAtOnce, q.size() - from);
+    const auto angle = q.segment(from, count).array();
+    const Eigen::ArrayXd w = weight.segment(from, count).array();
+    const Eigen::ArrayXd turn_cos = (step * angle).cos(), turn_sin = (step * angle).sin();
+    Eigen::ArrayXd c = w * (first * angle).cos(), s = w * (first * angle).sin(), next(count);
+    for (Eigen::Index k = 0; k < steps; ++k) {
+      sums(k, 0) += s.sum();
+      sums(k, 1) += c.sum();
+      next = c * turn_cos - s * turn_sin;
+      s = s * turn_cos + c * turn_sin;
+      c.swap(next);
+    }
+  }
+  return sums;
+}
+
+/// Gains of sin and cos at cycles that rise by a step, the frames not taken out.
+std::vector<double> GainsAlong(const LinearProblem& problem, const JointRows& rows, int joint,
+                               double step) {
+  const auto steps = static_cast<Eigen::Index>(kMostCycles / step);
+  const Eigen::ArrayX2d along = LineSums(rows.q, rows.along, kFewestCycles, step, steps);
+  // sin^2, cos^2 and their product by the sine and cosine of the double angle.
+  const Eigen::ArrayX2d& twice = problem.KeptOfJoint(
+      joint, [&] { return LineSums(rows.q, rows.square, 2 * kFewestCycles, 2 * step, steps); });
+  const double total = rows.square.sum();
   std::vector<double> gains;
   gains.reserve(static_cast<std::size_t>(steps));
-  for (int k = 0; k < steps; ++k) {
-    const double bs = (along * s).sum(), bc = (along * c).sum();
-    const double cc = (square * c * c).sum(), sc = (square * s * c).sum(), ss = total - cc;
+  for (Eigen::Index k = 0; k < steps; ++k) {
+    const double bs = along(k, 0), bc = along(k, 1), sc = twice(k, 0) / 2;
+    const double cc = (total + twice(k, 1)) / 2, ss = total - cc;
     const double det = ss * cc - sc * sc;
     gains.push_back(det > 1e-9 * ss * cc ? (bs * bs * cc - 2 * bs * bc * sc + bc * bc * ss) / det
                                          : 0);
-    next = c * turn_cos - s * turn_sin;
-    s = s * turn_cos + c * turn_sin;
-    c.swap(next);
   }
   return gains;
 }
@@ -136,28 +171,27 @@ std::vector<Peak> PeaksOf(const std::vector<double>& gains, int joint, double st
 /// The strongest lines of one joint, to a third of a line's width and the free frames not taken
 /// out; none where the joint hardly moved.
 /// @param trials  lines that can be told apart; unchanged where there are none
-std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, int joint,
-                                const Eigen::VectorXd& residual, double& trials) {
+std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, const JointRows& rows, int joint,
+                                double& trials) {
   const double span = problem.JointSpan(joint);
   if (!(span > kLeastSpan_rad)) return {};
   const double lobe = LobeOf(span);
   trials = kMostCycles / lobe * 2;
   const double step = lobe / kStepsOfLobe;
-  return PeaksOf(GainsAlong(JointRows(problem, joint, residual), step), joint, step);
+  return PeaksOf(GainsAlong(problem, rows, joint, step), joint, step);
 }
 
 /// The line at its exact cycles, the frames taken out.
-Peak Refined(const LinearProblem& problem, const Eigen::VectorXd& residual, Peak peak) {
+Peak Refined(const LinearProblem& problem, const JointRows& rows, Peak peak) {
   constexpr int kHalvings = 6;
   const int joint = peak.joint;
-  const auto exact = [&](double cycles) { return PeriodicGain(problem, joint, cycles, residual); };
-  peak.gain = exact(peak.cycles_per_turn);
+  peak.gain = rows.GainOf(peak.cycles_per_turn);
   double width = LobeOf(problem.JointSpan(joint)) / kStepsOfLobe;
   for (int halving = 0; halving < kHalvings; ++halving, width /= 2) {
     for (const double side : {-1.0, 1.0}) {
       const double cycles = peak.cycles_per_turn + side * width / 2;
       if (cycles < kFewestCycles || cycles > kMostCycles) continue;
-      const double gain = exact(cycles);
+      const double gain = rows.GainOf(cycles);
       if (gain > peak.gain) peak = {joint, cycles, gain, 0};
     }
   }
@@ -190,13 +224,15 @@ class PeriodicSearch final : public ShapeSearch {
     std::vector<Peak> coarse;
     double trials = 1;
     const int joints = problem.data().cell.robot.size();
+    std::vector<JointRows> rows;
     for (int joint = 0; joint < joints; ++joint) {
       double of_joint = 1;
-      const std::vector<Peak> peaks = PeriodicPeaks(problem, joint, residual, of_joint);
+      rows.emplace_back(problem, joint, residual);
+      const std::vector<Peak> peaks = PeriodicPeaks(problem, rows.back(), joint, of_joint);
       coarse.insert(coarse.end(), peaks.begin(), peaks.end());
       if (of_joint == 1) continue;  // it never moved far
       for (const double whole : kWhole) {
-        eccentric.emplace_back(PeriodicGain(problem, joint, whole, residual),
+        eccentric.emplace_back(rows.back().GainOf(whole),
                                PeriodicBlock(joint, whole, WholeLines(joints)));
       }
       trials += of_joint;
@@ -204,7 +240,8 @@ class PeriodicSearch final : public ShapeSearch {
     constexpr std::size_t kRefined = 12, kKept = 3;
     std::stable_sort(coarse.begin(), coarse.end(), Higher);
     for (std::size_t k = 0; k < std::min(kRefined, coarse.size()); ++k) {
-      const Peak peak = Refined(problem, residual, coarse[k]);
+      const JointRows& of_joint = rows[static_cast<std::size_t>(coarse[k].joint)];
+      const Peak peak = Refined(problem, of_joint, coarse[k]);
       found.emplace_back(peak.gain, PeriodicBlock(peak.joint, peak.cycles_per_turn, 1));
     }
     std::vector<Block> blocks = Best(std::move(eccentric), kKept);
@@ -230,7 +267,7 @@ class PeriodicSearch final : public ShapeSearch {
     return blocks;
   }
 
-  std::vector<Block> Everywhere(const Dataset& data) const override {
+  std::vector<Block> AllPlacements(const Dataset& data) const override {
     std::vector<Block> blocks;
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
       for (const double cycles : kWhole) blocks.push_back(PeriodicBlock(joint, cycles, 1));
@@ -242,7 +279,7 @@ class PeriodicSearch final : public ShapeSearch {
     return OnePhase(block, values);
   }
 
-  bool SeveralInOne() const override { return true; }
+  bool JoinsBlocks() const override { return true; }
 
   /// A second line of a joint gets the specs of "q#_#_amplitude".
   void Join(const ActiveEffect& more, ActiveEffect& effect) const override {
@@ -277,7 +314,7 @@ class PeriodicSearch final : public ShapeSearch {
 
 class BalanceSearch final : public ShapeSearch {
  public:
-  bool FollowsResidual() const override { return false; }
+  bool DependsOnResidual() const override { return false; }
   std::vector<Block> Fixed(const Dataset& data) const override {
     if (data.cell.robot.size() <= kCounterbalancedJoint) return {};
     return {TwoPhases(Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
@@ -296,8 +333,9 @@ std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
   for (int joint = 0; joint < problem.data().cell.robot.size(); ++joint) {
     if (kLargestLine_rad * problem.Carrier(joint).norm() < kLeastSeen) continue;  // no lever
     double trials = 1;
-    for (const Peak& peak : PeriodicPeaks(problem, joint, residual, trials)) {
-      lines.push_back(Refined(problem, residual, peak));
+    const JointRows rows(problem, joint, residual);
+    for (const Peak& peak : PeriodicPeaks(problem, rows, joint, trials)) {
+      lines.push_back(Refined(problem, rows, peak));
     }
   }
   return lines;

@@ -19,12 +19,12 @@ constexpr double kLeastPivot = 1e-6;       // squared sine to the columns before
 
 }  // namespace
 
-Pool::Pool(const LinearProblem& problem)
+CandidateSet::CandidateSet(const LinearProblem& problem)
     : problem_(problem),
       chi2_null_(problem.response().squaredNorm()),
       effect_cost_(2 * std::log(EffectsConsidered(problem.data()))) {}
 
-BlockIndex Pool::Add(const Block& block) {
+BlockIndex CandidateSet::Add(const Block& block) {
   for (const BlockIndex known : blocks_.indices()) {
     if (SameColumns(blocks_[known], block)) return known;
   }
@@ -34,7 +34,8 @@ BlockIndex Pool::Add(const Block& block) {
   Indexed<BlockColumnIndex, double> raw_length;
   for (const BlockColumnIndex k : block.columns.indices()) {
     raw_length.push_back(raw.col(k.value()).norm());
-    raw_rms_m_.push_back(raw_length.back() * problem_.sigma_m() / std::sqrt(rows));
+    raw_rms_m_.push_back(LengthOfLengths(raw.col(k.value())) * problem_.sigma_m() /
+                         std::sqrt(rows));
   }
   problem_.Project(raw);
   const BlockIndex index(blocks_.size());
@@ -74,29 +75,39 @@ BlockIndex Pool::Add(const Block& block) {
   return index;
 }
 
-IndexRange<ColumnIndex> Pool::ColumnsIn(BlockIndex block) const {
+double CandidateSet::LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& column) const {
+  const FitLayout& layout = problem_.layout();
+  double square = 0;
+  for (const FitRowIndex j : problem_.rows().indices()) {
+    const auto of_row = layout.PartOf(column, j);
+    square += of_row.head(std::min<Eigen::Index>(of_row.size(), kMostLengths)).squaredNorm();
+  }
+  return std::sqrt(square);
+}
+
+IndexRange<ColumnIndex> CandidateSet::ColumnsIn(BlockIndex block) const {
   const ColumnIndex first = first_[block];
   return {first, ColumnIndex(first.value() + blocks_[block].columns.count())};
 }
 
-bool Pool::Observable(BlockIndex block) const {
+bool CandidateSet::Observable(BlockIndex block) const {
   const IndexRange<ColumnIndex> columns = ColumnsIn(block);
   return std::any_of(columns.begin(), columns.end(),
                      [this](ColumnIndex column) { return length_[column] > 0; });
 }
 
-double Pool::PriorPrecision(ColumnIndex column) const {
+double CandidateSet::PriorPrecision(ColumnIndex column) const {
   const double deviation = length_[column] * ColumnAt(column).Largest();
   return deviation > 0 ? 1 / (deviation * deviation) : 0;
 }
 
-Interval Pool::Bounds(ColumnIndex column) const {
+Interval CandidateSet::Bounds(ColumnIndex column) const {
   const Interval& plausible = ColumnAt(column).plausible;
-  const double scale = kAbsurd * length_[column];
+  const double scale = kDiscardRatio * length_[column];
   return {scale * plausible.low, scale * plausible.high};
 }
 
-std::vector<double> Pool::UnitCosts(BlockIndex index) const {
+std::vector<double> CandidateSet::UnitCosts(BlockIndex index) const {
   const Block& block = blocks_[index];
   std::vector<int> widths(static_cast<std::size_t>(block.units), 0);
   for (const BlockColumn& column : block.columns) ++widths[static_cast<std::size_t>(column.unit)];
@@ -113,16 +124,16 @@ std::vector<double> Pool::UnitCosts(BlockIndex index) const {
   return costs;
 }
 
-double Pool::BlockCost(BlockIndex block) const {
+double CandidateSet::BlockCost(BlockIndex block) const {
   return inflation_[block] * 2 * std::log(std::max(1.0, blocks_[block].trials));
 }
 
-Explanation Pool::Evaluate(std::vector<BlockIndex> support) const {
+Explanation CandidateSet::Evaluate(std::vector<BlockIndex> support) const {
   return *EvaluateBelow(std::move(support), HUGE_VAL);
 }
 
-std::optional<Explanation> Pool::EvaluateBelow(std::vector<BlockIndex> support,
-                                               double worst) const {
+std::optional<Explanation> CandidateSet::EvaluateBelow(std::vector<BlockIndex> support,
+                                                       double worst) const {
   const Basis basis = Ranked(ColumnsOf(std::move(support)));
   if (basis.chi2 + LeastCost(basis.columns) > worst) return std::nullopt;
   SupportFit fit = FitOf(basis.columns);
@@ -135,7 +146,7 @@ std::optional<Explanation> Pool::EvaluateBelow(std::vector<BlockIndex> support,
   return ExplanationOf(basis.columns, fit);
 }
 
-double Pool::LeastCost(const std::vector<ColumnIndex>& columns) const {
+double CandidateSet::LeastCost(const std::vector<ColumnIndex>& columns) const {
   std::map<BlockIndex, double> cheapest;  // unit of each block
   for (const ColumnIndex column : columns) {
     const double cost = UnitCost(block_of_[column], ColumnAt(column).unit);
@@ -151,12 +162,12 @@ double Pool::LeastCost(const std::vector<ColumnIndex>& columns) const {
   return cost + effect_cost_ * Claims(used);
 }
 
-double Pool::Claims(const std::set<BlockIndex>& blocks) const {
+double CandidateSet::Claims(const std::set<BlockIndex>& blocks) const {
   std::map<std::string_view, double> inflations;  // of each id
   double claims = 0;
   for (const BlockIndex index : blocks) {
     const Block& block = blocks_[index];
-    if (BeginsAtAMoment(block.term)) {
+    if (ActsFromEventTime(block.term)) {
       claims += inflation_[index];
     } else {
       double& largest = inflations[block.id];
@@ -167,16 +178,16 @@ double Pool::Claims(const std::set<BlockIndex>& blocks) const {
   return claims;
 }
 
-Explanation Pool::Fit(const std::vector<BlockIndex>& support) const {
+Explanation CandidateSet::Fit(const std::vector<BlockIndex>& support) const {
   return FitColumns(ColumnsOf(support));
 }
 
-Explanation Pool::FitColumns(const std::vector<ColumnIndex>& columns) const {
+Explanation CandidateSet::FitColumns(const std::vector<ColumnIndex>& columns) const {
   const Basis basis = Ranked(columns);
   return ExplanationOf(basis.columns, FitOf(basis.columns));
 }
 
-std::vector<ColumnIndex> Pool::ColumnsOf(std::vector<BlockIndex> support) const {
+std::vector<ColumnIndex> CandidateSet::ColumnsOf(std::vector<BlockIndex> support) const {
   std::sort(support.begin(), support.end());
   support.erase(std::unique(support.begin(), support.end()), support.end());
   std::vector<ColumnIndex> columns;
@@ -190,7 +201,7 @@ std::vector<ColumnIndex> Pool::ColumnsOf(std::vector<BlockIndex> support) const 
 
 /// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
 /// pivot, so that the columns chosen are well conditioned. Their order stays.
-Pool::Basis Pool::Ranked(const std::vector<ColumnIndex>& columns) const {
+CandidateSet::Basis CandidateSet::Ranked(const std::vector<ColumnIndex>& columns) const {
   const auto n = static_cast<int>(columns.size());
   Basis basis;
   basis.chi2 = chi2_null_;
@@ -224,7 +235,7 @@ Pool::Basis Pool::Ranked(const std::vector<ColumnIndex>& columns) const {
   return basis;
 }
 
-SupportFit Pool::FitOf(const std::vector<ColumnIndex>& columns) const {
+SupportFit CandidateSet::FitOf(const std::vector<ColumnIndex>& columns) const {
   const auto n = static_cast<int>(columns.size());
   Eigen::MatrixXd gram(n, n);
   Eigen::VectorXd moment(n);
@@ -250,8 +261,8 @@ SupportFit Pool::FitOf(const std::vector<ColumnIndex>& columns) const {
   return SupportFit(gram, moment, chi2_null_, std::move(units));
 }
 
-Explanation Pool::ExplanationOf(const std::vector<ColumnIndex>& columns,
-                                const SupportFit& fit) const {
+Explanation CandidateSet::ExplanationOf(const std::vector<ColumnIndex>& columns,
+                                        const SupportFit& fit) const {
   Explanation explanation;
   const std::vector<int> places = fit.Places();
   explanation.values.resize(static_cast<int>(places.size()));
@@ -277,16 +288,17 @@ Explanation Pool::ExplanationOf(const std::vector<ColumnIndex>& columns,
   return explanation;
 }
 
-Eigen::VectorXd Pool::Residual(const Explanation& explanation) const {
+Eigen::VectorXd CandidateSet::Residual(const Explanation& explanation) const {
   return ResidualBeside(explanation, std::nullopt);
 }
 
-Eigen::VectorXd Pool::PartialResidual(const Explanation& explanation, BlockIndex block) const {
+Eigen::VectorXd CandidateSet::PartialResidual(const Explanation& explanation,
+                                              BlockIndex block) const {
   return ResidualBeside(explanation, block);
 }
 
-Eigen::VectorXd Pool::ResidualBeside(const Explanation& explanation,
-                                     std::optional<BlockIndex> left_in) const {
+Eigen::VectorXd CandidateSet::ResidualBeside(const Explanation& explanation,
+                                             std::optional<BlockIndex> left_in) const {
   Eigen::VectorXd residual = problem_.response();
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const ColumnIndex column = explanation.columns[i];
@@ -297,7 +309,7 @@ Eigen::VectorXd Pool::ResidualBeside(const Explanation& explanation,
   return residual;
 }
 
-Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
+Coefficients CandidateSet::CoefficientsOf(const Explanation& explanation) const {
   Coefficients coefficients;
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const ColumnIndex column = explanation.columns[i];
@@ -306,7 +318,7 @@ Coefficients Pool::CoefficientsOf(const Explanation& explanation) const {
   return coefficients;
 }
 
-double Pool::LogChoices(const Explanation& explanation, BlockIndex block) const {
+double CandidateSet::LogChoices(const Explanation& explanation, BlockIndex block) const {
   std::set<int> visible, kept;
   for (const ColumnIndex column : ColumnsIn(block)) {
     if (length_[column] > 0) visible.insert(ColumnAt(column).unit);
@@ -318,7 +330,8 @@ double Pool::LogChoices(const Explanation& explanation, BlockIndex block) const 
   return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1);
 }
 
-std::vector<BlockIndex> Pool::BlocksOf(const Explanation& explanation, const EffectKey& key) const {
+std::vector<BlockIndex> CandidateSet::BlocksOf(const Explanation& explanation,
+                                               const EffectKey& key) const {
   std::vector<BlockIndex> of;
   for (const BlockIndex block : explanation.blocks) {
     if (KeyOf(blocks_[block]) == key) of.push_back(block);
@@ -326,8 +339,8 @@ std::vector<BlockIndex> Pool::BlocksOf(const Explanation& explanation, const Eff
   return of;
 }
 
-std::vector<BlockIndex> Pool::BlocksBeside(const Explanation& explanation,
-                                           const EffectKey& key) const {
+std::vector<BlockIndex> CandidateSet::OtherBlocks(const Explanation& explanation,
+                                                  const EffectKey& key) const {
   std::vector<BlockIndex> beside;
   for (const BlockIndex block : explanation.blocks) {
     if (KeyOf(blocks_[block]) != key) beside.push_back(block);
@@ -335,8 +348,8 @@ std::vector<BlockIndex> Pool::BlocksBeside(const Explanation& explanation,
   return beside;
 }
 
-double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
-                        const std::vector<BlockIndex>& rival) const {
+double CandidateSet::SignalLeft(const Explanation& explanation, const EffectKey& key,
+                                const std::vector<BlockIndex>& rival) const {
   Eigen::VectorXd field = Eigen::VectorXd::Zero(columns_.rows());
   for (std::size_t i = 0; i < explanation.columns.size(); ++i) {
     const ColumnIndex column = explanation.columns[i];
@@ -357,8 +370,8 @@ double Pool::SignalLeft(const Explanation& explanation, const EffectKey& key,
   return left.norm() / length;
 }
 
-Indexed<BlockColumnIndex, double> Pool::MinimumDetectable(BlockIndex block,
-                                                          double block_cost) const {
+Indexed<BlockColumnIndex, double> CandidateSet::MinimumDetectable(BlockIndex block,
+                                                                  double block_cost) const {
   constexpr double kPower90 = 1.2816;
   Indexed<BlockColumnIndex, double> sizes(blocks_[block].columns.size(), 0.0);
   for (const ColumnIndex column : ColumnsIn(block)) {
@@ -372,7 +385,7 @@ Indexed<BlockColumnIndex, double> Pool::MinimumDetectable(BlockIndex block,
   return sizes;
 }
 
-int Pool::JointOfColumn(ColumnIndex column) const {
+int CandidateSet::JointOfColumn(ColumnIndex column) const {
   const Block& block = blocks_[block_of_[column]];
   if (block.empirical()) return -1;
   const auto parameter = static_cast<std::size_t>(ColumnAt(column).parameter);
@@ -383,18 +396,18 @@ EffectKey KeyOf(const Block& block) {
   return {block.id, std::string(block.term.word)};
 }
 
-bool HasEmpirical(const Pool& pool, const Explanation& explanation) {
+bool HasEmpirical(const CandidateSet& pool, const Explanation& explanation) {
   return std::any_of(explanation.blocks.begin(), explanation.blocks.end(),
                      [&pool](BlockIndex block) { return pool.blocks()[block].empirical(); });
 }
 
-std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation) {
+std::vector<EffectKey> EffectKeys(const CandidateSet& pool, const Explanation& explanation) {
   std::set<EffectKey> keys;
   for (const BlockIndex block : explanation.blocks) keys.insert(KeyOf(pool.blocks()[block]));
   return {keys.begin(), keys.end()};
 }
 
-std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation) {
+std::vector<std::string> EffectIds(const CandidateSet& pool, const Explanation& explanation) {
   std::set<std::string> ids;
   for (const BlockIndex block : explanation.blocks) ids.insert(pool.blocks()[block].id);
   return {ids.begin(), ids.end()};

@@ -36,9 +36,9 @@ struct EffectKey {
 /// Blocks with their projected columns and Gram matrix. Each value has a normal prior about 0 whose
 /// deviation is the largest size that a sound machine shows: where the rows decide it hardly
 /// counts, where they do not the more plausible explanation is the better one.
-class Pool {
+class CandidateSet {
  public:
-  explicit Pool(const LinearProblem& problem);
+  explicit CandidateSet(const LinearProblem& problem);
 
   /// Adds a block; the same one is not added twice. Returns its index.
   BlockIndex Add(const Block& block);
@@ -71,7 +71,7 @@ class Pool {
   Coefficients CoefficientsOf(const Explanation& explanation) const;
   /// Blocks of an explanation that belong to an effect, and the others.
   std::vector<BlockIndex> BlocksOf(const Explanation& explanation, const EffectKey& key) const;
-  std::vector<BlockIndex> BlocksBeside(const Explanation& explanation, const EffectKey& key) const;
+  std::vector<BlockIndex> OtherBlocks(const Explanation& explanation, const EffectKey& key) const;
   /// Share (0..1) of the displacement that an explanation gives to an effect which a support
   /// cannot imitate.
   double SignalLeft(const Explanation& explanation, const EffectKey& key,
@@ -109,6 +109,10 @@ class Pool {
   const BlockColumn& ColumnAt(ColumnIndex column) const {
     return blocks_[block_of_[column]].columns[local_[column]];
   }
+  /// Length of a whitened column, of the residuals that are lengths alone: turns of a measured pose
+  /// are no millimetres. A row's lengths come first, and whitening by a Cholesky factor leaves them
+  /// apart from what follows.
+  double LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& column) const;
   Eigen::VectorXd ResidualBeside(const Explanation& explanation,
                                  std::optional<BlockIndex> left_in) const;
   std::vector<double> UnitCosts(BlockIndex block) const;
@@ -147,11 +151,11 @@ class Pool {
 EffectKey KeyOf(const Block& block);
 
 /// Whether an explanation needs an empirical term.
-bool HasEmpirical(const Pool& pool, const Explanation& explanation);
+bool HasEmpirical(const CandidateSet& pool, const Explanation& explanation);
 
 /// The effects of an explanation, distinct, ascending.
-std::vector<EffectKey> EffectKeys(const Pool& pool, const Explanation& explanation);
+std::vector<EffectKey> EffectKeys(const CandidateSet& pool, const Explanation& explanation);
 /// Their ids.
-std::vector<std::string> EffectIds(const Pool& pool, const Explanation& explanation);
+std::vector<std::string> EffectIds(const CandidateSet& pool, const Explanation& explanation);
 
 }  // namespace plumbline

@@ -235,7 +235,7 @@ bool Within(const DesignSpace& space, const DesignPoint& point) {
 
 Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
                       const std::vector<DesignPoint>& points, const Conditions& previous) {
-  Dataset rows = Thinned(data, {});
+  Dataset rows = SelectRows(data, {});
   for (const DesignPoint& point : points) {
     MeasuredRow row = data.table.rows.back();
     row.q = point.q;

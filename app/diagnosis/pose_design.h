@@ -11,7 +11,7 @@ namespace plumbline {
 
 /// Input of a design.
 struct DesignTask {
-  const Pool& pool;
+  const CandidateSet& pool;
   const Model& model;
   Dataset rows;                           ///< rows that the answer does not reject
   std::vector<Explanation> explanations;  ///< by columns of `pool`; the first is the answer

@@ -2,7 +2,7 @@
 
 namespace plumbline {
 
-Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measured, int threads) {
+Result<Realignment> Realign(const CellModel& cell, const MeasuredTable& measured, int threads) {
   if (cell.measurement.frame_known && cell.measurement.tool_known) return Realignment{cell, {}, {}};
   // The search starts from the frames of the last session.
   CellModel start = CellOfSession(cell, "");

@@ -27,6 +27,6 @@ struct Realignment {
 /// the rows. Returns the cell unchanged if nothing is free. Directions that the rows do not
 /// determine stay as in the cell's last session, or as declared (alignment.h).
 /// @return  an error if the rows do not determine the frames
-Result<Realignment> Realigned(const CellModel& cell, const MeasuredTable& measured, int threads);
+Result<Realignment> Realign(const CellModel& cell, const MeasuredTable& measured, int threads);
 
 }  // namespace plumbline

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "app/diagnosis/whitener.h"
 
@@ -56,14 +57,33 @@ Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
   return layout;
 }
 
-/// A shape stays in the range to search; an angle, which comes round again, goes anywhere.
-void KeepInRange(ActiveEffect& effect, std::size_t k) {
+/// Range of an adjusted number, SI: a shape stays in the range to search; an angle, which comes
+/// round again, and a size go anywhere.
+std::optional<Interval> RangeOf(const ActiveEffect& effect, std::size_t k) {
   const ParameterSpec& spec =
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
-  if (spec.role != ParameterRole::kShape || spec.unit == "rad") return;
-  const Interval& range = spec.plausible;
-  effect.values[k] = std::clamp(effect.values[k], range.low * spec.to_SI, range.high * spec.to_SI);
+  if (spec.role != ParameterRole::kShape || spec.unit == "rad") return std::nullopt;
+  return Interval{spec.plausible.low * spec.to_SI, spec.plausible.high * spec.to_SI};
+}
+
+/// The ranges as bounds of the solver's numbers, and a start within them.
+void SetBounds(const Layout& layout, const Model& start, std::vector<double>& x,
+               ceres::Problem& problem) {
+  const std::size_t first = x.size() - layout.parameters.size();
+  for (std::size_t j = 0; j < layout.parameters.size(); ++j) {
+    const auto effect = static_cast<std::size_t>(layout.parameters[j].first);
+    const auto value = static_cast<std::size_t>(layout.parameters[j].second);
+    const std::optional<Interval> range = RangeOf(start.effects[effect], value);
+    if (!range) continue;
+    const double at = start.effects[effect].values[value];
+    const double low = (range->low - at) / layout.unit[j];
+    const double high = (range->high - at) / layout.unit[j];
+    const auto place = static_cast<int>(first + j);
+    problem.SetParameterLowerBound(x.data(), place, low);
+    problem.SetParameterUpperBound(x.data(), place, high);
+    x[first + j] = std::clamp(0.0, low, high);
+  }
 }
 
 /// The start moved by solver units x: frames of each session first, then parameters.
@@ -84,8 +104,6 @@ Model Moved(const Layout& layout, const Model& start, const double* x) {
     const auto [effect, parameter] = layout.parameters[j];
     model.effects[static_cast<std::size_t>(effect)].values[static_cast<std::size_t>(parameter)] +=
         layout.unit[j] * x[at++];
-    KeepInRange(model.effects[static_cast<std::size_t>(effect)],
-                static_cast<std::size_t>(parameter));
   }
   return model;
 }
@@ -118,6 +136,15 @@ Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
   return result;
 }
 
+/// Rows whose gradients are kept from one iteration to the next; of more they would take too much
+/// memory.
+constexpr int kMostKeptRows = 20000;
+
+/// All residuals as one cost. The derivatives are those of the arm where they were first asked for:
+/// a refit starts at values that fit, from which the arm's posture, and with it how the tip follows
+/// an influence, changes by less than a thousandth; how influences follow parameters is computed
+/// anew each time. Only the way to the minimum depends on it, and the minimum by as little of the
+/// noise.
 class AllRows final : public ceres::CostFunction {
  public:
   AllRows(const FitProblem& problem, const Model& start, const Layout& layout)
@@ -134,6 +161,9 @@ class AllRows final : public ceres::CostFunction {
   }
   int size() const { return size_; }
 
+  /// The next derivatives are those at the point where they are asked for.
+  void ForgetGradients() { kept_.clear(); }
+
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const Model model = Moved(layout_, start_, x[0]);
     const bool wanted = jacobians != nullptr && jacobians[0] != nullptr;
@@ -143,6 +173,9 @@ class AllRows final : public ceres::CostFunction {
     Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
                        wanted ? size_ : 0);
     if (wanted) J.setZero();
+    if (wanted && kept_.empty() && problem_.rows.count() <= kMostKeptRows) {
+      kept_.resize(problem_.rows.size());
+    }
     std::atomic<bool> settled{true};
     InParallel(problem_.rows.count(), problem_.threads, [&](int first, int last) {
       Sensitivity scratch;
@@ -155,10 +188,12 @@ class AllRows final : public ceres::CostFunction {
         if (wanted) AddSlopes(model, row, slopes);
         InfluenceSet touched;
         for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
-        if (!at_rows.At(row, touched, scratch, at, gradient)) {
+        const bool kept = wanted && IsKept(j, touched);
+        if (!at_rows.At(row, kept ? InfluenceSet() : touched, scratch, at, gradient)) {
           settled = false;
           return;
         }
+        if (wanted) KeepOrRestore(j, touched, kept, gradient);
         whitener_[j].Apply(at.residual, residuals_.PartOf(r, j));
         if (!wanted) continue;
         auto block = residuals_.PartOf(J, j);
@@ -176,6 +211,38 @@ class AllRows final : public ceres::CostFunction {
 
  private:
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  /// d prediction / d influence of one row, of those influences that effects moved, in their order.
+  struct KeptGradient {
+    InfluenceSet entries;
+    Eigen::MatrixXd columns;
+  };
+
+  bool IsKept(FitRowIndex j, const InfluenceSet& touched) const {
+    return !kept_.empty() && touched.any() && (touched & ~kept_[j].entries).none();
+  }
+
+  /// Puts the kept columns into a gradient, or keeps those of one just computed.
+  void KeepOrRestore(FitRowIndex j, const InfluenceSet& touched, bool kept,
+                     Gradient& gradient) const {
+    if (kept_.empty()) return;
+    KeptGradient& of_row = kept_[j];
+    if (kept) {
+      gradient.resize(of_row.columns.rows(), Gradient::ColsAtCompileTime);
+    } else {
+      of_row.entries = touched;
+      of_row.columns.resize(gradient.rows(), static_cast<Eigen::Index>(touched.count()));
+    }
+    Eigen::Index place = 0;
+    for (int entry = 0; entry < Gradient::ColsAtCompileTime; ++entry) {
+      if (!of_row.entries.test(static_cast<std::size_t>(entry))) continue;
+      if (kept) {
+        gradient.col(entry) = of_row.columns.col(place++);
+      } else {
+        of_row.columns.col(place++) = gradient.col(entry);
+      }
+    }
+  }
 
   template <typename BlockRows>
   void FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
@@ -215,6 +282,7 @@ class AllRows final : public ceres::CostFunction {
   Whitener whitener_;
   FitLayout residuals_;
   int size_ = 0;
+  mutable Indexed<FitRowIndex, KeptGradient> kept_;  ///< empty: none are
 };
 
 }  // namespace
@@ -230,10 +298,11 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
   std::vector<double> x(static_cast<std::size_t>(size), 0.0);
   std::vector<double> residuals(static_cast<std::size_t>(cost->num_residuals()));
   std::vector<double> J(residuals.size() * x.size());
-  const AllRows* rows = cost.get();
+  AllRows* rows = cost.get();
   if (size > 0) {
     ceres::Problem solved;
     solved.AddResidualBlock(cost.release(), nullptr, x.data());
+    SetBounds(layout, start, x, solved);
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::DENSE_QR;
     solver.max_num_iterations = options.iterations;
@@ -246,6 +315,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     refit.model = Moved(layout, start, x.data());
     const double* at[] = {x.data()};
     double* jacobian[] = {J.data()};
+    rows->ForgetGradients();
     if (!rows->Evaluate(at, residuals.data(), jacobian))
       return Error{"the refitted posture does not settle"};
   } else {

@@ -13,11 +13,14 @@
 namespace plumbline {
 
 /// A measured pose has six: three of its position and three of its orientation.
-inline constexpr int kMostResiduals = 6;
+inline constexpr int kMaxResiduals = 6;
+
+/// Those of a row that are lengths come first, at most so many.
+inline constexpr int kMostLengths = 3;
 
 /// One row's residuals, measured minus predicted: position or range [m] first, then orientation
 /// as a rotation vector [rad]. Shape (0..6).
-using RowResidual = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostResiduals, 1>;
+using RowResidual = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxResiduals, 1>;
 
 /// What one row measures.
 struct RowNumbers {
@@ -28,7 +31,7 @@ struct RowNumbers {
   Eigen::MatrixXd covariance;
 
   /// Those that are lengths.
-  int lengths() const { return std::min(count, 3); }
+  int lengths() const { return std::min(count, kMostLengths); }
 };
 
 /// A row's residual in space: that of its position; of a range (r, 0, 0); zero where nothing was

@@ -134,7 +134,8 @@ double UnrefutedRatio(const std::vector<HeldOutSquare>& rows, const Components& 
   }
   const auto count = static_cast<int>(ratios.size());
   int outside = 0;
-  while (outside < count && BinomialTail(count, outside + 1, kOutsideRadius) >= kUnrefutedChance)
+  while (outside < count &&
+         BinomialTail(count, outside + 1, kOutsideRadius) >= kRadiusTestSignificance)
     ++outside;
   if (outside >= count) return 0;
   std::sort(ratios.begin(), ratios.end());

@@ -157,7 +157,7 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
                                    Diagnosis& diagnosis) {
   RivalSearch search(context, model, diagnosis);
   for (const Explanation& other : context.ranked) {
-    if (other.score > context.best.score + kWorthRefitting) break;
+    if (other.score > context.best.score + kRefitScoreRange) break;
     search.Consider(other);
   }
   return std::move(search).Found();

@@ -15,13 +15,13 @@ struct ChiQuantiles {
   double median;
   double extreme;  ///< exceeded once in 2000
 };
-constexpr std::array<ChiQuantiles, kMostResiduals + 1> kChi = {{{1, 3.5},
-                                                                {0.6745, 3.5},
-                                                                {1.1774, 3.9},
-                                                                {1.5382, 4.2},
-                                                                {1.8321, 4.5},
-                                                                {2.0860, 4.7},
-                                                                {2.3126, 4.9}}};
+constexpr std::array<ChiQuantiles, kMaxResiduals + 1> kChi = {{{1, 3.5},
+                                                               {0.6745, 3.5},
+                                                               {1.1774, 3.9},
+                                                               {1.5382, 4.2},
+                                                               {1.8321, 4.5},
+                                                               {2.0860, 4.7},
+                                                               {2.3126, 4.9}}};
 
 const ChiQuantiles& ChiOf(int count) {
   return kChi[static_cast<std::size_t>(count)];
@@ -61,7 +61,7 @@ double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, d
   }
   if (sizes.empty()) return std::max(sigma_m, kMin_m);
   const auto place =
-      static_cast<std::size_t>((1 - kMostOutliers) * static_cast<double>(sizes.size() - 1));
+      static_cast<std::size_t>((1 - kMaxOutliers) * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(place), sizes.end());
   return std::max({sigma_m, sizes[place], kMin_m});
 }

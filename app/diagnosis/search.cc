@@ -12,7 +12,7 @@
 
 namespace plumbline {
 
-std::vector<BlockIndex> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
+std::vector<BlockIndex> AddShapes(CandidateSet& pool, const std::vector<const Effect*>& searched,
                                   const Eigen::VectorXd& residual) {
   std::vector<BlockIndex> indices;
   for (const Effect* effect : searched) {
@@ -31,7 +31,7 @@ constexpr std::size_t kBeam = 4;
 
 class EffectSearch {
  public:
-  EffectSearch(Pool& pool, const Candidates& candidates, std::size_t most,
+  EffectSearch(CandidateSet& pool, const Candidates& candidates, std::size_t most,
                const std::function<bool()>& interrupted)
       : pool_(pool), candidates_(candidates), most_(most), interrupted_(interrupted) {}
 
@@ -64,7 +64,7 @@ class EffectSearch {
   }
   static bool Better(const Explanation& a, const Explanation& b) { return a.score < b.score; }
 
-  Pool& pool_;
+  CandidateSet& pool_;
   const Candidates& candidates_;
   std::size_t most_;
   const std::function<bool()>& interrupted_;
@@ -136,7 +136,7 @@ void EffectSearch::NewShapes(const Explanation& from) {
 /// with many lines are skipped: they would take as long as the search, for little gain per line.
 void EffectSearch::RefineShapes() {
   const Explanation best = Winner();
-  if (best.blocks.size() > kMostRefittedBlocks) return;
+  if (best.blocks.size() > kMaxRefittedBlocks) return;
   for (const BlockIndex block : best.blocks) {
     const Effect* const effect = pool_.blocks()[block].term.effect;
     const auto& searched = candidates_.searched;
@@ -162,7 +162,7 @@ void EffectSearch::Offer(BlockIndex block) {
 /// remaining error would be attributed to further effects.
 void EffectSearch::RefitShapes() {
   const Explanation best = Winner();
-  if (best.blocks.size() > kMostRefittedBlocks) return;
+  if (best.blocks.size() > kMaxRefittedBlocks) return;
   const bool has_continuous_shape =
       std::any_of(best.blocks.begin(), best.blocks.end(),
                   [this](BlockIndex block) { return HasContinuousShape(pool_.blocks()[block]); });
@@ -177,7 +177,7 @@ void EffectSearch::RefitShapes() {
 /// only imitate a block that was offered later.
 void EffectSearch::Exchange() {
   const Explanation best = Winner();
-  if (best.blocks.size() > kMostRefittedBlocks) return;
+  if (best.blocks.size() > kMaxRefittedBlocks) return;
   for (const BlockIndex block : best.blocks) {
     std::vector<BlockIndex> others = best.blocks;
     std::erase(others, block);
@@ -262,7 +262,7 @@ std::vector<Explanation> EffectSearch::Run() {
 
 }  // namespace
 
-std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::size_t most,
+std::vector<Explanation> Search(CandidateSet& pool, const Candidates& candidates, std::size_t most,
                                 const std::function<bool()>& interrupted) {
   return EffectSearch(pool, candidates, most, interrupted).Run();
 }

@@ -11,7 +11,7 @@
 namespace plumbline {
 
 /// Maximum number of blocks in an explanation; more would be a fit without explanatory value.
-inline constexpr std::size_t kMostBlocks = 30;
+inline constexpr std::size_t kMaxBlocks = 30;
 
 /// Maximum number of explanations that a search returns.
 inline constexpr std::size_t kMaxListed = 60;
@@ -21,12 +21,12 @@ inline constexpr std::size_t kMaxListed = 60;
 /// @param pool         extended by the candidate blocks and the proposed shapes
 /// @param most         maximum number of blocks in an explanation
 /// @param interrupted  polled; if it returns true, the search ends early with what it has
-std::vector<Explanation> Search(Pool& pool, const Candidates& candidates, std::size_t most,
+std::vector<Explanation> Search(CandidateSet& pool, const Candidates& candidates, std::size_t most,
                                 const std::function<bool()>& interrupted);
 
 /// Adds the best shapes of the searched effects for a residual to the candidate set; returns their
 /// indices.
-std::vector<BlockIndex> AddShapes(Pool& pool, const std::vector<const Effect*>& searched,
+std::vector<BlockIndex> AddShapes(CandidateSet& pool, const std::vector<const Effect*>& searched,
                                   const Eigen::VectorXd& residual);
 
 }  // namespace plumbline

@@ -14,7 +14,7 @@ double Gain(const LinearProblem& problem, Eigen::MatrixXd columns, const Eigen::
 
 /// Value of a function of the conditions at each row of the problem.
 template <typename F>
-Eigen::VectorXd AtRows(const LinearProblem& problem, const F& f) {
+Eigen::VectorXd SignalAtRows(const LinearProblem& problem, const F& f) {
   Eigen::VectorXd values(problem.rows().count());
   for (const FitRowIndex j : problem.rows().indices()) {
     values[j.value()] = f(problem.data().conditions[problem.rows()[j]]);

@@ -27,8 +27,8 @@ std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effec
 
 }  // namespace
 
-Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen) {
-  if (chosen.blocks.size() > kMostRefittedBlocks) return chosen;
+Explanation WithRefittedShapes(CandidateSet& pool, const Explanation& chosen) {
+  if (chosen.blocks.size() > kMaxRefittedBlocks) return chosen;
   const FitProblem& all_rows = pool.problem().fit();
   const bool few = all_rows.rows.count() <= kMaxRows;
   const FitProblem fit = few ? all_rows : all_rows.WithRows(EveryNth(all_rows.rows));

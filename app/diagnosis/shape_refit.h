@@ -10,6 +10,6 @@ namespace plumbline {
 /// instead of one after the other; units that become superfluous are removed. Adds the refitted
 /// blocks to the candidate set. Returns the given explanation if the refit fails or does not score
 /// better.
-Explanation WithRefittedShapes(Pool& pool, const Explanation& chosen);
+Explanation WithRefittedShapes(CandidateSet& pool, const Explanation& chosen);
 
 }  // namespace plumbline

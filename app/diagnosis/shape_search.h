@@ -21,7 +21,7 @@ class ShapeSearch {
   ShapeSearch& operator=(const ShapeSearch&) = delete;
 
   /// False if Fixed() covers all relevant shapes and Propose() is not needed.
-  virtual bool FollowsResidual() const { return true; }
+  virtual bool DependsOnResidual() const { return true; }
   /// Blocks that are candidates independently of the residual.
   virtual std::vector<Block> Fixed(const Dataset& /*data*/) const { return {}; }
   /// Blocks with the best shapes for a whitened and projected residual.
@@ -36,22 +36,22 @@ class ShapeSearch {
   }
   /// One block for each place where the effect may occur (each joint, for example), for detection
   /// limits that are valid everywhere. Empty if the effect has only one place.
-  virtual std::vector<Block> Everywhere(const Dataset& /*data*/) const { return {}; }
+  virtual std::vector<Block> AllPlacements(const Dataset& /*data*/) const { return {}; }
 
   /// Converts a fitted block to an effect.
   /// @param values  of the kept columns of the block, SI
   virtual ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const;
   /// True if several blocks form one effect of a file.
-  virtual bool SeveralInOne() const { return false; }
+  virtual bool JoinsBlocks() const { return false; }
   /// Joins the effect of another block to one of the same effect and variant. Used if
-  /// SeveralInOne().
+  /// JoinsBlocks().
   virtual void Join(const ActiveEffect& /*more*/, ActiveEffect& /*effect*/) const {}
 
   /// True if the rows of a problem do not determine whether a block acts at another row, such as a
   /// row between the last row before a step and the first row after it. Such a row cannot be
   /// predicted.
-  virtual bool LeavesOpen(const LinearProblem& /*problem*/, const Block& /*block*/,
-                          RowIndex /*row*/) const {
+  virtual bool LeavesUndetermined(const LinearProblem& /*problem*/, const Block& /*block*/,
+                                  RowIndex /*row*/) const {
     return false;
   }
 

@@ -30,7 +30,7 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
           fmt::format("  {:<22}{:<14}{:>12}{:<12} {}\n", EffectName(written.id), parameter.name,
                       shown.value, shown.sd.empty() ? "" : " +- " + shown.sd, parameter.unit);
     }
-    const std::string line = LineText(finding.effect);
+    const std::string line = LinearTrendText(finding.effect);
     if (!line.empty()) lines += "    " + line + '\n';
     if (!finding.implausible.empty() && count <= kMaxParameters) {
       lines += "    implausible: " + finding.implausible + '\n';
@@ -122,7 +122,7 @@ std::string DataLine(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell) {
-  std::string text = Capital(Headline(diagnosis));
+  std::string text = Capitalized(Headline(diagnosis));
   const std::string error = ErrorSentence(diagnosis);
   text += error.empty() ? "\n" : ":\n" + error + '\n';
   AddParameters(diagnosis, text);

@@ -18,13 +18,13 @@ inline constexpr double kRivalGap = 16;
 /// explanation preferred because it rejects fewer rows, and of a mistake in cell or file.
 inline constexpr double kUnknownMargin = 10;
 inline constexpr double kDiscrepancyMargin = 10;
-inline constexpr double kRejectingMargin = 10;
+inline constexpr double kRejectionMargin = 10;
 inline constexpr double kMistakeMargin = 10;
 
 /// Explanations within this score of the best are refitted without linearisation, or compared over
 /// the rejected rows. A judgement: neither is expected to reverse odds of 1e13. Their number is
 /// limited as well; a note states how many were skipped.
-inline constexpr double kWorthRefitting = 60;
+inline constexpr double kRefitScoreRange = 60;
 
 /// Minimum gain in score for one more effect, after its own cost: 2 ln(e).
 inline constexpr double kMinGainToGrow = 2;
@@ -54,7 +54,7 @@ inline constexpr double kCorrelatedSigmas = 3.09;
 /// outside the radius are no more than that. The level is a judgement: between 0.5, at which half
 /// of all correct radii are rejected, and 0.05, at which few wrong ones are.
 inline constexpr double kOutsideRadius = 0.05;
-inline constexpr double kUnrefutedChance = 0.2;
+inline constexpr double kRadiusTestSignificance = 0.2;
 
 // --- Rows.
 
@@ -63,11 +63,11 @@ inline constexpr double kUnrefutedChance = 0.2;
 inline constexpr double kOutlierWeight = 0.4;
 /// Largest share of outliers; a larger share is treated as an effect. A judgement; its cost is
 /// measured by "noise: 15 % outliers" in the evaluation.
-inline constexpr double kMostOutliers = 0.1;
+inline constexpr double kMaxOutliers = 0.1;
 /// A residual above this many declared sigmas is more than noise. A judgement: data sheets state
 /// repeatability at one distance and temperature, so an excess of one half needs no other cause.
 /// Its cost is measured by "noise: declared sigma a third of the true" in the evaluation.
-inline constexpr double kRough = 1.5;
+inline constexpr double kExcessNoiseRatio = 1.5;
 
 // --- Explanations.
 
@@ -79,7 +79,7 @@ inline constexpr double kMinSelectionFrequency = 0.8;
 inline constexpr double kDoubtfulRatio = 5;
 /// A value this many times the plausible limit is discarded: noise along a direction that the rows
 /// hardly determine. A judgement, wide enough to keep every doubtful value.
-inline constexpr double kAbsurd = 10;
+inline constexpr double kDiscardRatio = 10;
 /// Largest number of periodic gear error lines on one joint: two of them fit almost any function of
 /// its angle, whatever the cause.
 inline constexpr int kMaxLinesPerJoint = 1;

@@ -151,7 +151,7 @@ std::vector<SignalPair> SignalPairs(const Dataset& data) {
 /// True if an empirical curve is much larger between the rows than at them. Surfaces are exempt:
 /// their corners are often far from every row, and the written effect is limited to its rows
 /// anyway.
-bool Overshoots(const Pool& pool, const Explanation& explanation) {
+bool Overshoots(const CandidateSet& pool, const Explanation& explanation) {
   constexpr int kNodes = 60;
   const Dataset& data = pool.problem().data();
   const Coefficients coefficients = pool.CoefficientsOf(explanation);
@@ -213,7 +213,7 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
   return best->second;
 }
 
-std::vector<BlockIndex> AddEmpirical(Pool& pool, const Eigen::VectorXd& residual) {
+std::vector<BlockIndex> AddEmpirical(CandidateSet& pool, const Eigen::VectorXd& residual) {
   const LinearProblem& problem = pool.problem();
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
@@ -243,7 +243,8 @@ namespace {
 /// Search for explanations with one empirical block, by growing and pruning.
 class EmpiricalSearch {
  public:
-  EmpiricalSearch(Pool& pool, const Explanation& catalogue) : pool_(pool), best_(catalogue) {
+  EmpiricalSearch(CandidateSet& pool, const Explanation& catalogue)
+      : pool_(pool), best_(catalogue) {
     for (const BlockIndex block : pool.blocks().indices()) {
       if (!pool.blocks()[block].empirical() && pool.Observable(block)) catalogue_.push_back(block);
     }
@@ -353,7 +354,7 @@ class EmpiricalSearch {
     return score;
   }
 
-  Pool& pool_;
+  CandidateSet& pool_;
   Explanation best_;
   std::vector<BlockIndex> catalogue_, empirical_;
   std::map<std::vector<BlockIndex>, double> scores_;
@@ -361,7 +362,7 @@ class EmpiricalSearch {
 
 }  // namespace
 
-Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
+Explanation WithUnknown(CandidateSet& pool, const std::vector<Explanation>& ranked) {
   constexpr std::size_t kFitted = 3, kPromising = 12;  // of the best explanations
   EmpiricalSearch search(pool, ranked.front());
   search.AddEmpiricalBlocks(pool.Fit({}));
@@ -375,8 +376,8 @@ Explanation WithUnknown(Pool& pool, const std::vector<Explanation>& ranked) {
   return search.best();
 }
 
-std::vector<SignalTrace> SignalsOf(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                   int flips) {
+std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::VectorXd& residual,
+                                     int flips) {
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
   // One orthonormal basis per signal and carrier, spanning its linear and quadratic columns.

@@ -15,13 +15,13 @@ namespace {
 
 constexpr int kSignalRows = 1000;  // rows used to test the signals
 
-/// True if repeats scatter significantly less than the residual, and less by a factor of `kRough`:
-/// the residual is then not noise, whatever was declared.
+/// True if repeats scatter significantly less than the residual, and less by a factor of
+/// `kExcessNoiseRatio`: the residual is then not noise, whatever was declared.
 bool RepeatsContradict(const Dataset& data, double residual_sigma_m, double freedom) {
   if (data.repeat_sigma_m <= 0) return false;
   const double noise_m =
       std::max(data.sigma_m, std::hypot(data.repeat_sigma_m, data.reading_sigma_m));
-  if (residual_sigma_m < kRough * noise_m) return false;
+  if (residual_sigma_m < kExcessNoiseRatio * noise_m) return false;
   // A variance estimated from a median has about 0.37 of the efficiency of the mean square.
   constexpr double kOfMedian = 0.37;
   const double ratio = residual_sigma_m / std::hypot(data.repeat_sigma_m, data.reading_sigma_m);
@@ -64,15 +64,15 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
 }  // namespace
 
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
-  const LinearProblem subset(found.fit.WithRows(EvenlySpread(found.fit.data, kSignalRows)),
+  const LinearProblem subset(found.fit.WithRows(EvenlySpacedRows(found.fit.data, kSignalRows)),
                              found.linear, found.model);
-  Pool pool(subset);
+  CandidateSet pool(subset);
   std::vector<BlockIndex> support;
   for (const BlockIndex block : found.best.blocks) {
     support.push_back(pool.Add(found.pool->blocks()[block]));
   }
   const Eigen::VectorXd residual = pool.Residual(pool.Fit(support));
-  diagnosis.signals = SignalsOf(subset, residual, kSignFlips);
+  diagnosis.signals = TestSignals(subset, residual, kSignFlips);
   for (const SignalIndex s : all.signals.indices()) {
     diagnosis.signals[s.offset()].values = all.signals[s].values;
   }
@@ -83,7 +83,7 @@ void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosi
 
 void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
                 Diagnosis& diagnosis) {
-  const bool rough = data.sigma_m > 0 && residual_sigma_m >= kRough * data.sigma_m;
+  const bool rough = data.sigma_m > 0 && residual_sigma_m >= kExcessNoiseRatio * data.sigma_m;
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
   if (!rough) return;

@@ -168,7 +168,7 @@ std::string EffectName(const Finding& finding) {
   return EffectName(written.id, written.scope);
 }
 
-std::string Capital(std::string text) {
+std::string Capitalized(std::string text) {
   if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') {
     text[0] = static_cast<char>(text[0] - 'a' + 'A');
   }
@@ -232,7 +232,7 @@ std::optional<Eigen::VectorXd> SlopesOf(const Eigen::MatrixXd& nodes) {
 
 }  // namespace
 
-std::string LineText(const ActiveEffect& effect) {
+std::string LinearTrendText(const ActiveEffect& effect) {
   const EffectTerm& term = effect.term;
   if (!term.effect->traits().empirical || term.drivers.size() != 1) return "";
   const auto slopes = SlopesOf(term.nodes);

@@ -23,14 +23,14 @@ std::string EffectName(const Finding& finding);
 /// Slope of an empirical term whose curve deviates from a straight line by at most 5 % of its rise:
 /// "linear: the base moves 73.5 mm per bar (x 43.0, y 49.4, z -33.3)". Empty for a nonlinear curve,
 /// a term of two signals, and an effect of the catalogue.
-std::string LineText(const ActiveEffect& effect);
+std::string LinearTrendText(const ActiveEffect& effect);
 /// Name of a rival, and of the finding that it would replace; with the variants if both have the
 /// same id and differ in the variant only.
 std::string RivalName(const Rival& rival);
 std::string ReplacedName(const Rival& rival);
 
 /// The text with its first letter in upper case.
-std::string Capital(std::string text);
+std::string Capitalized(std::string text);
 
 /// The items joined as "a, b and c", or with another conjunction: "a, b or c".
 std::string Listed(const std::vector<std::string>& items, std::string_view last = "and");

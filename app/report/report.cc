@@ -70,7 +70,7 @@ std::string RivalsHtml(const Diagnosis& diagnosis, const Pictures& pictures) {
   std::string html;
   for (std::size_t k = 0; k < diagnosis.rivals.size(); ++k) {
     const Rival& rival = diagnosis.rivals[k];
-    html += "<h3>" + Escape(Capital(RivalName(rival))) + " in place of " +
+    html += "<h3>" + Escape(Capitalized(RivalName(rival))) + " in place of " +
             Escape(ReplacedName(rival)) + "</h3>\n";
     html += RivalText(rival) + FigureHtml(pictures.rivals[k]);
   }

@@ -31,7 +31,7 @@ bool Offered(const Considered& considered) {
 std::string GapText(const Considered& one) {
   const double gap = one.evidence_gap;
   if (one.taken || !Offered(one) || (gap == 0 && one.parameters == 0)) return "";
-  return (one.beyond_gap ? "&gt; " : "") +
+  return (one.gap_is_lower_bound ? "&gt; " : "") +
          NumberHtml(fmt::format("{:.{}f}", gap, std::abs(gap) < 10 ? 1 : 0));
 }
 
@@ -52,7 +52,7 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
   for (const Considered& one : all) {
     const bool offered = Offered(one);
     table.AddRow(
-        {Escape(Capital(EffectName(one.id, one.scope))),
+        {Escape(Capitalized(EffectName(one.id, one.scope))),
          offered ? fmt::format("{}", one.parameters) : "",
          offered ? Escape(PercentText(one.signal_share)) : "", GapText(one), Escape(one.reason)},
         one.taken);

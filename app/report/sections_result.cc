@@ -136,10 +136,10 @@ std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
 std::string VerdictBlock(const Diagnosis& diagnosis) {
   std::string html = "<section class=\"verdict\">\n<p class=\"word\">";
   html += VerdictWords(diagnosis.verdict);
-  html += "</p>\n<p class=\"headline\">" + Escape(Capital(Headline(diagnosis))) + ".</p>\n";
+  html += "</p>\n<p class=\"headline\">" + Escape(Capitalized(Headline(diagnosis))) + ".</p>\n";
   for (const Finding& finding : diagnosis.findings) {
-    const std::string line = LineText(finding.effect);
-    if (!line.empty()) html += "<p>" + Escape(Capital(line)) + ".</p>\n";
+    const std::string line = LinearTrendText(finding.effect);
+    if (!line.empty()) html += "<p>" + Escape(Capitalized(line)) + ".</p>\n";
     if (finding.implausible.empty()) continue;
     html +=
         "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";
@@ -228,14 +228,15 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
       {0, 1, 4});
   for (const Finding& finding : diagnosis.findings) {
     const EffectTraits& traits = finding.effect.term.effect->traits();
-    html += "<h3>" + Escape(Capital(EffectName(finding))) + "</h3>\n<p>";
-    html += Escape(Capital(std::string(traits.meaning))) + ". ";
+    html += "<h3>" + Escape(Capitalized(EffectName(finding))) + "</h3>\n<p>";
+    html += Escape(Capitalized(std::string(traits.meaning))) + ". ";
     html +=
         fmt::format("It accounts for {} of the residual's sum of squares ({}).</p>\n",
                     PercentHtml(finding.share_of_residual),
                     finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
-    html += "<p><em>What to do.</em> " + Escape(Capital(std::string(traits.remedy))) + ".</p>\n";
+    html +=
+        "<p><em>What to do.</em> " + Escape(Capitalized(std::string(traits.remedy))) + ".</p>\n";
     if (!finding.implausible.empty()) {
       html +=
           "<p class=\"note\">Implausible for a healthy machine: " + Escape(finding.implausible) +
@@ -294,7 +295,7 @@ std::string DetectableTable(const Diagnosis& diagnosis) {
   std::sort(sizes.begin(), sizes.end());
   HtmlTable table({"Effect", "Smallest detectable displacement (mm)"}, {0});
   for (const auto& [size_m, id] : sizes) {
-    table.AddRow({Escape(Capital(EffectName(id))), Escape(MillimetreText(size_m))});
+    table.AddRow({Escape(Capitalized(EffectName(id))), Escape(MillimetreText(size_m))});
   }
   return table.Html() +
          "<p class=\"soft\">RMS of the effect's displacement over these rows that would have been "

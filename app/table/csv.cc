@@ -448,6 +448,10 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::string reason = Store(columns_[i], fields_[i], row);
     if (!reason.empty()) {
+      const double number = NumberOrInfinity(Trimmed(fields_[i]));
+      if (columns_[i].quantity == Quantity::kPayload && std::isfinite(number)) {
+        table_.excessive_payloads.emplace_back(line_number, number);
+      }
       SkipMeasurement(std::move(row), columns_[i].name, reason);
       return;
     }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/config/fault.h"
@@ -60,6 +61,8 @@ struct MeasuredTable {
   double rows_before = 0;
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< of rows that are not in `rows`; each has a warning
+  /// Rows that are not used because no robot carries their payload: line and value [kg].
+  std::vector<std::pair<int, double>> excessive_payloads;
   /// Rows without a usable measurement, in file order: rows with joint values only, and unreadable
   /// ones whose joint values can be read. They count in the order of moves.
   std::vector<MeasuredRow> unmeasured;

@@ -13,7 +13,9 @@ struct ArrivalFrictionFormula {
             .parameters = {{"q#", "rad/(N m)", 1, {-5e-5, 2e-4}}},
             .needs = {Signal::kOrder, Signal::kTorques},
             .confused_with = {"following_error", "backlash", "approach_lag", "joint_compliance"},
-            .per_joint = true};
+            .per_joint = true,
+            // As lost motion and hysteresis: 2 arcmin (backlash).
+            .seen_turn_rad = 6e-4};
   }
 
   template <typename T>

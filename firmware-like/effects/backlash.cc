@@ -14,7 +14,10 @@ struct BacklashFormula {
             .word_needs = {{"load", Signal::kTorques}, {"move", Signal::kOrder}},
             .confused_with = {"joint_offset", "approach_lag", "joint_compliance", "joint_hardening",
                               "latency"},
-            .per_joint = true};
+            .per_joint = true,
+            // Lost motion and hysteresis: below 1 arcmin for cycloidal gears [Nabtesco RV
+            // catalogue], 1 to 2 for strain wave gears [Harmonic Drive]. 2 arcmin.
+            .seen_turn_rad = 6e-4};
   }
 
   template <typename T>

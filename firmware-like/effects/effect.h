@@ -66,6 +66,11 @@ struct ParameterSpec {
   bool parallel_axes_only = false;
   std::optional<JointType> only{};  ///< for joints of this type only
   bool not_of_first = false;        ///< not for the first joint, where another effect is equivalent
+  /// Whether the parameter of the last joint displaces the tip within the flange, which another
+  /// effect of the catalogue already does: never, always, or in the distal convention, where the
+  /// link follows the joint.
+  enum class MovesTip { kNever, kAlways, kIfDistal };
+  MovesTip tip_of_last = MovesTip::kNever;
   /// Unit and range for prismatic joints, if they differ; to_SI is the same.
   std::string_view prismatic_unit{};
   Interval prismatic_plausible{};
@@ -138,6 +143,8 @@ struct EffectTraits {
   /// be negative.
   bool adds_compliance = false;
   bool empirical = false;  ///< a curve along a recorded signal without physical model
+  /// Revolute joints: largest rotation seen on real arms [rad]; 0: no source.
+  double seen_turn_rad = 0;
 
   /// True if a row needs `signal` to show the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;

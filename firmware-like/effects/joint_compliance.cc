@@ -21,7 +21,11 @@ struct JointComplianceFormula {
                           "link_geometry", "counterbalance", "backlash", "link_bending",
                           "bearing_tilt"},
         .per_joint = true,
-        .adds_compliance = true};
+        .adds_compliance = true,
+        // Wind-up at the largest gravity torque: 2.2 to 3.2 mrad for arms with cycloidal or
+        // strain wave gears [Dumas et al. 2011; Klimchik et al. 2013; makers' catalogues], 7 for
+        // the softest class, arms with joint torque sensors, twice that the largest seen there.
+        .seen_turn_rad = 7e-3};
   }
 
   template <typename T>

@@ -100,6 +100,36 @@ def sentinels(cell, rows, draw):
     return cell, rows
 
 
+def half_way(pick, by, form="{:.5f}"):
+    """Columns that change their unit at a row between 30 and 70 % of the file: from there on, or up
+    to there. The line is that of the first or the last number that differs."""
+    def changed(cell, rows, draw):
+        at = int(draw.integers(int(0.3 * len(rows)), int(0.7 * len(rows))))
+        from_there = bool(draw.integers(0, 2))
+        names = pick(rows[0], draw)
+        other = [k for k in range(len(rows)) if (k >= at) == from_there
+                 and any(float(rows[k][name]) != by(float(rows[k][name])) for name in names)]
+        for k in other:
+            for name in names:
+                rows[k][name] = form.format(by(float(rows[k][name])))
+        line = (other[0] if from_there else other[-1]) + 2
+        columns = names[0] if len(names) == 1 else ".*"
+        return cell, rows, rf"{columns}.*{'from' if from_there else 'up to'} line {line}\b"
+    return changed
+
+
+def one_joint(row, draw):
+    return [str(draw.choice(joints(row)[:-1]))]
+
+
+def every_joint(row, draw):
+    return joints(row)
+
+
+def columns(*names):
+    return lambda row, draw: list(names)
+
+
 def as_it_is(cell, rows, draw):
     return cell, rows
 
@@ -114,6 +144,15 @@ MISTAKES = {
     "shuffled clock": shuffle_clock, "restarted clock": restart_clock, "sentinels": sentinels,
     "kelvin": change("temp_C", by=lambda v: v + 273.15),
     "pounds": change("payload_kg", by=lambda v: v / 0.45359237), "TCP 30 mm off": as_it_is}
+HALF_WAY = {
+    "one joint's degrees, then radians": half_way(one_joint, np.radians, "{:.7f}"),
+    "degrees, then radians": half_way(every_joint, np.radians, "{:.7f}"),
+    "millimetres, then metres": half_way(columns(*MEASURED), lambda v: v / 1000, "{:.8f}"),
+    "millimetres, then inches": half_way(columns(*MEASURED), lambda v: v / 25.4, "{:.7f}"),
+    "kilograms, then grams": half_way(columns("payload_kg"), lambda v: 1000 * v),
+    "kilograms, then pounds": half_way(columns("payload_kg"), lambda v: v / 0.45359237),
+    "degrees Celsius, then kelvin": half_way(columns("temp_C"), lambda v: v + 273.15)}
+MISTAKES |= HALF_WAY
 # What a message must say to have named the mistake.
 WORDS = {
     "y axis mirrored": r"mirror|left-handed|handedness|y_mm.*(sign|negat|other way)",
@@ -125,11 +164,15 @@ WORDS = {
     "restarted clock": r"\bclock|t_s (falls|decreases|goes back|runs back|jumps)|restart",
     "sentinels": r"-9999|sentinel|placeholder|stand-in", "kelvin": r"kelvin",
     "pounds": r"\bpound|\blb\b", "TCP 30 mm off": r"\bTCP\b|\btool_frame\b|\btool (frame|tip|point)"}
+UNITS = {"radians": "radian", "metres": "metre", "inches": "inch", "grams": r"\bgram",
+         "pounds": "pound", "kelvin": "kelvin"}
 
 
 def apply(name, folder, seed):
     """Rewrites cell.toml and measured.csv of a folder. as_executed.csv keeps every row that the robot
-    went to, without the values that were lost: what the truth is judged on."""
+    went to, without the values that were lost: what the truth is judged on.
+
+    @return  what a message must say to have named a mistake, as a pattern; "" where values are lost"""
     place = lambda file: os.path.join(folder, file)
     with open(place("cell.toml")) as file:
         cell = file.read()
@@ -137,7 +180,7 @@ def apply(name, folder, seed):
         rows = list(csv.DictReader(file))
     columns = list(rows[0])
     transform = LOST.get(name) or MISTAKES[name]
-    cell, rows = transform(cell, rows, np.random.default_rng(seed))
+    cell, rows, *change = transform(cell, rows, np.random.default_rng(seed))
     shutil.copy(place("measured.csv"), place("as_executed.csv"))
     if name in LOST:
         write(place("as_executed.csv"), rows, columns)
@@ -146,6 +189,10 @@ def apply(name, folder, seed):
     write(place("measured.csv"), rows, columns)
     with open(place("cell.toml"), "w") as file:
         file.write(cell)
+    if change:
+        # Column and line, and the unit, in either order.
+        return rf"(?=.*{UNITS[name.split()[-1]]}).*{change[0]}"
+    return WORDS.get(name, "")
 
 
 def write(path, rows, columns):

@@ -51,7 +51,7 @@ class Case:
         self.row["signal"] = self.truth["signal"]
         self.executed = self.place("measured.csv")
         if self.group.damage:
-            damage.apply(self.group.damage, self.folder, self.row["seed"])
+            self.words = damage.apply(self.group.damage, self.folder, self.row["seed"])
             self.executed = self.place("as_executed.csv")
 
     def judged(self):
@@ -79,11 +79,10 @@ class Case:
 
     def judge_mistake(self):
         """A mistake in the files is to be named, in a refusal or beside the answer."""
-        words = damage.WORDS[self.group.damage]
         try:
-            self.row.update(scorer.judge_mistake(self.diagnose(), self.said, words, self.truth))
+            self.row.update(scorer.judge_mistake(self.diagnose(), self.said, self.words, self.truth))
         except RuntimeError:
-            self.row.update(scorer.judge_mistake(None, self.said, words, self.truth))
+            self.row.update(scorer.judge_mistake(None, self.said, self.words, self.truth))
 
     def judge_answer(self):
         judged = self.judged()

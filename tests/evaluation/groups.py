@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import damage
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 OUTSIDE = ["creep", "slow_sine", "payload_squared", "temperature_squared", "two_bumps",
            "velocity_squared", "air_pressure"]
@@ -125,6 +127,9 @@ def damaged():
     for mistake in ("y axis mirrored", "x and y swapped", "inches", "radians", "other Euler convention",
                     "last joint's sign", "shuffled clock", "restarted clock", "sentinels", "kelvin",
                     "pounds"):
+        yield Group("mistake: " + mistake, ["none", "joint_compliance", "backlash_move"], 1 / 3,
+                    damage=mistake)
+    for mistake in damage.HALF_WAY:
         yield Group("mistake: " + mistake, ["none", "joint_compliance", "backlash_move"], 1 / 3,
                     damage=mistake)
     # 30 mm RMS with a sigma of 0.05 mm.

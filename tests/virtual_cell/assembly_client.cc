@@ -10,7 +10,7 @@ namespace virtual_cell {
 namespace {
 
 // Register block of point k in the daemon's register map: 2000 + 20 k.
-constexpr int kBlocks = 2000, kBlockSize = 20, kMostBlocks = 500;
+constexpr int kBlocks = 2000, kBlockSize = 20, kMaxBlocks = 500;
 constexpr int kFreshRefreshes = 3;  ///< refreshes required after a move
 constexpr int kResult = 100, kMonitoring = 400, kMonitoringSize = 18, kCommands = 1000,
               kCommandsSize = 40;
@@ -64,7 +64,7 @@ void AssemblyClient::Command(int code, const Motion& X_BT) {
 }
 
 int AssemblyClient::FindBlock(int id) {
-  for (int k = 0; k < kMostBlocks; ++k) {
+  for (int k = 0; k < kMaxBlocks; ++k) {
     const std::optional<RegisterBank> block = daemon_.ReadIfThere(kBlocks + kBlockSize * k, 1);
     if (!block) return -1;
     if (block->Word(0) == id) return kBlocks + kBlockSize * k;

@@ -97,8 +97,8 @@ TEST_CASE("a subset of the rows renumbers its clusters without gaps") {
   const MeasuredCell measured = Simulated("--family none --robot ur10 --rows 20 --seed 4");
   const Result<Dataset> data = DatasetFrom(measured.cell, measured.table);
   REQUIRE(data);
-  const FitRows rows = EvenlySpread(*data, data->rows() / 2);
-  const Dataset thin = Thinned(*data, rows);
+  const FitRows rows = EvenlySpacedRows(*data, data->rows() / 2);
+  const Dataset thin = SelectRows(*data, rows);
   std::set<ClusterIndex> numbers(thin.cluster_of.begin(), thin.cluster_of.end());
   CHECK(static_cast<int>(numbers.size()) == thin.clusters);
   CHECK(numbers.rbegin()->value() == thin.clusters - 1);

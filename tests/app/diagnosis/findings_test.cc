@@ -219,11 +219,11 @@ TEST_CASE("the p-value is corrected for the choice of joints") {
   const Model model = Model::Declared(*dataset);
   const Result<Linearisation> linear = Linearise(*dataset, model, true, 1);
   REQUIRE(linear);
-  FitProblem fit = FitOfEveryRow(*dataset, 1);
+  FitProblem fit = UnitWeightFit(*dataset, 1);
   fit.sigma_m = 5e-5;
   const LinearProblem problem(std::move(fit), std::make_shared<const Linearisation>(*linear),
                               model);
-  Pool pool(problem);
+  CandidateSet pool(problem);
   const Candidates candidates = CandidatesFor(*dataset);
   const auto offsets = std::find_if(candidates.blocks.begin(), candidates.blocks.end(),
                                     [](const Block& block) { return block.id == "joint_offset"; });

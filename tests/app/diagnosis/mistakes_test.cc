@@ -23,7 +23,7 @@ constexpr int kThreads = 1;
 std::string Refusal(const MeasuredCell& data) {
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   if (!dataset) return dataset.error();
-  const Result<Model> aligned = Aligned(*dataset, Model::Declared(*dataset), kThreads);
+  const Result<Model> aligned = Align(*dataset, Model::Declared(*dataset), kThreads);
   REQUIRE(aligned);
   const Result<Linearisation> linear = Linearise(*dataset, *aligned, false, kThreads);
   REQUIRE(linear);
@@ -83,6 +83,63 @@ TEST_CASE("other units are named") {
   EverySeed(OnRows([](MeasuredRow& row) { row.temp_C += 273.15; }), "Subtract 273.15");
   EverySeed(OnRows([](MeasuredRow& row) { row.payload_kg /= 0.45359237; }),
             "payload_kg holds pounds", "--sigma-mm 0.01");
+}
+
+TEST_CASE("a column that changes its unit is named with the line of the change") {
+  // 48 rows; the first is line 2, so that rows[20] is line 22.
+  const auto on_side = [](const std::function<void(MeasuredRow&)>& spoil, bool from) {
+    return [spoil, from](MeasuredCell& data) {
+      for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+        if (from == (k >= 20)) spoil(data.table.rows[k]);
+      }
+    };
+  };
+  const auto radians = [](MeasuredRow& row) { row.q[1] *= kRadPerDeg; };
+  EverySeed(on_side(radians, true), "q2_deg holds radians from line 22 on");
+  EverySeed(on_side(radians, false), "q2_deg holds radians up to line 21");
+  EverySeed(on_side([](MeasuredRow& row) { row.q *= kRadPerDeg; }, true),
+            "the q columns hold radians from line 22 on", "--unaligned");
+  EverySeed(on_side([](MeasuredRow& row) { row.p_WT /= 1000; }, true),
+            "x_mm, y_mm, z_mm hold metres from line 22 on");
+  EverySeed(on_side([](MeasuredRow& row) { row.p_WT /= 25.4; }, false),
+            "x_mm, y_mm, z_mm hold inches up to line 21", "--unaligned");
+  EverySeed(on_side([](MeasuredRow& row) { row.p_WT.z() /= 25.4; }, true),
+            "z_mm holds inches from line 22 on");
+  EverySeed(on_side([](MeasuredRow& row) { row.temp_C += 273.15; }, true), "from line 22 on");
+}
+
+TEST_CASE("payloads that change their unit are named with the line of the change") {
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    MeasuredCell data = Clean(seed, "--sigma-mm 0.01");
+    int line = 0;  // of the first payload that the unit changes
+    for (std::size_t k = 20; k < data.table.rows.size(); ++k) {
+      MeasuredRow& row = data.table.rows[k];
+      if (line == 0 && row.payload_kg > 0) line = row.line;
+      row.payload_kg /= 0.45359237;
+    }
+    CAPTURE(seed);
+    CHECK_THAT(Refusal(data),
+               Catch::Contains(fmt::format("payload_kg holds pounds from line {} on", line)));
+  }
+}
+
+TEST_CASE("grams that no robot carries are named, one typing error is not") {
+  MeasuredCell data = Clean(0);
+  const MeasuredTable clean = data.table;
+  MeasuredTable& table = data.table;
+  int line = 0;
+  for (std::size_t k = table.rows.size(); k-- > 20;) {
+    const MeasuredRow& row = table.rows[k];
+    if (row.payload_kg <= 5) continue;
+    line = row.line;
+    table.excessive_payloads.emplace_back(row.line, 1000 * row.payload_kg);
+    table.rows.erase(table.rows.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  CHECK_THAT(Refusal(data),
+             Catch::Contains(fmt::format("payload_kg holds grams from line {} on", line)));
+  data.table = clean;
+  data.table.excessive_payloads = {{30, 80000.0}};
+  CHECK(Refusal(data).empty());
 }
 
 TEST_CASE("joints that count otherwise are named, the last one too") {

@@ -105,11 +105,11 @@ struct TwoExplanations {
       : data(rows), model(Model::Declared(data)) {
     const Result<Linearisation> linear = LineariseApart(data, model, 1);
     REQUIRE(linear);
-    FitProblem fit = FitOfEveryRow(data, 1);
+    FitProblem fit = UnitWeightFit(data, 1);
     fit.sigma_m = kSigma_m;
     problem = std::make_unique<LinearProblem>(
         std::move(fit), std::make_shared<const Linearisation>(*linear), model);
-    pool = std::make_unique<Pool>(*problem);
+    pool = std::make_unique<CandidateSet>(*problem);
     std::vector<Explanation> pair;
     ColumnIndex next;
     for (const auto& [block, values] : {std::pair(&a, &of_a), std::pair(&b, &of_b)}) {
@@ -130,7 +130,7 @@ struct TwoExplanations {
   Dataset data;
   Model model;
   std::unique_ptr<LinearProblem> problem;
-  std::unique_ptr<Pool> pool;
+  std::unique_ptr<CandidateSet> pool;
   std::unique_ptr<DesignTask> task;
   DesignSpace space;
 };
@@ -230,11 +230,11 @@ TEST_CASE("the sum of the distances of a pair is the chi2 of a refit to all rows
   // The candidate set has the first half of the rows; the second half is planned.
   FitRows seen, all;
   for (const RowIndex row : data.row_indices()) (row < RowIndex(20) ? seen : all).push_back(row);
-  FitProblem fit = FitOfEveryRow(data, 1).WithRows(seen);
+  FitProblem fit = UnitWeightFit(data, 1).WithRows(seen);
   fit.sigma_m = kSigma_m;
   const auto shared = std::make_shared<const Linearisation>(*linear);
   const LinearProblem problem(std::move(fit), shared, model);
-  Pool pool(problem);
+  CandidateSet pool(problem);
   std::vector<Explanation> pair;
   for (const char* id : {"joint_offset", "base_frame"}) {
     pair.push_back(pool.Fit({pool.Add(BlockOf(data, id))}));
@@ -414,7 +414,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the derivative of the loss is the weight, and the loss is bounded") {
-  for (int count = 1; count <= kMostResiduals; ++count) {
+  for (int count = 1; count <= kMaxResiduals; ++count) {
     for (double d = 0.05; d < 12; d += 0.1) {
       const double h = 1e-6;
       const double slope = (HampelLoss(count, d + h) - HampelLoss(count, d - h)) / (2 * h);

@@ -1,13 +1,17 @@
 // Parameters by least squares, which of them the rows hold, and rows of several kinds together.
 #include "app/diagnosis/refit.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <memory>
 
 #include "app/diagnosis/covariance_share.h"
+#include "app/diagnosis/pool.h"
 #include "app/diagnosis/robust.h"
+#include "firmware-like/effects/joint_offset.h"
+#include "firmware-like/effects/link_geometry.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/simulated.h"
 
@@ -17,7 +21,7 @@ TEST_CASE("a parameter that the rows leave free is not held, others are") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --seed 3");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
-  FitProblem problem = FitOfEveryRow(*dataset, 1);
+  FitProblem problem = UnitWeightFit(*dataset, 1);
   problem.sigma_m = 5e-5;
   // The first joint turns about the base's z axis: its offset is a yaw of the base.
   const auto of = [&](const std::vector<std::pair<std::string, double>>& frame) {
@@ -61,7 +65,7 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
       rows.numbers[row] = {0, {}};
     }
   }
-  FitProblem problem = FitOfEveryRow(rows, 1);
+  FitProblem problem = UnitWeightFit(rows, 1);
   problem.sigma_m = kSigma_m;
   CHECK(problem.layout().total() == 15 * (3 + 6));
   Model start = Model::Declared(rows);
@@ -127,7 +131,7 @@ TEST_CASE("effects that do nearly the same are uncertain apart, not together") {
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
   const auto share_of = [&](const std::string& other, const std::string& joint, double& rho) {
-    FitProblem problem = FitOfEveryRow(*dataset, 1);
+    FitProblem problem = UnitWeightFit(*dataset, 1);
     problem.sigma_m = 5e-5;
     Model start = Model::Declared(*dataset);
     start.effects = {EffectWith(data.cell, "joint_offset", {{"q2", 1e-7}}),
@@ -198,4 +202,82 @@ TEST_CASE("an instrument of ranges errs along the wire: its columns are central 
     const double slope = (residual(-1) - residual(1)) / (2 * kStep);
     CHECK(linear->gradients.front()(0, entry) == Approx(slope).epsilon(1e-6));
   }
+}
+
+TEST_CASE("a time constant ends within its range, where its gradient still holds") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 3");
+  const auto drift = [&](double time_constant_s) {
+    return EffectWith(data.cell, "thermal_drift",
+                      {{"x", 1e-3}, {"y", 0}, {"z", 0}, {"time_constant", time_constant_s}});
+  };
+  constexpr double kSigma_m = 5e-5, kLeast_s = 10;  // least: of its range
+  Remeasure(data, {drift(600)}, kSigma_m, 5);
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  FitProblem problem = UnitWeightFit(*dataset, 1);
+  problem.sigma_m = kSigma_m;
+  const auto refitted = [&](double start_s) {
+    Model start = Model::Declared(*dataset);
+    start.effects = {drift(start_s)};
+    const Result<Refit> refit = RefitModel(problem, start, {50});
+    REQUIRE(refit);
+    return *refit;
+  };
+  const Refit near = refitted(500), outside = refitted(kLeast_s / 10);
+  CHECK(near.model.effects[0].values[3] == Approx(600).epsilon(0.2));
+  CHECK(outside.model.effects[0].values[3] >= kLeast_s);
+  CHECK(outside.chi2 == Approx(near.chi2).epsilon(0.01));
+}
+
+TEST_CASE("lengths of the last link that are the tool's place in the flange are not offered") {
+  for (const char* robot : {"ur10", "kr210"}) {
+    CAPTURE(robot);
+    MeasuredCell data = Simulated(std::string("--family none --rows 20 --seed 3 --robot ") + robot);
+    const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+    REQUIRE(dataset);
+    const Block block = WholeBlock(*dataset, LinkGeometry(), "");
+    const int last = data.cell.robot.size() - 1;
+    const bool distal = data.cell.robot.convention == DhConvention::kDistal;
+    enum { kA, kD };
+    const auto offers = [&](int spec, int joint) {
+      return std::any_of(block.term.parameters.begin(), block.term.parameters.end(),
+                         [&](const TermParameter& parameter) {
+                           return parameter.spec == spec && parameter.joint == joint;
+                         });
+    };
+    CHECK_FALSE(offers(kD, last));
+    CHECK(offers(kA, last) != distal);
+    CHECK(offers(kD, last - 1));
+    CHECK(offers(kA, last - 1));
+  }
+}
+
+TEST_CASE("what poses would show of an effect is in lengths, whatever their rotations weigh") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 30 --repeats 0 --seed 3");
+  Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  Dataset& rows = dataset.value();
+  const LoadedArm arm(data.cell);
+  const auto detectable_m = [&](double rad_per_m) {
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(6, 6);
+    covariance.bottomRightCorner<3, 3>() *= rad_per_m * rad_per_m;
+    for (const RowIndex row : rows.row_indices()) {
+      MeasuredRow& measured = rows.table.rows[row.offset()];
+      LoadedStateOf<double> state;
+      REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], nullptr, {}, state));
+      measured.q_WT = Eigen::Quaterniond(state.X_WT.R);
+      rows.numbers[row] = {6, covariance};
+    }
+    FitProblem fit = UnitWeightFit(rows, 1);
+    fit.sigma_m = 5e-5;
+    const Model model = Model::Declared(rows);
+    const Result<Linearisation> linear = Linearise(rows, model, true, 1);
+    REQUIRE(linear);
+    const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), model);
+    CandidateSet pool(problem);
+    const BlockIndex block = pool.Add(WholeBlock(rows, JointOffset(), ""));
+    return pool.MinimumDetectable(block, 0)[BlockColumnIndex(1)];
+  };
+  // Ten times as certain a rotation shows a tenth of the size, hence a tenth of the displacement.
+  CHECK(detectable_m(0.01) == Approx(detectable_m(0.1) / 10).epsilon(0.1));
 }

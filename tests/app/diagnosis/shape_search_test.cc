@@ -27,7 +27,7 @@ struct Rows {
     REQUIRE(data);
     const Model declared = Model::Declared(*data);
     linear = std::make_shared<const Linearisation>(*Linearise(*data, declared, true, 1));
-    FitProblem fit = FitOfEveryRow(*data, 1);
+    FitProblem fit = UnitWeightFit(*data, 1);
     fit.sigma_m = 2e-5;
     problem.emplace(std::move(fit), linear, declared);
   }

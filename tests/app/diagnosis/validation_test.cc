@@ -87,7 +87,7 @@ TEST_CASE("no row is predicted between the last known before a step and the firs
   for (const RowIndex row : data.row_indices()) {
     if (row < kFirstHeldOut || row > kLastHeldOut) training.push_back(row);
   }
-  const LinearProblem problem(FitOfEveryRow(data, 1).WithRows(training),
+  const LinearProblem problem(UnitWeightFit(data, 1).WithRows(training),
                               std::make_shared<const Linearisation>(*linear), model);
   const double time_s = (*data.conditions[kBeforeStep].t_s + *data.conditions[kAfterStep].t_s) / 2;
   const ActiveEffect step = EffectWith(cell.cell, "step_event",
@@ -96,13 +96,14 @@ TEST_CASE("no row is predicted between the last known before a step and the firs
   const Block block = search.Refitted(data, step).front();
   for (const RowIndex row : data.row_indices()) {
     CAPTURE(row.value());
-    CHECK(search.LeavesOpen(problem, block, row) == (row >= kFirstHeldOut && row <= kLastHeldOut));
+    CHECK(search.LeavesUndetermined(problem, block, row) ==
+          (row >= kFirstHeldOut && row <= kLastHeldOut));
   }
 }
 
 TEST_CASE("an explanation that folds do not select, or that chance may bring, is in doubt") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const FitProblem problem = FitOfEveryRow(data, 1);
+  const FitProblem problem = UnitWeightFit(data, 1);
   const double sigma_m = problem.sigma_m;
   HeldOut held_out = HeldOutOf(data, std::sqrt(3) * sigma_m);
   const ExplanationEvidence evidence{problem, held_out, 2, 0};
@@ -152,7 +153,7 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
 
 TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, explain nothing") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const FitProblem problem = FitOfEveryRow(data, 1);
+  const FitProblem problem = UnitWeightFit(data, 1);
   const double sigma_m = problem.sigma_m;
   HeldOut held_out = HeldOutOf(data, 2 * std::sqrt(3) * sigma_m);
   held_out.selected.assign(5, {{{"gear_ratio", ""}, {}}});
@@ -171,7 +172,7 @@ TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, expla
 
 TEST_CASE("a fold that selected other effects does not judge the explanation") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const FitProblem problem = FitOfEveryRow(data, 1);
+  const FitProblem problem = UnitWeightFit(data, 1);
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
   const FoldPlan plan = BlocksOfTime(data);
   held_out.fold_of = plan.fold_of;
@@ -192,7 +193,7 @@ TEST_CASE("a fold that selected other effects does not judge the explanation") {
 
 TEST_CASE("a fold that selected the effect in other joints does not judge the explanation") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  const FitProblem problem = FitOfEveryRow(data, 1);
+  const FitProblem problem = UnitWeightFit(data, 1);
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
   const FoldPlan plan = BlocksOfTime(data);
   held_out.fold_of = plan.fold_of;
@@ -301,7 +302,7 @@ TEST_CASE("an empirical curve stays within the values that its rows saw") {
   effect.term.nodes.resize(4, 2);
   // Between the rows 0.1 mm; an edge that only extrapolation reaches, 50 mm.
   effect.term.nodes << low - 1, 0.1, low, 0.1, high, 0.1, high + 1, 50;
-  BoundToRows(FitOfEveryRow(data, 1), *linear, effect);
+  BoundToRows(UnitWeightFit(data, 1), *linear, effect);
   CHECK(effect.term.nodes.col(1).maxCoeff() == Approx(0.1));
   CHECK(effect.term.nodes.col(1).minCoeff() == Approx(0.1));
 }

@@ -79,13 +79,13 @@ TEST_CASE("a linear empirical term is stated per unit of its signal, a nonlinear
   effect.term.parameters = {{0}, {2}};  // base_x, base_z; their nodes are in mm
   effect.term.nodes = (Eigen::MatrixXd(3, 3) << 4, 0, 0, 5, 3, -4, 6, 6, -8).finished();
   effect.values = {0.5, 0.5};
-  CHECK(LineText(effect) == "linear: the base moves 2.5 mm per bar (x 1.5, z -2)");
+  CHECK(LinearTrendText(effect) == "linear: the base moves 2.5 mm per bar (x 1.5, z -2)");
   effect.term.drivers = {"coolant_C"};
-  CHECK_THAT(LineText(effect), Catch::Contains("mm per K"));
+  CHECK_THAT(LinearTrendText(effect), Catch::Contains("mm per K"));
   effect.term.nodes(1, 1) = 0;
-  CHECK(LineText(effect).empty());
+  CHECK(LinearTrendText(effect).empty());
   effect.term.effect = FindEffect("joint_compliance");
-  CHECK(LineText(effect).empty());
+  CHECK(LinearTrendText(effect).empty());
 }
 
 TEST_CASE("the error sentence does not claim held-out points where there are none") {

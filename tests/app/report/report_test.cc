@@ -245,11 +245,11 @@ TEST_CASE("an effect that no listed explanation contains has a lower bound as it
   last.id = "latency";
   last.chi2_drop = 5;
   last.evidence_gap = 123;
-  last.beyond_gap = true;
+  last.gap_is_lower_bound = true;
   CHECK(Has(Report(diagnosis), "&gt; 123"));
   const std::size_t zeros = Count(Report(diagnosis), ">0.0<");
   diagnosis.considered.back().evidence_gap = 0;
-  diagnosis.considered.back().beyond_gap = false;
+  diagnosis.considered.back().gap_is_lower_bound = false;
   CHECK_FALSE(Has(Report(diagnosis), "&gt; 123"));
   CHECK(Count(Report(diagnosis), ">0.0<") == zeros);
 }

@@ -1,0 +1,115 @@
+#include "app/diagnosis/column_units.h"
+
+#include <fmt/format.h>
+
+#include "firmware-like/geometry/angle.h"
+
+namespace plumbline {
+namespace {
+
+constexpr std::array<std::pair<double, const char*>, 3> kLengthUnits = {
+    {{1000, "metres"}, {25.4, "inches"}, {10, "centimetres"}}};
+
+void ScaleJoint(Dataset& data, RowIndex row, int joint, double factor) {
+  data.table.rows[row.offset()].q[joint] *= factor;
+  data.conditions[row].q[joint] *= factor;
+}
+
+OtherUnit JointIn(int joint, const std::string& unit, double factor, const std::string& declared) {
+  OtherUnit other{fmt::format("q{}_{}", joint + 1, declared == "degrees" ? "deg" : "mm"),
+                  unit,
+                  declared,
+                  {},
+                  {}};
+  other.numbers = {[joint](const MeasuredRow& row) { return row.q[joint]; }};
+  other.convert = [joint, factor](Dataset& data, RowIndex row) {
+    ScaleJoint(data, row, joint, factor);
+  };
+  return other;
+}
+
+/// All turning joints at once.
+OtherUnit AllInRadians(const Dataset& data) {
+  OtherUnit other{"the q columns", "radians", "degrees", {}, {}};
+  std::vector<int> turning;
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+    if (!Turns(data, joint)) continue;
+    turning.push_back(joint);
+    other.numbers.emplace_back([joint](const MeasuredRow& row) { return row.q[joint]; });
+  }
+  other.convert = [turning](Dataset& changed, RowIndex row) {
+    for (const int joint : turning) ScaleJoint(changed, row, joint, 1 / kRadPerDeg);
+  };
+  return other;
+}
+
+/// Measured positions or ranges.
+void AddMeasured(const Dataset& data, double factor, const char* unit,
+                 std::vector<OtherUnit>& others) {
+  if (data.ranges()) {
+    others.push_back({"range_mm",
+                      unit,
+                      "millimetres",
+                      {[](const MeasuredRow& row) { return row.range_m; }},
+                      [factor](Dataset& changed, RowIndex row) {
+                        changed.table.rows[row.offset()].range_m *= factor;
+                      }});
+    return;
+  }
+  const auto axes = [&](const std::string& columns, int first, int last) {
+    OtherUnit other{columns, unit, "millimetres", {}, {}};
+    for (int axis = first; axis <= last; ++axis) {
+      other.numbers.emplace_back([axis](const MeasuredRow& row) { return row.p_WT[axis]; });
+    }
+    other.convert = [factor, first, last](Dataset& changed, RowIndex row) {
+      changed.table.rows[row.offset()].p_WT.segment(first, last - first + 1) *= factor;
+    };
+    others.push_back(std::move(other));
+  };
+  axes("x_mm, y_mm, z_mm", 0, 2);
+  for (int axis = 0; axis < 3; ++axis) axes(std::string(1, "xyz"[axis]) + "_mm", axis, axis);
+}
+
+}  // namespace
+
+bool Turns(const Dataset& data, int joint) {
+  return data.cell.robot.joints[static_cast<std::size_t>(joint)].type != JointType::kPrismatic;
+}
+
+bool PayloadCounts(const Dataset& data) {
+  return data.table.recorded.payload && data.cell.payload_cog_F;
+}
+
+OtherUnit InRadians(int joint) {
+  return JointIn(joint, "radians", 1 / kRadPerDeg, "degrees");
+}
+
+OtherUnit PayloadIn(const std::string& unit, double factor) {
+  OtherUnit other{"payload_kg", unit, "kilograms", {}, {}};
+  other.numbers = {[](const MeasuredRow& row) { return row.payload_kg; }};
+  other.convert = [factor](Dataset& data, RowIndex row) {
+    data.table.rows[row.offset()].payload_kg *= factor;
+    data.conditions[row].payload_kg *= factor;
+    data.payloads[row].mass_kg *= factor;
+  };
+  return other;
+}
+
+std::vector<OtherUnit> OtherUnits(const Dataset& data) {
+  std::vector<OtherUnit> others = {AllInRadians(data)};
+  for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
+    if (Turns(data, joint)) {
+      others.push_back(InRadians(joint));
+      continue;
+    }
+    for (const auto& [factor, unit] : kLengthUnits) {
+      others.push_back(JointIn(joint, unit, factor, "millimetres"));
+    }
+  }
+  for (const auto& [factor, unit] : kLengthUnits) AddMeasured(data, factor, unit, others);
+  if (!PayloadCounts(data)) return others;
+  for (const auto& [factor, unit] : kPayloadUnits) others.push_back(PayloadIn(unit, factor));
+  return others;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,93 @@
+#include "app/diagnosis/event_outliers.h"
+
+#include <algorithm>
+
+#include "app/diagnosis/robust.h"
+
+namespace plumbline {
+namespace {
+
+using RefitWith = std::function<Result<Refit>(const FitProblem&, const Explanation&)>;
+
+/// An explanation fitted with the weights that it gives the rows itself.
+struct RobustFit {
+  Refit refit;
+  PerRow<double> weights;
+  double score = 0;  ///< bounded loss plus cost
+};
+
+std::optional<PerRow<RowResidual>> ResidualsAt(const FitProblem& fit, const Model& model) {
+  const Result<Linearisation> linear = Linearise(fit.data, model, false, fit.threads);
+  if (!linear) return std::nullopt;
+  return ResidualsOf(*linear);
+}
+
+std::optional<RobustFit> FitRobustly(FitProblem fit, const Explanation& explanation, double sigma_m,
+                                     const RefitWith& refit) {
+  constexpr int kRounds = 3;  // of weights and fit
+  RobustFit robust;
+  for (int round = 0; round < kRounds; ++round) {
+    Result<Refit> refitted = refit(fit, explanation);
+    if (!refitted) return std::nullopt;
+    robust.refit = std::move(refitted).value();
+    const auto residuals = ResidualsAt(fit, robust.refit.model);
+    if (!residuals) return std::nullopt;
+    fit.weights = HampelWeights(fit.data, *residuals, sigma_m);
+    robust.weights = fit.weights;
+    robust.score = HampelLoss(fit.data, *residuals, sigma_m) + explanation.score - explanation.chi2;
+  }
+  return robust;
+}
+
+Explanation Without(const CandidateSet& pool, const Explanation& explanation, BlockIndex gone) {
+  std::vector<ColumnIndex> columns;
+  for (const ColumnIndex column : explanation.columns) {
+    if (pool.BlockOfColumn(column) != gone) columns.push_back(column);
+  }
+  return pool.FitColumns(columns);
+}
+
+/// The first event that does worse than the reading of its rows as outliers.
+std::optional<std::pair<Explanation, RobustFit>> BetterWithoutOne(const FitProblem& fit,
+                                                                  const CandidateSet& pool,
+                                                                  const Explanation& with,
+                                                                  double sigma_m,
+                                                                  const RefitWith& refit) {
+  const std::optional<RobustFit> of_with = FitRobustly(fit, with, sigma_m, refit);
+  if (!of_with) return std::nullopt;
+  for (const BlockIndex block : with.blocks) {
+    if (!ActsFromEventTime(pool.blocks()[block].term)) continue;
+    Explanation without = Without(pool, with, block);
+    std::optional<RobustFit> of_without = FitRobustly(fit, without, sigma_m, refit);
+    if (!of_without || of_without->score > of_with->score) continue;
+    return std::pair(std::move(without), std::move(*of_without));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet& pool,
+                                       RefittedExplanation found, const RefitWith& refit) {
+  WithoutOutlierEvents result{std::move(found), fit.weights, false};
+  const auto& blocks = result.kept.explanation.blocks;
+  const bool any_event = std::any_of(blocks.begin(), blocks.end(), [&](BlockIndex block) {
+    return ActsFromEventTime(pool.blocks()[block].term);
+  });
+  if (!any_event || blocks.size() > kMaxRefittedBlocks) return result;
+  const auto residuals = ResidualsAt(fit, result.kept.refit.model);
+  if (!residuals) return result;
+  const double sigma_m = std::max(fit.data.sigma_m, RobustSigma(fit.data, *residuals));
+  const PerRow<double> weights = HampelWeights(fit.data, *residuals, sigma_m);
+  const bool rejects = std::any_of(weights.begin(), weights.end(),
+                                   [](double weight) { return weight < kOutlierWeight; });
+  if (!rejects) return result;
+  while (auto better = BetterWithoutOne(fit, pool, result.kept.explanation, sigma_m, refit)) {
+    result.kept = {std::move(better->first), std::move(better->second.refit)};
+    result.weights = std::move(better->second.weights);
+    result.dropped = true;
+  }
+  return result;
+}
+
+}  // namespace plumbline
