@@ -12,20 +12,20 @@ namespace {
 
 /// The fit of one block alone.
 Considered Alone(const FindingsContext& context, BlockIndex index) {
-  const CandidateSet& pool = context.pool;
+  const CandidateSet& candidate_set = context.candidate_set;
   Considered considered;
-  considered.id = pool.blocks()[index].id;
-  if (!pool.Observable(index)) {
+  considered.id = candidate_set.blocks()[index].id;
+  if (!candidate_set.Observable(index)) {
     considered.reason =
         "not observable in these rows: the free frames or joints that never moved absorb it";
     return considered;
   }
-  const Explanation alone = pool.Evaluate({index});
+  const Explanation alone = candidate_set.Evaluate({index});
   considered.parameters = static_cast<int>(alone.columns.size());
-  considered.chi2_drop = pool.chi2_null() - alone.chi2;
-  considered.signal_share = considered.chi2_drop / std::max(1e-12, pool.chi2_null());
-  for (const ActiveEffect& effect :
-       EffectsFrom(context.problem.data, pool.blocks(), pool.CoefficientsOf(alone))) {
+  considered.chi2_drop = candidate_set.chi2_null() - alone.chi2;
+  considered.signal_share = considered.chi2_drop / std::max(1e-12, candidate_set.chi2_null());
+  for (const ActiveEffect& effect : EffectsFrom(context.problem.data, candidate_set.blocks(),
+                                                candidate_set.CoefficientsOf(alone))) {
     considered.scope = ScopeOf(effect.term);
   }
   return considered;
@@ -34,8 +34,8 @@ Considered Alone(const FindingsContext& context, BlockIndex index) {
 /// For each effect, the block that explains most alone.
 std::map<std::string, Considered> BestAlone(const FindingsContext& context) {
   std::map<std::string, Considered> by_id;
-  for (const BlockIndex index : context.pool.blocks().indices()) {
-    if (context.pool.blocks()[index].empirical()) continue;
+  for (const BlockIndex index : context.candidate_set.blocks().indices()) {
+    if (context.candidate_set.blocks()[index].empirical()) continue;
     const Considered considered = Alone(context, index);
     const auto [known, inserted] = by_id.emplace(considered.id, considered);
     if (!inserted && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
@@ -47,7 +47,7 @@ std::map<std::string, Considered> BestAlone(const FindingsContext& context) {
 std::map<std::string, double> BestScores(const FindingsContext& context) {
   std::map<std::string, double> best;
   for (const Explanation& explanation : context.ranked) {
-    for (const std::string& id : EffectIds(context.pool, explanation)) {
+    for (const std::string& id : EffectIds(context.candidate_set, explanation)) {
       const auto [entry, inserted] = best.emplace(id, explanation.score);
       if (!inserted) entry->second = std::min(entry->second, explanation.score);
     }
@@ -72,7 +72,7 @@ std::string OutcomeText(const Considered& considered, const std::vector<Rival>& 
 void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis) {
   const std::map<std::string, double> best_with = BestScores(context);
-  const std::vector<std::string> taken = EffectIds(context.pool, context.best);
+  const std::vector<std::string> taken = EffectIds(context.candidate_set, context.best);
   // Elimination by nonlinear refits may leave the answer with a worse score in the linear search.
   const double best = context.ranked.empty()
                           ? context.best.score

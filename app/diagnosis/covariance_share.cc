@@ -17,7 +17,7 @@ struct Adjusted {
 Adjusted AdjustedOf(const Refit& refit, int effect) {
   Adjusted adjusted;
   for (std::size_t j = 0; j < refit.parameters.size(); ++j) {
-    if (refit.parameters[j].first != effect || !refit.held[j]) continue;
+    if (refit.parameters[j].first != effect || !refit.identifiable[j]) continue;
     adjusted.values.push_back(refit.parameters[j].second);
     adjusted.places.push_back(static_cast<Eigen::Index>(j));
   }
@@ -55,8 +55,8 @@ double CovarianceShare(const Identified& found, double discrepancy_parameters) {
   for (std::size_t effect = 0; effect < found.refit.model.effects.size(); ++effect) {
     apart += VarianceByItself(found, static_cast<int>(effect));
   }
-  const auto held =
-      static_cast<double>(std::count(found.refit.held.begin(), found.refit.held.end(), true));
+  const auto held = static_cast<double>(
+      std::count(found.refit.identifiable.begin(), found.refit.identifiable.end(), true));
   const double together = std::max(held, discrepancy_parameters);
   return apart > together ? together / apart : 1;
 }

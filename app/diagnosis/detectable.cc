@@ -6,8 +6,8 @@
 #include <set>
 #include <tuple>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/shape_search.h"
-#include "app/diagnosis/words.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
@@ -24,9 +24,9 @@ struct Detectability {
   std::set<SizeName> detectable;    ///< in at least one block
 };
 
-void Add(const CandidateSet& pool, BlockIndex block, double cost, Detectability& found) {
-  const Block& of = pool.blocks()[block];
-  const Indexed<BlockColumnIndex, double> limits_m = pool.MinimumDetectable(block, cost);
+void Add(const CandidateSet& candidate_set, BlockIndex block, double cost, Detectability& found) {
+  const Block& of = candidate_set.blocks()[block];
+  const Indexed<BlockColumnIndex, double> limits_m = candidate_set.MinimumDetectable(block, cost);
   for (const BlockColumnIndex k : limits_m.indices()) {
     const TermParameter& parameter =
         of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
@@ -51,24 +51,26 @@ std::string UndetectableText(const std::string& id, const Detectability& found) 
 
 }  // namespace
 
-void AddDetectable(const CandidateSet& pool, const Candidates& candidates, Diagnosis& diagnosis) {
+void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
+                   Diagnosis& diagnosis) {
   std::map<std::string, double> costs;
-  for (const BlockIndex b : pool.blocks().indices()) {
-    double& cost = costs[pool.blocks()[b].id];
-    cost = std::max(cost, pool.BlockCost(b));
+  for (const BlockIndex b : candidate_set.blocks().indices()) {
+    double& cost = costs[candidate_set.blocks()[b].id];
+    cost = std::max(cost, candidate_set.BlockCost(b));
   }
   std::map<std::string, Detectability> effects;
-  for (const BlockIndex b : pool.blocks().indices()) {
-    const Block& block = pool.blocks()[b];
+  for (const BlockIndex b : candidate_set.blocks().indices()) {
+    const Block& block = candidate_set.blocks()[b];
     if (block.empirical()) continue;
-    Add(pool, b, costs[block.id], effects[block.id]);
+    Add(candidate_set, b, costs[block.id], effects[block.id]);
   }
   // The candidate set contains only the shapes that followed the residual best.
   for (const Effect* effect : candidates.searched) {
     const std::string id(effect->traits().id);
     if (!costs.contains(id)) continue;
-    CandidateSet all_shapes(pool.problem());
-    for (const Block& block : ShapeSearchOf(*effect)->AllPlacements(pool.problem().data())) {
+    CandidateSet all_shapes(candidate_set.problem());
+    for (const Block& block :
+         ShapeSearchOf(*effect)->AllPlacements(candidate_set.problem().data())) {
       Add(all_shapes, all_shapes.Add(block), costs[id], effects[id]);
     }
   }

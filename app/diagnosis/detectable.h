@@ -15,6 +15,7 @@ namespace plumbline {
 /// A joint or direction that would require a size beyond the plausible range is undetectable: it
 /// is excluded from the maximum and named in a note. Evaluated for the shapes that the search
 /// proposed, and for one and two cycles on every joint.
-void AddDetectable(const CandidateSet& pool, const Candidates& candidates, Diagnosis& diagnosis);
+void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
+                   Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -9,6 +9,7 @@
 #include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/driver_rivals.h"
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/farthest_poses.h"
@@ -25,7 +26,6 @@
 #include "app/diagnosis/unit_changes.h"
 #include "app/diagnosis/validation.h"
 #include "app/diagnosis/verdict.h"
-#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
@@ -206,8 +206,8 @@ void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
 void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
              Diagnosis& diagnosis) {
   task.Report(0.65, "judging rivals");
-  const FindingsContext context{found.fit,        *found.pool,  found.best,  fit.refit,
-                                found.refit.chi2, found.ranked, task.options};
+  const FindingsContext context{found.fit,        *found.candidate_set, found.best,  fit.refit,
+                                found.refit.chi2, found.ranked,         task.options};
   AddFindings(context, diagnosis);
   std::vector<Explanation> rivals;
   if (!found.unknown && !found.best.blocks.empty()) {
@@ -216,9 +216,9 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
       if (!rival.shift_W.empty()) rival.rows = EvenlySpacedRows(task.data, kSearchedRows).items();
     }
   }
-  if (found.unknown) AddDriverRivals(*found.pool, found.best, diagnosis);
+  if (found.unknown) AddDriverRivals(*found.candidate_set, found.best, diagnosis);
   AddConsidered(context, found.candidates, diagnosis);
-  AddDetectable(*found.pool, found.candidates, diagnosis);
+  AddDetectable(*found.candidate_set, found.candidates, diagnosis);
   if (task.Interrupted()) return;
   task.Report(0.7, "what the residual follows");
   AddSignals(task.data, found, diagnosis);
@@ -227,8 +227,8 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   AddCorrelationNote(found.fit, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
   task.Report(0.75, "where to measure next");
-  AddNextPoses(*found.pool, found.model, found.fit.weights, found.best, rivals, task.options,
-               diagnosis);
+  AddNextPoses(*found.candidate_set, found.model, found.fit.weights, found.best, rivals,
+               task.options, diagnosis);
 }
 
 /// The errors of every way, and those of blocks of time by themselves.
@@ -263,7 +263,7 @@ Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
   diagnosis.notes.push_back(fmt::format(
       "beside what is named, the model carries a discrepancy model worth {:.0f} parameters; it "
       "corrects where there is data and explains nothing",
-      discrepancy.held));
+      discrepancy.effective_parameters));
   return FittedModel{model, ErrorsOf(*linear)};
 }
 
@@ -287,7 +287,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
                                  Diagnosis& diagnosis) {
   task.Report(0.8, "fitting a discrepancy model");
   const std::optional<DiscrepancyModel> offered =
-      DiscrepancyModelOf(*found.pool, found.best, found.candidates);
+      DiscrepancyModelOf(*found.candidate_set, found.best, found.candidates);
   if (task.Interrupted()) return Task::InterruptedError();
   task.Report(0.85, "held-out rows");
   const HeldOutInput input{
@@ -319,7 +319,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   if (!whole) return Error{whole.error()};
   corrected.model = whole->model;
   corrected.errors = whole->errors;
-  corrected.discrepancy_parameters = offered->held;
+  corrected.discrepancy_parameters = offered->effective_parameters;
   diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
   return corrected;
 }

@@ -85,12 +85,14 @@ bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
 }
 
 /// Cost of selecting the named effects and their shapes among all.
-double ChoiceCost(const CandidateSet& pool, const Explanation& named) {
-  double cost = pool.EffectCost() * static_cast<double>(EffectIds(pool, named).size());
-  for (const BlockIndex block : named.blocks) cost += pool.BlockCost(block);
+double ChoiceCost(const CandidateSet& candidate_set, const Explanation& named) {
+  double cost =
+      candidate_set.EffectCost() * static_cast<double>(EffectIds(candidate_set, named).size());
+  for (const BlockIndex block : named.blocks) cost += candidate_set.BlockCost(block);
   for (const ColumnIndex column : named.columns) {
-    const double clusters = pool.problem().clusters();
-    if (IsJointCurve(pool.blocks()[pool.BlockOfColumn(column)])) cost += std::log(clusters);
+    const double clusters = candidate_set.problem().clusters();
+    if (IsJointCurve(candidate_set.blocks()[candidate_set.BlockOfColumn(column)]))
+      cost += std::log(clusters);
   }
   return cost;
 }
@@ -117,33 +119,33 @@ RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& d
   return sum;
 }
 
-std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& pool,
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& candidate_set,
                                                    const Explanation& named,
                                                    const Candidates& candidates) {
-  const LinearProblem& problem = pool.problem();
+  const LinearProblem& problem = candidate_set.problem();
   if (WithinNoise(problem, named)) return std::nullopt;
-  DiscrepancyDesign design = MakeDiscrepancyDesign(pool, named, candidates);
+  DiscrepancyDesign design = MakeDiscrepancyDesign(candidate_set, named, candidates);
   // Exempt named blocks are subtracted from the response.
   Explanation exempt = named, curves = named;
   for (std::size_t k = 0; k < named.columns.size(); ++k) {
-    const Block& block = pool.blocks()[pool.BlockOfColumn(named.columns[k])];
+    const Block& block = candidate_set.blocks()[candidate_set.BlockOfColumn(named.columns[k])];
     if (!IsExemptFromShrinkage(block)) exempt.values[static_cast<int>(k)] = 0;
     if (!IsExemptFromShrinkage(block) && !block.empirical()) curves.values[static_cast<int>(k)] = 0;
   }
-  const Eigen::VectorXd response = pool.Residual(exempt);
+  const Eigen::VectorXd response = candidate_set.Residual(exempt);
   const Eigen::MatrixXd raw = ColumnsOf(problem, design);
   Eigen::MatrixXd columns = raw;
   problem.Project(columns);
   NormalEquations equations = EquationsOf(columns, response, problem.freedom());
   // Limits each column to a displacement of the total residual. Columns that the free frames almost
   // reproduce would exceed it: they cancel at these rows and nowhere else.
-  const double squares = pool.chi2_null();
+  const double squares = candidate_set.chi2_null();
   equations.most_variance = raw.colwise().squaredNorm().transpose().unaryExpr(
       [squares](double square) { return square > 0 ? squares / square : 0.0; });
-  const std::vector<int> own = NamedColumns(pool, named, design);
+  const std::vector<int> own = NamedColumns(candidate_set, named, design);
   // The named effects alone include their curves; the search has already charged those columns.
   NormalEquations of_named = Part(equations, own);
-  const Eigen::VectorXd left = pool.Residual(curves);
+  const Eigen::VectorXd left = candidate_set.Residual(curves);
   of_named.moment = columns(Eigen::all, own).transpose() * left;
   of_named.square = left.squaredNorm();
   const std::vector<int> named_group = Renumbered(design.group, own);
@@ -151,9 +153,9 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& pool,
   const ShrunkenFit whole = Shrink(equations, design.group, {}, true);
   const double by_curves = problem.freedom() * std::log(equations.square / of_named.square);
   // The full fit pays for its variances, but not for a selection; the named effects pay for both.
-  const double gain =
-      whole.gain - VarianceCost(whole, design.group) -
-      (alone.gain + by_curves - VarianceCost(alone, named_group) - ChoiceCost(pool, named));
+  const double gain = whole.gain - VarianceCost(whole, design.group) -
+                      (alone.gain + by_curves - VarianceCost(alone, named_group) -
+                       ChoiceCost(candidate_set, named));
   if (gain < kDiscrepancyMargin) return std::nullopt;
   // Written effects are treated as independent. Scale their covariance so that their summed
   // variance at the rows equals the joint one.

@@ -41,7 +41,7 @@ bool IsExemptFromShrinkage(const Block& block);
 /// Fits all catalogue columns, a curve of each joint and curves along each recorded signal at once,
 /// each group shrunk by marginal likelihood, frames projected out. nullopt unless its gain over the
 /// named effects alone exceeds kDiscrepancyMargin after a cost of ln(1 + columns) per group.
-std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& pool,
+std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& candidate_set,
                                                    const Explanation& named,
                                                    const Candidates& candidates);
 

@@ -45,8 +45,9 @@ void AddBlocks(const Candidates& candidates, DiscrepancyDesign& design) {
   }
 }
 
-void AddJointCurves(const CandidateSet& pool, const Explanation& named, DiscrepancyDesign& design) {
-  const LinearProblem& problem = pool.problem();
+void AddJointCurves(const CandidateSet& candidate_set, const Explanation& named,
+                    DiscrepancyDesign& design) {
+  const LinearProblem& problem = candidate_set.problem();
   const Dataset& data = problem.data();
   const int cycles = std::min(kMaxCycles, problem.clusters() / kClustersPerCycle);
   std::map<int, int> of_band;
@@ -64,7 +65,7 @@ void AddJointCurves(const CandidateSet& pool, const Explanation& named, Discrepa
     for (int k = 1; k <= cycles; ++k) add(joint, k);
   }
   for (const BlockIndex index : named.blocks) {  // named lines at other cycles
-    const std::optional<PeriodicLine> line = LineOf(pool.blocks()[index]);
+    const std::optional<PeriodicLine> line = LineOf(candidate_set.blocks()[index]);
     if (!line) continue;
     const double of = line->cycles_per_turn;
     if (of != std::round(of) || of > cycles) add(line->joint, of);
@@ -101,12 +102,12 @@ bool IsJointCurve(const Block& block) {
          });
 }
 
-DiscrepancyDesign MakeDiscrepancyDesign(const CandidateSet& pool, const Explanation& named,
+DiscrepancyDesign MakeDiscrepancyDesign(const CandidateSet& candidate_set, const Explanation& named,
                                         const Candidates& candidates) {
   DiscrepancyDesign design;
   AddBlocks(candidates, design);
-  AddJointCurves(pool, named, design);
-  AddSignalCurves(pool.problem().data(), design);
+  AddJointCurves(candidate_set, named, design);
+  AddSignalCurves(candidate_set.problem().data(), design);
   return design;
 }
 
@@ -133,13 +134,13 @@ Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign&
   return columns;
 }
 
-std::vector<int> NamedColumns(const CandidateSet& pool, const Explanation& named,
+std::vector<int> NamedColumns(const CandidateSet& candidate_set, const Explanation& named,
                               const DiscrepancyDesign& design) {
   std::vector<int> chosen;
-  const Coefficients of_named = pool.CoefficientsOf(named);
+  const Coefficients of_named = candidate_set.CoefficientsOf(named);
   const auto holds = [&](const auto& alike) {
     return std::any_of(of_named.begin(), of_named.end(), [&](const auto& size) {
-      const Block& block = pool.blocks()[size.first.first];
+      const Block& block = candidate_set.blocks()[size.first.first];
       return alike(block, size.first.second);
     });
   };

@@ -17,14 +17,14 @@ struct DiscrepancyDesign {
 
 /// Every catalogue column that is not exempt, a curve of each joint, and curves along each recorded
 /// signal.
-DiscrepancyDesign MakeDiscrepancyDesign(const CandidateSet& pool, const Explanation& named,
+DiscrepancyDesign MakeDiscrepancyDesign(const CandidateSet& candidate_set, const Explanation& named,
                                         const Candidates& candidates);
 
 /// Whitened columns of the design at the rows of the problem, not yet projected.
 Eigen::MatrixXd ColumnsOf(const LinearProblem& problem, const DiscrepancyDesign& design);
 
 /// Indices of the design columns that belong to named effects.
-std::vector<int> NamedColumns(const CandidateSet& pool, const Explanation& named,
+std::vector<int> NamedColumns(const CandidateSet& candidate_set, const Explanation& named,
                               const DiscrepancyDesign& design);
 
 /// True for an empirical curve of a joint along its own angle.

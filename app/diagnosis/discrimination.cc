@@ -18,11 +18,11 @@ constexpr double kForMargin = 0.1;  // what d^2 beyond the need counts: linear m
 Discrimination::Side Discrimination::SideOf(const Explanation& explanation) const {
   Side side;
   side.blocks = explanation.blocks;
-  const Coefficients found = pool_.CoefficientsOf(explanation);
+  const Coefficients found = candidate_set_.CoefficientsOf(explanation);
   std::vector<double> unit, values;
   for (const BlockIndex block : side.blocks) {
     const Indexed<BlockColumnIndex, double> prior =
-        PriorSizes(pool_.problem(), pool_.blocks()[block]);
+        PriorSizes(candidate_set_.problem(), candidate_set_.blocks()[block]);
     for (const BlockColumnIndex k : prior.indices()) {
       const auto at = found.find({block, k});
       const double value = at == found.end() ? 0 : at->second;
@@ -35,9 +35,9 @@ Discrimination::Side Discrimination::SideOf(const Explanation& explanation) cons
   return side;
 }
 
-Discrimination::Discrimination(const CandidateSet& pool,
+Discrimination::Discrimination(const CandidateSet& candidate_set,
                                const std::vector<Explanation>& explanations)
-    : pool_(pool) {
+    : candidate_set_(candidate_set) {
   const auto n = static_cast<int>(explanations.size());
   needed_ = reached_ = Eigen::MatrixXd::Zero(n, n);
   double best = explanations.front().score;
@@ -53,8 +53,8 @@ Discrimination::Discrimination(const CandidateSet& pool,
       }
     }
   }
-  for (const RowIndex row : pool.problem().rows()) {
-    Add(At(pool.problem().data(), pool.problem().linear(), row));
+  for (const RowIndex row : candidate_set.problem().rows()) {
+    Add(At(candidate_set.problem().data(), candidate_set.problem().linear(), row));
   }
   Solve();
 }
@@ -64,7 +64,7 @@ Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisatio
   const int first_tip = data.frames_free() ? 6 : 0;
   const int per_session = first_tip + (data.tip_free() ? 3 : 0);
   const int count = linear.layout.count(row);
-  const RowWhitening whitening(data.numbers[row], 1 / pool_.problem().sigma_m());
+  const RowWhitening whitening(data.numbers[row], 1 / candidate_set_.problem().sigma_m());
   AtRow result;
   result.fields.resize(count, static_cast<int>(sides_.size()));
   for (const Side& side : sides_) {
@@ -72,7 +72,7 @@ Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisatio
     Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, own + per_session * data.sessions_count());
     Eigen::Index at = 0;
     for (const BlockIndex block : side.blocks) {
-      const Block& of = pool_.blocks()[block];
+      const Block& of = candidate_set_.blocks()[block];
       Eigen::MatrixXd columns(count, of.columns.count());
       ColumnsAt(data, linear, of, row, columns);
       X.middleCols(at, columns.cols()) = columns;
@@ -151,7 +151,7 @@ double Discrimination::LargestDistance(const Dataset& candidates, const Linearis
     const auto lengths = std::min<Eigen::Index>(apart.size(), kMostLengths);
     farthest = std::max(farthest, apart.head(lengths).norm());
   }
-  return farthest * pool_.problem().sigma_m();
+  return farthest * candidate_set_.problem().sigma_m();
 }
 
 void Discrimination::Measure(const Dataset& candidates, const Linearisation& linear, RowIndex row) {

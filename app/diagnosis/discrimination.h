@@ -19,9 +19,9 @@ namespace plumbline {
 /// suffices to rule it out.
 class Discrimination {
  public:
-  /// @param pool          must outlive this object
-  /// @param explanations  two or more, by columns of `pool`; the first is the answer
-  Discrimination(const CandidateSet& pool, const std::vector<Explanation>& explanations);
+  /// @param candidate_set          must outlive this object
+  /// @param explanations  two or more, by columns of `candidate_set`; the first is the answer
+  Discrimination(const CandidateSet& candidate_set, const std::vector<Explanation>& explanations);
 
   /// Value of measuring a candidate: the sum of d^2 over pairs, weighted by the probability of the
   /// truth. The part of d^2 beyond what a pair still needs counts a tenth, up to the same amount
@@ -64,7 +64,7 @@ class Discrimination {
   void Solve();
   Eigen::MatrixXd Distances(const AtRow& at) const;  ///< d^2, shape (truth, rival)
 
-  const CandidateSet& pool_;
+  const CandidateSet& candidate_set_;
   std::vector<Side> sides_;
   Eigen::MatrixXd needed_, reached_;  ///< d^2, shape (truth, rival)
 };

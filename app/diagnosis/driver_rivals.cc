@@ -38,29 +38,30 @@ std::vector<std::vector<SignalIndex>> OtherDrivers(const Dataset& data, const Bl
 
 /// The explanation with an empirical block replaced by the best one of other drivers; nullopt if
 /// none scores within kRivalGap of `best`.
-std::optional<Explanation> WithOtherDrivers(CandidateSet& pool, const Explanation& best,
+std::optional<Explanation> WithOtherDrivers(CandidateSet& candidate_set, const Explanation& best,
                                             BlockIndex block,
                                             const std::vector<SignalIndex>& drivers) {
-  const Block of = pool.blocks()[block];
-  const std::optional<Block> other =
-      BestEmpirical(pool.problem(), pool.PartialResidual(best, block), drivers, CarriersOf(of));
+  const Block of = candidate_set.blocks()[block];
+  const std::optional<Block> other = BestEmpirical(
+      candidate_set.problem(), candidate_set.PartialResidual(best, block), drivers, CarriersOf(of));
   if (!other) return std::nullopt;
-  const BlockIndex index = pool.Add(*other);
-  if (!pool.Observable(index)) return std::nullopt;
+  const BlockIndex index = candidate_set.Add(*other);
+  if (!candidate_set.Observable(index)) return std::nullopt;
   std::vector<BlockIndex> support = best.blocks;
   std::replace(support.begin(), support.end(), block, index);
-  return pool.EvaluateBelow(support, best.score + kRivalGap);
+  return candidate_set.EvaluateBelow(support, best.score + kRivalGap);
 }
 
 }  // namespace
 
-void AddDriverRivals(CandidateSet& pool, const Explanation& best, Diagnosis& diagnosis) {
-  const Dataset& data = pool.problem().data();
+void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagnosis& diagnosis) {
+  const Dataset& data = candidate_set.problem().data();
   for (const BlockIndex block : best.blocks) {
-    const Block of = pool.blocks()[block];
+    const Block of = candidate_set.blocks()[block];
     if (!of.empirical()) continue;
     for (const std::vector<SignalIndex>& drivers : OtherDrivers(data, of)) {
-      const std::optional<Explanation> other = WithOtherDrivers(pool, best, block, drivers);
+      const std::optional<Explanation> other =
+          WithOtherDrivers(candidate_set, best, block, drivers);
       const bool as_many = other && other->blocks.size() == best.blocks.size();
       if (!as_many || other->score > best.score + kRivalGap) continue;
       std::vector<std::string> columns;
@@ -69,7 +70,7 @@ void AddDriverRivals(CandidateSet& pool, const Explanation& best, Diagnosis& dia
       rival.instead_of = rival.id = of.id;
       rival.instead_of_word = fmt::format("{}", fmt::join(of.term.drivers, " and "));
       rival.word = fmt::format("{}", fmt::join(columns, " and "));
-      rival.signal_left = pool.SignalLeft(best, KeyOf(of), other->blocks);
+      rival.signal_left = candidate_set.SignalLeft(best, KeyOf(of), other->blocks);
       rival.evidence_gap = other->score - best.score;
       diagnosis.rival_drivers.push_back(columns);
     }

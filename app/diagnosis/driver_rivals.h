@@ -9,8 +9,9 @@ namespace plumbline {
 /// Replaces each driver of an empirical term by every other recorded signal, refits, and adds the
 /// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time
 /// and temperature rise together, for example, both are reported.
-/// @param pool  extended by the blocks of the alternatives
-/// @param best  explanation by columns of `pool`; nothing is added if it has no empirical term
-void AddDriverRivals(CandidateSet& pool, const Explanation& best, Diagnosis& diagnosis);
+/// @param candidate_set  extended by the blocks of the alternatives
+/// @param best  explanation by columns of `candidate_set`; nothing is added if it has no empirical
+/// term
+void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagnosis& diagnosis);
 
 }  // namespace plumbline

@@ -19,9 +19,10 @@ constexpr double kWorthTrying = 2;
 using UnitParameters = std::map<BlockUnit, std::vector<int>>;
 
 /// The refitted sizes of each unit, as places in the covariance.
-UnitParameters SizesOfUnits(const CandidateSet& pool, const RefittedExplanation& of) {
+UnitParameters SizesOfUnits(const CandidateSet& candidate_set, const RefittedExplanation& of) {
   const EffectsOfUnits from =
-      EffectsAndUnits(pool.problem().data(), pool.blocks(), pool.CoefficientsOf(of.explanation));
+      EffectsAndUnits(candidate_set.problem().data(), candidate_set.blocks(),
+                      candidate_set.CoefficientsOf(of.explanation));
   UnitParameters sizes;
   for (std::size_t j = 0; j < of.refit.parameters.size(); ++j) {
     const auto effect = static_cast<std::size_t>(of.refit.parameters[j].first);
@@ -42,7 +43,8 @@ double Wald(const Refit& refit, const std::vector<int>& places) {
   Eigen::MatrixXd correlation(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const int at = places[static_cast<std::size_t>(i)];
-    if (!refit.held[static_cast<std::size_t>(at)] || !(refit.covariance(at, at) > 0)) return 0;
+    if (!refit.identifiable[static_cast<std::size_t>(at)] || !(refit.covariance(at, at) > 0))
+      return 0;
     scale[i] = std::sqrt(refit.covariance(at, at));
     const auto [effect, value] = refit.parameters[static_cast<std::size_t>(at)];
     values[i] = refit.model.effects[static_cast<std::size_t>(effect)]
@@ -70,12 +72,12 @@ struct Smaller {
   double excess = 0;  ///< Wald statistic beyond it
 };
 
-std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& pool, const Explanation& explanation,
-                                        const BlockUnit& gone) {
+std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& candidate_set,
+                                        const Explanation& explanation, const BlockUnit& gone) {
   std::vector<ColumnIndex> columns;
   for (const ColumnIndex column : explanation.columns) {
-    const bool of_it =
-        pool.BlockOfColumn(column) == gone.block && pool.UnitOfColumn(column) == gone.number;
+    const bool of_it = candidate_set.BlockOfColumn(column) == gone.block &&
+                       candidate_set.UnitOfColumn(column) == gone.number;
     if (!of_it) columns.push_back(column);
   }
   return columns;
@@ -90,11 +92,11 @@ bool WithinBounds(const Dataset& data, const Model& model) {
 }
 
 /// Those worth a refit, the least loss first.
-std::vector<Smaller> SmallerOnes(const CandidateSet& pool, const RefittedExplanation& of) {
+std::vector<Smaller> SmallerOnes(const CandidateSet& candidate_set, const RefittedExplanation& of) {
   std::vector<Smaller> smaller;
-  for (const auto& [unit, places] : SizesOfUnits(pool, of)) {
+  for (const auto& [unit, places] : SizesOfUnits(candidate_set, of)) {
     Smaller& one = smaller.emplace_back();
-    one.explanation = pool.FitColumns(ColumnsWithout(pool, of.explanation, unit));
+    one.explanation = candidate_set.FitColumns(ColumnsWithout(candidate_set, of.explanation, unit));
     one.saved = CostOf(of.explanation) - CostOf(one.explanation);
     const double wald = Wald(of.refit, places);
     one.excess = wald - one.saved;
@@ -106,12 +108,12 @@ std::vector<Smaller> SmallerOnes(const CandidateSet& pool, const RefittedExplana
   return smaller;
 }
 
-std::optional<RefittedExplanation> BetterSmaller(const CandidateSet& pool,
+std::optional<RefittedExplanation> BetterSmaller(const CandidateSet& candidate_set,
                                                  const RefittedExplanation& of,
                                                  const RefitExplanation& refit) {
-  const Dataset& data = pool.problem().data();
+  const Dataset& data = candidate_set.problem().data();
   const bool within = WithinBounds(data, of.refit.model);
-  for (Smaller& one : SmallerOnes(pool, of)) {
+  for (Smaller& one : SmallerOnes(candidate_set, of)) {
     Result<Refit> refitted = refit(one.explanation);
     if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
     // Without the unit another may take what it explained at a size that is none.
@@ -123,10 +125,10 @@ std::optional<RefittedExplanation> BetterSmaller(const CandidateSet& pool,
 
 }  // namespace
 
-RefittedExplanation WithoutUnearnedUnits(const CandidateSet& pool, RefittedExplanation of,
+RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
                                          const RefitExplanation& refit) {
   if (of.explanation.blocks.size() > kMaxRefittedBlocks) return of;
-  while (auto smaller = BetterSmaller(pool, of, refit)) of = std::move(*smaller);
+  while (auto smaller = BetterSmaller(candidate_set, of, refit)) of = std::move(*smaller);
   return of;
 }
 

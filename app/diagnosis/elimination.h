@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "app/diagnosis/pool.h"
+#include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/refit.h"
 
 namespace plumbline {
@@ -26,8 +26,8 @@ inline constexpr std::size_t kMaxRefittedBlocks = 6;
 /// unit explained while their shapes were fixed. None is dropped where the refit of the others
 /// needs a size beyond kDiscardRatio or of an excluded sign. Explanations of more than
 /// kMaxRefittedBlocks stay.
-/// @param of  of the pool
-RefittedExplanation WithoutUnearnedUnits(const CandidateSet& pool, RefittedExplanation of,
+/// @param of  of the candidate set
+RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
                                          const RefitExplanation& refit);
 
 }  // namespace plumbline

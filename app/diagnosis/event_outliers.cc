@@ -39,25 +39,26 @@ std::optional<RobustFit> FitRobustly(FitProblem fit, const Explanation& explanat
   return robust;
 }
 
-Explanation Without(const CandidateSet& pool, const Explanation& explanation, BlockIndex gone) {
+Explanation Without(const CandidateSet& candidate_set, const Explanation& explanation,
+                    BlockIndex gone) {
   std::vector<ColumnIndex> columns;
   for (const ColumnIndex column : explanation.columns) {
-    if (pool.BlockOfColumn(column) != gone) columns.push_back(column);
+    if (candidate_set.BlockOfColumn(column) != gone) columns.push_back(column);
   }
-  return pool.FitColumns(columns);
+  return candidate_set.FitColumns(columns);
 }
 
 /// The first event that does worse than the reading of its rows as outliers.
 std::optional<std::pair<Explanation, RobustFit>> BetterWithoutOne(const FitProblem& fit,
-                                                                  const CandidateSet& pool,
+                                                                  const CandidateSet& candidate_set,
                                                                   const Explanation& with,
                                                                   double sigma_m,
                                                                   const RefitWith& refit) {
   const std::optional<RobustFit> of_with = FitRobustly(fit, with, sigma_m, refit);
   if (!of_with) return std::nullopt;
   for (const BlockIndex block : with.blocks) {
-    if (!ActsFromEventTime(pool.blocks()[block].term)) continue;
-    Explanation without = Without(pool, with, block);
+    if (!ActsFromEventTime(candidate_set.blocks()[block].term)) continue;
+    Explanation without = Without(candidate_set, with, block);
     std::optional<RobustFit> of_without = FitRobustly(fit, without, sigma_m, refit);
     if (!of_without || of_without->score > of_with->score) continue;
     return std::pair(std::move(without), std::move(*of_without));
@@ -67,12 +68,12 @@ std::optional<std::pair<Explanation, RobustFit>> BetterWithoutOne(const FitProbl
 
 }  // namespace
 
-WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet& pool,
+WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet& candidate_set,
                                        RefittedExplanation found, const RefitWith& refit) {
   WithoutOutlierEvents result{std::move(found), fit.weights, false};
   const auto& blocks = result.kept.explanation.blocks;
   const bool any_event = std::any_of(blocks.begin(), blocks.end(), [&](BlockIndex block) {
-    return ActsFromEventTime(pool.blocks()[block].term);
+    return ActsFromEventTime(candidate_set.blocks()[block].term);
   });
   if (!any_event || blocks.size() > kMaxRefittedBlocks) return result;
   const auto residuals = ResidualsAt(fit, result.kept.refit.model);
@@ -82,7 +83,8 @@ WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet
   const bool rejects = std::any_of(weights.begin(), weights.end(),
                                    [](double weight) { return weight < kOutlierWeight; });
   if (!rejects) return result;
-  while (auto better = BetterWithoutOne(fit, pool, result.kept.explanation, sigma_m, refit)) {
+  while (auto better =
+             BetterWithoutOne(fit, candidate_set, result.kept.explanation, sigma_m, refit)) {
     result.kept = {std::move(better->first), std::move(better->second.refit)};
     result.weights = std::move(better->second.weights);
     result.dropped = true;

@@ -21,7 +21,7 @@ struct WithoutOutlierEvents {
 /// @param fit    rows and weights that the explanation was found with
 /// @param refit  with a problem of other weights
 WithoutOutlierEvents DropOutlierEvents(
-    const FitProblem& fit, const CandidateSet& pool, RefittedExplanation found,
+    const FitProblem& fit, const CandidateSet& candidate_set, RefittedExplanation found,
     const std::function<Result<Refit>(const FitProblem&, const Explanation&)>& refit);
 
 }  // namespace plumbline

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <map>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
-#include "app/diagnosis/words.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline {

@@ -16,12 +16,12 @@ namespace plumbline {
 namespace {
 
 /// Number of shapes and choices of joints among which the blocks of an effect were selected.
-double Trials(const CandidateSet& pool, const Explanation& explanation,
+double Trials(const CandidateSet& candidate_set, const Explanation& explanation,
               const std::vector<BlockIndex>& blocks) {
   double trials = 1;
   for (const BlockIndex block : blocks) {
-    const Block& of = pool.blocks()[block];
-    trials *= std::max(1.0, of.trials) * std::exp(pool.LogChoices(explanation, block));
+    const Block& of = candidate_set.blocks()[block];
+    trials *= std::max(1.0, of.trials) * std::exp(candidate_set.LogChoices(explanation, block));
   }
   return trials;
 }
@@ -60,19 +60,22 @@ struct Removal {
 };
 
 Removal RemovalOf(const FindingsContext& context, const EffectKey& key) {
-  const CandidateSet& pool = context.pool;
+  const CandidateSet& candidate_set = context.candidate_set;
   std::vector<ColumnIndex> others;
   for (const ColumnIndex column : context.best.columns) {
-    if (KeyOf(pool.blocks()[pool.BlockOfColumn(column)]) != key) others.push_back(column);
+    if (KeyOf(candidate_set.blocks()[candidate_set.BlockOfColumn(column)]) != key)
+      others.push_back(column);
   }
-  const Explanation without = pool.FitColumns(others);
-  const std::vector<BlockIndex> blocks = pool.BlocksOf(context.best, key);
+  const Explanation without = candidate_set.FitColumns(others);
+  const std::vector<BlockIndex> blocks = candidate_set.BlocksOf(context.best, key);
   double inflation = 1;
-  for (const BlockIndex block : blocks) inflation = std::max(inflation, pool.Inflation(block));
+  for (const BlockIndex block : blocks)
+    inflation = std::max(inflation, candidate_set.Inflation(block));
   return {std::max(0.0, without.chi2 - context.best.chi2),
           std::max<double>(1, static_cast<double>(context.best.columns.size()) -
                                   static_cast<double>(without.columns.size())),
-          EffectsConsidered(context.problem.data) * Trials(pool, context.best, blocks), inflation};
+          EffectsConsidered(context.problem.data) * Trials(candidate_set, context.best, blocks),
+          inflation};
 }
 
 /// Time span of the rows that were not rejected [s].
@@ -93,7 +96,7 @@ void ShrinkToRows(const FindingsContext& context, const Removal& removal, Findin
   const double factor =
       std::max(0.0, 1 - std::max(0.0, removal.columns - 2) / std::max(removal.chi2, 1e-9));
   for (double& value : finding.effect.values) value *= factor;
-  BoundToRows(context.problem, context.pool.problem().linear(), finding.effect);
+  BoundToRows(context.problem, context.candidate_set.problem().linear(), finding.effect);
   const double sd = 1 / std::sqrt(std::max(removal.chi2, 1.0));
   const Eigen::Index size = finding.covariance.rows();
   finding.covariance = Eigen::MatrixXd::Identity(size, size) * sd * sd;
@@ -126,7 +129,7 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
   finding.p_value =
       std::min(1.0, removal.trials * ChiSquareTail(removal.chi2 / inflation, removal.columns));
-  finding.share_of_residual = removal.chi2 / std::max(1e-12, context.pool.chi2_null());
+  finding.share_of_residual = removal.chi2 / std::max(1e-12, context.candidate_set.chi2_null());
   const Implausible implausible = ImplausibilityOf(data, finding.effect);
   finding.implausible = implausible.sentence;
   finding.implausible_times = implausible.times;
@@ -181,8 +184,8 @@ bool HasUsableCovariance(const Finding& finding) {
 }
 
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
-  const double freedom = std::max(
-      1.0, context.pool.problem().freedom() - static_cast<double>(context.best.columns.size()));
+  const double freedom = std::max(1.0, context.candidate_set.problem().freedom() -
+                                           static_cast<double>(context.best.columns.size()));
   // A residual above the noise makes the formal covariance too small.
   const double inflation = std::max(1.0, context.best.chi2 / freedom);
   for (std::size_t effect = 0; effect < context.refit.model.effects.size(); ++effect) {

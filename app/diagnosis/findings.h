@@ -10,7 +10,7 @@ namespace plumbline {
 /// The selected explanation and the alternatives it was selected from.
 struct FindingsContext {
   const FitProblem& problem;
-  const CandidateSet& pool;
+  const CandidateSet& candidate_set;
   const Explanation& best;
   const Refit& refit;    ///< of all rows: values and covariance
   double searched_chi2;  ///< of the same effects, refitted to the rows of `problem`

@@ -69,13 +69,13 @@ PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
 
 /// Takes the displacement by an explanation's blocks out of residuals; those that a discrepancy
 /// model carries itself only where `all`. Empirical curves are read in `held`.
-void Subtract(const HeldOutInput& input, const Dataset& held, const CandidateSet& pool,
+void Subtract(const HeldOutInput& input, const Dataset& held, const CandidateSet& candidate_set,
               const Explanation& explanation, bool all, PerRow<RowResidual>& residuals) {
   const Dataset& data = input.problem.data;
   Eigen::MatrixXd columns;
-  const Coefficients coefficients = pool.CoefficientsOf(explanation);
+  const Coefficients coefficients = candidate_set.CoefficientsOf(explanation);
   for (const BlockIndex block : explanation.blocks) {
-    const Block& of = pool.blocks()[block];
+    const Block& of = candidate_set.blocks()[block];
     if (!all && !IsExemptFromShrinkage(of)) continue;
     for (const RowIndex row : data.row_indices()) {
       columns.resize(residuals[row].size(), of.columns.count());
@@ -128,26 +128,27 @@ Fold FoldOf(const HeldOutInput& input, const FoldPlan& plan, int number) {
 
 /// The test rows at which the training rows do not decide whether an effect acts, a step among
 /// them.
-PerRow<bool> LeftOpen(const CandidateSet& pool, const Explanation& explanation,
+PerRow<bool> LeftOpen(const CandidateSet& candidate_set, const Explanation& explanation,
                       const std::vector<RowIndex>& test) {
-  PerRow<bool> open(pool.problem().data().table.rows.size(), false);
+  PerRow<bool> open(candidate_set.problem().data().table.rows.size(), false);
   for (const BlockIndex index : explanation.blocks) {
-    const Block& block = pool.blocks()[index];
+    const Block& block = candidate_set.blocks()[index];
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
     if (search == nullptr) continue;
     for (const RowIndex row : test) {
-      if (search->LeavesUndetermined(pool.problem(), block, row)) open[row] = true;
+      if (search->LeavesUndetermined(candidate_set.problem(), block, row)) open[row] = true;
     }
   }
   return open;
 }
 
-std::vector<SelectedEffect> SelectedBy(const CandidateSet& pool, const Explanation& explanation) {
+std::vector<SelectedEffect> SelectedBy(const CandidateSet& candidate_set,
+                                       const Explanation& explanation) {
   std::map<EffectKey, std::set<int>> joints;
   for (const ColumnIndex column : explanation.columns) {
-    const Block& block = pool.blocks()[pool.BlockOfColumn(column)];
+    const Block& block = candidate_set.blocks()[candidate_set.BlockOfColumn(column)];
     std::set<int>& of_effect = joints[KeyOf(block)];
-    const int joint = pool.JointOfColumn(column);
+    const int joint = candidate_set.JointOfColumn(column);
     if (joint >= 0) of_effect.insert(joint);
   }
   std::vector<SelectedEffect> selected;
@@ -159,24 +160,24 @@ void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& f
   FitProblem training = input.problem.WithRows(fold.training);
   training.threads = 1;  // the folds run beside each other
   const LinearProblem problem(std::move(training), input.linear, input.model);
-  CandidateSet pool(problem);
+  CandidateSet candidate_set(problem);
   const std::vector<Explanation> ranked =
-      Search(pool, input.candidates, input.most_blocks, input.options.interrupted);
-  const Explanation best =
-      WithRefittedShapes(pool, input.with_unknown ? WithUnknown(pool, ranked) : ranked.front());
-  fold.selected = SelectedBy(pool, best);
+      Search(candidate_set, input.candidates, input.most_blocks, input.options.interrupted);
+  const Explanation best = WithRefittedShapes(
+      candidate_set, input.with_unknown ? WithUnknown(candidate_set, ranked) : ranked.front());
+  fold.selected = SelectedBy(candidate_set, best);
   const Dataset held = HeldAtRange(input.problem.data, fold.training, true);
   fold.after_named = y;
-  Subtract(input, held, pool, best, true, fold.after_named);
+  Subtract(input, held, candidate_set, best, true, fold.after_named);
   fold.after = fold.after_named;
-  fold.open = LeftOpen(pool, best, fold.test);
+  fold.open = LeftOpen(candidate_set, best, fold.test);
   fold.searched = true;
   if (!input.with_discrepancy) return;
   const std::optional<DiscrepancyModel> discrepancy =
-      DiscrepancyModelOf(pool, best, input.candidates);
+      DiscrepancyModelOf(candidate_set, best, input.candidates);
   if (!discrepancy) return;
   fold.after = y;
-  Subtract(input, held, pool, best, false, fold.after);
+  Subtract(input, held, candidate_set, best, false, fold.after);
   const Dataset by_signals = HeldAtRange(input.problem.data, fold.training, false);
   for (const RowIndex row : fold.after.indices()) {
     fold.after[row] -= DisplacementBy(*discrepancy, by_signals, *input.linear, row);

@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/mistakes.h"
 #include "app/diagnosis/plausibility.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unit_changes.h"
-#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
@@ -37,21 +37,21 @@ double CostAt(const Identified& found, double row_correlation) {
   FitProblem fit = found.fit;
   fit.row_correlation = row_correlation;
   const LinearProblem problem(std::move(fit), found.linear, found.model);
-  CandidateSet pool(problem);
+  CandidateSet candidate_set(problem);
   std::vector<ColumnIndex> columns;
   for (const BlockIndex block : found.best.blocks) {
-    const BlockIndex own = pool.Add(found.pool->blocks()[block]);
-    for (const ColumnIndex column : pool.ColumnsOf({own})) {
+    const BlockIndex own = candidate_set.Add(found.candidate_set->blocks()[block]);
+    for (const ColumnIndex column : candidate_set.ColumnsOf({own})) {
       const bool kept = std::any_of(
           found.best.columns.begin(), found.best.columns.end(), [&](ColumnIndex of_best) {
-            return found.pool->BlockOfColumn(of_best) == block &&
-                   found.pool->UnitOfColumn(of_best) == pool.UnitOfColumn(column);
+            return found.candidate_set->BlockOfColumn(of_best) == block &&
+                   found.candidate_set->UnitOfColumn(of_best) == candidate_set.UnitOfColumn(column);
           });
       if (kept) columns.push_back(column);
     }
   }
   std::sort(columns.begin(), columns.end());
-  const Explanation explanation = pool.FitColumns(columns);
+  const Explanation explanation = candidate_set.FitColumns(columns);
   return explanation.score - explanation.chi2;
 }
 
@@ -75,12 +75,12 @@ double ScoreOfOwnEffects(const Identified& found, const Dataset& rows,
   FitProblem fit = UnitWeightFit(rows, options.threads);
   fit.sigma_m = found.fit.sigma_m;
   const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), *aligned);
-  CandidateSet pool(problem);
+  CandidateSet candidate_set(problem);
   std::vector<BlockIndex> support;
   for (const BlockIndex block : found.best.blocks) {
-    support.push_back(pool.Add(found.pool->blocks()[block]));
+    support.push_back(candidate_set.Add(found.candidate_set->blocks()[block]));
   }
-  return pool.Evaluate(support).score;
+  return candidate_set.Evaluate(support).score;
 }
 
 Result<Identified> IdentifyAnew(const Dataset& data, std::size_t most,

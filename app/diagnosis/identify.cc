@@ -55,20 +55,21 @@ double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& resid
 }
 
 /// One axis's scatter when every effect is fitted at once; nothing where the rows are too few.
-std::optional<double> RichSigma(const CandidateSet& pool, const Candidates& candidates,
+std::optional<double> RichSigma(const CandidateSet& candidate_set, const Candidates& candidates,
                                 CandidateSet& scratch) {
   std::vector<BlockIndex> all;
   for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
   const Explanation rich = scratch.Fit(all);
-  const double freedom = pool.problem().freedom() - static_cast<double>(rich.columns.size());
+  const double freedom =
+      candidate_set.problem().freedom() - static_cast<double>(rich.columns.size());
   if (freedom < 12) return std::nullopt;
-  return pool.problem().sigma_m() * std::sqrt(rich.chi2 / freedom);
+  return candidate_set.problem().sigma_m() * std::sqrt(rich.chi2 / freedom);
 }
 
 Result<Refit> RefitTo(const Identified& so_far, const Explanation& explanation) {
   Model start = so_far.model;
-  start.effects =
-      EffectsFrom(so_far.fit.data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
+  start.effects = EffectsFrom(so_far.fit.data, so_far.candidate_set->blocks(),
+                              so_far.candidate_set->CoefficientsOf(explanation));
   return RefitModel(so_far.fit, start, {});
 }
 
@@ -104,18 +105,18 @@ void TakeLeastRejecting(Identified& so_far, Refit& refit) {
 /// Searches at the present linearisation and refits the best that can be refitted.
 Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const DiagnosisOptions& options,
                              Identified& so_far) {
-  so_far.pool.reset();
+  so_far.candidate_set.reset();
   so_far.problem = std::make_unique<LinearProblem>(so_far.fit, so_far.linear, so_far.model);
-  so_far.pool = std::make_unique<CandidateSet>(*so_far.problem);
+  so_far.candidate_set = std::make_unique<CandidateSet>(*so_far.problem);
   Candidates candidates = so_far.candidates;
   for (Block& block : BlocksOf(so_far.fit.data, so_far.model.effects)) {
     candidates.blocks.push_back(std::move(block));
   }
-  so_far.ranked = Search(*so_far.pool, candidates, most, options.interrupted);
+  so_far.ranked = Search(*so_far.candidate_set, candidates, most, options.interrupted);
   // The catalogue has had its say at every depth before an empirical term may beat it.
   const Explanation extended =
-      with_unknown ? WithUnknown(*so_far.pool, so_far.ranked) : so_far.ranked.front();
-  const bool empirical = HasEmpirical(*so_far.pool, extended);
+      with_unknown ? WithUnknown(*so_far.candidate_set, so_far.ranked) : so_far.ranked.front();
+  const bool empirical = HasEmpirical(*so_far.candidate_set, extended);
   const double margin = empirical ? kUnknownMargin : 0;  // none between effects of the catalogue
   const bool better = extended.score < so_far.ranked.front().score - margin;
   so_far.unknown = better && empirical;
@@ -129,7 +130,7 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
     refit = RefitTo(so_far, so_far.best);
   }
   if (!refit) {
-    so_far.best = so_far.pool->Fit({});
+    so_far.best = so_far.candidate_set->Fit({});
     so_far.unknown = false;
     refit = RefitTo(so_far, so_far.best);
   }
@@ -143,16 +144,16 @@ Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
   Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
   if (!refit) return refit;
   RefittedExplanation kept = WithoutUnearnedUnits(
-      *so_far.pool, {std::move(so_far.best), std::move(refit).value()},
+      *so_far.candidate_set, {std::move(so_far.best), std::move(refit).value()},
       [&so_far](const Explanation& explanation) { return RefitTo(so_far, explanation); });
   const auto refit_with = [&so_far](const FitProblem& fit, const Explanation& explanation) {
     Model start = so_far.model;
-    start.effects =
-        EffectsFrom(fit.data, so_far.pool->blocks(), so_far.pool->CoefficientsOf(explanation));
+    start.effects = EffectsFrom(fit.data, so_far.candidate_set->blocks(),
+                                so_far.candidate_set->CoefficientsOf(explanation));
     return RefitModel(fit, start, {});
   };
   WithoutOutlierEvents judged =
-      DropOutlierEvents(so_far.fit, *so_far.pool, std::move(kept), refit_with);
+      DropOutlierEvents(so_far.fit, *so_far.candidate_set, std::move(kept), refit_with);
   so_far.many_outliers = so_far.many_outliers || judged.dropped;
   so_far.best = std::move(judged.kept.explanation);
   return std::move(judged.kept.refit);
@@ -211,7 +212,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
                                               static_cast<double>(found.best.columns.size())));
     if (pass >= kFrugalPasses - 1) {
       CandidateSet scratch(*found.problem);
-      rich = RichSigma(*found.pool, found.candidates, scratch);
+      rich = RichSigma(*found.candidate_set, found.candidates, scratch);
     }
     const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
     // A frugal explanation leaves real effects in the residual, which look like correlation.

@@ -20,7 +20,7 @@ struct Identified {
   Model model;
   Refit refit;
   std::unique_ptr<LinearProblem> problem;
-  std::unique_ptr<CandidateSet> pool;
+  std::unique_ptr<CandidateSet> candidate_set;
   std::vector<Explanation> ranked;  ///< by the catalogue alone, best first
   Explanation best;
   bool unknown = false;  ///< the best needs an empirical term

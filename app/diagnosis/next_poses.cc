@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <set>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/pose_design.h"
 #include "app/diagnosis/robust.h"
-#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
@@ -47,12 +47,12 @@ std::string Kilograms(const std::vector<double>& payloads_kg) {
 }
 
 /// The effects in which two explanations differ: "payload mass from tool stiffness".
-std::string PairText(const CandidateSet& pool, const Explanation& answer,
+std::string PairText(const CandidateSet& candidate_set, const Explanation& answer,
                      const Explanation& rival) {
   const auto names = [&](const Explanation& of, const Explanation& beside) {
-    const std::vector<EffectKey> others = EffectKeys(pool, beside);
+    const std::vector<EffectKey> others = EffectKeys(candidate_set, beside);
     std::vector<std::string> texts;
-    for (const EffectKey& key : EffectKeys(pool, of)) {
+    for (const EffectKey& key : EffectKeys(candidate_set, of)) {
       if (std::find(others.begin(), others.end(), key) == others.end())
         texts.push_back(EffectName(key.id, key.word, {}));
     }
@@ -65,7 +65,8 @@ std::string PairText(const CandidateSet& pool, const Explanation& answer,
 std::string PairsText(const DesignTask& task, const std::set<std::size_t>& rivals) {
   std::vector<std::string> texts;
   for (const std::size_t j : rivals) {
-    const std::string text = PairText(task.pool, task.explanations.front(), task.explanations[j]);
+    const std::string text =
+        PairText(task.candidate_set, task.explanations.front(), task.explanations[j]);
     if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
   }
   return Listed(texts, "or");
@@ -78,22 +79,23 @@ std::vector<const Block*> BlocksOf(const DesignTask& task) {
   }
   std::vector<const Block*> blocks;
   blocks.reserve(used.size());
-  for (const BlockIndex block : used) blocks.push_back(&task.pool.blocks()[block]);
+  for (const BlockIndex block : used) blocks.push_back(&task.candidate_set.blocks()[block]);
   return blocks;
 }
 
 }  // namespace
 
-void AddNextPoses(const CandidateSet& pool, const Model& model, const PerRow<double>& weights,
-                  const Explanation& answer, const std::vector<Explanation>& rivals,
-                  const DiagnosisOptions& options, Diagnosis& diagnosis) {
+void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
+                  const PerRow<double>& weights, const Explanation& answer,
+                  const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
+                  Diagnosis& diagnosis) {
   if (rivals.empty() || options.next_poses <= 0) return;
-  const Dataset& data = pool.problem().data();
+  const Dataset& data = candidate_set.problem().data();
   const FitRows accepted = AcceptedRows(weights);
   if (accepted.empty()) return;
-  DesignTask task{pool, model, SelectRows(data, accepted), {answer}};
+  DesignTask task{candidate_set, model, SelectRows(data, accepted), {answer}};
   task.explanations.insert(task.explanations.end(), rivals.begin(), rivals.end());
-  task.lowest_m = LowestTip(pool.problem().linear(), model, accepted);
+  task.lowest_m = LowestTip(candidate_set.problem().linear(), model, accepted);
   task.poses = options.next_poses;
   task.threads = options.threads;
   DesignSpace space = DesignSpaceOf(task.rows, BlocksOf(task));

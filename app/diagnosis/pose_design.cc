@@ -46,7 +46,7 @@ InfluenceSet EntriesOf(const Block& block, const Dataset& rows) {
 SequentialDesign::SequentialDesign(const DesignTask& task, const DesignSpace& space)
     : task_(task),
       space_(space),
-      discrimination_(task.pool, task.explanations),
+      discrimination_(task.candidate_set, task.explanations),
       previous_(task.rows.conditions.back()) {
   // Include a point with all design variables chosen: an effect may not act at any measured row.
   DesignPoint point{task.rows.table.rows.back().q, 0, JointVector::Zero(space.low.size())};
@@ -55,7 +55,7 @@ SequentialDesign::SequentialDesign(const DesignTask& task, const DesignSpace& sp
   const Dataset moved = CandidateRows(task.rows, space, {point}, previous_);
   for (const Explanation& explanation : task.explanations) {
     for (const BlockIndex block : explanation.blocks) {
-      const Block& of = task.pool.blocks()[block];
+      const Block& of = task.candidate_set.blocks()[block];
       wanted_ |= EntriesOf(of, task.rows) | EntriesOf(of, moved);
     }
   }

@@ -11,12 +11,13 @@ namespace plumbline {
 
 /// Input of a design.
 struct DesignTask {
-  const CandidateSet& pool;
+  const CandidateSet& candidate_set;
   const Model& model;
-  Dataset rows;                           ///< rows that the answer does not reject
-  std::vector<Explanation> explanations;  ///< by columns of `pool`; the first is the answer
-  double lowest_m = -1e300;               ///< lowest height of a proposed tip in W [m]
-  int poses = 6;                          ///< maximum number of poses
+  Dataset rows;  ///< rows that the answer does not reject
+  std::vector<Explanation>
+      explanations;          ///< by columns of `candidate_set`; the first is the answer
+  double lowest_m = -1e300;  ///< lowest height of a proposed tip in W [m]
+  int poses = 6;             ///< maximum number of poses
   int threads = 1;
 };
 

@@ -111,7 +111,8 @@ Model Moved(const Layout& layout, const Model& start, const double* x) {
 /// The inverse of a correlation-like matrix where the rows hold its directions.
 struct Inverse {
   Eigen::MatrixXd of_held;
-  std::vector<bool> held;  ///< false of a parameter in which a direction lies that no row holds
+  std::vector<bool>
+      identifiable;  ///< false of a parameter in which a direction lies that no row holds
 };
 
 Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
@@ -122,14 +123,14 @@ Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
       [least](double value) { return value > least ? 1 / value : 0.0; });
   Inverse result;
   result.of_held = solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
-  result.held.assign(static_cast<std::size_t>(information.rows()), true);
+  result.identifiable.assign(static_cast<std::size_t>(information.rows()), true);
   for (Eigen::Index k = 0; k < inverse.size(); ++k) {
     if (inverse[k] > 0) continue;
     // Even if it were just held, a direction's share of the variance would be this.
     for (Eigen::Index i = 0; i < information.rows(); ++i) {
       const double part = solver.eigenvectors()(i, k);
       if (part * part / least > result.of_held(i, i)) {
-        result.held[static_cast<std::size_t>(i)] = false;
+        result.identifiable[static_cast<std::size_t>(i)] = false;
       }
     }
   }
@@ -338,7 +339,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     const Eigen::MatrixXd all = scale.asDiagonal() * inverse.of_held * scale.asDiagonal();
     refit.covariance.resize(count, count);
     const int first = size - count;
-    refit.held.assign(inverse.held.begin() + first, inverse.held.end());
+    refit.identifiable.assign(inverse.identifiable.begin() + first, inverse.identifiable.end());
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < count; ++j) {
         refit.covariance(i, j) = all(first + i, first + j) *

@@ -6,8 +6,8 @@
 #include <optional>
 #include <set>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/thresholds.h"
-#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {
@@ -59,20 +59,21 @@ class RivalSearch {
       : context_(context),
         model_(model),
         diagnosis_(diagnosis),
-        answer_(EffectKeys(context.pool, context.best)),
+        answer_(EffectKeys(context.candidate_set, context.best)),
         own_(Linearise(context.problem.data, model, false, context.options.threads)) {}
 
   /// Refits an explanation, unless one with the same exchange was refitted before.
   void Consider(const Explanation& other) {
-    const std::optional<Exchange> exchange = ExchangeOf(answer_, EffectKeys(context_.pool, other));
+    const std::optional<Exchange> exchange =
+        ExchangeOf(answer_, EffectKeys(context_.candidate_set, other));
     if (!exchange || refitted_.contains(*exchange)) return;
     if (refitted_.size() >= kMaxRefits) {
       skipped_.insert(*exchange);
       return;
     }
     Model start = model_;
-    start.effects = EffectsFrom(context_.problem.data, context_.pool.blocks(),
-                                context_.pool.CoefficientsOf(other));
+    start.effects = EffectsFrom(context_.problem.data, context_.candidate_set.blocks(),
+                                context_.candidate_set.CoefficientsOf(other));
     const Result<Refit> refit = RefitModel(context_.problem, start, {kRivalIterations});
     if (!refit) return;
     refitted_.insert(*exchange);
@@ -120,7 +121,7 @@ class RivalSearch {
         rival.id = key.id;
         rival.word = key.word;
         rival.scope = ScopeWithin(theirs, key);
-        rival.signal_left = context_.pool.SignalLeft(context_.best, lacking, other.blocks);
+        rival.signal_left = context_.candidate_set.SignalLeft(context_.best, lacking, other.blocks);
         rival.evidence_gap = gap;
         rival.shift_W = shifts_W;
       }

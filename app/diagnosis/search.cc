@@ -12,13 +12,14 @@
 
 namespace plumbline {
 
-std::vector<BlockIndex> AddShapes(CandidateSet& pool, const std::vector<const Effect*>& searched,
+std::vector<BlockIndex> AddShapes(CandidateSet& candidate_set,
+                                  const std::vector<const Effect*>& searched,
                                   const Eigen::VectorXd& residual) {
   std::vector<BlockIndex> indices;
   for (const Effect* effect : searched) {
-    for (const Block& block : ShapeSearchOf(*effect)->Propose(pool.problem(), residual)) {
-      const BlockIndex index = pool.Add(block);
-      if (pool.Observable(index)) indices.push_back(index);
+    for (const Block& block : ShapeSearchOf(*effect)->Propose(candidate_set.problem(), residual)) {
+      const BlockIndex index = candidate_set.Add(block);
+      if (candidate_set.Observable(index)) indices.push_back(index);
     }
   }
   return indices;
@@ -31,9 +32,12 @@ constexpr std::size_t kBeam = 4;
 
 class EffectSearch {
  public:
-  EffectSearch(CandidateSet& pool, const Candidates& candidates, std::size_t most,
+  EffectSearch(CandidateSet& candidate_set, const Candidates& candidates, std::size_t most,
                const std::function<bool()>& interrupted)
-      : pool_(pool), candidates_(candidates), most_(most), interrupted_(interrupted) {}
+      : candidate_set_(candidate_set),
+        candidates_(candidates),
+        most_(most),
+        interrupted_(interrupted) {}
 
   std::vector<Explanation> Run();
 
@@ -64,7 +68,7 @@ class EffectSearch {
   }
   static bool Better(const Explanation& a, const Explanation& b) { return a.score < b.score; }
 
-  CandidateSet& pool_;
+  CandidateSet& candidate_set_;
   const Candidates& candidates_;
   std::size_t most_;
   const std::function<bool()>& interrupted_;
@@ -80,8 +84,8 @@ class EffectSearch {
 bool EffectSearch::Excluded(const std::vector<BlockIndex>& support) const {
   std::vector<const Block*> blocks;
   blocks.reserve(support.size());
-  for (const BlockIndex block : support) blocks.push_back(&pool_.blocks()[block]);
-  return ShapesConflict(pool_.problem(), blocks);
+  for (const BlockIndex block : support) blocks.push_back(&candidate_set_.blocks()[block]);
+  return ShapesConflict(candidate_set_.problem(), blocks);
 }
 
 void EffectSearch::EvaluateSupport(std::vector<BlockIndex> support) {
@@ -90,7 +94,7 @@ void EffectSearch::EvaluateSupport(std::vector<BlockIndex> support) {
   if (support.size() > most_ || !tried_.insert(support).second) return;
   if (Excluded(support)) return;
   std::optional<Explanation> explanation =
-      pool_.EvaluateBelow(support, WorstUsefulScore(support.size()));
+      candidate_set_.EvaluateBelow(support, WorstUsefulScore(support.size()));
   if (!explanation) return;
   if (!listed_.insert(explanation->columns).second) return;
   const auto keep = [&](std::size_t blocks, std::size_t most) {
@@ -122,7 +126,8 @@ void EffectSearch::Grow(const Explanation& from) {
 }
 
 void EffectSearch::NewShapes(const Explanation& from) {
-  for (const BlockIndex block : AddShapes(pool_, candidates_.searched, pool_.Residual(from))) {
+  for (const BlockIndex block :
+       AddShapes(candidate_set_, candidates_.searched, candidate_set_.Residual(from))) {
     Offer(block);
     std::vector<BlockIndex> support = from.blocks;
     support.push_back(block);
@@ -138,12 +143,13 @@ void EffectSearch::RefineShapes() {
   const Explanation best = Winner();
   if (best.blocks.size() > kMaxRefittedBlocks) return;
   for (const BlockIndex block : best.blocks) {
-    const Effect* const effect = pool_.blocks()[block].term.effect;
+    const Effect* const effect = candidate_set_.blocks()[block].term.effect;
     const auto& searched = candidates_.searched;
     if (std::find(searched.begin(), searched.end(), effect) == searched.end()) continue;
     std::vector<BlockIndex> others = best.blocks;
     std::erase(others, block);
-    for (const BlockIndex shape : AddShapes(pool_, {effect}, pool_.PartialResidual(best, block))) {
+    for (const BlockIndex shape :
+         AddShapes(candidate_set_, {effect}, candidate_set_.PartialResidual(best, block))) {
       std::vector<BlockIndex> support = others;
       support.push_back(shape);
       EvaluateSupport(std::move(support));
@@ -163,12 +169,12 @@ void EffectSearch::Offer(BlockIndex block) {
 void EffectSearch::RefitShapes() {
   const Explanation best = Winner();
   if (best.blocks.size() > kMaxRefittedBlocks) return;
-  const bool has_continuous_shape =
-      std::any_of(best.blocks.begin(), best.blocks.end(),
-                  [this](BlockIndex block) { return HasContinuousShape(pool_.blocks()[block]); });
+  const bool has_continuous_shape = std::any_of(
+      best.blocks.begin(), best.blocks.end(),
+      [this](BlockIndex block) { return HasContinuousShape(candidate_set_.blocks()[block]); });
   if (!has_continuous_shape) return;
   if (!refitted_.insert(best.columns).second) return;
-  const Explanation refitted = WithRefittedShapes(pool_, best);
+  const Explanation refitted = WithRefittedShapes(candidate_set_, best);
   for (const BlockIndex block : refitted.blocks) Offer(block);
   EvaluateSupport(refitted.blocks);
 }
@@ -228,8 +234,8 @@ std::vector<BlockIndex> EffectSearch::ByScoreAlone() const {
 
 std::vector<Explanation> EffectSearch::Run() {
   for (const Block& block : candidates_.blocks) {
-    const BlockIndex index = pool_.Add(block);
-    if (pool_.Observable(index)) offered_.push_back(index);
+    const BlockIndex index = candidate_set_.Add(block);
+    if (candidate_set_.Observable(index)) offered_.push_back(index);
   }
   EvaluateSupport({});
   const Explanation nothing = found_.front();
@@ -262,9 +268,9 @@ std::vector<Explanation> EffectSearch::Run() {
 
 }  // namespace
 
-std::vector<Explanation> Search(CandidateSet& pool, const Candidates& candidates, std::size_t most,
-                                const std::function<bool()>& interrupted) {
-  return EffectSearch(pool, candidates, most, interrupted).Run();
+std::vector<Explanation> Search(CandidateSet& candidate_set, const Candidates& candidates,
+                                std::size_t most, const std::function<bool()>& interrupted) {
+  return EffectSearch(candidate_set, candidates, most, interrupted).Run();
 }
 
 }  // namespace plumbline

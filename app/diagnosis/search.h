@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "app/diagnosis/pool.h"
+#include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline {
@@ -18,15 +18,16 @@ inline constexpr std::size_t kMaxListed = 60;
 
 /// The best distinct explanations, best first; an explanation may be empty ("no effect"). Shapes
 /// (cycles, time constants, event times) are searched in the residuals of promising explanations.
-/// @param pool         extended by the candidate blocks and the proposed shapes
+/// @param candidate_set         extended by the candidate blocks and the proposed shapes
 /// @param most         maximum number of blocks in an explanation
 /// @param interrupted  polled; if it returns true, the search ends early with what it has
-std::vector<Explanation> Search(CandidateSet& pool, const Candidates& candidates, std::size_t most,
-                                const std::function<bool()>& interrupted);
+std::vector<Explanation> Search(CandidateSet& candidate_set, const Candidates& candidates,
+                                std::size_t most, const std::function<bool()>& interrupted);
 
 /// Adds the best shapes of the searched effects for a residual to the candidate set; returns their
 /// indices.
-std::vector<BlockIndex> AddShapes(CandidateSet& pool, const std::vector<const Effect*>& searched,
+std::vector<BlockIndex> AddShapes(CandidateSet& candidate_set,
+                                  const std::vector<const Effect*>& searched,
                                   const Eigen::VectorXd& residual);
 
 }  // namespace plumbline

@@ -27,47 +27,49 @@ std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effec
 
 }  // namespace
 
-Explanation WithRefittedShapes(CandidateSet& pool, const Explanation& chosen) {
+Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& chosen) {
   if (chosen.blocks.size() > kMaxRefittedBlocks) return chosen;
-  const FitProblem& all_rows = pool.problem().fit();
+  const FitProblem& all_rows = candidate_set.problem().fit();
   const bool few = all_rows.rows.count() <= kMaxRows;
   const FitProblem fit = few ? all_rows : all_rows.WithRows(EveryNth(all_rows.rows));
   const auto refit_to = [&](const Explanation& explanation) {
-    Model start = pool.problem().aligned();
-    start.effects = EffectsFrom(fit.data, pool.blocks(), pool.CoefficientsOf(explanation));
+    Model start = candidate_set.problem().aligned();
+    start.effects =
+        EffectsFrom(fit.data, candidate_set.blocks(), candidate_set.CoefficientsOf(explanation));
     return RefitModel(fit, start, {});
   };
   Result<Refit> refit = refit_to(chosen);
   if (!refit) return chosen;
   RefittedExplanation kept{chosen, std::move(refit).value()};
   // A subset of the rows determines the shapes, but underestimates the evidence for a unit.
-  if (few) kept = WithoutUnearnedUnits(pool, std::move(kept), refit_to);
+  if (few) kept = WithoutUnearnedUnits(candidate_set, std::move(kept), refit_to);
   std::vector<const Effect*> reshaped;
   std::vector<BlockIndex> blocks;
   for (const ActiveEffect& effect : kept.refit.model.effects) {
     for (const Block& block : RefittedBlocks(fit.data, effect)) {
-      blocks.push_back(pool.Add(block));
+      blocks.push_back(candidate_set.Add(block));
       reshaped.push_back(effect.term.effect);
     }
   }
-  std::vector<ColumnIndex> columns = pool.ColumnsOf(blocks);
+  std::vector<ColumnIndex> columns = candidate_set.ColumnsOf(blocks);
   for (const ColumnIndex column : kept.explanation.columns) {
-    const Effect* const effect = pool.blocks()[pool.BlockOfColumn(column)].term.effect;
+    const Effect* const effect =
+        candidate_set.blocks()[candidate_set.BlockOfColumn(column)].term.effect;
     if (std::find(reshaped.begin(), reshaped.end(), effect) == reshaped.end()) {
       columns.push_back(column);
     }
   }
   std::sort(columns.begin(), columns.end());
   std::vector<BlockIndex> support;
-  for (const ColumnIndex column : columns) support.push_back(pool.BlockOfColumn(column));
+  for (const ColumnIndex column : columns) support.push_back(candidate_set.BlockOfColumn(column));
   std::vector<const Block*> shapes;
   for (const BlockIndex block : std::set<BlockIndex>(support.begin(), support.end())) {
-    shapes.push_back(&pool.blocks()[block]);
+    shapes.push_back(&candidate_set.blocks()[block]);
   }
   const auto better = [](const Explanation& a, const Explanation& b) { return a.score < b.score; };
   const Explanation& unshaped = std::min(chosen, kept.explanation, better);
-  if (ShapesConflict(pool.problem(), shapes)) return unshaped;
-  return std::min(unshaped, pool.Evaluate(support), better);
+  if (ShapesConflict(candidate_set.problem(), shapes)) return unshaped;
+  return std::min(unshaped, candidate_set.Evaluate(support), better);
 }
 
 }  // namespace plumbline

@@ -1,7 +1,7 @@
 // Joint nonlinear refit of the shapes and sizes of an explanation.
 #pragma once
 
-#include "app/diagnosis/pool.h"
+#include "app/diagnosis/candidate_set.h"
 
 namespace plumbline {
 
@@ -10,6 +10,6 @@ namespace plumbline {
 /// instead of one after the other; units that become superfluous are removed. Adds the refitted
 /// blocks to the candidate set. Returns the given explanation if the refit fails or does not score
 /// better.
-Explanation WithRefittedShapes(CandidateSet& pool, const Explanation& chosen);
+Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& chosen);
 
 }  // namespace plumbline

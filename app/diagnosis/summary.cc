@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 

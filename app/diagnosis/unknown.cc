@@ -151,12 +151,12 @@ std::vector<SignalPair> SignalPairs(const Dataset& data) {
 /// True if an empirical curve is much larger between the rows than at them. Surfaces are exempt:
 /// their corners are often far from every row, and the written effect is limited to its rows
 /// anyway.
-bool Overshoots(const CandidateSet& pool, const Explanation& explanation) {
+bool Overshoots(const CandidateSet& candidate_set, const Explanation& explanation) {
   constexpr int kNodes = 60;
-  const Dataset& data = pool.problem().data();
-  const Coefficients coefficients = pool.CoefficientsOf(explanation);
+  const Dataset& data = candidate_set.problem().data();
+  const Coefficients coefficients = candidate_set.CoefficientsOf(explanation);
   for (const BlockIndex index : explanation.blocks) {
-    const Block& block = pool.blocks()[index];
+    const Block& block = candidate_set.blocks()[index];
     if (!block.empirical() || block.columns.front().second_signal) continue;
     const RecordedSignal& signal = data.signals[*block.columns.front().signal];
     std::map<int, std::map<int, double>> curves;  // carrier -> degree -> coefficient
@@ -172,7 +172,7 @@ bool Overshoots(const CandidateSet& pool, const Explanation& explanation) {
         return std::abs(sum);
       };
       double at_rows = 0, between = 0;
-      for (const RowIndex row : pool.problem().rows()) {
+      for (const RowIndex row : candidate_set.problem().rows()) {
         at_rows = std::max(at_rows, at(Scaled(signal, signal.values[row])));
       }
       for (int k = 0; k <= kNodes; ++k) between = std::max(between, at(2.0 * k / kNodes - 1));
@@ -213,8 +213,8 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
   return best->second;
 }
 
-std::vector<BlockIndex> AddEmpirical(CandidateSet& pool, const Eigen::VectorXd& residual) {
-  const LinearProblem& problem = pool.problem();
+std::vector<BlockIndex> AddEmpirical(CandidateSet& candidate_set, const Eigen::VectorXd& residual) {
+  const LinearProblem& problem = candidate_set.problem();
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
   const std::vector<SignalPair> pairs = SignalPairs(data);
@@ -232,8 +232,8 @@ std::vector<BlockIndex> AddEmpirical(CandidateSet& pool, const Eigen::VectorXd& 
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<BlockIndex> indices;
   for (std::size_t k = 0; k < std::min(kBlocksKept, found.size()); ++k) {
-    const BlockIndex index = pool.Add(found[k].second);
-    if (pool.Observable(index)) indices.push_back(index);
+    const BlockIndex index = candidate_set.Add(found[k].second);
+    if (candidate_set.Observable(index)) indices.push_back(index);
   }
   return indices;
 }
@@ -243,10 +243,11 @@ namespace {
 /// Search for explanations with one empirical block, by growing and pruning.
 class EmpiricalSearch {
  public:
-  EmpiricalSearch(CandidateSet& pool, const Explanation& catalogue)
-      : pool_(pool), best_(catalogue) {
-    for (const BlockIndex block : pool.blocks().indices()) {
-      if (!pool.blocks()[block].empirical() && pool.Observable(block)) catalogue_.push_back(block);
+  EmpiricalSearch(CandidateSet& candidate_set, const Explanation& catalogue)
+      : candidate_set_(candidate_set), best_(catalogue) {
+    for (const BlockIndex block : candidate_set.blocks().indices()) {
+      if (!candidate_set.blocks()[block].empirical() && candidate_set.Observable(block))
+        catalogue_.push_back(block);
     }
   }
 
@@ -254,7 +255,7 @@ class EmpiricalSearch {
 
   /// Adds the empirical blocks that fit the residual of an explanation.
   void AddEmpiricalBlocks(const Explanation& from) {
-    for (const BlockIndex block : AddEmpirical(pool_, pool_.Residual(from))) {
+    for (const BlockIndex block : AddEmpirical(candidate_set_, candidate_set_.Residual(from))) {
       const bool known = std::find(empirical_.begin(), empirical_.end(), block) != empirical_.end();
       if (!known) empirical_.push_back(block);
     }
@@ -289,7 +290,7 @@ class EmpiricalSearch {
   /// Adds catalogue effects to the best explanation, one at a time, while the score improves.
   void Grow() {
     double before = 1e300;
-    while (HasEmpirical(pool_, best_) && best_.score < before - kMinGainToGrow) {
+    while (HasEmpirical(candidate_set_, best_) && best_.score < before - kMinGainToGrow) {
       const std::vector<BlockIndex> from = best_.blocks;
       before = best_.score;
       for (const BlockIndex block : catalogue_) EvaluateBelowBest(With(from, block));
@@ -324,19 +325,19 @@ class EmpiricalSearch {
   /// Evaluates a support that may beat the best explanation; skips the others early.
   void EvaluateBelowBest(const std::vector<BlockIndex>& support) {
     if (Excluded(support)) return;
-    std::optional<Explanation> explanation = pool_.EvaluateBelow(support, best_.score);
+    std::optional<Explanation> explanation = candidate_set_.EvaluateBelow(support, best_.score);
     if (explanation) UpdateBest(std::move(*explanation));
   }
 
   /// True if shapes of one effect exclude each other, as in the search of the catalogue.
   bool Excluded(const std::vector<BlockIndex>& support) const {
     std::vector<const Block*> blocks;
-    for (const BlockIndex block : support) blocks.push_back(&pool_.blocks()[block]);
-    return ShapesConflict(pool_.problem(), blocks);
+    for (const BlockIndex block : support) blocks.push_back(&candidate_set_.blocks()[block]);
+    return ShapesConflict(candidate_set_.problem(), blocks);
   }
 
   void UpdateBest(Explanation explanation) {
-    if (explanation.score < best_.score && !Overshoots(pool_, explanation)) {
+    if (explanation.score < best_.score && !Overshoots(candidate_set_, explanation)) {
       best_ = std::move(explanation);
     }
   }
@@ -347,14 +348,14 @@ class EmpiricalSearch {
     support.erase(std::unique(support.begin(), support.end()), support.end());
     const auto known = scores_.find(support);
     if (known != scores_.end()) return known->second;
-    Explanation explanation = pool_.Evaluate(support);
+    Explanation explanation = candidate_set_.Evaluate(support);
     const double score = explanation.score;
     scores_.emplace(std::move(support), score);
     UpdateBest(std::move(explanation));
     return score;
   }
 
-  CandidateSet& pool_;
+  CandidateSet& candidate_set_;
   Explanation best_;
   std::vector<BlockIndex> catalogue_, empirical_;
   std::map<std::vector<BlockIndex>, double> scores_;
@@ -362,10 +363,10 @@ class EmpiricalSearch {
 
 }  // namespace
 
-Explanation WithUnknown(CandidateSet& pool, const std::vector<Explanation>& ranked) {
+Explanation WithUnknown(CandidateSet& candidate_set, const std::vector<Explanation>& ranked) {
   constexpr std::size_t kFitted = 3, kPromising = 12;  // of the best explanations
-  EmpiricalSearch search(pool, ranked.front());
-  search.AddEmpiricalBlocks(pool.Fit({}));
+  EmpiricalSearch search(candidate_set, ranked.front());
+  search.AddEmpiricalBlocks(candidate_set.Fit({}));
   for (std::size_t k = 0; k < std::min(ranked.size(), kFitted); ++k)
     search.AddEmpiricalBlocks(ranked[k]);
   for (std::size_t k = 0; k < std::min(ranked.size(), kPromising); ++k) {

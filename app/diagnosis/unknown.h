@@ -12,7 +12,7 @@ namespace plumbline {
 /// smooth function of one signal, or of two signals and their product.
 /// @param residual  whitened and projected
 /// @return          their indices, best first
-std::vector<BlockIndex> AddEmpirical(CandidateSet& pool, const Eigen::VectorXd& residual);
+std::vector<BlockIndex> AddEmpirical(CandidateSet& candidate_set, const Eigen::VectorXd& residual);
 
 /// The curve along one signal, or the surface over two, that lowers the score of a residual most;
 /// nullopt if the signals have too few distinct values.
@@ -25,9 +25,9 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
 
 /// The best explanation with or without one empirical block, in addition to or instead of catalogue
 /// effects.
-/// @param pool    extended by empirical blocks
+/// @param candidate_set    extended by empirical blocks
 /// @param ranked  explanations by the catalogue alone, best first; not empty
-Explanation WithUnknown(CandidateSet& pool, const std::vector<Explanation>& ranked);
+Explanation WithUnknown(CandidateSet& candidate_set, const std::vector<Explanation>& ranked);
 
 /// Tests for each recorded signal whether a residual follows it through any carrier: the explained
 /// share of chi2, and its p-value by a permutation test that flips the signs of whole clusters and

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
-#include "app/diagnosis/words.h"
 
 namespace plumbline {
 namespace {

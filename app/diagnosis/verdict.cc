@@ -46,7 +46,7 @@ void AddEach(const std::vector<std::string>& columns, std::vector<std::string>& 
 /// Adds the signals of empirical terms and of their rivals, then those that the residual follows.
 void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   for (const BlockIndex block : found.best.blocks) {
-    const Block& of = found.pool->blocks()[block];
+    const Block& of = found.candidate_set->blocks()[block];
     if (!found.unknown || !of.empirical()) continue;
     AddEach(of.term.drivers, diagnosis.drivers);
   }
@@ -66,12 +66,12 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
   const LinearProblem subset(found.fit.WithRows(EvenlySpacedRows(found.fit.data, kSignalRows)),
                              found.linear, found.model);
-  CandidateSet pool(subset);
+  CandidateSet candidate_set(subset);
   std::vector<BlockIndex> support;
   for (const BlockIndex block : found.best.blocks) {
-    support.push_back(pool.Add(found.pool->blocks()[block]));
+    support.push_back(candidate_set.Add(found.candidate_set->blocks()[block]));
   }
-  const Eigen::VectorXd residual = pool.Residual(pool.Fit(support));
+  const Eigen::VectorXd residual = candidate_set.Residual(candidate_set.Fit(support));
   diagnosis.signals = TestSignals(subset, residual, kSignFlips);
   for (const SignalIndex s : all.signals.indices()) {
     diagnosis.signals[s.offset()].values = all.signals[s].values;

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/report/cell_view.h"
 #include "app/report/figures.h"
 #include "app/report/plot.h"

@@ -4,7 +4,7 @@
 #include <map>
 #include <numeric>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/report/figures.h"
 #include "app/report/plot.h"
 #include "firmware-like/effects/parameter_name.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 #include "app/report/style.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 

@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "app/diagnosis/answer.h"
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
@@ -223,16 +223,16 @@ TEST_CASE("the p-value is corrected for the choice of joints") {
   fit.sigma_m = 5e-5;
   const LinearProblem problem(std::move(fit), std::make_shared<const Linearisation>(*linear),
                               model);
-  CandidateSet pool(problem);
+  CandidateSet candidate_set(problem);
   const Candidates candidates = CandidatesFor(*dataset);
   const auto offsets = std::find_if(candidates.blocks.begin(), candidates.blocks.end(),
                                     [](const Block& block) { return block.id == "joint_offset"; });
   REQUIRE(offsets != candidates.blocks.end());
-  const BlockIndex block = pool.Add(*offsets);
-  Explanation all = pool.Fit({block});
+  const BlockIndex block = candidate_set.Add(*offsets);
+  Explanation all = candidate_set.Fit({block});
   const auto visible = static_cast<double>(all.columns.size());
   REQUIRE(visible >= 5);
-  CHECK(pool.LogChoices(all, block) == Approx(0).margin(1e-12));
+  CHECK(candidate_set.LogChoices(all, block) == Approx(0).margin(1e-12));
   all.columns.resize(2);
-  CHECK(pool.LogChoices(all, block) == Approx(std::log(visible * (visible - 1) / 2)));
+  CHECK(candidate_set.LogChoices(all, block) == Approx(std::log(visible * (visible - 1) / 2)));
 }

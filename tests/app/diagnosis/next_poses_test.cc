@@ -109,20 +109,21 @@ struct TwoExplanations {
     fit.sigma_m = kSigma_m;
     problem = std::make_unique<LinearProblem>(
         std::move(fit), std::make_shared<const Linearisation>(*linear), model);
-    pool = std::make_unique<CandidateSet>(*problem);
+    candidate_set = std::make_unique<CandidateSet>(*problem);
     std::vector<Explanation> pair;
     ColumnIndex next;
     for (const auto& [block, values] : {std::pair(&a, &of_a), std::pair(&b, &of_b)}) {
       Explanation explanation;
-      explanation.blocks = {pool->Add(*block)};
+      explanation.blocks = {candidate_set->Add(*block)};
       for (std::size_t k = 0; k < block->columns.size(); ++k, ++next) {
         explanation.columns.push_back(next);
       }
       explanation.values = *values;
       pair.push_back(explanation);
     }
-    task = std::make_unique<DesignTask>(DesignTask{*pool, model, data, pair});
-    space = DesignSpaceOf(data, {&pool->blocks().front(), &pool->blocks().back()});
+    task = std::make_unique<DesignTask>(DesignTask{*candidate_set, model, data, pair});
+    space =
+        DesignSpaceOf(data, {&candidate_set->blocks().front(), &candidate_set->blocks().back()});
   }
 
   PoseDesign Design() const { return SequentialDesign(*task, space).Run(); }
@@ -130,7 +131,7 @@ struct TwoExplanations {
   Dataset data;
   Model model;
   std::unique_ptr<LinearProblem> problem;
-  std::unique_ptr<CandidateSet> pool;
+  std::unique_ptr<CandidateSet> candidate_set;
   std::unique_ptr<DesignTask> task;
   DesignSpace space;
 };
@@ -234,14 +235,14 @@ TEST_CASE("the sum of the distances of a pair is the chi2 of a refit to all rows
   fit.sigma_m = kSigma_m;
   const auto shared = std::make_shared<const Linearisation>(*linear);
   const LinearProblem problem(std::move(fit), shared, model);
-  CandidateSet pool(problem);
+  CandidateSet candidate_set(problem);
   std::vector<Explanation> pair;
   for (const char* id : {"joint_offset", "base_frame"}) {
-    pair.push_back(pool.Fit({pool.Add(BlockOf(data, id))}));
+    pair.push_back(candidate_set.Fit({candidate_set.Add(BlockOf(data, id))}));
     pair.back().values.setConstant(1e-4);
   }
   pair[0].score = pair[1].score = 0;
-  Discrimination discrimination(pool, pair);
+  Discrimination discrimination(candidate_set, pair);
   CHECK_FALSE(discrimination.Separated(1));
   double sum = 0;
   for (const RowIndex row : all) {

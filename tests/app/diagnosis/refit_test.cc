@@ -7,8 +7,8 @@
 #include <cmath>
 #include <memory>
 
+#include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/covariance_share.h"
-#include "app/diagnosis/pool.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/joint_offset.h"
 #include "firmware-like/effects/link_geometry.h"
@@ -30,8 +30,8 @@ TEST_CASE("a parameter that the rows leave free is not held, others are") {
                      EffectWith(data.cell, "base_frame", frame)};
     const Result<Refit> refit = RefitModel(problem, model, {});
     REQUIRE(refit);
-    REQUIRE(refit->held.size() == 3);
-    return refit->held;
+    REQUIRE(refit->identifiable.size() == 3);
+    return refit->identifiable;
   };
   CHECK(of({{"yaw", 1e-6}}) == std::vector<bool>{false, true, false});
   CHECK(of({{"z", 1e-6}}) == std::vector<bool>{true, true, true});
@@ -274,9 +274,9 @@ TEST_CASE("what poses would show of an effect is in lengths, whatever their rota
     const Result<Linearisation> linear = Linearise(rows, model, true, 1);
     REQUIRE(linear);
     const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), model);
-    CandidateSet pool(problem);
-    const BlockIndex block = pool.Add(WholeBlock(rows, JointOffset(), ""));
-    return pool.MinimumDetectable(block, 0)[BlockColumnIndex(1)];
+    CandidateSet candidate_set(problem);
+    const BlockIndex block = candidate_set.Add(WholeBlock(rows, JointOffset(), ""));
+    return candidate_set.MinimumDetectable(block, 0)[BlockColumnIndex(1)];
   };
   // Ten times as certain a rotation shows a tenth of the size, hence a tenth of the displacement.
   CHECK(detectable_m(0.01) == Approx(detectable_m(0.1) / 10).epsilon(0.1));

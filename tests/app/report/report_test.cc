@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 #include "app/report/figures.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"

@@ -1,4 +1,4 @@
-#include "app/diagnosis/pool.h"
+#include "app/diagnosis/candidate_set.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -396,20 +396,24 @@ EffectKey KeyOf(const Block& block) {
   return {block.id, std::string(block.term.word)};
 }
 
-bool HasEmpirical(const CandidateSet& pool, const Explanation& explanation) {
-  return std::any_of(explanation.blocks.begin(), explanation.blocks.end(),
-                     [&pool](BlockIndex block) { return pool.blocks()[block].empirical(); });
+bool HasEmpirical(const CandidateSet& candidate_set, const Explanation& explanation) {
+  return std::any_of(
+      explanation.blocks.begin(), explanation.blocks.end(),
+      [&candidate_set](BlockIndex block) { return candidate_set.blocks()[block].empirical(); });
 }
 
-std::vector<EffectKey> EffectKeys(const CandidateSet& pool, const Explanation& explanation) {
+std::vector<EffectKey> EffectKeys(const CandidateSet& candidate_set,
+                                  const Explanation& explanation) {
   std::set<EffectKey> keys;
-  for (const BlockIndex block : explanation.blocks) keys.insert(KeyOf(pool.blocks()[block]));
+  for (const BlockIndex block : explanation.blocks)
+    keys.insert(KeyOf(candidate_set.blocks()[block]));
   return {keys.begin(), keys.end()};
 }
 
-std::vector<std::string> EffectIds(const CandidateSet& pool, const Explanation& explanation) {
+std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
+                                   const Explanation& explanation) {
   std::set<std::string> ids;
-  for (const BlockIndex block : explanation.blocks) ids.insert(pool.blocks()[block].id);
+  for (const BlockIndex block : explanation.blocks) ids.insert(candidate_set.blocks()[block].id);
   return {ids.begin(), ids.end()};
 }
 

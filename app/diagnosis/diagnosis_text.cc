@@ -1,4 +1,4 @@
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

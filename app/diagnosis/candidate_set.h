@@ -18,7 +18,7 @@ namespace plumbline {
 /// What a support of blocks explains, the joints that do not earn their place dropped.
 struct Explanation {
   std::vector<BlockIndex> blocks;    ///< ascending
-  std::vector<ColumnIndex> columns;  ///< of the pool, that were kept
+  std::vector<ColumnIndex> columns;  ///< of the candidate set, that were kept
   Eigen::VectorXd values;            ///< of those columns, SI
   double chi2 = 0;                   ///< that remains
   double prior = 0;                  ///< sum of (value / plausible)^2
@@ -151,11 +151,13 @@ class CandidateSet {
 EffectKey KeyOf(const Block& block);
 
 /// Whether an explanation needs an empirical term.
-bool HasEmpirical(const CandidateSet& pool, const Explanation& explanation);
+bool HasEmpirical(const CandidateSet& candidate_set, const Explanation& explanation);
 
 /// The effects of an explanation, distinct, ascending.
-std::vector<EffectKey> EffectKeys(const CandidateSet& pool, const Explanation& explanation);
+std::vector<EffectKey> EffectKeys(const CandidateSet& candidate_set,
+                                  const Explanation& explanation);
 /// Their ids.
-std::vector<std::string> EffectIds(const CandidateSet& pool, const Explanation& explanation);
+std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
+                                   const Explanation& explanation);
 
 }  // namespace plumbline

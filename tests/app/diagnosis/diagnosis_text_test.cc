@@ -1,5 +1,5 @@
 // Numbers and sentences of the summary and the report.
-#include "app/diagnosis/words.h"
+#include "app/diagnosis/diagnosis_text.h"
 
 #include <catch2/catch.hpp>
 #include <limits>
