@@ -234,8 +234,8 @@ void LensSupervisor::OnBodies(const std::vector<SeenBody>& seen, const FrameCont
     if (!status.valid) continue;
     status.ambiguous = body->ambiguous || cell->ambiguous;
     status.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
-    const MeasuredPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
-                                              Vec3::Zero(), lens, image_s, places(*body));
+    const CameraPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
+                                            Vec3::Zero(), lens, image_s, places(*body));
     status.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
     status.time_s = image_s;
   }

@@ -19,9 +19,9 @@ Mat6 NoiseOf(const PoseEstimate& pose, const LensCovariance& lens) {
 
 }  // namespace
 
-MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
-                           const Vec3& p_TQ, const LensCovariance& lens, double time_s,
-                           const TagPlacementSd& places) {
+CameraPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
+                         const Vec3& p_TQ, const LensCovariance& lens, double time_s,
+                         const TagPlacementSd& places) {
   const Vec3 turned_C = tool.X_CK.R * p_TQ;  // from the tool's origin, in the camera's axes
   const Vec3 p_CQ = turned_C + tool.X_CK.p;
   const Mat3 R_WC = X_WK.R * cell.X_CK.R.transpose();
@@ -30,7 +30,7 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
   // Moving the cell's pose by (delta, phi) moves the point by the opposite as seen from the cell.
   by_cell << -R_WC, R_WC * CrossMatrix(p_CQ - cell.X_CK.p);
   const Eigen::Matrix<double, 3, 9> by_lens = by_tool * tool.by_lens + by_cell * cell.by_lens;
-  MeasuredPoint point;
+  CameraPoint point;
   point.p_W = X_WK * (cell.X_CK.Inverse() * p_CQ);
   point.covariance_W = by_tool * NoiseOf(tool, lens) * by_tool.transpose() +
                        by_cell * NoiseOf(cell, lens) * by_cell.transpose() +
@@ -43,7 +43,7 @@ MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, c
   return point;
 }
 
-void StationaryPointFilter::Take(const MeasuredPoint& point) {
+void StationaryPointFilter::Take(const CameraPoint& point) {
   const bool gap = count_ > 0 && point.time_s - samples_[kSamples - 1].time_s > kMaxGap_s;
   if (gap || !point.p_W.allFinite() || !point.covariance_W.allFinite()) count_ = 0;
   if (!point.p_W.allFinite() || !point.covariance_W.allFinite()) return;
@@ -52,12 +52,12 @@ void StationaryPointFilter::Take(const MeasuredPoint& point) {
   count_ = std::min(count_ + 1, kSamples);
 }
 
-std::optional<MeasuredPoint> StationaryPointFilter::Point() const {
+std::optional<CameraPoint> StationaryPointFilter::Point() const {
   if (count_ < kSamples) return std::nullopt;
-  MeasuredPoint mean = samples_.back();
+  CameraPoint mean = samples_.back();
   mean.p_W.setZero();
-  for (const MeasuredPoint& a : samples_) {
-    for (const MeasuredPoint& b : samples_) {
+  for (const CameraPoint& a : samples_) {
+    for (const CameraPoint& b : samples_) {
       const Vec3 apart = a.p_W - b.p_W;
       const Vec3 variance = a.covariance_W.diagonal() + b.covariance_W.diagonal();
       const Vec3 limit = kDeviations * variance.cwiseMax(0).cwiseSqrt() + Vec3::Constant(kShared_m);

@@ -9,7 +9,7 @@
 namespace plumbline {
 
 /// Position of a point of a body in the measurement frame W.
-struct MeasuredPoint {
+struct CameraPoint {
   Vec3 p_W = Vec3::Zero();
   Mat3 covariance_W = Mat3::Zero();  ///< from image noise and the lens [m^2]
   Mat3 tag_covariance_W =
@@ -30,23 +30,23 @@ struct TagPlacementSd {
 /// averaging does not reduce them.
 /// @param X_WK  the cell's body in the measurement frame, as declared
 /// @param p_TQ  the point on the tool's body [m]
-MeasuredPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
-                           const Vec3& p_TQ, const LensCovariance& lens, double time_s,
-                           const TagPlacementSd& places = {});
+CameraPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
+                         const Vec3& p_TQ, const LensCovariance& lens, double time_s,
+                         const TagPlacementSd& places = {});
 
 /// Reports a point only while it is stationary: each pair of the last kSamples measurements agrees
 /// within four standard deviations plus 20 um for errors the images share.
 class StationaryPointFilter {
  public:
   static constexpr std::size_t kSamples = 3;
-  void Take(const MeasuredPoint& point);
+  void Take(const CameraPoint& point);
   void Reset() { count_ = 0; }
   /// Mean of the last samples, with the covariance of one sample, because shared errors do not
   /// average out. @return  nullopt unless the point is stationary
-  std::optional<MeasuredPoint> Point() const;
+  std::optional<CameraPoint> Point() const;
 
  private:
-  std::array<MeasuredPoint, kSamples> samples_;
+  std::array<CameraPoint, kSamples> samples_;
   std::size_t count_ = 0;
 };
 

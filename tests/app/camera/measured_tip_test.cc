@@ -51,7 +51,7 @@ TEST_CASE("the tip error matches the stated covariance, including the lens error
     const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
     const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
-    const MeasuredPoint tip =
+    const CameraPoint tip =
         MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip, lens_covariance, 0);
     const Vec3 error = tip.p_W - truth;
     chi2 += error.dot(tip.covariance_W.ldlt().solve(error));
@@ -93,8 +93,8 @@ TEST_CASE("errors of the tags' declared places are stated and are not reduced by
     const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
     REQUIRE((cell_seen->left_out.empty() && tool_seen->left_out.empty()));
-    const MeasuredPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
-                                           known.covariance, 0, {kCellSd_m, kToolSd_m});
+    const CameraPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
+                                         known.covariance, 0, {kCellSd_m, kToolSd_m});
     const Vec3 error = tip.p_W - truth;
     chi2 += error.dot((tip.covariance_W + tip.tag_covariance_W).ldlt().solve(error));
     by_noise += error.dot(tip.covariance_W.ldlt().solve(error));
@@ -117,7 +117,7 @@ TEST_CASE("the placement error of a single tag is that of its body") {
 
 TEST_CASE("the tip is stationary only while three samples agree") {
   StationaryPointFilter filter;
-  MeasuredPoint point;
+  CameraPoint point;
   point.covariance_W = 1e-10 * Mat3::Identity();
   point.p_W = Vec3(1, 2, 3);
   const auto take = [&](double time_s, double x) {
