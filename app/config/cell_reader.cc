@@ -26,7 +26,7 @@ constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
 constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
 constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // per radian of distance
-constexpr NumberRange kReach{0, 1000};  // prismatic joints contribute metres
+constexpr NumberRange kReach{0, 1000};                       // prismatic joints contribute metres
 constexpr NumberRange kTemperature{-50, 150};
 
 /// An interval `[low, high]`; adds a fault if the ends are swapped.

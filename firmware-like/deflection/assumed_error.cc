@@ -245,8 +245,8 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
 }
 
 AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState& state,
-                                      const LoadStatement& load, const Conditions& conditions,
-                                      const Vec3& p_TP, const Mat3& covariance_W) {
+                                        const LoadStatement& load, const Conditions& conditions,
+                                        const Vec3& p_TP, const Mat3& covariance_W) {
   influence_ = arm.EffectsAt(arm.ConditionsAt(conditions.q, conditions));
   const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;

@@ -15,7 +15,7 @@ constexpr double kShareThatMatters = 0.17;
 /// Covariance for conditions that may lie before or after an event, because the event's time is
 /// uncertain: the displacement caused by the event must lie within the 95 % radius.
 Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                             const Conditions& conditions) {
+                                 const Conditions& conditions) {
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
   for (const ActiveEffect& effect : arm.effects()) {

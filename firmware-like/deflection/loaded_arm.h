@@ -45,7 +45,8 @@ struct LoadedState : LoadedStateOf<double> {
 ///   s_i     = c_i (tau_i + torque_i) - hardening_i tau_i^3 + gap_i sign(tau_i) + share_i |tau_i|
 ///             + turn_i
 ///   X_WT    = X_WB * lean * X_BF(q + s) * (R = exp(slope_F), p = tcp_F + bend_F + tip_F)
-///   p_read  = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), with c and R_WC of the measuring camera;
+///   p_read  = (1 + scale) (c + R_WC K(R_WC^T (p_WT - c))), with c and R_WC of the measuring
+///   camera;
 ///             p_WT for ranges
 ///   K(p)    = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean    = exp(pedestal_compliance * moment of the leaning arm's weight about the origin of B)

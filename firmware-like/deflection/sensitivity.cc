@@ -88,8 +88,8 @@ double Enlargement(const LoadedArm& arm, const Influence<double>& influence) {
   return arm.read_by_range() ? 1 : 1 + influence[I::kScale];
 }
 
-/// Closed forms without a measuring camera: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)); scale is
-/// 0 for ranges.
+/// Closed forms without a measuring camera: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)); scale
+/// is 0 for ranges.
 void AddReadingEntries(const LoadedArm& arm, const Influence<double>& influence,
                        const InfluenceSet& wanted, Sensitivity& sensitivity) {
   const double enlarged = Enlargement(arm, influence);

@@ -5,9 +5,9 @@
 
 namespace plumbline {
 
-/// The instrument reads (1 + scale) times the position   [formats.md]; for ranges, (1 + scale) times
-/// the distance from the anchor (range_anchor.h). Unit: 1. The arm itself is not affected, so a
-/// correction ignores this effect. From points alone it is indistinguishable from an arm whose
+/// The instrument reads (1 + scale) times the position   [formats.md]; for ranges, (1 + scale)
+/// times the distance from the anchor (range_anchor.h). Unit: 1. The arm itself is not affected, so
+/// a correction ignores this effect. From points alone it is indistinguishable from an arm whose
 /// lengths all differ by the same ratio.
 const Effect& MeasurementScale();
 

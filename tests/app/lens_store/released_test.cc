@@ -32,7 +32,8 @@ void CheckLens(const LensEntry& entry, int number, int schema) {
   CHECK(entry.covariance(8, 8) == 1.0 / 256);
   CHECK(entry.rms_px == 0.04);
   CHECK(entry.board == "chessboard 18x12, 10 mm");
-  CHECK(entry.pupil_shift_m.has_value() == (number == 2));  // schema 1 stored 0, which was not measured
+  CHECK(entry.pupil_shift_m.has_value() ==
+        (number == 2));  // schema 1 stored 0, which was not measured
   if (number == 2) CHECK(entry.pupil_shift_m == 0.0021);
   CHECK(entry.temp_C.has_value() == (number == 2));
   CHECK(entry.uncertainty_px.has_value() == (schema >= 2));
