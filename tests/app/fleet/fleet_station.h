@@ -60,7 +60,7 @@ class FeedProcess {
                                            std::chrono::system_clock::now().time_since_epoch())
                                            .count()) *
                    1e-3;
-    if (publisher_->Watched()) publisher_->Send(state_);
+    if (publisher_->PollViewers()) publisher_->Send(state_);
   }
   std::unique_ptr<ViewPublisher> publisher_;
   std::mutex mutex_;
