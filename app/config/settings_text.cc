@@ -79,7 +79,7 @@ constexpr SettingsTable kTables[] = {
     {"[board]", "calibration board for the lens of each camera", ListBoardKeys},
     {"[tags]", "tags in the cell, shared by both cameras; required with [camera]",
      ListDefaults<TagsConfig>},
-    {"[overlay]", "what plumbline-view shows on the display; MANUAL.md, \"The monitor\"",
+    {"[overlay]", "what plumbline-view shows on the display; MANUAL.md, \"The display\"",
      ListDefaults<OverlayConfig>},
     {"[page]", "read-only web page of plumbline-view; MANUAL.md, \"The page\"",
      ListDefaults<PageConfig>},
