@@ -146,10 +146,10 @@ TEST_CASE("each fault has its own message") {
       {camera + "[board]\nsquare_mm = 0.0\n" + tags, "square_mm"},
       {camera + "[board]\nkind = \"hexagons\"\n" + tags, "hexagons"},
       {camera + "[board]\nkind = \"charuco\"\n" + tags, "board.mark_mm: missing"},
-      {camera + "[board]\nkind = \"charuco\"\nmark_mm = 12.0\n" + tags, "2 to 9.2 mm where"},
+      {camera + "[board]\nkind = \"charuco\"\nmark_mm = 12.0\n" + tags, "2 to 9.2 mm for"},
       {camera + "[board]\nkind = \"charuco\"\nmark_mm = 7.0\nfamily = \"aruco-4x4-50\"\n" + tags,
-       "has 50 tags and a board of 17 x 11"},
-      {camera + "[board]\nkind = \"circles\"\nmark_mm = 9.5\n" + tags, "1.5 to 8.5 mm where"},
+       "has only 50 tags, but a board of 17 x 11"},
+      {camera + "[board]\nkind = \"circles\"\nmark_mm = 9.5\n" + tags, "1.5 to 8.5 mm for"},
   };
   for (const Case& one : cases) {
     CAPTURE(one.text);
