@@ -54,7 +54,7 @@ TEST_CASE("a running daemon keeps its state directory, and the model applied the
   const auto in_force = ReadConfigInForce(applied.file, applied.faults, RunningDaemon{state});
   REQUIRE(in_force);
   CHECK(in_force->config.state_directory == state);
-  CHECK(in_force->asked_state_directory == applied.folder.path() + "/elsewhere");
+  CHECK(in_force->configured_state_directory == applied.folder.path() + "/elsewhere");
   CHECK(in_force->models.applied == 2);
   CHECK_FALSE(std::filesystem::exists(applied.folder.path() + "/elsewhere"));
 }

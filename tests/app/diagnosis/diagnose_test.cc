@@ -217,6 +217,21 @@ TEST_CASE("clean data give no effect, also with outliers and heavy tails") {
   }
 }
 
+TEST_CASE("runs of outliers are not reported as events, and an event among them is") {
+  const std::string runs = " --robot kr210 --sigma-mm 0.05 --outliers 0.15 --outlier-runs";
+  for (const char* seed : {"5510000", "5510001"}) {
+    CAPTURE(seed);
+    const auto nothing = Answer(Simulated(std::string("--family none --seed ") + seed + runs));
+    REQUIRE(nothing);
+    CHECK(nothing->verdict == Verdict::kNoEffect);
+    const auto event =
+        Answer(Simulated(std::string("--family step_event --signal 25 --seed ") + seed + runs));
+    REQUIRE(event);
+    const std::vector<std::string> ids = Ids(*event);
+    CHECK(std::count(ids.begin(), ids.end(), "step_event") == 1);
+  }
+}
+
 /// The data with joint readings rounded to 1 mrad.
 Data ReadCoarsely(Data data) {
   constexpr double kStep_rad = 1e-3;

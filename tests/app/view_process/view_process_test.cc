@@ -258,12 +258,12 @@ TEST_CASE("a snapshot of the running daemon writes the picture and its content a
   const Ran all = Run(ask + " --json");
   INFO(all.text);
   REQUIRE(all.code == 0);
-  const auto json = nlohmann::json::parse(all.text);
-  CHECK(json.at("pairs")[0].at("objects") == nlohmann::json{"fixture", "part"});
-  CHECK(json.at("pairs")[0].at("distance_mm").get<double>() > 20);
-  CHECK(json.at("pairs")[0].at("state") == "apart");
-  const auto corner = json.at("points")[0].at("xyz_W_mm");
-  CHECK(json.at("points")[0].at("name") == "mark");
+  const auto distances = nlohmann::json::parse(all.text);
+  CHECK(distances.at("pairs")[0].at("objects") == nlohmann::json{"fixture", "part"});
+  CHECK(distances.at("pairs")[0].at("distance_mm").get<double>() > 20);
+  CHECK(distances.at("pairs")[0].at("state") == "apart");
+  const auto corner = distances.at("points")[0].at("xyz_W_mm");
+  CHECK(distances.at("points")[0].at("name") == "mark");
   CHECK(corner[0].get<double>() == Approx(10).margin(1e-6));
   const Ran one = Run(ask + " mark");
   CHECK(one.code == 0);
@@ -323,7 +323,7 @@ TEST_CASE("the example object table is drawn exaggerated and coloured by stress"
   if (!CanDraw()) return;
   Station station(
       "exaggeration = 30.0\nnominal = \"behind\"\nstress = true\nstress_full_MPa = 20.0\n");
-  station.cell.PublishStatus("payload 60");
+  station.cell.Tell("payload 60");
   REQUIRE(station.LensIsValid());
   for (const char* const name : {"objects.toml", "meshes"}) {
     std::filesystem::copy(std::string("config/") + name, station.folder.path() + "/" + name,
@@ -410,7 +410,7 @@ TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pict
   // A robot alarm stores the last pictures.
   REQUIRE(Eventually([&] { return (station.plc->Read(12, 1).Word(0)) == 0; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // a picture a second is kept
-  station.cell.PublishStatus("fault nan on");
+  station.cell.Tell("fault nan on");
   REQUIRE(view.Says("picture of an alarm kept"));
 
   // A faulty edit of the object table is reported.
@@ -432,7 +432,7 @@ TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pict
 TEST_CASE("the viewer's page serves the picture and the state, through reload and daemon loss") {
   if (!CanDraw()) return;
   Station station("exaggeration = 30.0\nnominal = \"behind\"\n[page]\nport = 0\n");
-  station.cell.PublishStatus("payload 60");
+  station.cell.Tell("payload 60");
   for (const char* const name : {"objects.toml", "meshes"}) {
     std::filesystem::copy(std::string("config/") + name, station.folder.path() + "/" + name,
                           std::filesystem::copy_options::recursive |
