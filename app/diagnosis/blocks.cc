@@ -53,21 +53,11 @@ bool SameColumns(const Block& a, const Block& b) {
 
 namespace {
 
-/// True of a size of the last joint that is the tool's place in the flange by another name.
-bool IsTipByAnotherName(const Robot& robot, const ParameterSpec& parameter, int joint) {
-  using MovesTip = ParameterSpec::MovesTip;
-  if (joint + 1 < robot.size()) return false;
-  const bool distal = robot.convention == DhConvention::kDistal;
-  return parameter.tip_of_last == MovesTip::kAlways ||
-         (parameter.tip_of_last == MovesTip::kIfDistal && distal);
-}
-
 /// The parameters of one spec and one joint that this arm can have.
 void AddParameters(const Robot& robot, const ParameterSpec& parameter, int spec, int joint,
                    std::vector<TermParameter>& parameters) {
   const JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
   if (parameter.only.value_or(type) != type || (parameter.not_of_first && joint == 0)) return;
-  if (IsTipByAnotherName(robot, parameter, joint)) return;
   if (parameter.parallel_axes_only && !ParallelAxesAt(robot, joint)) return;
   if (IsOfTwoJoints(parameter)) {
     for (int of = 0; of < joint; ++of) parameters.push_back({spec, joint, 1, of});

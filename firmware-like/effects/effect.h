@@ -66,11 +66,6 @@ struct ParameterSpec {
   bool parallel_axes_only = false;
   std::optional<JointType> only{};  ///< for joints of this type only
   bool not_of_first = false;        ///< not for the first joint, where another effect is equivalent
-  /// Whether the parameter of the last joint displaces the tip within the flange, which another
-  /// effect of the catalogue already does: never, always, or in the distal convention, where the
-  /// link follows the joint.
-  enum class MovesTip { kNever, kAlways, kIfDistal };
-  MovesTip tip_of_last = MovesTip::kNever;
   /// Unit and range for prismatic joints, if they differ; to_SI is the same.
   std::string_view prismatic_unit{};
   Interval prismatic_plausible{};

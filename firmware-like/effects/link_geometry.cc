@@ -12,16 +12,8 @@ struct LinkGeometryFormula {
             .remedy =
                 "a property of this arm: let the correction compensate for it; a sudden change "
                 "indicates a collision",
-            .parameters = {{.name = "a#",
-                            .unit = "mm",
-                            .to_SI = 1e-3,
-                            .plausible = {-5, 5},
-                            .tip_of_last = ParameterSpec::MovesTip::kIfDistal},
-                           {.name = "d#",
-                            .unit = "mm",
-                            .to_SI = 1e-3,
-                            .plausible = {-5, 5},
-                            .tip_of_last = ParameterSpec::MovesTip::kAlways},
+            .parameters = {{"a#", "mm", 1e-3, {-5, 5}},
+                           {"d#", "mm", 1e-3, {-5, 5}},
                            {"alpha#", "deg", kRadPerDeg, {-0.5, 0.5}},
                            {.name = "beta#",
                             .unit = "deg",

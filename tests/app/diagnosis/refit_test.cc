@@ -231,29 +231,6 @@ TEST_CASE("a time constant ends within its range, where its gradient still holds
   CHECK(outside.chi2 == Approx(near.chi2).epsilon(0.01));
 }
 
-TEST_CASE("lengths of the last link that are the tool's place in the flange are not offered") {
-  for (const char* robot : {"ur10", "kr210"}) {
-    CAPTURE(robot);
-    MeasuredCell data = Simulated(std::string("--family none --rows 20 --seed 3 --robot ") + robot);
-    const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
-    REQUIRE(dataset);
-    const Block block = WholeBlock(*dataset, LinkGeometry(), "");
-    const int last = data.cell.robot.size() - 1;
-    const bool distal = data.cell.robot.convention == DhConvention::kDistal;
-    enum { kA, kD };
-    const auto offers = [&](int spec, int joint) {
-      return std::any_of(block.term.parameters.begin(), block.term.parameters.end(),
-                         [&](const TermParameter& parameter) {
-                           return parameter.spec == spec && parameter.joint == joint;
-                         });
-    };
-    CHECK_FALSE(offers(kD, last));
-    CHECK(offers(kA, last) != distal);
-    CHECK(offers(kD, last - 1));
-    CHECK(offers(kA, last - 1));
-  }
-}
-
 TEST_CASE("what poses would show of an effect is in lengths, whatever their rotations weigh") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 30 --repeats 0 --seed 3");
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
