@@ -11,7 +11,6 @@
 #include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/joint_offset.h"
-#include "firmware-like/effects/link_geometry.h"
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/simulated.h"
 
