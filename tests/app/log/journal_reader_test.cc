@@ -98,7 +98,7 @@ TEST_CASE("entries in the journal are read back, and can be filtered") {
     const Answer answer = Shell("log --level error --explain --directory " + folder.path());
     CHECK(answer.exit_code == 0);
     CHECK_THAT(answer.output, Catch::Contains("error    robot link lost:"));
-    CHECK_THAT(answer.output, Catch::Contains("do:    check cable, address and controller"));
+    CHECK_THAT(answer.output, Catch::Contains("do:  check cable, address and controller"));
   }
 }
 

@@ -735,7 +735,7 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     const PointMoves unknown = ComputePointMoves(config, before, after, 0);
     CHECK(unknown.all[0].payload_kg == 0);
     REQUIRE(unknown.notes.size() == 1);
-    CHECK_THAT(unknown.notes[0], Catch::Contains("taken as nothing carried"));
+    CHECK_THAT(unknown.notes[0], Catch::Contains("assumed to be no load"));
     after.domain.emplace().payload_kg = Interval{0, 60};
     after.domain->q.assign(6, Interval{-10, 10});
     const PointMoves fitted = ComputePointMoves(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
@@ -815,7 +815,7 @@ TEST_CASE("a model that depends on signals unknown for a point is refused, with 
   CHECK_THAT(why(drift), Catch::Contains("time_zero_utc"));
   CHECK_THAT(why(step), Catch::Contains("time_zero_utc"));
   CHECK_THAT(why(following("t_s")), Catch::Contains("time_zero_utc"));
-  CHECK_THAT(why(step_by_row), Catch::Contains("follows \"row\""));
+  CHECK_THAT(why(step_by_row), Catch::Contains("depends on \"row\""));
   CHECK_THAT(why(following("air_pressure_bar")), Catch::Contains("air_pressure_bar"));
   CHECK(why(following("temp_C")) == "usable");
   CHECK(why(following("q2_deg")) == "usable");
@@ -823,5 +823,5 @@ TEST_CASE("a model that depends on signals unknown for a point is refused, with 
   CHECK(why(drift) == "usable");
   CHECK(why(step) == "usable");
   CHECK(why(following("t_s")) == "usable");
-  CHECK_THAT(why(step_by_row), Catch::Contains("follows \"row\""));
+  CHECK_THAT(why(step_by_row), Catch::Contains("depends on \"row\""));
 }

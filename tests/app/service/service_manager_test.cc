@@ -192,7 +192,7 @@ TEST_CASE("a hanging thread triggers an immediate restart by the service manager
   });
   REQUIRE(manager.Hears("READY=1", 20000));
   REQUIRE(manager.Hears("WATCHDOG=1", 20000));
-  const HeldThread held(daemon.pid(), GENERATE("cycle", "robot", "modbus", "loop"));
+  const HeldThread held(daemon.pid(), GENERATE("cycle", "robot", "modbus", "monitoring"));
   CHECK(manager.Hears("WATCHDOG=trigger", 30000));
   daemon.Signal(SIGKILL);
 }

@@ -113,7 +113,7 @@ class Frozen:
             pass
 
 
-THREADS = ("plumblined", "cycle", "robot", "modbus", "loop", "zoom", "images")  # the first: main
+THREADS = ("plumblined", "cycle", "robot", "modbus", "monitoring", "zoom", "images")  # the first: main
 
 
 def hung(count):
