@@ -290,7 +290,9 @@ class Damage(unittest.TestCase):
     def test_every_transformation_has_a_group_and_changes_the_files(self):
         named = {group.damage for group in groups.table([])} - {""}
         self.assertEqual(named, set(damage.LOST) | set(damage.MISTAKES))
-        self.assertEqual(set(damage.WORDS), set(damage.MISTAKES))
+        # A change of unit part-way is recognised by its column, line and unit instead.
+        whole = {name for name in damage.MISTAKES if ", then " not in name}
+        self.assertEqual(set(damage.WORDS), whole)
         for name in named - {"TCP 30 mm off"}:
             _, before, after, _ = self.damaged(name)
             self.assertNotEqual(before, after, name)

@@ -187,19 +187,19 @@ TEST_CASE("an output that is an input, or another output, is refused") {
     const char* says;
   };
   const Case cases[] = {
-      {"the cell", [](Desk& desk) { desk.arguments.model = kCell; }, "--write-model is "},
+      {"the cell", [](Desk& desk) { desk.arguments.model = kCell; }, "--write-model would overwrite"},
       {"the data", [](Desk& desk) { desk.arguments.report = desk.File("./measured.csv"); },
-       "--report is "},
+       "--report would overwrite"},
       {"poses proposed beside the JSON",
        [](Desk& desk) {
          fs::rename(desk.File("measured.csv"), desk.File("next_poses.csv"));
          desk.arguments.measured = desk.File("next_poses.csv");
          desk.arguments.json = desk.File("d.json");
        },
-       "--next-poses is "},
+       "--next-poses would overwrite"},
       {"two outputs",
        [](Desk& desk) { desk.arguments.json = desk.arguments.report = desk.File("new"); },
-       "--report is "}};
+       "--report would overwrite"}};
   for (const Case& c : cases) {
     CAPTURE(c.name);
     Desk desk;
@@ -302,6 +302,6 @@ TEST_CASE("a refusal names the file once, and a linear joint is proposed in mill
   ambiguous.next_poses[0].q[0] = 1.2345;
   const std::string text = SummaryText(ambiguous, cell);
   INFO(text);
-  CHECK(text.find("linear ones in mm") != std::string::npos);
+  CHECK(text.find("linear joints in mm") != std::string::npos);
   CHECK(text.find("1:  1234.50") != std::string::npos);
 }

@@ -97,7 +97,7 @@ TEST_CASE("the limits in the reader, the help and the manual agree") {
   const std::string file = std::to_string(limits.file_bytes >> 20) + " MiB of file";
   const std::string memory = std::to_string(limits.memory_bytes >> 20) + " MiB of memory";
   const std::string processor = std::to_string(limits.cpu_s) + " s of processor time";
-  const std::string whole = std::to_string(static_cast<int>(limits.wall_s)) + " s in all";
+  const std::string whole = std::to_string(static_cast<int>(limits.wall_s)) + " s in total";
   const auto on_one_line = [](std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
     return text;

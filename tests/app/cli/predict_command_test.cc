@@ -181,7 +181,7 @@ TEST_CASE("an event at a row of the fitted file precedes every pose of another f
   REQUIRE(folder.Run("with.csv") == 0);
   CHECK_THAT(folder.told,
              Catch::Contains(
-                 "warning: step_event depends on the row number of the file it was fitted to"));
+                 "warning: step_event depends on the row number in the file that it was fitted to"));
   const auto x_of_rows = [&](const std::string& file) {
     std::istringstream lines(folder.Content(file));
     std::string line;
@@ -203,7 +203,7 @@ TEST_CASE("a row with an impossible payload is reported and skipped") {
                                           "row not used"));
   CHECK_THAT(folder.told, Catch::Contains("poses.csv:4 payload_kg: warning: 5001 is outside"));
   CHECK_THAT(folder.told, Catch::Contains("out.csv: 1 pose predicted") &&
-                              Catch::Contains("lines 3, 4 not predicted and without a row"));
+                              Catch::Contains("lines 3, 4 could not be read"));
   folder.WritePoses(kGoodRow);
   CHECK(folder.Run("out.csv") == 0);
   CHECK(folder.Run("no/such/folder.csv") == 2);

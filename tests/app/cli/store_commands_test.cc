@@ -154,7 +154,7 @@ TEST_CASE(
   CHECK_THAT(given.text, Catch::Contains(told) && Catch::Contains(" at 60 kg"));
 
   const Answer unknown = Plumbline("model propose " + longer + where);
-  CHECK_THAT(unknown.text, Catch::Contains("is unknown") && !Catch::Contains(told));
+  CHECK_THAT(unknown.text, Catch::Contains("is therefore unknown") && !Catch::Contains(told));
   std::ofstream(state + "/configuration") << config << '\n';  // as the daemon leaves it
   CHECK_THAT(Plumbline("model apply 2" + where).text, Catch::Contains(told));
   CHECK_THAT(Plumbline("model rollback" + where).text, Catch::Contains(told));

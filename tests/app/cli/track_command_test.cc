@@ -129,7 +129,7 @@ TEST_CASE("A body that is not visible, and an id outside the family, are reporte
   const Answer answer = files.Track("--bodies " + files.bodies);
   INFO(answer.err);
   REQUIRE(answer.exit_code == 0);
-  CHECK(answer.out.find("gripper          not seen\n") != std::string::npos);
+  CHECK(answer.out.find("gripper          not visible\n") != std::string::npos);
   CHECK(answer.out.find("part             not seen") == std::string::npos);
   Files::Write(files.bodies, "schema = 1\n" + body("part", 587));
   const Answer beyond = files.Track("--bodies " + files.bodies);
@@ -215,7 +215,7 @@ TEST_CASE("A recording as camera: one line of JSON per frame, with time and sequ
     CHECK(frame["tags"].size() == 2);
     CHECK(frame["tags"][0]["pose"]["t_mm"][2].get<double>() == Approx(800).margin(1));
   }
-  CHECK(answer.err.find("broken.pgm: no image") != std::string::npos);
+  CHECK(answer.err.find("broken.pgm: not a readable image") != std::string::npos);
   CHECK(answer.err.find("the camera was lost at this point") != std::string::npos);
   CHECK(answer.err.find("camera restored") != std::string::npos);
   const Answer text = track("--fast --frames 1");

@@ -19,7 +19,7 @@ TEST_CASE("a taken port is logged once, and the page is served when the port bec
   double now_s = MonotonicSeconds();
   for (int k = 0; k < 3; ++k) host.Poll(now_s += 2 * PageHost::kRetry_s);
   REQUIRE(bad.size() == 1);
-  CHECK(bad[0].find("another program holds the port") != std::string::npos);
+  CHECK(bad[0].find("another program uses the port") != std::string::npos);
   CHECK(host.page() == nullptr);
   scene.page.reset();
   host.Poll(MonotonicSeconds());
