@@ -229,7 +229,7 @@ TEST_CASE("clients never use up the descriptor that the robot link needs to reco
     setrlimit(RLIMIT_NOFILE, &few);
   });
   const std::string plc_at = daemon.Plc();
-  CHECK(daemon.Says("raise LimitNOFILE"));
+  CHECK(daemon.Says("Raise LimitNOFILE"));
   {
     RegisterClient plc("plumblined", plc_at, 1, 10);
     REQUIRE(Eventually([&] { return Read(plc, 0).valid; }));
