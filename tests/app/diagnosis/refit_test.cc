@@ -190,7 +190,9 @@ TEST_CASE("an instrument of ranges errs along the wire: its columns are central 
        {I::kRangeZero, Eigen::Vector4d::Unit(1)},
        {I::kRangeAnchor, Eigen::Vector4d::Unit(2)},
        {I::kTurn * kMaxJoints, Eigen::Vector4d::Unit(3)}}};
-  for (const auto& [entry, step] : entries) {
+  for (const auto& pair : entries) {
+    const int entry = pair.first;
+    const Eigen::Vector4d& step = pair.second;
     const auto residual = [&](double sign) {
       const Eigen::Vector4d at =
           Eigen::Vector4d(kScale, kZero_m, kX_m, kTurn_rad) + sign * kStep * step;
