@@ -187,7 +187,8 @@ TEST_CASE("an output that is an input, or another output, is refused") {
     const char* says;
   };
   const Case cases[] = {
-      {"the cell", [](Desk& desk) { desk.arguments.model = kCell; }, "--write-model would overwrite"},
+      {"the cell", [](Desk& desk) { desk.arguments.model = kCell; },
+       "--write-model would overwrite"},
       {"the data", [](Desk& desk) { desk.arguments.report = desk.File("./measured.csv"); },
        "--report would overwrite"},
       {"poses proposed beside the JSON",

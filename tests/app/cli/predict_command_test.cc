@@ -179,9 +179,10 @@ TEST_CASE("an event at a row of the fitted file precedes every pose of another f
          "  { name = \"x\", value = 3.0, unit = \"mm\" },\n"
          "  { name = \"frame\", value = \"base\" },\n]\n";
   REQUIRE(folder.Run("with.csv") == 0);
-  CHECK_THAT(folder.told,
-             Catch::Contains(
-                 "warning: step_event depends on the row number in the file that it was fitted to"));
+  CHECK_THAT(
+      folder.told,
+      Catch::Contains(
+          "warning: step_event depends on the row number in the file that it was fitted to"));
   const auto x_of_rows = [&](const std::string& file) {
     std::istringstream lines(folder.Content(file));
     std::string line;

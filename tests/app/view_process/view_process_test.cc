@@ -383,7 +383,8 @@ TEST_CASE("a snapshot fails without a daemon, with a faulty configuration or a w
   write("display = \"television\"\n[page]\nlisten = \"0.0.0.0\"\n");
   const Ran faults = Run(Snapshot(file, "--out a.png"));
   CHECK(faults.code == 1);
-  CHECK_THAT(faults.text, Catch::Contains("overlay.display") && Catch::Contains("requires a token"));
+  CHECK_THAT(faults.text,
+             Catch::Contains("overlay.display") && Catch::Contains("requires a token"));
 }
 
 TEST_CASE("the viewer follows the daemon's reload and end, and stores alarm pictures") {
