@@ -1,4 +1,4 @@
-// Columns of a file as they are where their numbers have another unit than the name says.
+// Columns whose numbers are in another unit than their name states.
 #pragma once
 
 #include <array>
@@ -14,26 +14,26 @@ namespace plumbline {
 /// A column, or several together, in another unit.
 struct OtherUnit {
   std::string columns;   ///< "q2_deg", "x_mm, y_mm, z_mm"
-  std::string unit;      ///< that the numbers have: "radians"
-  std::string declared;  ///< that the name says: "degrees"
+  std::string unit;      ///< of the numbers: "radians"
+  std::string declared;  ///< stated by the column name: "degrees"
   std::vector<std::function<double(const MeasuredRow&)>> numbers;
-  /// Makes one row what it would be had its numbers the declared unit.
+  /// Converts the numbers of one row to the declared unit.
   std::function<void(Dataset&, RowIndex)> convert;
 };
 
-/// A turning joint; 0-based.
+/// Angles of a revolute joint (0-based) in radians.
 OtherUnit InRadians(int joint);
 OtherUnit PayloadIn(const std::string& unit, double factor);
 
-/// Kilograms in one of each unit.
+/// Payload units other than kilograms, with their size in kilograms.
 inline constexpr std::array<std::pair<double, const char*>, 2> kPayloadUnits = {
     {{0.45359237, "pounds"}, {1e-3, "grams"}}};
 
 bool Turns(const Dataset& data, int joint);
-/// True where the payload's weight is computed.
+/// True if the model uses the payload's weight.
 bool PayloadCounts(const Dataset& data);
 
-/// Every column that moves the predicted or the measured tip, in every unit that somebody writes.
+/// Every column that affects the predicted or measured tip, in each unit commonly mistaken for it.
 std::vector<OtherUnit> OtherUnits(const Dataset& data);
 
 }  // namespace plumbline

@@ -8,10 +8,10 @@
 namespace plumbline {
 namespace {
 
-/// The adjusted parameters of one effect.
+/// The identifiable parameters of one effect.
 struct Adjusted {
-  std::vector<int> values;           ///< places among the effect's values
-  std::vector<Eigen::Index> places;  ///< in the covariance
+  std::vector<int> values;           ///< indices into the effect's values
+  std::vector<Eigen::Index> places;  ///< indices into the covariance
 };
 
 Adjusted AdjustedOf(const Refit& refit, int effect) {
@@ -24,8 +24,8 @@ Adjusted AdjustedOf(const Refit& refit, int effect) {
   return adjusted;
 }
 
-/// Sum over the rows of the variances that one effect's own covariance predicts, in units of the
-/// rows' variance.
+/// Sum over the rows of the variances predicted by one effect's covariance alone, in units of the
+/// variance of a row.
 double VarianceByItself(const Identified& found, int effect) {
   const FitProblem& fit = found.fit;
   const ActiveEffect& active = found.refit.model.effects[static_cast<std::size_t>(effect)];

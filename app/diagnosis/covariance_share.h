@@ -1,19 +1,20 @@
-// In which share the covariances of effects that were fitted together count in a radius.
+// Scale factor for covariances of jointly fitted effects that are written one by one.
 #pragma once
 
 #include "app/diagnosis/identify.h"
 
 namespace plumbline {
 
-/// A written model has a covariance for each effect by itself. Where effects do nearly the same, or
-/// frames do nearly what an effect does, each by itself is far less certain than what they predict
-/// together: p parameters fitted to rows of unit variance predict these rows with variances that
-/// sum to p, whatever the parameters are,
+/// A written model holds one covariance per effect, without the correlations between effects and
+/// with the frames. If effects are nearly collinear, each is far more uncertain than the sum of
+/// their predictions. p parameters fitted to rows of unit variance predict these rows with
+/// variances that sum to p,
 ///   sum_k tr(J_k Sigma J_k^T) = p          [trace of the hat matrix],
-/// and effect by effect to more. The ratio of the two, at most 1; 1 for ranges, for what cancels
-/// along the wire need not across it.
-/// @param discrepancy_parameters  that the written discrepancy model holds, whose covariances have
-///                                been scaled so already; 0: there is none
+/// but to more if each effect is taken by itself. Returns the ratio of the two sums, at most 1. It
+/// is 1 for ranges, because errors that cancel along the wire need not cancel across it. The factor
+/// is an average over the fitted rows: it says nothing about any single pose.
+/// @param discrepancy_parameters  effective parameters of the written discrepancy model, whose
+///                                covariances are already scaled this way; 0: no such model
 double CovarianceShare(const Identified& found, double discrepancy_parameters);
 
 }  // namespace plumbline

@@ -9,10 +9,9 @@ namespace {
 
 using RefitWith = std::function<Result<Refit>(const FitProblem&, const Explanation&)>;
 
-/// An explanation fitted with the weights that it gives the rows itself.
+/// An explanation refitted with the row weights that follow from its own residuals.
 struct RobustFit {
   Refit refit;
-  PerRow<double> weights;
   double score = 0;  ///< bounded loss plus cost
 };
 
@@ -33,7 +32,6 @@ std::optional<RobustFit> FitRobustly(FitProblem fit, const Explanation& explanat
     const auto residuals = ResidualsAt(fit, robust.refit.model);
     if (!residuals) return std::nullopt;
     fit.weights = HampelWeights(fit.data, *residuals, sigma_m);
-    robust.weights = fit.weights;
     robust.score = HampelLoss(fit.data, *residuals, sigma_m) + explanation.score - explanation.chi2;
   }
   return robust;
@@ -48,7 +46,7 @@ Explanation Without(const CandidateSet& candidate_set, const Explanation& explan
   return candidate_set.FitColumns(columns);
 }
 
-/// The first event that does worse than the reading of its rows as outliers.
+/// The explanation without the first event that scores no better than rejecting its rows.
 std::optional<std::pair<Explanation, RobustFit>> BetterWithoutOne(const FitProblem& fit,
                                                                   const CandidateSet& candidate_set,
                                                                   const Explanation& with,
@@ -70,7 +68,7 @@ std::optional<std::pair<Explanation, RobustFit>> BetterWithoutOne(const FitProbl
 
 WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet& candidate_set,
                                        RefittedExplanation found, const RefitWith& refit) {
-  WithoutOutlierEvents result{std::move(found), fit.weights, false};
+  WithoutOutlierEvents result{std::move(found), false};
   const auto& blocks = result.kept.explanation.blocks;
   const bool any_event = std::any_of(blocks.begin(), blocks.end(), [&](BlockIndex block) {
     return ActsFromEventTime(candidate_set.blocks()[block].term);
@@ -86,7 +84,6 @@ WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet
   while (auto better =
              BetterWithoutOne(fit, candidate_set, result.kept.explanation, sigma_m, refit)) {
     result.kept = {std::move(better->first), std::move(better->second.refit)};
-    result.weights = std::move(better->second.weights);
     result.dropped = true;
   }
   return result;

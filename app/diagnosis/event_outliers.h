@@ -1,25 +1,24 @@
-// Events of an explanation, against the reading that the rows which support them are outliers.
+// Test of each event in an explanation against the alternative that its rows are outliers.
 #pragma once
 
 #include "app/diagnosis/elimination.h"
 
 namespace plumbline {
 
-/// An explanation without the events that only outliers support, and the weights that go with it.
+/// An explanation without the events that only outliers support.
 struct WithoutOutlierEvents {
   RefittedExplanation kept;
-  PerRow<double> weights;
-  bool dropped = false;  ///< some event was; `weights` may then reject more than kMaxOutliers
+  bool dropped = false;  ///< an event was dropped; more rows than kMaxOutliers may be outliers
 };
 
-/// Compares each event with its rival, that the rows are outliers, by Hampel's bounded loss over
-/// all rows (a rejected row costs as much wherever it lies) plus the cost of the effects. Both are
-/// refitted with weights of their own, at the noise that the middle of the rows shows: outliers in
-/// runs raise it little, but the limit of one row in ten for rejection would leave some of them in
-/// the fit, where a step from one run on explains a part of each. A step explains whole rows, and
-/// wins by about 41 for each position that would else be rejected.
-/// @param fit    rows and weights that the explanation was found with
-/// @param refit  with a problem of other weights
+/// Compares each event with the alternative that its rows are outliers. The score is Hampel's
+/// bounded loss over all rows, in which every rejected row costs the same, plus the cost of the
+/// effects. Both alternatives are refitted with their own weights at the robust noise estimate,
+/// which runs of outliers hardly raise. The usual limit of one rejected row in ten does not apply:
+/// it would leave outliers in the fit, and a step could explain a part of each run. A true step
+/// explains its rows completely and saves about 41 for each position otherwise rejected.
+/// @param fit    rows and weights with which the explanation was found
+/// @param refit  fits an explanation to a problem with other weights
 WithoutOutlierEvents DropOutlierEvents(
     const FitProblem& fit, const CandidateSet& candidate_set, RefittedExplanation found,
     const std::function<Result<Refit>(const FitProblem&, const Explanation&)>& refit);

@@ -1,5 +1,5 @@
-// What the distance from the fitted poses makes of a fitted model: its error grows, its correction
-// fades.
+// Growth of a fitted model's error, and fading of its correction, with distance from the fitted
+// poses.
 #pragma once
 
 #include "firmware-like/kinematics/pose_distance.h"
@@ -7,18 +7,19 @@
 
 namespace plumbline {
 
-/// Away from the poses that a model was fitted to, what it adds to the declared one errs by more
-/// and more. With d the distance from those poses (pose_distance.h) and r the reach
-/// (Domain::reach),
+/// The error of a correction grows with the distance from the fitted poses. With d the distance
+/// from those poses (pose_distance.h) and r the reach (Domain::reach),
 ///   E^2(d) = distant_sigma^2 max(0, d^2 - r^2)
-/// is the variance that it gains on one axis. A model whose causes are confirmed is applied
-/// everywhere: share 1, added variance E^2. Of one whose causes are not, S^2 is the variance that
-/// the declared model leaves (Domain::declared_sigma). The correction c = y + e, its error e
-/// independent of what it is to correct, y, is then best applied in the share
+/// is the variance added per axis. A correction with confirmed causes is applied everywhere: share
+/// 1, added variance E^2. Otherwise let S^2 be the variance that the declared model leaves
+/// (Domain::declared_sigma). If the error e of the correction c = y + e is independent of the
+/// deviation y to be corrected, the best share is
 ///   S^2 / (S^2 + E^2)
-/// by least mean square error, and what remains has the variance E^2 S^2 / (S^2 + E^2): never more
-/// than that of no correction at all [linear minimum mean square estimate; Kay, Fundamentals of
-/// Statistical Signal Processing I (1993), ch. 12]. Allocates nothing but on construction.
+/// in the least mean square sense, and the remaining variance is E^2 S^2 / (S^2 + E^2), below that
+/// of no correction. Both hold on average over poses and under that assumption, not for each cell:
+/// tests/evaluation/other_regions.py counts the cells that still do worse. [linear minimum mean
+/// square estimate; Kay, Fundamentals of Statistical Signal Processing I (1993), ch. 12]. Allocates
+/// nothing but on construction.
 class DistanceGrowth {
  public:
   /// @param domain  of the cell; null where it has none: share 1, no added variance

@@ -57,8 +57,7 @@ TEST_CASE("a missing state directory and robot are the only two faults reported"
   CHECK(Of(found, "daemon")->health == Health::kWarning);
 }
 
-TEST_CASE(
-    "each fault of the configuration is a result, and the computer is looked at all the same") {
+TEST_CASE("each fault of the configuration is a result, and the computer is checked nevertheless") {
   const Installation here;
   here.Configure("[correction]\nmax_rotation_deg = -1.0\n[plc]\nprot = 3\n");
   const CheckResults found = Examine(here.file, "no-such-user-here");

@@ -76,7 +76,7 @@ TEST_CASE("the radius of an identified model grows with the distance from the me
 }
 
 TEST_CASE(
-    "a correction without a confirmed cause fades with the distance, and never errs by more") {
+    "a correction without a confirmed cause fades with distance, and its radius stays bounded") {
   CellModel cell = Identified();
   const CellModel declared = test::HeavyArm();
   JointVector q(6);
