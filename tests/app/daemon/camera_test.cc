@@ -114,7 +114,7 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   CHECK((station.plc->Read(540 + 16, 16).Word(0) & 1) == 1);
   CHECK((station.plc->Read(14, 1).Word(0) & 0x700) == 0);
   const std::string status = StatusText(station.daemon->Plc());
-  CHECK_THAT(status, Catch::Contains("camera       valid: the fixed marks"));
+  CHECK_THAT(status, Catch::Contains("camera       valid: the reference tags"));
   CHECK_THAT(status, Catch::Contains("lens 1 of the store"));
 
   REQUIRE(Eventually([&] { return (station.plc->Read(400, 20).Word(0) & 1) != 0; }));

@@ -107,8 +107,8 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
     CHECK(station.Block(k).Word(24) == 1 + k);
   }
   const std::string status = StatusText(station.daemon->Plc());
-  CHECK_THAT(status, Catch::Contains("camera side  valid: the fixed marks"));
-  CHECK_THAT(status, Catch::Contains("camera rear  valid: the fixed marks"));
+  CHECK_THAT(status, Catch::Contains("camera side  valid: the reference tags"));
+  CHECK_THAT(status, Catch::Contains("camera rear  valid: the reference tags"));
   CHECK((station.plc->Read(11, 1).Word(0) & 0x40) != 0);
   // What was seen of the marks is kept of both, in one file.
   REQUIRE(Eventually([&] {
