@@ -54,7 +54,9 @@ constexpr std::array kEntries = {
           "run plumbline model list", Warning<warning::kModelSetAside>},
     Entry{HealthReason::kRadiusUnknown, "a point's radius has no basis",
           "fit the model to measured points",
-          [](const HealthInputs& facts) { return facts.weakest_basis == RadiusBasis::kUnknown; }},
+          [](const HealthInputs& facts) {
+            return facts.weakest_basis == model::RadiusBasis::kUnknown;
+          }},
     Entry{HealthReason::kRadiusTooLarge, "a point's radius exceeds the largest correction",
           "declare the missing cell parameters, or measure probes",
           [](const HealthInputs& facts) { return facts.radius_too_large; }},
@@ -102,7 +104,9 @@ constexpr std::array kEntries = {
           [](const HealthInputs& facts) { return facts.scene_incomplete; }},
     Entry{HealthReason::kRadiusAssumed, "radius is assumed, not measured",
           "measure probes to validate it",
-          [](const HealthInputs& facts) { return facts.weakest_basis == RadiusBasis::kAssumed; }},
+          [](const HealthInputs& facts) {
+            return facts.weakest_basis == model::RadiusBasis::kAssumed;
+          }},
     Entry{HealthReason::kNoPoints, "no point is configured", "add [[point]] tables and reload",
           [](const HealthInputs& facts) { return facts.no_points; }},
 };

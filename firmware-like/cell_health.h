@@ -71,8 +71,9 @@ struct CellHealth {
 /// Inputs of the health decision; alarm and warning words as in snapshot.h.
 struct HealthInputs {
   std::uint16_t alarms = 0, warnings = 0;
-  bool extrapolating = false;                  ///< a valid point is extrapolated
-  std::optional<RadiusBasis> weakest_basis{};  ///< among valid points; nullopt: no valid point
+  bool extrapolating = false;  ///< a valid point is extrapolated
+  std::optional<model::RadiusBasis>
+      weakest_basis{};            ///< among valid points; nullopt: no valid point
   bool radius_too_large = false;  ///< a valid point's radius exceeds the largest allowed correction
   bool fiducial_moved = false;
   bool scene_lost = false, scene_incomplete = false;

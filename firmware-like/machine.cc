@@ -38,16 +38,16 @@ std::uint16_t AlarmOf(InputFault fault) {
 }
 
 /// Payload of that mass and centre of gravity; nullopt if either is unknown or implausible.
-std::optional<Payload> KnownPayload(std::optional<double> mass_kg,
-                                    const std::optional<Vec3>& cog_F) {
-  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= kMaxPayload_kg;
+std::optional<loads::Payload> KnownPayload(std::optional<double> mass_kg,
+                                           const std::optional<Vec3>& cog_F) {
+  const bool plausible = mass_kg && *mass_kg >= 0 && *mass_kg <= loads::kMaxPayload_kg;
   if (!plausible || (*mass_kg > 0 && !cog_F)) return std::nullopt;
-  return Payload{*mass_kg, cog_F.value_or(Vec3::Zero())};
+  return loads::Payload{*mass_kg, cog_F.value_or(Vec3::Zero())};
 }
 
-bool ReadsTime(const CellModel& cell) {
-  const std::vector<ActiveEffect> effects = ActiveEffectsOf(cell);
-  return std::any_of(effects.begin(), effects.end(), [](const ActiveEffect& effect) {
+bool ReadsTime(const model::CellModel& cell) {
+  const std::vector<effects::ActiveEffect> effects = effects::ActiveEffectsOf(cell);
+  return std::any_of(effects.begin(), effects.end(), [](const effects::ActiveEffect& effect) {
     return effect.seen_t_s || ReadsTime(effect.term);
   });
 }
@@ -65,11 +65,12 @@ Machine::Machine(const MachineConfig& config)
       radii_(config.points.size()) {
   snapshot_.points.resize(config_.points.size());
   for (int i = 0; i < config_.cell.robot.size(); ++i) {
-    if (config_.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic) {
+    if (config_.cell.robot.joints[static_cast<std::size_t>(i)].type ==
+        model::JointType::kPrismatic) {
       snapshot_.prismatic_joints = static_cast<std::uint16_t>(snapshot_.prismatic_joints | 1 << i);
     }
   }
-  const JointVector zero = JointVector::Zero(config_.cell.robot.size());
+  const model::JointVector zero = model::JointVector::Zero(config_.cell.robot.size());
   snapshot_.robot.q = zero;
   snapshot_.reading.q = zero;
   snapshot_.result.correction.q = zero;
@@ -81,15 +82,15 @@ Machine::Machine(const MachineConfig& config)
   }
 }
 
-std::optional<JointVector> Machine::FindTaughtBranch(std::size_t index) {
-  const AssemblyPoint& point = config_.points[index];
+std::optional<model::JointVector> Machine::FindTaughtBranch(std::size_t index) {
+  const correction::AssemblyPoint& point = config_.points[index];
   if (!point.near_q) return std::nullopt;
-  const Payload payload{point.payload_kg.value_or(0.0),
-                        config_.cell.payload_cog_F.value_or(Vec3::Zero())};
-  Correction correction;
-  corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q, BranchSearch::kThorough,
-                     correction);
-  if (correction.code != CorrectionCode::kOk) return std::nullopt;
+  const loads::Payload payload{point.payload_kg.value_or(0.0),
+                               config_.cell.payload_cog_F.value_or(Vec3::Zero())};
+  correction::Correction correction;
+  corrector_.Correct(point, payload, ConditionsOf(payload), *point.near_q,
+                     correction::BranchSearch::kThorough, correction);
+  if (correction.code != correction::CorrectionCode::kOk) return std::nullopt;
   return correction.q;
 }
 
@@ -99,7 +100,7 @@ void Machine::MarkTaughtBranchesPending() {
   }
 }
 
-void Machine::SetTaughtBranch(std::size_t index, const std::optional<JointVector>& found) {
+void Machine::SetTaughtBranch(std::size_t index, const std::optional<model::JointVector>& found) {
   branches_[index].search_pending = false;
   if (found && !branches_[index].solution) branches_[index].solution = found;
 }
@@ -108,11 +109,14 @@ void Machine::Prepare() {
   for (std::size_t k = 0; k < config_.points.size(); ++k) SetTaughtBranch(k, FindTaughtBranch(k));
 }
 
-Correction Machine::Preview(const AssemblyPoint& point, const Payload& payload,
-                            const JointVector& seed, BranchSearch search) {
-  Correction correction;
+correction::Correction Machine::Preview(const correction::AssemblyPoint& point,
+                                        const loads::Payload& payload,
+                                        const model::JointVector& seed,
+                                        correction::BranchSearch search) {
+  correction::Correction correction;
   corrector_.Correct(point, payload, ConditionsOf(payload), seed, search, correction);
-  if (correction.code == CorrectionCode::kOk) StateUncertainty(payload, point.p_TP, correction);
+  if (correction.code == correction::CorrectionCode::kOk)
+    StateUncertainty(payload, point.p_TP, correction);
   return correction;
 }
 
@@ -123,15 +127,15 @@ void Machine::Prepare(const MachineConfig& previous, const Snapshot& last, doubl
   utc_s_ = utc_s;
   ChoosePayload();
   for (std::size_t k = 0; k < config_.points.size(); ++k) {
-    const AssemblyPoint& point = config_.points[k];
-    const std::optional<Payload> payload = PayloadAt(point.payload_kg);
+    const correction::AssemblyPoint& point = config_.points[k];
+    const std::optional<loads::Payload> payload = PayloadAt(point.payload_kg);
     if (!payload) continue;
     for (std::size_t other = 0; other < previous.points.size(); ++other) {
-      const AssemblyPoint& same = previous.points[other];
+      const correction::AssemblyPoint& same = previous.points[other];
       if (same.id != point.id || same.near_q != point.near_q || !last.points[other].valid) continue;
-      const Correction correction =
-          Preview(point, *payload, last.points[other].correction.q, BranchSearch::kNone);
-      if (correction.code != CorrectionCode::kOk) continue;
+      const correction::Correction correction = Preview(
+          point, *payload, last.points[other].correction.q, correction::BranchSearch::kNone);
+      if (correction.code != correction::CorrectionCode::kOk) continue;
       branches_[k].solution = correction.q;
       radii_[k] = {{correction.uncertainty_m, correction.basis},
                    CorrectionInputsFor(*payload),
@@ -184,7 +188,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   snapshot_.probe_taken = false;
   snapshot_.monitor_restart = false;
   snapshot_.calibration_requests.fill(CalibrationRequest::kNone);
-  snapshot_.first_error = CorrectionCode::kOk;
+  snapshot_.first_error = correction::CorrectionCode::kOk;
 
   CheckInput(input);
   ChoosePayload();
@@ -195,7 +199,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
 }
 
 void Machine::CheckInput(const MachineInput& input) {
-  const LoadedArm& arm = corrector_.arm();
+  const deflection::LoadedArm& arm = corrector_.arm();
   snapshot_.input_fault = filter_.Check(arm, input.robot, input.now_s);
   if (input.robot.sequence != 0) snapshot_.reading = input.robot;
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
@@ -211,13 +215,14 @@ void Machine::CheckInput(const MachineInput& input) {
   if (!std::isfinite(snapshot_.robot.temp_C.value_or(0))) snapshot_.robot.temp_C.reset();
   if (!filter_.decoding_checked()) snapshot_.warnings |= warning::kDecodingUnchecked;
   if (arm.centres_guessed()) snapshot_.warnings |= warning::kMassCentresGuessed;
-  if (input.robot.mode == RobotMode::kEmergencyStop) snapshot_.alarms |= alarm::kEmergencyStop;
+  if (input.robot.mode == model::RobotMode::kEmergencyStop)
+    snapshot_.alarms |= alarm::kEmergencyStop;
   if (input.robot.q_resolution > 0) {
     if (moved) {
-      LoadedState state;
+      deflection::LoadedState state;
       arm.AtActual(input.robot.q, {}, {}, state);
-      snapshot_.reading_radius_m =
-          RadiusHolding95Percent(ReadingCovariance(arm, state, input.robot.q_resolution));
+      snapshot_.reading_radius_m = deflection::RadiusHolding95Percent(
+          deflection::ReadingCovariance(arm, state, input.robot.q_resolution));
     }
     if (snapshot_.reading_radius_m > kCoarseReading_m) {
       snapshot_.warnings |= warning::kCoarseJoints;
@@ -227,7 +232,7 @@ void Machine::CheckInput(const MachineInput& input) {
 
 void Machine::ChoosePayload() {
   const PayloadPolicy& policy = config_.payload;
-  const RobotState& robot = snapshot_.robot;
+  const model::RobotState& robot = snapshot_.robot;
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
   std::optional<double> mass_kg;
   std::optional<Vec3> cog_F = config_.cell.payload_cog_F;
@@ -250,12 +255,12 @@ void Machine::ChoosePayload() {
       break;
   }
   cog_F_ = cog_F && cog_F->allFinite() ? cog_F : std::nullopt;
-  const std::optional<Payload> payload = KnownPayload(mass_kg, cog_F_);
+  const std::optional<loads::Payload> payload = KnownPayload(mass_kg, cog_F_);
   snapshot_.payload_valid = payload.has_value();
   if (payload) snapshot_.payload = *payload;
 }
 
-std::optional<Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
+std::optional<loads::Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
   if (own_mass_kg) {
     return KnownPayload(own_mass_kg,
                         config_.cell.payload_cog_F ? config_.cell.payload_cog_F : cog_F_);
@@ -263,8 +268,8 @@ std::optional<Payload> Machine::PayloadAt(const std::optional<double>& own_mass_
   return snapshot_.payload_valid ? std::optional(snapshot_.payload) : std::nullopt;
 }
 
-Conditions Machine::ConditionsOf(const Payload& payload) const {
-  Conditions conditions;
+effects::Conditions Machine::ConditionsOf(const loads::Payload& payload) const {
+  effects::Conditions conditions;
   conditions.payload_kg = payload.mass_kg;
   if (const auto& domain = config_.cell.domain; domain && domain->time_zero_s) {
     conditions.t_s = utc_s_ - *domain->time_zero_s;
@@ -273,8 +278,8 @@ Conditions Machine::ConditionsOf(const Payload& payload) const {
   return conditions;
 }
 
-Machine::CorrectionInputs Machine::CorrectionInputsFor(const Payload& payload) const {
-  const Conditions conditions = ConditionsOf(payload);
+Machine::CorrectionInputs Machine::CorrectionInputsFor(const loads::Payload& payload) const {
+  const effects::Conditions conditions = ConditionsOf(payload);
   return {.mass_kg = payload.mass_kg,
           .cog_F = payload.cog_F,
           .temp_C = conditions.temp_C,
@@ -292,11 +297,12 @@ bool Machine::SameForRadius(const CorrectionInputs& a, const CorrectionInputs& b
          near(a.temp_C, b.temp_C, kSameTemperature_K) && near(a.t_s, b.t_s, kSameTime_s);
 }
 
-void Machine::StateUncertainty(const Payload& payload, const Vec3& p_TP, Correction& correction) {
-  const StatedRadius stated =
-      uncertainty_.At(corrector_.arm(), correction.q, LoadStatement::Stated(payload),
+void Machine::StateUncertainty(const loads::Payload& payload, const Vec3& p_TP,
+                               correction::Correction& correction) {
+  const model::StatedRadius stated =
+      uncertainty_.At(corrector_.arm(), correction.q, deflection::LoadStatement::Stated(payload),
                       ConditionsOf(payload), correction.extrapolated, p_TP);
-  if (!stated.known()) correction.code = CorrectionCode::kNotConverged;
+  if (!stated.known()) correction.code = correction::CorrectionCode::kNotConverged;
   correction.uncertainty_m = stated.radius_m;
   correction.basis = stated.basis;
 }
@@ -314,41 +320,42 @@ void Machine::RefreshPoints() {
 }
 
 void Machine::RefreshPoint(std::size_t index, int& searches_left) {
-  const AssemblyPoint& point = config_.points[index];
+  const correction::AssemblyPoint& point = config_.points[index];
   PointResult& result = snapshot_.points[index];
   Branch& branch = branches_[index];
   result.valid = false;
   if (snapshot_.input_fault != InputFault::kOk) {
-    result.code = CorrectionCode::kNoRobot;
+    result.code = correction::CorrectionCode::kNoRobot;
     return;
   }
-  const std::optional<Payload> payload = PayloadAt(point.payload_kg);
+  const std::optional<loads::Payload> payload = PayloadAt(point.payload_kg);
   if (!payload) {
-    result.code = CorrectionCode::kPayloadUnknown;
+    result.code = correction::CorrectionCode::kPayloadUnknown;
     return;
   }
   if (branch.search_pending) {
-    result.code = CorrectionCode::kPending;
+    result.code = correction::CorrectionCode::kPending;
     return;
   }
   const CorrectionInputs inputs = CorrectionInputsFor(*payload);
   const bool solved = branch.inputs == inputs;
-  Correction correction;
+  correction::Correction correction;
   if (solved) {
     correction = branch.correction;
   } else if (branch.solution) {
     corrector_.Correct(point, *payload, ConditionsOf(*payload), *branch.solution,
-                       BranchSearch::kNone, correction);
+                       correction::BranchSearch::kNone, correction);
   }
   // No branch yet, or the present one is lost: search the nearest one, for a few points per cycle.
-  const bool lost = !branch.solution || correction.code == CorrectionCode::kUnreachable ||
-                    correction.code == CorrectionCode::kJointLimit;
+  const bool lost = !branch.solution ||
+                    correction.code == correction::CorrectionCode::kUnreachable ||
+                    correction.code == correction::CorrectionCode::kJointLimit;
   if (lost && searches_left > 0 && snapshot_.now_s >= branch.search.next_s) {
     --searches_left;
     next_search_ = index + 1;
-    const JointVector& seed = point.near_q ? *point.near_q : snapshot_.robot.q;
-    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
-                       correction);
+    const model::JointVector& seed = point.near_q ? *point.near_q : snapshot_.robot.q;
+    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed,
+                       correction::BranchSearch::kBrief, correction);
     Branch::Search& search = branch.search;
     search.result = correction.code;
     search.pause_s = std::clamp(2 * search.pause_s, kShortestPause_s, kLongestPause_s);
@@ -357,13 +364,13 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
     correction.code = branch.search.result;
   }
   result.code = correction.code;
-  if (correction.code != CorrectionCode::kOk) return;
+  if (correction.code != correction::CorrectionCode::kOk) return;
   branch.search = {};
   if (!solved) {
     branch.solution = correction.q;
     branch.inputs = inputs;
     branch.correction = correction;
-    result.posture = PointPostureAt(chain(), point, correction.q);
+    result.posture = correction::PointPostureAt(chain(), point, correction.q);
     ++result.solutions;
   }
   result.correction = correction;
@@ -377,7 +384,7 @@ void Machine::RefreshRadii() {
     const std::size_t index = (first + k) % count;
     PointResult& point = snapshot_.points[index];
     if (!point.valid) continue;
-    Correction& correction = point.correction;
+    correction::Correction& correction = point.correction;
     Radius& radius = radii_[index];
     const CorrectionInputs& now = *branches_[index].inputs;
     bool holds = radius.inputs && SameForRadius(*radius.inputs, now) &&
@@ -392,13 +399,14 @@ void Machine::RefreshRadii() {
       holds = true;
     }
     correction.uncertainty_m = radius.stated.radius_m;
-    correction.basis = holds ? radius.stated.basis : RadiusBasis::kUnknown;
+    correction.basis = holds ? radius.stated.basis : model::RadiusBasis::kUnknown;
     if (radius.inputs && radius.stated.known()) {
       point.ever_valid = true;
       ++point.sequence;
     } else {  // a point is valid only with a known radius
       point.valid = false;
-      point.code = radius.inputs ? CorrectionCode::kNotConverged : CorrectionCode::kPending;
+      point.code = radius.inputs ? correction::CorrectionCode::kNotConverged
+                                 : correction::CorrectionCode::kPending;
     }
   }
 }
@@ -406,11 +414,12 @@ void Machine::RefreshRadii() {
 HealthInputs Machine::HealthInputsFrom(const MachineInput& input) const {
   HealthInputs facts{.alarms = snapshot_.alarms, .warnings = snapshot_.warnings};
   for (const PointResult& point : snapshot_.points) {
-    facts.pending = facts.pending || (!point.valid && point.code == CorrectionCode::kPending);
+    facts.pending =
+        facts.pending || (!point.valid && point.code == correction::CorrectionCode::kPending);
     if (!point.valid) continue;
     facts.extrapolating = facts.extrapolating || point.correction.extrapolated;
-    facts.weakest_basis =
-        Weakest(facts.weakest_basis.value_or(point.correction.basis), point.correction.basis);
+    facts.weakest_basis = model::Weakest(facts.weakest_basis.value_or(point.correction.basis),
+                                         point.correction.basis);
     facts.radius_too_large =
         facts.radius_too_large || point.correction.uncertainty_m > config_.limits.max_translation_m;
   }
@@ -446,11 +455,12 @@ void Machine::ReportStatus(const MachineInput& input) {
   for (const PointResult& point : snapshot_.points) {
     all_valid = all_valid && point.valid;
     extrapolating = extrapolating || (point.valid && point.correction.extrapolated);
-    const bool refused = !point.valid && point.code != CorrectionCode::kNoRobot &&
-                         point.code != CorrectionCode::kPending;
+    const bool refused = !point.valid && point.code != correction::CorrectionCode::kNoRobot &&
+                         point.code != correction::CorrectionCode::kPending;
     if (refused) {
-      snapshot_.alarms |= point.code == CorrectionCode::kPayloadUnknown ? alarm::kPayloadUnknown
-                                                                        : alarm::kPointRefused;
+      snapshot_.alarms |= point.code == correction::CorrectionCode::kPayloadUnknown
+                              ? alarm::kPayloadUnknown
+                              : alarm::kPointRefused;
     }
   }
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
@@ -467,7 +477,7 @@ void Machine::ReportStatus(const MachineInput& input) {
   set(status::kTemperatureValid, robot_trusted && snapshot_.robot.temp_C.has_value());
   set(status::kPayloadValid, snapshot_.payload_valid);
   set(status::kPlcHeartbeatSeen, heartbeat);
-  set(status::kManual, input.command.manual || snapshot_.robot.mode == RobotMode::kManual);
+  set(status::kManual, input.command.manual || snapshot_.robot.mode == model::RobotMode::kManual);
   set(status::kToggle, std::fmod(input.now_s, 2.0) >= 1.0);
 }
 

@@ -26,9 +26,9 @@ struct PayloadPolicy {
 };
 
 struct MachineConfig {
-  CellModel cell;
-  std::vector<AssemblyPoint> points;
-  CorrectionLimits limits;
+  model::CellModel cell;
+  std::vector<correction::AssemblyPoint> points;
+  correction::CorrectionLimits limits;
   PlausibilityLimits plausibility;
   PayloadPolicy payload;
 };
@@ -47,11 +47,11 @@ struct CameraInput {
 /// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
 /// neither clocks nor devices.
 struct MachineInput {
-  double now_s = 0;          ///< monotonic
-  double utc_s = 0;          ///< UTC since 1970, for time-dependent effects; has no steps in a run
-  std::int64_t unix_ms = 0;  ///< wall clock, used only as the time stamp of results
-  RobotState robot;          ///< the latest reading; may be the same as in the previous cycle
-  PlcCommand command;        ///< the latest command, executed once per sequence number
+  double now_s = 0;           ///< monotonic
+  double utc_s = 0;           ///< UTC since 1970, for time-dependent effects; has no steps in a run
+  std::int64_t unix_ms = 0;   ///< wall clock, used only as the time stamp of results
+  model::RobotState robot;    ///< the latest reading; may be the same as in the previous cycle
+  model::PlcCommand command;  ///< the latest command, executed once per sequence number
   bool cycle_overrun = false;
   bool probes_recorded = false;           ///< probes are written to the journal
   bool probes_pending = false;            ///< not yet recorded: the journal is being opened
@@ -61,7 +61,7 @@ struct MachineInput {
   bool scene_incomplete = false;          ///< some monitored pairs of objects are not measured
   bool reference_refused = false;         ///< the drift monitor's reference probes disagree
   bool quarantined = false;               ///< quarantined probes await a person's decision
-  std::array<CameraInput, kMaxCameras> cameras;
+  std::array<CameraInput, model::kMaxCameras> cameras;
 };
 
 /// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
@@ -74,14 +74,14 @@ class Machine {
   /// search: up to tens of milliseconds. Do not call it in the control cycle or while another
   /// thread runs Cycle(); a background search needs a Machine of its own.
   /// @return  nullopt if no branch was found, or the point has no taught joints
-  std::optional<JointVector> FindTaughtBranch(std::size_t index);
+  std::optional<model::JointVector> FindTaughtBranch(std::size_t index);
 
   /// Marks every point that has taught joints as pending until SetTaughtBranch() is called for it;
   /// the cycle does not search a branch for it meanwhile.
   void MarkTaughtBranchesPending();
   /// Hands over the result of FindTaughtBranch(). Call it between cycles or before the first one.
   /// If no branch was found, the cycle searches for one.
-  void SetTaughtBranch(std::size_t index, const std::optional<JointVector>& found);
+  void SetTaughtBranch(std::size_t index, const std::optional<model::JointVector>& found);
 
   /// Finds and sets the branches of all points, so that the first cycles take no longer than later
   /// ones. Call it before the first cycle.
@@ -97,8 +97,9 @@ class Machine {
 
   /// The correction that the cycle would find for a point under a payload, with its radius; solved
   /// from `seed`. May take milliseconds; not for the control cycle.
-  Correction Preview(const AssemblyPoint& point, const Payload& payload, const JointVector& seed,
-                     BranchSearch search);
+  correction::Correction Preview(const correction::AssemblyPoint& point,
+                                 const loads::Payload& payload, const model::JointVector& seed,
+                                 correction::BranchSearch search);
 
   /// Copies the state of the machine that this one replaces. Call it before the first cycle. Copied
   /// are the frozen result, the latest probe, the values of points with equal ids (not valid until
@@ -111,7 +112,7 @@ class Machine {
 
   const MachineConfig& config() const { return config_; }
   const Snapshot& snapshot() const { return snapshot_; }  ///< of the last cycle
-  const Chain& chain() const { return corrector_.arm().chain(); }
+  const kinematics::Chain& chain() const { return corrector_.arm().chain(); }
 
  private:
   void CheckInput(const MachineInput& input);
@@ -119,9 +120,9 @@ class Machine {
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
   /// at the centre of gravity declared by the cell or, if there is none, at that of the present
   /// load.
-  std::optional<Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
+  std::optional<loads::Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
   /// Conditions read by the cell's effects, for the robot at standstill with this payload.
-  Conditions ConditionsOf(const Payload& payload) const;
+  effects::Conditions ConditionsOf(const loads::Payload& payload) const;
   /// The inputs of a point's correction that may change from cycle to cycle. The robot's joints are
   /// not an input.
   struct CorrectionInputs {
@@ -130,7 +131,7 @@ class Machine {
     std::optional<double> temp_C, t_s;
     bool operator==(const CorrectionInputs&) const = default;
   };
-  CorrectionInputs CorrectionInputsFor(const Payload& payload) const;
+  CorrectionInputs CorrectionInputsFor(const loads::Payload& payload) const;
   /// True if the inputs are so similar that a radius computed for one also applies to the other.
   static bool SameForRadius(const CorrectionInputs& a, const CorrectionInputs& b);
   void RefreshPoints();
@@ -139,27 +140,29 @@ class Machine {
   void Execute(const MachineInput& input);
   /// Sets the correction's radius and basis, or its code if no radius can be computed.
   /// @param p_TP  the tool point in the tip's frame [m]
-  void StateUncertainty(const Payload& payload, const Vec3& p_TP, Correction& correction);
+  void StateUncertainty(const loads::Payload& payload, const Vec3& p_TP,
+                        correction::Correction& correction);
   /// Executes a probe command: the result holds the predicted tip pose, and its correction is
   /// measured - predicted. The same for a quarantined probe, but its result is not valid.
-  CorrectionCode RecordProbe(const MachineInput& input, const std::optional<Vec3>& measured_W);
+  correction::CorrectionCode RecordProbe(const MachineInput& input,
+                                         const std::optional<Vec3>& measured_W);
   /// kOk if a probe can be recorded now, otherwise the reason why not.
-  CorrectionCode ProbeRecordingCode(const MachineInput& input) const;
+  correction::CorrectionCode ProbeRecordingCode(const MachineInput& input) const;
   /// Counts a refused probe. @return the result code for the fault
-  CorrectionCode RefuseProbe(ProbeFault fault, const Vec3& measured_W);
+  correction::CorrectionCode RefuseProbe(ProbeFault fault, const Vec3& measured_W);
   /// Records the tip measured by the camera named in the command, or the mean of all cameras that
   /// see it.
-  CorrectionCode RecordProbeByCamera(const MachineInput& input);
+  correction::CorrectionCode RecordProbeByCamera(const MachineInput& input);
   /// Requests or cancels lens calibration for the camera named in the command. Without a camera
   /// number, a start applies to the cameras that request the board (to all if none does), and a
   /// cancellation to all.
-  CorrectionCode RequestCalibration(const MachineInput& input);
+  correction::CorrectionCode RequestCalibration(const MachineInput& input);
   HealthInputs HealthInputsFrom(const MachineInput& input) const;
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;
-  Corrector corrector_;
-  LandingUncertainty uncertainty_;
+  correction::Corrector corrector_;
+  deflection::LandingUncertainty uncertainty_;
   const bool reads_time_;  ///< an effect of the cell depends on the time
   PlausibilityFilter filter_;
   StandstillDetector standstill_;
@@ -167,25 +170,26 @@ class Machine {
   bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m must be recomputed
   /// Inverse-kinematics branch of one point and the correction solved on it.
   struct Branch {
-    bool search_pending = false;          ///< a background worker is searching the branch
-    std::optional<JointVector> solution;  ///< the latest; seed of the next
+    bool search_pending = false;                 ///< a background worker is searching the branch
+    std::optional<model::JointVector> solution;  ///< the latest; seed of the next
     struct Search {
-      CorrectionCode result = CorrectionCode::kPending;  ///< of the latest failed search
-      double pause_s = 0;                                ///< between the latest search and the next
-      double next_s = 0;                                 ///< earliest time of the next search
+      correction::CorrectionCode result =
+          correction::CorrectionCode::kPending;  ///< of the latest failed search
+      double pause_s = 0;                        ///< between the latest search and the next
+      double next_s = 0;                         ///< earliest time of the next search
     } search;
     /// Inputs that `correction` was solved for; it is reused until they change.
     std::optional<CorrectionInputs> inputs;
-    Correction correction;  ///< without radius
+    correction::Correction correction;  ///< without radius
   };
   std::vector<Branch> branches_;  ///< one per point
   /// Radius at a point and the inputs it was computed for. A radius costs more than a correction,
   /// so only a few are refreshed per cycle, round-robin; until then the basis is unknown.
   struct Radius {
-    StatedRadius stated;
+    model::StatedRadius stated;
     std::optional<CorrectionInputs> inputs;
     bool extrapolated = false;
-    JointVector q;  ///< commanded joints [rad] or [m]
+    model::JointVector q;  ///< commanded joints [rad] or [m]
   };
   std::vector<Radius> radii_;
   std::size_t next_radius_ = 0;

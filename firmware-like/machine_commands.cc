@@ -11,7 +11,7 @@ namespace {
 constexpr double kTipStale_s = 0.5;  // largest age of a camera tip: a few frames
 
 bool IsPlausible(const std::optional<double>& payload_kg) {
-  return !payload_kg || (*payload_kg >= 0 && *payload_kg <= kMaxPayload_kg);
+  return !payload_kg || (*payload_kg >= 0 && *payload_kg <= loads::kMaxPayload_kg);
 }
 
 /// True if the command refers to camera k.
@@ -23,7 +23,7 @@ bool IsAddressed(const MachineInput& input, std::size_t k) {
 }  // namespace
 
 void Machine::Execute(const MachineInput& input) {
-  const PlcCommand& command = input.command;
+  const model::PlcCommand& command = input.command;
   CommandResult& result = snapshot_.result;
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
   if (!robot_trusted) result.valid = false;  // the values remain
@@ -34,46 +34,47 @@ void Machine::Execute(const MachineInput& input) {
   result.command = command.code;
   result.unix_ms = input.unix_ms;
   result.valid = false;
-  if (command.code == PlcCommandCode::kAcknowledge) {
-    result.code = CorrectionCode::kOk;
+  if (command.code == model::PlcCommandCode::kAcknowledge) {
+    result.code = correction::CorrectionCode::kOk;
     return;
   }
   // A result without a pose must not show the pose of the previous command.
   result.correction = {};
   result.correction.q.setZero(config_.cell.robot.size());
   result.point_id = 0;
-  if (command.code == PlcCommandCode::kRestartMonitor) {
+  if (command.code == model::PlcCommandCode::kRestartMonitor) {
     result.code = ProbeRecordingCode(input);
-    snapshot_.monitor_restart = result.code == CorrectionCode::kOk;
+    snapshot_.monitor_restart = result.code == correction::CorrectionCode::kOk;
     return;
   }
-  if (command.code == PlcCommandCode::kStartCalibration ||
-      command.code == PlcCommandCode::kCancelCalibration) {
+  if (command.code == model::PlcCommandCode::kStartCalibration ||
+      command.code == model::PlcCommandCode::kCancelCalibration) {
     result.code = RequestCalibration(input);
     return;
   }
-  if (command.code == PlcCommandCode::kCorrectPoint) result.point_id = command.point_id;
-  const auto refuse = [&](CorrectionCode code) { result.code = code; };
-  if (!IsPlausible(command.payload_kg)) return refuse(CorrectionCode::kBadCommand);
-  if (command.code == PlcCommandCode::kProbe || command.code == PlcCommandCode::kProbeFine) {
+  if (command.code == model::PlcCommandCode::kCorrectPoint) result.point_id = command.point_id;
+  const auto refuse = [&](correction::CorrectionCode code) { result.code = code; };
+  if (!IsPlausible(command.payload_kg)) return refuse(correction::CorrectionCode::kBadCommand);
+  if (command.code == model::PlcCommandCode::kProbe ||
+      command.code == model::PlcCommandCode::kProbeFine) {
     result.code = RecordProbe(input, command.probe_W);
-    result.valid = result.code == CorrectionCode::kOk;
+    result.valid = result.code == correction::CorrectionCode::kOk;
     return;
   }
-  if (command.code == PlcCommandCode::kProbeByCamera) {
+  if (command.code == model::PlcCommandCode::kProbeByCamera) {
     result.code = RecordProbeByCamera(input);
-    result.valid = result.code == CorrectionCode::kOk;
+    result.valid = result.code == correction::CorrectionCode::kOk;
     return;
   }
 
-  AssemblyPoint point;
-  JointVector seed = snapshot_.robot.q;
+  correction::AssemblyPoint point;
+  model::JointVector seed = snapshot_.robot.q;
   switch (command.code) {
-    case PlcCommandCode::kCorrectPoint: {
-      const auto known =
-          std::find_if(config_.points.begin(), config_.points.end(),
-                       [&](const AssemblyPoint& p) { return p.id == command.point_id; });
-      if (known == config_.points.end()) return refuse(CorrectionCode::kUnknownPoint);
+    case model::PlcCommandCode::kCorrectPoint: {
+      const auto known = std::find_if(
+          config_.points.begin(), config_.points.end(),
+          [&](const correction::AssemblyPoint& p) { return p.id == command.point_id; });
+      if (known == config_.points.end()) return refuse(correction::CorrectionCode::kUnknownPoint);
       const auto index = static_cast<std::size_t>(known - config_.points.begin());
       if (!command.payload_kg) {  // this cycle's correction of the point applies
         const PointResult& block = snapshot_.points[index];
@@ -81,7 +82,7 @@ void Machine::Execute(const MachineInput& input) {
         result.valid = block.valid;
         if (block.valid) result.correction = block.correction;
         // RefreshRadii() may not have reached this point yet.
-        if (block.valid && block.correction.basis == RadiusBasis::kUnknown) {
+        if (block.valid && block.correction.basis == model::RadiusBasis::kUnknown) {
           const CorrectionInputs& inputs = *branches_[index].inputs;
           StateUncertainty({inputs.mass_kg, inputs.cog_F}, known->p_TP, result.correction);
         }
@@ -94,62 +95,62 @@ void Machine::Execute(const MachineInput& input) {
       if (branches_[index].solution) seed = *branches_[index].solution;
       break;
     }
-    case PlcCommandCode::kCorrectPose:
-    case PlcCommandCode::kCorrectPoseScaled:
-    case PlcCommandCode::kPredictLanding:
+    case model::PlcCommandCode::kCorrectPose:
+    case model::PlcCommandCode::kCorrectPoseScaled:
+    case model::PlcCommandCode::kPredictLanding:
       if (!command.pose_valid ||
           IsZeroOrInMetres(config_.cell.robot, probe_bounds_, command.X_BP.p)) {
-        return refuse(CorrectionCode::kBadCommand);
+        return refuse(correction::CorrectionCode::kBadCommand);
       }
       point.X_WP = corrector_.arm().X_WB() * command.X_BP;
       break;
     default:
-      return refuse(CorrectionCode::kBadCommand);
+      return refuse(correction::CorrectionCode::kBadCommand);
   }
-  if (!robot_trusted) return refuse(CorrectionCode::kNoRobot);
+  if (!robot_trusted) return refuse(correction::CorrectionCode::kNoRobot);
   if (command.payload_kg) point.payload_kg = command.payload_kg;
-  const std::optional<Payload> payload = PayloadAt(point.payload_kg);
-  if (!payload) return refuse(CorrectionCode::kPayloadUnknown);
-  Correction correction;
-  if (command.code == PlcCommandCode::kPredictLanding) {
+  const std::optional<loads::Payload> payload = PayloadAt(point.payload_kg);
+  if (!payload) return refuse(correction::CorrectionCode::kPayloadUnknown);
+  correction::Correction correction;
+  if (command.code == model::PlcCommandCode::kPredictLanding) {
     corrector_.PredictLanding(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,
-                              BranchSearch::kBrief, correction);
+                              correction::BranchSearch::kBrief, correction);
   } else {
-    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed, BranchSearch::kBrief,
-                       correction);
+    corrector_.Correct(point, *payload, ConditionsOf(*payload), seed,
+                       correction::BranchSearch::kBrief, correction);
   }
   result.code = correction.code;
-  if (correction.code != CorrectionCode::kOk) return;
+  if (correction.code != correction::CorrectionCode::kOk) return;
   StateUncertainty(*payload, point.p_TP, correction);
   result.code = correction.code;
-  if (correction.code != CorrectionCode::kOk) return;
+  if (correction.code != correction::CorrectionCode::kOk) return;
   result.correction = correction;
   result.valid = true;
 }
 
-CorrectionCode Machine::RequestCalibration(const MachineInput& input) {
-  const bool start = input.command.code == PlcCommandCode::kStartCalibration;
+correction::CorrectionCode Machine::RequestCalibration(const MachineInput& input) {
+  const bool start = input.command.code == model::PlcCommandCode::kStartCalibration;
   bool any_addressed = false, any_wants_board = false;
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
     any_addressed = any_addressed || IsAddressed(input, k);
     any_wants_board = any_wants_board || (IsAddressed(input, k) && input.cameras[k].board_wanted);
   }
-  if (!any_addressed) return CorrectionCode::kNoCamera;
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
+  if (!any_addressed) return correction::CorrectionCode::kNoCamera;
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
     const bool skip = start && any_wants_board && !input.cameras[k].board_wanted;
     if (!IsAddressed(input, k) || skip) continue;
     snapshot_.calibration_requests[k] =
         start ? CalibrationRequest::kStart : CalibrationRequest::kCancel;
   }
-  return CorrectionCode::kOk;
+  return correction::CorrectionCode::kOk;
 }
 
-CorrectionCode Machine::RecordProbeByCamera(const MachineInput& input) {
-  std::array<MeasuredTip, kMaxCameras> tips;
+correction::CorrectionCode Machine::RecordProbeByCamera(const MachineInput& input) {
+  std::array<MeasuredTip, model::kMaxCameras> tips;
   std::size_t seen = 0;
   std::uint16_t cameras = 0;
   bool any_addressed = false, any_valid = false;
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
     if (!IsAddressed(input, k)) continue;
     const CameraInput& camera = input.cameras[k];
     any_addressed = true;
@@ -159,46 +160,50 @@ CorrectionCode Machine::RecordProbeByCamera(const MachineInput& input) {
     tips[seen++] = camera.tip;
     cameras = static_cast<std::uint16_t>(cameras | 1U << k);
   }
-  if (!any_addressed) return CorrectionCode::kNoCamera;
-  if (seen == 0) return any_valid ? CorrectionCode::kTipNotSeen : CorrectionCode::kLensStale;
+  if (!any_addressed) return correction::CorrectionCode::kNoCamera;
+  if (seen == 0)
+    return any_valid ? correction::CorrectionCode::kTipNotSeen
+                     : correction::CorrectionCode::kLensStale;
   const TipFusion fused = FuseTips(std::span(tips).first(seen));
-  if (!fused.agree) return CorrectionCode::kCamerasDisagree;
-  const CorrectionCode code = RecordProbe(input, fused.tip.p_W);
+  if (!fused.agree) return correction::CorrectionCode::kCamerasDisagree;
+  const correction::CorrectionCode code = RecordProbe(input, fused.tip.p_W);
   if (!snapshot_.probe_taken) return code;
   snapshot_.probe.covariance_W = fused.tip.covariance_W;
   snapshot_.probe.cameras = cameras;
   return code;
 }
 
-CorrectionCode Machine::ProbeRecordingCode(const MachineInput& input) const {
-  if (input.probes_recorded) return CorrectionCode::kOk;
-  if (input.storage_unavailable) return CorrectionCode::kStorageUnavailable;
-  return input.probes_pending ? CorrectionCode::kPending : CorrectionCode::kNotRecorded;
+correction::CorrectionCode Machine::ProbeRecordingCode(const MachineInput& input) const {
+  if (input.probes_recorded) return correction::CorrectionCode::kOk;
+  if (input.storage_unavailable) return correction::CorrectionCode::kStorageUnavailable;
+  return input.probes_pending ? correction::CorrectionCode::kPending
+                              : correction::CorrectionCode::kNotRecorded;
 }
 
-CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& measured_W) {
+correction::CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& measured_W) {
   ++snapshot_.probes.refused;
   snapshot_.probes.fault = fault;
   snapshot_.probes.measured_W = measured_W;
-  return fault == ProbeFault::kRobotMoving ? CorrectionCode::kRobotMoving
-                                           : CorrectionCode::kProbeImplausible;
+  return fault == ProbeFault::kRobotMoving ? correction::CorrectionCode::kRobotMoving
+                                           : correction::CorrectionCode::kProbeImplausible;
 }
 
-CorrectionCode Machine::RecordProbe(const MachineInput& input,
-                                    const std::optional<Vec3>& measured_W) {
-  const PlcCommand& command = input.command;
-  const LoadedArm& arm = corrector_.arm();
-  if (const CorrectionCode code = ProbeRecordingCode(input); code != CorrectionCode::kOk)
+correction::CorrectionCode Machine::RecordProbe(const MachineInput& input,
+                                                const std::optional<Vec3>& measured_W) {
+  const model::PlcCommand& command = input.command;
+  const deflection::LoadedArm& arm = corrector_.arm();
+  if (const correction::CorrectionCode code = ProbeRecordingCode(input);
+      code != correction::CorrectionCode::kOk)
     return code;
-  if (!measured_W) return CorrectionCode::kBadCommand;
-  if (snapshot_.input_fault != InputFault::kOk) return CorrectionCode::kNoRobot;
+  if (!measured_W) return correction::CorrectionCode::kBadCommand;
+  if (snapshot_.input_fault != InputFault::kOk) return correction::CorrectionCode::kNoRobot;
   if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, *measured_W);
-  const std::optional<Payload> payload = PayloadAt(command.payload_kg);
-  if (!payload) return CorrectionCode::kPayloadUnknown;
-  if (arm.torques_missing()) return CorrectionCode::kTorquesUnknown;
-  LoadedState state;
+  const std::optional<loads::Payload> payload = PayloadAt(command.payload_kg);
+  if (!payload) return correction::CorrectionCode::kPayloadUnknown;
+  if (arm.torques_missing()) return correction::CorrectionCode::kTorquesUnknown;
+  deflection::LoadedState state;
   if (!arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), state)) {
-    return CorrectionCode::kNotConverged;
+    return correction::CorrectionCode::kNotConverged;
   }
   const ProbeFault fault = CheckProbe(arm, probe_bounds_, *measured_W, state.p_read_W);
   if (fault != ProbeFault::kNone) return RefuseProbe(fault, *measured_W);
@@ -219,16 +224,17 @@ CorrectionCode Machine::RecordProbe(const MachineInput& input,
   probe.quarantined = Contradicts(probe_bounds_, *measured_W, state.p_read_W);
   snapshot_.probe_taken = true;
 
-  Correction& prediction = snapshot_.result.correction;
-  prediction.code = CorrectionCode::kOk;
+  correction::Correction& prediction = snapshot_.result.correction;
+  prediction.code = correction::CorrectionCode::kOk;
   prediction.q = probe.q;
   prediction.X_BP_command = state.X_BT;
   prediction.translation_B = arm.X_WB().R.transpose() * (*measured_W - probe.predicted_W);
   prediction.rotation_B.setZero();
-  prediction.extrapolated = OutsideDomain(config_.cell, probe.q, payload->mass_kg, probe.temp_C,
-                                          ConditionsOf(*payload).t_s);
+  prediction.extrapolated = deflection::OutsideDomain(config_.cell, probe.q, payload->mass_kg,
+                                                      probe.temp_C, ConditionsOf(*payload).t_s);
   StateUncertainty(*payload, Vec3::Zero(), prediction);
-  return probe.quarantined ? CorrectionCode::kProbeQuarantined : CorrectionCode::kOk;
+  return probe.quarantined ? correction::CorrectionCode::kProbeQuarantined
+                           : correction::CorrectionCode::kOk;
 }
 
 }  // namespace plumbline

@@ -12,9 +12,9 @@ bool Finite(const Pose& pose) {
 }
 
 /// True if the reported tool pose agrees with forward kinematics.
-bool TcpAgrees(const LoadedArm& arm, const RobotState& state, const JointVector& q_before,
-               const PlausibilityLimits& limits) {
-  Posture posture, before;
+bool TcpAgrees(const deflection::LoadedArm& arm, const model::RobotState& state,
+               const model::JointVector& q_before, const PlausibilityLimits& limits) {
+  kinematics::Posture posture, before;
   arm.chain().Evaluate(state.q, posture);
   arm.chain().Evaluate(q_before, before);
   const Pose& X_BF = posture.X_BF();
@@ -57,7 +57,8 @@ const char* Describe(InputFault fault) {
   return "?";
 }
 
-InputFault PlausibilityFilter::Check(const LoadedArm& arm, const RobotState& state, double now_s) {
+InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,
+                                     const model::RobotState& state, double now_s) {
   if (state.sequence == 0) return InputFault::kMissing;
   if (state.sequence != sequence_) {
     sequence_ = state.sequence;
@@ -78,7 +79,8 @@ InputFault PlausibilityFilter::Check(const LoadedArm& arm, const RobotState& sta
   return fault_;
 }
 
-InputFault PlausibilityFilter::CheckNewReading(const LoadedArm& arm, const RobotState& state) {
+InputFault PlausibilityFilter::CheckNewReading(const deflection::LoadedArm& arm,
+                                               const model::RobotState& state) {
   if (state.q.size() != arm.size()) return InputFault::kJointCount;
   if (!state.q.allFinite() || (state.X_BT && !Finite(*state.X_BT)) ||
       (state.X_FT && !Finite(*state.X_FT))) {
@@ -89,7 +91,7 @@ InputFault PlausibilityFilter::CheckNewReading(const LoadedArm& arm, const Robot
       std::clamp(state.timestamp_s - changed_s_, 0.0, limits_.slowest_refresh_s);
   const double allowed = limits_.max_joint_step + limits_.max_joint_speed * elapsed_s;
   const bool jumped = have_last_ && (state.q - last_q_).cwiseAbs().maxCoeff() > allowed;
-  const JointVector q_before = have_last_ ? last_q_ : state.q;
+  const model::JointVector q_before = have_last_ ? last_q_ : state.q;
   if (!have_last_ || state.q != last_q_) changed_s_ = state.timestamp_s;
   last_q_ = state.q;
   have_last_ = true;

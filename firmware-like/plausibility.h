@@ -51,7 +51,7 @@ class PlausibilityFilter {
   /// Checks the latest reading at time now_s (monotonic). Call it every cycle, also with an
   /// unchanged reading, whose age grows. After a fault, `readings_to_trust` consecutive good
   /// readings are required; until then the original fault is returned.
-  InputFault Check(const LoadedArm& arm, const RobotState& state, double now_s);
+  InputFault Check(const deflection::LoadedArm& arm, const model::RobotState& state, double now_s);
 
   /// Copies the readings and trust of the filter that this one replaces, but keeps its own limits.
   /// Both filters must read the same link and an arm with the same number of joints.
@@ -65,12 +65,12 @@ class PlausibilityFilter {
   bool decoding_checked() const { return decoding_checked_; }
 
  private:
-  InputFault CheckNewReading(const LoadedArm& arm, const RobotState& state);
+  InputFault CheckNewReading(const deflection::LoadedArm& arm, const model::RobotState& state);
 
   PlausibilityLimits limits_;
   std::uint64_t sequence_ = 0;
   double changed_s_ = 0;  ///< time stamp of the reading that brought last_q_
-  JointVector last_q_;
+  model::JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;
   int good_in_a_row_ = 0;

@@ -11,7 +11,8 @@ constexpr double kSamePlace = 0.1;      // as a share of the reach
 
 }  // namespace
 
-ProbeBounds ProbeBoundsOf(const LoadedArm& arm, const CorrectionLimits& limits) {
+ProbeBounds ProbeBoundsOf(const deflection::LoadedArm& arm,
+                          const correction::CorrectionLimits& limits) {
   const double length_m = arm.chain().Reach() + arm.X_FT().p.norm();
   return {.reach_m = kReachMargin * length_m,
           .contradiction_m = limits.max_translation_m + kUndeclaredTurn_rad * length_m};
@@ -21,8 +22,8 @@ bool Contradicts(const ProbeBounds& bounds, const Vec3& measured_W, const Vec3& 
   return !((measured_W - predicted_W).norm() <= bounds.contradiction_m);
 }
 
-ProbeFault CheckProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
-                      const Vec3& predicted_W) {
+ProbeFault CheckProbe(const deflection::LoadedArm& arm, const ProbeBounds& bounds,
+                      const Vec3& measured_W, const Vec3& predicted_W) {
   if (measured_W.cwiseAbs().maxCoeff() < 0.5 * kFinestStep_m) return ProbeFault::kZero;
   const double same_place_m = std::max(bounds.contradiction_m, kSamePlace * bounds.reach_m);
   if (Contradicts(bounds, measured_W, predicted_W) &&
@@ -33,8 +34,9 @@ ProbeFault CheckProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec
   return within ? ProbeFault::kNone : ProbeFault::kBeyondReach;
 }
 
-bool IsZeroOrInMetres(const Robot& robot, const ProbeBounds& bounds, const Vec3& p_B) {
-  const bool turns = !robot.joints.empty() && robot.joints.front().type == JointType::kRevolute;
+bool IsZeroOrInMetres(const model::Robot& robot, const ProbeBounds& bounds, const Vec3& p_B) {
+  const bool turns =
+      !robot.joints.empty() && robot.joints.front().type == model::JointType::kRevolute;
   return turns && 1e3 * p_B.norm() <= bounds.reach_m;
 }
 

@@ -34,7 +34,8 @@ struct ProbeBounds {
 ///     compliance (1 to 3 mrad at rated load).
 /// The sum of the plausible ranges of all effects in the catalogue would amount to metres: each
 /// range is wide enough for the effect acting alone, and they never all reach their limits at once.
-ProbeBounds ProbeBoundsOf(const LoadedArm& arm, const CorrectionLimits& limits);
+ProbeBounds ProbeBoundsOf(const deflection::LoadedArm& arm,
+                          const correction::CorrectionLimits& limits);
 
 inline constexpr double kUndeclaredTurn_rad = 0.01;
 
@@ -44,14 +45,14 @@ bool Contradicts(const ProbeBounds& bounds, const Vec3& measured_W, const Vec3& 
 /// Checks whether the tip can have been measured at this position at all. The unit is assumed to be
 /// metres if the probe contradicts the model and 1000 times its position lies within a tenth of the
 /// reach from the predicted tip. Positions in W [m].
-ProbeFault CheckProbe(const LoadedArm& arm, const ProbeBounds& bounds, const Vec3& measured_W,
-                      const Vec3& predicted_W);
+ProbeFault CheckProbe(const deflection::LoadedArm& arm, const ProbeBounds& bounds,
+                      const Vec3& measured_W, const Vec3& predicted_W);
 
 /// True if the position of a pose command is empty, or was given in metres instead of millimetres:
 /// it lies within a thousandth of the reach from the base origin. If the first joint is revolute,
 /// no tip can be there, because that is inside the arm's own base. If the first joint is prismatic
 /// (gantry, track), the origin may be reachable, and the result is always false.
 /// @param p_B  position in the base frame [m]
-bool IsZeroOrInMetres(const Robot& robot, const ProbeBounds& bounds, const Vec3& p_B);
+bool IsZeroOrInMetres(const model::Robot& robot, const ProbeBounds& bounds, const Vec3& p_B);
 
 }  // namespace plumbline

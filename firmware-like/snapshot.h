@@ -71,10 +71,10 @@ inline constexpr std::uint16_t kTwoMasters = 1 << 15;  ///< two clients write th
 struct PointResult {
   bool valid = false;
   bool ever_valid = false;
-  CorrectionCode code = CorrectionCode::kPending;
+  correction::CorrectionCode code = correction::CorrectionCode::kPending;
   std::uint16_t sequence = 0;  ///< counts refreshes; does not change while the point is not valid
-  Correction correction;
-  PointPosture posture;         ///< of correction.q
+  correction::Correction correction;
+  correction::PointPosture posture;  ///< of correction.q
   std::uint32_t solutions = 0;  ///< counts solutions; correction.q changes only together with it
 };
 
@@ -82,15 +82,15 @@ struct PointResult {
 struct CommandResult {
   std::uint16_t sequence = 0;  ///< of the command
   bool valid = false;
-  CorrectionCode code = CorrectionCode::kPending;
-  PlcCommandCode command = PlcCommandCode::kNone;
+  correction::CorrectionCode code = correction::CorrectionCode::kPending;
+  model::PlcCommandCode command = model::PlcCommandCode::kNone;
   std::uint16_t point_id = 0;
   std::int64_t unix_ms = 0;  ///< wall-clock time of the cycle that computed it
-  Correction correction;
+  correction::Correction correction;
 };
 
 /// One probe: the tip as measured by the PLC or by cameras, and as predicted by the model in force.
-struct Probe : MeasuredPoint {
+struct Probe : model::MeasuredPoint {
   std::uint16_t sequence = 0;  ///< of the command
   std::int64_t unix_ms = 0;
   double utc_s = 0;                 ///< since 1970; without steps within one run of the daemon
@@ -118,19 +118,21 @@ struct Snapshot {
   std::uint16_t status = 0, alarms = 0, warnings = 0;
   CellHealth health;  ///< derived from the fields below and from the background status
   InputFault input_fault = InputFault::kMissing;
-  CorrectionCode first_error = CorrectionCode::kOk;  ///< of the first point that is not valid
-  double data_age_s = 0;                             ///< of the robot reading
-  RobotState robot;                    ///< the last trusted state; used for all computations
-  RobotState reading;                  ///< the latest decoded state, trusted or not; display only
-  std::uint16_t prismatic_joints = 0;  ///< bit i: joint i is prismatic, its position is in metres
+  correction::CorrectionCode first_error =
+      correction::CorrectionCode::kOk;  ///< of the first point that is not valid
+  double data_age_s = 0;                ///< of the robot reading
+  model::RobotState robot;              ///< the last trusted state; used for all computations
+  model::RobotState reading;            ///< the latest decoded state, trusted or not; display only
+  std::uint16_t prismatic_joints = 0;   ///< bit i: joint i is prismatic, its position is in metres
   bool payload_valid = false;
-  Payload payload;              ///< in force for points without their own payload
+  loads::Payload payload;       ///< in force for points without their own payload
   double reading_radius_m = 0;  ///< 95 % radius at the tip caused by the joint register resolution
   std::vector<PointResult> points;  ///< in configured order
   CommandResult result;
-  bool monitor_restart = false;                                        ///< requested in this cycle
-  std::array<CalibrationRequest, kMaxCameras> calibration_requests{};  ///< requested in this cycle
-  bool probe_taken = false;  ///< `probe` was recorded in this cycle
+  bool monitor_restart = false;  ///< requested in this cycle
+  std::array<CalibrationRequest, model::kMaxCameras>
+      calibration_requests{};  ///< requested in this cycle
+  bool probe_taken = false;    ///< `probe` was recorded in this cycle
   Probe probe;
   ProbeIntake probes;
 };

@@ -25,7 +25,7 @@ inline constexpr double kSmallestMotion = 1e-4;
 class StandstillDetector {
  public:
   /// @param reading  trusted; may be the same as in the previous call
-  void Observe(const RobotState& reading) {
+  void Observe(const model::RobotState& reading) {
     const double allowed = std::max(kSmallestMotion, 1.5 * reading.q_resolution);
     const bool comparable = reference_ && reference_->size() == reading.q.size();
     const bool moved = comparable && (reading.q - *reference_).cwiseAbs().maxCoeff() > allowed;
@@ -37,7 +37,7 @@ class StandstillDetector {
   bool Moving(double now_s) const { return moved_s_ && now_s - *moved_s_ <= kStandstill_s; }
 
  private:
-  std::optional<JointVector> reference_;
+  std::optional<model::JointVector> reference_;
   std::optional<double> moved_s_;  ///< time stamp of the latest reading in which a joint had moved
 };
 

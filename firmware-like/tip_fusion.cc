@@ -21,7 +21,7 @@ TipFusion FuseTips(std::span<const MeasuredTip> tips) {
     fused.tip = tips.front();
     return fused;
   }
-  std::array<Mat3, kMaxCameras> information;
+  std::array<Mat3, model::kMaxCameras> information;
   Mat3 sum = Mat3::Zero();
   for (std::size_t k = 0; k < tips.size(); ++k) {
     information[k] = tips[k].covariance_W.inverse();

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr std::int32_t kMaxSide_px = 16384;
@@ -36,7 +36,7 @@ class Reader {
 }  // namespace
 
 Bytes EncodeRequest(const BoardRequest& request) {
-  const Board& board = request.board;
+  const lens::Board& board = request.board;
   Bytes bytes;
   for (const std::int32_t value : {request.width, request.height, board.columns, board.rows}) {
     Put(bytes, value);
@@ -50,7 +50,7 @@ Bytes EncodeRequest(const BoardRequest& request) {
 
 std::optional<BoardRequest> DecodeRequest(std::span<const std::uint8_t> bytes) {
   BoardRequest request;
-  Board& board = request.board;
+  lens::Board& board = request.board;
   Reader reader(bytes);
   std::uint8_t kind = 0;
   const bool whole = reader.Take(request.width) && reader.Take(request.height) &&
@@ -59,16 +59,17 @@ std::optional<BoardRequest> DecodeRequest(std::span<const std::uint8_t> bytes) {
                      reader.Take(kind);
   const auto side = [](std::int32_t v) { return v >= 1 && v <= kMaxSide_px; };
   if (!whole || bytes.size() > kMaxBoardRequest_bytes || !side(request.width) ||
-      !side(request.height) || kind > static_cast<std::uint8_t>(BoardKind::kAsymmetricCircles)) {
+      !side(request.height) ||
+      kind > static_cast<std::uint8_t>(lens::BoardKind::kAsymmetricCircles)) {
     return std::nullopt;
   }
-  board.kind = static_cast<BoardKind>(kind);
+  board.kind = static_cast<lens::BoardKind>(kind);
   board.family.assign(reader.rest().begin(), reader.rest().end());
   if (FaultOf(board)) return std::nullopt;
   return request;
 }
 
-Bytes EncodeResponse(const Result<BoardView>& answer) {
+Bytes EncodeResponse(const Result<lens::BoardView>& answer) {
   Bytes bytes;
   if (!answer) {
     Put(bytes, kNone);
@@ -86,14 +87,14 @@ Bytes EncodeResponse(const Result<BoardView>& answer) {
   return bytes;
 }
 
-std::optional<Result<BoardView>> DecodeResponse(std::span<const std::uint8_t> bytes) {
+std::optional<Result<lens::BoardView>> DecodeResponse(std::span<const std::uint8_t> bytes) {
   Reader reader(bytes);
   std::uint8_t kind = kNone;
   if (!reader.Take(kind) || kind > kFound) return std::nullopt;
   if (kind == kNone) {
-    return Result<BoardView>(Error{std::string(reader.rest().begin(), reader.rest().end())});
+    return Result<lens::BoardView>(Error{std::string(reader.rest().begin(), reader.rest().end())});
   }
-  BoardView view;
+  lens::BoardView view;
   std::uint32_t count = 0;
   if (!reader.Take(view.blur_px) || !reader.Take(count) ||
       !(view.blur_px >= 0 && std::isfinite(view.blur_px)) ||
@@ -108,7 +109,7 @@ std::optional<Result<BoardView>> DecodeResponse(std::span<const std::uint8_t> by
     view.corners_px.emplace_back(x, y);
     view.seen.push_back(seen == 1);
   }
-  return Result<BoardView>(std::move(view));
+  return Result<lens::BoardView>(std::move(view));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

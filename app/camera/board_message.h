@@ -11,12 +11,12 @@
 
 // Both ends are the same program on the same machine, so values have native layout; lengths and
 // ranges are checked nevertheless.
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Request to detect a board. The image itself is in shared memory, row by row without padding.
 struct BoardRequest {
   std::int32_t width = 0, height = 0;
-  Board board;
+  lens::Board board;
 };
 
 using Bytes = std::vector<std::uint8_t>;
@@ -29,8 +29,8 @@ Bytes EncodeRequest(const BoardRequest& request);
 std::optional<BoardRequest> DecodeRequest(std::span<const std::uint8_t> bytes);
 
 /// Response: the detected view without its name and time, or the reason why there is none.
-Bytes EncodeResponse(const Result<BoardView>& response);
+Bytes EncodeResponse(const Result<lens::BoardView>& response);
 /// @return  nullopt if the bytes are malformed
-std::optional<Result<BoardView>> DecodeResponse(std::span<const std::uint8_t> bytes);
+std::optional<Result<lens::BoardView>> DecodeResponse(std::span<const std::uint8_t> bytes);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -8,7 +8,7 @@
 #include "app/camera/view_gain.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 /// A view is new if its corners differ by this share of the image's diagonal (RMS) from those of
@@ -27,12 +27,12 @@ constexpr int kMaxViewsPerPrompt = 2;
 constexpr int kMaxRedundantFrames = 40;  ///< then another prompt is chosen
 
 /// Prompts before a lens can be fitted: the tilts that make a fit possible.
-constexpr BoardPrompt kFirst[] = {BoardPrompt::kTiltLeft, BoardPrompt::kTiltUpper,
-                                  BoardPrompt::kTiltRight};
+constexpr lens::BoardPrompt kFirst[] = {lens::BoardPrompt::kTiltLeft, lens::BoardPrompt::kTiltUpper,
+                                        lens::BoardPrompt::kTiltRight};
 
 /// RMS distance over the points that both views show [px]; infinite if they share none (possible
 /// with partial views of a ChArUco board).
-double Distance(const BoardView& a, const BoardView& b) {
+double Distance(const lens::BoardView& a, const lens::BoardView& b) {
   double sum = 0;
   int count = 0;
   for (std::size_t k = 0; k < a.corners_px.size() && k < b.corners_px.size(); ++k) {
@@ -45,7 +45,7 @@ double Distance(const BoardView& a, const BoardView& b) {
 
 }  // namespace
 
-BoardSession::BoardSession(const BoardSettings& settings, ImageSize size, double now_s)
+BoardSession::BoardSession(const BoardSettings& settings, lens::ImageSize size, double now_s)
     : settings_(settings),
       size_(size),
       start_s_(now_s),
@@ -55,24 +55,25 @@ double BoardSession::oldest_s() const {
   return kept_.empty() ? INFINITY : kept_.front().time_s;
 }
 
-double BoardSession::NoveltyOf(const BoardView& view) const {
+double BoardSession::NoveltyOf(const lens::BoardView& view) const {
   double nearest = INFINITY;
-  for (const BoardView& other : kept_) nearest = std::min(nearest, Distance(view, other));
+  for (const lens::BoardView& other : kept_) nearest = std::min(nearest, Distance(view, other));
   return nearest / std::hypot(size_.width, size_.height);
 }
 
 /// Prompts whose exact view would resemble one that is already kept.
-std::set<BoardPrompt> BoardSession::PromptsAlreadyShown(const Lens& lens) const {
-  std::set<BoardPrompt> shown;
-  for (int number = static_cast<int>(BoardPrompt::kTiltLeft); number < kBoardPrompts; ++number) {
-    const auto prompt = static_cast<BoardPrompt>(number);
+std::set<lens::BoardPrompt> BoardSession::PromptsAlreadyShown(const lens::Lens& lens) const {
+  std::set<lens::BoardPrompt> shown;
+  for (int number = static_cast<int>(lens::BoardPrompt::kTiltLeft); number < lens::kBoardPrompts;
+       ++number) {
+    const auto prompt = static_cast<lens::BoardPrompt>(number);
     const Pose X_CK = PoseOfPrompt(prompt, settings_.board, lens, size_);
-    BoardView view;
+    lens::BoardView view;
     for (int k = 0; k < settings_.board.corners(); ++k) {
-      const Vec2 corner = settings_.board.Corner(k);
+      const lens::Vec2 corner = settings_.board.Corner(k);
       const Vec3 p_C = X_CK * Vec3(corner.x(), corner.y(), 0);
       view.seen.push_back(p_C.z() > 0);
-      view.corners_px.push_back(p_C.z() > 0 ? Project(lens, p_C) : Vec2(0, 0));
+      view.corners_px.push_back(p_C.z() > 0 ? Project(lens, p_C) : lens::Vec2(0, 0));
     }
     if (NoveltyOf(view) < kMinNovelty) shown.insert(prompt);
   }
@@ -80,19 +81,19 @@ std::set<BoardPrompt> BoardSession::PromptsAlreadyShown(const Lens& lens) const 
 }
 
 /// Why a view is not kept; empty if it is. Also updates the prompt.
-std::string BoardSession::ReasonToReject(const BoardView& view) {
+std::string BoardSession::ReasonToReject(const lens::BoardView& view) {
   std::vector<double> blurs(recent_blur_px_.begin(), recent_blur_px_.end());
-  const double median = blurs.empty() ? view.blur_px : MedianOf(blurs);
+  const double median = blurs.empty() ? view.blur_px : statistics::MedianOf(blurs);
   recent_blur_px_.push_back(view.blur_px);
   if (recent_blur_px_.size() > kRecentBlurs) recent_blur_px_.pop_front();
   if (view.blur_px > std::max(kAlwaysSharp_px, kMaxBlurRatio * median)) {
-    prompt_ = BoardPrompt::kHoldStill;
+    prompt_ = lens::BoardPrompt::kHoldStill;
     return fmt::format("blurred: edges {:.1f} px wide", view.blur_px);
   }
   if (previous_ && view.time_s - previous_->time_s < kMaxFrameGap_s) {
     const double moved = Distance(view, *previous_);
     if (moved > kMaxMotion_px) {
-      prompt_ = BoardPrompt::kHoldStill;
+      prompt_ = lens::BoardPrompt::kHoldStill;
       return std::isfinite(moved)
                  ? fmt::format("moved by {:.1f} px since the previous frame", moved)
                  : "shows another part of the board than the previous frame";
@@ -103,7 +104,7 @@ std::string BoardSession::ReasonToReject(const BoardView& view) {
   return {};
 }
 
-void BoardSession::Take(BoardView view) {
+void BoardSession::Take(lens::BoardView view) {
   if (state_ != State::kCapturing) return;
   rejection_ = ReasonToReject(view);
   previous_ = view;
@@ -121,11 +122,11 @@ void BoardSession::TakeFailure(const std::string& why, double time_s) {
   if (state_ != State::kCapturing) return;
   rejection_ = last_miss_reason_ = why;
   previous_.reset();
-  prompt_ = BoardPrompt::kShowBoard;
+  prompt_ = lens::BoardPrompt::kShowBoard;
   CheckTimeout(time_s);
 }
 
-void BoardSession::Keep(BoardView view) {
+void BoardSession::Keep(lens::BoardView view) {
   view.name = fmt::format("view {}", kept_.size() + 1);
   kept_.push_back(std::move(view));
   ++kept_for_wanted_;
@@ -138,15 +139,16 @@ void BoardSession::Keep(BoardView view) {
 }
 
 void BoardSession::ChoosePrompt() {
-  const BoardPrompt before = wanted_;
+  const lens::BoardPrompt before = wanted_;
   if (kept_.size() < kMinViewsForFit) {
     wanted_ = kFirst[kept_.size()];
-  } else if (const auto fit = FitLens(settings_.board, kept_, size_)) {
-    std::set<BoardPrompt> avoid = PromptsAlreadyShown(LensFromShared(fit->shared));
+  } else if (const auto fit = lens::FitLens(settings_.board, kept_, size_)) {
+    std::set<lens::BoardPrompt> avoid = PromptsAlreadyShown(lens::LensFromShared(fit->shared));
     avoid.insert(exhausted_.begin(), exhausted_.end());
     if (kept_for_wanted_ >= kMaxViewsPerPrompt) avoid.insert(before);
     wanted_ = BestPrompt(settings_.board, *fit, size_, avoid);
-    if (wanted_ == BoardPrompt::kShowBoard) {  // by hand, the same prompt always gives a new view
+    if (wanted_ ==
+        lens::BoardPrompt::kShowBoard) {  // by hand, the same prompt always gives a new view
       exhausted_.clear();
       wanted_ = BestPrompt(settings_.board, *fit, size_, {before});
     }
@@ -156,10 +158,10 @@ void BoardSession::ChoosePrompt() {
 }
 
 void BoardSession::Judge() {
-  calibration_ = CalibrateLens(settings_.board, kept_, size_, settings_.options);
+  calibration_ = lens::CalibrateLens(settings_.board, kept_, size_, settings_.options);
   if (calibration_->accepted) {
     state_ = State::kAccepted;
-    prompt_ = BoardPrompt::kNone;
+    prompt_ = lens::BoardPrompt::kNone;
     return;
   }
   reasons_ = calibration_->reasons;
@@ -167,7 +169,7 @@ void BoardSession::Judge() {
   const bool full = kept_.size() >= static_cast<std::size_t>(settings_.most_views);
   if (full || !calibration_->further_views_help) {
     state_ = State::kRefused;
-    prompt_ = BoardPrompt::kNone;
+    prompt_ = lens::BoardPrompt::kNone;
   }
 }
 
@@ -183,7 +185,7 @@ void BoardSession::CheckTimeout(double time_s) {
 void BoardSession::Refuse(std::string reason) {
   reasons_.push_back(std::move(reason));
   state_ = State::kRefused;
-  prompt_ = BoardPrompt::kNone;
+  prompt_ = lens::BoardPrompt::kNone;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -10,14 +10,14 @@
 #include "app/lens/calibration.h"
 #include "firmware-like/lens/board_prompt.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct BoardSettings {
-  Board board;
+  lens::Board board;
   int views = 20;           ///< kept views before the lens is judged for the first time
   int most_views = 60;      ///< the capture is refused if the lens is still not good enough
   double patience_s = 180;  ///< likewise, time since the start
-  CalibrationOptions options;
+  lens::CalibrationOptions options;
 };
 
 /// Receives the detections of each frame and keeps the views that add information: complete, sharp,
@@ -28,49 +28,50 @@ class BoardSession {
  public:
   enum class State { kCapturing, kAccepted, kRefused };
 
-  BoardSession(const BoardSettings& settings, ImageSize size, double now_s);
+  BoardSession(const BoardSettings& settings, lens::ImageSize size, double now_s);
 
   /// A frame in which the board was detected.
-  void Take(BoardView view);
+  void Take(lens::BoardView view);
   /// A frame in which it was not. @param why  the detector's reason
   void TakeFailure(const std::string& why, double time_s);
 
   State state() const { return state_; }
-  BoardPrompt prompt() const { return prompt_; }
+  lens::BoardPrompt prompt() const { return prompt_; }
   /// Set once there are enough views; if refused, the last attempt.
-  const std::optional<LensCalibration>& calibration() const { return calibration_; }
+  const std::optional<lens::LensCalibration>& calibration() const { return calibration_; }
   const std::vector<std::string>& reasons() const { return reasons_; }  ///< of kRefused
   std::size_t kept() const { return kept_.size(); }
-  const std::vector<BoardView>& views() const { return kept_; }
+  const std::vector<lens::BoardView>& views() const { return kept_; }
   double oldest_s() const;  ///< time of the oldest kept view; infinite without one
   /// Why the last frame was not kept; empty if it was.
   const std::string& rejection() const { return rejection_; }
 
  private:
-  std::string ReasonToReject(const BoardView& view);
-  double NoveltyOf(const BoardView& view) const;
-  std::set<BoardPrompt> PromptsAlreadyShown(const Lens& lens) const;
-  void Keep(BoardView view);
+  std::string ReasonToReject(const lens::BoardView& view);
+  double NoveltyOf(const lens::BoardView& view) const;
+  std::set<lens::BoardPrompt> PromptsAlreadyShown(const lens::Lens& lens) const;
+  void Keep(lens::BoardView view);
   void ChoosePrompt();
   void Judge();
   void CheckTimeout(double time_s);
   void Refuse(std::string reason);
 
   BoardSettings settings_;
-  ImageSize size_;
+  lens::ImageSize size_;
   double start_s_;
   State state_ = State::kCapturing;
-  BoardPrompt prompt_ = BoardPrompt::kShowBoard, wanted_ = BoardPrompt::kTiltLeft;
+  lens::BoardPrompt prompt_ = lens::BoardPrompt::kShowBoard, wanted_ = lens::BoardPrompt::kTiltLeft;
   int kept_for_wanted_ = 0;
   int redundant_ = 0;  ///< frames rejected as redundant since the last kept view or prompt change
-  std::set<BoardPrompt> exhausted_;  ///< prompts that brought no new view; cleared once all have
-  std::vector<BoardView> kept_;
-  std::optional<BoardView> previous_;
+  std::set<lens::BoardPrompt>
+      exhausted_;  ///< prompts that brought no new view; cleared once all have
+  std::vector<lens::BoardView> kept_;
+  std::optional<lens::BoardView> previous_;
   std::deque<double> recent_blur_px_;
   std::size_t judge_at_count_;
-  std::optional<LensCalibration> calibration_;
+  std::optional<lens::LensCalibration> calibration_;
   std::vector<std::string> reasons_;
   std::string rejection_, last_miss_reason_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -13,7 +13,7 @@
 #include "app/camera/board_message.h"
 #include "app/lens/board_detection.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr int kSocket = 3, kMemory = 4;  ///< descriptors the worker inherits
@@ -35,15 +35,15 @@ Result<void> BoardWorker::Start() {
     return Error{
         fmt::format("cannot create a socket for the board worker: {}", std::strerror(errno))};
   }
-  Descriptor ours(pair[0]);
-  const Descriptor its(pair[1]);
+  os::Descriptor ours(pair[0]);
+  const os::Descriptor its(pair[1]);
   const int room = static_cast<int>(kMaxBoardResponse_bytes);
   setsockopt(its.get(), SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
-  auto child = ChildProcess::Start({.arguments = {program_, "board-worker"},
-                                    .descriptors = {{STDERR_FILENO, STDERR_FILENO},
-                                                    {kSocket, its.get()},
-                                                    {kMemory, memory_.get()}},
-                                    .nice = kWorkerNice});
+  auto child = os::ChildProcess::Start({.arguments = {program_, "board-worker"},
+                                        .descriptors = {{STDERR_FILENO, STDERR_FILENO},
+                                                        {kSocket, its.get()},
+                                                        {kMemory, memory_.get()}},
+                                        .nice = kWorkerNice});
   if (!child) return Error{fmt::format("cannot start the board worker: {}", child.error())};
   child_ = std::move(child).value();
   socket_ = std::move(ours);
@@ -57,7 +57,7 @@ void BoardWorker::StopWorker() {
   sent_s_.reset();
 }
 
-Result<void> BoardWorker::CopyToSharedMemory(const LumaView& image) {
+Result<void> BoardWorker::CopyToSharedMemory(const lens::LumaView& image) {
   const std::size_t bytes = static_cast<std::size_t>(image.width) * image.height;
   if (bytes > shared_bytes_) {
     StopWorker();  // it has mapped the smaller memory
@@ -83,7 +83,7 @@ Result<void> BoardWorker::CopyToSharedMemory(const LumaView& image) {
   return {};
 }
 
-Result<void> BoardWorker::Submit(const LumaView& image, const Board& board) {
+Result<void> BoardWorker::Submit(const lens::LumaView& image, const lens::Board& board) {
   if (auto shared = CopyToSharedMemory(image); !shared) return shared;
   if (!child_.started()) {
     if (auto started = Start(); !started) return started;
@@ -100,13 +100,13 @@ Result<void> BoardWorker::Submit(const LumaView& image, const Board& board) {
   return {};
 }
 
-Result<BoardView> BoardWorker::Fail(const std::string& why) {
+Result<lens::BoardView> BoardWorker::Fail(const std::string& why) {
   ++failures_;
   StopWorker();
   return Error{why};
 }
 
-std::optional<Result<BoardView>> BoardWorker::Poll() {
+std::optional<Result<lens::BoardView>> BoardWorker::Poll() {
   if (!sent_s_) return std::nullopt;
   Bytes bytes(kMaxBoardResponse_bytes);
   const ssize_t got = recv(socket_.get(), bytes.data(), bytes.size(), MSG_DONTWAIT);
@@ -149,10 +149,10 @@ int RunBoardWorker() {
       mapped = size;
     }
     if (static_cast<std::size_t>(request->width) * request->height > mapped) return 1;
-    const LumaView image{shared, request->width, request->height, request->width};
-    const Bytes response = EncodeResponse(DetectBoard(image, request->board));
+    const lens::LumaView image{shared, request->width, request->height, request->width};
+    const Bytes response = EncodeResponse(lens::DetectBoard(image, request->board));
     if (send(kSocket, response.data(), response.size(), MSG_NOSIGNAL) < 0) return 1;
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

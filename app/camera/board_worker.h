@@ -11,7 +11,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Sends one frame at a time to `PROGRAM board-worker` and receives its response. A worker that
 /// misses the deadline or exits is killed, and the next frame starts another. The kernel kills the
@@ -31,21 +31,21 @@ class BoardWorker {
   /// Submits a frame; only while idle. The image is copied.
   /// @param board  any kind of board for which FaultOf(board) is nullopt
   /// @return       an error if the frame could not be submitted
-  Result<void> Submit(const LumaView& image, const Board& board);
+  Result<void> Submit(const lens::LumaView& image, const lens::Board& board);
   /// The response to the submitted frame, once; nullopt while it is being processed.
-  std::optional<Result<BoardView>> Poll();
+  std::optional<Result<lens::BoardView>> Poll();
   int failures() const { return failures_; }  ///< workers that were killed or exited
 
  private:
   Result<void> Start();
-  Result<void> CopyToSharedMemory(const LumaView& image);
+  Result<void> CopyToSharedMemory(const lens::LumaView& image);
   void StopWorker();
-  Result<BoardView> Fail(const std::string& why);
+  Result<lens::BoardView> Fail(const std::string& why);
 
   const std::string program_;
   const Clock clock_;
-  ChildProcess child_;
-  Descriptor socket_, memory_;
+  os::ChildProcess child_;
+  os::Descriptor socket_, memory_;
   std::uint8_t* shared_ = nullptr;
   std::size_t shared_bytes_ = 0;
   std::optional<double> sent_s_;
@@ -59,4 +59,4 @@ class BoardWorker {
 /// @return  the process's exit code
 int RunBoardWorker();
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

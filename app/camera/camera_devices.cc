@@ -4,31 +4,32 @@
 
 #include "app/config/text_file.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
-Result<std::unique_ptr<ZoomSensor>> ZoomFrom(const ZoomConfig& config) {
+Result<std::unique_ptr<zoom::ZoomSensor>> ZoomFrom(const config::ZoomConfig& config) {
   if (config.kind.empty()) {  // a lens without zoom is always at 0
-    ZoomRow still;
+    zoom::ZoomRow still;
     still.reading.zoom_counts = 0;
-    return ReplayZoom::Create({still}, MonotonicSeconds);
+    return zoom::ReplayZoom::Create({still}, MonotonicSeconds);
   }
-  ZoomConnection connection = config.connection;
+  zoom::ZoomConnection connection = config.connection;
   if (config.kind == "replay") {
-    const Result<std::string> text = ReadTextFile(config.replay_file);
+    const Result<std::string> text = config::ReadTextFile(config.replay_file);
     if (!text) return Error{fmt::format("{}: {}", config.replay_file, text.error())};
-    auto rows = ZoomRowsFromCsv(*text);
+    auto rows = zoom::ZoomRowsFromCsv(*text);
     if (!rows) return Error{fmt::format("{}: {}", config.replay_file, rows.error())};
     connection.replay = std::move(rows).value();
   }
-  const ZoomKind* const kind = FindZoomKind(config.kind);
+  const zoom::ZoomKind* const kind = zoom::FindZoomKind(config.kind);
   if (kind == nullptr) return Error{fmt::format("unknown zoom sensor \"{}\"", config.kind)};
   return kind->make(connection);
 }
 
 }  // namespace
 
-Result<CameraDevices> MakeCameraDevices(const CameraConfig& config, const TagsConfig& tags) {
+Result<CameraDevices> MakeCameraDevices(const config::CameraConfig& config,
+                                        const config::TagsConfig& tags) {
   CameraDevices devices;
   auto camera = MakeCamera(config.kind, config.connection);
   if (!camera) return Error{fmt::format("[camera]: {}", camera.error())};
@@ -36,12 +37,13 @@ Result<CameraDevices> MakeCameraDevices(const CameraConfig& config, const TagsCo
   auto zoom = ZoomFrom(config.zoom);
   if (!zoom) return Error{fmt::format("[zoom]: {}", zoom.error())};
   devices.zoom = std::move(zoom).value();
-  auto family = TagFamilyOfName(tags.family);
+  auto family = tracking::TagFamilyOfName(tags.family);
   if (!family) return Error{fmt::format("tags.family: {}", family.error())};
-  TrackerSettings settings;
+  tracking::TrackerSettings settings;
   settings.detector.threshold = tags.threshold;
-  devices.tracker = std::make_unique<Tracker>(std::move(family).value(), tags.database, settings);
+  devices.tracker =
+      std::make_unique<tracking::Tracker>(std::move(family).value(), tags.database, settings);
   return devices;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

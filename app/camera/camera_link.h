@@ -8,15 +8,15 @@
 #include "drivers/latest.h"
 #include "firmware-like/status/camera_status.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct CameraLink {
   /// Written by the supervisor, read by the control cycle and the display.
-  Latest<CameraStatus> status{2, CameraStatus()};
+  Latest<status::CameraStatus> status{2, status::CameraStatus()};
   /// Request counters: the cycle increments one, the supervisor handles the request when it sees
   /// the change.
   std::atomic<std::uint32_t> start_board{0}, cancel_board{0};
   std::atomic<double> temp_C{NAN};  ///< of the robot, written by the cycle; NAN: unknown
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

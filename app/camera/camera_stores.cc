@@ -2,26 +2,26 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 bool SharedLensStore::Open() {
   if (store_) return true;
   const double now_s = MonotonicSeconds();
   if (now_s - last_attempt_s_ < kRetryInterval_s) return false;
   last_attempt_s_ = now_s;
-  auto opened = LensStore::Open(path_);
+  auto opened = lens_store::LensStore::Open(path_);
   if (!opened) {
     problem_ = opened.error();
     return false;
   }
   store_.emplace(std::move(opened).value());
   if (!store_->notice().empty())
-    sink_({Event::kLensStoreRestored, "lens store: " + store_->notice()});
+    sink_({log::Event::kLensStoreRestored, "lens store: " + store_->notice()});
   return true;
 }
 
-Result<std::optional<LensFound>> SharedLensStore::Find(const LensKey& key,
-                                                       const LensTolerance& tolerance) {
+Result<std::optional<lens_store::LensFound>> SharedLensStore::Find(
+    const lens_store::LensKey& key, const lens_store::LensTolerance& tolerance) {
   const std::lock_guard lock(mutex_);
   if (!Open()) return Error{problem_};
   auto found = store_->Find(key, tolerance);
@@ -32,19 +32,19 @@ Result<std::optional<LensFound>> SharedLensStore::Find(const LensKey& key,
   return found;
 }
 
-Result<std::int64_t> SharedLensStore::Append(const LensEntry& entry) {
+Result<std::int64_t> SharedLensStore::Append(const lens_store::LensEntry& entry) {
   const std::lock_guard lock(mutex_);
   if (!store_) last_attempt_s_ = -1e300;  // a new lens is always worth an attempt
   if (!Open()) return Error{problem_};
   return store_->Append(entry);
 }
 
-CameraStores::CameraStores(const std::string& state_directory, const Body& cell,
-                           const LogSink& sink)
+CameraStores::CameraStores(const std::string& state_directory, const tracking::Body& cell,
+                           const log::LogSink& sink)
     : lenses(state_directory + "/lenses.sqlite", sink),
       baselines(state_directory + "/fixed_marks.json", cell, baselines_problem) {
   if (!baselines_problem.empty())
-    sink({Event::kTagFileFault, "reference tags: " + baselines_problem});
+    sink({log::Event::kTagFileFault, "reference tags: " + baselines_problem});
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -9,7 +9,7 @@
 #include "app/camera/tag_baseline_store.h"
 #include "app/lens_store/lens_store.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Thread-safe lens store that is opened on first use and, after a failure, reopened at most every
 /// kRetryInterval_s. All cameras share one connection, so that none keeps using a damaged file that
@@ -19,19 +19,20 @@ class SharedLensStore {
   static constexpr double kRetryInterval_s = 5;
 
   /// @param sink  receives a message if opening had to repair or replace the file
-  SharedLensStore(std::string path, LogSink sink)
+  SharedLensStore(std::string path, log::LogSink sink)
       : path_(std::move(path)), sink_(std::move(sink)) {}
 
-  Result<std::optional<LensFound>> Find(const LensKey& key, const LensTolerance& tolerance);
-  Result<std::int64_t> Append(const LensEntry& entry);
+  Result<std::optional<lens_store::LensFound>> Find(const lens_store::LensKey& key,
+                                                    const lens_store::LensTolerance& tolerance);
+  Result<std::int64_t> Append(const lens_store::LensEntry& entry);
 
  private:
   bool Open();
 
   const std::string path_;
-  const LogSink sink_;
+  const log::LogSink sink_;
   std::mutex mutex_;
-  std::optional<LensStore> store_;
+  std::optional<lens_store::LensStore> store_;
   double last_attempt_s_ = -1e300;
   std::string problem_;  ///< of the last failed attempt
 };
@@ -39,11 +40,12 @@ class SharedLensStore {
 struct CameraStores {
   /// Logs if the baseline file cannot be read.
   /// @param cell  the reference tags
-  CameraStores(const std::string& state_directory, const Body& cell, const LogSink& sink);
+  CameraStores(const std::string& state_directory, const tracking::Body& cell,
+               const log::LogSink& sink);
 
   SharedLensStore lenses;
   std::string baselines_problem;  ///< why the baseline file could not be read; empty: it could
   TagBaselineStore baselines;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

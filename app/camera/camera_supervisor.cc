@@ -14,7 +14,7 @@
 #include "app/lens_store/stored_views.h"
 #include "app/printed_digits.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr double kFrameTimeout_s = 0.1;
@@ -27,23 +27,24 @@ constexpr double kRelativeFocalBand = 3e-4;
 constexpr std::int32_t kMaxBands = 10;
 constexpr double kMinPlaceSd_m = 1e-6;  ///< keeps the fit regular if a place is declared exact
 
-LensSupervisorSettings SettingsFrom(const CameraConfig& camera, const VisionConfig& vision) {
-  const TagsConfig& tags = vision.tags;
+LensSupervisorSettings SettingsFrom(const config::CameraConfig& camera,
+                                    const config::VisionConfig& vision) {
+  const config::TagsConfig& tags = vision.tags;
   LensSupervisorSettings settings;
   settings.name = camera.name;
   settings.zoom = camera.zoom.supervision;
   settings.acceptable_px = vision.board.acceptable_px;
-  settings.cell = CellReferenceTags(tags);
+  settings.cell = config::CellReferenceTags(tags);
   settings.tag_check.place_sd_m =
       std::max(settings.cell.place_sd_m.value_or(tags.place_sd_m), kMinPlaceSd_m);
-  for (const Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
+  for (const tracking::Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
   settings.X_WK = tags.X_WK;
   settings.tool = tags.tool;
   settings.tip_T = tags.tip_T;
   return settings;
 }
 
-BoardSettings BoardFrom(const BoardConfig& config) {
+BoardSettings BoardFrom(const config::BoardConfig& config) {
   BoardSettings board;
   board.board = config.board;
   board.views = config.views;
@@ -64,9 +65,10 @@ std::string UtcNow() {
 
 }  // namespace
 
-CameraSupervisor::CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision,
-                                   CameraDevices devices, CameraStores& stores,
-                                   std::string plumbline, CameraLink& link, LogSink sink, Show show)
+CameraSupervisor::CameraSupervisor(const config::CameraConfig& camera,
+                                   const config::VisionConfig& vision, CameraDevices devices,
+                                   CameraStores& stores, std::string plumbline, CameraLink& link,
+                                   log::LogSink sink, Show show)
     : zoom_(camera.zoom),
       board_(vision.board),
       devices_(std::move(devices)),
@@ -115,11 +117,11 @@ void CameraSupervisor::RunZoomThread() {
   double tick_s = MonotonicSeconds();
   for (;;) {
     sensor_heartbeat_.Beat();
-    ZoomReading reading;
-    const ZoomResult result = devices_.zoom->Read(reading);
+    lens::ZoomReading reading;
+    const zoom::ZoomResult result = devices_.zoom->Read(reading);
     const double now_s = MonotonicSeconds();
     const bool stop = WithSupervisor([&](LensSupervisor& supervisor) {
-      if (result == ZoomResult::kOk) {
+      if (result == zoom::ZoomResult::kOk) {
         supervisor.OnZoomReading(reading, now_s);
       } else {
         supervisor.OnSensorFault(result, devices_.zoom->problem(), now_s);
@@ -147,7 +149,7 @@ void CameraSupervisor::RunImageThread() {
     });
     if (stop) break;
     for (const std::string& remark : devices_.camera->TakeRemarks()) {
-      sink_({Event::kCameraRemark, "camera: " + remark});
+      sink_({log::Event::kCameraRemark, "camera: " + remark});
     }
     if (result == CameraResult::kFrame) {
       TakeFrame(frame);
@@ -161,7 +163,7 @@ void CameraSupervisor::RunImageThread() {
 
 /// A capture times out even if the camera no longer delivers frames.
 void CameraSupervisor::OnMissingFrame(double now_s) {
-  if (CurrentContext().state != ZoomState::kCalibrating) {
+  if (CurrentContext().state != lens::ZoomState::kCalibrating) {
     waiting_since_s_.reset();
     return;
   }
@@ -195,7 +197,7 @@ void CameraSupervisor::TakeFrame(const CameraFrame& frame) {
   const FrameContext context = CurrentContext();
   if (context.standstill != standstill_) devices_.tracker->Forget();
   standstill_ = context.standstill;
-  if (context.state == ZoomState::kCalibrating) {
+  if (context.state == lens::ZoomState::kCalibrating) {
     if (show_) show_(*devices_.camera, frame, {}, nullptr);
     CaptureBoard(frame);
     return;
@@ -210,7 +212,7 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
   const ActiveLens* const lens = context.lens.get();
   const bool fits = lens != nullptr && lens->known.size == frame.luma.size();
   if (lens != nullptr && !fits && !size_mismatch_) {
-    sink_({Event::kCameraSize,
+    sink_({log::Event::kCameraSize,
            fmt::format(
                "camera: images are {} x {} px, but the lens was calibrated at {} x {} px; nothing "
                "is measured in them. Set the camera to that size, or calibrate at this one.",
@@ -218,14 +220,14 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
                lens->known.size.height)});
   }
   size_mismatch_ = lens != nullptr && !fits;
-  const TrackedFrame& tracked =
+  const tracking::TrackedFrame& tracked =
       devices_.tracker->Update(frame.luma, frame.time_s, fits ? &lens->known : nullptr);
   if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known.lens : nullptr);
   if (lens == nullptr) return;
-  std::vector<SeenTag> tags;  // empty if the lens does not apply to this image
+  std::vector<tracking::SeenTag> tags;  // empty if the lens does not apply to this image
   if (fits) {
     tags.reserve(tracked.tags.size());
-    for (const TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
+    for (const tracking::TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
   }
   const LensSupervisorSettings& settings = supervisor_.settings();
   const TagCheck check = CheckReferenceTags(*lens, context.baseline.get(), settings.cell, tags,
@@ -241,11 +243,11 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
 void CameraSupervisor::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
   if (!context.lens->calibrated || context.lens->id == 0) return;
   if (const auto kept = stores_.baselines.Store(context.lens->id, baseline); !kept) {
-    sink_({Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
+    sink_({log::Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
   }
 }
 
-LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
+lens_store::LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
   const CameraIdentity& camera = devices_.camera->identity();
   return {camera.serial, camera.mode, context.zoom_counts.value_or(0), context.focus_counts};
 }
@@ -253,7 +255,7 @@ LensKey CameraSupervisor::LensKeyFor(const FrameContext& context) const {
 void CameraSupervisor::LookUpLens(const FrameContext& context) {
   if (devices_.camera->identity().serial.empty()) return;
   const double lookup_time_s = MonotonicSeconds();
-  const ZoomSupervisorSettings& bands = zoom_.supervision;
+  const lens::ZoomSupervisorSettings& bands = zoom_.supervision;
   const auto found =
       stores_.lenses.Find(LensKeyFor(context), {bands.zoom_band_counts, bands.focus_band_counts});
   WithSupervisor(
@@ -262,15 +264,16 @@ void CameraSupervisor::LookUpLens(const FrameContext& context) {
   std::shared_ptr<ActiveLens> lens;
   std::shared_ptr<const TagBaseline> baseline;
   if (*found) {
-    const LensFound& entry = **found;
+    const lens_store::LensFound& entry = **found;
     lens = std::make_shared<ActiveLens>();
     lens->known = entry.entry;
-    lens->calibrated = entry.how == LensFound::How::kCalibrated;
+    lens->calibrated = entry.how == lens_store::LensFound::How::kCalibrated;
     lens->id = lens->calibrated ? entry.entry.id : 0;
     lens->log_focal_sd = entry.log_focal_sd;
     if (entry.log_focal_per_count) {
-      lens->band_counts = std::min(DeadBandCounts(*entry.log_focal_per_count, kRelativeFocalBand),
-                                   kMaxBands * std::max(1, zoom_.supervision.zoom_band_counts));
+      lens->band_counts =
+          std::min(lens::DeadBandCounts(*entry.log_focal_per_count, kRelativeFocalBand),
+                   kMaxBands * std::max(1, zoom_.supervision.zoom_band_counts));
     }
     if (lens->calibrated) baseline = stores_.baselines.Find(lens->id);
   }
@@ -283,14 +286,14 @@ void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
   if (const auto answer = worker_->Poll(); answer && *answer && search_standstill_ == standstill_) {
     const bool started = WithSupervisor(
         [&](LensSupervisor& supervisor) { return supervisor.StartBoard(MonotonicSeconds()); });
-    if (started) sink_({Event::kBoardSeen, "camera: the board is in view; capture started"});
+    if (started) sink_({log::Event::kBoardSeen, "camera: the board is in view; capture started"});
     return;
   }
   if (!worker_->idle() || frame.time_s - searched_s_ < kBoardSearchInterval_s) return;
   searched_s_ = frame.time_s;
   search_standstill_ = standstill_;
   if (const auto given = worker_->Submit(frame.luma, board_.board); !given) {
-    sink_({Event::kBoardWorker, "camera: " + given.error()});
+    sink_({log::Event::kBoardWorker, "camera: " + given.error()});
   }
 }
 
@@ -302,7 +305,7 @@ void CameraSupervisor::CaptureBoard(const CameraFrame& frame) {
   }
   if (auto answer = worker_->Poll()) {
     if (*answer && worker_image_s_ > 0) {
-      BoardView view = std::move(*answer).value();
+      lens::BoardView view = std::move(*answer).value();
       view.time_s = worker_image_s_;
       session_->Take(std::move(view));
     } else if (!*answer) {
@@ -330,7 +333,7 @@ void CameraSupervisor::FinishBoard() {
     });
     return;
   }
-  const LensCalibration& solved = *session.calibration();
+  const lens::LensCalibration& solved = *session.calibration();
   ActiveLens lens;
   lens.known = solved;
   lens.calibrated = true;
@@ -342,19 +345,19 @@ void CameraSupervisor::FinishBoard() {
 }
 
 void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext& context) {
-  const LensCalibration& solved = *session.calibration();
-  LensEntry entry;
+  const lens::LensCalibration& solved = *session.calibration();
+  lens_store::LensEntry entry;
   entry.key = LensKeyFor(context);
-  static_cast<KnownLens&>(entry) = solved;
+  static_cast<lens::KnownLens&>(entry) = solved;
   entry.rms_px = solved.rms_px;
   entry.uncertainty_px = solved.uncertainty.max_px;
   entry.board = WordsOf(solved.board);
-  entry.corners = EncodeViews({solved.board, session.views()});
+  entry.corners = lens_store::EncodeViews({solved.board, session.views()});
   if (const double temp_C = link_.temp_C; std::isfinite(temp_C)) entry.temp_C = temp_C;
   entry.utc = UtcNow();
-  const double fx_sd = std::sqrt(solved.covariance(kFx, kFx));
+  const double fx_sd = std::sqrt(solved.covariance(lens::kFx, lens::kFx));
   const int decimals = DecimalsFor({fx_sd}, 2);
-  sink_({Event::kCalibrated,
+  sink_({log::Event::kCalibrated,
          fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
                      "{:.2g} px (both 1 sd), {} views",
                      solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
@@ -367,4 +370,4 @@ void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -17,7 +17,7 @@
 #include "app/camera/lens_supervisor.h"
 #include "drivers/thread_heartbeat.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// The zoom thread only reads the sensor, so a zoom change is reported within one sensor period
 /// (plus the sensor's response time) however long the images take. The image thread captures
@@ -31,15 +31,15 @@ class CameraSupervisor {
   /// @param seen  tracked tags and bodies; empty while the board is captured
   /// @param lens  the lens used for `seen`; null if there is none
   using Show = std::function<void(Camera& camera, const CameraFrame& frame,
-                                  const TrackedFrame& seen, const Lens* lens)>;
+                                  const tracking::TrackedFrame& seen, const lens::Lens* lens)>;
 
   /// @param camera     one of `vision.cameras`
   /// @param stores     shared by all cameras; must outlive this object
   /// @param plumbline  path of the program that is run as the board worker
   /// @param link       mailboxes to the control cycle; must outlive this object
-  CameraSupervisor(const CameraConfig& camera, const VisionConfig& vision, CameraDevices devices,
-                   CameraStores& stores, std::string plumbline, CameraLink& link, LogSink sink,
-                   Show show = nullptr);
+  CameraSupervisor(const config::CameraConfig& camera, const config::VisionConfig& vision,
+                   CameraDevices devices, CameraStores& stores, std::string plumbline,
+                   CameraLink& link, log::LogSink sink, Show show = nullptr);
   ~CameraSupervisor();
   CameraSupervisor(const CameraSupervisor&) = delete;
   CameraSupervisor& operator=(const CameraSupervisor&) = delete;
@@ -56,7 +56,7 @@ class CameraSupervisor {
   void TakeFrame(const CameraFrame& frame);
   void Track(const FrameContext& context, const CameraFrame& frame);
   void LookUpLens(const FrameContext& context);
-  LensKey LensKeyFor(const FrameContext& context) const;
+  lens_store::LensKey LensKeyFor(const FrameContext& context) const;
   void LookForBoard(const CameraFrame& frame);
   void CaptureBoard(const CameraFrame& frame);
   void OnMissingFrame(double now_s);
@@ -79,13 +79,13 @@ class CameraSupervisor {
     return function(supervisor_);
   }
 
-  const ZoomConfig zoom_;
-  const BoardConfig board_;
+  const config::ZoomConfig zoom_;
+  const config::BoardConfig board_;
   const CameraDevices devices_;
   CameraStores& stores_;
   const std::string plumbline_;
   CameraLink& link_;
-  const LogSink sink_;
+  const log::LogSink sink_;
   const Show show_;
 
   std::mutex mutex_;  ///< guards supervisor_, stop_ and writing of link_.status
@@ -109,4 +109,4 @@ class CameraSupervisor {
   std::uint32_t handled_starts_ = 0, handled_cancels_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

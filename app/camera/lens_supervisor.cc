@@ -6,33 +6,36 @@
 #include "app/printed_digits.h"
 #include "firmware-like/deflection/uncertainty.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
-Event LogEventOf(const ZoomTransition& transition) {
+log::Event LogEventOf(const lens::ZoomTransition& transition) {
   switch (transition.to) {
-    case ZoomState::kValid:
-      return Event::kLensValid;
-    case ZoomState::kStale:
-      return Event::kLensStale;
-    case ZoomState::kRefused:
-      return Event::kLensRefused;
-    case ZoomState::kUnknown:
-      return transition.why == ZoomReason::kSensorLost ? Event::kLensUnknown : Event::kLensState;
+    case lens::ZoomState::kValid:
+      return log::Event::kLensValid;
+    case lens::ZoomState::kStale:
+      return log::Event::kLensStale;
+    case lens::ZoomState::kRefused:
+      return log::Event::kLensRefused;
+    case lens::ZoomState::kUnknown:
+      return transition.why == lens::ZoomReason::kSensorLost ? log::Event::kLensUnknown
+                                                             : log::Event::kLensState;
     default:
-      return transition.from == ZoomState::kValid ? Event::kLensLeft : Event::kLensState;
+      return transition.from == lens::ZoomState::kValid ? log::Event::kLensLeft
+                                                        : log::Event::kLensState;
   }
 }
 
-ZoomEvent EventOf(ZoomEvent::Kind kind, double now_s) {
-  ZoomEvent event;
+lens::ZoomEvent EventOf(lens::ZoomEvent::Kind kind, double now_s) {
+  lens::ZoomEvent event;
   event.kind = kind;
   event.time_s = now_s;
   return event;
 }
 
-const SeenBody* Find(const std::vector<SeenBody>& bodies, const std::string& name) {
-  for (const SeenBody& body : bodies) {
+const tracking::SeenBody* Find(const std::vector<tracking::SeenBody>& bodies,
+                               const std::string& name) {
+  for (const tracking::SeenBody& body : bodies) {
     if (body.body->name == name) return &body;
   }
   return nullptr;
@@ -40,18 +43,18 @@ const SeenBody* Find(const std::vector<SeenBody>& bodies, const std::string& nam
 
 }  // namespace
 
-LensSupervisor::LensSupervisor(LensSupervisorSettings settings, LogSink sink)
+LensSupervisor::LensSupervisor(LensSupervisorSettings settings, log::LogSink sink)
     : settings_(std::move(settings)), sink_(std::move(sink)), supervision_(settings_.zoom) {}
 
-void LensSupervisor::Take(ZoomEvent event) {
+void LensSupervisor::Take(lens::ZoomEvent event) {
   if (const auto transition = supervision_.Handle(event)) ApplyTransition(*transition);
 }
 
-void LensSupervisor::ApplyTransition(const ZoomTransition& transition) {
-  const ZoomState to = transition.to;
-  const bool came_to_rest = transition.why == ZoomReason::kStationary;
-  if (to == ZoomState::kMoving || to == ZoomState::kUnknown ||
-      transition.why == ZoomReason::kDigitalZoom) {
+void LensSupervisor::ApplyTransition(const lens::ZoomTransition& transition) {
+  const lens::ZoomState to = transition.to;
+  const bool came_to_rest = transition.why == lens::ZoomReason::kStationary;
+  if (to == lens::ZoomState::kMoving || to == lens::ZoomState::kUnknown ||
+      transition.why == lens::ZoomReason::kDigitalZoom) {
     ++standstill_;
     DropLens();
   }
@@ -59,22 +62,23 @@ void LensSupervisor::ApplyTransition(const ZoomTransition& transition) {
     standstill_zoom_ = transition.zoom_counts;
     standstill_focus_ = transition.focus_counts;
   }
-  if (to != ZoomState::kValid) InvalidateBodies();
-  if (to != ZoomState::kCalibrating) {
-    prompt_ = BoardPrompt::kNone;
+  if (to != lens::ZoomState::kValid) InvalidateBodies();
+  if (to != lens::ZoomState::kCalibrating) {
+    prompt_ = lens::BoardPrompt::kNone;
     board_views_ = 0;
   }
   const std::string at =
       transition.zoom_counts ? fmt::format(" (zoom {})", *transition.zoom_counts) : "";
-  const bool explain = !check_message_.empty() && (transition.why == ZoomReason::kTagsBad);
-  std::vector<LogField> fields = {{"CAMERA_STATE", std::string(ZoomStateText(to))}};
+  const bool explain = !check_message_.empty() && (transition.why == lens::ZoomReason::kTagsBad);
+  std::vector<log::LogField> fields = {{"CAMERA_STATE", std::string(lens::ZoomStateText(to))}};
   if (transition.zoom_counts) {
     fields.push_back({"ZOOM_COUNTS", fmt::format("{}", *transition.zoom_counts)});
   }
-  sink_({LogEventOf(transition),
-         fmt::format("camera {}: {}{}{}", ZoomStateText(to), ZoomReasonText(transition.why), at,
-                     explain ? "; " + check_message_ : ""),
-         fields});
+  sink_(
+      {LogEventOf(transition),
+       fmt::format("camera {}: {}{}{}", lens::ZoomStateText(to),
+                   lens::ZoomReasonText(transition.why), at, explain ? "; " + check_message_ : ""),
+       fields});
 }
 
 void LensSupervisor::DropLens() {
@@ -88,36 +92,37 @@ void LensSupervisor::DropLens() {
 
 void LensSupervisor::InvalidateBodies() {
   tip_.Reset();
-  for (CameraStatus::Body& body : bodies_) body.valid = false;
+  for (status::CameraStatus::Body& body : bodies_) body.valid = false;
 }
 
 bool LensSupervisor::IsCurrent(const FrameContext& context) const {
   return context.standstill == standstill_ && context.lens == lens_;
 }
 
-void LensSupervisor::OnZoomReading(const ZoomReading& reading, double now_s) {
-  if (sensor_ && *sensor_ != ZoomResult::kOk)
-    sink_({Event::kSensorBack, "zoom sensor responds again"});
-  sensor_ = ZoomResult::kOk;
+void LensSupervisor::OnZoomReading(const lens::ZoomReading& reading, double now_s) {
+  if (sensor_ && *sensor_ != zoom::ZoomResult::kOk)
+    sink_({log::Event::kSensorBack, "zoom sensor responds again"});
+  sensor_ = zoom::ZoomResult::kOk;
   if (reading.zoom_counts) zoom_counts_ = reading.zoom_counts;
   if (reading.focus_counts) focus_counts_ = reading.focus_counts;
   zoom_time_s_ = reading.time_s;
-  ZoomEvent event = EventOf(ZoomEvent::Kind::kReading, now_s);
+  lens::ZoomEvent event = EventOf(lens::ZoomEvent::Kind::kReading, now_s);
   event.reading = reading;
   Take(event);
 }
 
-void LensSupervisor::OnSensorFault(ZoomResult result, std::string_view problem, double now_s) {
-  if (result != ZoomResult::kWaiting && sensor_ != result) {
+void LensSupervisor::OnSensorFault(zoom::ZoomResult result, std::string_view problem,
+                                   double now_s) {
+  if (result != zoom::ZoomResult::kWaiting && sensor_ != result) {
     sensor_ = result;
-    sink_(
-        {Event::kSensorFault, fmt::format("zoom sensor: {}: {}", ZoomResultText(result), problem)});
+    sink_({log::Event::kSensorFault,
+           fmt::format("zoom sensor: {}: {}", zoom::ZoomResultText(result), problem)});
   }
-  Take(EventOf(ZoomEvent::Kind::kLost, now_s));
+  Take(EventOf(lens::ZoomEvent::Kind::kLost, now_s));
 }
 
 void LensSupervisor::OnTime(double now_s) {
-  Take(EventOf(ZoomEvent::Kind::kTime, now_s));
+  Take(EventOf(lens::ZoomEvent::Kind::kTime, now_s));
 }
 
 void LensSupervisor::OnCameraResult(CameraResult result, std::string_view problem, double now_s) {
@@ -127,11 +132,12 @@ void LensSupervisor::OnCameraResult(CameraResult result, std::string_view proble
     return;
   }
   if (ok && camera_) {
-    sink_({Event::kCameraBack, fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_)});
+    sink_({log::Event::kCameraBack,
+           fmt::format("camera back after {:.1f} s", now_s - camera_lost_s_)});
   } else if (!ok) {
     if (!camera_ || *camera_ == CameraResult::kFrame) camera_lost_s_ = now_s;
     InvalidateBodies();
-    sink_({result == CameraResult::kEnded ? Event::kCameraEnded : Event::kCameraLost,
+    sink_({result == CameraResult::kEnded ? log::Event::kCameraEnded : log::Event::kCameraLost,
            fmt::format("camera: {}: {}", CameraResultText(result), problem)});
   }
   camera_ = result;
@@ -140,9 +146,9 @@ void LensSupervisor::OnCameraResult(CameraResult result, std::string_view proble
 FrameContext LensSupervisor::frame_context() const {
   FrameContext context;
   context.state = state();
-  const bool at_rest = state() == ZoomState::kVerifying || state() == ZoomState::kStale;
+  const bool at_rest = state() == lens::ZoomState::kVerifying || state() == lens::ZoomState::kStale;
   context.needs_lens = at_rest && !lens_ && !looked_up_;
-  context.search_for_board = supervision_.request() == ZoomRequest::kBoard;
+  context.search_for_board = supervision_.request() == lens::ZoomRequest::kBoard;
   context.zoom_counts = standstill_zoom_;
   context.focus_counts = standstill_focus_;
   context.lens = lens_;
@@ -156,18 +162,18 @@ void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
                                   const FrameContext& context, double lookup_time_s, double now_s) {
   if (context.standstill != standstill_ || lens_) return;
   looked_up_ = true;
-  ZoomEvent event = EventOf(ZoomEvent::Kind::kLensUnknown, now_s);
+  lens::ZoomEvent event = EventOf(lens::ZoomEvent::Kind::kLensUnknown, now_s);
   event.observed_s = lookup_time_s;
   if (lens) {
-    event.kind = ZoomEvent::Kind::kLensKnown;
+    event.kind = lens::ZoomEvent::Kind::kLensKnown;
     event.zoom_band_counts = lens->band_counts;
-    sink_({Event::kLensFound, lens->calibrated
-                                  ? fmt::format("camera: lens {} from the store, f {:.1f} px",
-                                                lens->id, lens->known.lens.fx)
-                                  : fmt::format("camera: lens interpolated between calibrated "
-                                                "zooms, f {:.1f} px +- {:.{}f} % (1 sd)",
-                                                lens->known.lens.fx, 100 * lens->log_focal_sd,
-                                                DecimalsFor({100 * lens->log_focal_sd}, 2))});
+    sink_({log::Event::kLensFound, lens->calibrated
+                                       ? fmt::format("camera: lens {} from the store, f {:.1f} px",
+                                                     lens->id, lens->known.lens.fx)
+                                       : fmt::format("camera: lens interpolated between calibrated "
+                                                     "zooms, f {:.1f} px +- {:.{}f} % (1 sd)",
+                                                     lens->known.lens.fx, 100 * lens->log_focal_sd,
+                                                     DecimalsFor({100 * lens->log_focal_sd}, 2))});
   }
   lens_ = std::move(lens);
   baseline_ = lens_ ? std::move(baseline) : nullptr;
@@ -180,18 +186,18 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
   // An image taken before the zoom came to rest, or before the lens was loaded, says nothing about
   // the lens.
   if (!IsCurrent(context) || image_s < supervision_.trusted_from_s()) return false;
-  ZoomEvent event = EventOf(ZoomEvent::Kind::kTime, now_s);
+  lens::ZoomEvent event = EventOf(lens::ZoomEvent::Kind::kTime, now_s);
   event.observed_s = image_s;
   bool changed = false;
   const bool good = check.verdict == TagVerdict::kGood;
   if (good || check.verdict == TagVerdict::kNotVisible) {
-    event.kind = good ? ZoomEvent::Kind::kTagsGood : ZoomEvent::Kind::kTagsNotVisible;
+    event.kind = good ? lens::ZoomEvent::Kind::kTagsGood : lens::ZoomEvent::Kind::kTagsNotVisible;
     if (good) failed_checks_ = 0;
   } else {
     tip_.Reset();
     if (++failed_checks_ < kChecksToReject) return false;
-    event.kind =
-        check.verdict == TagVerdict::kBad ? ZoomEvent::Kind::kTagsBad : ZoomEvent::Kind::kTagsGood;
+    event.kind = check.verdict == TagVerdict::kBad ? lens::ZoomEvent::Kind::kTagsBad
+                                                   : lens::ZoomEvent::Kind::kTagsGood;
     failed_checks_ = check.verdict == TagVerdict::kBad ? kChecksToReject : 0;
   }
   tag_moved_ = !check.excluded.empty();
@@ -199,7 +205,7 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
     check_message_ = check.message;
     // A bad lens is logged with the change of state.
     if (!check.message.empty() && check.verdict != TagVerdict::kBad) {
-      sink_({good && !tag_moved_ ? Event::kZoomDriftRefined : Event::kTagsContradict,
+      sink_({good && !tag_moved_ ? log::Event::kZoomDriftRefined : log::Event::kTagsContradict,
              "camera: " + check.message});
     }
   }
@@ -216,30 +222,32 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
   return changed;
 }
 
-void LensSupervisor::OnBodies(const std::vector<SeenBody>& seen, const FrameContext& context,
-                              double image_s) {
-  if (!context.lens || context.standstill != standstill_ || state() != ZoomState::kValid ||
+void LensSupervisor::OnBodies(const std::vector<tracking::SeenBody>& seen,
+                              const FrameContext& context, double image_s) {
+  if (!context.lens || context.standstill != standstill_ || state() != lens::ZoomState::kValid ||
       failed_checks_ > 0)
     return;
-  const LensCovariance& lens = context.lens->known.covariance;
-  const SeenBody* const cell = Find(seen, settings_.cell.name);
-  const auto places = [this](const SeenBody& body) {
+  const lens::LensCovariance& lens = context.lens->known.covariance;
+  const tracking::SeenBody* const cell = Find(seen, settings_.cell.name);
+  const auto places = [this](const tracking::SeenBody& body) {
     return TagPlacementSd{settings_.tag_check.place_sd_m,
-                          body.body->place_sd_m.value_or(kPlaceSdOnOnePlate_m)};
+                          body.body->place_sd_m.value_or(tracking::kPlaceSdOnOnePlate_m)};
   };
   for (std::size_t k = 0; k < settings_.bodies.size() && k < bodies_.size(); ++k) {
-    const SeenBody* const body = Find(seen, settings_.bodies[k]);
-    CameraStatus::Body& status = bodies_[k];
+    const tracking::SeenBody* const body = Find(seen, settings_.bodies[k]);
+    status::CameraStatus::Body& status = bodies_[k];
     status.valid = body != nullptr && cell != nullptr;
     if (!status.valid) continue;
     status.ambiguous = body->ambiguous || cell->ambiguous;
     status.X_WK = settings_.X_WK * (cell->estimate.X_CK.Inverse() * body->estimate.X_CK);
     const CameraPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
                                             Vec3::Zero(), lens, image_s, places(*body));
-    status.radius_m = RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
+    status.radius_m =
+        deflection::RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
     status.time_s = image_s;
   }
-  const SeenBody* const tool = settings_.tool.empty() ? nullptr : Find(seen, settings_.tool);
+  const tracking::SeenBody* const tool =
+      settings_.tool.empty() ? nullptr : Find(seen, settings_.tool);
   const bool reliable = tool != nullptr && cell != nullptr && !tool->ambiguous &&
                         !cell->ambiguous && cell->used.size() >= 2;
   if (reliable) {
@@ -251,22 +259,22 @@ void LensSupervisor::OnBodies(const std::vector<SeenBody>& seen, const FrameCont
 }
 
 bool LensSupervisor::StartBoard(double now_s) {
-  Take(EventOf(ZoomEvent::Kind::kBoardStarted, now_s));
-  const bool started = state() == ZoomState::kCalibrating;
+  Take(EventOf(lens::ZoomEvent::Kind::kBoardStarted, now_s));
+  const bool started = state() == lens::ZoomState::kCalibrating;
   if (started) {
-    prompt_ = BoardPrompt::kShowBoard;
+    prompt_ = lens::BoardPrompt::kShowBoard;
   } else {
-    sink_({Event::kBoardRefusedNow, fmt::format("camera: calibration cannot start now: {}",
-                                                ZoomReasonText(supervision_.reason()))});
+    sink_({log::Event::kBoardRefusedNow, fmt::format("camera: calibration cannot start now: {}",
+                                                     lens::ZoomReasonText(supervision_.reason()))});
   }
   return started;
 }
 
-void LensSupervisor::OnBoardProgress(BoardPrompt prompt, std::size_t views, double now_s) {
-  if (state() != ZoomState::kCalibrating) return;
-  if (views != board_views_ && prompt != BoardPrompt::kHoldStill) {
-    sink_({Event::kBoardProgress,
-           fmt::format("camera: {} views of the board; {}", views, BoardPromptText(prompt))});
+void LensSupervisor::OnBoardProgress(lens::BoardPrompt prompt, std::size_t views, double now_s) {
+  if (state() != lens::ZoomState::kCalibrating) return;
+  if (views != board_views_ && prompt != lens::BoardPrompt::kHoldStill) {
+    sink_({log::Event::kBoardProgress,
+           fmt::format("camera: {} views of the board; {}", views, lens::BoardPromptText(prompt))});
   }
   prompt_ = prompt;
   board_views_ = views;
@@ -274,11 +282,11 @@ void LensSupervisor::OnBoardProgress(BoardPrompt prompt, std::size_t views, doub
 }
 
 bool LensSupervisor::OnBoardAccepted(const ActiveLens& lens, double oldest_s, double now_s) {
-  if (state() != ZoomState::kCalibrating) return false;
-  ZoomEvent event = EventOf(ZoomEvent::Kind::kBoardAccepted, now_s);
+  if (state() != lens::ZoomState::kCalibrating) return false;
+  lens::ZoomEvent event = EventOf(lens::ZoomEvent::Kind::kBoardAccepted, now_s);
   event.observed_s = oldest_s;
   Take(event);
-  if (state() != ZoomState::kValid) return false;
+  if (state() != lens::ZoomState::kValid) return false;
   lens_ = std::make_shared<ActiveLens>(lens);
   baseline_.reset();  // the first tag check sets a new one
   looked_up_ = true;
@@ -287,16 +295,16 @@ bool LensSupervisor::OnBoardAccepted(const ActiveLens& lens, double oldest_s, do
 }
 
 void LensSupervisor::OnBoardRefused(const std::vector<std::string>& reasons, double now_s) {
-  if (state() != ZoomState::kCalibrating) return;
+  if (state() != lens::ZoomState::kCalibrating) return;
   for (const std::string& reason : reasons) {
-    sink_({Event::kBoardRefused, "camera: calibration refused: " + reason});
+    sink_({log::Event::kBoardRefused, "camera: calibration refused: " + reason});
   }
-  Take(EventOf(ZoomEvent::Kind::kBoardRefused, now_s));
+  Take(EventOf(lens::ZoomEvent::Kind::kBoardRefused, now_s));
 }
 
 void LensSupervisor::CancelBoard(double now_s) {
-  if (state() != ZoomState::kCalibrating) return;
-  Take(EventOf(ZoomEvent::Kind::kBoardCancelled, now_s));
+  if (state() != lens::ZoomState::kCalibrating) return;
+  Take(EventOf(lens::ZoomEvent::Kind::kBoardCancelled, now_s));
 }
 
 void LensSupervisor::SetStoredId(std::int64_t id) {
@@ -309,29 +317,29 @@ void LensSupervisor::SetStoredId(std::int64_t id) {
 void LensSupervisor::OnStoreFault(const std::string& fault) {
   if (fault == store_fault_) return;
   if (fault.empty()) {
-    sink_({Event::kLensStoreWorks, "lens store works again"});
+    sink_({log::Event::kLensStoreWorks, "lens store works again"});
   } else {
-    sink_({Event::kLensStoreFault, "lens store: " + fault});
+    sink_({log::Event::kLensStoreFault, "lens store: " + fault});
   }
   store_fault_ = fault;
 }
 
-CameraStatus LensSupervisor::Status() const {
-  CameraStatus status;
+status::CameraStatus LensSupervisor::Status() const {
+  status::CameraStatus status;
   status.configured = true;
   status.name = settings_.name;
   status.state = state();
   status.reason = supervision_.reason();
-  status.lens_stale = state() != ZoomState::kValid;
+  status.lens_stale = state() != lens::ZoomState::kValid;
   status.camera_lost = camera_ != CameraResult::kFrame;
-  status.zoom_unknown = state() == ZoomState::kUnknown;
-  status.board_wanted = supervision_.request() == ZoomRequest::kBoard;
-  status.fiducials_hidden = status.reason == ZoomReason::kTagsNotVisible;
+  status.zoom_unknown = state() == lens::ZoomState::kUnknown;
+  status.board_wanted = supervision_.request() == lens::ZoomRequest::kBoard;
+  status.fiducials_hidden = status.reason == lens::ZoomReason::kTagsNotVisible;
   status.fiducial_moved = tag_moved_;
   status.store_fault = !store_fault_.empty();
   status.prompt = prompt_;
-  if (status.prompt == BoardPrompt::kNone && status.board_wanted) {
-    status.prompt = BoardPrompt::kShowBoard;
+  if (status.prompt == lens::BoardPrompt::kNone && status.board_wanted) {
+    status.prompt = lens::BoardPrompt::kShowBoard;
   }
   status.board_views = static_cast<std::uint16_t>(board_views_);
   status.zoom_counts = zoom_counts_;
@@ -341,7 +349,7 @@ CameraStatus LensSupervisor::Status() const {
   status.frame_time_s = frame_time_s_;
   status.bodies_configured = std::min(settings_.bodies.size(), bodies_.size());
   status.bodies = bodies_;
-  if (const auto tip = tip_.Point(); tip && state() == ZoomState::kValid) {
+  if (const auto tip = tip_.Point(); tip && state() == lens::ZoomState::kValid) {
     status.tip_valid = true;
     status.tip_W = tip->p_W;
     status.tip_covariance_W = tip->covariance_W;
@@ -351,4 +359,4 @@ CameraStatus LensSupervisor::Status() const {
   return status;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

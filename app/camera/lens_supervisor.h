@@ -18,14 +18,14 @@
 #include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct LensSupervisorSettings {
-  CameraName name = CameraName::kNone;
-  ZoomSupervisorSettings zoom;
+  status::CameraName name = status::CameraName::kNone;
+  lens::ZoomSupervisorSettings zoom;
   TagCheckSettings tag_check;
   double acceptable_px = 0.5;       ///< largest acceptable projection uncertainty (1 sd)
-  Body cell;                        ///< the reference tags
+  tracking::Body cell;              ///< the reference tags
   Pose X_WK;                        ///< the cell's body in the measurement frame
   std::string tool;                 ///< name of the body that carries the tip; empty: none
   Vec3 tip_T = Vec3::Zero();        ///< on that body [m]
@@ -35,7 +35,7 @@ struct LensSupervisorSettings {
 /// Snapshot for the image thread: what to do with the next frame. Passed back with each result, so
 /// that results which belong to an earlier lens or zoom are recognized and dropped.
 struct FrameContext {
-  ZoomState state = ZoomState::kUnknown;
+  lens::ZoomState state = lens::ZoomState::kUnknown;
   bool needs_lens = false;        ///< look the lens for this zoom up in the store
   bool search_for_board = false;  ///< a board that comes into view starts a capture
   std::optional<std::int32_t> zoom_counts, focus_counts;  ///< at this standstill
@@ -48,10 +48,10 @@ struct FrameContext {
 /// it under a mutex.
 class LensSupervisor {
  public:
-  LensSupervisor(LensSupervisorSettings settings, LogSink sink);
+  LensSupervisor(LensSupervisorSettings settings, log::LogSink sink);
 
-  void OnZoomReading(const ZoomReading& reading, double now_s);
-  void OnSensorFault(ZoomResult result, std::string_view problem, double now_s);
+  void OnZoomReading(const lens::ZoomReading& reading, double now_s);
+  void OnSensorFault(zoom::ZoomResult result, std::string_view problem, double now_s);
   void OnTime(double now_s);
   void OnCameraResult(CameraResult result, std::string_view problem, double now_s);
 
@@ -66,11 +66,12 @@ class LensSupervisor {
   /// @return  true if the baseline of the lens changed and should be stored
   bool OnTagCheck(const TagCheck& check, const FrameContext& context, double image_s, double now_s);
   /// The bodies of one image, located with the lens of `context`.
-  void OnBodies(const std::vector<SeenBody>& bodies, const FrameContext& context, double image_s);
+  void OnBodies(const std::vector<tracking::SeenBody>& bodies, const FrameContext& context,
+                double image_s);
 
   /// @return  whether the capture started: it does not while the zoom moves or is unknown
   bool StartBoard(double now_s);
-  void OnBoardProgress(BoardPrompt prompt, std::size_t views, double now_s);
+  void OnBoardProgress(lens::BoardPrompt prompt, std::size_t views, double now_s);
   /// @param oldest_s  time of the oldest view in the calibration
   /// @return          whether the lens is now active: false if the zoom has moved since `oldest_s`
   bool OnBoardAccepted(const ActiveLens& lens, double oldest_s, double now_s);
@@ -80,22 +81,22 @@ class LensSupervisor {
   void SetStoredId(std::int64_t id);
   void OnStoreFault(const std::string& fault);  ///< empty: the store works
 
-  ZoomState state() const { return supervision_.state(); }
+  lens::ZoomState state() const { return supervision_.state(); }
   const LensSupervisorSettings& settings() const { return settings_; }  ///< constant: any thread
-  CameraStatus Status() const;
+  status::CameraStatus Status() const;
 
  private:
-  void Take(ZoomEvent event);
-  void ApplyTransition(const ZoomTransition& transition);
+  void Take(lens::ZoomEvent event);
+  void ApplyTransition(const lens::ZoomTransition& transition);
   void DropLens();
   void InvalidateBodies();
   bool IsCurrent(const FrameContext& context) const;
 
   const LensSupervisorSettings settings_;
-  LogSink sink_;
-  ZoomSupervisor supervision_;
+  log::LogSink sink_;
+  lens::ZoomSupervisor supervision_;
   std::optional<std::int32_t> zoom_counts_, focus_counts_;  ///< last reading
-  double zoom_time_s_ = CameraStatus::kNever, frame_time_s_ = CameraStatus::kNever;
+  double zoom_time_s_ = status::CameraStatus::kNever, frame_time_s_ = status::CameraStatus::kNever;
   std::uint64_t standstill_ = 0;
   std::optional<std::int32_t> standstill_zoom_, standstill_focus_;
   bool looked_up_ = false;  ///< during this standstill
@@ -104,12 +105,12 @@ class LensSupervisor {
   int failed_checks_ = 0;  ///< consecutive tag checks that were not good
   std::string check_message_;
   bool tag_moved_ = false;
-  BoardPrompt prompt_ = BoardPrompt::kNone;
+  lens::BoardPrompt prompt_ = lens::BoardPrompt::kNone;
   std::size_t board_views_ = 0;
-  std::array<CameraStatus::Body, CameraStatus::kMaxBodies> bodies_;
+  std::array<status::CameraStatus::Body, status::CameraStatus::kMaxBodies> bodies_;
   StationaryPointFilter tip_;
-  std::optional<CameraResult> camera_;  ///< last logged result
-  std::optional<ZoomResult> sensor_;    ///< last logged result
+  std::optional<CameraResult> camera_;      ///< last logged result
+  std::optional<zoom::ZoomResult> sensor_;  ///< last logged result
   double camera_lost_s_ = 0;
   std::string store_fault_;
 };
@@ -118,4 +119,4 @@ class LensSupervisor {
 /// lens as bad: a single one may be a hand in the picture.
 inline constexpr int kChecksToReject = 3;
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

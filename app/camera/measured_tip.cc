@@ -5,7 +5,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr double kDeviations = 4, kShared_m = 2e-5, kMaxGap_s = 1;
@@ -13,15 +13,15 @@ constexpr double kDeviations = 4, kShared_m = 2e-5, kMaxGap_s = 1;
 using PointByPose = Eigen::Matrix<double, 3, 6>;
 
 /// The part of a pose's covariance that is due to its own corner noise.
-Mat6 NoiseOf(const PoseEstimate& pose, const LensCovariance& lens) {
+tracking::Mat6 NoiseOf(const tracking::PoseEstimate& pose, const lens::LensCovariance& lens) {
   return pose.covariance - pose.by_lens * lens * pose.by_lens.transpose();
 }
 
 }  // namespace
 
-CameraPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
-                         const Vec3& p_TQ, const LensCovariance& lens, double time_s,
-                         const TagPlacementSd& places) {
+CameraPoint MeasurePoint(const tracking::PoseEstimate& cell, const tracking::PoseEstimate& tool,
+                         const Pose& X_WK, const Vec3& p_TQ, const lens::LensCovariance& lens,
+                         double time_s, const TagPlacementSd& places) {
   const Vec3 turned_C = tool.X_CK.R * p_TQ;  // from the tool's origin, in the camera's axes
   const Vec3 p_CQ = turned_C + tool.X_CK.p;
   const Mat3 R_WC = X_WK.R * cell.X_CK.R.transpose();
@@ -68,4 +68,4 @@ std::optional<CameraPoint> StationaryPointFilter::Point() const {
   return mean;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

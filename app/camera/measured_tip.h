@@ -6,7 +6,7 @@
 
 #include "app/tracking/bodies.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Position of a point of a body in the measurement frame W.
 struct CameraPoint {
@@ -30,9 +30,9 @@ struct TagPlacementSd {
 /// averaging does not reduce them.
 /// @param X_WK  the cell's body in the measurement frame, as declared
 /// @param p_TQ  the point on the tool's body [m]
-CameraPoint MeasurePoint(const PoseEstimate& cell, const PoseEstimate& tool, const Pose& X_WK,
-                         const Vec3& p_TQ, const LensCovariance& lens, double time_s,
-                         const TagPlacementSd& places = {});
+CameraPoint MeasurePoint(const tracking::PoseEstimate& cell, const tracking::PoseEstimate& tool,
+                         const Pose& X_WK, const Vec3& p_TQ, const lens::LensCovariance& lens,
+                         double time_s, const TagPlacementSd& places = {});
 
 /// Reports a point only while it is stationary: each pair of the last kSamples measurements agrees
 /// within four standard deviations plus 20 um for errors the images share.
@@ -50,4 +50,4 @@ class StationaryPointFilter {
   std::size_t count_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -7,13 +7,14 @@
 #include "app/camera/tag_fit.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr std::size_t kMinTagsForPose = 2, kMinTagsToExclude = 3;
 
 bool IsAccepted(const std::optional<TagFit>& fit) {
-  return fit && ChiSquareTail(fit->chi2, std::max(1, fit->degrees_of_freedom)) >= kSignificance;
+  return fit && statistics::ChiSquareTail(fit->chi2, std::max(1, fit->degrees_of_freedom)) >=
+                    kSignificance;
 }
 
 void Accept(const TagFit& fit, TagVerdict verdict, TagJudgement& judgement) {
@@ -24,7 +25,8 @@ void Accept(const TagFit& fit, TagVerdict verdict, TagJudgement& judgement) {
 }
 
 /// Tests whether a rigid motion of the camera, with the lens unchanged, explains the corners.
-bool CameraMoved(const KnownLens& lens, const TagFitProblem& problem, TagJudgement& judgement) {
+bool CameraMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
+                 TagJudgement& judgement) {
   if (problem.observations.size() < kMinTagsForPose) return false;
   const auto moved = FitTags(lens.lens, problem, {.pose = true});
   if (!IsAccepted(moved)) return false;
@@ -34,13 +36,13 @@ bool CameraMoved(const KnownLens& lens, const TagFitProblem& problem, TagJudgeme
   // Pose of the new camera in the old one.
   const Pose X = problem.start * moved->X_CK.Inverse();
   judgement.moved_m = X.p.norm();
-  judgement.turned_rad = AngleBetween(problem.start, moved->X_CK);
+  judgement.turned_rad = tracking::AngleBetween(problem.start, moved->X_CK);
   return true;
 }
 
 /// Tests whether excluding one tag makes the others agree.
-bool OneTagMoved(const KnownLens& lens, const TagFitProblem& problem, const FreeParameters& free,
-                 TagJudgement& judgement) {
+bool OneTagMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
+                 const FreeParameters& free, TagJudgement& judgement) {
   if (problem.observations.size() < kMinTagsToExclude) return false;
   std::optional<TagFit> best;
   int moved_id = 0;
@@ -54,7 +56,7 @@ bool OneTagMoved(const KnownLens& lens, const TagFitProblem& problem, const Free
   return true;
 }
 
-TagJudgement JudgeAgainstBaseline(const KnownLens& lens, const TagFitProblem& problem) {
+TagJudgement JudgeAgainstBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
   TagJudgement judgement;
   const auto still = FitTags(lens.lens, problem, {});
   if (!still) return judgement;
@@ -74,7 +76,7 @@ TagJudgement JudgeAgainstBaseline(const KnownLens& lens, const TagFitProblem& pr
   return judgement;
 }
 
-TagJudgement JudgeWithoutBaseline(const KnownLens& lens, const TagFitProblem& problem) {
+TagJudgement JudgeWithoutBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
   TagJudgement judgement;
   if (problem.observations.size() < kMinTagsForPose) return judgement;
   const auto fit = FitTags(lens.lens, problem, {.pose = true});
@@ -91,9 +93,9 @@ TagJudgement JudgeWithoutBaseline(const KnownLens& lens, const TagFitProblem& pr
 
 }  // namespace
 
-TagJudgement JudgeReferenceTags(const KnownLens& lens, const Body& cell,
-                                const std::vector<SeenTag>& seen, const TagBaseline* baseline,
-                                const TagCheckSettings& settings) {
+TagJudgement JudgeReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
+                                const std::vector<tracking::SeenTag>& seen,
+                                const TagBaseline* baseline, const TagCheckSettings& settings) {
   if (baseline != nullptr) {
     const TagFitProblem problem = ProblemAgainstBaseline(cell, seen, *baseline, settings);
     return problem.observations.empty() ? TagJudgement{} : JudgeAgainstBaseline(lens, problem);
@@ -102,8 +104,8 @@ TagJudgement JudgeReferenceTags(const KnownLens& lens, const Body& cell,
   return problem ? JudgeWithoutBaseline(lens, *problem) : TagJudgement{};
 }
 
-TagBaseline BaselineAt(const KnownLens& lens, const Body& cell, const std::vector<SeenTag>& seen,
-                       const Pose& X_CK) {
+TagBaseline BaselineAt(const lens::KnownLens& lens, const tracking::Body& cell,
+                       const std::vector<tracking::SeenTag>& seen, const Pose& X_CK) {
   TagBaseline baseline{X_CK, {}};
   for (const TagObservation& observation : ObservedReferenceTags(cell, seen)) {
     TagBaseline::Tag& tag = baseline.tags[observation.id];
@@ -116,10 +118,12 @@ TagBaseline BaselineAt(const KnownLens& lens, const Body& cell, const std::vecto
   return baseline;
 }
 
-std::optional<KnownLens> RefineFocalLength(const KnownLens& lens, double prior_sd, const Body& cell,
-                                           const std::vector<SeenTag>& seen,
-                                           const TagCheckSettings& settings) {
-  const auto problem = ProblemWithoutBaseline(lens, LensCovariance::Zero(), cell, seen, settings);
+std::optional<lens::KnownLens> RefineFocalLength(const lens::KnownLens& lens, double prior_sd,
+                                                 const tracking::Body& cell,
+                                                 const std::vector<tracking::SeenTag>& seen,
+                                                 const TagCheckSettings& settings) {
+  const auto problem =
+      ProblemWithoutBaseline(lens, lens::LensCovariance::Zero(), cell, seen, settings);
   if (!problem || problem->observations.size() < kMinTagsForPose || !(prior_sd > 0))
     return std::nullopt;
   const auto fit = FitTags(lens.lens, *problem, {.pose = true, .focal = true});
@@ -127,7 +131,7 @@ std::optional<KnownLens> RefineFocalLength(const KnownLens& lens, double prior_s
   const double tag_variance = fit->log_focal_sd * fit->log_focal_sd, prior = prior_sd * prior_sd;
   const double shift = fit->log_focal * prior / (prior + tag_variance);
   const double shrink = std::sqrt(tag_variance / (prior + tag_variance));
-  KnownLens refined = lens;
+  lens::KnownLens refined = lens;
   refined.lens.fx *= std::exp(shift);
   refined.lens.fy *= std::exp(shift);
   refined.covariance.topRows<2>() *= shrink;
@@ -135,14 +139,14 @@ std::optional<KnownLens> RefineFocalLength(const KnownLens& lens, double prior_s
   return refined;
 }
 
-KnownLens WithFocalDrift(const KnownLens& lens, double log_focal, double log_focal_sd) {
-  KnownLens drifted = lens;
+lens::KnownLens WithFocalDrift(const lens::KnownLens& lens, double log_focal, double log_focal_sd) {
+  lens::KnownLens drifted = lens;
   drifted.lens.fx *= std::exp(log_focal);
   drifted.lens.fy *= std::exp(log_focal);
-  const Vec2 by_focal(drifted.lens.fx, drifted.lens.fy);
+  const lens::Vec2 by_focal(drifted.lens.fx, drifted.lens.fy);
   drifted.covariance.topLeftCorner<2, 2>() +=
       log_focal_sd * log_focal_sd * by_focal * by_focal.transpose();
   return drifted;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -8,15 +8,15 @@
 
 #include "app/tracking/bodies.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// The reference tags as observed when a lens was last verified: the camera's pose and each tag's
 /// residuals. Later observations are compared with these residuals, so that constant errors of the
 /// lens and of the tags' declared places cancel and only the corners' noise remains.
 struct TagBaseline {
   struct Tag {
-    Corners residual_px;           ///< observed minus projected
-    CornersCovariance covariance;  ///< of the residuals [px^2]
+    tracking::Corners residual_px;           ///< observed minus projected
+    tracking::CornersCovariance covariance;  ///< of the residuals [px^2]
   };
   Pose X_CK;  ///< the cell's body K in the camera frame
   std::map<int, Tag> tags;
@@ -59,15 +59,15 @@ struct TagJudgement {
 /// Without a baseline the pose is always free, and the covariance also includes the tags' placement
 /// and the lens.
 /// @param baseline  null if the lens was never verified
-TagJudgement JudgeReferenceTags(const KnownLens& lens, const Body& cell,
-                                const std::vector<SeenTag>& seen, const TagBaseline* baseline,
-                                const TagCheckSettings& settings = {});
+TagJudgement JudgeReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
+                                const std::vector<tracking::SeenTag>& seen,
+                                const TagBaseline* baseline, const TagCheckSettings& settings = {});
 
 inline constexpr double kSignificance = 1e-5, kFocalChi2Gain = 16;
 
 /// The baseline for tags that were found good with the camera at X_CK.
-TagBaseline BaselineAt(const KnownLens& lens, const Body& cell, const std::vector<SeenTag>& seen,
-                       const Pose& X_CK);
+TagBaseline BaselineAt(const lens::KnownLens& lens, const tracking::Body& cell,
+                       const std::vector<tracking::SeenTag>& seen, const Pose& X_CK);
 
 /// The lens with its focal length re-estimated from the tags: for the drift of a calibrated lens or
 /// the error of an interpolated one. The shift of ln f measured by the tags is combined with a
@@ -75,11 +75,12 @@ TagBaseline BaselineAt(const KnownLens& lens, const Body& cell, const std::vecto
 ///   s = s_tags / (1 + var_tags / prior^2),  1 / var = 1 / var_tags + 1 / prior^2
 /// The rows and columns of fx and fy in the lens covariance are scaled by sqrt(var) / prior.
 /// @return  nullopt if fewer than two tags are visible or the fit does not converge
-std::optional<KnownLens> RefineFocalLength(const KnownLens& lens, double prior_sd, const Body& cell,
-                                           const std::vector<SeenTag>& seen,
-                                           const TagCheckSettings& settings = {});
+std::optional<lens::KnownLens> RefineFocalLength(const lens::KnownLens& lens, double prior_sd,
+                                                 const tracking::Body& cell,
+                                                 const std::vector<tracking::SeenTag>& seen,
+                                                 const TagCheckSettings& settings = {});
 
 /// A calibrated lens scaled by exp(log_focal), with that factor's variance added to its covariance.
-KnownLens WithFocalDrift(const KnownLens& lens, double log_focal, double log_focal_sd);
+lens::KnownLens WithFocalDrift(const lens::KnownLens& lens, double log_focal, double log_focal_sd);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

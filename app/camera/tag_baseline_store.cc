@@ -10,7 +10,7 @@
 #include "app/model_store/durable_file.h"
 #include "app/text/json_text.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 namespace fs = std::filesystem;
@@ -41,9 +41,9 @@ void Read(const Json& array, Matrix& matrix) {
 }
 
 /// The tags' declaration, stored to detect that it has changed.
-Json Declared(const Body& cell) {
+Json Declared(const tracking::Body& cell) {
   Json tags = Json::array();
-  for (const BodyTag& tag : cell.tags) {
+  for (const tracking::BodyTag& tag : cell.tags) {
     tags.push_back({tag.id, tag.side_m, NumbersOf(tag.X_KM.R), NumbersOf(tag.X_KM.p)});
   }
   return tags;
@@ -75,7 +75,7 @@ TagBaseline BaselineFrom(const Json& json) {
 }  // namespace
 
 std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
-                             const Body& cell) {
+                             const tracking::Body& cell) {
   Json lenses = Json::object();
   for (const auto& [id, baseline] : baselines) {
     Json tags = Json::object();
@@ -94,16 +94,16 @@ std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baseline
 }
 
 Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
-                                                                 const Body& cell) {
+                                                                 const tracking::Body& cell) {
   std::map<std::int64_t, TagBaseline> baselines;
   try {
-    const Result<Json> read = JsonFromText(text);
+    const Result<Json> read = text::JsonFromText(text);
     if (!read) return read.failure();
     const Json& json = *read;
     if (json.at("schema") != kSchema) {
       return Error{fmt::format("its schema is not {}", kSchema)};
     }
-    if (json.at("marks") != JsonOrNull(Declared(cell).dump())) return baselines;
+    if (json.at("marks") != text::JsonOrNull(Declared(cell).dump())) return baselines;
     for (const auto& [id, baseline] : json.at("lenses").items()) {
       baselines[std::stoll(id)] = BaselineFrom(baseline);
     }
@@ -113,11 +113,11 @@ Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::stri
   return baselines;
 }
 
-TagBaselineStore::TagBaselineStore(std::string path, Body cell, std::string& problem)
+TagBaselineStore::TagBaselineStore(std::string path, tracking::Body cell, std::string& problem)
     : path_(std::move(path)), cell_(std::move(cell)) {
   std::error_code none;
   if (!fs::exists(path_, none)) return;
-  const Result<std::string> text = ReadTextFile(path_);
+  const Result<std::string> text = config::ReadTextFile(path_);
   auto read = text ? TagBaselinesFromJson(*text, cell_) : Error{text.error()};
   if (read) {
     baselines_ = std::move(read).value();
@@ -141,7 +141,7 @@ Result<void> TagBaselineStore::Store(std::int64_t lens_id, const TagBaseline& ba
   baselines_[lens_id] = baseline;
   std::error_code not_moved;  // the write below then fails and is reported
   if (std::exchange(unreadable_, false)) fs::rename(path_, path_ + ".unread", not_moved);
-  return WriteDurably(path_, TagBaselinesJson(baselines_, cell_));
+  return model_store::WriteDurably(path_, TagBaselinesJson(baselines_, cell_));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -9,14 +9,14 @@
 #include "app/camera/reference_tags.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// @param baselines  by the id of the lens
 std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
-                             const Body& cell);
+                             const tracking::Body& cell);
 /// @return  an empty map if the tags' declaration has changed since the text was written
 Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
-                                                                 const Body& cell);
+                                                                 const tracking::Body& cell);
 
 /// One JSON file, replaced as a whole at each change. The key is the id in the lens store, which is
 /// unique across cameras. Thread-safe.
@@ -25,7 +25,7 @@ class TagBaselineStore {
   /// If the file cannot be read, the store starts empty and the next Store() preserves the file as
   /// `path`.unread.
   /// @param problem  set to the reason if the file cannot be read
-  TagBaselineStore(std::string path, Body cell, std::string& problem);
+  TagBaselineStore(std::string path, tracking::Body cell, std::string& problem);
 
   /// @return  null if there is no baseline for that lens
   std::shared_ptr<const TagBaseline> Find(std::int64_t lens_id) const;
@@ -34,10 +34,10 @@ class TagBaselineStore {
 
  private:
   const std::string path_;
-  const Body cell_;
+  const tracking::Body cell_;
   mutable std::mutex mutex_;
   bool unreadable_ = false;  ///< the existing file could not be read and is not yet moved aside
   std::map<std::int64_t, TagBaseline> baselines_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

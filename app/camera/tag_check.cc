@@ -9,7 +9,7 @@
 #include "app/printed_digits.h"
 #include "firmware-like/geometry/angle.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 std::string ExclusionMessage(const std::vector<int>& ids) {
@@ -21,11 +21,11 @@ std::string ExclusionMessage(const std::vector<int>& ids) {
 }
 
 /// Tests a calibrated lens as it is, an interpolated one with its focal length refined.
-TagCheck CheckWithoutBaseline(const ActiveLens& lens, const Body& cell,
-                              const std::vector<SeenTag>& seen, double acceptable_px,
+TagCheck CheckWithoutBaseline(const ActiveLens& lens, const tracking::Body& cell,
+                              const std::vector<tracking::SeenTag>& seen, double acceptable_px,
                               const TagCheckSettings& settings) {
   TagCheck check;
-  KnownLens used = lens.known;
+  lens::KnownLens used = lens.known;
   if (!lens.calibrated) {
     const auto refined = RefineFocalLength(lens.known, lens.log_focal_sd, cell, seen, settings);
     if (!refined) return check;
@@ -43,7 +43,7 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const Body& cell,
   if (judgement.verdict != TagVerdict::kGood) return check;
   if (!lens.calibrated) {
     const double uncertain_px =
-        ProjectionUncertaintyOf(used.lens, used.covariance, used.size).max_px;
+        lens::ProjectionUncertaintyOf(used.lens, used.covariance, used.size).max_px;
     if (uncertain_px > acceptable_px) {
       check.verdict = TagVerdict::kBad;
       check.message = fmt::format(
@@ -65,9 +65,9 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const Body& cell,
 
 }  // namespace
 
-TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline, const Body& cell,
-                            const std::vector<SeenTag>& seen, double acceptable_px,
-                            const TagCheckSettings& settings) {
+TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
+                            const tracking::Body& cell, const std::vector<tracking::SeenTag>& seen,
+                            double acceptable_px, const TagCheckSettings& settings) {
   if (baseline == nullptr) return CheckWithoutBaseline(lens, cell, seen, acceptable_px, settings);
   TagCheck check;
   const TagJudgement judgement = JudgeReferenceTags(lens.known, cell, seen, baseline, settings);
@@ -87,10 +87,10 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
           1e3 * judgement.moved_m, kDegPerRad * judgement.turned_rad);
       break;
     case TagVerdict::kZoomDrifted: {
-      const KnownLens drifted =
+      const lens::KnownLens drifted =
           WithFocalDrift(lens.known, judgement.log_focal, judgement.log_focal_sd);
       const double uncertain_px =
-          ProjectionUncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
+          lens::ProjectionUncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
       if (uncertain_px > acceptable_px) {
         check.verdict = TagVerdict::kBad;
         check.message = fmt::format(
@@ -116,4 +116,4 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
   return check;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -7,11 +7,11 @@
 
 #include "app/camera/reference_tags.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// The lens that frames are evaluated with.
 struct ActiveLens {
-  KnownLens known;
+  lens::KnownLens known;
   std::int64_t id = 0;                      ///< in the lens store; 0: not stored
   bool calibrated = false;                  ///< at this zoom; false: interpolated, only a start
   double log_focal_sd = 0;                  ///< of ln f, for an interpolated lens
@@ -21,7 +21,7 @@ struct ActiveLens {
 struct TagCheck {
   TagVerdict verdict = TagVerdict::kNotVisible;
   std::string message;                  ///< for the log; empty: nothing new
-  std::optional<KnownLens> lens;        ///< replaces the active lens
+  std::optional<lens::KnownLens> lens;  ///< replaces the active lens
   std::optional<TagBaseline> baseline;  ///< replaces the previous baseline
   std::vector<int> excluded;            ///< tags that moved
 };
@@ -31,8 +31,8 @@ struct TagCheck {
 /// is good only if its projection uncertainty is then at most `acceptable_px` (1 sd, at infinity,
 /// worst place in the image).
 /// @param baseline  of this lens; null if there is none
-TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline, const Body& cell,
-                            const std::vector<SeenTag>& seen, double acceptable_px,
-                            const TagCheckSettings& settings = {});
+TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
+                            const tracking::Body& cell, const std::vector<tracking::SeenTag>& seen,
+                            double acceptable_px, const TagCheckSettings& settings = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -6,18 +6,18 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr int kMaxIterations = 25;
 constexpr double kConverged = 1e-9;  ///< relative change of chi2
 
 /// Derivative of the pixel with respect to the point in the camera frame [px/m].
-Eigen::Matrix<double, 2, 3> PixelByPoint(const Lens& lens, const Vec3& p) {
-  const Vec2 n = p.head<2>() / p.z();
+Eigen::Matrix<double, 2, 3> PixelByPoint(const lens::Lens& lens, const Vec3& p) {
+  const lens::Vec2 n = p.head<2>() / p.z();
   Eigen::Matrix<double, 2, 3> by_point;
   by_point << 1 / p.z(), 0, -n.x() / p.z(), 0, 1 / p.z(), -n.y() / p.z();
-  return PixelJacobian(lens, n) * by_point;
+  return lens::PixelJacobian(lens, n) * by_point;
 }
 
 /// Residuals of all corners and their derivatives with respect to (translation, rotation, ln f).
@@ -26,7 +26,7 @@ struct Linearization {
   Eigen::MatrixXd J;
 };
 
-std::optional<Linearization> LinearizeAt(const Lens& lens,
+std::optional<Linearization> LinearizeAt(const lens::Lens& lens,
                                          const std::vector<TagObservation>& observations,
                                          const Pose& X) {
   const auto count = static_cast<Eigen::Index>(8 * observations.size());
@@ -37,19 +37,19 @@ std::optional<Linearization> LinearizeAt(const Lens& lens,
       const Vec3 turned = X.R * observation.p_K[k];
       const Vec3 p = turned + X.p;
       if (!(p.z() > 1e-6)) return std::nullopt;
-      const Vec2 pixel = Project<double>(lens, p);
+      const lens::Vec2 pixel = Project<double>(lens, p);
       rows.r.segment<2>(row) = observation.pixels[k] - pixel;
       const Eigen::Matrix<double, 2, 3> by_point = PixelByPoint(lens, p);
       rows.J.block<2, 3>(row, 0) = by_point;
       rows.J.block<2, 3>(row, 3) = -by_point * CrossMatrix(turned);
-      rows.J.block<2, 1>(row, 6) = pixel - Vec2(lens.cx, lens.cy);
+      rows.J.block<2, 1>(row, 6) = pixel - lens::Vec2(lens.cx, lens.cy);
     }
   }
   if (!rows.r.allFinite() || !rows.J.allFinite()) return std::nullopt;
   return rows;
 }
 
-Lens Scaled(Lens lens, double log_focal) {
+lens::Lens Scaled(lens::Lens lens, double log_focal) {
   lens.fx *= std::exp(log_focal);
   lens.fy *= std::exp(log_focal);
   return lens;
@@ -67,18 +67,18 @@ void AddCornerCovariance(const std::vector<TagObservation>& observations, double
 
 }  // namespace
 
-std::vector<TagObservation> ObservedReferenceTags(const Body& cell,
-                                                  const std::vector<SeenTag>& seen) {
+std::vector<TagObservation> ObservedReferenceTags(const tracking::Body& cell,
+                                                  const std::vector<tracking::SeenTag>& seen) {
   std::vector<TagObservation> observations;
-  for (const BodyTag& declared : cell.tags) {
-    const SeenTag* found = nullptr;
+  for (const tracking::BodyTag& declared : cell.tags) {
+    const tracking::SeenTag* found = nullptr;
     int count = 0;
-    for (const SeenTag& tag : seen) {
+    for (const tracking::SeenTag& tag : seen) {
       if (tag.id == declared.id) found = &tag, ++count;
     }
     if (count != 1) continue;
-    TagObservation observation{declared.id, CornersInTag(declared.side_m), found->corners_px,
-                               found->covariance};
+    TagObservation observation{declared.id, tracking::CornersInTag(declared.side_m),
+                               found->corners_px, found->covariance};
     for (Vec3& p : observation.p_K) p = declared.X_KM * p;
     observations.push_back(observation);
   }
@@ -97,7 +97,8 @@ TagFitProblem TagFitProblem::Without(std::size_t index) const {
   return remaining;
 }
 
-TagFitProblem ProblemAgainstBaseline(const Body& cell, const std::vector<SeenTag>& seen,
+TagFitProblem ProblemAgainstBaseline(const tracking::Body& cell,
+                                     const std::vector<tracking::SeenTag>& seen,
                                      const TagBaseline& baseline,
                                      const TagCheckSettings& settings) {
   TagFitProblem problem{{}, baseline.X_CK, {}};
@@ -114,12 +115,12 @@ TagFitProblem ProblemAgainstBaseline(const Body& cell, const std::vector<SeenTag
   return problem;
 }
 
-std::optional<TagFitProblem> ProblemWithoutBaseline(const KnownLens& lens,
-                                                    const LensCovariance& lens_covariance,
-                                                    const Body& cell,
-                                                    const std::vector<SeenTag>& seen,
+std::optional<TagFitProblem> ProblemWithoutBaseline(const lens::KnownLens& lens,
+                                                    const lens::LensCovariance& lens_covariance,
+                                                    const tracking::Body& cell,
+                                                    const std::vector<tracking::SeenTag>& seen,
                                                     const TagCheckSettings& settings) {
-  const auto located = LocateBody(lens, cell, seen, std::nullopt);
+  const auto located = tracking::LocateBody(lens, cell, seen, std::nullopt);
   if (!located) return std::nullopt;
   TagFitProblem problem{ObservedReferenceTags(cell, seen), located->estimate.X_CK, {}};
   const auto rows = LinearizeAt(lens.lens, problem.observations, problem.start);
@@ -133,7 +134,7 @@ std::optional<TagFitProblem> ProblemWithoutBaseline(const KnownLens& lens,
     for (std::size_t k = 0; k < 4; ++k) {
       const Vec3 p = problem.start * observation.p_K[k];
       by_lens.block<2, 9>(at + 2 * static_cast<Eigen::Index>(k), 0) =
-          PixelByLens(lens.lens, p.head<2>() / p.z());
+          tracking::PixelByLens(lens.lens, p.head<2>() / p.z());
     }
     const auto by_place = rows->J.block<8, 3>(at, 0);
     C.block<8, 8>(at, at) +=
@@ -145,7 +146,7 @@ std::optional<TagFitProblem> ProblemWithoutBaseline(const KnownLens& lens,
   return problem;
 }
 
-std::optional<TagFit> FitTags(const Lens& lens, const TagFitProblem& problem,
+std::optional<TagFit> FitTags(const lens::Lens& lens, const TagFitProblem& problem,
                               const FreeParameters& free) {
   const Eigen::LLT<Eigen::MatrixXd> whitening(problem.covariance);
   if (whitening.info() != Eigen::Success || problem.observations.empty()) return std::nullopt;
@@ -185,4 +186,4 @@ std::optional<TagFit> FitTags(const Lens& lens, const TagFitProblem& problem,
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

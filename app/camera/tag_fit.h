@@ -8,19 +8,19 @@
 
 #include "app/camera/reference_tags.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// One reference tag as observed in an image.
 struct TagObservation {
   int id = 0;
-  std::array<Vec3, 4> p_K;       ///< its corners on the cell's body [m]
-  Corners pixels;                ///< minus the baseline's residuals, if there is a baseline
-  CornersCovariance covariance;  ///< [px^2]
+  std::array<Vec3, 4> p_K;   ///< its corners on the cell's body [m]
+  tracking::Corners pixels;  ///< minus the baseline's residuals, if there is a baseline
+  tracking::CornersCovariance covariance;  ///< [px^2]
 };
 
 /// The reference tags that were detected exactly once, in the order of the body.
-std::vector<TagObservation> ObservedReferenceTags(const Body& cell,
-                                                  const std::vector<SeenTag>& seen);
+std::vector<TagObservation> ObservedReferenceTags(const tracking::Body& cell,
+                                                  const std::vector<tracking::SeenTag>& seen);
 
 struct TagFitProblem {
   std::vector<TagObservation> observations;
@@ -33,15 +33,16 @@ struct TagFitProblem {
 
 /// Tags that are both observed and in the baseline; the covariance is the sum of both
 /// observations'.
-TagFitProblem ProblemAgainstBaseline(const Body& cell, const std::vector<SeenTag>& seen,
+TagFitProblem ProblemAgainstBaseline(const tracking::Body& cell,
+                                     const std::vector<tracking::SeenTag>& seen,
                                      const TagBaseline& baseline, const TagCheckSettings& settings);
 
 /// Observed tags by themselves; the covariance includes corner noise, tag placement and the lens.
 /// @return  nullopt if no starting pose is found
-std::optional<TagFitProblem> ProblemWithoutBaseline(const KnownLens& lens,
-                                                    const LensCovariance& lens_covariance,
-                                                    const Body& cell,
-                                                    const std::vector<SeenTag>& seen,
+std::optional<TagFitProblem> ProblemWithoutBaseline(const lens::KnownLens& lens,
+                                                    const lens::LensCovariance& lens_covariance,
+                                                    const tracking::Body& cell,
+                                                    const std::vector<tracking::SeenTag>& seen,
                                                     const TagCheckSettings& settings);
 
 struct FreeParameters {
@@ -58,7 +59,7 @@ struct TagFit {
 
 /// Gauss-Newton from the problem's start.
 /// @return  nullopt if it does not converge or a tag comes behind the camera
-std::optional<TagFit> FitTags(const Lens& lens, const TagFitProblem& problem,
+std::optional<TagFit> FitTags(const lens::Lens& lens, const TagFitProblem& problem,
                               const FreeParameters& free);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -8,7 +8,7 @@
 #include "app/lens/projection_uncertainty.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr double kTilt_rad = 0.5, kCornerTilt_rad = 0.3;
@@ -20,26 +20,26 @@ constexpr double kMaxOutside = 0.1;  ///< share of corners outside the image
 /// Where a prompt places the board: its centre (-1..1 over the space it leaves in the image), its
 /// tilts [rad] and the share of the image that it fills.
 struct PromptPlacement {
-  BoardPrompt prompt;
+  lens::BoardPrompt prompt;
   double right, down, about_x, about_y, share;
 };
 constexpr double t = kTilt_rad, c = kCornerTilt_rad;
 // A positive turn about y brings the right edge towards the camera, about x the upper one.
 constexpr std::array<PromptPlacement, 10> kPlacements = {{
-    {BoardPrompt::kTiltLeft, 0, 0, 0, -t, kUsualShare},
-    {BoardPrompt::kTiltRight, 0, 0, 0, t, kUsualShare},
-    {BoardPrompt::kTiltUpper, 0, 0, t, 0, kUsualShare},
-    {BoardPrompt::kTiltLower, 0, 0, -t, 0, kUsualShare},
-    {BoardPrompt::kUpperLeft, -1, -1, c, -c, kCornerShare},
-    {BoardPrompt::kUpperRight, 1, -1, c, c, kCornerShare},
-    {BoardPrompt::kLowerLeft, -1, 1, -c, -c, kCornerShare},
-    {BoardPrompt::kLowerRight, 1, 1, -c, c, kCornerShare},
-    {BoardPrompt::kCloser, 0, 0, c, c, kCloseShare},
-    {BoardPrompt::kFarther, 0, 0, c, -c, kFarShare},
+    {lens::BoardPrompt::kTiltLeft, 0, 0, 0, -t, kUsualShare},
+    {lens::BoardPrompt::kTiltRight, 0, 0, 0, t, kUsualShare},
+    {lens::BoardPrompt::kTiltUpper, 0, 0, t, 0, kUsualShare},
+    {lens::BoardPrompt::kTiltLower, 0, 0, -t, 0, kUsualShare},
+    {lens::BoardPrompt::kUpperLeft, -1, -1, c, -c, kCornerShare},
+    {lens::BoardPrompt::kUpperRight, 1, -1, c, c, kCornerShare},
+    {lens::BoardPrompt::kLowerLeft, -1, 1, -c, -c, kCornerShare},
+    {lens::BoardPrompt::kLowerRight, 1, 1, -c, c, kCornerShare},
+    {lens::BoardPrompt::kCloser, 0, 0, c, c, kCloseShare},
+    {lens::BoardPrompt::kFarther, 0, 0, c, -c, kFarShare},
 }};
 
-Pose PoseOfPlacement(const PromptPlacement& placement, const Board& board, const Lens& lens,
-                     ImageSize size) {
+Pose PoseOfPlacement(const PromptPlacement& placement, const lens::Board& board,
+                     const lens::Lens& lens, lens::ImageSize size) {
   const double width_m = 2 * board.Centre().x(), height_m = 2 * board.Centre().y();
   const double z = std::max(lens.fx * width_m / (placement.share * size.width),
                             lens.fy * height_m / (placement.share * size.height));
@@ -54,22 +54,24 @@ Pose PoseOfPlacement(const PromptPlacement& placement, const Board& board, const
 
 }  // namespace
 
-std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVector& shared,
-                                              const Pose& X_CK, ImageSize size, double sigma_px) {
+std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
+                                                    const lens::SharedVector& shared,
+                                                    const Pose& X_CK, lens::ImageSize size,
+                                                    double sigma_px) {
   const Eigen::Index n = board.corners();
-  std::vector<Vec2> pixels;
-  std::vector<double> by_shared(static_cast<std::size_t>(2 * n * kSharedCount));
+  std::vector<lens::Vec2> pixels;
+  std::vector<double> by_shared(static_cast<std::size_t>(2 * n * lens::kSharedCount));
   std::vector<double> by_pose(static_cast<std::size_t>(2 * n * 6));
-  if (!BoardPixels(board, shared, X_CK.R, Vec3::Zero(), X_CK.p, pixels, by_shared.data(),
-                   by_pose.data())) {
+  if (!lens::BoardPixels(board, shared, X_CK.R, Vec3::Zero(), X_CK.p, pixels, by_shared.data(),
+                         by_pose.data())) {
     return std::nullopt;
   }
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::MatrixXd S = Eigen::Map<RowMajor>(by_shared.data(), 2 * n, kSharedCount);
+  Eigen::MatrixXd S = Eigen::Map<RowMajor>(by_shared.data(), 2 * n, lens::kSharedCount);
   Eigen::MatrixXd P = Eigen::Map<RowMajor>(by_pose.data(), 2 * n, 6);
   Eigen::Index outside = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Vec2& at = pixels[static_cast<std::size_t>(k)];
+    const lens::Vec2& at = pixels[static_cast<std::size_t>(k)];
     const bool inside =
         at.allFinite() && at.x() >= 0 && at.y() >= 0 && at.x() < size.width && at.y() < size.height;
     if (inside) continue;
@@ -82,10 +84,11 @@ std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVe
   const Eigen::MatrixXd information =
       S.transpose() * S - PtS.transpose() * (P.transpose() * P).ldlt().solve(PtS);
   if (!information.allFinite()) return std::nullopt;
-  return SharedMatrix(information / (sigma_px * sigma_px));
+  return lens::SharedMatrix(information / (sigma_px * sigma_px));
 }
 
-Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, ImageSize size) {
+Pose PoseOfPrompt(lens::BoardPrompt prompt, const lens::Board& board, const lens::Lens& lens,
+                  lens::ImageSize size) {
   const auto* placement =
       std::find_if(kPlacements.begin(), kPlacements.end(),
                    [&](const PromptPlacement& p) { return p.prompt == prompt; });
@@ -93,10 +96,10 @@ Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, Imag
                          size);
 }
 
-BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
-                       const std::set<BoardPrompt>& avoid) {
-  const Lens lens = LensFromShared(fit.shared);
-  BoardPrompt best = BoardPrompt::kShowBoard;
+lens::BoardPrompt BestPrompt(const lens::Board& board, const lens::LensFit& fit,
+                             lens::ImageSize size, const std::set<lens::BoardPrompt>& avoid) {
+  const lens::Lens lens = lens::LensFromShared(fit.shared);
+  lens::BoardPrompt best = lens::BoardPrompt::kShowBoard;
   double least = INFINITY;
   for (const PromptPlacement& placement : kPlacements) {
     if (avoid.contains(placement.prompt)) continue;
@@ -105,13 +108,13 @@ BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
     if (!information) continue;
     // C' = (C^-1 + I)^-1 = C (1 + I C)^-1, which avoids inverting C: dropped terms have zero
     // variance.
-    const SharedMatrix gained =
-        fit.covariance * (SharedMatrix::Identity() + *information * fit.covariance).inverse();
-    const LensMatrix covariance = gained.topLeftCorner<kLensCount, kLensCount>();
-    const double worst = ProjectionUncertaintyOf(lens, covariance, size).max_px;
+    const lens::SharedMatrix gained =
+        fit.covariance * (lens::SharedMatrix::Identity() + *information * fit.covariance).inverse();
+    const lens::LensMatrix covariance = gained.topLeftCorner<lens::kLensCount, lens::kLensCount>();
+    const double worst = lens::ProjectionUncertaintyOf(lens, covariance, size).max_px;
     if (worst < least) least = worst, best = placement.prompt;
   }
   return best;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

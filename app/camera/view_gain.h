@@ -7,7 +7,7 @@
 #include "app/lens/lens_fit.h"
 #include "firmware-like/lens/board_prompt.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Fisher information about the shared parameters from a view of the board at X_CK, whose pose is
 /// estimated too:
@@ -15,17 +15,20 @@ namespace plumbline {
 /// @return  nullopt if a corner is behind the camera or more than a tenth of the corners are
 /// outside
 ///          the image
-std::optional<SharedMatrix> InformationOfView(const Board& board, const SharedVector& shared,
-                                              const Pose& X_CK, ImageSize size, double sigma_px);
+std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
+                                                    const lens::SharedVector& shared,
+                                                    const Pose& X_CK, lens::ImageSize size,
+                                                    double sigma_px);
 
 /// Pose of the board (X_CK) if a prompt is followed; `lens` need only be roughly right.
-Pose PoseOfPrompt(BoardPrompt prompt, const Board& board, const Lens& lens, ImageSize size);
+Pose PoseOfPrompt(lens::BoardPrompt prompt, const lens::Board& board, const lens::Lens& lens,
+                  lens::ImageSize size);
 
 /// The prompt whose view would make the projection least uncertain at its worst place; candidates
 /// are tilts, image corners, closer and farther.
 /// @param avoid  prompts to skip, since they were given without success
 /// @return       kShowBoard if no candidate remains
-BoardPrompt BestPrompt(const Board& board, const LensFit& fit, ImageSize size,
-                       const std::set<BoardPrompt>& avoid = {});
+lens::BoardPrompt BestPrompt(const lens::Board& board, const lens::LensFit& fit,
+                             lens::ImageSize size, const std::set<lens::BoardPrompt>& avoid = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -10,14 +10,14 @@
 #include "app/cli/beam_print.h"
 #include "app/cli/exit_codes.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr double kStandardGravity_m_s2 = 9.80665;
 
 /// The loads that act in addition to the force of the series.
-BeamLoads ConstantLoads(const BeamOptions& options, const Vec3& along, double at_m) {
-  BeamLoads loads;
+beam::BeamLoads ConstantLoads(const BeamOptions& options, const Vec3& along, double at_m) {
+  beam::BeamLoads loads;
   const Vec3 bending = Vec3::UnitZ().cross(along);  // a rotation about it moves +z towards `along`
   if (options.own_weight) loads.g_F = kStandardGravity_m_s2 * along;
   loads.acceleration_F = options.acceleration_m_s2 * along;
@@ -49,7 +49,7 @@ BeamSeries Solve(const BeamOptions& options) {
   series.tool = BeamToolOf(options);
   series.axis = options.direction == "x" ? BendingAxis::kX : BendingAxis::kY;
   series.stress = options.stress;
-  const Beam beam(series.tool, options.elements);
+  const beam::Beam beam(series.tool, options.elements);
   const double at_m = options.at_mm ? 1e-3 * *options.at_mm : beam.Length();
   if (!(at_m > 0 && at_m <= beam.Length())) {
     throw BeamUsageError(
@@ -70,7 +70,7 @@ BeamSeries Solve(const BeamOptions& options) {
   series.loads = LoadsText(options, at_m);
   const Vec3 along = Vec3::Unit(static_cast<int>(series.axis));
   for (const double force_N : forces) {
-    BeamLoads loads = ConstantLoads(options, along, at_m);
+    beam::BeamLoads loads = ConstantLoads(options, along, at_m);
     loads.points.push_back({.z_m = at_m, .force_F = force_N * along});
     series.cases.push_back({force_N, beam.Solve(loads)});
   }
@@ -139,4 +139,4 @@ void AddBeamCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -9,9 +9,9 @@
 #include "app/cli/number_option.h"
 #include "app/config/cell_reader.h"
 #include "app/config/tool_reader.h"
-#include "firmware-like/beam/materials.h"
+#include "firmware-like/model/materials.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr int kMaxElements = 1000;
@@ -50,7 +50,7 @@ constexpr ToolFlag kToolFlags[] = {
 /// Checks that the text is a finite number. The reader of [tool] checks the range that the help
 /// shows.
 CLI::Validator ToolNumber(const char* key) {
-  const NumberRange range = RangeOfToolKey(key);
+  const config::NumberRange range = config::RangeOfToolKey(key);
   return {[range](const std::string& text) {
             if (FiniteNumberFromText(text)) return std::string();
             return fmt::format("{} is not a number from {:g} to {:g}", text, range.min, range.max);
@@ -67,7 +67,7 @@ std::string FlagOf(const std::string& key) {
 }
 
 /// A fault in [tool], worded for the command line.
-std::string FlagFault(const Fault& fault) {
+std::string FlagFault(const config::Fault& fault) {
   if (fault.what.starts_with("unknown key")) return "does not apply to this --section; remove it";
   const bool of_material = fault.key == "youngs_modulus_GPa" || fault.key == "poisson_ratio" ||
                            fault.key == "density_kg_m3";
@@ -92,30 +92,30 @@ std::string TomlOf(const BeamOptions& options) {
   return text;
 }
 
-Tool ToolFromFlags(const BeamOptions& options) {
-  FaultList faults;
-  TomlDocument document(TomlOf(options), "", faults);
-  Tool tool = ToolFromToml(document.Root());
+model::Tool ToolFromFlags(const BeamOptions& options) {
+  config::FaultList faults;
+  config::TomlDocument document(TomlOf(options), "", faults);
+  model::Tool tool = config::ToolFromToml(document.Root());
   document.ReportUnknownKeys();
   if (!faults.HasFaults()) return tool;
   std::string text;
-  for (const Fault& fault : faults.All()) {
+  for (const config::Fault& fault : faults.All()) {
     text += fmt::format("{}{}: {}", text.empty() ? "" : "\nplumbline beam: ", FlagOf(fault.key),
                         FlagFault(fault));
   }
   throw BeamUsageError(text);
 }
 
-Tool ToolFromCell(const BeamOptions& options) {
+model::Tool ToolFromCell(const BeamOptions& options) {
   if (!options.numbers.empty() || !options.section.empty() || !options.material.empty() ||
       !options.theory.empty()) {
     throw BeamUsageError(
         "--cell: describes the whole tool; remove the dimensions, --section, "
         "--material and --theory");
   }
-  FaultList faults;
-  const std::optional<CellModel> cell = ReadCell(options.cell, faults);
-  if (!cell) throw BeamCellError("--cell: has faults\n" + FaultsText(faults));
+  config::FaultList faults;
+  const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
+  if (!cell) throw BeamCellError("--cell: has faults\n" + config::FaultsText(faults));
   if (cell->tool.rigid) {
     throw BeamCellError(
         fmt::format("--cell: {} has a rigid tool; give it model = \"euler_bernoulli\" "
@@ -142,7 +142,8 @@ std::optional<std::vector<double>> NumbersFromText(const std::string& text, char
 void AddToolOptions(CLI::App& command, BeamOptions& options) {
   command.option_defaults()->group("Tool");
   std::vector<std::string> materials;
-  for (const NamedMaterial& named : NamedMaterials()) materials.emplace_back(named.name);
+  for (const model::NamedMaterial& named : model::NamedMaterials())
+    materials.emplace_back(named.name);
   command.add_option("--section", options.section, "Cross-section")
       ->check(CLI::IsMember({"rectangle", "square_tube", "tube", "rod", "i_beam"}));
   command.add_option("--material", options.material, "Material by name")
@@ -214,7 +215,7 @@ void AddBeamOptions(CLI::App& command, BeamOptions& options) {
   AddOutputOptions(command, options);
 }
 
-Tool BeamToolOf(const BeamOptions& options) {
+model::Tool BeamToolOf(const BeamOptions& options) {
   return options.cell.empty() ? ToolFromFlags(options) : ToolFromCell(options);
 }
 
@@ -261,4 +262,4 @@ Result<std::vector<double>> ForceSeriesFromText(const std::string& text) {
   return forces;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -14,7 +14,7 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 struct BeamOptions {
   std::map<std::string, double> numbers;  ///< the given values by their key in [tool]
@@ -46,7 +46,7 @@ void AddBeamOptions(CLI::App& command, BeamOptions& options);
 
 /// The tool described by the flags or by the cell file, checked by the reader of cell.toml.
 /// @throws BeamUsageError or BeamCellError, listing every fault
-Tool BeamToolOf(const BeamOptions& options);
+model::Tool BeamToolOf(const BeamOptions& options);
 
 /// The points of --point-mm.
 /// @throws BeamUsageError
@@ -56,4 +56,4 @@ std::vector<BeamPoint> BeamPointsOf(const BeamOptions& options, double length_m)
 /// @return at most 10000 forces, or the fault in the text
 Result<std::vector<double>> ForceSeriesFromText(const std::string& text);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

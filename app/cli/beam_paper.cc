@@ -3,21 +3,21 @@
 #include <cmath>
 #include <cstddef>
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
-double Displacement(const SectionState& state, BendingAxis axis) {
+double Displacement(const beam::SectionState& state, BendingAxis axis) {
   return state.d_F[static_cast<int>(axis)];
 }
 
 /// Rotation of the section, positive if it moves the outboard end along the positive axis.
-double Slope(const SectionState& state, BendingAxis axis) {
+double Slope(const beam::SectionState& state, BendingAxis axis) {
   return axis == BendingAxis::kX ? state.r_F.y() : -state.r_F.x();
 }
 
 }  // namespace
 
-std::vector<double> ElementAngles(const BeamSolution& solution, BendingAxis axis) {
+std::vector<double> ElementAngles(const beam::BeamSolution& solution, BendingAxis axis) {
   std::vector<double> angles;
   for (int n = 0; n + 1 < solution.node_count(); ++n) {
     const double length_m = solution.elements()[static_cast<std::size_t>(n)].length_m;
@@ -28,31 +28,32 @@ std::vector<double> ElementAngles(const BeamSolution& solution, BendingAxis axis
   return angles;
 }
 
-BeamPoint CompensatedByElementAngle(const BeamSolution& solution, BendingAxis axis,
+BeamPoint CompensatedByElementAngle(const beam::BeamSolution& solution, BendingAxis axis,
                                     const BeamPoint& point) {
   const auto element = static_cast<std::size_t>(solution.ElementAt(point.z_m));
   const double theta = ElementAngles(solution, axis)[element];
   return {.z_m = point.z_m * std::cos(theta), .y_m = point.y_m - point.z_m * std::sin(theta)};
 }
 
-BeamPoint LoadedPoint(const BeamSolution& solution, BendingAxis axis, const BeamPoint& point) {
-  const SectionState section = solution.At(point.z_m);
+BeamPoint LoadedPoint(const beam::BeamSolution& solution, BendingAxis axis,
+                      const BeamPoint& point) {
+  const beam::SectionState section = solution.At(point.z_m);
   const double theta = Slope(section, axis);
   return {.z_m = point.z_m - point.y_m * std::sin(theta),
           .y_m = Displacement(section, axis) + point.y_m * std::cos(theta)};
 }
 
-BeamPoint CompensatedBySection(const BeamSolution& solution, BendingAxis axis,
+BeamPoint CompensatedBySection(const beam::BeamSolution& solution, BendingAxis axis,
                                const BeamPoint& point) {
   const BeamPoint loaded = LoadedPoint(solution, axis, point);
   return {.z_m = 2 * point.z_m - loaded.z_m, .y_m = 2 * point.y_m - loaded.y_m};
 }
 
-Tool PaperTool() {
-  Tool tool;
+model::Tool PaperTool() {
+  model::Tool tool;
   tool.rigid = false;
   tool.segments = {{.length_m = 1.8,
-                    .section = RectangleSection(0.05, 0.05),
+                    .section = model::RectangleSection(0.05, 0.05),
                     .material = {.youngs_modulus_Pa = 200e9, .poisson_ratio = 0.3}}};
   tool.tcp_F = Vec3(0, 0, 1.8);
   return tool;
@@ -70,4 +71,4 @@ const std::vector<PaperTable2Row>& PaperTable2() {
   return kRows;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

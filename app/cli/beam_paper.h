@@ -26,7 +26,7 @@
 
 #include "firmware-like/beam/beam.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// The plane of bending: the transverse axis of the flange frame F in which the points lie.
 enum class BendingAxis { kX = 0, kY = 1 };
@@ -40,7 +40,7 @@ struct BeamPoint {
 /// Angle of each element [rad], from the root outwards.
 ///   theta_n = (delta_(n+1) - delta_n) / l,  delta_1 = 0                              (eq. 2)
 /// The paper numbers nodes from 1; l is the length of the element.
-std::vector<double> ElementAngles(const BeamSolution& solution, BendingAxis axis);
+std::vector<double> ElementAngles(const beam::BeamSolution& solution, BendingAxis axis);
 
 /// The paper's compensated point, from the angle of the element e that contains it. Eq. 3 is
 /// missing from the published text and is reconstructed from the sentences around it:
@@ -60,22 +60,22 @@ std::vector<double> ElementAngles(const BeamSolution& solution, BendingAxis axis
 ///   1200      2       1.3824       0.9677           43 %
 ///   1500      3       2.2464       1.4040           60 %
 ///   1800      3       2.6957       1.8662           44 %
-BeamPoint CompensatedByElementAngle(const BeamSolution& solution, BendingAxis axis,
+BeamPoint CompensatedByElementAngle(const beam::BeamSolution& solution, BendingAxis axis,
                                     const BeamPoint& point);
 
 /// Position of the point on the loaded beam, from the displacement d and rotation theta of its
 /// section:
 ///   (z - y sin theta, d + y cos theta)
-BeamPoint LoadedPoint(const BeamSolution& solution, BendingAxis axis, const BeamPoint& point);
+BeamPoint LoadedPoint(const beam::BeamSolution& solution, BendingAxis axis, const BeamPoint& point);
 
 /// The point mirrored at its loaded position. Commanded there, it lands on target to first order in
 /// the deflection.
 ///   (z + y sin theta, 2 y - d - y cos theta)
-BeamPoint CompensatedBySection(const BeamSolution& solution, BendingAxis axis,
+BeamPoint CompensatedBySection(const beam::BeamSolution& solution, BendingAxis axis,
                                const BeamPoint& point);
 
 /// The beam that reproduces Table 2: E = 200 GPa, nu = 0.3, 50 x 50 mm, 1800 mm long.
-Tool PaperTool();
+model::Tool PaperTool();
 /// Number of elements of equal length in the paper's beam.
 inline constexpr int kPaperElements = 3;
 
@@ -87,4 +87,4 @@ struct PaperTable2Row {
 };
 const std::vector<PaperTable2Row>& PaperTable2();
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

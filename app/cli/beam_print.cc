@@ -9,7 +9,7 @@
 #include "app/cli/rounded.h"
 #include "firmware-like/beam/stress.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr double kMm = 1e3, kMrad = 1e3, kMPa = 1e-6;
@@ -20,7 +20,7 @@ struct NodeValues {
 };
 
 /// Adding 0.0 turns -0 into 0.
-NodeValues ValuesOf(const SectionState& state, BendingAxis axis) {
+NodeValues ValuesOf(const beam::SectionState& state, BendingAxis axis) {
   const bool along_x = axis == BendingAxis::kX;
   const double slope = along_x ? state.r_F.y() : -state.r_F.x();
   const double moment_Nm = along_x ? state.moment_F.y() : -state.moment_F.x();
@@ -29,13 +29,13 @@ NodeValues ValuesOf(const SectionState& state, BendingAxis axis) {
           state.force_F[k] + 0.0};
 }
 
-const Section& SectionInboardOf(const BeamSolution& solution, int node) {
+const model::Section& SectionInboardOf(const beam::BeamSolution& solution, int node) {
   return solution.elements()[static_cast<std::size_t>(std::max(node - 1, 0))].section;
 }
 
 void PrintSegments(const BeamSeries& series, std::ostream& out) {
   double root_mm = 0;
-  for (const ToolSegment& segment : series.tool.segments) {
+  for (const model::ToolSegment& segment : series.tool.segments) {
     const double tip_mm = root_mm + kMm * segment.length_m;
     const double moment_m4 =
         series.axis == BendingAxis::kX ? segment.section.iy_m4 : segment.section.ix_m4;
@@ -61,13 +61,13 @@ void PrintNodes(const BeamSeries& series, const BeamCase& load_case, std::ostrea
 }
 
 void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
-  const BeamSolution& solution = load_case.solution;
+  const beam::BeamSolution& solution = load_case.solution;
   fmt::print(out, "\n  {:>7} {:>19} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}\n", "element",
              "from .. to", "|moment|", "|shear|", "bending", "shear", "von Mises", "at z");
   fmt::print(out, "  {:>7} {:>19} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}\n", "", "mm", "N m",
              "N", "MPa", "MPa", "MPa", "mm");
   for (int e = 0; e + 1 < solution.node_count(); ++e) {
-    const ElementStress stress = StressInElement(solution, e);
+    const beam::ElementStress stress = beam::StressInElement(solution, e);
     const NodeValues moment = ValuesOf(stress.largest_moment, series.axis);
     const NodeValues shear = ValuesOf(stress.largest_shear, series.axis);
     fmt::print(
@@ -82,7 +82,7 @@ void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostre
       fmt::print(out, " {:>10} {:>10} {:>10} {:>10}\n", "unknown", "", "", "");
     }
   }
-  const LargestStress largest = LargestStressOf(solution);
+  const beam::LargestStress largest = beam::LargestStressOf(solution);
   if (largest.peak) {
     fmt::print(out, "  largest: {:.3f} MPa in element {} at {:.1f} mm{}\n",
                kMPa * largest.peak->stress.von_mises_Pa, largest.element + 1,
@@ -117,7 +117,7 @@ void PrintSummary(const BeamSeries& series, std::ostream& out) {
     fmt::print(out, "  {:>12.6g} {:>14.4f} {:>12.5f}", load_case.force_N,
                WithoutMinusZero(tip.displacement_mm, 4), WithoutMinusZero(tip.slope_mrad, 5));
     if (series.stress) {
-      if (const auto peak = LargestStressOf(load_case.solution).peak) {
+      if (const auto peak = beam::LargestStressOf(load_case.solution).peak) {
         fmt::print(out, " {:>14.3f} {:>10.1f}", kMPa * peak->stress.von_mises_Pa, kMm * peak->z_m);
       } else {
         fmt::print(out, " {:>14}", "unknown");
@@ -127,7 +127,7 @@ void PrintSummary(const BeamSeries& series, std::ostream& out) {
   }
 }
 
-nlohmann::json StressJson(const SectionStress& stress) {
+nlohmann::json StressJson(const beam::SectionStress& stress) {
   return {{"normal_MPa", kMPa * stress.normal_Pa},
           {"shear_MPa", kMPa * stress.shear_Pa},
           {"von_mises_MPa", kMPa * stress.von_mises_Pa}};
@@ -138,7 +138,7 @@ nlohmann::json PointJson(const BeamPoint& point) {
 }
 
 nlohmann::json CaseJson(const BeamSeries& series, const BeamCase& load_case) {
-  const BeamSolution& solution = load_case.solution;
+  const beam::BeamSolution& solution = load_case.solution;
   nlohmann::json written = {{"force_N", load_case.force_N}};
   for (int node = 0; node < solution.node_count(); ++node) {
     const NodeValues v = ValuesOf(solution.Node(node), series.axis);
@@ -151,7 +151,7 @@ nlohmann::json CaseJson(const BeamSeries& series, const BeamCase& load_case) {
   }
   const std::vector<double> angles = ElementAngles(solution, series.axis);
   for (int e = 0; e + 1 < solution.node_count(); ++e) {
-    const ElementStress stress = StressInElement(solution, e);
+    const beam::ElementStress stress = beam::StressInElement(solution, e);
     nlohmann::json element = {{"element", e + 1},
                               {"angle_mrad", kMrad * angles[static_cast<std::size_t>(e)]}};
     if (series.stress) {
@@ -177,8 +177,8 @@ nlohmann::json CaseJson(const BeamSeries& series, const BeamCase& load_case) {
   return written;
 }
 
-const char* TheoryName(const Tool& tool, bool for_file) {
-  if (tool.theory == BeamTheory::kTimoshenko) return for_file ? "timoshenko" : "Timoshenko";
+const char* TheoryName(const model::Tool& tool, bool for_file) {
+  if (tool.theory == model::BeamTheory::kTimoshenko) return for_file ? "timoshenko" : "Timoshenko";
   return for_file ? "euler_bernoulli" : "Euler-Bernoulli";
 }
 
@@ -205,12 +205,12 @@ void PrintBeamCsv(const BeamSeries& series, std::ostream& out) {
       << (series.stress ? ",normal_MPa,shear_MPa,von_mises_MPa\n" : "\n");
   for (const BeamCase& load_case : series.cases) {
     for (int node = 0; node < load_case.solution.node_count(); ++node) {
-      const SectionState state = load_case.solution.Node(node);
+      const beam::SectionState state = load_case.solution.Node(node);
       const NodeValues v = ValuesOf(state, series.axis);
       fmt::print(out, "{:.10g},{},{:.10g},{:.9g},{:.9g},{:.9g},{:.9g}", load_case.force_N, node + 1,
                  v.z_mm, v.displacement_mm, v.slope_mrad, v.moment_Nm, v.shear_N);
       if (series.stress) {
-        if (const auto s = StressOf(SectionInboardOf(load_case.solution, node), state)) {
+        if (const auto s = beam::StressOf(SectionInboardOf(load_case.solution, node), state)) {
           fmt::print(out, ",{:.9g},{:.9g},{:.9g}", kMPa * s->normal_Pa, kMPa * s->shear_Pa,
                      kMPa * s->von_mises_Pa);
         } else {
@@ -233,7 +233,7 @@ void PrintBeamJson(const BeamSeries& series, std::ostream& out) {
 }
 
 void PrintPaperTable2(std::ostream& out) {
-  const Tool tool = PaperTool();
+  const model::Tool tool = PaperTool();
   out << "Table 2 of Park & Park (2012): a cantilever of 1800 x 50 x 50 mm, E = 200 GPa,\n"
          "three elements of 600 mm, a force at its tip. The paper prints E = 2 GPa and 600 mm,\n"
          "which would give 3.70 times these displacements.\n\n";
@@ -241,9 +241,9 @@ void PrintPaperTable2(std::ostream& out) {
              "this beam", "developed", "difference", "Abaqus", "developed");
   fmt::print(out, "  {:>7} {:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "N", "", "mm",
              "published mm", "mm", "published mm", "/ Abaqus");
-  const Beam beam(tool, kPaperElements);
+  const beam::Beam beam(tool, kPaperElements);
   for (const PaperTable2Row& row : PaperTable2()) {
-    const BeamSolution solution =
+    const beam::BeamSolution solution =
         beam.Solve({.points = {{beam.Length(), Vec3(0, row.force_N, 0), Vec3::Zero()}}});
     for (int i = 0; i < 3; ++i) {
       const double ours_mm = kMm * solution.Node(i + 1).d_F.y();
@@ -255,4 +255,4 @@ void PrintPaperTable2(std::ostream& out) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -7,17 +7,17 @@
 #include "app/cli/beam_paper.h"
 #include "firmware-like/beam/beam.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// The beam under one force of the series.
 struct BeamCase {
   double force_N = 0;
-  BeamSolution solution;
+  beam::BeamSolution solution;
 };
 
 /// A series of load cases in one plane of bending.
 struct BeamSeries {
-  Tool tool;
+  model::Tool tool;
   BendingAxis axis = BendingAxis::kY;
   std::string loads;              ///< description of all loads
   std::vector<BeamPoint> points;  ///< points to compensate
@@ -36,4 +36,4 @@ void PrintBeamJson(const BeamSeries& series, std::ostream& out);
 /// Table 2 of the paper: this beam model beside the published columns "developed" and "Abaqus".
 void PrintPaperTable2(std::ostream& out);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

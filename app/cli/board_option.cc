@@ -12,7 +12,7 @@
 #include "app/cli/number_option.h"
 #include "app/tracking/tag_family.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 /// Columns and rows of "17x11", or nullopt.
@@ -57,21 +57,21 @@ void AddBoardOptions(CLI::App& command, BoardOptions& options) {
       ->check(NumberWithin(0.01, 10000));
   command
       .add_option("--family", options.family,
-                  "Family of a ChArUco board's tags, one of " + TagFamilyNames())
+                  "Family of a ChArUco board's tags, one of " + tracking::TagFamilyNames())
       ->capture_default_str();
 }
 
-Board BoardOf(const BoardOptions& options) {
+lens::Board BoardOf(const BoardOptions& options) {
   const auto points = PointsFromText(options.points);
   return {points->first,
           points->second,
           1e-3 * options.square_mm,
-          *BoardKindOfName(options.kind),
+          *lens::BoardKindOfName(options.kind),
           1e-3 * options.mark_mm,
           options.family};
 }
 
-std::string BoardOptionProblem(const Board& board) {
+std::string BoardOptionProblem(const lens::Board& board) {
   const auto fault = FaultOf(board);
   if (!fault) return {};
   std::string option(fault->key == "columns" ? "board" : fault->key);
@@ -79,4 +79,4 @@ std::string BoardOptionProblem(const Board& board) {
   return fmt::format("--{}: {}", option, fault->message);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

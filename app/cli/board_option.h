@@ -9,11 +9,11 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// The option values as entered.
 struct BoardOptions {
-  std::string kind = "chessboard", points = "17x11", family = Board{}.family;
+  std::string kind = "chessboard", points = "17x11", family = lens::Board{}.family;
   double square_mm = 10, mark_mm = 0;
 };
 
@@ -21,8 +21,8 @@ struct BoardOptions {
 void AddBoardOptions(CLI::App& command, BoardOptions& options);
 
 /// The board described by the options, which must have been parsed.
-Board BoardOf(const BoardOptions& options);
+lens::Board BoardOf(const BoardOptions& options);
 /// The option that makes the board impossible, with the remedy; empty for a possible board.
-std::string BoardOptionProblem(const Board& board);
+std::string BoardOptionProblem(const lens::Board& board);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

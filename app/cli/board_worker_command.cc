@@ -4,12 +4,12 @@
 
 #include "app/camera/board_worker.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddBoardWorkerCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("board-worker", "Detects boards for plumblined");
   command->group("");  // hidden: only plumblined starts it
-  command->callback([&exit_code] { exit_code = RunBoardWorker(); });
+  command->callback([&exit_code] { exit_code = camera::RunBoardWorker(); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

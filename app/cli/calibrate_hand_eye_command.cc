@@ -23,7 +23,7 @@
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct CalibrateHandEyeOptions {
@@ -36,24 +36,24 @@ struct CalibrateHandEyeOptions {
 
 /// Everything that the command reads.
 struct Inputs {
-  std::optional<CellModel> cell;
-  std::map<std::string, RobotPose> poses;
-  LensFile lens;
-  TagDatabase database;
-  Target target;
+  std::optional<model::CellModel> cell;
+  std::map<std::string, hand_eye::RobotPose> poses;
+  lens::LensFile lens;
+  tracking::TagDatabase database;
+  hand_eye::Target target;
   std::vector<std::string> names;
 };
 
 // The Read functions print the reason if they fail and return false.
 
-bool ReadLens(const CalibrateHandEyeOptions& options, LensFile& lens) {
-  const auto text = ReadTextFile(options.intrinsics);
+bool ReadLens(const CalibrateHandEyeOptions& options, lens::LensFile& lens) {
+  const auto text = config::ReadTextFile(options.intrinsics);
   if (!text) {
-    Fail(
-        fmt::format("{}: {}", options.intrinsics, ReadErrorText(options.intrinsics, text.error())));
+    Fail(fmt::format("{}: {}", options.intrinsics,
+                     files::ReadErrorText(options.intrinsics, text.error())));
     return false;
   }
-  const auto read = LensFromJson(*text);
+  const auto read = lens::LensFromJson(*text);
   if (!read) {
     Fail(fmt::format("{}: {}", options.intrinsics, read.error()));
     return false;
@@ -78,23 +78,23 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
     }
     return true;
   }
-  auto family = TagFamilyOfName(options.tag_family);
+  auto family = tracking::TagFamilyOfName(options.tag_family);
   if (!family) {
     std::cerr << "plumbline calibrate-hand-eye: --tag-family: " << family.error() << '\n';
     return false;
   }
   inputs.target.family = std::move(family).value();
-  const auto text = ReadTextFile(options.bodies);
+  const auto text = config::ReadTextFile(options.bodies);
   if (!text) {
-    Fail(fmt::format("{}: {}", options.bodies, ReadErrorText(options.bodies, text.error())));
+    Fail(fmt::format("{}: {}", options.bodies, files::ReadErrorText(options.bodies, text.error())));
     return false;
   }
-  FaultList faults;
-  auto database = TagDatabaseFromText(*text, options.bodies, faults);
-  std::cerr << FaultsText(faults);
+  config::FaultList faults;
+  auto database = config::TagDatabaseFromText(*text, options.bodies, faults);
+  std::cerr << config::FaultsText(faults);
   if (!database) return false;
   inputs.database = std::move(*database);
-  for (const Body& body : inputs.database.bodies) {
+  for (const tracking::Body& body : inputs.database.bodies) {
     if (body.name == options.body) inputs.target.body = &body;
   }
   if (inputs.target.body == nullptr) {
@@ -106,23 +106,24 @@ bool ReadTarget(const CalibrateHandEyeOptions& options, Inputs& inputs) {
 }
 
 bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
-  FaultList faults;
+  config::FaultList faults;
   if (!options.cell.empty()) {
-    inputs.cell = ReadCell(options.cell, faults);
+    inputs.cell = config::ReadCell(options.cell, faults);
     if (!inputs.cell) {
-      std::cerr << FaultsText(faults);
+      std::cerr << config::FaultsText(faults);
       return false;
     }
     faults = {};
   }
-  const auto text = ReadTextFile(options.poses);
+  const auto text = config::ReadTextFile(options.poses);
   if (!text) {
-    Fail(fmt::format("{}: {}", options.poses, ReadErrorText(options.poses, text.error())));
+    Fail(fmt::format("{}: {}", options.poses, files::ReadErrorText(options.poses, text.error())));
     return false;
   }
-  const auto poses = RobotPosesFromCsv(
-      *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<Joint>{}, faults);
-  std::cerr << FaultsText(faults);
+  const auto poses = hand_eye::RobotPosesFromCsv(
+      *text, options.poses, inputs.cell ? inputs.cell->robot.joints : std::vector<model::Joint>{},
+      faults);
+  std::cerr << config::FaultsText(faults);
   if (!poses) return false;
   inputs.poses = *poses;
   const bool joints = !poses->empty() && poses->begin()->second.q.size() > 0;
@@ -135,9 +136,10 @@ bool ReadPoses(const CalibrateHandEyeOptions& options, Inputs& inputs) {
 }
 
 bool ReadNames(const CalibrateHandEyeOptions& options, Inputs& inputs) {
-  const auto names = ListImageNames(options.images);
+  const auto names = camera::ListImageNames(options.images);
   if (!names) {
-    Fail(fmt::format("{}: {}", options.images, ReadErrorText(options.images, names.error())));
+    Fail(
+        fmt::format("{}: {}", options.images, files::ReadErrorText(options.images, names.error())));
     return false;
   }
   inputs.names = *names;
@@ -155,7 +157,7 @@ int Run(const CalibrateHandEyeOptions& options) {
           input);
       return kExitUsage;
     }
-    if (const auto why = WhyNotWritable(options.json)) {
+    if (const auto why = config::WhyNotWritable(options.json)) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
                                why->message);
       return kExitUsage;
@@ -166,39 +168,42 @@ int Run(const CalibrateHandEyeOptions& options) {
       !ReadPoses(options, inputs) || !ReadNames(options, inputs))
     return kExitFault;
   Interruption interruption;
-  TargetViews found =
-      FindTargets(options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens,
-                  inputs.lens.size, [] { return Interruption::Requested(); });
+  hand_eye::TargetViews found = hand_eye::FindTargets(
+      options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens, inputs.lens.size,
+      [] { return Interruption::Requested(); });
   if (Interruption::Requested()) return Interrupted();
-  if (const auto missing = MissingImageCodecs()) return Fail(missing->message);
-  HandEyeOptions how;
-  how.setup = options.setup == "eye-in-hand" ? HandEyeSetup::kEyeInHand : HandEyeSetup::kEyeToHand;
+  if (const auto missing = camera::MissingImageCodecs()) return Fail(missing->message);
+  hand_eye::HandEyeOptions how;
+  how.setup = options.setup == "eye-in-hand" ? hand_eye::HandEyeSetup::kEyeInHand
+                                             : hand_eye::HandEyeSetup::kEyeToHand;
   how.image = inputs.lens.size;
   how.free_lens = options.free_lens;
   how.free_size = options.free_size;
   how.free_joints = options.free_joints;
-  const BoardKind kind = inputs.target.board.kind;
-  how.half_turn_symmetric = inputs.target.body == nullptr &&
-                            (kind == BoardKind::kChessboard || kind == BoardKind::kCircles);
+  const lens::BoardKind kind = inputs.target.board.kind;
+  how.half_turn_symmetric =
+      inputs.target.body == nullptr &&
+      (kind == lens::BoardKind::kChessboard || kind == lens::BoardKind::kCircles);
   how.acceptable_m = 1e-3 * options.acceptable_mm;
-  std::optional<Chain> chain;
+  std::optional<kinematics::Chain> chain;
   if (inputs.cell) chain.emplace(inputs.cell->robot);
   how.chain = chain ? &*chain : nullptr;
-  HandEye answer = CalibrateHandEye(std::move(found.views), inputs.lens, how);
+  hand_eye::HandEye answer = hand_eye::CalibrateHandEye(std::move(found.views), inputs.lens, how);
   answer.refused.insert(answer.refused.begin(), found.refused.begin(), found.refused.end());
   const std::string json =
-      HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
+      hand_eye::HandEyeJson(answer, how, inputs.cell ? &inputs.cell->robot.X_WB : nullptr);
   if (!interruption.Disarm()) return Interrupted();
   if (options.json == "-") {
     std::cout << json;
   } else if (!options.json.empty()) {
-    if (const auto written = WriteTextFile(options.json, json); !written) {
+    if (const auto written = config::WriteTextFile(options.json, json); !written) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
                                written.error());
       return kExitUsage;
     }
   }
-  if (!options.quiet) (options.json == "-" ? std::cerr : std::cout) << HandEyeText(answer, how);
+  if (!options.quiet)
+    (options.json == "-" ? std::cerr : std::cout) << hand_eye::HandEyeText(answer, how);
   return kExitOk;
 }
 
@@ -256,4 +261,4 @@ void AddCalibrateHandEyeCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -24,42 +24,42 @@
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct CalibrateLensOptions {
   std::string images, match = "*", json, yaml;
   BoardOptions board;
-  double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
   bool quiet = false;
 };
 
 struct Frames {
-  std::vector<BoardView> views;
-  std::vector<RefusedFrame> refused;
-  ImageSize size;
+  std::vector<lens::BoardView> views;
+  std::vector<lens::RefusedFrame> refused;
+  lens::ImageSize size;
 };
 
 /// Detects the board in every image. Images whose size differs from the most frequent one are
 /// refused.
 Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::string>& names,
-                  const Board& board) {
+                  const lens::Board& board) {
   struct Found {
-    BoardView view;
-    ImageSize size;
+    lens::BoardView view;
+    lens::ImageSize size;
   };
   std::vector<Found> found;
   Frames frames;
   std::map<std::pair<int, int>, int> sizes;
   for (std::size_t k = 0; k < names.size() && !Interruption::Requested(); ++k) {
-    const Result<GreyImage> image =
-        ReadImage((std::filesystem::path(options.images) / names[k]).string());
+    const Result<camera::GreyImage> image =
+        camera::ReadImage((std::filesystem::path(options.images) / names[k]).string());
     if (!image) {
       frames.refused.push_back({names[k], image.error()});
       continue;
     }
     ++sizes[{image->width, image->height}];
-    const Result<BoardView> view = DetectBoard(image->View(), board);
+    const Result<lens::BoardView> view = lens::DetectBoard(image->View(), board);
     if (!view) {
       frames.refused.push_back({names[k], view.error()});
       continue;
@@ -88,15 +88,15 @@ Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::st
 
 /// Hint if most images show a complete chessboard of another size than requested; else empty.
 std::string OtherBoardHint(const CalibrateLensOptions& options,
-                           const std::vector<std::string>& names, const Board& board) {
-  if (board.kind != BoardKind::kChessboard) return "";
+                           const std::vector<std::string>& names, const lens::Board& board) {
+  if (board.kind != lens::BoardKind::kChessboard) return "";
   std::map<std::pair<int, int>, std::size_t> seen;
   std::size_t readable = 0;
   for (const std::string& name : names) {
-    const auto image = ReadImage((std::filesystem::path(options.images) / name).string());
+    const auto image = camera::ReadImage((std::filesystem::path(options.images) / name).string());
     if (!image || Interruption::Requested()) continue;
     ++readable;
-    if (const auto size = WholeChessboardIn(image->View())) ++seen[*size];
+    if (const auto size = lens::WholeChessboardIn(image->View())) ++seen[*size];
   }
   for (const auto& [size, count] : seen) {
     if (2 * count <= readable) continue;
@@ -108,12 +108,13 @@ std::string OtherBoardHint(const CalibrateLensOptions& options,
   return "";
 }
 
-std::string Summary(const LensCalibration& c, std::size_t images) {
+std::string Summary(const lens::LensCalibration& c, std::size_t images) {
   std::string text = c.accepted ? "accepted\n" : "refused\n";
   for (const std::string& reason : c.reasons) text += "  " + reason + "\n";
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
-    const int f = DecimalsFor({sd(kFx), sd(kFy)}, 2), centre = DecimalsFor({sd(kCx), sd(kCy)}, 2);
+    const int f = DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
+              centre = DecimalsFor({sd(lens::kCx), sd(lens::kCy)}, 2);
     text += fmt::format(
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
@@ -121,9 +122,9 @@ std::string Summary(const LensCalibration& c, std::size_t images) {
         "  standard deviation of the projection at most {:.3g} px over the image ({})\n"
         "  RMS residual {:.3f} px per point; board bow {:.2f} mm; corners cover {:.0f} % of the "
         "image\n",
-        c.lens.fx, f, c.lens.fy, f, sd(kFx), f, sd(kFy), f, c.lens.cx, centre, c.lens.cy, centre,
-        sd(kCx), centre, sd(kCy), centre, c.lens.k1, c.lens.k2, c.lens.p1, c.lens.p2, c.lens.k3,
-        c.uncertainty.max_px,
+        c.lens.fx, f, c.lens.fy, f, sd(lens::kFx), f, sd(lens::kFy), f, c.lens.cx, centre,
+        c.lens.cy, centre, sd(lens::kCx), centre, sd(lens::kCy), centre, c.lens.k1, c.lens.k2,
+        c.lens.p1, c.lens.p2, c.lens.k3, c.uncertainty.max_px,
         c.uncertainty.distance_m ? fmt::format("at {:g} mm", 1e3 * *c.uncertainty.distance_m)
                                  : std::string("at infinity"),
         c.rms_px, 1e3 * c.board_bow_m, 100 * c.coverage);
@@ -133,21 +134,21 @@ std::string Summary(const LensCalibration& c, std::size_t images) {
                       images > used + refused
                           ? fmt::format(", {} valid but not used", images - used - refused)
                           : "");
-  for (const RefusedFrame& frame : c.frames_refused)
+  for (const lens::RefusedFrame& frame : c.frames_refused)
     text += fmt::format("    {}: {}\n", frame.name, frame.reason);
   return text;
 }
 
-std::string Yaml(const LensCalibration& calibration) {
-  LensEntry entry;
-  static_cast<KnownLens&>(entry) = calibration;
+std::string Yaml(const lens::LensCalibration& calibration) {
+  lens_store::LensEntry entry;
+  static_cast<lens::KnownLens&>(entry) = calibration;
   entry.rms_px = calibration.rms_px;
   // A person who opens the file sees the reasons above the numbers.
   std::string mark = fmt::format("accepted: {}\n", calibration.accepted ? 1 : 0);
   for (const std::string& reason : calibration.reasons) {
     mark += fmt::format("# {}: {}\n", calibration.accepted ? "note" : "refused", reason);
   }
-  std::string text = OpenCvYaml(entry);
+  std::string text = lens_store::OpenCvYaml(entry);
   constexpr std::string_view kBegin = "---\n";
   text.insert(text.find(kBegin) + kBegin.size(), mark);
   return text;
@@ -155,7 +156,7 @@ std::string Yaml(const LensCalibration& calibration) {
 
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
   if (path.empty() || path == "-") return true;
-  const auto written = WriteTextFile(path, text);
+  const auto written = config::WriteTextFile(path, text);
   if (!written) {
     std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
                              written.error(), option);
@@ -164,14 +165,14 @@ bool Write(const std::string& option, const std::string& path, const std::string
 }
 
 int Run(const CalibrateLensOptions& options) {
-  const Board board = BoardOf(options.board);
+  const lens::Board board = BoardOf(options.board);
   if (const std::string problem = BoardOptionProblem(board); !problem.empty()) {
     std::cerr << "plumbline calibrate-lens: " << problem << '\n';
     return kExitUsage;
   }
   for (const auto& [option, path] : {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
     if (path.empty() || path == "-") continue;
-    if (const auto why = WhyNotWritable(path)) {
+    if (const auto why = config::WhyNotWritable(path)) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
                                option);
       return kExitUsage;
@@ -181,10 +182,10 @@ int Run(const CalibrateLensOptions& options) {
     std::cerr << "plumbline calibrate-lens: --yaml and --json are the same file; choose another\n";
     return kExitUsage;
   }
-  Result<std::vector<std::string>> names = ListImageNames(options.images);
+  Result<std::vector<std::string>> names = camera::ListImageNames(options.images);
   if (!names) {
     std::cerr << fmt::format("{}: {}\n", options.images,
-                             ReadErrorText(options.images, names.error()));
+                             files::ReadErrorText(options.images, names.error()));
     return kExitFault;
   }
   std::erase_if(names.value(), [&](const std::string& name) {
@@ -209,11 +210,12 @@ int Run(const CalibrateLensOptions& options) {
   Interruption interruption;
   Frames frames = ReadFrames(options, *names, board);
   if (Interruption::Requested()) return Interrupted();
-  if (const auto missing = MissingImageCodecs()) return Fail(missing->message);
-  CalibrationOptions criteria;
+  if (const auto missing = camera::MissingImageCodecs()) return Fail(missing->message);
+  lens::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
-  LensCalibration calibration = CalibrateLens(board, frames.views, frames.size, criteria);
+  lens::LensCalibration calibration =
+      lens::CalibrateLens(board, frames.views, frames.size, criteria);
   if (frames.views.empty()) {
     const std::string hint = OtherBoardHint(options, *names, board);
     if (!hint.empty()) calibration.reasons.insert(calibration.reasons.begin(), hint);
@@ -221,10 +223,10 @@ int Run(const CalibrateLensOptions& options) {
   calibration.frames_refused.insert(calibration.frames_refused.begin(), frames.refused.begin(),
                                     frames.refused.end());
   if (!interruption.Disarm()) return Interrupted();
-  if (!Write("--json", options.json, LensJson(calibration)) ||
+  if (!Write("--json", options.json, lens::LensJson(calibration)) ||
       !Write("--yaml", options.yaml, Yaml(calibration)))
     return kExitUsage;
-  if (options.json == "-") std::cout << LensJson(calibration);
+  if (options.json == "-") std::cout << lens::LensJson(calibration);
   if (!options.quiet)
     (options.json == "-" ? std::cerr : std::cout) << Summary(calibration, names->size());
   return kExitOk;
@@ -272,4 +274,4 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

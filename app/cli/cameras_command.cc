@@ -13,25 +13,25 @@
 #include "app/cli/exit_codes.h"
 #include "drivers/camera/v4l2_capabilities.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 /// A device with its capabilities; if they cannot be queried, device.problem is set.
 struct Listed {
-  V4l2Device device;
+  camera::V4l2Device device;
   std::string select;
-  V4l2Capabilities offer;
+  camera::V4l2Capabilities offer;
 };
 
-std::vector<Listed> List(const DeviceTree& tree) {
+std::vector<Listed> List(const camera::DeviceTree& tree) {
   std::vector<Listed> cameras;
-  const std::vector<V4l2Device> devices = ListV4l2Devices(tree);
-  for (const V4l2Device& device : devices) {
-    Listed camera{device, StableName(device, devices), {}};
+  const std::vector<camera::V4l2Device> devices = camera::ListV4l2Devices(tree);
+  for (const camera::V4l2Device& device : devices) {
+    Listed camera{device, camera::StableName(device, devices), {}};
     if (camera.device.problem.empty()) {
-      auto offer = QueryV4l2Capabilities(device);
+      auto offer = camera::QueryV4l2Capabilities(device);
       if (offer) {
         camera.offer = std::move(offer).value();
       } else {
@@ -43,12 +43,12 @@ std::vector<Listed> List(const DeviceTree& tree) {
   return cameras;
 }
 
-bool IsReadable(const V4l2Mode& mode) {
-  return PixelFormatOfFourcc(mode.fourcc).has_value();
+bool IsReadable(const camera::V4l2Mode& mode) {
+  return camera::PixelFormatOfFourcc(mode.fourcc).has_value();
 }
 
-Json ModeJson(const V4l2Mode& mode) {
-  Json json = {{"format", FourccText(mode.fourcc)},
+Json ModeJson(const camera::V4l2Mode& mode) {
+  Json json = {{"format", camera::FourccText(mode.fourcc)},
                {"readable", IsReadable(mode)},
                {"width", mode.largest.width},
                {"height", mode.largest.height}};
@@ -60,8 +60,8 @@ Json ModeJson(const V4l2Mode& mode) {
   return json;
 }
 
-std::string ModeLine(const V4l2Mode& mode) {
-  std::string text = fmt::format("  {} ", FourccText(mode.fourcc));
+std::string ModeLine(const camera::V4l2Mode& mode) {
+  std::string text = fmt::format("  {} ", camera::FourccText(mode.fourcc));
   if (mode.smallest != mode.largest) {
     text += fmt::format("{}x{} to ", mode.smallest.width, mode.smallest.height);
   }
@@ -72,13 +72,13 @@ std::string ModeLine(const V4l2Mode& mode) {
 
 }  // namespace
 
-std::string CamerasJson(const DeviceTree& tree) {
+std::string CamerasJson(const camera::DeviceTree& tree) {
   Json cameras = Json::array();
   for (const Listed& listed : List(tree)) {
-    const V4l2Device& device = listed.device;
+    const camera::V4l2Device& device = listed.device;
     Json modes = Json::array(), controls = Json::array();
-    for (const V4l2Mode& mode : listed.offer.modes) modes.push_back(ModeJson(mode));
-    for (const V4l2Control& control : listed.offer.controls) {
+    for (const camera::V4l2Mode& mode : listed.offer.modes) modes.push_back(ModeJson(mode));
+    for (const camera::V4l2Control& control : listed.offer.controls) {
       controls.push_back({{"name", control.name},
                           {"smallest", control.smallest},
                           {"largest", control.largest},
@@ -99,26 +99,26 @@ std::string CamerasJson(const DeviceTree& tree) {
   return Json{{"cameras", cameras}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string CamerasText(const DeviceTree& tree) {
+std::string CamerasText(const camera::DeviceTree& tree) {
   std::string text;
   for (const Listed& listed : List(tree)) {
-    const V4l2Device& device = listed.device;
+    const camera::V4l2Device& device = listed.device;
     text += fmt::format("{}  {}\n  --camera {}\n", device.path, device.name, listed.select);
     if (device.serial.empty()) text += "  no serial number: identified by its port\n";
     if (!device.problem.empty()) text += fmt::format("  {}\n", device.problem);
     std::set<std::string> unreadable;
-    for (const V4l2Mode& mode : listed.offer.modes) {
+    for (const camera::V4l2Mode& mode : listed.offer.modes) {
       if (IsReadable(mode)) {
         text += ModeLine(mode);
       } else {
-        unreadable.insert(FourccText(mode.fourcc));
+        unreadable.insert(camera::FourccText(mode.fourcc));
       }
     }
     if (!unreadable.empty()) {
       text +=
           fmt::format("  formats not supported by Plumbline: {}\n", fmt::join(unreadable, ", "));
     }
-    for (const V4l2Control& control : listed.offer.controls) {
+    for (const camera::V4l2Control& control : listed.offer.controls) {
       text += fmt::format("  {} {:g} ({:g}..{:g}, default {:g})\n", control.name, control.value,
                           control.smallest, control.largest, control.standard);
     }
@@ -146,4 +146,4 @@ void AddCamerasCommand(CLI::App& app, int& exit_code) {
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

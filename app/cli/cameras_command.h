@@ -9,7 +9,7 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddCamerasCommand(CLI::App& app, int& exit_code);
 
@@ -17,9 +17,9 @@ void AddCamerasCommand(CLI::App& app, int& exit_code);
 /// [{"format", "readable", "width", "height", "smallest", "step", "rates_hz"}], "controls":
 /// [{"name", "smallest", "largest", "standard", "value"}]}]}. A mode has `smallest` and `step` only
 /// if it is a range of sizes; `problem` is null if the camera responds.
-std::string CamerasJson(const DeviceTree& tree);
+std::string CamerasJson(const camera::DeviceTree& tree);
 
 /// The same as text for people.
-std::string CamerasText(const DeviceTree& tree);
+std::string CamerasText(const camera::DeviceTree& tree);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -24,7 +24,7 @@
 #include "drivers/files/open_failure.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct CheckOptions {
@@ -35,12 +35,12 @@ struct CheckOptions {
 /// Result of checking a file.
 struct CheckedFile {
   bool is_configuration = false;
-  FaultList faults;
-  std::optional<CellModel> cell;
-  std::optional<DaemonConfig> config;
+  config::FaultList faults;
+  std::optional<model::CellModel> cell;
+  std::optional<config::DaemonConfig> config;
   /// For a configuration: the machine with the model in force, and its solutions of the points.
   MachineConfig in_force;
-  std::vector<PointSolution> points;
+  std::vector<config::PointSolution> points;
   bool model_applied = false;  ///< an applied model replaces the cell file
 };
 
@@ -48,20 +48,21 @@ std::string MmText(const Vec3& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
 }
 
-std::string ToolText(const Tool& tool) {
+std::string ToolText(const model::Tool& tool) {
   if (tool.rigid) return "rigid, tip at " + MmText(tool.tcp_F) + " in the flange frame";
   double mass_kg = 0;
-  for (const ToolSegment& segment : tool.segments) {
+  for (const model::ToolSegment& segment : tool.segments) {
     mass_kg += segment.material.density_kg_m3 * segment.section.area_m2 * segment.length_m;
   }
-  return fmt::format("{} beam of {} segment{}, {:.6g} mm, {:.4g} kg, mount {:.4g} kg",
-                     tool.theory == BeamTheory::kTimoshenko ? "Timoshenko" : "Euler-Bernoulli",
-                     tool.segments.size(), tool.segments.size() == 1 ? "" : "s",
-                     1e3 * tool.Length(), mass_kg, tool.mount_mass_kg);
+  return fmt::format(
+      "{} beam of {} segment{}, {:.6g} mm, {:.4g} kg, mount {:.4g} kg",
+      tool.theory == model::BeamTheory::kTimoshenko ? "Timoshenko" : "Euler-Bernoulli",
+      tool.segments.size(), tool.segments.size() == 1 ? "" : "s", 1e3 * tool.Length(), mass_kg,
+      tool.mount_mass_kg);
 }
 
 /// "all", "none", or the joints that have it: "q1, q3".
-std::string JointsWith(const Robot& robot, bool (*has)(const Joint&)) {
+std::string JointsWith(const model::Robot& robot, bool (*has)(const model::Joint&)) {
   std::string names;
   int count = 0;
   for (int i = 0; i < robot.size(); ++i) {
@@ -73,21 +74,21 @@ std::string JointsWith(const Robot& robot, bool (*has)(const Joint&)) {
   return count == 0 ? "none" : names;
 }
 
-std::string MassText(const Robot& robot) {
+std::string MassText(const model::Robot& robot) {
   double mass_kg = 0;
-  for (const Joint& joint : robot.joints) mass_kg += joint.link_mass_kg.value_or(0);
+  for (const model::Joint& joint : robot.joints) mass_kg += joint.link_mass_kg.value_or(0);
   const std::string known =
-      JointsWith(robot, [](const Joint& joint) { return joint.link_mass_kg.has_value(); });
+      JointsWith(robot, [](const model::Joint& joint) { return joint.link_mass_kg.has_value(); });
   if (known == "none") return "no link masses declared: joint torques are unknown";
   return fmt::format(
       "link masses declared: {} ({:.4g} kg), centres of mass: {}", known, mass_kg,
-      JointsWith(robot, [](const Joint& joint) { return joint.link_com_m.has_value(); }));
+      JointsWith(robot, [](const model::Joint& joint) { return joint.link_com_m.has_value(); }));
 }
 
-std::string MeasurementText(const Measurement& measurement) {
-  const char* kind = measurement.kind == MeasurementKind::kPosition ? "position of the tip"
-                     : measurement.kind == MeasurementKind::kRange  ? "range from an anchor"
-                                                                    : "pose of the tip";
+std::string MeasurementText(const model::Measurement& measurement) {
+  const char* kind = measurement.kind == model::MeasurementKind::kPosition ? "position of the tip"
+                     : measurement.kind == model::MeasurementKind::kRange  ? "range from an anchor"
+                                                                           : "pose of the tip";
   const std::string sigma =
       measurement.sigma_m
           ? fmt::format("standard deviation {:.4g} mm per axis", 1e3 * *measurement.sigma_m)
@@ -97,8 +98,8 @@ std::string MeasurementText(const Measurement& measurement) {
                      measurement.tool_known ? "known" : "to be estimated", sigma);
 }
 
-std::string ControllerText(const RobotLinkConfig& robot) {
-  const RobotConnection& link = robot.connection;
+std::string ControllerText(const config::RobotLinkConfig& robot) {
+  const robot::RobotConnection& link = robot.connection;
   const std::string where = robot.transport == "tcp"
                                 ? fmt::format("tcp {}:{}", link.tcp.host, link.tcp.port)
                             : robot.transport == "rtu" ? "rtu " + link.serial.device
@@ -107,8 +108,8 @@ std::string ControllerText(const RobotLinkConfig& robot) {
 }
 
 /// "A1, zoom by visca".
-std::string CameraText(const CameraConfig& camera) {
-  const CameraConnection& link = camera.connection;
+std::string CameraText(const config::CameraConfig& camera) {
+  const camera::CameraConnection& link = camera.connection;
   return fmt::format(
       "{}, {}",
       camera.kind == "recorded" ? "recording " + link.recorded.path : "device " + link.v4l2.device,
@@ -117,47 +118,48 @@ std::string CameraText(const CameraConfig& camera) {
 
 /// Checks the object table of the configuration and whether its mesh files are readable.
 /// @return  false if the table has faults
-bool CheckObjects(const DaemonConfig& config, FaultList& faults) {
+bool CheckObjects(const config::DaemonConfig& config, config::FaultList& faults) {
   const std::string& file = config.overlay.objects_file;
   if (file.empty()) return true;
-  const Result<std::string> text = ReadTextFile(file);
+  const Result<std::string> text = config::ReadTextFile(file);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, file, 0, "", ReadErrorText(file, text.error())});
+    faults.Add(
+        {config::Fault::Severity::kFault, file, 0, "", files::ReadErrorText(file, text.error())});
     return false;
   }
-  const TagDatabase* const tags =
+  const tracking::TagDatabase* const tags =
       !config.vision.cameras.empty() ? &config.vision.tags.database : nullptr;
-  const auto table = ObjectTableFromText(*text, file, tags, faults);
+  const auto table = scene::ObjectTableFromText(*text, file, tags, faults);
   if (!table) return false;
-  for (const SceneObject& object : table->objects) {
+  for (const scene::SceneObject& object : table->objects) {
     if (access(object.file.c_str(), R_OK) == 0) continue;
-    faults.Add({Fault::Severity::kWarning, file, 0, "object.file",
+    faults.Add({config::Fault::Severity::kWarning, file, 0, "object.file",
                 fmt::format("{} of \"{}\" {}", object.file, object.name,
-                            ReadErrorText(object.file, std::strerror(errno)))});
+                            files::ReadErrorText(object.file, std::strerror(errno)))});
   }
   return true;
 }
 
 CheckedFile Check(const std::string& text, const std::string& file) {
   CheckedFile checked;
-  checked.is_configuration = FileKindOf(text) == FileKind::kConfiguration;
+  checked.is_configuration = config::FileKindOf(text) == config::FileKind::kConfiguration;
   if (checked.is_configuration) {
-    checked.config = DaemonConfigFromText(text, file, checked.faults);
+    checked.config = config::DaemonConfigFromText(text, file, checked.faults);
     const bool replay = checked.config && checked.config->robot.transport == "replay";
-    if (replay && !ReadReplayFile(*checked.config, checked.faults)) checked.config.reset();
+    if (replay && !table::ReadReplayFile(*checked.config, checked.faults)) checked.config.reset();
     if (checked.config) {
-      if (const auto why_not = ModelUnusableReason(checked.config->machine.cell)) {
+      if (const auto why_not = model_store::ModelUnusableReason(checked.config->machine.cell)) {
         checked.faults.Add(
-            {Fault::Severity::kFault, checked.config->cell_file, 0, "effect", *why_not});
+            {config::Fault::Severity::kFault, checked.config->cell_file, 0, "effect", *why_not});
         checked.config.reset();
       }
     }
     if (checked.config) {
-      FaultList applied;
+      config::FaultList applied;
       checked.in_force = checked.config->machine;
-      if (auto model = CheckModelStore(checked.config->state_directory, checked.config->cell_file,
-                                       applied)) {
-        checked.in_force.cell = CellOfSession(*model, "");
+      if (auto model = model_store::CheckModelStore(checked.config->state_directory,
+                                                    checked.config->cell_file, applied)) {
+        checked.in_force.cell = deflection::CellOfSession(*model, "");
         checked.model_applied = true;
       }
       checked.faults.Append(applied);
@@ -166,26 +168,26 @@ CheckedFile Check(const std::string& text, const std::string& file) {
     if (checked.config && !CheckObjects(*checked.config, checked.faults)) checked.config.reset();
     if (checked.config) {
       checked.cell = checked.config->machine.cell;
-      checked.points = SolvePoints(checked.in_force);
+      checked.points = config::SolvePoints(checked.in_force);
     }
   } else {
-    checked.cell = CellFromText(text, file, checked.faults);
+    checked.cell = config::CellFromText(text, file, checked.faults);
   }
   return checked;
 }
 
 /// "centre of gravity (0, 0, 0) mm in the flange frame, 600 mm from the tool's tip".
-std::string CogText(const CellModel& cell, const Vec3& cog_F) {
+std::string CogText(const model::CellModel& cell, const Vec3& cog_F) {
   return fmt::format("centre of gravity {} in the flange frame, {:.6g} mm from the tool's tip",
                      MmText(cog_F), 1e3 * (cell.tool.tcp_F - cog_F).norm());
 }
 
-std::string CogText(const CellModel& cell) {
+std::string CogText(const model::CellModel& cell) {
   return cell.payload_cog_F ? CogText(cell, *cell.payload_cog_F)
                             : "centre of gravity unknown: payload masses cannot be used";
 }
 
-std::string DomainText(const std::optional<Domain>& domain) {
+std::string DomainText(const std::optional<model::Domain>& domain) {
   if (!domain) return "none: the model is used within the joint limits";
   if (!domain->distant_sigma_m || !domain->residual_sigma_m) return "declared";
   if (domain->declared_sigma_m) {
@@ -204,8 +206,8 @@ std::string DomainText(const std::optional<Domain>& domain) {
 }
 
 /// The payload mass, which only the configuration contains, and its centre of gravity.
-std::string PayloadText(const DaemonConfig& config) {
-  const CellModel& cell = config.machine.cell;
+std::string PayloadText(const config::DaemonConfig& config) {
+  const model::CellModel& cell = config.machine.cell;
   const PayloadPolicy& payload = config.machine.payload;
   if (payload.source == PayloadPolicy::Source::kFixed) {
     const auto& cog_F = payload.fixed.cog_F;
@@ -223,14 +225,14 @@ std::vector<SummaryLine> Summary(const CheckedFile& checked) {
   if (!checked.cell) return {};
   std::vector<SummaryLine> lines = CellSummary(*checked.cell);
   if (checked.config) {
-    const DaemonConfig& config = *checked.config;
+    const config::DaemonConfig& config = *checked.config;
     for (SummaryLine& line : lines) {
       if (line.topic == "payload") line.text = PayloadText(config);
     }
     const std::size_t points = config.machine.points.size();
     lines.push_back({"controller", ControllerText(config.robot)});
-    for (const CameraConfig& camera : config.vision.cameras) {
-      const std::string name = CameraNameText(camera.name);
+    for (const config::CameraConfig& camera : config.vision.cameras) {
+      const std::string name = status::CameraNameText(camera.name);
       lines.push_back({name.empty() ? "camera" : "camera " + name, CameraText(camera)});
     }
     lines.push_back({"points", fmt::format("{} assembly point{}, cycle {:g} ms, PLC port {}",
@@ -253,8 +255,8 @@ nlohmann::json JsonOf(const CheckedFile& checked, const std::string& file) {
                          {"faults", nlohmann::json::array()},
                          {"warnings", nlohmann::json::array()},
                          {"summary", nlohmann::json::object()}};
-  for (const Fault& fault : checked.faults.All()) {
-    const bool warning = fault.severity == Fault::Severity::kWarning;
+  for (const config::Fault& fault : checked.faults.All()) {
+    const bool warning = fault.severity == config::Fault::Severity::kWarning;
     json[warning ? "warnings" : "faults"].push_back(
         {{"file", fault.file}, {"line", fault.line}, {"key", fault.key}, {"what", fault.what}});
   }
@@ -264,10 +266,11 @@ nlohmann::json JsonOf(const CheckedFile& checked, const std::string& file) {
 }
 
 /// "no faults", "2 faults, 1 warning"
-std::string CountText(const FaultList& faults) {
+std::string CountText(const config::FaultList& faults) {
   const auto warnings =
-      std::count_if(faults.All().begin(), faults.All().end(),
-                    [](const Fault& fault) { return fault.severity == Fault::Severity::kWarning; });
+      std::count_if(faults.All().begin(), faults.All().end(), [](const config::Fault& fault) {
+        return fault.severity == config::Fault::Severity::kWarning;
+      });
   const auto count = static_cast<std::ptrdiff_t>(faults.All().size()) - warnings;
   const auto text = [](std::ptrdiff_t number, const char* what) {
     return fmt::format("{} {}{}", number == 0 ? "no" : std::to_string(number), what,
@@ -277,9 +280,9 @@ std::string CountText(const FaultList& faults) {
 }
 
 int Run(const CheckOptions& options) {
-  const Result<std::string> text = ReadTextFile(options.file);
+  const Result<std::string> text = config::ReadTextFile(options.file);
   if (!text) {
-    std::cerr << options.file << ": " << ReadErrorText(options.file, text.error()) << '\n';
+    std::cerr << options.file << ": " << files::ReadErrorText(options.file, text.error()) << '\n';
     return kExitFault;
   }
   const CheckedFile checked = Check(*text, options.file);
@@ -289,7 +292,7 @@ int Run(const CheckOptions& options) {
                      .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
               << '\n';
   } else {
-    std::cout << FaultsText(checked.faults);
+    std::cout << config::FaultsText(checked.faults);
     for (const SummaryLine& line : Summary(checked)) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
@@ -301,21 +304,21 @@ int Run(const CheckOptions& options) {
 
 }  // namespace
 
-std::vector<SummaryLine> CellSummary(const CellModel& cell) {
-  const Robot& robot = cell.robot;
+std::vector<SummaryLine> CellSummary(const model::CellModel& cell) {
+  const model::Robot& robot = cell.robot;
   std::vector<SummaryLine> lines = {
       {"robot", fmt::format("{}, {} joints, flange at most {:.4g} m from the base", robot.name,
-                            robot.size(), Chain(robot).Reach())},
+                            robot.size(), kinematics::Chain(robot).Reach())},
       {"tool", ToolText(cell.tool)},
       {"masses", MassText(robot)}};
   const std::string compliant = JointsWith(
-      robot, [](const Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
+      robot, [](const model::Joint& joint) { return joint.compliance_rad_per_Nm.value_or(0) > 0; });
   lines.push_back({"compliance", compliant == "none" ? "none declared: joints are assumed rigid"
                                                      : "declared: " + compliant});
   lines.push_back({"payload", CogText(cell)});
   lines.push_back({"measurement", MeasurementText(cell.measurement)});
   std::string effects;
-  for (const WrittenEffect& effect : cell.effects) {
+  for (const model::WrittenEffect& effect : cell.effects) {
     effects += (effects.empty() ? "" : ", ") + effect.id;
   }
   lines.push_back({"effects", effects.empty() ? "none added" : effects});
@@ -343,4 +346,4 @@ void AddCheckCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

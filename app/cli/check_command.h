@@ -11,7 +11,7 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddCheckCommand(CLI::App& app, int& exit_code);
 
@@ -22,6 +22,6 @@ struct SummaryLine {
 
 /// Summary of a cell in the units of its file: arm, tool, masses, compliance, payload, measurement,
 /// effects. States explicitly what is not declared.
-std::vector<SummaryLine> CellSummary(const CellModel& cell);
+std::vector<SummaryLine> CellSummary(const model::CellModel& cell);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

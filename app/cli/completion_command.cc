@@ -8,7 +8,7 @@
 #include <iostream>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 /// Case branches of the script: subcommands, words of a command, values of an option.
@@ -103,4 +103,4 @@ void AddCompletionCommand(CLI::App& app, int& exit_code) {
   command->callback([&app] { std::cout << BashCompletion(app); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddCompletionCommand(CLI::App& app, int& exit_code);
 
@@ -15,4 +15,4 @@ void AddCompletionCommand(CLI::App& app, int& exit_code);
 /// completed as a file name. Generated from the parser, so that it matches the options exactly.
 std::string BashCompletion(const CLI::App& app);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

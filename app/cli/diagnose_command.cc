@@ -25,7 +25,7 @@
 #include "app/version.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 namespace fs = std::filesystem;
@@ -119,7 +119,7 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
   for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
     if (path != arguments.next_poses && option == outputs[3].first) continue;  // beside --json
-    if (const auto why = WhyNotWritable(path)) {
+    if (const auto why = config::WhyNotWritable(path)) {
       err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
                          option);
       writable = false;
@@ -131,27 +131,28 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
 /// What the command has read.
 struct Input {
   std::string cell_text;
-  CellModel cell;
-  MeasuredTable measured;  ///< moved into the diagnosis
+  model::CellModel cell;
+  table::MeasuredTable measured;  ///< moved into the diagnosis
   std::size_t rows = 0;
   std::vector<int> unreadable_lines;
 };
 
 Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& exit_code) {
-  const Result<std::string> cell_text = ReadTextFile(arguments.cell);
-  const Result<std::string> table_text = ReadTextFile(arguments.measured);
+  const Result<std::string> cell_text = config::ReadTextFile(arguments.cell);
+  const Result<std::string> table_text = config::ReadTextFile(arguments.measured);
   exit_code = kExitFault;
   if (!cell_text)
-    return Error{arguments.cell + ": " + ReadErrorText(arguments.cell, cell_text.error())};
+    return Error{arguments.cell + ": " + files::ReadErrorText(arguments.cell, cell_text.error())};
   if (!table_text)
-    return Error{arguments.measured + ": " + ReadErrorText(arguments.measured, table_text.error())};
-  FaultList faults;
-  const auto cell = CellFromText(*cell_text, arguments.cell, faults);
-  std::optional<MeasuredTable> measured;
+    return Error{arguments.measured + ": " +
+                 files::ReadErrorText(arguments.measured, table_text.error())};
+  config::FaultList faults;
+  const auto cell = config::CellFromText(*cell_text, arguments.cell, faults);
+  std::optional<table::MeasuredTable> measured;
   if (cell) {
-    measured = TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
+    measured = table::TableFromCsv(*table_text, arguments.measured, cell->robot.joints, faults);
   }
-  err << FaultsText(faults);
+  err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
   Input input{*cell_text, *cell, std::move(*measured), 0, {}};
   input.rows = input.measured.rows.size();
@@ -160,12 +161,12 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
 }
 
 std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& input,
-                              const Diagnosis& diagnosis, std::ostream& err) {
+                              const diagnosis::Diagnosis& diagnosis, std::ostream& err) {
   std::vector<Output> outputs;
-  const DataOrigin origin{fs::path(arguments.measured).filename().string(),
-                          static_cast<int>(input.rows), Today()};
+  const diagnosis::DataOrigin origin{fs::path(arguments.measured).filename().string(),
+                                     static_cast<int>(input.rows), Today()};
   if (!arguments.model.empty()) {
-    auto model = CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
+    auto model = diagnosis::CorrectedCellText(input.cell_text, input.cell, diagnosis, origin);
     if (model) {
       outputs.push_back({"--write-model", arguments.model, *model});
     } else {
@@ -177,22 +178,23 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
     }
   }
   if (!arguments.report.empty()) {
-    const ReportSource source{fs::path(arguments.cell).filename().string(),
-                              origin.file,
-                              origin.rows,
-                              input.unreadable_lines,
-                              origin.date,
-                              PLUMBLINE_VERSION};
-    outputs.push_back({"--report", arguments.report, ReportHtml(diagnosis, input.cell, source)});
+    const report::ReportSource source{fs::path(arguments.cell).filename().string(),
+                                      origin.file,
+                                      origin.rows,
+                                      input.unreadable_lines,
+                                      origin.date,
+                                      PLUMBLINE_VERSION};
+    outputs.push_back(
+        {"--report", arguments.report, report::ReportHtml(diagnosis, input.cell, source)});
   }
   std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
   if (!poses.empty()) {
-    outputs.push_back({"--next-poses", poses, NextPosesCsv(diagnosis, input.cell)});
+    outputs.push_back({"--next-poses", poses, diagnosis::NextPosesCsv(diagnosis, input.cell)});
     poses = NameForJson(poses, arguments.json);
   }
   // Written last, so that the files it refers to exist once it appears.
   if (!arguments.json.empty()) {
-    outputs.push_back({"--json", arguments.json, AnswerJson(diagnosis, poses)});
+    outputs.push_back({"--json", arguments.json, diagnosis::AnswerJson(diagnosis, poses)});
   }
   return outputs;
 }
@@ -215,7 +217,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   }
   Interruption interruption;
   Progress progress(err, arguments.quiet);
-  DiagnosisOptions options;
+  diagnosis::DiagnosisOptions options;
   options.threads = arguments.threads;
   options.time_zero_s = arguments.time_zero_s;
   options.order_unknown = arguments.order_unknown;
@@ -223,7 +225,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
     progress(share, doing);
   };
   options.interrupted = [] { return Interruption::Requested(); };
-  const Result<Diagnosis> diagnosis =
+  const Result<diagnosis::Diagnosis> diagnosis =
       engine(input->cell, std::move(input.value().measured), options);
   progress.Clear();
   if (Interruption::Requested()) return Interrupted(err);
@@ -237,14 +239,14 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   for (const Output& output : outputs) {
     if (output.path == "-") {
       out << output.text << std::flush;
-    } else if (const auto written = WriteTextFile(output.path, output.text); !written) {
+    } else if (const auto written = config::WriteTextFile(output.path, output.text); !written) {
       err << fmt::format("{}: cannot be written: {}; choose another {}\n", output.path,
                          written.error(), output.option);
       exit_code = kExitUsage;
     }
   }
   if (!arguments.quiet)
-    (json_to_out ? err : out) << SummaryText(*diagnosis, input->cell) << std::flush;
+    (json_to_out ? err : out) << diagnosis::SummaryText(*diagnosis, input->cell) << std::flush;
   if (!arguments.model.empty() && (outputs.empty() || outputs[0].option != "--write-model")) {
     return kExitFault;
   }
@@ -268,12 +270,15 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option_function<std::string>(
           "--time-zero",
-          [arguments](const std::string& text) { arguments->time_zero_s = UtcFromText(text); },
+          [arguments](const std::string& text) {
+            arguments->time_zero_s = config::UtcFromText(text);
+          },
           "UTC time at which t_s of the rows is 0, e.g. 2026-11-21T07:30:00Z; the daemon needs it "
           "to\n"
           "apply an effect of time (`plumbline journal export` prints it)")
       ->check([](const std::string& text) {
-        return UtcFromText(text) ? "" : text + " is not a UTC time such as 2026-11-21T07:30:00Z";
+        return config::UtcFromText(text) ? ""
+                                         : text + " is not a UTC time such as 2026-11-21T07:30:00Z";
       });
   command->add_flag(
       "--order-unknown", arguments->order_unknown,
@@ -297,8 +302,8 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "be read; 2 wrong arguments, or a file cannot be written; 130 interrupted, no file was "
       "changed.");
   command->callback([arguments, &exit_code] {
-    exit_code = RunDiagnose(*arguments, Diagnose, std::cout, std::cerr);
+    exit_code = RunDiagnose(*arguments, diagnosis::Diagnose, std::cout, std::cerr);
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

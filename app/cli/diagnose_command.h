@@ -11,7 +11,7 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddDiagnoseCommand(CLI::App& app, int& exit_code);
 
@@ -27,8 +27,8 @@ struct DiagnoseArguments {
   bool quiet = false;
 };
 
-using DiagnosisEngine =
-    std::function<Result<Diagnosis>(const CellModel&, MeasuredTable, const DiagnosisOptions&)>;
+using DiagnosisEngine = std::function<Result<diagnosis::Diagnosis>(
+    const model::CellModel&, table::MeasuredTable, const diagnosis::DiagnosisOptions&)>;
 
 /// Reads the input, runs the engine, writes every file atomically and prints the summary. SIGINT
 /// and SIGTERM cancel it; no file is changed then.
@@ -38,4 +38,4 @@ using DiagnosisEngine =
 int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
                 std::ostream& out, std::ostream& err);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

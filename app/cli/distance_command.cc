@@ -7,7 +7,7 @@
 
 #include "app/cli/exec_view.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct DistanceArguments {
@@ -49,4 +49,4 @@ void AddDistanceCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = RunDistance(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

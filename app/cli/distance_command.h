@@ -5,8 +5,8 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddDistanceCommand(CLI::App& app, int& exit_code);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -11,7 +11,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/doctor/examine.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct DoctorOptions {
@@ -19,10 +19,10 @@ struct DoctorOptions {
   bool json = false;
 };
 
-std::string ResultsJson(const CheckResults& found) {
+std::string ResultsJson(const doctor::CheckResults& found) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const CheckResult& result : found) {
-    list.push_back({{"health", HealthText(result.health)},
+  for (const doctor::CheckResult& result : found) {
+    list.push_back({{"health", doctor::HealthText(result.health)},
                     {"what", result.subject},
                     {"told", result.finding},
                     {"do", result.remedy}});
@@ -30,23 +30,24 @@ std::string ResultsJson(const CheckResults& found) {
   return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string ResultsText(const CheckResults& found) {
+std::string ResultsText(const doctor::CheckResults& found) {
   std::string text;
-  for (const CheckResult& result : found) {
-    text +=
-        fmt::format("{:<8} {:<16} {}\n", HealthText(result.health), result.subject, result.finding);
+  for (const doctor::CheckResult& result : found) {
+    text += fmt::format("{:<8} {:<16} {}\n", doctor::HealthText(result.health), result.subject,
+                        result.finding);
     if (!result.remedy.empty()) text += fmt::format("{:<25} do: {}\n", "", result.remedy);
   }
   return text;
 }
 
 int RunDoctor(const DoctorOptions& options) {
-  const CheckResults found = Examine(options.config, options.user);
-  const auto count = [&](Health health) {
-    return std::count_if(found.begin(), found.end(),
-                         [&](const CheckResult& result) { return result.health == health; });
+  const doctor::CheckResults found = doctor::Examine(options.config, options.user);
+  const auto count = [&](doctor::Health health) {
+    return std::count_if(found.begin(), found.end(), [&](const doctor::CheckResult& result) {
+      return result.health == health;
+    });
   };
-  const auto faults = count(Health::kFault), warnings = count(Health::kWarning);
+  const auto faults = count(doctor::Health::kFault), warnings = count(doctor::Health::kWarning);
   if (options.json) {
     std::cout << ResultsJson(found);
   } else {
@@ -80,4 +81,4 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   doctor->callback([options, &exit_code] { exit_code = RunDoctor(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -10,10 +10,10 @@
 #include "app/cli/exit_codes.h"
 #include "drivers/files/package_paths.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 int ExecView(const std::string& command, std::vector<std::string> arguments) {
-  const std::string program = SiblingProgram("plumbline-view");
+  const std::string program = files::SiblingProgram("plumbline-view");
   arguments.insert(arguments.begin(), program);
   std::vector<char*> words;
   words.reserve(arguments.size() + 1);
@@ -21,8 +21,8 @@ int ExecView(const std::string& command, std::vector<std::string> arguments) {
   words.push_back(nullptr);
   execv(program.c_str(), words.data());
   std::cerr << fmt::format("plumbline {}: {} cannot be started: {}; {}\n", command, program,
-                           std::strerror(errno), kRestoreProgram);
+                           std::strerror(errno), files::kRestoreProgram);
   return kExitUsage;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// Replaces this process by plumbline-view, which is installed beside this program and is the only
 /// one linked with the drawing and measuring libraries. Returns only on failure, after printing it.
@@ -12,4 +12,4 @@ namespace plumbline {
 /// @return         the exit code
 int ExecView(const std::string& command, std::vector<std::string> arguments);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -6,7 +6,7 @@
 
 #include "app/cli/exit_codes.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 inline int Fail(const std::string& why, int code = kExitFault) {
   std::cerr << why << '\n';
@@ -17,4 +17,4 @@ inline int Interrupted() {
   return Fail("interrupted; no file was changed", kExitInterrupted);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

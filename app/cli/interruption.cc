@@ -1,6 +1,6 @@
 #include "app/cli/interruption.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 volatile std::sig_atomic_t requested = 0;
@@ -42,4 +42,4 @@ bool Interruption::Requested() {
   return requested != 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -3,7 +3,7 @@
 
 #include <csignal>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// While an object of this class exists, the first SIGINT or SIGTERM is only recorded, to be polled
 /// with Requested(); a second one terminates the process. At most one object may exist at a time.
@@ -27,4 +27,4 @@ class Interruption {
   struct sigaction old_terminate_ {};
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

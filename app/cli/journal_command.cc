@@ -23,13 +23,13 @@
 #include "app/journal/journal_csv.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr std::int64_t kMaxRows = 1000000000;
 
 struct JournalOptions {
-  std::string state = kDefaultStateDirectory;
+  std::string state = config::kDefaultStateDirectory;
   std::string cell, file;
   std::optional<std::int64_t> after, last;
   std::optional<std::string> session;
@@ -38,23 +38,23 @@ struct JournalOptions {
   std::vector<std::int64_t> ids;  ///< ids of quarantined rows
 
   std::string JournalFile() const { return state + "/journal.sqlite"; }
-  JournalFilter Filter(JournalFilter::Rows rows) const {
+  journal::JournalFilter Filter(journal::JournalFilter::Rows rows) const {
     return {after, last, session, model_version, rows};
   }
 };
 
 int Import(const JournalOptions& options) {
-  FaultList faults;
-  const std::optional<CellModel> cell = ReadCell(options.cell, faults);
-  const Result<std::string> text = ReadTextFile(options.file);
-  std::optional<MeasuredTable> table;
+  config::FaultList faults;
+  const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
+  const Result<std::string> text = config::ReadTextFile(options.file);
+  std::optional<table::MeasuredTable> table;
   if (!text) {
-    faults.Add(
-        {Fault::Severity::kFault, options.file, 0, "", ReadErrorText(options.file, text.error())});
+    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
+                files::ReadErrorText(options.file, text.error())});
   } else if (cell) {
-    table = TableFromCsv(*text, options.file, cell->robot.joints, faults);
+    table = table::TableFromCsv(*text, options.file, cell->robot.joints, faults);
   }
-  std::cerr << FaultsText(faults);
+  std::cerr << config::FaultsText(faults);
   if (!table) return kExitFault;
   if (!table->recorded.position && !table->recorded.range) {
     return Fail(options.file + ": has neither x_mm, y_mm, z_mm nor range_mm: no measured values",
@@ -75,11 +75,11 @@ int Import(const JournalOptions& options) {
   }
   std::error_code ignored;  // opening the journal reports the error
   std::filesystem::create_directories(options.state, ignored);
-  Result<Journal> journal = Journal::Open(options.JournalFile());
+  Result<journal::Journal> journal = journal::Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
-  const std::uint64_t hash = ContentHash(*text);
+  const std::uint64_t hash = journal::ContentHash(*text);
   const Result<std::int64_t> last = journal.value().AppendImport(
-      JournalRowsFrom(*table), cell->robot.joints, options.file, hash, options.again);
+      journal::JournalRowsFrom(*table), cell->robot.joints, options.file, hash, options.again);
   if (!last) {
     const auto before = journal.value().ImportedAs(hash);
     const bool twice = !options.again && before && before->has_value();
@@ -100,7 +100,7 @@ int Import(const JournalOptions& options) {
 }
 
 /// Opens the journal of an existing state directory for reading.
-Result<Journal> ExistingJournal(const JournalOptions& options) {
+Result<journal::Journal> ExistingJournal(const JournalOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.JournalFile(), unknown)) {
     return Error{
@@ -108,7 +108,7 @@ Result<Journal> ExistingJournal(const JournalOptions& options) {
                     "first start, and so does `plumbline journal import`. Or give another --state",
                     options.JournalFile())};
   }
-  return Journal::OpenForReading(options.JournalFile());
+  return journal::Journal::OpenForReading(options.JournalFile());
 }
 
 int Export(const JournalOptions& options) {
@@ -119,16 +119,16 @@ int Export(const JournalOptions& options) {
                     input),
         kExitUsage);
   }
-  FaultList faults;
-  const std::optional<CellModel> cell = ReadCell(options.cell, faults);
-  std::cerr << FaultsText(faults);
+  config::FaultList faults;
+  const std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
+  std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
-  Result<Journal> journal = ExistingJournal(options);
+  Result<journal::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
-  const auto rows =
-      journal.value().Read(options.Filter(JournalFilter::Rows::kMeasurements), cell->robot.joints);
+  const auto rows = journal.value().Read(
+      options.Filter(journal::JournalFilter::Rows::kMeasurements), cell->robot.joints);
   if (!rows) return Fail(rows.error(), kExitFault);
-  const ExportedCsv exported = CsvFromJournal(*rows, cell->robot.joints);
+  const journal::ExportedCsv exported = journal::CsvFromJournal(*rows, cell->robot.joints);
   for (const std::string& note : exported.notes) std::cerr << note << '\n';
   if (exported.ids.empty()) {
     return Fail("the journal has no such rows; nothing was written", kExitFault);
@@ -136,7 +136,7 @@ int Export(const JournalOptions& options) {
   const bool to_output = options.file == "-";
   if (to_output) {
     std::cout << exported.text;
-  } else if (const auto written = WriteTextFile(options.file, exported.text); !written) {
+  } else if (const auto written = config::WriteTextFile(options.file, exported.text); !written) {
     return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.file,
                             written.error()),
                 kExitUsage);
@@ -145,31 +145,31 @@ int Export(const JournalOptions& options) {
       "{}: {} rows; t_s of probes is 0 at {} (diagnose --time-zero); the robot's "
       "moves between probes are not recorded (diagnose --order-unknown)\n",
       to_output ? "standard output" : options.file, exported.ids.size(),
-      TextFromUtc(journal.value().EpochUtc_s()));
+      config::TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;
 }
 
 /// Joints of unknown type; values are then in the units of the file.
-std::vector<Joint> JointsAsRecorded(int count) {
-  return std::vector<Joint>(static_cast<std::size_t>(count));
+std::vector<model::Joint> JointsAsRecorded(int count) {
+  return std::vector<model::Joint>(static_cast<std::size_t>(count));
 }
 
 /// Null for a row that was never in quarantine.
-const char* QuarantineText(JournalRow::Quarantine quarantine) {
+const char* QuarantineText(journal::JournalRow::Quarantine quarantine) {
   switch (quarantine) {
-    case JournalRow::Quarantine::kNone:
+    case journal::JournalRow::Quarantine::kNone:
       return nullptr;
-    case JournalRow::Quarantine::kWaiting:
+    case journal::JournalRow::Quarantine::kWaiting:
       return "waiting";
-    case JournalRow::Quarantine::kAccepted:
+    case journal::JournalRow::Quarantine::kAccepted:
       return "accepted";
-    case JournalRow::Quarantine::kRejected:
+    case journal::JournalRow::Quarantine::kRejected:
       return "rejected";
   }
   return nullptr;
 }
 
-nlohmann::json AsJson(const JournalRow& row) {
+nlohmann::json AsJson(const journal::JournalRow& row) {
   nlohmann::json json = {{"id", row.id},
                          {"source", NameOf(row.source)},
                          {"session", row.session},
@@ -196,7 +196,7 @@ nlohmann::json AsJson(const JournalRow& row) {
   return json;
 }
 
-std::string Line(const JournalRow& row) {
+std::string Line(const journal::JournalRow& row) {
   std::string line = fmt::format("{:>7}  ", row.id);
   if (row.unix_ms) {
     line += fmt::format("{:%Y-%m-%d %H:%M:%S}Z",
@@ -229,12 +229,13 @@ std::string Header() {
                      "y mm", "z mm");
 }
 
-Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool json) {
+Result<std::int64_t> Print(journal::Journal& journal, const journal::JournalFilter& filter,
+                           bool json) {
   std::int64_t last = filter.after_id.value_or(0);
   const Result<int> joints = journal.JointCount();
   if (!joints) return joints.failure();
   const Result<void> shown =
-      journal.ForEach(filter, JointsAsRecorded(*joints), [&](const JournalRow& row) {
+      journal.ForEach(filter, JointsAsRecorded(*joints), [&](const journal::JournalRow& row) {
         std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
         last = row.id;
       });
@@ -244,18 +245,18 @@ Result<std::int64_t> Print(Journal& journal, const JournalFilter& filter, bool j
 }
 
 int Show(const JournalOptions& options) {
-  Result<Journal> journal = ExistingJournal(options);
+  Result<journal::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   if (!options.json) std::cout << Header();
   const Result<std::int64_t> last =
-      Print(journal.value(), options.Filter(JournalFilter::Rows::kAll), options.json);
+      Print(journal.value(), options.Filter(journal::JournalFilter::Rows::kAll), options.json);
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
 int Tail(const JournalOptions& options) {
-  Result<Journal> journal = ExistingJournal(options);
+  Result<journal::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
-  JournalFilter filter = options.Filter(JournalFilter::Rows::kAll);
+  journal::JournalFilter filter = options.Filter(journal::JournalFilter::Rows::kAll);
   if (!filter.last) filter.last = 10;
   if (!options.json) std::cout << Header();
   for (;;) {
@@ -269,7 +270,7 @@ int Tail(const JournalOptions& options) {
 }
 
 int ListQuarantine(const JournalOptions& options) {
-  Result<Journal> journal = ExistingJournal(options);
+  Result<journal::Journal> journal = ExistingJournal(options);
   if (!journal) return Fail(journal.error(), kExitFault);
   const Result<std::int64_t> waiting = journal.value().Waiting();
   if (!waiting) return Fail(waiting.error(), kExitFault);
@@ -279,14 +280,14 @@ int ListQuarantine(const JournalOptions& options) {
   }
   if (!options.json) std::cout << Header();
   const Result<std::int64_t> last =
-      Print(journal.value(), options.Filter(JournalFilter::Rows::kWaiting), options.json);
+      Print(journal.value(), options.Filter(journal::JournalFilter::Rows::kWaiting), options.json);
   return last ? kExitOk : Fail(last.error(), kExitFault);
 }
 
 int Decide(const JournalOptions& options, bool accept) {
-  const Result<Journal> existing = ExistingJournal(options);
+  const Result<journal::Journal> existing = ExistingJournal(options);
   if (!existing) return Fail(existing.error(), kExitFault);
-  Result<Journal> journal = Journal::Open(options.JournalFile());
+  Result<journal::Journal> journal = journal::Journal::Open(options.JournalFile());
   if (!journal) return Fail(journal.error(), kExitUsage);
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const Result<void> decided = journal.value().Decide(
@@ -414,4 +415,4 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
                "Exit codes as for `accept`.");
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -21,18 +21,18 @@
 #include "app/lens_store/stored_views.h"
 #include "app/printed_digits.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct LensListOptions {
-  std::string state = kDefaultStateDirectory, out;
+  std::string state = config::kDefaultStateDirectory, out;
   std::int64_t id = 0;
-  double acceptable_px = CalibrationOptions{}.acceptable_px, distance_mm = 0;
+  double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
 
   std::string StoreFile() const { return state + "/lenses.sqlite"; }
 };
 
-Result<std::vector<LensEntry>> StoredLenses(const LensListOptions& options) {
+Result<std::vector<lens_store::LensEntry>> StoredLenses(const LensListOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.StoreFile(), unknown)) {
     return Error{
@@ -40,18 +40,18 @@ Result<std::vector<LensEntry>> StoredLenses(const LensListOptions& options) {
                     "give another --state",
                     options.StoreFile())};
   }
-  Result<LensStore> store = LensStore::OpenForReading(options.StoreFile());
+  Result<lens_store::LensStore> store = lens_store::LensStore::OpenForReading(options.StoreFile());
   if (!store) return store.failure();
   return store.value().All();
 }
 
-std::string Line(const LensEntry& entry) {
+std::string Line(const lens_store::LensEntry& entry) {
   const auto number = [](const std::optional<double>& value, const char* unit) {
     return value ? fmt::format("{:.2f}{}", *value, unit) : std::string("-");
   };
   const double fx_sd = std::sqrt(entry.covariance(0, 0));
   const int decimals = DecimalsFor({fx_sd}, 2);
-  const auto views = DecodeViews(entry.corners);
+  const auto views = lens_store::DecodeViews(entry.corners);
   return fmt::format(
       "{:>5}  {:<20}  {:>7} {:>7}  {:>9.{}f} {:>8.{}f} {:>10} {:>6} {:>8}  {}; {}, {}\n", entry.id,
       entry.utc, entry.key.zoom_counts,
@@ -68,12 +68,13 @@ int List(const LensListOptions& options) {
   std::cout << fmt::format("{:>5}  {:<20}  {:>7} {:>7}  {:>9} {:>8} {:>10} {:>6} {:>8}  {}\n",
                            "lens", "time", "zoom", "focus", "fx px", "+-", "sd px", "views",
                            "temp.", "camera; mode, board");
-  for (const LensEntry& entry : *lenses) std::cout << Line(entry);
+  for (const lens_store::LensEntry& entry : *lenses) std::cout << Line(entry);
   return kExitOk;
 }
 
-std::string ComparisonText(const LensEntry& stored, const LensCalibration& solved) {
-  const auto focal = [](const Lens& lens, double sd) {
+std::string ComparisonText(const lens_store::LensEntry& stored,
+                           const lens::LensCalibration& solved) {
+  const auto focal = [](const lens::Lens& lens, double sd) {
     const int decimals = DecimalsFor({sd}, 2);
     return fmt::format("f {:.{}f} px +- {:.{}f}", lens.fx, decimals, sd, decimals);
   };
@@ -84,7 +85,7 @@ std::string ComparisonText(const LensEntry& stored, const LensCalibration& solve
         "solved again: {}, standard deviation of the projection {:.2g} px; differs from the stored "
         "lens by at most {:.2g} px over the image\n",
         focal(solved.lens, std::sqrt(solved.covariance(0, 0))), solved.uncertainty.max_px,
-        LargestDifference(solved.lens, stored.lens, stored.size));
+        lens::LargestDifference(solved.lens, stored.lens, stored.size));
   }
   text += solved.accepted ? "accepted\n" : "refused:\n";
   for (const std::string& reason : solved.reasons) text += "  " + reason + "\n";
@@ -94,8 +95,9 @@ std::string ComparisonText(const LensEntry& stored, const LensCalibration& solve
 int Solve(const LensListOptions& options) {
   const auto lenses = StoredLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
-  const auto stored = std::find_if(lenses->begin(), lenses->end(),
-                                   [&](const LensEntry& entry) { return entry.id == options.id; });
+  const auto stored =
+      std::find_if(lenses->begin(), lenses->end(),
+                   [&](const lens_store::LensEntry& entry) { return entry.id == options.id; });
   if (stored == lenses->end()) {
     return Fail(fmt::format("{}: no lens {}; `plumbline lens list` lists the stored lenses",
                             options.StoreFile(), options.id),
@@ -107,7 +109,7 @@ int Solve(const LensListOptions& options) {
                     stored->id),
         kExitFault);
   }
-  const auto views = DecodeViews(stored->corners);
+  const auto views = lens_store::DecodeViews(stored->corners);
   if (!views) {
     return Fail(fmt::format("the views of lens {}: {}", stored->id, views.error()), kExitFault);
   }
@@ -115,12 +117,13 @@ int Solve(const LensListOptions& options) {
     return Fail("plumbline lens solve: --json would overwrite the lens store; choose another file",
                 kExitUsage);
   }
-  CalibrationOptions criteria;
+  lens::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
-  const LensCalibration solved = CalibrateLens(views->board, views->views, stored->size, criteria);
+  const lens::LensCalibration solved =
+      lens::CalibrateLens(views->board, views->views, stored->size, criteria);
   if (!options.out.empty()) {
-    if (const auto written = WriteTextFile(options.out, LensJson(solved)); !written) {
+    if (const auto written = config::WriteTextFile(options.out, lens::LensJson(solved)); !written) {
       return Fail(fmt::format("{}: cannot be written: {}; choose another --json", options.out,
                               written.error()),
                   kExitUsage);
@@ -169,4 +172,4 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
       ->check(NumberWithin(1, 1e6));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -13,18 +13,18 @@
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/registry.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 /// Parses "1920x1080"; nullopt if the text does not have this form.
-std::optional<ImageSize> SizeFromText(std::string_view text) {
-  ImageSize size;
+std::optional<lens::ImageSize> SizeFromText(std::string_view text) {
+  lens::ImageSize size;
   const char* end = text.data() + text.size();
   const auto [x, first] = std::from_chars(text.data(), end, size.width);
   if (first != std::errc() || x == end || *x != 'x') return std::nullopt;
   const auto [rest, second] = std::from_chars(x + 1, end, size.height);
   if (second != std::errc() || rest != end || size.width < 1 || size.height < 1 ||
-      size.width > kMaxImageSide_px || size.height > kMaxImageSide_px) {
+      size.width > camera::kMaxImageSide_px || size.height > camera::kMaxImageSide_px) {
     return std::nullopt;
   }
   return size;
@@ -75,22 +75,22 @@ bool IsRecording(const std::string& camera) {
   return camera.ends_with(".csv") || std::filesystem::is_directory(camera, why);
 }
 
-Result<std::unique_ptr<Camera>> MakeLiveCamera(const LiveCameraOptions& options) {
-  CameraConnection connection;
+Result<std::unique_ptr<camera::Camera>> MakeLiveCamera(const LiveCameraOptions& options) {
+  camera::CameraConnection connection;
   connection.recorded.path = options.camera;
-  connection.recorded.read = ReadImage;
+  connection.recorded.read = camera::ReadImage;
   connection.recorded.rate_hz = options.rate_hz;
   connection.recorded.paced = !options.fast;
   connection.recorded.repeat = options.repeat;
   connection.v4l2.device = options.camera;
   connection.v4l2.mode.rate_hz = options.rate_hz;
   if (const auto size = SizeFromText(options.size)) connection.v4l2.mode.size = *size;
-  CameraSettings& settings = connection.v4l2.settings;
+  camera::CameraSettings& settings = connection.v4l2.settings;
   if (options.exposure_ms > 0) settings.exposure_s = 1e-3 * options.exposure_ms;
   if (options.white_balance_K > 0) settings.white_balance_K = options.white_balance_K;
   if (options.gain_counts >= 0) settings.gain_counts = options.gain_counts;
   if (options.focus_counts >= 0) settings.focus_counts = options.focus_counts;
-  return MakeCamera(IsRecording(options.camera) ? "recorded" : "v4l2", connection);
+  return camera::MakeCamera(IsRecording(options.camera) ? "recorded" : "v4l2", connection);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -11,7 +11,7 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 struct LiveCameraOptions {
   std::string camera;  ///< device, serial number, or path of a recording
@@ -29,6 +29,6 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options);
 /// True for a recording: a folder of images, or a sequence file (*.csv).
 bool IsRecording(const std::string& camera);
 
-Result<std::unique_ptr<Camera>> MakeLiveCamera(const LiveCameraOptions& options);
+Result<std::unique_ptr<camera::Camera>> MakeLiveCamera(const LiveCameraOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

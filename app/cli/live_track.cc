@@ -14,7 +14,7 @@
 #include "drivers/camera/image_file.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr double kTimeout_s = 0.2;          // bounds the delay of Ctrl-C
@@ -36,13 +36,13 @@ class MessagePrinter {
 };
 
 /// Warns about tags that are missing in a frame although the camera works.
-void WarnAboutFrame(const TrackedFrame& frame, MessagePrinter& messages) {
+void WarnAboutFrame(const tracking::TrackedFrame& frame, MessagePrinter& messages) {
   if (frame.limited) {
     messages.Print(
         "the image has too many dark regions to inspect all of them; tags may be missing; try "
         "--threshold");
   }
-  for (const SeenBody& body : frame.bodies) {
+  for (const tracking::SeenBody& body : frame.bodies) {
     for (const int id : body.left_out) {
       messages.Print(
           fmt::format("tag {} of \"{}\" contradicts the other tags of this body and is ignored: it "
@@ -54,27 +54,27 @@ void WarnAboutFrame(const TrackedFrame& frame, MessagePrinter& messages) {
 
 }  // namespace
 
-int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
+int TrackLive(camera::Camera& camera, tracking::Tracker& tracker, const lens::LensFile& lens,
               const LiveTrackOptions& options) {
   const Interruption interruption;
   MessagePrinter messages;
-  CameraFrame frame;
+  camera::CameraFrame frame;
   const double start_s = MonotonicSeconds();
   std::optional<double> first_s, lost_s;
   int tracked = 0;
   while (!Interruption::Requested() && std::cout &&
          (options.frames == 0 || tracked < options.frames)) {
-    const CameraResult result = camera.Read(kTimeout_s, frame);
+    const camera::CameraResult result = camera.Read(kTimeout_s, frame);
     for (const std::string& remark : camera.TakeRemarks()) messages.Print(remark);
-    if (result == CameraResult::kEnded) break;
-    if (result != CameraResult::kFrame) {
-      const bool is_lost = result == CameraResult::kLost;
+    if (result == camera::CameraResult::kEnded) break;
+    if (result != camera::CameraResult::kFrame) {
+      const bool is_lost = result == camera::CameraResult::kLost;
       const std::string problem(camera.problem());
-      if (is_lost || result == CameraResult::kUnusable) messages.Print(problem);
-      if (MissingImageCodecs()) return kExitFault;  // the remaining images would fail too
+      if (is_lost || result == camera::CameraResult::kUnusable) messages.Print(problem);
+      if (camera::MissingImageCodecs()) return kExitFault;  // the remaining images would fail too
       if (is_lost && !lost_s) lost_s = MonotonicSeconds();
       if (first_s || options.recording) {
-        if (result == CameraResult::kWaiting) SleepSeconds(kTimeout_s);
+        if (result == camera::CameraResult::kWaiting) SleepSeconds(kTimeout_s);
         continue;
       }
       if (is_lost) return kExitFault;
@@ -99,13 +99,14 @@ int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
       return kExitFault;
     }
     if (!first_s) first_s = frame.time_s;
-    const TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &lens);
+    const tracking::TrackedFrame& seen = tracker.Update(frame.luma, frame.time_s, &lens);
     WarnAboutFrame(seen, messages);
     const double t_s = frame.time_s - *first_s;
     if (options.json) {
-      std::cout << TrackJsonLine(seen, t_s, frame.sequence);
+      std::cout << tracking::TrackJsonLine(seen, t_s, frame.sequence);
     } else {
-      std::cout << fmt::format("frame {}, {:.3f} s: ", frame.sequence, t_s) << TrackText(seen);
+      std::cout << fmt::format("frame {}, {:.3f} s: ", frame.sequence, t_s)
+                << tracking::TrackText(seen);
     }
     std::cout << std::flush;
     ++tracked;
@@ -115,4 +116,4 @@ int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
   return kExitFault;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

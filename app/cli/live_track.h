@@ -7,7 +7,7 @@
 #include "app/tracking/tracker.h"
 #include "drivers/camera/camera.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 struct LiveTrackOptions {
   std::string lens_name;   ///< for messages
@@ -19,7 +19,7 @@ struct LiveTrackOptions {
 /// Prints the tracked tags and bodies to standard output, and each problem once to standard error.
 /// Ctrl-C stops it after the current frame.
 /// @return the exit code
-int TrackLive(Camera& camera, Tracker& tracker, const LensFile& lens,
+int TrackLive(camera::Camera& camera, tracking::Tracker& tracker, const lens::LensFile& lens,
               const LiveTrackOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -21,13 +21,13 @@
 #include "app/log/level_text.h"
 #include "app/service/utc_clock.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr double kFollowWait_s = 0.5;
 
 struct LogOptions {
-  JournalQuery query;
+  log::JournalQuery query;
   std::string since, level;
   bool follow = false, explain = false, json = false;
   bool events = false, tables = false, catalogue = false;
@@ -35,7 +35,7 @@ struct LogOptions {
 
 /// UTC [s] of "15m", "2h", "3d" or "90s" ago, or of a UTC timestamp; nullopt for any other text.
 std::optional<double> SinceFromText(const std::string& text) {
-  if (const auto utc_s = UtcFromText(text)) return utc_s;
+  if (const auto utc_s = config::UtcFromText(text)) return utc_s;
   if (text.size() < 2) return {};
   const auto count = FiniteNumberFromText(text.substr(0, text.size() - 1));
   const char unit = text.back();
@@ -45,33 +45,36 @@ std::optional<double> SinceFromText(const std::string& text) {
                         : unit == 'd' ? 86400
                                       : 0;
   if (!count || *count < 0 || unit_s == 0) return {};
-  return SystemUtcSeconds() - *count * unit_s;
+  return service::SystemUtcSeconds() - *count * unit_s;
 }
 
 std::string LocalTime(double utc_s) {
   return fmt::format("{:%Y-%m-%d %H:%M:%S}", fmt::localtime(static_cast<std::time_t>(utc_s)));
 }
 
-std::string LevelOf(const StoredLogEntry& entry) {
-  return LevelText(static_cast<LogLevel>(std::clamp(entry.priority, 3, 6)));
+std::string LevelOf(const log::StoredLogEntry& entry) {
+  return log::LevelText(static_cast<log::LogLevel>(std::clamp(entry.priority, 3, 6)));
 }
 
-std::string KeptText(const StoredLogEntry& entry, bool explain) {
+std::string KeptText(const log::StoredLogEntry& entry, bool explain) {
   std::string text =
       fmt::format("{}  {:<7}  {}\n", LocalTime(entry.utc_s), LevelOf(entry), entry.text);
-  const EventEntry* const kind = explain ? FindEvent(entry.event) : nullptr;
+  const log::EventEntry* const kind = explain ? log::FindEvent(entry.event) : nullptr;
   if (kind == nullptr) return text;
   if (*kind->means != '\0') text += fmt::format("{:>31}  {}\n", "means:", kind->means);
   if (*kind->remedy != '\0') text += fmt::format("{:>31}  {}\n", "do:", kind->remedy);
   return text;
 }
 
-std::string KeptJson(const StoredLogEntry& entry) {
-  nlohmann::ordered_json line = {
-      {"time_utc", TextFromUtc(entry.utc_s)}, {"level", LevelOf(entry)}, {"event", entry.event},
-      {"component", entry.component},         {"cell", entry.cell},      {"text", entry.text}};
+std::string KeptJson(const log::StoredLogEntry& entry) {
+  nlohmann::ordered_json line = {{"time_utc", config::TextFromUtc(entry.utc_s)},
+                                 {"level", LevelOf(entry)},
+                                 {"event", entry.event},
+                                 {"component", entry.component},
+                                 {"cell", entry.cell},
+                                 {"text", entry.text}};
   nlohmann::ordered_json fields = nlohmann::ordered_json::object();
-  for (const LogField& field : entry.fields) fields[field.name] = field.value;
+  for (const log::LogField& field : entry.fields) fields[field.name] = field.value;
   line["fields"] = fields;
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
@@ -84,7 +87,7 @@ constexpr const char* kNoEntries =
 
 int PrintJournal(const LogOptions& options) {
   const Interruption interruption;
-  Result<JournalReader> reader = JournalReader::Open(options.query);
+  Result<log::JournalReader> reader = log::JournalReader::Open(options.query);
   if (!reader) return Fail(reader.error());
   bool any = false;
   while (!Interruption::Requested()) {
@@ -105,15 +108,15 @@ int PrintJournal(const LogOptions& options) {
 
 std::string EventList() {
   std::string text = fmt::format("{:<24} {:<8} {:<10} {}\n", "event", "level", "component", "line");
-  for (const EventEntry& entry : EventCatalogue()) {
-    text += fmt::format("{:<24} {:<8} {:<10} {}\n", entry.name, LevelText(entry.level),
+  for (const log::EventEntry& entry : log::EventCatalogue()) {
+    text += fmt::format("{:<24} {:<8} {:<10} {}\n", entry.name, log::LevelText(entry.level),
                         entry.component, entry.line);
   }
   return text;
 }
 
-std::string EventText(const EventEntry& entry) {
-  std::string text = fmt::format("{} ({}, {}): {}\n", entry.name, LevelText(entry.level),
+std::string EventText(const log::EventEntry& entry) {
+  std::string text = fmt::format("{} ({}, {}): {}\n", entry.name, log::LevelText(entry.level),
                                  entry.component, entry.line);
   if (*entry.means != '\0') text += fmt::format("  means: {}\n", entry.means);
   if (*entry.remedy != '\0') text += fmt::format("  do:    {}\n", entry.remedy);
@@ -121,17 +124,17 @@ std::string EventText(const EventEntry& entry) {
 }
 
 int PrintEvents(const LogOptions& options) {
-  const EventEntry* const one = FindEvent(options.query.event);
-  std::cout << (options.tables      ? EventTables()
-                : options.catalogue ? JournalCatalogue()
-                : options.json      ? EventsJson()
+  const log::EventEntry* const one = log::FindEvent(options.query.event);
+  std::cout << (options.tables      ? log::EventTables()
+                : options.catalogue ? log::JournalCatalogue()
+                : options.json      ? log::EventsJson()
                 : one != nullptr    ? EventText(*one)
                                     : EventList());
   return kExitOk;
 }
 
 int RunLog(LogOptions options) {
-  if (!options.query.event.empty() && FindEvent(options.query.event) == nullptr) {
+  if (!options.query.event.empty() && log::FindEvent(options.query.event) == nullptr) {
     return Fail(fmt::format("plumbline log: no event \"{}\"; `plumbline log --events` lists all",
                             options.query.event),
                 kExitUsage);
@@ -147,7 +150,7 @@ int RunLog(LogOptions options) {
           kExitUsage);
     }
   }
-  if (!options.level.empty()) options.query.level = LevelFromText(options.level);
+  if (!options.level.empty()) options.query.level = log::LevelFromText(options.level);
   return PrintJournal(options);
 }
 
@@ -183,4 +186,4 @@ void AddLogCommand(CLI::App& app, int& exit_code) {
   log->callback([options, &exit_code] { exit_code = RunLog(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

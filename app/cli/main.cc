@@ -102,6 +102,7 @@ std::vector<std::string> WordsOf(int argc, char** argv) {
 
 int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
   using namespace plumbline;
+  using namespace plumbline::cli;
   try {
     app.parse(WordsOf(argc, argv));
   } catch (const CLI::ParseError& error) {
@@ -117,6 +118,7 @@ int RunCommand(CLI::App& app, int argc, char** argv, const int& exit_code) {
 
 int main(int argc, char** argv) {
   using namespace plumbline;
+  using namespace plumbline::cli;
   ReserveClosedOutputs();
   FLAGS_minloglevel = google::GLOG_FATAL;  // failures of Ceres are reported by the commands
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");

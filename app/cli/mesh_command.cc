@@ -13,37 +13,37 @@
 #include "app/cli/number_option.h"
 #include "app/scene/mesh_summary.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct MeshOptions {
   std::string file, unit;
   bool json = false;
-  MeshLimits limits;
+  scene::MeshLimits limits;
 };
 
 int RunMeshCheck(const MeshOptions& options) {
   std::optional<std::string> unit;
   double unit_m = 1;
   if (!options.unit.empty()) {
-    const auto known = MetresOfUnit(options.unit);
+    const auto known = scene::MetresOfUnit(options.unit);
     if (!known) {
       std::cerr << fmt::format("plumbline mesh check: --unit: {} is not one of {}\n", options.unit,
-                               kMeshUnits);
+                               scene::kMeshUnits);
       return kExitUsage;
     }
     unit = options.unit;
     unit_m = *known;
   }
-  const auto file = ReadMeshFile(options.file, unit_m, options.limits);
+  const auto file = scene::ReadMeshFile(options.file, unit_m, options.limits);
   if (!file && options.json) {
     const nlohmann::json json = {{"schema", 1}, {"file", options.file}, {"refused", file.error()}};
     std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   } else if (!file) {
     std::cerr << options.file << ": " << file.error() << '\n';
   } else {
-    std::cout << (options.json ? MeshJson(*file, options.file, unit)
-                               : MeshText(*file, options.file, unit));
+    std::cout << (options.json ? scene::MeshJson(*file, options.file, unit)
+                               : scene::MeshText(*file, options.file, unit));
   }
   return file ? kExitOk : kExitFault;
 }
@@ -56,13 +56,14 @@ void AddMeshCommand(CLI::App& app, int& exit_code) {
   mesh->require_subcommand(1);
   CLI::App* command =
       mesh->add_subcommand("check", "Show what a mesh file contains and whether it is usable");
-  command->add_option("file", options->file, fmt::format("One of {}", kMeshFormats))->required();
+  command->add_option("file", options->file, fmt::format("One of {}", scene::kMeshFormats))
+      ->required();
   command->add_option("--unit", options->unit,
-                      fmt::format("Length unit of the file: {}", kMeshUnits));
+                      fmt::format("Length unit of the file: {}", scene::kMeshUnits));
   command
       ->add_option("--max-triangles", options->limits.triangles,
                    "Refuse a file with more triangles; at most the overlay's own limit")
-      ->check(WholeNumberWithin(1, static_cast<std::int64_t>(MeshLimits{}.triangles)))
+      ->check(WholeNumberWithin(1, static_cast<std::int64_t>(scene::MeshLimits{}.triangles)))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(fmt::format(
@@ -81,4 +82,4 @@ void AddMeshCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = RunMeshCheck(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

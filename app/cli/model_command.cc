@@ -22,26 +22,26 @@
 #include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct ModelOptions {
-  std::string state = kDefaultStateDirectory;
+  std::string state = config::kDefaultStateDirectory;
   std::string file, diagnosis, report, config;
   std::optional<int> number;
   bool json = false, force = false;
 };
 
 /// Opens the store; while waiting for its lock, prints who holds it to standard error.
-Result<ModelStore> OpenReporting(const std::string& state_directory) {
-  Result<ModelStore> store = ModelStore::Open(state_directory);
+Result<model_store::ModelStore> OpenReporting(const std::string& state_directory) {
+  Result<model_store::ModelStore> store = model_store::ModelStore::Open(state_directory);
   if (!store) return store;
   store.value().OnLockWait([](const std::string& what) { std::cerr << what << std::endl; });
   return store;
 }
 
 /// Opens the store of an existing state directory; does not create one.
-Result<ModelStore> ExistingStore(const ModelOptions& options) {
+Result<model_store::ModelStore> ExistingStore(const ModelOptions& options) {
   if (!std::filesystem::exists(options.state + "/models")) {
     return Error{
         fmt::format("{}/models: the model store does not exist yet; the daemon creates it at its "
@@ -52,14 +52,14 @@ Result<ModelStore> ExistingStore(const ModelOptions& options) {
 }
 
 /// Prints an error if there is no such version.
-bool Exists(const ModelStore& store, int number) {
+bool Exists(const model_store::ModelStore& store, int number) {
   std::error_code unknown;
   if (std::filesystem::exists(store.ModelFile(number), unknown)) return true;
   std::cerr << fmt::format("no version {}; `plumbline model list` lists all versions\n", number);
   return false;
 }
 
-std::string MarkOf(int number, const ModelState& state) {
+std::string MarkOf(int number, const model_store::ModelState& state) {
   std::vector<std::string> marks;
   if (number == state.applied) marks.emplace_back("APPLIED");
   if (number == state.proposed) marks.emplace_back("proposed");
@@ -72,8 +72,9 @@ std::string Millimetres(const std::optional<double>& value) {
   return value ? fmt::format("{:.3f}", *value) : "-";
 }
 
-nlohmann::json AsJson(const ModelVersion& version, const ModelState& state) {
-  nlohmann::json json = JsonOrNull(JsonFrom(version.facts));
+nlohmann::json AsJson(const model_store::ModelVersion& version,
+                      const model_store::ModelState& state) {
+  nlohmann::json json = text::JsonOrNull(model_store::JsonFrom(version.facts));
   json["version"] = version.number;
   json["applied"] = version.number == state.applied;
   json["proposed"] = version.number == state.proposed;
@@ -85,23 +86,23 @@ nlohmann::json AsJson(const ModelVersion& version, const ModelState& state) {
 }
 
 /// Explains why an applied version is not in force, and lists the keys that changed.
-void PrintSetAside(const ModelState& state, const std::string& state_directory) {
+void PrintSetAside(const model_store::ModelState& state, const std::string& state_directory) {
   if (!state.set_aside) return;
-  std::cout << '\n' << SetAsideText(state, state_directory) << '\n';
+  std::cout << '\n' << model_store::SetAsideText(state, state_directory) << '\n';
   for (const std::string& change : state.set_aside->changes) std::cout << "  " << change << '\n';
 }
 
 int List(const ModelOptions& options) {
-  const Result<ModelStore> store = ExistingStore(options);
+  const Result<model_store::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<ModelState> known = store->State();
+  const Result<model_store::ModelState> known = store->State();
   const auto versions = store->Versions();
   if (!versions) return Fail(versions.error(), kExitFault);
   // If the state cannot be read, a person must choose a version: list them anyway, without marks.
-  const ModelState state = known ? *known : ModelState{};
+  const model_store::ModelState state = known ? *known : model_store::ModelState{};
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();
-    for (const ModelVersion& version : *versions) {
+    for (const model_store::ModelVersion& version : *versions) {
       nlohmann::json one = AsJson(version, state);
       for (const char* mark : {"applied", "proposed", "declared", "set_aside"}) {
         if (!known) one[mark] = nullptr;
@@ -124,13 +125,13 @@ int List(const ModelOptions& options) {
 }
 
 int Show(const ModelOptions& options) {
-  const Result<ModelStore> store = ExistingStore(options);
+  const Result<model_store::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<ModelState> state = store->State();
+  const Result<model_store::ModelState> state = store->State();
   if (!state) return Fail(state.error(), kExitFault);
   const int number = options.number.value_or(state->applied);
   if (!Exists(*store, number)) return kExitFault;
-  const Result<ModelFacts> facts = store->Facts(number);
+  const Result<model_store::ModelFacts> facts = store->Facts(number);
   if (!facts) return Fail(facts.error(), kExitFault);
   const Result<std::string> text = store->Text(number);
   if (!text) return Fail(text.error(), kExitFault);
@@ -171,25 +172,26 @@ int Show(const ModelOptions& options) {
 }
 
 /// The model in force; nullopt if there is none yet or it cannot be read.
-std::optional<CellModel> ModelInForce(const ModelStore& store) {
-  const Result<ModelState> state = store.State();
+std::optional<model::CellModel> ModelInForce(const model_store::ModelStore& store) {
+  const Result<model_store::ModelState> state = store.State();
   if (!state || state->applied == 0) return std::nullopt;
   const Result<std::string> text = store.Text(state->applied);
-  FaultList ignored;
-  return text ? CellFromText(*text, store.ModelFile(state->applied), ignored) : std::nullopt;
+  config::FaultList ignored;
+  return text ? config::CellFromText(*text, store.ModelFile(state->applied), ignored)
+              : std::nullopt;
 }
 
 /// Prints how far a model moves the points compared with the model in force.
 /// @return false if it must not replace the model in force: it describes another arm, or the given
 ///         configuration cannot be used
-bool MayReplaceModelInForce(const ModelOptions& options, const ModelStore& store,
-                            const CellModel& cell) {
-  const std::optional<CellModel> in_force = ModelInForce(store);
+bool MayReplaceModelInForce(const ModelOptions& options, const model_store::ModelStore& store,
+                            const model::CellModel& cell) {
+  const std::optional<model::CellModel> in_force = ModelInForce(store);
   if (!in_force) {
     std::cerr << "how far the points move is unknown: there is no model in force to compare with\n";
     return true;
   }
-  if (const auto why = DifferentArmReason(*in_force, cell)) {
+  if (const auto why = model_store::DifferentArmReason(*in_force, cell)) {
     std::cerr << fmt::format("{}this cell describes another arm: {}{}\n",
                              options.force ? "warning: " : "", *why,
                              options.force ? "" : "; use --force to accept it anyway");
@@ -201,30 +203,31 @@ bool MayReplaceModelInForce(const ModelOptions& options, const ModelStore& store
 }
 
 int Propose(const ModelOptions& options) {
-  const Result<std::string> text = ReadTextFile(options.file);
+  const Result<std::string> text = config::ReadTextFile(options.file);
   if (!text) {
-    return Fail(fmt::format("{}: {}", options.file, ReadErrorText(options.file, text.error())),
-                kExitFault);
+    return Fail(
+        fmt::format("{}: {}", options.file, files::ReadErrorText(options.file, text.error())),
+        kExitFault);
   }
-  FaultList faults;
-  const auto cell = CellFromText(*text, options.file, faults);
-  std::cerr << FaultsText(faults);
+  config::FaultList faults;
+  const auto cell = config::CellFromText(*text, options.file, faults);
+  std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
-  ModelFacts facts;
+  model_store::ModelFacts facts;
   if (!options.diagnosis.empty()) {
-    const Result<std::string> diagnosis = ReadTextFile(options.diagnosis);
-    const Result<ModelFacts> read =
-        diagnosis ? ModelFactsFromDiagnosis(*diagnosis)
-                  : Error{ReadErrorText(options.diagnosis, diagnosis.error())};
+    const Result<std::string> diagnosis = config::ReadTextFile(options.diagnosis);
+    const Result<model_store::ModelFacts> read =
+        diagnosis ? model_store::ModelFactsFromDiagnosis(*diagnosis)
+                  : Error{files::ReadErrorText(options.diagnosis, diagnosis.error())};
     if (!read) return Fail(fmt::format("{}: {}", options.diagnosis, read.error()), kExitFault);
     facts = *read;
   }
   if (!options.report.empty()) {
-    const Result<std::string> report = ReadTextFile(options.report);
+    const Result<std::string> report = config::ReadTextFile(options.report);
     if (!report) {
-      return Fail(
-          fmt::format("{}: {}", options.report, ReadErrorText(options.report, report.error())),
-          kExitFault);
+      return Fail(fmt::format("{}: {}", options.report,
+                              files::ReadErrorText(options.report, report.error())),
+                  kExitFault);
     }
   }
   facts.from = options.file;
@@ -235,25 +238,26 @@ int Propose(const ModelOptions& options) {
                     options.state),
         kExitUsage);
   }
-  Result<ModelStore> store = OpenReporting(options.state);
+  Result<model_store::ModelStore> store = OpenReporting(options.state);
   if (!store) return Fail(store.error(), kExitUsage);
   if (!MayReplaceModelInForce(options, *store, *cell)) return Fail("not proposed", kExitFault);
   const Result<int> number = store.value().Propose(*text, facts, options.report);
   if (!number) return Fail(number.error(), kExitUsage);
-  std::cout << fmt::format("version {} proposed; {} puts it in force\n", *number,
-                           ModelCommand(fmt::format("apply {}", *number), options.state));
+  std::cout << fmt::format(
+      "version {} proposed; {} puts it in force\n", *number,
+      model_store::ModelCommand(fmt::format("apply {}", *number), options.state));
   return kExitOk;
 }
 
 int NotifyAndReport(const ModelOptions& options, int number) {
-  const Result<Notified> notified = NotifyDaemon(options.state);
+  const Result<model_store::Notified> notified = model_store::NotifyDaemon(options.state);
   if (!notified) {
     return Fail(fmt::format("version {} is applied, but {}; send the daemon SIGHUP, or restart it",
                             number, notified.error()),
                 kExitUsage);
   }
   std::cout << fmt::format("version {} is applied{}\n", number,
-                           *notified == Notified::kYes
+                           *notified == model_store::Notified::kYes
                                ? "; the running daemon was notified to load it (`plumbline status` "
                                  "shows the model in force)"
                                : "; no daemon is running, so it takes effect at the next start");
@@ -261,21 +265,21 @@ int NotifyAndReport(const ModelOptions& options, int number) {
 }
 
 int ApplyVersion(const ModelOptions& options, int number) {
-  Result<ModelStore> store = ExistingStore(options);
+  Result<model_store::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
   if (!Exists(*store, number)) return kExitFault;
   const Result<std::string> text = store->Text(number);
   if (!text) return Fail(text.error(), kExitFault);
-  FaultList faults;
-  const auto cell = CellFromText(*text, store->ModelFile(number), faults);
+  config::FaultList faults;
+  const auto cell = config::CellFromText(*text, store->ModelFile(number), faults);
   if (!cell) {
-    std::cerr << FaultsText(faults);
+    std::cerr << config::FaultsText(faults);
     return Fail("not applied", kExitFault);
   }
-  FaultList changed;
-  AppendChangedModelWarning(faults, store->ModelFile(number), changed);
-  std::cerr << FaultsText(changed);
-  if (const auto why_not = ModelUnusableReason(*cell)) {
+  config::FaultList changed;
+  model_store::AppendChangedModelWarning(faults, store->ModelFile(number), changed);
+  std::cerr << config::FaultsText(changed);
+  if (const auto why_not = model_store::ModelUnusableReason(*cell)) {
     return Fail(fmt::format("version {} not applied: {}", number, *why_not), kExitFault);
   }
   if (!MayReplaceModelInForce(options, *store, *cell)) {
@@ -292,17 +296,19 @@ int Apply(const ModelOptions& options) {
 
 int RollBack(const ModelOptions& options) {
   if (options.number) return ApplyVersion(options, *options.number);
-  Result<ModelStore> store = ExistingStore(options);
+  Result<model_store::ModelStore> store = ExistingStore(options);
   if (!store) return Fail(store.error(), kExitFault);
-  const Result<ModelState> state = store->State();
+  const Result<model_store::ModelState> state = store->State();
   if (!state) return Fail(state.error(), kExitFault);
   const std::vector<int>& history = state->history;
   const int before = history.size() < 2 ? 0 : history[history.size() - 2];
   const Result<std::string> text = before == 0 ? Error{""} : store->Text(before);
-  FaultList ignored;  // rolling back must be possible even if the present version has faults
-  const auto cell = text ? CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
+  config::FaultList
+      ignored;  // rolling back must be possible even if the present version has faults
+  const auto cell =
+      text ? config::CellFromText(*text, store->ModelFile(before), ignored) : std::nullopt;
   const auto in_force = ModelInForce(*store);
-  if (cell && in_force && !DifferentArmReason(*in_force, *cell)) {
+  if (cell && in_force && !model_store::DifferentArmReason(*in_force, *cell)) {
     const Result<std::string> moves =
         PointMovesText(options.state, options.config, *in_force, *cell);
     if (!moves) return Fail(moves.error(), kExitFault);
@@ -386,4 +392,4 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   add_config(rollback);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

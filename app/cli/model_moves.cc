@@ -13,13 +13,14 @@
 #include "app/model_store/point_moves.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 /// Report for the case that the configured points are unknown.
-std::string UnloadedTipText(const CellModel& in_force, const CellModel& next,
+std::string UnloadedTipText(const model::CellModel& in_force, const model::CellModel& next,
                             const std::string& why) {
-  const auto change_m = LargestTipChange(in_force, next, PosesWithinLimits(in_force));
+  const auto change_m =
+      model_store::LargestTipChange(in_force, next, model_store::PosesWithinLimits(in_force));
   return fmt::format(
       "{}{}. How far its points move under load is therefore unknown\n",
       change_m
@@ -38,20 +39,21 @@ bool SameFolder(const std::string& a, const std::string& b) {
 }  // namespace
 
 Result<std::string> PointMovesText(const std::string& state_directory,
-                                   const std::string& config_file, const CellModel& in_force,
-                                   const CellModel& next) {
+                                   const std::string& config_file, const model::CellModel& in_force,
+                                   const model::CellModel& next) {
   const bool given = !config_file.empty();
   const std::optional<std::string> file =
-      given ? std::optional(config_file) : RecordedConfigurationPath(state_directory);
+      given ? std::optional(config_file) : model_store::RecordedConfigurationPath(state_directory);
   if (!file) {
     return UnloadedTipText(in_force, next,
                            fmt::format("No daemon has recorded its configuration in {}; give it "
                                        "with --config",
                                        state_directory));
   }
-  FaultList faults;
-  const std::optional<DaemonConfig> config = ReadDaemonConfig(*file, faults);
-  if (!config && given) return Error{fmt::format("{}{} cannot be used", FaultsText(faults), *file)};
+  config::FaultList faults;
+  const std::optional<config::DaemonConfig> config = config::ReadDaemonConfig(*file, faults);
+  if (!config && given)
+    return Error{fmt::format("{}{} cannot be used", config::FaultsText(faults), *file)};
   if (!config) {
     return UnloadedTipText(in_force, next,
                            fmt::format("The daemon's configuration {} cannot be read or has "
@@ -67,11 +69,11 @@ Result<std::string> PointMovesText(const std::string& state_directory,
   if (config->machine.points.empty()) {
     return UnloadedTipText(in_force, next, fmt::format("{} has no [[point]]", *file));
   }
-  const PointMoves moves =
-      ComputePointMoves(config->machine, CellOfSession(in_force, ""), CellOfSession(next, ""),
-                        static_cast<double>(std::time(nullptr)), LoadsReportedByRobot(*config));
-  return TextOf(moves, *file) +
+  const model_store::PointMoves moves = model_store::ComputePointMoves(
+      config->machine, deflection::CellOfSession(in_force, ""), deflection::CellOfSession(next, ""),
+      static_cast<double>(std::time(nullptr)), LoadsReportedByRobot(*config));
+  return model_store::TextOf(moves, *file) +
          "note: poses that the PLC submits for correction by command are not included\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

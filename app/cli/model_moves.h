@@ -6,7 +6,7 @@
 #include "firmware-like/model/cell_model.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// Compares the corrected commands of the configured points under two models, at the configured
 /// loads. Without a configuration, reports how far the unloaded tip moves and why not more is
@@ -15,7 +15,7 @@ namespace plumbline {
 ///                     directory
 /// @return the text, or why the given file cannot be used
 Result<std::string> PointMovesText(const std::string& state_directory,
-                                   const std::string& config_file, const CellModel& in_force,
-                                   const CellModel& next);
+                                   const std::string& config_file, const model::CellModel& in_force,
+                                   const model::CellModel& next);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

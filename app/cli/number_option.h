@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// The number, or nullopt for any other text, including "nan" and "inf".
 inline std::optional<double> FiniteNumberFromText(std::string_view text) {
@@ -47,4 +47,4 @@ inline CLI::Validator NumberWithin(double min, double max) {
           fmt::format("[{:g}..{:g}]", min, max)};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -7,19 +7,19 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr std::size_t kTableWidth = 80;
 constexpr const char* kIndent = "      ";
 
 /// A joint's value in the unit of the files: deg, or mm for a prismatic joint.
-double InFileUnit(const Robot& robot, int joint, double value) {
-  return value / PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).to_SI;
+double InFileUnit(const model::Robot& robot, int joint, double value) {
+  return value / model::PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).to_SI;
 }
 
-std::string_view FileUnitOf(const Robot& robot, int joint) {
-  return PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).unit;
+std::string_view FileUnitOf(const model::Robot& robot, int joint) {
+  return model::PositionForm(robot.joints[static_cast<std::size_t>(joint)].type).unit;
 }
 
 /// The words wrapped to lines of at most kTableWidth columns, indented.
@@ -38,9 +38,9 @@ std::string WrappedLines(const std::vector<std::string>& words) {
   return text + line + "\n";
 }
 
-std::string PostureLines(const MachineConfig& config, const PointSolution& solution) {
-  const Robot& robot = config.cell.robot;
-  const Correction& correction = solution.correction;
+std::string PostureLines(const MachineConfig& config, const config::PointSolution& solution) {
+  const model::Robot& robot = config.cell.robot;
+  const correction::Correction& correction = solution.correction;
   const bool taught = solution.posture.taught;
   std::vector<std::string> words = {taught ? "posture"
                                            : "posture, one of several possible (no near_deg):"};
@@ -49,7 +49,7 @@ std::string PostureLines(const MachineConfig& config, const PointSolution& solut
         fmt::format("{:.1f}", WithoutMinusZero(InFileUnit(robot, i, correction.q[i]), 1)));
   }
   if (solution.posture.differs) words.push_back("NOT near near_deg");
-  const JointDistance& limit = solution.posture.limit;
+  const correction::JointDistance& limit = solution.posture.limit;
   const std::string margin = limit.joint < 0
                                  ? "no joint limits"
                                  : fmt::format("{:.1f} {} to the limit of q{}",
@@ -62,15 +62,16 @@ std::string PostureLines(const MachineConfig& config, const PointSolution& solut
 
 }  // namespace
 
-std::string PointTable(const MachineConfig& config, const std::vector<PointSolution>& solutions) {
+std::string PointTable(const MachineConfig& config,
+                       const std::vector<config::PointSolution>& solutions) {
   if (solutions.empty()) return "";
   std::string text = fmt::format("\n{:>5} {:<20} {:<16} {:>10} {:>9} {}\n", "point", "name",
                                  "payload", "correction", "95 %", "basis");
-  for (const PointSolution& solution : solutions) {
-    const AssemblyPoint& point = config.points[solution.point];
-    const Correction& correction = solution.correction;
+  for (const config::PointSolution& solution : solutions) {
+    const correction::AssemblyPoint& point = config.points[solution.point];
+    const correction::Correction& correction = solution.correction;
     text += fmt::format("{:>5} {:<20.20} {:<16.16} ", point.id, point.name, solution.load.name);
-    if (correction.code == CorrectionCode::kOk) {
+    if (correction.code == correction::CorrectionCode::kOk) {
       text +=
           fmt::format("{:>7.3f} mm {:>6.3f} mm {}\n", correction.translation_B.norm() / kMetrePerMm,
                       correction.uncertainty_m / kMetrePerMm, Describe(correction.basis));
@@ -88,14 +89,14 @@ std::string PointTable(const MachineConfig& config, const std::vector<PointSolut
 }
 
 nlohmann::json PointsJson(const MachineConfig& config,
-                          const std::vector<PointSolution>& solutions) {
+                          const std::vector<config::PointSolution>& solutions) {
   using Json = nlohmann::json;
-  const Robot& robot = config.cell.robot;
+  const model::Robot& robot = config.cell.robot;
   Json list = Json::array();
-  for (const PointSolution& solution : solutions) {
-    const AssemblyPoint& point = config.points[solution.point];
-    const Correction& correction = solution.correction;
-    const bool ok = correction.code == CorrectionCode::kOk;
+  for (const config::PointSolution& solution : solutions) {
+    const correction::AssemblyPoint& point = config.points[solution.point];
+    const correction::Correction& correction = solution.correction;
+    const bool ok = correction.code == correction::CorrectionCode::kOk;
     Json entry = {{"id", point.id},
                   {"name", point.name},
                   {"payload", solution.load.name},
@@ -121,7 +122,7 @@ nlohmann::json PointsJson(const MachineConfig& config,
                           {"differs_from_near_deg", solution.posture.differs},
                           {"singular_value", correction.singular_value},
                           {"min_singular_value", config.limits.min_singular_value}};
-      if (const JointDistance& limit = solution.posture.limit; limit.joint >= 0) {
+      if (const correction::JointDistance& limit = solution.posture.limit; limit.joint >= 0) {
         entry["posture"]["limit_joint"] = limit.joint + 1;
         entry["posture"]["limit_distance"] = InFileUnit(robot, limit.joint, limit.distance);
         entry["posture"]["limit_unit"] = FileUnitOf(robot, limit.joint);
@@ -132,4 +133,4 @@ nlohmann::json PointsJson(const MachineConfig& config,
   return list;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -6,13 +6,15 @@
 
 #include "app/config/point_solutions.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// At most 80 columns wide; long names are truncated.
 /// @param solutions  from SolvePoints(config)
-std::string PointTable(const MachineConfig& config, const std::vector<PointSolution>& solutions);
+std::string PointTable(const MachineConfig& config,
+                       const std::vector<config::PointSolution>& solutions);
 
 /// One object per point and payload, in mm, kg and deg; names are not truncated.
-nlohmann::json PointsJson(const MachineConfig& config, const std::vector<PointSolution>& solutions);
+nlohmann::json PointsJson(const MachineConfig& config,
+                          const std::vector<config::PointSolution>& solutions);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

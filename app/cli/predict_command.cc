@@ -23,7 +23,7 @@
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/open_moment.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct PredictOptions {
@@ -44,7 +44,7 @@ std::string CsvOf(const std::vector<Prediction>& predictions) {
   return text;
 }
 
-DeclaredDeviation DeviationFrom(const PredictOptions& options) {
+model::DeclaredDeviation DeviationFrom(const PredictOptions& options) {
   if (!options.deflection_sd) return {};
   return {*options.deflection_sd, true};
 }
@@ -52,8 +52,8 @@ DeclaredDeviation DeviationFrom(const PredictOptions& options) {
 /// Error message if the instrument's frame or the tip is unknown and neither the cell nor measured
 /// rows determine it; nullopt otherwise.
 std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
-                                               const CellModel& cell) {
-  const Measurement& measurement = cell.measurement;
+                                               const model::CellModel& cell) {
+  const model::Measurement& measurement = cell.measurement;
   if (!options.align.empty() || !cell.sessions.empty()) return std::nullopt;
   if (measurement.frame_known && measurement.tool_known) return std::nullopt;
   const char* free = measurement.tool_known    ? "frame = \"unaligned\""
@@ -68,21 +68,22 @@ std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
 }
 
 /// True if it is unknown whether an event of the model has happened at this moment.
-bool EventStateUnknown(const LoadedArm& arm, const Conditions& moment) {
-  return std::any_of(arm.effects().begin(), arm.effects().end(), [&](const ActiveEffect& effect) {
-    return AmbiguousTimeOfEvent(effect, moment).has_value();
-  });
+bool EventStateUnknown(const deflection::LoadedArm& arm, const effects::Conditions& moment) {
+  return std::any_of(arm.effects().begin(), arm.effects().end(),
+                     [&](const effects::ActiveEffect& effect) {
+                       return effects::AmbiguousTimeOfEvent(effect, moment).has_value();
+                     });
 }
 
 /// True if the deflection depends on a payload that the rows do not contain, unless the cell was
 /// fitted to such rows.
-bool PayloadNotRecorded(const CellModel& cell, const MeasuredTable& poses) {
+bool PayloadNotRecorded(const model::CellModel& cell, const table::MeasuredTable& poses) {
   const bool fitted_without = cell.domain && !cell.domain->payload_kg;
   return cell.payload_cog_F && !poses.recorded.payload && !fitted_without;
 }
 
-void WarnAboutPayload(const PredictOptions& options, const CellModel& cell,
-                      const MeasuredTable& poses) {
+void WarnAboutPayload(const PredictOptions& options, const model::CellModel& cell,
+                      const table::MeasuredTable& poses) {
   if (poses.recorded.payload && !cell.payload_cog_F) {
     std::cerr << options.cell << ": without [payload] the payload_kg column of " << options.poses
               << " cannot be used; a payload of 0 is assumed\n";
@@ -105,10 +106,10 @@ std::string LinesText(const std::vector<int>& lines) {
 
 /// Warning about radii that are not based on data; empty if none is assumed or unknown.
 std::string BasisWarning(const std::vector<Prediction>& predictions) {
-  RadiusBasis weakest = RadiusBasis::kMeasured;
-  for (const Prediction& one : predictions) weakest = Weakest(weakest, one.radius.basis);
-  if (predictions.empty() || weakest > RadiusBasis::kAssumed) return "";
-  if (weakest == RadiusBasis::kUnknown) {
+  model::RadiusBasis weakest = model::RadiusBasis::kMeasured;
+  for (const Prediction& one : predictions) weakest = model::Weakest(weakest, one.radius.basis);
+  if (predictions.empty() || weakest > model::RadiusBasis::kAssumed) return "";
+  if (weakest == model::RadiusBasis::kUnknown) {
     return "u_mm: some radii have the basis \"unknown\": there are no typical values for an axis "
            "of "
            "this arm, for example a linear axis that carries weight. Do not rely on them; fit the "
@@ -121,27 +122,29 @@ std::string BasisWarning(const std::vector<Prediction>& predictions) {
 
 /// Index of a cell's session frames by session id.
 struct FramesById {
-  explicit FramesById(const CellModel& cell) {
-    for (const SessionFrames& session : cell.sessions) by_id.emplace(session.id, &session);
+  explicit FramesById(const model::CellModel& cell) {
+    for (const model::SessionFrames& session : cell.sessions) by_id.emplace(session.id, &session);
     if (!cell.sessions.empty()) last = &cell.sessions.back();
   }
-  std::map<std::string, const SessionFrames*> by_id;
-  const SessionFrames* last = nullptr;  ///< used for rows of a session that the cell does not list
+  std::map<std::string, const model::SessionFrames*> by_id;
+  const model::SessionFrames* last =
+      nullptr;  ///< used for rows of a session that the cell does not list
 };
 
 /// The cell with the frames of a single session. Copying the frames of all sessions into each
 /// session's cell would take quadratic time.
-CellModel CellWithSession(const CellModel& bare, const FramesById& frames, const std::string& id) {
-  CellModel own = bare;
+model::CellModel CellWithSession(const model::CellModel& bare, const FramesById& frames,
+                                 const std::string& id) {
+  model::CellModel own = bare;
   const auto known = frames.by_id.find(id);
-  const SessionFrames* session = known == frames.by_id.end() ? frames.last : known->second;
+  const model::SessionFrames* session = known == frames.by_id.end() ? frames.last : known->second;
   if (session != nullptr) own.sessions = {*session};
   return own;
 }
 
 /// Covariance of a session's frames; for an unknown session, that of the last one.
-Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const FrameCovariances& aligned,
-                                              const CellModel& cell, const std::string& id) {
+Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const diagnosis::FrameCovariances& aligned,
+                                              const model::CellModel& cell, const std::string& id) {
   auto known = aligned.find(id);
   if (known == aligned.end() && !cell.sessions.empty())
     known = aligned.find(cell.sessions.back().id);
@@ -152,21 +155,22 @@ Eigen::Matrix<double, 9, 9> FrameCovarianceOf(const FrameCovariances& aligned,
 /// 95 % radius of the tip due to the uncertainty of the session's frames [m].
 ///   p_W = X_WB (p_BF + R_BF tip):  dp = dbase + turn x (p_W - base) + R_WB R_BF dtip
 double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_WB,
-                   const LoadedState& state) {
+                   const deflection::LoadedState& state) {
   Eigen::Matrix<double, 3, 9> J;
   J.leftCols<3>().setIdentity();
   const Vec3 arm_W = state.p_read_W - X_WB.p;
   for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   J.rightCols<3>() = X_WB.R * state.posture.X_BF().R;
-  return RadiusHolding95Percent(J * covariance * J.transpose());
+  return deflection::RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
 /// Displacement of the tip as the frames of its session blend into those of the declared model,
 /// because the correction fades with distance [m].
 /// @param cell  holds only the frames of the row's session
-Vec3 MovedByFading(const CellModel& cell, double share, const LoadedState& state) {
+Vec3 MovedByFading(const model::CellModel& cell, double share,
+                   const deflection::LoadedState& state) {
   if (share == 1 || cell.sessions.empty()) return Vec3::Zero();
-  const SessionFrames& frames = cell.sessions.front();
+  const model::SessionFrames& frames = cell.sessions.front();
   const Pose& X_BF = state.posture.X_BF();
   const Vec3 tip_F = frames.tip_declared_F.value_or(cell.tool.tcp_F);
   const Vec3 faded_W = frames.X_WB_declared.value_or(cell.robot.X_WB) * (X_BF * tip_F);
@@ -175,19 +179,21 @@ Vec3 MovedByFading(const CellModel& cell, double share, const LoadedState& state
 
 /// True for an effect whose time axis is the row number of the fitted file: an event or a curve
 /// without t_s.
-bool CountsRows(const WrittenEffect& effect) {
+bool CountsRows(const model::WrittenEffect& effect) {
   return std::find(effect.drivers.begin(), effect.drivers.end(), "row") != effect.drivers.end() ||
-         std::any_of(effect.parameters.begin(), effect.parameters.end(),
-                     [](const EffectParameter& parameter) { return parameter.name == "row"; });
+         std::any_of(
+             effect.parameters.begin(), effect.parameters.end(),
+             [](const model::EffectParameter& parameter) { return parameter.name == "row"; });
 }
 
 /// Treats all rows as later than those that the model was fitted to.
-void PlaceAfterFittedRows(const PredictOptions& options, const CellModel& cell,
-                          MeasuredTable& poses, std::optional<MeasuredTable>& measured) {
+void PlaceAfterFittedRows(const PredictOptions& options, const model::CellModel& cell,
+                          table::MeasuredTable& poses,
+                          std::optional<table::MeasuredTable>& measured) {
   constexpr double kAfterAnyFile = 1e9;  // rows
   poses.rows_before = kAfterAnyFile;
   if (measured) measured->rows_before = kAfterAnyFile;
-  for (const WrittenEffect& effect : cell.effects) {
+  for (const model::WrittenEffect& effect : cell.effects) {
     if (!CountsRows(effect)) continue;
     std::cerr << fmt::format(
         "{}: warning: {} depends on the row number in the file that it was fitted to, which has no "
@@ -210,15 +216,16 @@ int Run(const PredictOptions& options) {
               << "; choose another file\n";
     return kExitUsage;
   }
-  FaultList faults;
-  std::optional<CellModel> cell = ReadCell(options.cell, faults);
-  std::optional<MeasuredTable> poses, measured;
-  if (cell) poses = ReadTable(options.poses, cell->robot.joints, faults, TableUse::kPoses);
+  config::FaultList faults;
+  std::optional<model::CellModel> cell = config::ReadCell(options.cell, faults);
+  std::optional<table::MeasuredTable> poses, measured;
+  if (cell)
+    poses = table::ReadTable(options.poses, cell->robot.joints, faults, table::TableUse::kPoses);
   if (cell && !options.align.empty()) {
-    measured = ReadTable(options.align, cell->robot.joints, faults);
+    measured = table::ReadTable(options.align, cell->robot.joints, faults);
     if (!measured) poses.reset();
   }
-  std::cerr << FaultsText(faults);
+  std::cerr << config::FaultsText(faults);
   if (!cell || !poses) return Refused(options);
   if (const auto free = UnknownFrameProblem(options, *cell)) {
     std::cerr << *free << '\n';
@@ -226,9 +233,9 @@ int Run(const PredictOptions& options) {
   }
   WarnAboutPayload(options, *cell, *poses);
   PlaceAfterFittedRows(options, *cell, *poses, measured);
-  FrameCovariances frames;
+  diagnosis::FrameCovariances frames;
   if (measured) {
-    const Result<Realignment> realigned = Realign(*cell, *measured, kThreads);
+    const Result<diagnosis::Realignment> realigned = diagnosis::Realign(*cell, *measured, kThreads);
     if (!realigned) {
       std::cerr << options.align << ": " << realigned.error() << '\n';
       return Refused(options);
@@ -252,7 +259,8 @@ int Run(const PredictOptions& options) {
   }
   if (to_out) {
     std::cout << CsvOf(*predictions);
-  } else if (const auto written = WriteTextFile(options.out, CsvOf(*predictions)); !written) {
+  } else if (const auto written = config::WriteTextFile(options.out, CsvOf(*predictions));
+             !written) {
     std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
                              written.error());
     return kExitUsage;
@@ -277,61 +285,63 @@ int Run(const PredictOptions& options) {
 
 }  // namespace
 
-Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        const DeclaredDeviation& deviation,
-                                        const FrameCovariances& aligned,
+Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
+                                        const table::MeasuredTable& poses,
+                                        const model::DeclaredDeviation& deviation,
+                                        const diagnosis::FrameCovariances& aligned,
                                         const std::function<void(std::size_t)>& done) {
   struct SessionArm {
-    CellModel cell;
-    LoadedArm arm;
-    LandingUncertainty uncertainty;
+    model::CellModel cell;
+    deflection::LoadedArm arm;
+    deflection::LandingUncertainty uncertainty;
     Eigen::Matrix<double, 9, 9> frames;  ///< covariance
   };
   std::map<std::string, SessionArm> arms;
   const FramesById frames(cell);
-  CellModel bare = cell;
+  model::CellModel bare = cell;
   bare.sessions.clear();
   std::vector<Prediction> predictions;
-  const std::vector<Conditions> conditions = ConditionsOf(cell, poses);
+  const std::vector<effects::Conditions> conditions = ConditionsOf(cell, poses);
   constexpr std::size_t kRowsAtOnce = 64;
   for (std::size_t k = 0; k < poses.rows.size(); ++k) {
     if (done && k % kRowsAtOnce == 0) done(k);
-    const MeasuredRow& row = poses.rows[k];
+    const table::MeasuredRow& row = poses.rows[k];
     auto known = arms.find(row.session);
     if (known == arms.end()) {
-      CellModel of_session = CellOfSession(CellWithSession(bare, frames, row.session), row.session);
-      LoadedArm arm(of_session);
-      LandingUncertainty uncertainty(of_session, arm, deviation);
+      model::CellModel of_session =
+          deflection::CellOfSession(CellWithSession(bare, frames, row.session), row.session);
+      deflection::LoadedArm arm(of_session);
+      deflection::LandingUncertainty uncertainty(of_session, arm, deviation);
       known = arms.emplace(row.session,
                            SessionArm{std::move(of_session), std::move(arm), std::move(uncertainty),
                                       FrameCovarianceOf(aligned, cell, row.session)})
                   .first;
     }
-    const LoadedArm& arm = known->second.arm;
+    const deflection::LoadedArm& arm = known->second.arm;
     if (arm.torques_missing(poses.recorded.tau)) {
       return Error{
           "joints have a compliance, but their gravity torques are unknown; give link_mass_kg for "
           "every link, or remove compliance_rad_per_Nm"};
     }
     // The declared centre of gravity also applies to a payload of unknown mass.
-    Payload payload{0, cell.payload_cog_F.value_or(Vec3::Zero())};
+    loads::Payload payload{0, cell.payload_cog_F.value_or(Vec3::Zero())};
     if (poses.recorded.payload && cell.payload_cog_F) payload.mass_kg = row.payload_kg;
-    LoadedState state;
+    deflection::LoadedState state;
     if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{
           fmt::format("{}:{}: the deflection does not converge; check "
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
                       poses.file, row.line, row.payload_kg)};
     }
-    const bool outside = OutsideDomain(
+    const bool outside = deflection::OutsideDomain(
         known->second.cell, row.q,
         poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
         poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
     const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses) ||
                               EventStateUnknown(arm, conditions[k]);
-    LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
+    deflection::LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
     if (poses.recorded.payload) load.mass_kg = row.payload_kg;
-    StatedRadius radius =
+    model::StatedRadius radius =
         known->second.uncertainty.At(arm, row.q, load, conditions[k], extrapolated);
     if (!aligned.empty() && radius.known()) {
       radius.radius_m = std::hypot(
@@ -389,4 +399,4 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

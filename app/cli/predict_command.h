@@ -15,14 +15,14 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddPredictCommand(CLI::App& app, int& exit_code);
 
 /// Predicted tip of the loaded arm at one row's pose.
 struct Prediction {
-  Vec3 p_WT;            ///< in the measurement frame [m]
-  StatedRadius radius;  ///< 95 % radius
+  Vec3 p_WT;                   ///< in the measurement frame [m]
+  model::StatedRadius radius;  ///< 95 % radius
   bool extrapolated = false;
 };
 
@@ -33,9 +33,10 @@ struct Prediction {
 /// @param frames     covariances of just aligned sessions; they widen the radius
 /// @param done       called from time to time with the number of rows predicted; may be empty
 /// @return           one prediction per row, or why the cell cannot be predicted
-Result<std::vector<Prediction>> Predict(const CellModel& cell, const MeasuredTable& poses,
-                                        const DeclaredDeviation& deviation,
-                                        const FrameCovariances& frames = {},
+Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
+                                        const table::MeasuredTable& poses,
+                                        const model::DeclaredDeviation& deviation,
+                                        const diagnosis::FrameCovariances& frames = {},
                                         const std::function<void(std::size_t)>& done = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

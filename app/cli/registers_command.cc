@@ -10,7 +10,7 @@
 #include "app/cli/exit_codes.h"
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 template <typename Field>
@@ -117,9 +117,9 @@ std::string CodeTable(const std::string& heading, int first, int last, Text text
   return table;
 }
 
-std::string BitTable(const std::string& heading, std::span<const BitMeaning> bits) {
+std::string BitTable(const std::string& heading, std::span<const plc::BitMeaning> bits) {
   std::string table = fmt::format("\n### {}\n\n| bit | meaning |\n|---|---|\n", heading);
-  for (const BitMeaning& bit : bits) {
+  for (const plc::BitMeaning& bit : bits) {
     table += fmt::format("| {} | {} |\n", std::countr_zero(bit.mask), bit.meaning);
   }
   return table;
@@ -141,25 +141,31 @@ std::string HealthReasonTable() {
 std::string BitsAndCodes() {
   return "\n## Bits and codes\n\n"
          "Coils: 1000 acknowledge the result (rising edge), 1001 manual operation.\n" +
-         BitTable("Status word (register 11; discrete inputs 0-15)", plc_map::StatusBits()) +
-         BitTable("Alarm word (register 12; discrete inputs 16-31)", plc_map::AlarmBits()) +
-         BitTable("Warning word (register 14; discrete inputs 32-47)", plc_map::WarningBits()) +
-         BitTable("Camera word (registers 502 and 702)", plc_map::CameraBits()) +
-         BitTable(fmt::format("Posture validity (registers {} + {} k)", plc_map::kPostures + 24,
-                              plc_map::kPostureSize),
-                  plc_map::PostureBits()) +
+         BitTable("Status word (register 11; discrete inputs 0-15)", plc::registers::StatusBits()) +
+         BitTable("Alarm word (register 12; discrete inputs 16-31)", plc::registers::AlarmBits()) +
+         BitTable("Warning word (register 14; discrete inputs 32-47)",
+                  plc::registers::WarningBits()) +
+         BitTable("Camera word (registers 502 and 702)", plc::registers::CameraBits()) +
+         BitTable(fmt::format("Posture validity (registers {} + {} k)",
+                              plc::registers::kPostures + 24, plc::registers::kPostureSize),
+                  plc::registers::PostureBits()) +
          HealthReasonTable() +
-         CodeTable("Result codes (registers 13, 102, 201 and 2002 + 20 k)", 0,
-                   static_cast<int>(kLastCorrectionCode),
-                   [](int code) { return Describe(static_cast<CorrectionCode>(code)); }) +
+         CodeTable(
+             "Result codes (registers 13, 102, 201 and 2002 + 20 k)", 0,
+             static_cast<int>(correction::kLastCorrectionCode),
+             [](int code) { return Describe(static_cast<correction::CorrectionCode>(code)); }) +
          CodeTable("Input faults (register 301)", 0, static_cast<int>(InputFault::kTcpMismatch),
                    [](int code) { return Describe(static_cast<InputFault>(code)); }) +
-         CodeTable("Camera reasons (registers 501 and 701)", 0,
-                   static_cast<int>(ZoomReason::kBoardCancelled),
-                   [](int code) { return ZoomReasonText(static_cast<ZoomReason>(code)); }) +
-         CodeTable("Board prompts (registers 503 and 703)", 0, kBoardPrompts - 1, [](int code) {
-           return code == 0 ? "none" : std::string(BoardPromptText(static_cast<BoardPrompt>(code)));
-         });
+         CodeTable(
+             "Camera reasons (registers 501 and 701)", 0,
+             static_cast<int>(lens::ZoomReason::kBoardCancelled),
+             [](int code) { return lens::ZoomReasonText(static_cast<lens::ZoomReason>(code)); }) +
+         CodeTable(
+             "Board prompts (registers 503 and 703)", 0, lens::kBoardPrompts - 1, [](int code) {
+               return code == 0 ? "none"
+                                : std::string(
+                                      lens::BoardPromptText(static_cast<lens::BoardPrompt>(code)));
+             });
 }
 
 }  // namespace
@@ -168,37 +174,40 @@ std::string RegisterMapMarkdown() {
   std::string page = kIntroduction;
   page += "\n## Fixed registers (read only)\n\n";
   page += kHead;
-  for (const MapField& field : plc_map::Fields()) page += Row(field, 0);
+  for (const plc::MapField& field : plc::registers::Fields()) page += Row(field, 0);
   page += fmt::format(
       "\n## Camera (read only)\n\nThe first camera. The second camera and its bodies have the same "
       "registers {} further.\n\n",
-      plc_map::kCameraStride);
+      plc::registers::kCameraStride);
   page += kHead;
-  for (const MapField& field : plc_map::CameraFields()) page += Row(field, 0);
+  for (const plc::MapField& field : plc::registers::CameraFields()) page += Row(field, 0);
   page += fmt::format(
       "\n## Block of the first tracked body (read only)\n\nThe block of the k-th body of the "
       "bodies file (k from 0 to {}) starts at {} + {} k.\n\n",
-      CameraStatus::kMaxBodies - 1, plc_map::kBodies, plc_map::kBodySize);
+      status::CameraStatus::kMaxBodies - 1, plc::registers::kBodies, plc::registers::kBodySize);
   page += kHead;
-  for (const MapField& field : plc_map::BodyFields()) page += Row(field, plc_map::kBodies);
+  for (const plc::MapField& field : plc::registers::BodyFields())
+    page += Row(field, plc::registers::kBodies);
   page += "\n## Virtual objects (read only)\n\n";
   page += kHead;
-  for (const MapField& field : plc_map::SceneFields()) page += Row(field, 0);
+  for (const plc::MapField& field : plc::registers::SceneFields()) page += Row(field, 0);
   page += fmt::format(
       "\n## Block of the first configured point (read only)\n\nThe block of the k-th point (k from "
       "0) starts at {} + {} k.\n\n",
-      plc_map::kPoints, plc_map::kPointSize);
+      plc::registers::kPoints, plc::registers::kPointSize);
   page += kHead;
-  for (const MapField& field : plc_map::PointFields()) page += Row(field, plc_map::kPoints);
+  for (const plc::MapField& field : plc::registers::PointFields())
+    page += Row(field, plc::registers::kPoints);
   page += fmt::format(
       "\n## Posture of the first configured point (read only)\n\nThe joint values of the command "
       "pose of the k-th point (k from 0) start at {} + {} k.\n\n",
-      plc_map::kPostures, plc_map::kPostureSize);
+      plc::registers::kPostures, plc::registers::kPostureSize);
   page += kHead;
-  for (const MapField& field : plc_map::PostureFields()) page += Row(field, plc_map::kPostures);
+  for (const plc::MapField& field : plc::registers::PostureFields())
+    page += Row(field, plc::registers::kPostures);
   page += "\n## Command window (read and write)\n\n";
   page += kHead;
-  for (const CommandField& field : plc_map::Commands()) page += Row(field, 0);
+  for (const plc::CommandField& field : plc::registers::Commands()) page += Row(field, 0);
   return page + BitsAndCodes();
 }
 
@@ -215,21 +224,23 @@ nlohmann::json AsJson() {
                    {"meaning", field.meaning},
                    {"window", window}});
   };
-  for (const MapField& field : plc_map::Fields()) add(field, 0, "fixed");
-  for (int k = 0; k < static_cast<int>(kMaxCameras); ++k) {
-    const int offset = plc_map::kCameraStride * k;
+  for (const plc::MapField& field : plc::registers::Fields()) add(field, 0, "fixed");
+  for (int k = 0; k < static_cast<int>(model::kMaxCameras); ++k) {
+    const int offset = plc::registers::kCameraStride * k;
     const char* const prefix = k == 0 ? "" : "second_";
-    for (const MapField& field : plc_map::CameraFields()) add(field, offset, "fixed", prefix);
-    for (const MapField& field : plc_map::BodyFields()) {
-      add(field, plc_map::kBodies + offset, "body", prefix);
+    for (const plc::MapField& field : plc::registers::CameraFields())
+      add(field, offset, "fixed", prefix);
+    for (const plc::MapField& field : plc::registers::BodyFields()) {
+      add(field, plc::registers::kBodies + offset, "body", prefix);
     }
   }
-  for (const MapField& field : plc_map::SceneFields()) add(field, 0, "fixed");
-  for (const MapField& field : plc_map::PointFields()) add(field, plc_map::kPoints, "point");
-  for (const MapField& field : plc_map::PostureFields()) {
-    add(field, plc_map::kPostures, "posture");
+  for (const plc::MapField& field : plc::registers::SceneFields()) add(field, 0, "fixed");
+  for (const plc::MapField& field : plc::registers::PointFields())
+    add(field, plc::registers::kPoints, "point");
+  for (const plc::MapField& field : plc::registers::PostureFields()) {
+    add(field, plc::registers::kPostures, "posture");
   }
-  for (const CommandField& field : plc_map::Commands()) add(field, 0, "command");
+  for (const plc::CommandField& field : plc::registers::Commands()) add(field, 0, "command");
   return map;
 }
 
@@ -246,4 +257,4 @@ void AddRegistersCommand(CLI::App& app, int& exit_code) {
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -7,11 +7,11 @@ namespace CLI {
 class App;
 }
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddRegistersCommand(CLI::App& app, int& exit_code);
 
 /// Text of config/register-map.md, generated from the table that drives the server.
 std::string RegisterMapMarkdown();
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -6,12 +6,12 @@
 #include "app/config/daemon_config.h"
 #include "app/model_store/point_moves.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// The current payload, read from the registers of the daemon running on this computer, and the
 /// smallest and largest payload in the newest rows of the journal. Sources that are not available
 /// are skipped: no daemon, a port not given in the configuration, no journal. Takes at most a
 /// second.
-std::vector<ReportedLoad> LoadsReportedByRobot(const DaemonConfig& config);
+std::vector<model_store::ReportedLoad> LoadsReportedByRobot(const config::DaemonConfig& config);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

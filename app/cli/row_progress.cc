@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 constexpr double kQuietPeriod_s = 2;
@@ -43,4 +43,4 @@ void RowProgress::Clear() {
   if (on_terminal_ && last_percent_ >= 0) err_ << "\r\033[K" << std::flush;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

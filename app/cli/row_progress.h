@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// On a terminal, a single updated line; elsewhere, after two seconds, a line every ten per cent.
 /// Both show the remaining time once 5 % of the rows are done.
@@ -26,4 +26,4 @@ class RowProgress {
   int last_percent_ = -1;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 bool SameFile(const std::string& one, const std::string& other) {
   namespace fs = std::filesystem;
@@ -14,4 +14,4 @@ bool SameFile(const std::string& one, const std::string& other) {
          fs::weakly_canonical(fs::absolute(other, missing), missing);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

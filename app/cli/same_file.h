@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// True if both paths refer to the same file, whether it exists or not.
 bool SameFile(const std::string& one, const std::string& other);
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

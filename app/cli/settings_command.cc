@@ -6,7 +6,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/config/settings_text.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void AddSettingsCommand(CLI::App& app, int& exit_code) {
   CLI::App* command =
@@ -16,9 +16,11 @@ void AddSettingsCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--man", *page, "Print the manual page plumbline.toml(5)")->excludes(markdown);
   command->footer("Example:\n  plumbline settings > plumbline.toml");
   command->callback([table, page, &exit_code] {
-    std::cout << (*table ? SettingsMarkdown() : *page ? SettingsManPage() : SettingsToml());
+    std::cout << (*table  ? config::SettingsMarkdown()
+                  : *page ? config::SettingsManPage()
+                          : config::SettingsToml());
     exit_code = kExitOk;
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

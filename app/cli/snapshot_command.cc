@@ -8,7 +8,7 @@
 #include "app/cli/exec_view.h"
 #include "app/view/picture_size.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct Options {
@@ -41,7 +41,7 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--size", options->size, "Picture size, 640x480 to 1920x1080; default: 1280x720")
       ->check([](const std::string& text) {
-        return PictureSizeFrom(text) ? "" : PictureSizeProblem(text);
+        return view::PictureSizeFrom(text) ? "" : view::PictureSizeProblem(text);
       });
   command->add_option("--camera", options->camera,
                       "Name of the camera to show, or \"both\"; default: overlay.camera");
@@ -55,4 +55,4 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <iostream>
 
-namespace plumbline {
+namespace plumbline::cli {
 
 void ReserveClosedOutputs() {
   // open() returns the lowest free number, so the order matters. A write to a descriptor opened for
@@ -29,4 +29,4 @@ bool FlushStandardOutput() {
   return false;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -1,7 +1,7 @@
 // Reliable standard output: closed descriptors and write errors are detected.
 #pragma once
 
-namespace plumbline {
+namespace plumbline::cli {
 
 /// Opens descriptors 0 to 2 that the shell closed (`>&-`), so that no file opened later gets their
 /// number and receives the output; printing then fails, as it should. Call first in main().
@@ -12,4 +12,4 @@ void ReserveClosedOutputs();
 /// error.
 bool FlushStandardOutput();
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -20,7 +20,7 @@
 #include "drivers/robot/host_name.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct StatusOptions {
@@ -45,7 +45,7 @@ class DaemonRegisters {
  public:
   static Result<DaemonRegisters> Read(const StatusOptions& options) {
     const std::string place = fmt::format("{}:{}", options.host, options.port);
-    if (const char* why = ResolveFailure(options.host)) {
+    if (const char* why = robot::ResolveFailure(options.host)) {
       return Error{fmt::format("{}: unknown host name ({}); check --host", place, why)};
     }
     const std::unique_ptr<modbus_t, decltype(&modbus_free)> link(
@@ -64,31 +64,32 @@ class DaemonRegisters {
       return modbus_read_registers(link.get(), first, count, daemon.registers_.data() + first) ==
              count;
     };
-    bool ok = read(0, plc_map::kStateSize);
-    if (ok && daemon.registers_[0] != plc_map::kMagic) errno = EMBXILADD;
-    if (!ok || daemon.registers_[0] != plc_map::kMagic) {
+    bool ok = read(0, plc::registers::kStateSize);
+    if (ok && daemon.registers_[0] != plc::registers::kMagic) errno = EMBXILADD;
+    if (!ok || daemon.registers_[0] != plc::registers::kMagic) {
       return Error{fmt::format("{}: another server is listening there: {}; {}", place,
                                UnexpectedReplyText(errno),
                                "set --host and --port to the daemon's plc.listen and plc.port")};
     }
-    ok = ok && read(plc_map::kInputs, plc_map::kInputsSize);
-    ok = ok && read(plc_map::kMonitoring, plc_map::kMonitoringSize);
-    for (int k = 0; ok && k < static_cast<int>(kMaxCameras); ++k) {
-      const int further = plc_map::kCameraStride * k;
-      ok = read(plc_map::kCamera + further, plc_map::kCameraSize) &&
-           read(plc_map::kBodies + further,
-                plc_map::kBodySize * static_cast<int>(CameraStatus::kMaxBodies));
+    ok = ok && read(plc::registers::kInputs, plc::registers::kInputsSize);
+    ok = ok && read(plc::registers::kMonitoring, plc::registers::kMonitoringSize);
+    for (int k = 0; ok && k < static_cast<int>(model::kMaxCameras); ++k) {
+      const int further = plc::registers::kCameraStride * k;
+      ok = read(plc::registers::kCamera + further, plc::registers::kCameraSize) &&
+           read(plc::registers::kBodies + further,
+                plc::registers::kBodySize * static_cast<int>(status::CameraStatus::kMaxBodies));
       if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
     }
-    ok = ok && read(plc_map::kScene, plc_map::kSceneSize);
+    ok = ok && read(plc::registers::kScene, plc::registers::kSceneSize);
     for (int k = 0; ok && k < daemon.points(); ++k) {
-      ok = read(plc_map::kPoints + plc_map::kPointSize * k, plc_map::kPointSize);
+      ok = read(plc::registers::kPoints + plc::registers::kPointSize * k,
+                plc::registers::kPointSize);
     }
     // A daemon of an earlier version has no posture blocks and rejects the first request.
     daemon.postures_ = ok && daemon.points() > 0;
     for (int k = 0; ok && daemon.postures_ && k < daemon.points(); ++k) {
-      daemon.postures_ =
-          read(plc_map::kPostures + plc_map::kPostureSize * k, plc_map::kPostureSize);
+      daemon.postures_ = read(plc::registers::kPostures + plc::registers::kPostureSize * k,
+                              plc::registers::kPostureSize);
       ok = daemon.postures_ || errno == EMBXILADD;
     }
     const int error = errno;
@@ -98,32 +99,36 @@ class DaemonRegisters {
   }
 
   int points() const { return Word("points"); }
-  double Value(std::string_view name) const { return Find(plc_map::Fields(), name, 0); }
+  double Value(std::string_view name) const { return Find(plc::registers::Fields(), name, 0); }
   double Value(std::string_view name, int point) const {
-    return Find(plc_map::PointFields(), name, plc_map::kPoints + plc_map::kPointSize * point);
+    return Find(plc::registers::PointFields(), name,
+                plc::registers::kPoints + plc::registers::kPointSize * point);
   }
   bool has_postures() const { return postures_; }
   double Posture(std::string_view name, int point) const {
-    return Find(plc_map::PostureFields(), name, plc_map::kPostures + plc_map::kPostureSize * point);
+    return Find(plc::registers::PostureFields(), name,
+                plc::registers::kPostures + plc::registers::kPostureSize * point);
   }
   int cameras() const { return cameras_; }
   double Camera(std::string_view name, int camera) const {
-    return Find(plc_map::CameraFields(), name, plc_map::kCameraStride * camera);
+    return Find(plc::registers::CameraFields(), name, plc::registers::kCameraStride * camera);
   }
-  double Scene(std::string_view name) const { return Find(plc_map::SceneFields(), name, 0); }
+  double Scene(std::string_view name) const { return Find(plc::registers::SceneFields(), name, 0); }
   double Body(std::string_view name, int camera, int body) const {
-    return Find(plc_map::BodyFields(), name,
-                plc_map::kBodies + plc_map::kCameraStride * camera + plc_map::kBodySize * body);
+    return Find(plc::registers::BodyFields(), name,
+                plc::registers::kBodies + plc::registers::kCameraStride * camera +
+                    plc::registers::kBodySize * body);
   }
   int Word(std::string_view name) const { return static_cast<int>(Value(name)); }
   bool Status(int bit) const { return (Word("status") & bit) != 0; }
 
  private:
-  double Find(std::span<const MapField> fields, std::string_view name, int base) const {
-    for (const MapField& field : fields) {
+  double Find(std::span<const plc::MapField> fields, std::string_view name, int base) const {
+    for (const plc::MapField& field : fields) {
       if (name == field.name) {
-        return ValueOfField(field.type, registers_, static_cast<std::size_t>(base) + field.address,
-                            registers_[2] == 1);
+        return plc::ValueOfField(field.type, registers_,
+                                 static_cast<std::size_t>(base) + field.address,
+                                 registers_[2] == 1);
       }
     }
     assert(false && "no such field");
@@ -137,23 +142,23 @@ class DaemonRegisters {
 
 std::string NameOfCamera(const DaemonRegisters& daemon, int camera) {
   const auto name = static_cast<std::size_t>(daemon.Camera("camera_name", camera));
-  return name < kCameraNames.size() ? kCameraNames[name] : "";
+  return name < status::kCameraNames.size() ? status::kCameraNames[name] : "";
 }
 
-nlohmann::json JsonOf(FieldType type, double value) {
-  if (type == FieldType::kFloat) return value;
+nlohmann::json JsonOf(plc::FieldType type, double value) {
+  if (type == plc::FieldType::kFloat) return value;
   return static_cast<std::int64_t>(value);
 }
 
 nlohmann::json CameraJson(const DaemonRegisters& daemon, int camera) {
   nlohmann::json json = {{"name", NameOfCamera(daemon, camera)}};
-  for (const MapField& field : plc_map::CameraFields()) {
+  for (const plc::MapField& field : plc::registers::CameraFields()) {
     json[field.name] = JsonOf(field.type, daemon.Camera(field.name, camera));
   }
   json["bodies_detail"] = nlohmann::json::array();
   for (int k = 0; k < static_cast<int>(daemon.Camera("bodies", camera)); ++k) {
     nlohmann::json body;
-    for (const MapField& field : plc_map::BodyFields()) {
+    for (const plc::MapField& field : plc::registers::BodyFields()) {
       body[field.name] = JsonOf(field.type, daemon.Body(field.name, camera, k));
     }
     json["bodies_detail"].push_back(body);
@@ -163,23 +168,24 @@ nlohmann::json CameraJson(const DaemonRegisters& daemon, int camera) {
 
 nlohmann::json AsJson(const DaemonRegisters& daemon) {
   nlohmann::json json;
-  for (const MapField& field : plc_map::Fields()) {
-    const bool result = field.address >= plc_map::kResult && field.address < plc_map::kInputs;
+  for (const plc::MapField& field : plc::registers::Fields()) {
+    const bool result =
+        field.address >= plc::registers::kResult && field.address < plc::registers::kInputs;
     if (!result) json[field.name] = JsonOf(field.type, daemon.Value(field.name));
   }
   json["cameras"] = nlohmann::json::array();
   for (int k = 0; k < daemon.cameras(); ++k) json["cameras"].push_back(CameraJson(daemon, k));
-  for (const MapField& field : plc_map::SceneFields()) {
+  for (const plc::MapField& field : plc::registers::SceneFields()) {
     json[field.name] = JsonOf(field.type, daemon.Scene(field.name));
   }
   json["points_detail"] = nlohmann::json::array();
   for (int k = 0; k < daemon.points(); ++k) {
     nlohmann::json point;
-    for (const MapField& field : plc_map::PointFields()) {
+    for (const plc::MapField& field : plc::registers::PointFields()) {
       point[field.name] = JsonOf(field.type, daemon.Value(field.name, k));
     }
     if (daemon.has_postures()) {
-      for (const MapField& field : plc_map::PostureFields()) {
+      for (const plc::MapField& field : plc::registers::PostureFields()) {
         point[field.name] = JsonOf(field.type, daemon.Posture(field.name, k));
       }
     }
@@ -189,11 +195,11 @@ nlohmann::json AsJson(const DaemonRegisters& daemon) {
 }
 
 /// "none", or "0x0041: nothing read from the robot, a point has no correction".
-std::string WordText(int word, std::span<const BitMeaning> bits) {
+std::string WordText(int word, std::span<const plc::BitMeaning> bits) {
   if (word == 0) return "none";
   std::string text = fmt::format("0x{:04X}:", word);
   const char* separator = " ";
-  for (const BitMeaning& bit : bits) {
+  for (const plc::BitMeaning& bit : bits) {
     if ((word & bit.mask) == 0) continue;
     text += separator + std::string(bit.meaning);
     separator = ", ";
@@ -202,7 +208,7 @@ std::string WordText(int word, std::span<const BitMeaning> bits) {
 }
 
 /// "±1.250 mm (95 %, assumed)".
-std::string Within(double radius_mm, RadiusBasis basis) {
+std::string Within(double radius_mm, model::RadiusBasis basis) {
   return fmt::format("±{:.3f} mm (95 %, {})", radius_mm, Describe(basis));
 }
 
@@ -247,22 +253,23 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
   const int state = number("camera_state");
   const std::string called = NameOfCamera(daemon, camera);
   line(called.empty() ? "camera" : "camera " + called,
-       fmt::format("{}: {}", ZoomStateText(static_cast<ZoomState>(state - 1)),
-                   ZoomReasonText(static_cast<ZoomReason>(number("camera_reason")))));
+       fmt::format("{}: {}", lens::ZoomStateText(static_cast<lens::ZoomState>(state - 1)),
+                   lens::ZoomReasonText(static_cast<lens::ZoomReason>(number("camera_reason")))));
   line("", fmt::format("zoom {}, read {}; last frame {}; {}", number("zoom"),
                        Age(value("zoom_age")), Age(value("camera_age")),
                        number("lens") > 0 ? fmt::format("lens {} of the store", number("lens"))
                                           : std::string("no stored lens")));
   if (const int bits = number("camera_bits"); bits != 0) {
-    line("", WordText(bits, plc_map::CameraBits()));
+    line("", WordText(bits, plc::registers::CameraBits()));
   }
   if (const int prompt = number("board_prompt"); prompt > 0) {
-    line("board", fmt::format("{} ({} views)", BoardPromptText(static_cast<BoardPrompt>(prompt)),
-                              number("board_views")));
+    line("board",
+         fmt::format("{} ({} views)", lens::BoardPromptText(static_cast<lens::BoardPrompt>(prompt)),
+                     number("board_views")));
   }
   for (int k = 0; k < number("bodies"); ++k) {
     const auto of_body = [&](const char* name) { return daemon.Body(name, camera, k); };
-    const bool valid = (static_cast<int>(of_body("body_validity")) & plc_map::kValid) != 0;
+    const bool valid = (static_cast<int>(of_body("body_validity")) & plc::registers::kValid) != 0;
     line("body", fmt::format("{:<5} {}", k + 1,
                              valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, ±{:.2f} mm "
                                                  "(95 %), seen {}",
@@ -272,7 +279,7 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
                                                  of_body("body_radius"), Age(of_body("body_age")))
                                    : std::string("not visible, or the lens is not valid")));
   }
-  if ((number("tip_validity") & plc_map::kValid) != 0) {
+  if ((number("tip_validity") & plc::registers::kValid) != 0) {
     line("tip",
          fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, ±{:.3f} mm (95 %), measured by camera",
                      WithoutMinusZero(value("tip_x"), 3), WithoutMinusZero(value("tip_y"), 3),
@@ -309,8 +316,8 @@ std::string PostureText(const DaemonRegisters& daemon, int point) {
                         daemon.Posture("posture_limit_distance", point), joint);
   }
   const int bits = static_cast<int>(daemon.Posture("posture_validity", point));
-  if ((bits & plc_map::kPostureDiffers) != 0) text += ", NOT near near_deg";
-  if ((bits & plc_map::kPostureTaught) == 0) text += ", chosen without near_deg";
+  if ((bits & plc::registers::kPostureDiffers) != 0) text += ", NOT near near_deg";
+  if ((bits & plc::registers::kPostureTaught) == 0) text += ", chosen without near_deg";
   return text;
 }
 
@@ -348,8 +355,8 @@ void Print(const DaemonRegisters& daemon) {
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
                       : "unknown");
-  const MonitoringStatus monitoring =
-      plc_map::MonitoringFlagsFromWord(static_cast<std::uint16_t>(daemon.Word("loop_state")));
+  const status::MonitoringStatus monitoring = plc::registers::MonitoringFlagsFromWord(
+      static_cast<std::uint16_t>(daemon.Word("loop_state")));
   line("model", ModelText(daemon));
   if (monitoring.recording) {
     const std::string drift =
@@ -365,23 +372,23 @@ void Print(const DaemonRegisters& daemon) {
     line("", taken);
   for (int k = 0; k < daemon.cameras(); ++k) PrintCamera(daemon, k);
   PrintScene(daemon);
-  line("alarms", WordText(daemon.Word("alarms"), plc_map::AlarmBits()));
-  line("warnings", WordText(daemon.Word("warnings"), plc_map::WarningBits()));
+  line("alarms", WordText(daemon.Word("alarms"), plc::registers::AlarmBits()));
+  line("warnings", WordText(daemon.Word("warnings"), plc::registers::WarningBits()));
   for (int k = 0; k < daemon.points(); ++k) {
     const auto value = [&](const char* name) { return daemon.Value(name, k); };
-    const auto code = static_cast<CorrectionCode>(value("point_code"));
+    const auto code = static_cast<correction::CorrectionCode>(value("point_code"));
     const int validity = static_cast<int>(value("point_validity"));
-    const bool valid = (validity & plc_map::kValid) != 0;
-    line("point",
-         fmt::format(
-             "{:<5} {}", value("point_id"),
-             valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
-                                 "{:.3f} mm, {}",
-                                 WithoutMinusZero(value("point_x"), 3),
-                                 WithoutMinusZero(value("point_y"), 3),
-                                 WithoutMinusZero(value("point_z"), 3), value("point_correction"),
-                                 Within(value("point_uncertainty"), plc_map::BasisOf(validity)))
-                   : std::string("no correction: ") + Describe(code)));
+    const bool valid = (validity & plc::registers::kValid) != 0;
+    line("point", fmt::format("{:<5} {}", value("point_id"),
+                              valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
+                                                  "{:.3f} mm, {}",
+                                                  WithoutMinusZero(value("point_x"), 3),
+                                                  WithoutMinusZero(value("point_y"), 3),
+                                                  WithoutMinusZero(value("point_z"), 3),
+                                                  value("point_correction"),
+                                                  Within(value("point_uncertainty"),
+                                                         plc::registers::BasisOf(validity)))
+                                    : std::string("no correction: ") + Describe(code)));
     if (valid && daemon.has_postures()) {
       line("", fmt::format("{:<5} {}", "", PostureText(daemon, k)));
     }
@@ -420,4 +427,4 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -22,7 +22,7 @@
 #include "drivers/files/open_failure.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 struct TrackOptions {
@@ -34,14 +34,14 @@ struct TrackOptions {
 };
 
 /// Reads the lens; prints the reason on failure.
-std::optional<LensFile> ReadLens(const TrackOptions& options) {
-  const auto text = ReadTextFile(options.intrinsics);
+std::optional<lens::LensFile> ReadLens(const TrackOptions& options) {
+  const auto text = config::ReadTextFile(options.intrinsics);
   if (!text) {
-    Fail(
-        fmt::format("{}: {}", options.intrinsics, ReadErrorText(options.intrinsics, text.error())));
+    Fail(fmt::format("{}: {}", options.intrinsics,
+                     files::ReadErrorText(options.intrinsics, text.error())));
     return std::nullopt;
   }
-  const auto lens = LensFromJson(*text);
+  const auto lens = lens::LensFromJson(*text);
   if (!lens) {
     Fail(fmt::format("{}: {}", options.intrinsics, lens.error()));
     return std::nullopt;
@@ -57,13 +57,13 @@ std::optional<LensFile> ReadLens(const TrackOptions& options) {
 }
 
 /// Checks that the tag family contains all ids of the database.
-bool AllInFamily(const TrackOptions& options, const TagDatabase& database,
-                 const TagFamily& family) {
+bool AllInFamily(const TrackOptions& options, const tracking::TagDatabase& database,
+                 const tracking::TagFamily& family) {
   const int count = static_cast<int>(family.codes.size());
   std::vector<int> ids;
-  for (const StandaloneTag& tag : database.tags) ids.push_back(tag.id);
-  for (const Body& body : database.bodies) {
-    for (const BodyTag& tag : body.tags) ids.push_back(tag.id);
+  for (const tracking::StandaloneTag& tag : database.tags) ids.push_back(tag.id);
+  for (const tracking::Body& body : database.bodies) {
+    for (const tracking::BodyTag& tag : body.tags) ids.push_back(tag.id);
   }
   bool all = true;
   for (const int id : ids) {
@@ -75,17 +75,18 @@ bool AllInFamily(const TrackOptions& options, const TagDatabase& database,
   return all;
 }
 
-std::optional<TagDatabase> ReadDatabase(const TrackOptions& options) {
-  TagDatabase database;
+std::optional<tracking::TagDatabase> ReadDatabase(const TrackOptions& options) {
+  tracking::TagDatabase database;
   if (!options.bodies.empty()) {
-    const auto text = ReadTextFile(options.bodies);
+    const auto text = config::ReadTextFile(options.bodies);
     if (!text) {
-      Fail(fmt::format("{}: {}", options.bodies, ReadErrorText(options.bodies, text.error())));
+      Fail(fmt::format("{}: {}", options.bodies,
+                       files::ReadErrorText(options.bodies, text.error())));
       return std::nullopt;
     }
-    FaultList faults;
-    auto read = TagDatabaseFromText(*text, options.bodies, faults);
-    std::cerr << FaultsText(faults);
+    config::FaultList faults;
+    auto read = config::TagDatabaseFromText(*text, options.bodies, faults);
+    std::cerr << config::FaultsText(faults);
     if (!read) return std::nullopt;
     database = std::move(*read);
   }
@@ -93,9 +94,9 @@ std::optional<TagDatabase> ReadDatabase(const TrackOptions& options) {
   return database;
 }
 
-int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vector<Body>& bodies,
-               Tracker& tracker) {
-  const auto image = ReadImage(options.image);
+int RunOnImage(const TrackOptions& options, const lens::LensFile& lens,
+               const std::vector<tracking::Body>& bodies, tracking::Tracker& tracker) {
+  const auto image = camera::ReadImage(options.image);
   if (!image) return Fail(fmt::format("{}: {}", options.image, image.error()));
   if (image->View().size() != lens.size) {
     return Fail(
@@ -105,12 +106,12 @@ int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vec
                     options.image, image->width, image->height, options.intrinsics, lens.size.width,
                     lens.size.height));
   }
-  const TrackedFrame& frame = tracker.Update(image->View(), 0, &lens);
+  const tracking::TrackedFrame& frame = tracker.Update(image->View(), 0, &lens);
   if (frame.limited) {
     std::cerr << options.image << ": the image has too many dark regions; the smaller ones were "
               << "skipped and tags may be missing; try --threshold\n";
   }
-  for (const SeenBody& body : frame.bodies) {
+  for (const tracking::SeenBody& body : frame.bodies) {
     for (const int id : body.left_out) {
       std::cerr << fmt::format(
           "{}: tag {} of \"{}\" contradicts the other tags of this body and was ignored: it has "
@@ -118,18 +119,18 @@ int RunOnImage(const TrackOptions& options, const LensFile& lens, const std::vec
           options.image, id, body.body->name, options.bodies);
     }
   }
-  std::cout << (options.json ? TrackJson(frame) : TrackText(frame));
+  std::cout << (options.json ? tracking::TrackJson(frame) : tracking::TrackText(frame));
   if (options.json) return kExitOk;
-  for (const Body& body : bodies) {
-    const bool seen =
-        std::any_of(frame.bodies.begin(), frame.bodies.end(),
-                    [&body](const SeenBody& other) { return other.body->name == body.name; });
+  for (const tracking::Body& body : bodies) {
+    const bool seen = std::any_of(
+        frame.bodies.begin(), frame.bodies.end(),
+        [&body](const tracking::SeenBody& other) { return other.body->name == body.name; });
     if (!seen) std::cout << fmt::format("{:16s} not visible\n", body.name);
   }
   return kExitOk;
 }
 
-int RunLive(const TrackOptions& options, const LensFile& lens, Tracker& tracker) {
+int RunLive(const TrackOptions& options, const lens::LensFile& lens, tracking::Tracker& tracker) {
   LiveCameraOptions live = options.live;
   if (live.size.empty()) live.size = fmt::format("{}x{}", lens.size.width, lens.size.height);
   const auto camera = MakeLiveCamera(live);
@@ -150,7 +151,7 @@ int Run(const TrackOptions& options) {
     std::cerr << "plumbline track: the tag size is missing; give --tag-size-mm or --bodies\n";
     return kExitUsage;
   }
-  auto family = TagFamilyOfName(options.family);
+  auto family = tracking::TagFamilyOfName(options.family);
   if (!family) {
     std::cerr << "plumbline track: --family: " << family.error() << '\n';
     return kExitUsage;
@@ -158,10 +159,10 @@ int Run(const TrackOptions& options) {
   const auto lens = ReadLens(options);
   const auto database = ReadDatabase(options);
   if (!lens || !database || !AllInFamily(options, *database, *family)) return kExitFault;
-  TrackerSettings settings;
+  tracking::TrackerSettings settings;
   settings.detector.small_tags = options.live.camera.empty();  // too slow for a live camera
   if (options.threshold >= 0) settings.detector.threshold = options.threshold;
-  Tracker tracker(std::move(family).value(), *database, settings);
+  tracking::Tracker tracker(std::move(family).value(), *database, settings);
   if (!lens->accepted) {
     std::cerr << options.intrinsics << ": warning: this lens was refused and is used by --force\n";
   }
@@ -189,7 +190,8 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
                    "Side of the black square of all tags not listed in --bodies")
       ->check(NumberWithin(1, 2000));
   command->add_option("--bodies", options->bodies, "TOML file of tags and bodies");
-  command->add_option("--family", options->family, "Tag family, one of " + TagFamilyNames())
+  command
+      ->add_option("--family", options->family, "Tag family, one of " + tracking::TagFamilyNames())
       ->capture_default_str();
   command
       ->add_option("--threshold", options->threshold,
@@ -212,4 +214,4 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -8,7 +8,7 @@
 #include "firmware-like/kinematics/inverse.h"
 #include "firmware-like/loads/gravity.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 // With so many samples, the largest reach and torques are within 5 % of the true ones.
@@ -46,10 +46,11 @@ constexpr double kLongestTool = 3;  // tool over reach
 
 /// The figures above apply to arms of at least four revolute joints. Fewer joints make a positioner
 /// of any shape, and a prismatic axis changes the arm's size.
-bool IsArm(const Robot& robot) {
-  return robot.size() >= 4 && robot.size() <= kMaxJoints &&
-         std::all_of(robot.joints.begin(), robot.joints.end(),
-                     [](const Joint& joint) { return joint.type == JointType::kRevolute; });
+bool IsArm(const model::Robot& robot) {
+  return robot.size() >= 4 && robot.size() <= model::kMaxJoints &&
+         std::all_of(robot.joints.begin(), robot.joints.end(), [](const model::Joint& joint) {
+           return joint.type == model::JointType::kRevolute;
+         });
 }
 
 /// The length if the number in the file was metres instead of millimetres.
@@ -63,15 +64,15 @@ bool CouldBeMetres(double length_m, double longest_m) {
          ReadAsMetres(length_m) >= kShortestPart_m && ReadAsMetres(length_m) <= 1.2 * longest_m;
 }
 
-double LongestLength(const Robot& robot) {
+double LongestLength(const model::Robot& robot) {
   double longest_m = 0;
-  for (const Joint& joint : robot.joints) {
+  for (const model::Joint& joint : robot.joints) {
     longest_m = std::max({longest_m, std::abs(joint.a_m), std::abs(joint.d_m)});
   }
   return longest_m;
 }
 
-void WarnAboutLengths(const std::vector<TomlTable>& joints, const Robot& robot) {
+void WarnAboutLengths(const std::vector<TomlTable>& joints, const model::Robot& robot) {
   const double longest_m = LongestLength(robot);
   struct SuspectLength {
     const TomlTable* table;
@@ -80,7 +81,7 @@ void WarnAboutLengths(const std::vector<TomlTable>& joints, const Robot& robot) 
   };
   std::vector<SuspectLength> suspects;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
+    const model::Joint& joint = robot.joints[i];
     if (CouldBeMetres(joint.a_m, longest_m)) suspects.push_back({&joints[i], "a_mm", joint.a_m});
     if (CouldBeMetres(joint.d_m, longest_m)) suspects.push_back({&joints[i], "d_mm", joint.d_m});
   }
@@ -96,9 +97,9 @@ void WarnAboutLengths(const std::vector<TomlTable>& joints, const Robot& robot) 
 }
 
 /// Warns about a centre of mass within two millimetres of the frame at the far end of its link.
-void WarnAboutCentres(const std::vector<TomlTable>& joints, const Robot& robot) {
+void WarnAboutCentres(const std::vector<TomlTable>& joints, const model::Robot& robot) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
+    const model::Joint& joint = robot.joints[i];
     const double length_m = std::hypot(joint.a_m, joint.d_m);
     if (!joint.link_com_m || length_m < kShortestPart_m) continue;
     const Vec3& com_m = *joint.link_com_m;
@@ -116,12 +117,13 @@ void WarnAboutCentres(const std::vector<TomlTable>& joints, const Robot& robot) 
   }
 }
 
-void WarnAboutMasses(const std::vector<TomlTable>& joints, const Robot& robot,
+void WarnAboutMasses(const std::vector<TomlTable>& joints, const model::Robot& robot,
                      const ArmSize& size) {
   double total_kg = 0;
-  for (const Joint& joint : robot.joints) total_kg += joint.link_mass_kg.value_or(0);
-  const bool all = std::all_of(robot.joints.begin(), robot.joints.end(),
-                               [](const Joint& joint) { return joint.link_mass_kg.has_value(); });
+  for (const model::Joint& joint : robot.joints) total_kg += joint.link_mass_kg.value_or(0);
+  const bool all =
+      std::all_of(robot.joints.begin(), robot.joints.end(),
+                  [](const model::Joint& joint) { return joint.link_mass_kg.has_value(); });
   if (total_kg == 0) return;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const double mass_kg = robot.joints[i].link_mass_kg.value_or(0);
@@ -142,7 +144,7 @@ void WarnAboutMasses(const std::vector<TomlTable>& joints, const Robot& robot,
                   total_kg, size.reach_m, kLightestArm * cube_m3, kHeaviestArm * cube_m3));
 }
 
-void WarnAboutCompliances(const std::vector<TomlTable>& joints, const Robot& robot,
+void WarnAboutCompliances(const std::vector<TomlTable>& joints, const model::Robot& robot,
                           const ArmSize& size) {
   if (!size.link_torque) return;
   const double most_Nm = size.link_torque->maxCoeff();
@@ -188,23 +190,24 @@ double ArmSize::RatedLoad_kg() const {
   return link_torque->maxCoeff() / (kStandardGravity_m_s2 * reach_m);
 }
 
-ArmSize ArmSizeOf(const Robot& robot) {
-  CellModel bare;
+ArmSize ArmSizeOf(const model::Robot& robot) {
+  model::CellModel bare;
   bare.robot = robot;
-  const Chain chain(robot);
-  const GravityLoads loads(bare);
+  const kinematics::Chain chain(robot);
+  const loads::GravityLoads loads(bare);
   const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
   const int n = chain.size();
-  JointVector most = JointVector::Zero(n), reach = JointVector::Zero(n), tau;
-  const JointVector zero = JointVector::Zero(n);
-  Posture posture;
+  model::JointVector most = model::JointVector::Zero(n), reach = model::JointVector::Zero(n), tau;
+  const model::JointVector zero = model::JointVector::Zero(n);
+  kinematics::Posture posture;
   for (int k = 0; k < kSampledPostures; ++k) {
-    chain.Evaluate(RestartPosture(chain, zero, kFirstSpread + k), posture);
+    chain.Evaluate(kinematics::RestartPosture(chain, zero, kFirstSpread + k), posture);
     loads.Torques<double>(posture, g_B, {}, tau);
     for (int i = 0; i < n; ++i) {
       const Vec3 away = posture.X_BF().p - posture.point_B[static_cast<std::size_t>(i)];
       reach[i] = std::max(reach[i], away.norm());
-      if (chain.type(i) == JointType::kRevolute) most[i] = std::max(most[i], std::abs(tau[i]));
+      if (chain.type(i) == model::JointType::kRevolute)
+        most[i] = std::max(most[i], std::abs(tau[i]));
     }
   }
   ArmSize size;
@@ -216,8 +219,8 @@ ArmSize ArmSizeOf(const Robot& robot) {
   return size;
 }
 
-void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const Robot& robot) {
-  if (robot.size() > kMaxJoints) return;
+void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const model::Robot& robot) {
+  if (robot.size() > model::kMaxJoints) return;
   WarnAboutLengths(joints, robot);
   WarnAboutCentres(joints, robot);
   if (!IsArm(robot)) return;
@@ -226,7 +229,7 @@ void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const Robot& r
   WarnAboutCompliances(joints, robot, size);
 }
 
-void WarnAboutLongTool(const TomlTable& root, const CellModel& cell) {
+void WarnAboutLongTool(const TomlTable& root, const model::CellModel& cell) {
   const auto tool = root.Table("tool");
   if (!tool || !IsArm(cell.robot)) return;
   const double tool_m = cell.tool.tcp_F.norm();
@@ -239,11 +242,11 @@ void WarnAboutLongTool(const TomlTable& root, const CellModel& cell) {
 }
 
 void WarnAboutHeavyPayloads(const TomlTable& root, const MachineConfig& config) {
-  const CellModel& cell = config.cell;
+  const model::CellModel& cell = config.cell;
   if (!IsArm(cell.robot)) return;
   const ArmSize size = ArmSizeOf(cell.robot);
   if (size.reach_m == 0) return;
-  const double tool_kg = GravityLoads(cell).tool_mass_kg();
+  const double tool_kg = loads::GravityLoads(cell).tool_mass_kg();
   if (const auto payload = root.Table("payload")) {
     const bool fixed = config.payload.source == PayloadPolicy::Source::kFixed;
     if (fixed)
@@ -260,4 +263,4 @@ void WarnAboutHeavyPayloads(const TomlTable& root, const MachineConfig& config) 
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

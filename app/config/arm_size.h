@@ -7,14 +7,14 @@
 #include "app/config/toml_reader.h"
 #include "firmware-like/machine.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Size of an arm, sampled over postures spread across its joint ranges.
 struct ArmSize {
   double reach_m = 0;  ///< largest distance of the flange from the axis with the largest torque
   /// Largest gravity torque of the links alone, per joint [N m]; absent if a link mass is unknown
   /// or gravity is zero.
-  std::optional<JointVector> link_torque;
+  std::optional<model::JointVector> link_torque;
 
   /// Rough rated payload of such an arm [kg]. With link masses: on real arms the rated payload
   /// causes 43 to 59 % of the largest gravity torque about joint 2, so it is close to
@@ -22,17 +22,17 @@ struct ArmSize {
   double RatedLoad_kg() const;
 };
 
-ArmSize ArmSizeOf(const Robot& robot);
+ArmSize ArmSizeOf(const model::Robot& robot);
 
 /// Warns about lengths and centres of mass of single joints that look like metres, link masses that
 /// no arm of this reach has, and compliances that are wrong by a unit.
 /// @param joints  the [[robot.joint]] tables, one for each of robot.joints
-void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const Robot& robot);
+void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const model::Robot& robot);
 
 /// Warns about a tool several times as long as the arm.
-void WarnAboutLongTool(const TomlTable& root, const CellModel& cell);
+void WarnAboutLongTool(const TomlTable& root, const model::CellModel& cell);
 
 /// Warns about configured payloads that, together with the tool, exceed twice the rated payload.
 void WarnAboutHeavyPayloads(const TomlTable& root, const MachineConfig& config);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

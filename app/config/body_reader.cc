@@ -9,7 +9,7 @@
 #include "app/config/toml_reader.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr int kMaxId = 100000;
@@ -27,18 +27,19 @@ class Reader {
     return id;
   }
 
-  std::optional<BodyTag> TagOfBody(const TomlTable& table, std::optional<double> body_size_m) {
+  std::optional<tracking::BodyTag> TagOfBody(const TomlTable& table,
+                                             std::optional<double> body_size_m) {
     const auto id = NewId(table);
     const auto size =
         body_size_m && !table.Has("size_mm") ? body_size_m : table.RequiredNumber("size_mm", kSize);
     const auto p = table.RequiredVector3("xyz_mm", kPlaceRange);
     const Vec3 rpy = table.Vector3("rpy_deg", kTurnRange).value_or(Vec3::Zero());
     if (!id || !size || !p) return std::nullopt;
-    return BodyTag{*id, *size, {RotationFromRollPitchYaw(rpy), *p}};
+    return tracking::BodyTag{*id, *size, {RotationFromRollPitchYaw(rpy), *p}};
   }
 
-  std::optional<Body> BodyFrom(const TomlTable& table) {
-    Body body;
+  std::optional<tracking::Body> BodyFrom(const TomlTable& table) {
+    tracking::Body body;
     body.name = table.RequiredString("name").value_or("");
     if (!body.name.empty() && !names_.insert(body.name).second) {
       table.AddFault("name", "is the name of another body");
@@ -60,10 +61,11 @@ class Reader {
 
 }  // namespace
 
-std::optional<TagDatabase> TagDatabaseFromText(std::string_view text, const std::string& file,
-                                               FaultList& faults) {
+std::optional<tracking::TagDatabase> TagDatabaseFromText(std::string_view text,
+                                                         const std::string& file,
+                                                         FaultList& faults) {
   FaultList own;
-  TagDatabase database;
+  tracking::TagDatabase database;
   TomlDocument document(text, file, own);
   if (document.parsed()) {
     Reader reader;
@@ -85,4 +87,4 @@ std::optional<TagDatabase> TagDatabaseFromText(std::string_view text, const std:
   return database;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

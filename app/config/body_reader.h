@@ -8,7 +8,7 @@
 #include "app/config/fault.h"
 #include "app/tracking/bodies.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Reads a tag database:
 ///
@@ -28,7 +28,8 @@ namespace plumbline {
 /// Reports all faults at once. A duplicate id and a duplicate body name are faults.
 /// @param file  name used in faults
 /// @return      nullopt if there is a fault
-std::optional<TagDatabase> TagDatabaseFromText(std::string_view text, const std::string& file,
-                                               FaultList& faults);
+std::optional<tracking::TagDatabase> TagDatabaseFromText(std::string_view text,
+                                                         const std::string& file,
+                                                         FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -13,21 +13,22 @@
 #include "firmware-like/lens/zoom_supervisor.h"
 #include "firmware-like/status/camera_status.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 class NamedFiles;
 class TomlTable;
 
 struct ZoomConfig {
-  std::string kind;           ///< one of ZoomKinds(); empty: a lens without zoom
-  ZoomConnection connection;  ///< for kind "replay", the rows are still to be read from replay_file
+  std::string kind;  ///< one of ZoomKinds(); empty: a lens without zoom
+  zoom::ZoomConnection
+      connection;  ///< for kind "replay", the rows are still to be read from replay_file
   std::string replay_file;
-  double period_s = kZoomPeriod_s;  ///< polling period
-  ZoomSupervisorSettings supervision;
+  double period_s = zoom::kZoomPeriod_s;  ///< polling period
+  lens::ZoomSupervisorSettings supervision;
 };
 
 struct BoardConfig {
-  Board board;
+  lens::Board board;
   int views = 20, most_views = 60;
   double patience_s = 180;
   double acceptable_px = 0.5;        ///< largest standard deviation of the projection
@@ -39,7 +40,7 @@ struct TagsConfig {
   std::string file, text;
   std::string family = "36h11";
   std::optional<int> threshold;  ///< grey level 0..255; nullopt: adapts to the local brightness
-  TagDatabase database;
+  tracking::TagDatabase database;
   std::string cell = "cell";  ///< the body with the reference tags
   Pose X_WK;                  ///< pose of that body in the measurement frame
   double place_sd_m = 2e-4;   ///< standard deviation of a reference tag's position, per axis
@@ -48,9 +49,9 @@ struct TagsConfig {
 };
 
 struct CameraConfig {
-  CameraName name = CameraName::kNone;  ///< set for each of two cameras
-  std::string kind = "v4l2";            ///< one of CameraKinds()
-  CameraConnection connection;
+  status::CameraName name = status::CameraName::kNone;  ///< set for each of two cameras
+  std::string kind = "v4l2";                            ///< one of CameraKinds()
+  camera::CameraConnection connection;
   ZoomConfig zoom;
 };
 
@@ -63,7 +64,7 @@ struct VisionConfig {
 };
 
 /// The body with the cell's reference tags; an empty body if the file has none of that name.
-Body CellReferenceTags(const TagsConfig& tags);
+tracking::Body CellReferenceTags(const TagsConfig& tags);
 
 /// Reads [camera] with its zoom in [zoom] or [camera.zoom], or each [[camera]] with its
 /// [camera.zoom]. Faults: [zoom], [board] or [tags] without a camera; two cameras that share a
@@ -79,4 +80,4 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
 ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const std::string& camera,
                         FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -4,12 +4,12 @@
 #include "app/config/daemon_settings.h"
 #include "app/config/plausibility.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   CameraConfig camera;
   ReadKeys(table, camera, &files);
-  const ImageSize& size = camera.connection.v4l2.mode.size;
+  const lens::ImageSize& size = camera.connection.v4l2.mode.size;
   if ((size.width == 0) != (size.height == 0)) {
     table.AddFault("width_px", "and height_px must be given together");
   }
@@ -32,8 +32,8 @@ BoardConfig BoardFromToml(const TomlTable& table) {
 namespace {
 
 void CheckBody(const TomlTable& table, const char* key, const std::string& name,
-               const TagDatabase& database, std::size_t min_tags) {
-  for (const Body& body : database.bodies) {
+               const tracking::TagDatabase& database, std::size_t min_tags) {
+  for (const tracking::Body& body : database.bodies) {
     if (body.name != name) continue;
     if (body.tags.size() >= min_tags) return;
     table.AddFault(
@@ -58,18 +58,19 @@ TagsConfig TagsFromToml(const TomlTable& table, const NamedFiles& files, FaultLi
   }
   ReadKeys(table, tags);
   WarnAboutRadians(table, "cell_rpy_deg");
-  for (Body& body : tags.database.bodies) {
+  for (tracking::Body& body : tags.database.bodies) {
     if (body.place_sd_m) continue;
-    body.place_sd_m = body.name == tags.cell ? tags.place_sd_m : kPlaceSdOnOnePlate_m;
+    body.place_sd_m = body.name == tags.cell ? tags.place_sd_m : tracking::kPlaceSdOnOnePlate_m;
   }
   if (!known) return tags;
   CheckBody(table, "cell", tags.cell, tags.database, 2);
   if (!tags.tool.empty()) CheckBody(table, "tool", tags.tool, tags.database, 1);
-  if (tags.database.bodies.size() > CameraStatus::kMaxBodies) {
-    table.AddWarning("file", fmt::format("has {} bodies; only the first {} are reported to the PLC",
-                                         tags.database.bodies.size(), CameraStatus::kMaxBodies));
+  if (tags.database.bodies.size() > status::CameraStatus::kMaxBodies) {
+    table.AddWarning("file",
+                     fmt::format("has {} bodies; only the first {} are reported to the PLC",
+                                 tags.database.bodies.size(), status::CameraStatus::kMaxBodies));
   }
   return tags;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

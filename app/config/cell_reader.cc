@@ -17,7 +17,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr NumberRange kJointAngle{-7200, 7200, kRadPerDeg};
@@ -30,12 +30,12 @@ constexpr NumberRange kReach{0, 1000};                       // prismatic joints
 constexpr NumberRange kTemperature{-50, 150};
 
 /// An interval `[low, high]`; adds a fault if the ends are swapped.
-std::optional<Interval> IntervalFrom(const TomlTable& table, std::string_view key,
-                                     NumberRange range) {
+std::optional<model::Interval> IntervalFrom(const TomlTable& table, std::string_view key,
+                                            NumberRange range) {
   const auto values = table.Numbers(key, range, 2);
   if (!values) return std::nullopt;
   if ((*values)[0] > (*values)[1]) table.AddFault(key, "has its lower end above its upper end");
-  return Interval{(*values)[0], (*values)[1]};
+  return model::Interval{(*values)[0], (*values)[1]};
 }
 
 Pose BasePoseFromToml(const TomlTable& table) {
@@ -45,8 +45,8 @@ Pose BasePoseFromToml(const TomlTable& table) {
   return X;
 }
 
-void ReadLimits(const TomlTable& table, Joint& joint) {
-  const bool prismatic = joint.type == JointType::kPrismatic;
+void ReadLimits(const TomlTable& table, model::Joint& joint) {
+  const bool prismatic = joint.type == model::JointType::kPrismatic;
   const char* min_key = prismatic ? "min_mm" : "min_deg";
   const char* max_key = prismatic ? "max_mm" : "max_deg";
   const NumberRange range = prismatic ? kPlaceRange : kJointAngle;
@@ -57,12 +57,13 @@ void ReadLimits(const TomlTable& table, Joint& joint) {
   }
 }
 
-Joint JointFromToml(const TomlTable& table) {
-  Joint joint;
-  const auto type = table.OneOf<JointType>(
-      "type", {{"revolute", JointType::kRevolute}, {"prismatic", JointType::kPrismatic}});
+model::Joint JointFromToml(const TomlTable& table) {
+  model::Joint joint;
+  const auto type = table.OneOf<model::JointType>(
+      "type",
+      {{"revolute", model::JointType::kRevolute}, {"prismatic", model::JointType::kPrismatic}});
   if (!type && table.Has("type")) table.Ignore({"min_deg", "max_deg", "min_mm", "max_mm"});
-  joint.type = type.value_or(JointType::kRevolute);
+  joint.type = type.value_or(model::JointType::kRevolute);
   joint.a_m = table.RequiredNumber("a_mm", kPlaceRange).value_or(0);
   joint.alpha_rad = table.RequiredNumber("alpha_deg", kTurnRange).value_or(0);
   joint.d_m = table.RequiredNumber("d_mm", kPlaceRange).value_or(0);
@@ -73,7 +74,7 @@ Joint JointFromToml(const TomlTable& table) {
   joint.link_mass_kg = table.Number("link_mass_kg", kMass);
   joint.link_com_m = table.Vector3("link_com_mm", kPlaceRange);
   joint.compliance_rad_per_Nm = table.Number("compliance_rad_per_Nm", kCompliance);
-  if (joint.type == JointType::kPrismatic && table.Has("compliance_rad_per_Nm")) {
+  if (joint.type == model::JointType::kPrismatic && table.Has("compliance_rad_per_Nm")) {
     table.AddFault(
         "compliance_rad_per_Nm",
         "does not apply to a prismatic joint; remove it and declare the compliance as an "
@@ -83,10 +84,11 @@ Joint JointFromToml(const TomlTable& table) {
 }
 
 /// Warns about the quantities that the declared masses leave unknown, once per joint.
-void WarnAboutUnknowns(const std::vector<TomlTable>& tables, const std::vector<Joint>& joints) {
+void WarnAboutUnknowns(const std::vector<TomlTable>& tables,
+                       const std::vector<model::Joint>& joints) {
   bool masses_known = true;
   for (std::size_t i = joints.size(); i-- > 0;) {
-    const Joint& joint = joints[i];
+    const model::Joint& joint = joints[i];
     masses_known = masses_known && joint.link_mass_kg;
     if (!masses_known && joint.compliance_rad_per_Nm.value_or(0) > 0) {
       tables[i].AddWarning(
@@ -101,14 +103,14 @@ void WarnAboutUnknowns(const std::vector<TomlTable>& tables, const std::vector<J
   }
 }
 
-Robot RobotFromToml(const TomlTable& table) {
-  Robot robot;
+model::Robot RobotFromToml(const TomlTable& table) {
+  model::Robot robot;
   robot.name = table.RequiredString("name").value_or("");
-  robot.convention =
-      table
-          .RequiredOneOf<DhConvention>(
-              "convention", {{"dh", DhConvention::kDistal}, {"mdh", DhConvention::kProximal}})
-          .value_or(DhConvention::kDistal);
+  robot.convention = table
+                         .RequiredOneOf<model::DhConvention>(
+                             "convention", {{"dh", model::DhConvention::kDistal},
+                                            {"mdh", model::DhConvention::kProximal}})
+                         .value_or(model::DhConvention::kDistal);
   if (table.Has("gravity_m_s2")) {
     robot.g_W = table.Vector3("gravity_m_s2", kGravity).value_or(robot.g_W);
     if (robot.g_W.norm() > 20) table.AddFault("gravity_m_s2", "has a magnitude above 20");
@@ -123,9 +125,9 @@ Robot RobotFromToml(const TomlTable& table) {
 
   const std::vector<TomlTable> joints = table.Tables("joint");
   if (!table.Has("joint")) table.AddMissing("joint", "one [[robot.joint]] for each joint");
-  if (static_cast<int>(joints.size()) > kMaxJoints) {
-    table.AddFault("joint",
-                   fmt::format("is given {} times; at most {} joints", joints.size(), kMaxJoints));
+  if (static_cast<int>(joints.size()) > model::kMaxJoints) {
+    table.AddFault("joint", fmt::format("is given {} times; at most {} joints", joints.size(),
+                                        model::kMaxJoints));
   }
   for (const TomlTable& joint : joints) robot.joints.push_back(JointFromToml(joint));
   WarnAboutUnknowns(joints, robot.joints);
@@ -133,14 +135,14 @@ Robot RobotFromToml(const TomlTable& table) {
   return robot;
 }
 
-Measurement MeasurementFromToml(const TomlTable& table) {
-  Measurement measurement;
-  const auto kind =
-      table.RequiredOneOf<MeasurementKind>("kind", {{"position", MeasurementKind::kPosition},
-                                                    {"range", MeasurementKind::kRange},
-                                                    {"pose", MeasurementKind::kPose}});
-  measurement.kind = kind.value_or(MeasurementKind::kPosition);
-  if (kind == MeasurementKind::kRange) {
+model::Measurement MeasurementFromToml(const TomlTable& table) {
+  model::Measurement measurement;
+  const auto kind = table.RequiredOneOf<model::MeasurementKind>(
+      "kind", {{"position", model::MeasurementKind::kPosition},
+               {"range", model::MeasurementKind::kRange},
+               {"pose", model::MeasurementKind::kPose}});
+  measurement.kind = kind.value_or(model::MeasurementKind::kPosition);
+  if (kind == model::MeasurementKind::kRange) {
     measurement.anchor_W = table.RequiredVector3("anchor_mm", kPlaceRange).value_or(Vec3::Zero());
   } else if (kind && table.Has("anchor_mm")) {
     table.AddFault("anchor_mm", "is allowed with kind = \"range\" only");
@@ -153,7 +155,7 @@ Measurement MeasurementFromToml(const TomlTable& table) {
       table.OneOf<bool>("tool", {{"known", true}, {"unknown", false}}).value_or(true);
   measurement.sigma_m = table.Number("sigma_mm", kSigma);
   measurement.reference_temperature_C = table.Number("reference_temperature_C", kTemperature);
-  if (kind == MeasurementKind::kRange && table.Has("camera_xyz_mm")) {
+  if (kind == model::MeasurementKind::kRange && table.Has("camera_xyz_mm")) {
     table.AddFault("camera_xyz_mm",
                    "is not allowed with kind = \"range\": a camera measures no ranges");
     table.Ignore({"camera_rpy_deg"});
@@ -168,10 +170,10 @@ Measurement MeasurementFromToml(const TomlTable& table) {
   return measurement;
 }
 
-std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X_WB) {
-  std::vector<SessionFrames> sessions;
+std::vector<model::SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X_WB) {
+  std::vector<model::SessionFrames> sessions;
   for (const TomlTable& table : root.Tables("session")) {
-    SessionFrames session;
+    model::SessionFrames session;
     session.id = table.RequiredString("id").value_or("");
     const bool known = std::any_of(sessions.begin(), sessions.end(),
                                    [&](const auto& other) { return other.id == session.id; });
@@ -195,7 +197,7 @@ std::vector<SessionFrames> SessionsFromToml(const TomlTable& root, const Pose& X
 
 /// Reads the measured poses, the growth of the residual with distance from them and the fading of
 /// the correction; none is meaningful without the poses.
-void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
+void ReadDistance(const TomlTable& table, const model::Robot& robot, model::Domain& domain) {
   domain.distant_sigma_m = table.Number("distant_sigma_mm", kDistantSigma);
   const auto poses = table.Rows("poses_deg", {-100000, 100000});
   for (const auto& [key, other] :
@@ -221,21 +223,21 @@ void ReadDistance(const TomlTable& table, const Robot& robot, Domain& domain) {
     return;
   }
   for (Eigen::Index pose = 0; pose < poses->rows(); ++pose) {
-    JointVector& q = domain.poses.emplace_back(poses->row(pose).transpose());
+    model::JointVector& q = domain.poses.emplace_back(poses->row(pose).transpose());
     for (int i = 0; i < robot.size(); ++i) {
-      const JointType type = robot.joints[static_cast<std::size_t>(i)].type;
-      q[i] *= type == JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
+      const model::JointType type = robot.joints[static_cast<std::size_t>(i)].type;
+      q[i] *= type == model::JointType::kPrismatic ? kMetrePerMm : kRadPerDeg;
     }
   }
 }
 
-Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
-  Domain domain;
+model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot) {
+  model::Domain domain;
   // Scaled per joint: the pair of a prismatic joint is in mm.
   if (const auto pairs = table.Matrix("q_deg", {-100000, 100000}, robot.size(), 2)) {
     for (int i = 0; i < robot.size(); ++i) {
       const bool prismatic =
-          robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+          robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
       const double to_si = prismatic ? kMetrePerMm : kRadPerDeg;
       domain.q.push_back({(*pairs)(i, 0) * to_si, (*pairs)(i, 1) * to_si});
       if (domain.q.back().low > domain.q.back().high) {
@@ -265,7 +267,7 @@ Domain DomainFromToml(const TomlTable& table, const Robot& robot) {
 }
 
 /// The residual of held-out rows is valid only for the exact model that was validated with them.
-void CheckFingerprint(const TomlTable& table, const TomlDocument& document, Domain& domain) {
+void CheckFingerprint(const TomlTable& table, const TomlDocument& document, model::Domain& domain) {
   const auto written = table.String("fingerprint");
   if (!written || *written == ModelFingerprint(document)) return;
   domain.as_validated = false;
@@ -276,10 +278,10 @@ void CheckFingerprint(const TomlTable& table, const TomlDocument& document, Doma
 }
 
 /// Adds a fault if an effect needs a measuring camera and none is declared.
-void RequireCameraPose(const TomlTable& root, const CellModel& cell) {
-  for (const WrittenEffect& written : cell.effects) {
-    const Effect* effect = FindEffect(written.id);
-    if (effect == nullptr || !effect->traits().Needs(Signal::kCamera)) continue;
+void RequireCameraPose(const TomlTable& root, const model::CellModel& cell) {
+  for (const model::WrittenEffect& written : cell.effects) {
+    const effects::Effect* effect = effects::FindEffect(written.id);
+    if (effect == nullptr || !effect->traits().Needs(effects::Signal::kCamera)) continue;
     if (cell.measurement.X_WC) continue;
     root.AddFault("effect", fmt::format("{} is an effect of a measuring camera; give [measurement] "
                                         "camera_xyz_mm and camera_rpy_deg",
@@ -287,19 +289,19 @@ void RequireCameraPose(const TomlTable& root, const CellModel& cell) {
   }
 }
 
-void WarnIfNothingDeflects(const TomlTable& root, const CellModel& cell) {
+void WarnIfNothingDeflects(const TomlTable& root, const model::CellModel& cell) {
   const bool compliant_joints =
       std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(),
-                  [](const Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
+                  [](const model::Joint& j) { return j.compliance_rad_per_Nm.value_or(0) > 0; });
   if (!cell.tool.rigid || compliant_joints || !cell.effects.empty()) return;
   root.AddWarning("tool",
                   "nothing in this cell deflects (a rigid tool, no joint with a "
                   "compliance_rad_per_Nm, no effect): corrected points equal the taught ones");
 }
 
-CellModel CellFromToml(TomlDocument& document) {
+model::CellModel CellFromToml(TomlDocument& document) {
   const TomlTable root = document.Root();
-  CellModel cell;
+  model::CellModel cell;
   if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
     root.AddFault("schema", "must be 1, the only schema that this version supports");
   }
@@ -314,7 +316,8 @@ CellModel CellFromToml(TomlDocument& document) {
     cell.measurement = MeasurementFromToml(*measurement);
   }
   for (const TomlTable& effect : root.Tables("effect")) {
-    cell.effects.push_back(EffectFromToml(effect, cell.robot.size(), PrismaticJoints(cell.robot)));
+    cell.effects.push_back(
+        EffectFromToml(effect, cell.robot.size(), effects::PrismaticJoints(cell.robot)));
   }
   RequireCameraPose(root, cell);
   WarnIfNothingDeflects(root, cell);
@@ -329,11 +332,11 @@ CellModel CellFromToml(TomlDocument& document) {
 
 }  // namespace
 
-std::optional<CellModel> CellFromText(std::string_view text, const std::string& file,
-                                      FaultList& faults) {
+std::optional<model::CellModel> CellFromText(std::string_view text, const std::string& file,
+                                             FaultList& faults) {
   FaultList own;
   TomlDocument document(text, file, own);
-  CellModel cell;
+  model::CellModel cell;
   if (const auto why = WhyNotACell(text)) {
     own.Add({Fault::Severity::kFault, file, 0, "", *why});
   } else if (document.parsed()) {
@@ -346,13 +349,13 @@ std::optional<CellModel> CellFromText(std::string_view text, const std::string& 
   return cell;
 }
 
-std::optional<CellModel> ReadCell(const std::string& path, FaultList& faults) {
+std::optional<model::CellModel> ReadCell(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return CellFromText(*text, path, faults);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -8,7 +8,7 @@
 #include "app/config/fault.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Key of the warning that a fitted model was edited after its validation.
 inline constexpr std::string_view kFingerprintKey = "domain.fingerprint";
@@ -27,10 +27,10 @@ inline constexpr std::string_view kFingerprintKey = "domain.fingerprint";
 /// @param faults  receives the faults, and warnings for what remains unknown (torques without link
 ///                masses, an assumed centre of mass, no payload)
 /// @return        the cell, or nullopt if this text has a fault
-std::optional<CellModel> CellFromText(std::string_view text, const std::string& file,
-                                      FaultList& faults);
+std::optional<model::CellModel> CellFromText(std::string_view text, const std::string& file,
+                                             FaultList& faults);
 
 /// CellFromText() on the content of a file; a file that cannot be read is a fault.
-std::optional<CellModel> ReadCell(const std::string& path, FaultList& faults);
+std::optional<model::CellModel> ReadCell(const std::string& path, FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

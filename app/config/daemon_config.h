@@ -18,21 +18,22 @@
 #include "drivers/robot/registry.h"
 #include "firmware-like/machine.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Default state directory, that of the service.
 inline constexpr const char* kDefaultStateDirectory = "/var/lib/plumbline";
 
 struct RobotLinkConfig {
   std::string transport = "tcp";  ///< one of RobotTransports()
-  RobotConnection connection;     ///< for "replay", the rows are still to be read from replay_file
-  std::string replay_file;        ///< a measured.csv whose joints are played back
+  robot::RobotConnection
+      connection;           ///< for "replay", the rows are still to be read from replay_file
+  std::string replay_file;  ///< a measured.csv whose joints are played back
 };
 
 struct PlcConfig {
   modbus::TcpServerOptions tcp;                ///< a change takes effect at the next start
   std::optional<modbus::RtuSlaveOptions> rtu;  ///< a change takes effect at the next start
-  PlcConvention convention;
+  plc::PlcConvention convention;
 };
 
 struct DaemonConfig {
@@ -54,4 +55,4 @@ struct DaemonConfig {
       kDefaultStateDirectory;  ///< a change takes effect at the next start
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::config

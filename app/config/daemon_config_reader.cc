@@ -20,7 +20,7 @@
 #include "drivers/files/package_paths.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 bool IsAddress(const std::string& text) {
@@ -54,7 +54,7 @@ void CheckSerial(const TomlTable& table, const Line& line) {
 RobotLinkConfig RobotLinkFromToml(const TomlTable& table, const NamedFiles& files,
                                   FaultList& faults) {
   RobotLinkConfig robot;
-  RobotConnection& connection = robot.connection;
+  robot::RobotConnection& connection = robot.connection;
   if (const auto file = files.Read(table, "profile", "profiles")) {
     if (auto profile = RobotProfileFromText(file->second, file->first, faults)) {
       connection.profile = std::move(*profile);
@@ -120,14 +120,15 @@ PlcConfig PlcFromToml(const TomlTable& table) {
 }
 
 void PushFromToml(const TomlTable& table, DaemonConfig& config) {
-  PushLimits& push = config.robot.connection.push;
+  robot::PushLimits& push = config.robot.connection.push;
   Settings keys(table);
   ListKeys(keys, push, config.push_ids);
-  const std::vector<AssemblyPoint>& points = config.machine.points;
+  const std::vector<correction::AssemblyPoint>& points = config.machine.points;
   std::set<int> seen;
   for (const int id : config.push_ids) {
-    const bool known = std::any_of(points.begin(), points.end(),
-                                   [id](const AssemblyPoint& point) { return point.id == id; });
+    const bool known =
+        std::any_of(points.begin(), points.end(),
+                    [id](const correction::AssemblyPoint& point) { return point.id == id; });
     if (!known)
       table.AddFault("point_ids",
                      fmt::format("contains {}, which is not the id of any [[point]]", id));
@@ -141,7 +142,7 @@ void PushFromToml(const TomlTable& table, DaemonConfig& config) {
 /// Checks that the profile provides everything that the configuration needs from it.
 void CheckAgainstProfile(const TomlTable& root, const DaemonConfig& config, bool cell_known) {
   using Source = PayloadPolicy::Source;
-  const RobotProfile& profile = config.robot.connection.profile;
+  const robot::RobotProfile& profile = config.robot.connection.profile;
   const int cell_joints = config.machine.cell.robot.size();
   const bool push_enabled = config.robot.connection.push.enabled;
   const auto robot = root.Table("robot");
@@ -217,7 +218,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     if (const auto cell_file = named.Read(root, "cell", "cells")) {
       config.cell_file = cell_file->first;
       if (auto cell = CellFromText(cell_file->second, cell_file->first, of_others)) {
-        config.machine.cell = CellOfSession(*cell, "");
+        config.machine.cell = deflection::CellOfSession(*cell, "");
         cell_known = true;
         cell_text = cell_file->second;
       }
@@ -277,7 +278,8 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 
 std::string InstalledDataDirectory() {
   std::error_code none;
-  const auto beside = std::filesystem::path(ProgramFolder()).parent_path() / "share/plumbline";
+  const auto beside =
+      std::filesystem::path(files::ProgramFolder()).parent_path() / "share/plumbline";
   if (std::filesystem::is_directory(beside, none)) return beside.string();
   return PLUMBLINE_DATADIR;
 }
@@ -297,10 +299,10 @@ std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList&
                                              std::size_t postures) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return DaemonConfigFromText(*text, path, faults, postures);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -11,7 +11,7 @@
 #include "app/config/posture_check.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Directory of the installed cells and profiles: ../share/plumbline relative to the running
 /// program's directory, else the installation prefix of the build.
@@ -52,4 +52,4 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
 std::optional<DaemonConfig> ReadDaemonConfig(const std::string& path, FaultList& faults,
                                              std::size_t postures = kAllPostures);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -2,12 +2,12 @@
 
 #include "app/config/limits.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr double kBytesPerMB = 1e6;
 constexpr NumberRange kPort{1, 65535}, kPortOrAny{0, 65535}, kId{1, 65535};
-constexpr NumberRange kPayloadMass{0, kMaxPayload_kg};
+constexpr NumberRange kPayloadMass{0, loads::kMaxPayload_kg};
 constexpr NumberRange kCog{-20000, 20000, kMetrePerMm};
 
 /// @tparam Line  SerialLine or modbus::RtuSlaveOptions
@@ -52,7 +52,7 @@ void ListKeys(Settings& keys, DaemonConfig& config) {
 }
 
 void ListKeys(Settings& keys, RobotLinkConfig& robot) {
-  RobotConnection& connection = robot.connection;
+  robot::RobotConnection& connection = robot.connection;
   keys.Document(
       "profile", "text",
       FirstCell(2, "register map of the controller", "\"profiles/universal-robots.toml\""));
@@ -131,7 +131,7 @@ void ListKeys(Settings& keys, modbus::RtuSlaveOptions& line) {
   ListSerialKeys(keys, line, true, 115200, {"serial device", "\"/dev/ttyUSB1\""});
 }
 
-void ListKeys(Settings& keys, CorrectionLimits& limits) {
+void ListKeys(Settings& keys, correction::CorrectionLimits& limits) {
   keys.Add("max_translation_mm", limits.max_translation_m, {0.01, 1000, kMetrePerMm},
            {"a probe farther from the prediction than this plus 10 mrad over the reach is "
             "quarantined"});
@@ -147,7 +147,7 @@ void ListKeys(Settings& keys, CorrectionLimits& limits) {
   if (share) limits.deviation = {*share, true};
 }
 
-void ListKeys(Settings& keys, PushLimits& push, std::vector<int>& ids) {
+void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids) {
   keys.Add("enabled", push.enabled, {"false: nothing is written"});
   keys.Add("point_ids", ids, kId, {"points to write, in the order of the profile's slots", "[1]"});
   keys.Add("max_step_mm", push.max_step_m, {0.001, 100, kMetrePerMm},
@@ -231,7 +231,7 @@ void ListKeys(Settings& keys, FrameKeys& frame) {
 }
 
 void ListKeys(Settings& keys, PointKeys& placed) {
-  AssemblyPoint& point = placed.point;
+  correction::AssemblyPoint& point = placed.point;
   keys.Add("id", point.id, kId, FirstCell(8, "number by which the PLC requests the point", "1"));
   keys.Add("name", placed.name,
            {.example = "\"left bracket\"", .default_text = "point ID", .active = true});
@@ -254,4 +254,4 @@ void ListKeys(Settings& keys, PointKeys& placed) {
            {"payload at this point", "2.0", "the current payload"});
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

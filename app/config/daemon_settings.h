@@ -12,7 +12,7 @@
 #include "app/config/daemon_config.h"
 #include "app/config/settings.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Top-level keys, outside any table: cell and state directory.
 void ListKeys(Settings& keys, DaemonConfig& config);
@@ -22,14 +22,14 @@ void ListKeys(Settings& keys, PayloadPolicy& payload);
 void ListKeys(Settings& keys, PayloadPolicy::ToolLoad& tool);
 void ListKeys(Settings& keys, PlcConfig& plc);
 void ListKeys(Settings& keys, modbus::RtuSlaveOptions& line);
-void ListKeys(Settings& keys, CorrectionLimits& limits);
+void ListKeys(Settings& keys, correction::CorrectionLimits& limits);
 /// @param ids  DaemonConfig::push_ids
-void ListKeys(Settings& keys, PushLimits& push, std::vector<int>& ids);
+void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids);
 void ListKeys(Settings& keys, MonitoringConfig& loop);
 void ListKeys(Settings& keys, CameraConfig& camera);
 /// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");
-void ListKeys(Settings& keys, Board& board);        ///< [board]: the printed pattern
+void ListKeys(Settings& keys, lens::Board& board);  ///< [board]: the printed pattern
 void ListKeys(Settings& keys, BoardConfig& board);  ///< [board]: the calibration with it
 void ListKeys(Settings& keys, TagsConfig& tags);
 void ListKeys(Settings& keys, OverlayConfig& overlay);
@@ -47,9 +47,9 @@ struct FrameKeys {
 struct PointKeys : FrameKeys {
   std::string frame = "measurement";
   std::optional<std::vector<double>> near;  ///< degrees, or mm for a prismatic joint
-  AssemblyPoint point;
+  correction::AssemblyPoint point;
 };
 void ListKeys(Settings& keys, FrameKeys& frame);
 void ListKeys(Settings& keys, PointKeys& placed);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

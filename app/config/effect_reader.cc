@@ -10,7 +10,7 @@
 #include "firmware-like/effects/empirical.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr NumberRange kAnyNumber{-1e12, 1e12};
@@ -29,13 +29,14 @@ std::string WordFromToml(const TomlTable& table, std::string_view words) {
 }
 
 /// The catalogue entry of a parameter; adds a fault if the effect has none of that name.
-const ParameterSpec* SpecFromName(const TomlTable& table, const EffectTraits& effect,
-                                  const std::string& name, int joint_count) {
-  if (const auto parameter = ParameterFromName(effect, name, joint_count)) {
+const effects::ParameterSpec* SpecFromName(const TomlTable& table,
+                                           const effects::EffectTraits& effect,
+                                           const std::string& name, int joint_count) {
+  if (const auto parameter = effects::ParameterFromName(effect, name, joint_count)) {
     return &effect.parameters[static_cast<std::size_t>(parameter->spec)];
   }
   std::string names;
-  for (const ParameterSpec& known : effect.parameters) {
+  for (const effects::ParameterSpec& known : effect.parameters) {
     names += (names.empty() ? "" : ", ") + std::string(known.name);
   }
   table.AddFault("name", fmt::format("is not a parameter of {}; it has {}{}", effect.id, names,
@@ -46,12 +47,12 @@ const ParameterSpec* SpecFromName(const TomlTable& table, const EffectTraits& ef
 }
 
 /// Adds faults if the parameter does not apply to a joint of this type, or states a wrong unit.
-void CheckJointAndUnit(const TomlTable& table, const EffectTraits& traits,
-                       const ParameterSpec& entry, const EffectParameter& parameter,
+void CheckJointAndUnit(const TomlTable& table, const effects::EffectTraits& traits,
+                       const effects::ParameterSpec& entry, const model::EffectParameter& parameter,
                        int joint_count, std::uint32_t prismatic) {
-  const int joint = ParameterFromName(traits, parameter.name, joint_count)->joint;
+  const int joint = effects::ParameterFromName(traits, parameter.name, joint_count)->joint;
   const bool slides = joint >= 0 && ((prismatic >> joint) & 1U) != 0;
-  if (entry.only && joint >= 0 && slides != (*entry.only == JointType::kPrismatic)) {
+  if (entry.only && joint >= 0 && slides != (*entry.only == model::JointType::kPrismatic)) {
     table.AddFault("name", fmt::format("applies to {} joints only, but q{} is {}",
                                        slides ? "revolute" : "prismatic", joint + 1,
                                        slides ? "prismatic" : "revolute"));
@@ -62,12 +63,12 @@ void CheckJointAndUnit(const TomlTable& table, const EffectTraits& traits,
   }
 }
 
-EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, int joint_count,
-                                  std::uint32_t prismatic) {
-  EffectParameter parameter;
+model::EffectParameter ParameterFromToml(const TomlTable& table, const effects::Effect* effect,
+                                         int joint_count, std::uint32_t prismatic) {
+  model::EffectParameter parameter;
   parameter.name = table.RequiredString("name").value_or("");
   const bool checked = effect != nullptr && !parameter.name.empty();
-  const ParameterSpec* entry =
+  const effects::ParameterSpec* entry =
       checked ? SpecFromName(table, effect->traits(), parameter.name, joint_count) : nullptr;
   if (entry != nullptr && !entry->words.empty()) {
     parameter.word = WordFromToml(table, entry->words);
@@ -82,7 +83,8 @@ EffectParameter ParameterFromToml(const TomlTable& table, const Effect* effect, 
   if (entry == nullptr) return parameter;
   CheckJointAndUnit(table, effect->traits(), *entry, parameter, joint_count, prismatic);
   if (!table.Has("unit")) {
-    const int joint = ParameterFromName(effect->traits(), parameter.name, joint_count)->joint;
+    const int joint =
+        effects::ParameterFromName(effect->traits(), parameter.name, joint_count)->joint;
     parameter.unit = UnitOf(*entry, prismatic, joint);
   }
   return parameter;
@@ -121,7 +123,7 @@ void CheckCovariance(const TomlTable& table, const Eigen::MatrixXd& C) {
   }
 }
 
-void ReadOrigin(const TomlTable& table, WrittenEffect& effect) {
+void ReadOrigin(const TomlTable& table, model::WrittenEffect& effect) {
   const auto from = table.Table("from");
   if (!from) return;
   effect.from_file = from->String("file").value_or("");
@@ -131,19 +133,21 @@ void ReadOrigin(const TomlTable& table, WrittenEffect& effect) {
 
 }  // namespace
 
-WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint32_t prismatic) {
-  WrittenEffect effect;
+model::WrittenEffect EffectFromToml(const TomlTable& table, int joint_count,
+                                    std::uint32_t prismatic) {
+  model::WrittenEffect effect;
   effect.id = table.RequiredString("id").value_or("");
-  const Effect* entry = FindEffect(effect.id);
+  const effects::Effect* entry = effects::FindEffect(effect.id);
   if (entry == nullptr && !effect.id.empty()) {
     std::string ids;
-    for (const Effect* known : Catalogue()) ids += std::string(known->traits().id) + ", ";
+    for (const effects::Effect* known : effects::Catalogue())
+      ids += std::string(known->traits().id) + ", ";
     table.AddFault("id", "is not a known effect; known effects are " + ids +
-                             std::string(Empirical().traits().id));
+                             std::string(effects::Empirical().traits().id));
   }
   effect.scope = table.Strings("scope").value_or(std::vector<std::string>{});
   for (const std::string& joint : effect.scope) {
-    if (!JointFromScope(joint, joint_count)) {
+    if (!effects::JointFromScope(joint, joint_count)) {
       table.AddFault("scope",
                      fmt::format("names \"{}\", which is not one of q1..q{}", joint, joint_count));
     }
@@ -152,17 +156,17 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint3
     table.AddMissing("parameters", "a list such as [ { name = \"q2\", value = 5.1e-7 } ]");
   }
   for (const TomlTable& parameter : table.Tables("parameters")) {
-    EffectParameter read = ParameterFromToml(parameter, entry, joint_count, prismatic);
-    const bool repeated =
-        std::any_of(effect.parameters.begin(), effect.parameters.end(),
-                    [&read](const EffectParameter& other) { return other.name == read.name; });
+    model::EffectParameter read = ParameterFromToml(parameter, entry, joint_count, prismatic);
+    const bool repeated = std::any_of(
+        effect.parameters.begin(), effect.parameters.end(),
+        [&read](const model::EffectParameter& other) { return other.name == read.name; });
     if (repeated && !read.name.empty()) parameter.AddFault("name", "is given twice");
     effect.parameters.push_back(std::move(read));
   }
   if (table.Has("covariance")) {
-    const auto numbers =
-        std::count_if(effect.parameters.begin(), effect.parameters.end(),
-                      [](const EffectParameter& parameter) { return parameter.word.empty(); });
+    const auto numbers = std::count_if(
+        effect.parameters.begin(), effect.parameters.end(),
+        [](const model::EffectParameter& parameter) { return parameter.word.empty(); });
     const int n = static_cast<int>(numbers);
     if (const auto covariance = table.Matrix("covariance", kAnyNumber, n, n)) {
       CheckCovariance(table, *covariance);
@@ -173,16 +177,16 @@ WrittenEffect EffectFromToml(const TomlTable& table, int joint_count, std::uint3
     effect.drivers = table.Strings("drivers").value_or(std::vector<std::string>{});
     effect.nodes = table.Rows("nodes", kAnyNumber).value_or(Eigen::MatrixXd());
     const std::string fault =
-        EmpiricalFault(effect.drivers, effect.nodes, effect.parameters.size());
+        effects::EmpiricalFault(effect.drivers, effect.nodes, effect.parameters.size());
     if (!fault.empty()) table.AddFault("id", fault);
   }
   if (const auto seen = table.Numbers("seen_t_s", kAnyNumber, 2)) {
     if ((*seen)[0] > (*seen)[1])
       table.AddFault("seen_t_s", "has its lower end above its upper end");
-    effect.seen_t_s = Interval{(*seen)[0], (*seen)[1]};
+    effect.seen_t_s = model::Interval{(*seen)[0], (*seen)[1]};
   }
   ReadOrigin(table, effect);
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

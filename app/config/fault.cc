@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::config {
 
 std::string FaultText(const Fault& fault) {
   std::string place = fault.file;
@@ -44,4 +44,4 @@ std::string FaultsText(const FaultList& faults) {
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// A fault or warning at one place of a file.
 struct Fault {
@@ -41,4 +41,4 @@ class FaultList {
 /// One line per entry, each terminated by a newline.
 std::string FaultsText(const FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

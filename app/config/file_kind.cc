@@ -6,7 +6,7 @@
 
 #include "app/config/toml_reader.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 bool HasOneOf(const TomlTable& table, std::initializer_list<std::string_view> keys) {
@@ -52,4 +52,4 @@ std::optional<std::string> WhyNotACell(std::string_view text) {
                : std::string("give the CELL.toml that belongs to it"));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

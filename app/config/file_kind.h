@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// kProfile is the profile of a controller or a zoom lens. The kind is decided by keys that only
 /// one of the kinds has, so that an incomplete file is still classified and its missing keys
@@ -19,4 +19,4 @@ std::optional<FileKind> FileKindOf(std::string_view text);
 /// be a cell.
 std::optional<std::string> WhyNotACell(std::string_view text);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

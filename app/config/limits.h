@@ -4,7 +4,7 @@
 #include "app/config/toml_reader.h"
 #include "firmware-like/loads/gravity.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 inline constexpr double kSecondPerMs = 1e-3;
 
@@ -12,4 +12,4 @@ inline constexpr double kSecondPerMs = 1e-3;
 inline constexpr NumberRange kPlaceRange{-100000, 100000, kMetrePerMm};
 inline constexpr NumberRange kTurnRange{-360, 360, kRadPerDeg};
 
-}  // namespace plumbline
+}  // namespace plumbline::config

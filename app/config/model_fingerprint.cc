@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 /// FNV-1a with 64 bits (draft-eastlake-fnv).
@@ -82,4 +82,4 @@ std::string ModelFingerprint(const TomlDocument& document) {
   return fmt::format("{:016x}", hash.value());
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

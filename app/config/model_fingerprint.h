@@ -5,7 +5,7 @@
 
 #include "app/config/toml_reader.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// 64-bit FNV-1a hash, as 16 hex digits, over every key and value of a parsed cell file, except
 /// those that do not affect predictions (`robot.name`, `from` of an [[effect]]) and `[domain]
@@ -18,4 +18,4 @@ namespace plumbline {
 /// invalidate every existing model. Writing out a default therefore changes the fingerprint.
 std::string ModelFingerprint(const TomlDocument& document);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

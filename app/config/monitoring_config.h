@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace plumbline {
+namespace plumbline::config {
 
 class TomlTable;
 
@@ -31,4 +31,4 @@ struct MonitoringConfig {
 
 MonitoringConfig MonitoringFromToml(const TomlTable& table);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

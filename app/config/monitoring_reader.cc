@@ -1,6 +1,6 @@
 #include "app/config/daemon_settings.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 MonitoringConfig MonitoringFromToml(const TomlTable& table) {
   MonitoringConfig loop;
@@ -15,4 +15,4 @@ MonitoringConfig MonitoringFromToml(const TomlTable& table) {
   return loop;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace plumbline {
+namespace plumbline::config {
 
 class NamedFiles;
 class TomlTable;
@@ -27,4 +27,4 @@ struct MqttConfig {
 MqttConfig MqttFromToml(const TomlTable& table, const NamedFiles& files,
                         const std::string& cell_name);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -4,7 +4,7 @@
 
 #include "app/config/daemon_settings.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr int kTlsPort = 8883;
@@ -63,4 +63,4 @@ MqttConfig MqttFromToml(const TomlTable& table, const NamedFiles& files,
   return mqtt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::config {
 
 std::optional<std::pair<std::string, std::string>> NamedFiles::Read(
     const TomlTable& table, std::string_view key, const std::string& folder) const {
@@ -25,4 +25,4 @@ std::optional<std::pair<std::string, std::string>> NamedFiles::Read(
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -12,7 +12,7 @@
 #include "app/config/daemon_config_reader.h"
 #include "app/config/toml_reader.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 class NamedFiles {
  public:
@@ -46,4 +46,4 @@ class NamedFiles {
   const FileSource& files_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr std::size_t kMaxWordLength = 64;
@@ -51,4 +51,4 @@ std::string NearestWord(std::string_view word, const std::vector<std::string>& k
   return nearest;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

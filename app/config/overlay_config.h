@@ -7,7 +7,7 @@
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/status/camera_status.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 class NamedFiles;
 class TomlTable;
@@ -19,12 +19,12 @@ struct OverlayConfig {
   enum class Nominal { kHidden, kBehind, kBeside };
 
   Display display = Display::kNone;
-  std::string device;                ///< device of the display; empty: the first one
-  std::optional<CameraName> camera;  ///< the camera shown; nullopt: all
-  std::optional<ImageSize> size;     ///< picture size; nullopt: the display's, else 1280 x 720
-  std::string objects_file;          ///< object table; empty: only the tool's axis is drawn
-  bool background = true;            ///< draw the camera image behind the objects
-  double exaggeration = 1;           ///< factor by which the deflection is drawn larger
+  std::string device;                        ///< device of the display; empty: the first one
+  std::optional<status::CameraName> camera;  ///< the camera shown; nullopt: all
+  std::optional<lens::ImageSize> size;  ///< picture size; nullopt: the display's, else 1280 x 720
+  std::string objects_file;             ///< object table; empty: only the tool's axis is drawn
+  bool background = true;               ///< draw the camera image behind the objects
+  double exaggeration = 1;              ///< factor by which the deflection is drawn larger
   Nominal nominal = Nominal::kHidden;
   bool stress = false;            ///< colour bending objects by stress
   double stress_full_Pa = 250e6;  ///< upper end of the colour scale
@@ -35,4 +35,4 @@ struct OverlayConfig {
 OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
                               const VisionConfig& vision);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -2,7 +2,7 @@
 
 #include "app/config/daemon_settings.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
                               const VisionConfig& vision) {
@@ -23,4 +23,4 @@ OverlayConfig OverlayFromToml(const TomlTable& table, const NamedFiles& files,
   return overlay;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::config {
 
 class TomlTable;
 
@@ -29,4 +29,4 @@ bool IsWildcardAddress(const std::string& address);
 
 PageConfig PageFromToml(const TomlTable& table);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -10,7 +10,7 @@
 
 #include "app/config/daemon_settings.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr std::size_t kMinTokenLength = 16, kMaxTokenLength = 200;
@@ -130,4 +130,4 @@ PageConfig PageFromToml(const TomlTable& table) {
   return page;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -9,7 +9,7 @@
 #include "app/config/arm_size.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 // Smaller non-zero lengths are taken for metres written in place of millimetres.
@@ -39,9 +39,10 @@ void WarnAboutAngle(const TomlTable& joint, std::string_view key, double angle_r
 }
 
 /// Warns if both limits of a revolute joint are so close together that they are probably radians.
-void WarnAboutLimits(const TomlTable& table, const Joint& joint) {
+void WarnAboutLimits(const TomlTable& table, const model::Joint& joint) {
   constexpr double kSmallestRange_deg = 1.5;  // 1.5 rad = 86 deg; a blocked axis has less
-  if (joint.type == JointType::kPrismatic || !table.Has("min_deg") || !table.Has("max_deg")) return;
+  if (joint.type == model::JointType::kPrismatic || !table.Has("min_deg") || !table.Has("max_deg"))
+    return;
   const double min_deg = joint.min / kRadPerDeg, max_deg = joint.max / kRadPerDeg;
   const bool small = std::max(std::abs(min_deg), std::abs(max_deg)) <= kTurnInRadians;
   if (!small || max_deg - min_deg < kSmallestRange_deg) return;
@@ -52,7 +53,7 @@ void WarnAboutLimits(const TomlTable& table, const Joint& joint) {
                   min_deg, max_deg - min_deg, min_deg / kRadPerDeg, max_deg / kRadPerDeg));
 }
 
-void WarnAboutGravity(const TomlTable& table, const Robot& robot) {
+void WarnAboutGravity(const TomlTable& table, const model::Robot& robot) {
   if (!table.Has("gravity_m_s2") || robot.g_W.norm() == 0) return;
   if (robot.g_W.z() > 0.5 * robot.g_W.norm()) {
     table.AddWarning("gravity_m_s2",
@@ -75,8 +76,8 @@ bool LooksLikeMetres(const Vec3& p, double smallest_m) {
 struct Distances {
   double point_m, arm_m, tool_m;
 };
-Distances DistancesOf(const CellModel& cell, const AssemblyPoint& point) {
-  return {(point.X_WP.p - cell.robot.X_WB.p).norm(), Chain(cell.robot).Reach(),
+Distances DistancesOf(const model::CellModel& cell, const correction::AssemblyPoint& point) {
+  return {(point.X_WP.p - cell.robot.X_WB.p).norm(), kinematics::Chain(cell.robot).Reach(),
           cell.tool.tcp_F.norm() + point.p_TP.norm()};
 }
 
@@ -106,17 +107,17 @@ bool IsPointInMetres(const Vec3& p_OP) {
   return LooksLikeMetres(p_OP, kSmallestPoint_m);
 }
 
-bool IsFarAway(const CellModel& cell, const AssemblyPoint& point) {
+bool IsFarAway(const model::CellModel& cell, const correction::AssemblyPoint& point) {
   const Distances d = DistancesOf(cell, point);
   return d.point_m > d.arm_m + d.tool_m;
 }
 
 void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& joints,
-                            const Robot& robot) {
+                            const model::Robot& robot) {
   WarnAboutGravity(table, robot);
   double longest_m = 0;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
+    const model::Joint& joint = robot.joints[i];
     longest_m = std::max({longest_m, std::abs(joint.a_m), std::abs(joint.d_m)});
     WarnAboutAngle(joints[i], "alpha_deg", joint.alpha_rad);
     WarnAboutAngle(joints[i], "theta_offset_deg", joint.theta_offset_rad);
@@ -126,7 +127,7 @@ void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>
   if (longest_m == 0) return;
   if (longest_m >= kSmallestArm_m) return WarnAboutUnlikelyParts(joints, robot);
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
+    const model::Joint& joint = robot.joints[i];
     const bool a_is_longer = std::abs(joint.a_m) > std::abs(joint.d_m);
     if (std::max(std::abs(joint.a_m), std::abs(joint.d_m)) < longest_m) continue;
     joints[i].AddWarning(a_is_longer ? "a_mm" : "d_mm",
@@ -135,7 +136,7 @@ void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>
   }
 }
 
-void WarnAboutUnlikelyLoad(const TomlTable& root, const CellModel& cell) {
+void WarnAboutUnlikelyLoad(const TomlTable& root, const model::CellModel& cell) {
   WarnAboutLongTool(root, cell);
   const auto tool = root.Table("tool");
   const auto payload = root.Table("payload");
@@ -160,8 +161,8 @@ void WarnAboutUnlikelyLoad(const TomlTable& root, const CellModel& cell) {
   }
 }
 
-void WarnAboutUnlikelyPoint(const TomlTable& table, const Vec3& p_OP, const AssemblyPoint& point,
-                            const CellModel& cell) {
+void WarnAboutUnlikelyPoint(const TomlTable& table, const Vec3& p_OP,
+                            const correction::AssemblyPoint& point, const model::CellModel& cell) {
   if (!table.Has("xyz_mm")) return;  // already reported as a fault
   if (IsPointInMetres(p_OP)) {
     table.AddWarning("xyz_mm", "looks like metres; write mm");
@@ -176,4 +177,4 @@ void WarnAboutUnlikelyPoint(const TomlTable& table, const Vec3& p_OP, const Asse
                                point_m, arm_m, tool_m));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 using FrameTable = std::map<std::string, Pose>;
@@ -21,7 +21,7 @@ Pose PoseOf(const FrameKeys& placed) {
   return {.R = RotationFromRollPitchYaw(placed.rpy_rad), .p = placed.xyz_m};
 }
 
-FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
+FrameTable FramesFromToml(const TomlTable& root, const model::CellModel* cell) {
   FrameTable frames;
   frames["measurement"] = Pose();
   frames["base"] = cell != nullptr ? cell->robot.X_WB : Pose();
@@ -36,9 +36,9 @@ FrameTable FramesFromToml(const TomlTable& root, const CellModel* cell) {
 }
 
 /// Joint values of `near_deg` in SI, checked against the joints if the cell is known.
-std::optional<JointVector> NearFromToml(const TomlTable& table,
-                                        const std::optional<std::vector<double>>& values,
-                                        const CellModel* cell) {
+std::optional<model::JointVector> NearFromToml(const TomlTable& table,
+                                               const std::optional<std::vector<double>>& values,
+                                               const model::CellModel* cell) {
   if (!values || cell == nullptr) return std::nullopt;
   const int n = cell->robot.size();
   if (static_cast<int>(values->size()) != n) {
@@ -46,11 +46,11 @@ std::optional<JointVector> NearFromToml(const TomlTable& table,
                    fmt::format("has {} values; the cell has {} joints", values->size(), n));
     return std::nullopt;
   }
-  JointVector q(n);
+  model::JointVector q(n);
   bool outside = false;
   for (int i = 0; i < n; ++i) {
-    const Joint& joint = cell->robot.joints[static_cast<std::size_t>(i)];
-    const double to_si = PositionForm(joint.type).to_SI;
+    const model::Joint& joint = cell->robot.joints[static_cast<std::size_t>(i)];
+    const double to_si = model::PositionForm(joint.type).to_SI;
     q[i] = (*values)[static_cast<std::size_t>(i)] * to_si;
     if (q[i] < joint.min || q[i] > joint.max) {
       table.AddFault("near_deg", fmt::format("has joint {} outside its limits {:g}..{:g}", i + 1,
@@ -62,11 +62,11 @@ std::optional<JointVector> NearFromToml(const TomlTable& table,
   return q;
 }
 
-AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
-                            const CellModel* cell) {
+correction::AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
+                                        const model::CellModel* cell) {
   PointKeys placed;
   ReadKeys(table, placed);
-  AssemblyPoint& point = placed.point;
+  correction::AssemblyPoint& point = placed.point;
   point.name = placed.name.empty() ? fmt::format("point {}", point.id) : placed.name;
   const auto found = frames.find(placed.frame);
   if (found == frames.end()) {
@@ -91,16 +91,17 @@ AssemblyPoint PointFromToml(const TomlTable& table, const FrameTable& frames,
 
 }  // namespace
 
-std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel* cell) {
+std::vector<correction::AssemblyPoint> PointsFromToml(const TomlTable& root,
+                                                      const model::CellModel* cell) {
   const FrameTable frames = FramesFromToml(root, cell);
-  std::vector<AssemblyPoint> points;
+  std::vector<correction::AssemblyPoint> points;
   const std::vector<TomlTable> tables = root.Tables("point");
-  if (static_cast<int>(tables.size()) > plc_map::kMaxPoints) {
+  if (static_cast<int>(tables.size()) > plc::registers::kMaxPoints) {
     root.AddFault("point", fmt::format("is given {} times; at most {} points", tables.size(),
-                                       plc_map::kMaxPoints));
+                                       plc::registers::kMaxPoints));
   }
   for (const TomlTable& table : tables) {
-    AssemblyPoint point = PointFromToml(table, frames, cell);
+    correction::AssemblyPoint point = PointFromToml(table, frames, cell);
     const bool known = std::any_of(points.begin(), points.end(),
                                    [&](const auto& other) { return other.id == point.id; });
     if (known && point.id != 0) table.AddFault("id", "is used for two points");
@@ -110,4 +111,4 @@ std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel
   return points;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

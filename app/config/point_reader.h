@@ -6,7 +6,7 @@
 #include "app/config/toml_reader.h"
 #include "firmware-like/correction/assembly_point.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Reads the assembly points with their work-object frames. The frames "measurement" (the default)
 /// and "base" (the robot's) exist without being declared.
@@ -14,6 +14,7 @@ namespace plumbline {
 /// @param cell  provides the base and the number, types and limits of the joints; null if the cell
 ///              could not be read, then nothing is checked against it
 /// @return      the points in file order, with X_WP in the measurement frame
-std::vector<AssemblyPoint> PointsFromToml(const TomlTable& root, const CellModel* cell);
+std::vector<correction::AssemblyPoint> PointsFromToml(const TomlTable& root,
+                                                      const model::CellModel* cell);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

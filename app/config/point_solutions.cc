@@ -4,13 +4,13 @@
 
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 /// Same rule as in Machine: a mass needs a centre of gravity.
 PointLoad LoadOf(std::string name, double mass_kg, const std::optional<Vec3>& cog_F) {
   if (mass_kg > 0 && !cog_F) return {std::move(name), std::nullopt};
-  return {std::move(name), Payload{mass_kg, cog_F.value_or(Vec3::Zero())}};
+  return {std::move(name), loads::Payload{mass_kg, cog_F.value_or(Vec3::Zero())}};
 }
 
 std::string LoadMassText(double mass_kg) {
@@ -19,7 +19,8 @@ std::string LoadMassText(double mass_kg) {
 
 }  // namespace
 
-std::vector<PointLoad> LoadsOf(const MachineConfig& config, const AssemblyPoint& point) {
+std::vector<PointLoad> LoadsOf(const MachineConfig& config,
+                               const correction::AssemblyPoint& point) {
   using Source = PayloadPolicy::Source;
   const PayloadPolicy& policy = config.payload;
   const std::optional<Vec3>& cell_cog_F = config.cell.payload_cog_F;
@@ -54,9 +55,9 @@ std::vector<PointLoad> LoadsOf(const MachineConfig& config, const AssemblyPoint&
   return loads;
 }
 
-JointVector SeedOf(const Chain& chain, const AssemblyPoint& point) {
+model::JointVector SeedOf(const kinematics::Chain& chain, const correction::AssemblyPoint& point) {
   if (point.near_q) return *point.near_q;
-  JointVector middle = 0.5 * (chain.lower() + chain.upper());
+  model::JointVector middle = 0.5 * (chain.lower() + chain.upper());
   for (int i = 0; i < chain.size(); ++i) {
     if (!std::isfinite(middle[i])) middle[i] = 0;
   }
@@ -67,17 +68,18 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config) {
   Machine machine(config);
   std::vector<PointSolution> solutions;
   for (std::size_t k = 0; k < config.points.size(); ++k) {
-    const AssemblyPoint& point = config.points[k];
+    const correction::AssemblyPoint& point = config.points[k];
     for (PointLoad& load : LoadsOf(config, point)) {
       PointSolution& solution = solutions.emplace_back();
       solution.point = k;
-      solution.correction.code = CorrectionCode::kPayloadUnknown;
+      solution.correction.code = correction::CorrectionCode::kPayloadUnknown;
       if (load.payload) {
         solution.correction = machine.Preview(point, *load.payload, SeedOf(machine.chain(), point),
-                                              BranchSearch::kThorough);
+                                              correction::BranchSearch::kThorough);
       }
       if (solution.correction.q.size() > 0) {
-        solution.posture = PointPostureAt(machine.chain(), point, solution.correction.q);
+        solution.posture =
+            correction::PointPostureAt(machine.chain(), point, solution.correction.q);
       }
       solution.load = std::move(load);
     }
@@ -85,4 +87,4 @@ std::vector<PointSolution> SolvePoints(const MachineConfig& config) {
   return solutions;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

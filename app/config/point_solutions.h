@@ -7,33 +7,34 @@
 
 #include "firmware-like/machine.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// A configured payload of a point.
 struct PointLoad {
-  std::string name;                ///< "2 kg", "tool 3, 2 kg", "no payload"
-  std::optional<Payload> payload;  ///< absent if its centre of gravity is not declared
+  std::string name;                       ///< "2 kg", "tool 3, 2 kg", "no payload"
+  std::optional<loads::Payload> payload;  ///< absent if its centre of gravity is not declared
 };
 
 /// The payloads to consider for a point: its own, the fixed one, or that of each tool number. If
 /// only the robot knows the payload (source = "robot"): none, then [payload] mass_kg if declared.
-std::vector<PointLoad> LoadsOf(const MachineConfig& config, const AssemblyPoint& point);
+std::vector<PointLoad> LoadsOf(const MachineConfig& config, const correction::AssemblyPoint& point);
 
 /// Initial joints for solving a point: those at which it was taught. Without near_deg the daemon
 /// starts from the robot's joints, which are unknown here; the middle of the joint ranges replaces
 /// them.
-JointVector SeedOf(const Chain& chain, const AssemblyPoint& point);
+model::JointVector SeedOf(const kinematics::Chain& chain, const correction::AssemblyPoint& point);
 
 /// A point under one of its payloads.
 struct PointSolution {
   std::size_t point = 0;  ///< index of the configured point
   PointLoad load;
-  Correction correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
-  PointPosture posture;   ///< set if correction.q is known
+  correction::Correction
+      correction;  ///< if it failed, the code gives the reason; q may be known nevertheless
+  correction::PointPosture posture;  ///< set if correction.q is known
 };
 
 /// Solves every point under each of its payloads, in configured order, like Machine::Prepare().
 /// Takes some milliseconds per point.
 std::vector<PointSolution> SolvePoints(const MachineConfig& config);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

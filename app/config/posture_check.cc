@@ -13,7 +13,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr double kMaxAngle_rad = 2 * std::numbers::pi + 1e-3;
@@ -118,13 +118,13 @@ class PostureCheck {
 
   /// Solution of a point under one interpretation of its angles.
   struct Outcome {
-    Correction correction;
-    JointDistance farthest;  ///< largest joint distance of the solution from near_deg
+    correction::Correction correction;
+    correction::JointDistance farthest;  ///< largest joint distance of the solution from near_deg
     bool reached = false;
     bool as_taught = false;  ///< reached, and close to near_deg if that is given
   };
 
-  void CheckPoint(const TomlTable& table, const AssemblyPoint& point) {
+  void CheckPoint(const TomlTable& table, const correction::AssemblyPoint& point) {
     const std::vector<PointLoad> loads = LoadsOf(config_, point);
     const auto known = std::find_if(loads.begin(), loads.end(),
                                     [](const PointLoad& load) { return load.payload.has_value(); });
@@ -132,8 +132,10 @@ class PostureCheck {
     if (known == loads.end()) return;
     if (IsPointInMetres(PlaceOf(table))) return;
     const std::size_t frame = FrameOf(table);
-    const Outcome outcome = Solve(machine_, point, *known->payload, BranchSearch::kThorough);
-    if (outcome.correction.code == CorrectionCode::kTorquesUnknown) return;  // concerns all points
+    const Outcome outcome =
+        Solve(machine_, point, *known->payload, correction::BranchSearch::kThorough);
+    if (outcome.correction.code == correction::CorrectionCode::kTorquesUnknown)
+      return;  // concerns all points
     if (outcome.as_taught) {
       if (point.near_q) {
         confirmed_.insert(frame);
@@ -162,18 +164,21 @@ class PostureCheck {
   }
 
   /// Solves with increasing search effort until the solution is close enough to near_deg.
-  static Outcome Solve(Machine& machine, const AssemblyPoint& point, const Payload& payload,
-                       BranchSearch hardest) {
-    const JointVector seed = SeedOf(machine.chain(), point);
+  static Outcome Solve(Machine& machine, const correction::AssemblyPoint& point,
+                       const loads::Payload& payload, correction::BranchSearch hardest) {
+    const model::JointVector seed = SeedOf(machine.chain(), point);
     Outcome outcome;
-    for (const BranchSearch search :
-         {BranchSearch::kNone, BranchSearch::kBrief, BranchSearch::kThorough}) {
+    for (const correction::BranchSearch search :
+         {correction::BranchSearch::kNone, correction::BranchSearch::kBrief,
+          correction::BranchSearch::kThorough}) {
       outcome.correction = machine.Preview(point, payload, seed, search);
-      outcome.reached = outcome.correction.code == CorrectionCode::kOk;
+      outcome.reached = outcome.correction.code == correction::CorrectionCode::kOk;
       if (point.near_q && outcome.reached) {
-        outcome.farthest = FarthestFromTaught(machine.chain(), *point.near_q, outcome.correction.q);
+        outcome.farthest =
+            correction::FarthestFromTaught(machine.chain(), *point.near_q, outcome.correction.q);
       }
-      outcome.as_taught = outcome.reached && !IsOtherPosture(machine.chain(), outcome.farthest);
+      outcome.as_taught =
+          outcome.reached && !correction::IsOtherPosture(machine.chain(), outcome.farthest);
       if (outcome.as_taught || search == hardest) break;
     }
     return outcome;
@@ -181,8 +186,9 @@ class PostureCheck {
 
   /// The smallest set of angles that, interpreted as radians, lets the arm reach the point as it
   /// was taught; 0 if there is none.
-  int FindInterpretation(const TomlTable& table, const AssemblyPoint& point, std::size_t frame,
-                         const Payload& payload, const Outcome& as_written) {
+  int FindInterpretation(const TomlTable& table, const correction::AssemblyPoint& point,
+                         std::size_t frame, const loads::Payload& payload,
+                         const Outcome& as_written) {
     const WrittenRotation rotation = WrittenRotation::Of(table, "rpy_deg");
     const bool framed = frame < frames_.size();
     const bool in_base = table.String("frame").value_or("") == "base";
@@ -208,8 +214,8 @@ class PostureCheck {
     return 0;
   }
 
-  bool Explains(const TomlTable& table, AssemblyPoint point, std::size_t frame,
-                const Payload& payload, int in_radians) {
+  bool Explains(const TomlTable& table, correction::AssemblyPoint point, std::size_t frame,
+                const loads::Payload& payload, int in_radians) {
     if ((in_radians & kNearInRad) != 0) point.near_q = NearInRadians(table);
     Pose X_WB = config_.cell.robot.X_WB;
     if ((in_radians & kBaseInRad) != 0) X_WB.R = base_.Rotation(true);
@@ -231,21 +237,22 @@ class PostureCheck {
     return Proves(machine, point, payload);
   }
 
-  static bool Proves(Machine& machine, const AssemblyPoint& point, const Payload& payload) {
-    const Outcome outcome = Solve(machine, point, payload, BranchSearch::kBrief);
+  static bool Proves(Machine& machine, const correction::AssemblyPoint& point,
+                     const loads::Payload& payload) {
+    const Outcome outcome = Solve(machine, point, payload, correction::BranchSearch::kBrief);
     return outcome.as_taught && outcome.farthest.distance <= kProof;
   }
 
   /// near_deg interpreted as radians, in SI; nullopt if that is impossible.
-  std::optional<JointVector> NearInRadians(const TomlTable& table) const {
+  std::optional<model::JointVector> NearInRadians(const TomlTable& table) const {
     const auto values = table.Numbers("near_deg", kAsWritten);
-    const Chain& chain = machine_.chain();
+    const kinematics::Chain& chain = machine_.chain();
     if (!values || static_cast<int>(values->size()) != chain.size()) return std::nullopt;
     std::vector<double> angles;
-    JointVector q(chain.size());
+    model::JointVector q(chain.size());
     for (int i = 0; i < chain.size(); ++i) {
       const double value = (*values)[static_cast<std::size_t>(i)];
-      const bool prismatic = chain.type(i) == JointType::kPrismatic;
+      const bool prismatic = chain.type(i) == model::JointType::kPrismatic;
       q[i] = prismatic ? value * kMetrePerMm : value;
       if (!prismatic) angles.push_back(value);
     }
@@ -254,12 +261,12 @@ class PostureCheck {
   }
 
   double InFileUnit(int joint, double value) const {
-    return value / PositionForm(machine_.chain().type(joint)).to_SI;
+    return value / model::PositionForm(machine_.chain().type(joint)).to_SI;
   }
   std::string_view UnitOf(int joint) const {
-    return PositionForm(machine_.chain().type(joint)).unit;
+    return model::PositionForm(machine_.chain().type(joint)).unit;
   }
-  std::string JointsText(const JointVector& q) const {
+  std::string JointsText(const model::JointVector& q) const {
     std::string text;
     for (int i = 0; i < q.size(); ++i) {
       text += fmt::format("{}{:.1f}", i == 0 ? "" : ", ", InFileUnit(i, q[i]));
@@ -277,8 +284,8 @@ class PostureCheck {
                        UnitOf(outcome.farthest.joint), outcome.farthest.joint + 1);
   }
 
-  void WarnAboutRadiansProven(const TomlTable& table, const AssemblyPoint& point, std::size_t frame,
-                              int in_radians, const Outcome& as_written) {
+  void WarnAboutRadiansProven(const TomlTable& table, const correction::AssemblyPoint& point,
+                              std::size_t frame, int in_radians, const Outcome& as_written) {
     const std::string with = std::popcount(static_cast<unsigned>(in_radians)) > 1
                                  ? " (together with the other keys reported for this point)"
                                  : "";
@@ -303,7 +310,7 @@ class PostureCheck {
     }
   }
 
-  void WarnAboutPosture(const TomlTable& table, const AssemblyPoint& point,
+  void WarnAboutPosture(const TomlTable& table, const correction::AssemblyPoint& point,
                         const Outcome& outcome) {
     const int joint = outcome.farthest.joint;
     table.AddWarning(
@@ -318,38 +325,39 @@ class PostureCheck {
   }
 
   /// Warns if the arm reaches the point with one payload but not with another.
-  void WarnAboutOtherLoads(const TomlTable& table, const AssemblyPoint& point,
-                           const std::vector<PointLoad>& loads, const Correction& reached) {
+  void WarnAboutOtherLoads(const TomlTable& table, const correction::AssemblyPoint& point,
+                           const std::vector<PointLoad>& loads,
+                           const correction::Correction& reached) {
     for (const PointLoad& load : loads) {
       if (!load.payload) continue;
-      const Correction other =
-          machine_.Preview(point, *load.payload, reached.q, BranchSearch::kNone);
-      if (other.code == CorrectionCode::kOk) continue;
+      const correction::Correction other =
+          machine_.Preview(point, *load.payload, reached.q, correction::BranchSearch::kNone);
+      if (other.code == correction::CorrectionCode::kOk) continue;
       ++problems_;
       return WarnAboutFailure(table, point, load.name, other);
     }
   }
 
-  void WarnAboutFailure(const TomlTable& table, const AssemblyPoint& point, const std::string& load,
-                        const Correction& correction) {
+  void WarnAboutFailure(const TomlTable& table, const correction::AssemblyPoint& point,
+                        const std::string& load, const correction::Correction& correction) {
     std::string why;
     switch (correction.code) {
-      case CorrectionCode::kUnreachable:
+      case correction::CorrectionCode::kUnreachable:
         if (IsFarAway(config_.cell, point)) return;  // see WarnAboutUnlikelyPoint
         why = "no posture reaches it. Check the pose, its frame and the robot's base";
         break;
-      case CorrectionCode::kJointLimit:
+      case correction::CorrectionCode::kJointLimit:
         why =
             "every posture that reaches it violates a joint limit. Check min_deg and max_deg, or "
             "move the station";
         break;
-      case CorrectionCode::kSingular:
+      case correction::CorrectionCode::kSingular:
         why = fmt::format(
             "the smallest singular value {:.3g} is below correction.min_singular_value "
             "{:.3g}. Tilt the tool or move the station",
             correction.singular_value, config_.limits.min_singular_value);
         break;
-      case CorrectionCode::kTooLarge:
+      case correction::CorrectionCode::kTooLarge:
         why = fmt::format(
             "{:.1f} mm and {:.2f} deg exceed the limits of [correction]. Check payload, "
             "masses and compliances",
@@ -381,4 +389,4 @@ void WarnAboutUnlikelyPostures(const TomlTable& root, const std::optional<TomlTa
   if (max_points > 0 && !config.points.empty()) PostureCheck(root, robot, config).Run(max_points);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -8,7 +8,7 @@
 #include "app/config/toml_reader.h"
 #include "firmware-like/machine.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 inline constexpr std::size_t kAllPostures = std::numeric_limits<std::size_t>::max();
 
@@ -25,4 +25,4 @@ inline constexpr std::size_t kAllPostures = std::numeric_limits<std::size_t>::ma
 void WarnAboutUnlikelyPostures(const TomlTable& root, const std::optional<TomlTable>& robot,
                                const MachineConfig& config, std::size_t max_points = kAllPostures);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -13,7 +13,7 @@
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr NumberRange kScaleRange{-1e9, 1e9};
@@ -33,11 +33,12 @@ const Units kLengthUnits = {{"mm", {1e-3}}, {"m", {1}}};
 const Units kMassUnits = {{"kg", {1}}, {"g", {1e-3}}};
 const Units kTemperatureUnits = {{"C", {1}}, {"K", {1, -273.15}}};
 
-std::optional<RegisterTable> ReadTable(const TomlTable& table) {
-  return table.RequiredOneOf<RegisterTable>("table", {{"coil", RegisterTable::kCoil},
-                                                      {"discrete", RegisterTable::kDiscrete},
-                                                      {"holding", RegisterTable::kHolding},
-                                                      {"input", RegisterTable::kInput}});
+std::optional<robot::RegisterTable> ReadTable(const TomlTable& table) {
+  return table.RequiredOneOf<robot::RegisterTable>("table",
+                                                   {{"coil", robot::RegisterTable::kCoil},
+                                                    {"discrete", robot::RegisterTable::kDiscrete},
+                                                    {"holding", robot::RegisterTable::kHolding},
+                                                    {"input", robot::RegisterTable::kInput}});
 }
 
 std::optional<modbus::WordOrder> ReadOrder(const TomlTable& table) {
@@ -50,12 +51,12 @@ std::optional<modbus::WordOrder> ReadOrder(const TomlTable& table) {
 /// Reads groups of register values: one value per entry of `address`.
 class ProfileReader {
  public:
-  explicit ProfileReader(const std::vector<RegisterBlock>& blocks) : blocks_(blocks) {}
+  explicit ProfileReader(const std::vector<robot::RegisterBlock>& blocks) : blocks_(blocks) {}
 
   /// @param count  required number of values; negative: at least one
   /// @param units  allowed units; empty: a plain integer without scale and offset
-  std::vector<RegisterValue> Values(const TomlTable& table, int count, Units units) const {
-    RegisterValue value;
+  std::vector<robot::RegisterValue> Values(const TomlTable& table, int count, Units units) const {
+    robot::RegisterValue value;
     value.table = ReadTable(table).value_or(value.table);
     value.type = ReadType(table, units.size() > 0).value_or(value.type);
     value.order = ReadOrder(table).value_or(value.order);
@@ -70,24 +71,26 @@ class ProfileReader {
     return AtAddresses(table, "address", count, value);
   }
 
-  std::optional<RegisterValue> Value(const std::optional<TomlTable>& table, Units units) const {
+  std::optional<robot::RegisterValue> Value(const std::optional<TomlTable>& table,
+                                            Units units) const {
     if (!table) return std::nullopt;
-    const std::vector<RegisterValue> values = Values(*table, 1, units);
+    const std::vector<robot::RegisterValue> values = Values(*table, 1, units);
     return values.empty() ? std::nullopt : std::optional(values.front());
   }
 
-  std::optional<std::array<RegisterValue, 3>> Three(const TomlTable& table, Units units) const {
-    const std::vector<RegisterValue> values = Values(table, 3, units);
+  std::optional<std::array<robot::RegisterValue, 3>> Three(const TomlTable& table,
+                                                           Units units) const {
+    const std::vector<robot::RegisterValue> values = Values(table, 3, units);
     if (values.size() != 3) return std::nullopt;
     return std::array{values[0], values[1], values[2]};
   }
 
   /// A copy of `prototype` for each address listed under `key`.
-  std::vector<RegisterValue> AtAddresses(const TomlTable& table, std::string_view key, int count,
-                                         RegisterValue prototype) const {
+  std::vector<robot::RegisterValue> AtAddresses(const TomlTable& table, std::string_view key,
+                                                int count, robot::RegisterValue prototype) const {
     if (!table.Has(key)) table.AddMissing(key, "a list of registers, 0..65535");
     const auto addresses = table.Integers(key, 0, kLastRegister);
-    std::vector<RegisterValue> values;
+    std::vector<robot::RegisterValue> values;
     if (!addresses) return values;
     if (addresses->empty() || (count >= 0 && static_cast<int>(addresses->size()) != count)) {
       table.AddFault(key, count >= 0 ? fmt::format("is not a list of {} registers", count)
@@ -102,8 +105,9 @@ class ProfileReader {
     return values;
   }
 
-  void CheckIsRead(const TomlTable& table, std::string_view key, const RegisterValue& value) const {
-    if (IsRead(blocks_, value)) return;
+  void CheckIsRead(const TomlTable& table, std::string_view key,
+                   const robot::RegisterValue& value) const {
+    if (robot::IsRead(blocks_, value)) return;
     table.AddFault(
         key, fmt::format("contains {}, which no [[read]] of that table covers",
                          WordsOf(value.type) == 2
@@ -112,32 +116,34 @@ class ProfileReader {
   }
 
  private:
-  static std::optional<RegisterType> ReadType(const TomlTable& table, bool may_be_float) {
+  static std::optional<robot::RegisterType> ReadType(const TomlTable& table, bool may_be_float) {
     if (!may_be_float) {
-      return table.RequiredOneOf<RegisterType>("type", {{"int16", RegisterType::kInt16},
-                                                        {"uint16", RegisterType::kUint16},
-                                                        {"int32", RegisterType::kInt32},
-                                                        {"uint32", RegisterType::kUint32}});
+      return table.RequiredOneOf<robot::RegisterType>("type",
+                                                      {{"int16", robot::RegisterType::kInt16},
+                                                       {"uint16", robot::RegisterType::kUint16},
+                                                       {"int32", robot::RegisterType::kInt32},
+                                                       {"uint32", robot::RegisterType::kUint32}});
     }
-    return table.RequiredOneOf<RegisterType>("type", {{"int16", RegisterType::kInt16},
-                                                      {"uint16", RegisterType::kUint16},
-                                                      {"int32", RegisterType::kInt32},
-                                                      {"uint32", RegisterType::kUint32},
-                                                      {"float32", RegisterType::kFloat32}});
+    return table.RequiredOneOf<robot::RegisterType>("type",
+                                                    {{"int16", robot::RegisterType::kInt16},
+                                                     {"uint16", robot::RegisterType::kUint16},
+                                                     {"int32", robot::RegisterType::kInt32},
+                                                     {"uint32", robot::RegisterType::kUint32},
+                                                     {"float32", robot::RegisterType::kFloat32}});
   }
 
-  const std::vector<RegisterBlock>& blocks_;
+  const std::vector<robot::RegisterBlock>& blocks_;
 };
 
-std::vector<RegisterBlock> ReadBlocks(const TomlTable& root) {
-  std::vector<RegisterBlock> blocks;
+std::vector<robot::RegisterBlock> ReadBlocks(const TomlTable& root) {
+  std::vector<robot::RegisterBlock> blocks;
   const std::vector<TomlTable> tables = root.Tables("read");
   if (tables.empty()) root.AddMissing("read", "[[read]] with table, first and count");
   for (const TomlTable& table : tables) {
-    RegisterBlock block;
+    robot::RegisterBlock block;
     block.table = ReadTable(table).value_or(block.table);
     block.first = table.RequiredInteger("first", 0, kLastRegister).value_or(0);
-    block.count = table.RequiredInteger("count", 1, kMaxRegistersOfRead).value_or(1);
+    block.count = table.RequiredInteger("count", 1, robot::kMaxRegistersOfRead).value_or(1);
     if (block.first + block.count > kLastRegister + 1) {
       table.AddFault("count", "is too large: the block ends beyond register 65535");
     }
@@ -147,21 +153,22 @@ std::vector<RegisterBlock> ReadBlocks(const TomlTable& root) {
 }
 
 void ReadJoints(const TomlTable& root, const ProfileReader& reader,
-                std::vector<JointSignal>& joints) {
+                std::vector<robot::JointSignal>& joints) {
   const std::vector<TomlTable> tables = root.Tables("joints");
   if (tables.empty()) root.AddMissing("joints", "[[joints]] with the registers of the joints");
   for (const TomlTable& table : tables) {
-    const std::vector<RegisterValue> values = reader.Values(table, -1, kJointUnits);
-    const JointWrap wrap = table
-                               .OneOf<JointWrap>("wrap", {{"none", JointWrap::kNone},
-                                                          {"pi", JointWrap::kPi},
-                                                          {"revolutions", JointWrap::kRevolutions}})
-                               .value_or(JointWrap::kNone);
-    std::vector<RegisterValue> turns(values.size());
-    if (wrap == JointWrap::kRevolutions && !values.empty()) {
-      RegisterValue turn;
+    const std::vector<robot::RegisterValue> values = reader.Values(table, -1, kJointUnits);
+    const robot::JointWrap wrap =
+        table
+            .OneOf<robot::JointWrap>("wrap", {{"none", robot::JointWrap::kNone},
+                                              {"pi", robot::JointWrap::kPi},
+                                              {"revolutions", robot::JointWrap::kRevolutions}})
+            .value_or(robot::JointWrap::kNone);
+    std::vector<robot::RegisterValue> turns(values.size());
+    if (wrap == robot::JointWrap::kRevolutions && !values.empty()) {
+      robot::RegisterValue turn;
       turn.table = values.front().table;
-      turn.type = RegisterType::kInt16;
+      turn.type = robot::RegisterType::kInt16;
       turn.scale = table.Number("revolutions_scale", kScaleRange).value_or(1);
       if (turn.scale == 0) table.AddFault("revolutions_scale", "must not be 0");
       turns = reader.AtAddresses(table, "revolutions", static_cast<int>(values.size()), turn);
@@ -170,14 +177,14 @@ void ReadJoints(const TomlTable& root, const ProfileReader& reader,
       joints.push_back({values[i], wrap, turns[i]});
     }
   }
-  if (joints.size() > kMaxJoints) {
+  if (joints.size() > model::kMaxJoints) {
     root.AddFault("joints", fmt::format("lists {} joints; at most {} are possible", joints.size(),
-                                        kMaxJoints));
+                                        model::kMaxJoints));
   }
 }
 
-std::optional<PoseSignal> ReadPose(const TomlTable& table, const ProfileReader& reader) {
-  PoseSignal pose;
+std::optional<robot::PoseSignal> ReadPose(const TomlTable& table, const ProfileReader& reader) {
+  robot::PoseSignal pose;
   const auto position = table.RequiredTable("position");
   const auto orientation = table.RequiredTable("orientation");
   if (!position || !orientation) return std::nullopt;
@@ -185,27 +192,27 @@ std::optional<PoseSignal> ReadPose(const TomlTable& table, const ProfileReader& 
   if (const auto values = reader.Three(*orientation, kAngleUnits)) pose.orientation = *values;
   pose.convention =
       orientation
-          ->RequiredOneOf<ReportedOrientation>(
-              "convention", {{"rotation_vector", ReportedOrientation::kRotationVector},
-                             {"roll_pitch_yaw", ReportedOrientation::kRollPitchYaw},
-                             {"abc", ReportedOrientation::kAbc},
-                             {"zyz", ReportedOrientation::kZyz}})
-          .value_or(ReportedOrientation::kRotationVector);
+          ->RequiredOneOf<robot::ReportedOrientation>(
+              "convention", {{"rotation_vector", robot::ReportedOrientation::kRotationVector},
+                             {"roll_pitch_yaw", robot::ReportedOrientation::kRollPitchYaw},
+                             {"abc", robot::ReportedOrientation::kAbc},
+                             {"zyz", robot::ReportedOrientation::kZyz}})
+          .value_or(robot::ReportedOrientation::kRotationVector);
   return pose;
 }
 
 /// Operating modes of a controller and their names in the profile.
-const std::initializer_list<Choice<RobotMode>> kModes = {
-    {"running", RobotMode::kRunning},
-    {"manual", RobotMode::kManual},
-    {"stopped", RobotMode::kStopped},
-    {"emergency_stop", RobotMode::kEmergencyStop},
-    {"not_ready", RobotMode::kNotReady}};
+const std::initializer_list<Choice<model::RobotMode>> kModes = {
+    {"running", model::RobotMode::kRunning},
+    {"manual", model::RobotMode::kManual},
+    {"stopped", model::RobotMode::kStopped},
+    {"emergency_stop", model::RobotMode::kEmergencyStop},
+    {"not_ready", model::RobotMode::kNotReady}};
 
-void ReadMode(const TomlTable& table, const ProfileReader& reader, ModeSignal& mode) {
+void ReadMode(const TomlTable& table, const ProfileReader& reader, robot::ModeSignal& mode) {
   if (table.Has("address")) {
     mode.value = reader.Value(table, {});
-    for (const Choice<RobotMode>& choice : kModes) {
+    for (const Choice<model::RobotMode>& choice : kModes) {
       const auto values = table.Integers(choice.word, -32768, kLastRegister);
       for (const int value : values.value_or(std::vector<int>{})) {
         mode.meanings.push_back({value, choice.value});
@@ -213,13 +220,14 @@ void ReadMode(const TomlTable& table, const ProfileReader& reader, ModeSignal& m
     }
   }
   for (const TomlTable& entry : table.Tables("bit")) {
-    ModeSignal::Bit bit;
+    robot::ModeSignal::Bit bit;
     bit.table = ReadTable(entry).value_or(bit.table);
     bit.address = entry.RequiredInteger("address", 0, kLastRegister).value_or(0);
     bit.bit = entry.Integer("bit", 0, 15).value_or(0);
     bit.when = entry.Bool("when").value_or(true);
-    bit.mode = entry.RequiredOneOf<RobotMode>("mode", kModes).value_or(RobotMode::kUnknown);
-    RegisterValue word;
+    bit.mode =
+        entry.RequiredOneOf<model::RobotMode>("mode", kModes).value_or(model::RobotMode::kUnknown);
+    robot::RegisterValue word;
     word.table = bit.table;
     word.address = bit.address;
     if (entry.Has("address")) reader.CheckIsRead(entry, "address", word);
@@ -227,20 +235,22 @@ void ReadMode(const TomlTable& table, const ProfileReader& reader, ModeSignal& m
   }
 }
 
-std::optional<PushProfile> ReadPush(const TomlTable& table) {
-  PushProfile push;
+std::optional<robot::PushProfile> ReadPush(const TomlTable& table) {
+  robot::PushProfile push;
   push.first = table.RequiredInteger("first", 0, kLastRegister).value_or(0);
   push.slots = table.RequiredInteger("slots", 1, 64).value_or(1);
-  push.stride = table.RequiredInteger("stride", 1, kMaxRegistersOfWrite).value_or(1);
-  push.id_place = table.Integer("id_place", 0, kMaxRegistersOfWrite - 1);
-  push.pose_place = table.RequiredInteger("pose_place", 0, kMaxRegistersOfWrite - 1).value_or(0);
+  push.stride = table.RequiredInteger("stride", 1, robot::kMaxRegistersOfWrite).value_or(1);
+  push.id_place = table.Integer("id_place", 0, robot::kMaxRegistersOfWrite - 1);
+  push.pose_place =
+      table.RequiredInteger("pose_place", 0, robot::kMaxRegistersOfWrite - 1).value_or(0);
   push.sequence_place =
-      table.RequiredInteger("sequence_place", 0, kMaxRegistersOfWrite - 1).value_or(0);
-  push.type = table
-                  .RequiredOneOf<RegisterType>("type", {{"int16", RegisterType::kInt16},
-                                                        {"int32", RegisterType::kInt32},
-                                                        {"float32", RegisterType::kFloat32}})
-                  .value_or(push.type);
+      table.RequiredInteger("sequence_place", 0, robot::kMaxRegistersOfWrite - 1).value_or(0);
+  push.type =
+      table
+          .RequiredOneOf<robot::RegisterType>("type", {{"int16", robot::RegisterType::kInt16},
+                                                       {"int32", robot::RegisterType::kInt32},
+                                                       {"float32", robot::RegisterType::kFloat32}})
+          .value_or(push.type);
   push.order = ReadOrder(table).value_or(push.order);
   push.position_step_m =
       table.RequiredNumber("position_step_mm", {1e-6, 1000, kMetrePerMm}).value_or(1e-4);
@@ -252,17 +262,17 @@ std::optional<PushProfile> ReadPush(const TomlTable& table) {
                              {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
                              {"abc", OrientationConvention::kAbc}})
           .value_or(push.orientation);
-  if (!IsSound(push)) {
+  if (!robot::IsSound(push)) {
     table.AddFault("",
                    fmt::format("pose ({} registers), id and sequence overlap or do not fit into "
                                "a slot of {} registers, or the slots end beyond register 65535",
-                               PoseWordsOf(push.type), push.stride));
+                               robot::PoseWordsOf(push.type), push.stride));
   }
   return push;
 }
 
-RobotProfile ReadProfile(const TomlTable& root) {
-  RobotProfile profile;
+robot::RobotProfile ReadProfile(const TomlTable& root) {
+  robot::RobotProfile profile;
   root.RequiredInteger("schema", 1, 1);
   profile.name = root.RequiredString("name").value_or("");
   profile.source = root.RequiredString("source").value_or("");
@@ -298,10 +308,11 @@ RobotProfile ReadProfile(const TomlTable& root) {
 
 }  // namespace
 
-std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const std::string& file,
-                                                 FaultList& faults) {
+std::optional<robot::RobotProfile> RobotProfileFromText(std::string_view text,
+                                                        const std::string& file,
+                                                        FaultList& faults) {
   FaultList own;
-  std::optional<RobotProfile> profile;
+  std::optional<robot::RobotProfile> profile;
   {
     TomlDocument document(text, file, own);
     if (document.parsed()) {
@@ -314,13 +325,13 @@ std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const st
   return own.HasFaults() ? std::nullopt : profile;
 }
 
-std::optional<RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults) {
+std::optional<robot::RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return RobotProfileFromText(*text, path, faults);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

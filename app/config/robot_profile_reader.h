@@ -8,7 +8,7 @@
 #include "app/config/fault.h"
 #include "drivers/robot/profile.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Parses the text of a profile. Pure function; `file` is only the name used in faults.
 ///
@@ -16,10 +16,10 @@ namespace plumbline {
 /// optional. A value at a register that no [[read]] covers is a fault.
 ///
 /// @return the profile, converted to SI, or nullopt if this text has a fault
-std::optional<RobotProfile> RobotProfileFromText(std::string_view text, const std::string& file,
-                                                 FaultList& faults);
+std::optional<robot::RobotProfile> RobotProfileFromText(std::string_view text,
+                                                        const std::string& file, FaultList& faults);
 
 /// RobotProfileFromText() on the content of a file; a file that cannot be read is a fault.
-std::optional<RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults);
+std::optional<robot::RobotProfile> ReadRobotProfile(const std::string& path, FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 /// An SI value as TOML, in the unit of the file.
@@ -129,4 +129,4 @@ void Settings::Document(std::string_view key, std::string_view type, const Setti
   if (!AddRow(key, type, "", "", doc)) table_->Ignore({key});
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

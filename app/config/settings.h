@@ -11,7 +11,7 @@
 #include "app/config/named_files.h"
 #include "app/config/toml_reader.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Documentation of a key, beyond its type, range and default.
 struct SettingDoc {
@@ -130,4 +130,4 @@ bool ReadKeys(const TomlTable& table, Config& config, const NamedFiles* files = 
   return keys.valid();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -7,7 +7,7 @@
 
 #include "app/config/daemon_settings.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 template <typename Config>
@@ -27,7 +27,7 @@ void ListPushKeys(Settings& keys) {
 }
 
 void ListBoardKeys(Settings& keys) {
-  ListDefaults<Board>(keys);
+  ListDefaults<lens::Board>(keys);
   ListDefaults<BoardConfig>(keys);
 }
 
@@ -61,7 +61,7 @@ constexpr SettingsTable kTables[] = {
     {"[plc.rtu]", "the same registers on a serial line as well",
      ListDefaults<modbus::RtuSlaveOptions>},
     {"[correction]", "limits of a correction; one beyond them is refused, not clipped",
-     ListDefaults<CorrectionLimits>},
+     ListDefaults<correction::CorrectionLimits>},
     {"[push]",
      "writes corrected points into the controller's registers and withdraws them when the daemon "
      "stops",
@@ -232,4 +232,4 @@ std::string SettingsManPage() {
   return text.append(kManEnd);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

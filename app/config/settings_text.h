@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// config/plumbline.toml: the lines to edit for a first cell; all others commented out.
 std::string SettingsToml();
@@ -12,4 +12,4 @@ std::string SettingsMarkdown();
 /// The manual page plumbline.toml(5).
 std::string SettingsManPage();
 
-}  // namespace plumbline
+}  // namespace plumbline::config

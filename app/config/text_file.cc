@@ -14,7 +14,7 @@
 #include "drivers/os/descriptor.h"
 #include "drivers/os/file_writing.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,8 +43,8 @@ Error SystemError() {
 }
 
 Result<void> WriteSpecial(const fs::path& file, std::string_view text) {
-  const Descriptor opened(open(file.c_str(), O_WRONLY | O_CLOEXEC));
-  if (!opened || !WriteAll(opened.get(), text)) return SystemError();
+  const os::Descriptor opened(open(file.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!opened || !os::WriteAll(opened.get(), text)) return SystemError();
   return {};
 }
 
@@ -64,7 +64,7 @@ class TemporaryFile {
   bool Fill(std::string_view text) const {
     const mode_t mask = umask(0);
     umask(mask);
-    return fchmod(fd_.get(), 0666 & ~mask) == 0 && WriteAll(fd_.get(), text) &&
+    return fchmod(fd_.get(), 0666 & ~mask) == 0 && os::WriteAll(fd_.get(), text) &&
            fsync(fd_.get()) == 0;
   }
 
@@ -75,7 +75,7 @@ class TemporaryFile {
 
  private:
   std::string name_;
-  Descriptor fd_;
+  os::Descriptor fd_;
   bool renamed_ = false;
 };
 
@@ -86,14 +86,14 @@ Result<void> ReplaceFile(const fs::path& file, std::string_view text) {
     return SystemError();
   // The new name survives a power cut once its folder is synced; a file system that cannot do so
   // (some network shares) has still renamed the file.
-  SyncFolder(FolderOf(file));
+  os::SyncFolder(FolderOf(file));
   return {};
 }
 
 }  // namespace
 
 Result<std::string> ReadTextFile(const std::string& path) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  const os::Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (!file) return SystemError();
   std::string text;
   char buffer[65536];
@@ -118,7 +118,7 @@ Result<std::string> ReadTextFile(const std::string& path) {
 Result<void> WriteTextFile(const std::string& path, std::string_view text) {
   // The shell may have redirected it to a file that other programs write to as well.
   if (path == "/dev/stdout") {
-    if (!WriteAll(STDOUT_FILENO, text)) return SystemError();
+    if (!os::WriteAll(STDOUT_FILENO, text)) return SystemError();
     return {};
   }
   const fs::path file = TargetOf(path);
@@ -140,4 +140,4 @@ std::optional<Error> WhyNotWritable(const std::string& path) {
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

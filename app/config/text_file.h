@@ -7,7 +7,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Larger files are refused: no configuration or table of a cell is that large.
 inline constexpr std::size_t kMaxTextFileBytes = std::size_t{256} << 20;
@@ -29,4 +29,4 @@ Result<void> WriteStateFile(const std::string& path, std::string_view text);
 /// The reason why the file could not be written now, or nullopt. Changes nothing.
 [[nodiscard]] std::optional<Error> WhyNotWritable(const std::string& path);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

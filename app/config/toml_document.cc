@@ -7,12 +7,12 @@
 #include "app/config/toml_reader.h"
 #include "app/text/nesting.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 TomlDocument::TomlDocument(std::string_view text, std::string file, FaultList& faults)
     : file_(std::move(file)), faults_(faults) {
-  if (const auto line = LineNestedTooDeepInToml(text)) {
-    faults_.Add({Fault::Severity::kFault, file_, *line, "", NestedTooDeepText()});
+  if (const auto line = text::LineNestedTooDeepInToml(text)) {
+    faults_.Add({Fault::Severity::kFault, file_, *line, "", text::NestedTooDeepText()});
     return;
   }
   try {
@@ -43,4 +43,4 @@ void TomlDocument::ReportUnknownKeys() {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr std::size_t kMaxQuotedValue = 60;  // characters of a value that a fault quotes
@@ -363,4 +363,4 @@ std::vector<TomlTable> TomlTable::TableOrTables(std::string_view key) const {
   return {*Table(key)};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

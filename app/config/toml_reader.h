@@ -22,7 +22,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Allowed range of a number in the unit of the file, and its conversion factor to SI.
 struct NumberRange {
@@ -163,4 +163,4 @@ class TomlDocument {
   std::map<const toml::table*, KnownKeys> known_keys_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::config

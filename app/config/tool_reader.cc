@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr NumberRange kDimension{0.01, 10000, kMetrePerMm};
@@ -37,10 +37,10 @@ void WarnAboutDensity(const TomlTable& table, double density_kg_m3) {
 }
 
 /// E, nu and density of a named material; each value can be overridden by its own key.
-std::optional<Material> MaterialFromToml(const TomlTable& table) {
-  std::optional<Material> named;
+std::optional<model::Material> MaterialFromToml(const TomlTable& table) {
+  std::optional<model::Material> named;
   if (const auto name = table.String("material")) {
-    named = MaterialByName(*name);
+    named = model::MaterialByName(*name);
     if (!named) {
       table.AddFault("material",
                      "is not a known material; give youngs_modulus_GPa, poisson_ratio and "
@@ -49,21 +49,22 @@ std::optional<Material> MaterialFromToml(const TomlTable& table) {
   }
   // An unknown `material` is already a fault; do not report its values as missing too.
   const bool required = !table.Has("material");
-  auto number = [&](std::string_view key, NumberRange range, double Material::*field) {
+  auto number = [&](std::string_view key, NumberRange range, double model::Material::*field) {
     const auto value = required ? table.RequiredNumber(key, range) : table.Number(key, range);
     if (value) return value;
     if (named && !table.Has(key)) return std::optional<double>((*named).*field);
     return std::optional<double>();
   };
   const auto youngs_modulus_Pa =
-      number("youngs_modulus_GPa", kYoungsModulus, &Material::youngs_modulus_Pa);
-  const auto poisson_ratio = number("poisson_ratio", kPoissonRatio, &Material::poisson_ratio);
-  const auto density_kg_m3 = number("density_kg_m3", kDensity, &Material::density_kg_m3);
+      number("youngs_modulus_GPa", kYoungsModulus, &model::Material::youngs_modulus_Pa);
+  const auto poisson_ratio =
+      number("poisson_ratio", kPoissonRatio, &model::Material::poisson_ratio);
+  const auto density_kg_m3 = number("density_kg_m3", kDensity, &model::Material::density_kg_m3);
   if (!youngs_modulus_Pa || !poisson_ratio || !density_kg_m3) return std::nullopt;
   WarnAboutDensity(table, *density_kg_m3);
-  return Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
-                  .poisson_ratio = *poisson_ratio,
-                  .density_kg_m3 = *density_kg_m3};
+  return model::Material{.youngs_modulus_Pa = *youngs_modulus_Pa,
+                         .poisson_ratio = *poisson_ratio,
+                         .density_kg_m3 = *density_kg_m3};
 }
 
 /// Checks that the walls leave a cavity, else adds a fault at `key`; dimensions in metres.
@@ -74,17 +75,17 @@ bool WallFits(const TomlTable& table, std::string_view key, double walls_m, doub
   return false;
 }
 
-std::optional<Section> HollowSection(const TomlTable& table, SectionKind kind,
-                                     double poisson_ratio) {
+std::optional<model::Section> HollowSection(const TomlTable& table, SectionKind kind,
+                                            double poisson_ratio) {
   const bool square = kind == SectionKind::kSquareTube;
   const auto outer_m = table.RequiredNumber(square ? "side_mm" : "outer_diameter_mm", kDimension);
   const auto wall_m = table.RequiredNumber("wall_mm", kDimension);
   if (!outer_m || !wall_m || !WallFits(table, "wall_mm", 2 * *wall_m, *outer_m)) return {};
-  return square ? SquareTubeSection(*outer_m, *wall_m)
-                : TubeSection(*outer_m, *wall_m, poisson_ratio);
+  return square ? model::SquareTubeSection(*outer_m, *wall_m)
+                : model::TubeSection(*outer_m, *wall_m, poisson_ratio);
 }
 
-std::optional<Section> IBeam(const TomlTable& table) {
+std::optional<model::Section> IBeam(const TomlTable& table) {
   const auto height_m = table.RequiredNumber("height_mm", kDimension);
   const auto width_m = table.RequiredNumber("width_mm", kDimension);
   const auto web_m = table.RequiredNumber("web_mm", kDimension);
@@ -93,16 +94,16 @@ std::optional<Section> IBeam(const TomlTable& table) {
   const bool flanges_fit =
       !flange_m || !height_m || WallFits(table, "flange_mm", 2 * *flange_m, *height_m);
   if (!height_m || !width_m || !web_m || !flange_m || !web_fits || !flanges_fit) return {};
-  return IBeamSection(*height_m, *width_m, *web_m, *flange_m);
+  return model::IBeamSection(*height_m, *width_m, *web_m, *flange_m);
 }
 
-std::optional<Section> SectionFromToml(const TomlTable& table, double poisson_ratio) {
+std::optional<model::Section> SectionFromToml(const TomlTable& table, double poisson_ratio) {
   if (!table.Has("section") && table.Has("area_mm2")) {
     const auto area_m2 = table.RequiredNumber("area_mm2", kArea);
     const auto ix_m4 = table.RequiredNumber("ix_mm4", kMoment);
     const auto iy_m4 = table.RequiredNumber("iy_mm4", kMoment);
     if (!area_m2 || !ix_m4 || !iy_m4) return {};
-    return SectionFromMoments(*area_m2, *ix_m4, *iy_m4);
+    return model::SectionFromMoments(*area_m2, *ix_m4, *iy_m4);
   }
   if (!table.Has("section")) {
     table.AddMissing("section", "the name of a section, or area_mm2, ix_mm4 and iy_mm4");
@@ -127,22 +128,22 @@ std::optional<Section> SectionFromToml(const TomlTable& table, double poisson_ra
     case SectionKind::kRod: {
       const auto diameter_m = table.RequiredNumber("diameter_mm", kDimension);
       if (!diameter_m) return {};
-      return RodSection(*diameter_m, poisson_ratio);
+      return model::RodSection(*diameter_m, poisson_ratio);
     }
     case SectionKind::kRectangle: {
       const auto b_m = table.RequiredNumber("b_mm", kDimension);
       const auto h_m = table.RequiredNumber("h_mm", kDimension);
       if (!b_m || !h_m) return {};
-      return RectangleSection(*b_m, *h_m);
+      return model::RectangleSection(*b_m, *h_m);
     }
   }
   return {};
 }
 
-void AddSegment(const TomlTable& table, Tool& tool) {
+void AddSegment(const TomlTable& table, model::Tool& tool) {
   const auto length_m = table.RequiredNumber("length_mm", kLength);
   const auto material = MaterialFromToml(table);
-  const auto section = SectionFromToml(table, material.value_or(Material{}).poisson_ratio);
+  const auto section = SectionFromToml(table, material.value_or(model::Material{}).poisson_ratio);
   if (length_m && material && section) tool.segments.push_back({*length_m, *section, *material});
 }
 
@@ -155,9 +156,9 @@ NumberRange RangeOfToolKey(std::string_view key) {
   return kDimension;
 }
 
-Tool ToolFromToml(const TomlTable& table) {
+model::Tool ToolFromToml(const TomlTable& table) {
   enum class Model { kEulerBernoulli, kTimoshenko, kRigid };
-  Tool tool;
+  model::Tool tool;
   const auto model =
       table.RequiredOneOf<Model>("model", {{"euler_bernoulli", Model::kEulerBernoulli},
                                            {"timoshenko", Model::kTimoshenko},
@@ -172,7 +173,7 @@ Tool ToolFromToml(const TomlTable& table) {
     }
     return tool;
   }
-  if (model == Model::kTimoshenko) tool.theory = BeamTheory::kTimoshenko;
+  if (model == Model::kTimoshenko) tool.theory = model::BeamTheory::kTimoshenko;
 
   if (!table.Has("segment")) {
     AddSegment(table, tool);
@@ -188,4 +189,4 @@ Tool ToolFromToml(const TomlTable& table) {
   return tool;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

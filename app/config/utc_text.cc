@@ -3,7 +3,7 @@
 #include <cmath>
 #include <ctime>
 
-namespace plumbline {
+namespace plumbline::config {
 
 std::string TextFromUtc(double utc_s) {
   const auto seconds = static_cast<std::time_t>(std::floor(utc_s));
@@ -22,4 +22,4 @@ std::optional<double> UtcFromText(const std::string& text) {
   return utc_s;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

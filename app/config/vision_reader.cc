@@ -7,7 +7,7 @@
 #include "app/config/named_files.h"
 #include "app/config/toml_reader.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr const char* kCameraNameList = "\"side\", \"rear\", \"front\" or \"top\"";
@@ -27,7 +27,7 @@ Selector SelectorOf(const CameraConfig& camera) {
 
 /// Identity of the zoom sensor; empty if it cannot conflict with another camera's.
 std::string SensorOf(const ZoomConfig& zoom) {
-  const ZoomKind* const kind = FindZoomKind(zoom.kind);
+  const zoom::ZoomKind* const kind = zoom::FindZoomKind(zoom.kind);
   return kind == nullptr ? "" : kind->identity(zoom.connection);
 }
 
@@ -36,7 +36,7 @@ std::string SensorOf(const ZoomConfig& zoom) {
 /// @param earlier  a camera listed before it
 void CheckDistinct(const TomlTable& table, const CameraConfig& camera,
                    const CameraConfig& earlier) {
-  if (camera.name != CameraName::kNone && camera.name == earlier.name) {
+  if (camera.name != status::CameraName::kNone && camera.name == earlier.name) {
     table.AddFault("name",
                    fmt::format("is used for two cameras; give each its own: {}", kCameraNameList));
   }
@@ -74,8 +74,9 @@ std::vector<CameraConfig> CamerasFromToml(const std::vector<TomlTable>& tables,
       camera.zoom = ZoomFromToml(*zoom, files, camera.connection.v4l2.device, faults);
     }
     if (tables.size() > 1 && !table.Has("name")) table.AddMissing("name", kCameraNameList);
-    if (cameras.size() == kMaxCameras) {
-      table.AddFault("", fmt::format("is one camera too many; at most {} cameras", kMaxCameras));
+    if (cameras.size() == model::kMaxCameras) {
+      table.AddFault("",
+                     fmt::format("is one camera too many; at most {} cameras", model::kMaxCameras));
     }
     for (const CameraConfig& earlier : cameras) CheckDistinct(table, camera, earlier);
     cameras.push_back(std::move(camera));
@@ -85,8 +86,8 @@ std::vector<CameraConfig> CamerasFromToml(const std::vector<TomlTable>& tables,
 
 }  // namespace
 
-Body CellReferenceTags(const TagsConfig& tags) {
-  for (const Body& body : tags.database.bodies) {
+tracking::Body CellReferenceTags(const TagsConfig& tags) {
+  for (const tracking::Body& body : tags.database.bodies) {
     if (body.name == tags.cell) return body;
   }
   return {};
@@ -115,8 +116,8 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
   if (const auto board = root.Table("board")) vision.board = BoardFromToml(*board);
   if (const auto tags = root.RequiredTable("tags")) {
     vision.tags = TagsFromToml(*tags, files, faults);
-    const Board& board = vision.board.board;
-    if (board.kind == BoardKind::kCharuco && board.family == vision.tags.family) {
+    const lens::Board& board = vision.board.board;
+    if (board.kind == lens::BoardKind::kCharuco && board.family == vision.tags.family) {
       tags->AddWarning(
           "family",
           "is also the family of the board, whose tags may be mistaken for the cell's; "
@@ -131,4 +132,4 @@ VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, Faul
   return vision;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

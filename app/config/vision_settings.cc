@@ -5,22 +5,22 @@
 #include "app/config/limits.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr double kMaxCounts = 1 << 24, kMaxSide_px = 16384, kPaPerMPa = 1e6;
 constexpr NumberRange kSquare{0.01, 10000, kMetrePerMm};
 
 /// @param none  word for "no particular camera"; empty: a name is required
-std::vector<Choice<CameraName>> CameraNames(std::string_view none) {
-  std::vector<Choice<CameraName>> names;
-  for (std::size_t k = none.empty() ? 1 : 0; k < kCameraNames.size(); ++k) {
-    names.push_back({k == 0 ? none : kCameraNames[k], static_cast<CameraName>(k)});
+std::vector<Choice<status::CameraName>> CameraNames(std::string_view none) {
+  std::vector<Choice<status::CameraName>> names;
+  for (std::size_t k = none.empty() ? 1 : 0; k < status::kCameraNames.size(); ++k) {
+    names.push_back({k == 0 ? none : status::kCameraNames[k], static_cast<status::CameraName>(k)});
   }
   return names;
 }
 
-void ListKeys(Settings& keys, ZoomSupervisorSettings& zoom) {
+void ListKeys(Settings& keys, lens::ZoomSupervisorSettings& zoom) {
   keys.Add("zoom_band_counts", zoom.zoom_band_counts, {0, 10000},
            {"dead band: smaller zoom changes are ignored"});
   keys.Add("focus_band_counts", zoom.focus_band_counts, {0, 10000},
@@ -33,7 +33,7 @@ void ListKeys(Settings& keys, ZoomSupervisorSettings& zoom) {
            {"time to verify the lens by tags; then the calibration board is requested"});
 }
 
-void ListSettingKeys(Settings& keys, CameraSettings& settings) {
+void ListSettingKeys(Settings& keys, camera::CameraSettings& settings) {
   keys.Add("exposure_ms", settings.exposure_s, {0.001, 60000, kSecondPerMs},
            {"fixed exposure time", "8.0", "the camera's current value"});
   keys.Add("gain_counts", settings.gain_counts, {0, kMaxCounts},
@@ -54,8 +54,8 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   const auto is_kind = [&, known = keys.valid()](const char* kind) {
     return known && camera.kind == kind;
   };
-  RecordedCameraOptions& recorded = camera.connection.recorded;
-  V4l2CameraOptions& v4l2 = camera.connection.v4l2;
+  camera::RecordedCameraOptions& recorded = camera.connection.recorded;
+  camera::V4l2CameraOptions& v4l2 = camera.connection.v4l2;
   keys.Choose("name", camera.name, CameraNames(""),
               {"required if there are two cameras", "\"side\""});
   keys.Add("device", v4l2.device,
@@ -83,9 +83,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
 
 /// The keys of all kinds are listed; a key of another kind is ignored, not a fault.
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
-  ZoomConnection& c = zoom.connection;
+  zoom::ZoomConnection& c = zoom.connection;
   std::vector<Choice<std::string>> kinds;
-  for (const ZoomKind* kind : ZoomKinds()) kinds.push_back({kind->name, std::string(kind->name)});
+  for (const zoom::ZoomKind* kind : zoom::ZoomKinds())
+    kinds.push_back({kind->name, std::string(kind->name)});
   kinds.push_back({"none", ""});
   keys.Choose("kind", zoom.kind, kinds, Required("how the zoom is sensed", "\"visca\""));
   const bool of_camera = zoom.kind == "v4l2" && !camera.empty();
@@ -95,7 +96,7 @@ void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
             .example = "\"/dev/serial/by-id/...\"",
             .default_text = "for \"v4l2\": the camera's",
             .required = zoom.kind == "visca" || (zoom.kind == "v4l2" && !of_camera)});
-  c.v4l2 = {c.visca.device, kQuickZoomPeriod_s};
+  c.v4l2 = {c.visca.device, zoom::kQuickZoomPeriod_s};
   keys.Add("baud", c.visca.baud, {9600, 38400}, {"9600 or 38400 bit/s"});
   keys.Add("address", c.visca.address, {1, 7}, {"VISCA address of the camera"});
   keys.Add("timeout_ms", c.visca.timeout_s, {10, 10000, kSecondPerMs},
@@ -119,19 +120,19 @@ void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
   keys.Add("debounce_ms", c.gpio.debounce_s, {0, 1000, kSecondPerMs}, {"debounce time"});
   keys.Document("file", "text",
                 {"for \"replay\": recorded table t_s,zoom_counts,...", "\"zoom.csv\""});
-  const ZoomKind* const kind = FindZoomKind(zoom.kind);
-  zoom.period_s = kind == nullptr ? kZoomPeriod_s : kind->period_s;
+  const zoom::ZoomKind* const kind = zoom::FindZoomKind(zoom.kind);
+  zoom.period_s = kind == nullptr ? zoom::kZoomPeriod_s : kind->period_s;
   keys.Add("period_ms", zoom.period_s, {10, 1000, kSecondPerMs},
            {.description = "polling period", .default_text = "50; 100 for \"visca\""});
   ListKeys(keys, zoom.supervision);
 }
 
-void ListKeys(Settings& keys, Board& board) {
+void ListKeys(Settings& keys, lens::Board& board) {
   keys.Choose("kind", board.kind,
-              {{"chessboard", BoardKind::kChessboard},
-               {"charuco", BoardKind::kCharuco},
-               {"circles", BoardKind::kCircles},
-               {"acircles", BoardKind::kAsymmetricCircles}},
+              {{"chessboard", lens::BoardKind::kChessboard},
+               {"charuco", lens::BoardKind::kCharuco},
+               {"circles", lens::BoardKind::kCircles},
+               {"acircles", lens::BoardKind::kAsymmetricCircles}},
               {"\"acircles\": circles with every other row shifted"});
   keys.Add("columns", board.columns, {3, 100}, {"inner corners per row, or circles per row"});
   keys.Add("rows", board.rows, {3, 100}, {"rows of inner corners or circles"});
@@ -199,11 +200,11 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
            {"picture size, together with height_px", "1920",
             "the display's, or 1280 x 720 without a display"});
   keys.Add("height_px", height, {480, 1080}, {"see width_px", "1080"});
-  if (width && height) overlay.size = ImageSize{*width, *height};
-  CameraName camera = CameraName::kNone;
+  if (width && height) overlay.size = lens::ImageSize{*width, *height};
+  status::CameraName camera = status::CameraName::kNone;
   keys.Choose("camera", camera, CameraNames("both"),
               {"with two cameras: both images next to each other, or one of them"});
-  if (camera != CameraName::kNone) overlay.camera = camera;
+  if (camera != status::CameraName::kNone) overlay.camera = camera;
   keys.Path("objects", overlay.objects_file,
             {"table of virtual objects; read again whenever it is saved", "\"objects.toml\""});
   keys.Add("background", overlay.background, {"false: no camera image behind the objects"});
@@ -220,4 +221,4 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
            {"pairs of objects closer than this are reported, unless the pair states its own"});
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

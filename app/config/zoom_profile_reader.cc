@@ -6,14 +6,14 @@
 #include "app/config/toml_reader.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr int kLastId = 0xFFFF;
 
-HidField ReadField(const TomlTable& table) {
-  using Meaning = HidField::Meaning;
-  HidField field;
+zoom::HidField ReadField(const TomlTable& table) {
+  using Meaning = zoom::HidField::Meaning;
+  zoom::HidField field;
   field.meaning = table
                       .RequiredOneOf<Meaning>("value", {{"zoom_counts", Meaning::kZoomCounts},
                                                         {"focus_counts", Meaning::kFocusCounts},
@@ -21,7 +21,7 @@ HidField ReadField(const TomlTable& table) {
                                                         {"digital_zoom", Meaning::kDigitalZoom},
                                                         {"moved", Meaning::kMoved}})
                       .value_or(field.meaning);
-  field.at = table.RequiredInteger("at", 0, kMaxHidReportBytes - 1).value_or(0);
+  field.at = table.RequiredInteger("at", 0, zoom::kMaxHidReportBytes - 1).value_or(0);
   field.bytes = table.RequiredInteger("bytes", 1, 4).value_or(1);
   const auto order = table.OneOf<bool>("byte_order", {{"big", true}, {"little", false}});
   if (field.bytes > 1 && !table.Has("byte_order")) {
@@ -35,8 +35,8 @@ HidField ReadField(const TomlTable& table) {
   return field;
 }
 
-HidExchange ReadExchange(const TomlTable& table) {
-  HidExchange exchange;
+zoom::HidExchange ReadExchange(const TomlTable& table) {
+  zoom::HidExchange exchange;
   for (const TomlTable& send : table.Tables("send")) {
     if (!send.Has("bytes")) send.AddMissing("bytes", "a list of bytes");
     std::vector<std::uint8_t> report;
@@ -48,8 +48,9 @@ HidExchange ReadExchange(const TomlTable& table) {
   if (const auto id = table.Integer("answer_id", 0, 0xFF)) {
     exchange.answer_id = static_cast<std::uint8_t>(*id);
   }
-  exchange.answer_bytes = table.RequiredInteger("answer_bytes", 1, kMaxHidReportBytes).value_or(1);
-  exchange.count_at = table.Integer("count_at", 0, kMaxHidReportBytes - 1);
+  exchange.answer_bytes =
+      table.RequiredInteger("answer_bytes", 1, zoom::kMaxHidReportBytes).value_or(1);
+  exchange.count_at = table.Integer("count_at", 0, zoom::kMaxHidReportBytes - 1);
   if (exchange.count_at) exchange.count = table.RequiredInteger("count", 1, 0xFF).value_or(1);
   for (const TomlTable& field : table.Tables("field")) exchange.fields.push_back(ReadField(field));
   return exchange;
@@ -57,10 +58,10 @@ HidExchange ReadExchange(const TomlTable& table) {
 
 }  // namespace
 
-std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
-                                             FaultList& faults) {
+std::optional<zoom::HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
+                                                   FaultList& faults) {
   FaultList found;
-  std::optional<HidProfile> profile;
+  std::optional<zoom::HidProfile> profile;
   {
     TomlDocument document(text, file, found);
     if (document.parsed()) {
@@ -89,13 +90,13 @@ std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::s
   return profile;
 }
 
-std::optional<HidProfile> ReadHidProfile(const std::string& path, FaultList& faults) {
+std::optional<zoom::HidProfile> ReadHidProfile(const std::string& path, FaultList& faults) {
   const Result<std::string> text = ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
+    faults.Add({Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return HidProfileFromText(*text, path, faults);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -8,14 +8,14 @@
 #include "app/config/fault.h"
 #include "drivers/zoom/hid_codec.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// Parses the text of a profile. Pure function; `file` is only the name used in faults.
 /// @return a profile that passes FaultOf(), or nullopt if this text has a fault
-std::optional<HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
-                                             FaultList& faults);
+std::optional<zoom::HidProfile> HidProfileFromText(std::string_view text, const std::string& file,
+                                                   FaultList& faults);
 
 /// HidProfileFromText() on the content of a file; a file that cannot be read is a fault.
-std::optional<HidProfile> ReadHidProfile(const std::string& path, FaultList& faults);
+std::optional<zoom::HidProfile> ReadHidProfile(const std::string& path, FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -4,7 +4,7 @@
 #include "app/config/limits.h"
 #include "app/config/zoom_profile_reader.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const std::string& camera,
                         FaultList& faults) {
@@ -30,4 +30,4 @@ ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const s
   return zoom;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

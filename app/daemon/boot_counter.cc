@@ -8,7 +8,7 @@
 
 #include "app/model_store/durable_file.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 std::string CounterFile(const std::string& directory) {
@@ -29,7 +29,7 @@ std::uint16_t NextBootCount(const std::string& directory) {
 Result<void> StoreBootCount(const std::string& directory, std::uint16_t count) {
   std::error_code ignored;  // reported below by the file that cannot be created
   std::filesystem::create_directories(directory, ignored);
-  return WriteDurably(CounterFile(directory), fmt::format("{}\n", count));
+  return model_store::WriteDurably(CounterFile(directory), fmt::format("{}\n", count));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -6,7 +6,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// The number of this start: one more than the count in `directory`/boot_count. 1 if the file is
 /// missing or holds no number. Changes nothing on disk.
@@ -16,4 +16,4 @@ std::uint16_t NextBootCount(const std::string& directory);
 /// that a power cut leaves the old number or the new one. @return  why it could not be stored
 Result<void> StoreBootCount(const std::string& directory, std::uint16_t count);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -6,7 +6,7 @@
 #include "app/daemon/diagnosis_process.h"
 #include "app/log/log.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 /// The sensor thread may wait for a serial line; the image thread may be solving for a lens.
@@ -19,8 +19,8 @@ void AddThread(ThreadWatchdog& watchdog, const std::string& thread, double timeo
       [&heartbeat] { return IsWaitingForDevice(heartbeat.thread()); });
 }
 
-LogSink CameraSink(const std::string& name) {
-  return [name](LogEntry entry) {
+log::LogSink CameraSink(const std::string& name) {
+  return [name](log::LogEntry entry) {
     entry.text = CameraLogLine(name, entry.text);
     if (!name.empty()) entry.fields.insert(entry.fields.begin(), {"CAMERA", name});
     Log(entry);
@@ -36,27 +36,27 @@ std::string CameraLogLine(const std::string& name, const std::string& text) {
   return fmt::format("camera {}{}", name, text.substr(kSubject.size()));
 }
 
-CameraSupervisors::CameraSupervisors(const DaemonConfig& config)
-    : stores_(config.state_directory, CellReferenceTags(config.vision.tags), CameraSink("")) {}
+CameraSupervisors::CameraSupervisors(const config::DaemonConfig& config)
+    : stores_(config.state_directory, config::CellReferenceTags(config.vision.tags),
+              CameraSink("")) {}
 
-Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(const DaemonConfig& config,
-                                                                   CycleMailboxes& mailboxes,
-                                                                   DisplayFeed& display) {
+Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(
+    const config::DaemonConfig& config, CycleMailboxes& mailboxes, DisplayFeed& display) {
   std::unique_ptr<CameraSupervisors> supervisors(new CameraSupervisors(config));
-  const VisionConfig& vision = config.vision;
+  const config::VisionConfig& vision = config.vision;
   for (std::size_t k = 0; k < vision.cameras.size(); ++k) {
-    const CameraConfig& camera = vision.cameras[k];
-    const std::string name = CameraNameText(camera.name);
-    auto devices = MakeCameraDevices(camera, vision.tags);
+    const config::CameraConfig& camera = vision.cameras[k];
+    const std::string name = status::CameraNameText(camera.name);
+    auto devices = camera::MakeCameraDevices(camera, vision.tags);
     if (!devices) return Error{CameraLogLine(name, devices.error())};
-    const auto show = [&display, k](Camera& shown, const CameraFrame& frame,
-                                    const TrackedFrame& seen, const Lens* lens) {
+    const auto show = [&display, k](camera::Camera& shown, const camera::CameraFrame& frame,
+                                    const tracking::TrackedFrame& seen, const lens::Lens* lens) {
       display.PublishImage(k, shown, frame, seen, lens);
     };
     supervisors->cameras_.push_back(
-        {name, std::make_unique<CameraSupervisor>(camera, vision, std::move(devices).value(),
-                                                  supervisors->stores_, PlumblineProgram(),
-                                                  mailboxes.cameras[k], CameraSink(name), show)});
+        {name, std::make_unique<camera::CameraSupervisor>(
+                   camera, vision, std::move(devices).value(), supervisors->stores_,
+                   PlumblineProgram(), mailboxes.cameras[k], CameraSink(name), show)});
   }
   return supervisors;
 }
@@ -78,8 +78,8 @@ void CameraSupervisors::AddTo(ThreadWatchdog& watchdog) const {
   }
 }
 
-bool CamerasDiffer(const DaemonConfig& a, const DaemonConfig& b) {
+bool CamerasDiffer(const config::DaemonConfig& a, const config::DaemonConfig& b) {
   return a.vision.text != b.vision.text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -10,7 +10,7 @@
 #include "app/daemon/display_feed.h"
 #include "app/daemon/thread_watchdog.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Owns one supervisor for each configured camera; does nothing if none is configured.
 class CameraSupervisors {
@@ -18,7 +18,7 @@ class CameraSupervisors {
   /// Creates the devices, but starts no thread.
   /// @param mailboxes, display  receive each camera's status and images; must outlive this object
   /// @return  why a camera's devices cannot be created
-  static Result<std::unique_ptr<CameraSupervisors>> Open(const DaemonConfig& config,
+  static Result<std::unique_ptr<CameraSupervisors>> Open(const config::DaemonConfig& config,
                                                          CycleMailboxes& mailboxes,
                                                          DisplayFeed& display);
   void Start();
@@ -26,21 +26,21 @@ class CameraSupervisors {
   void AddTo(ThreadWatchdog& watchdog) const;
 
  private:
-  explicit CameraSupervisors(const DaemonConfig& config);
+  explicit CameraSupervisors(const config::DaemonConfig& config);
 
-  CameraStores stores_;
+  camera::CameraStores stores_;
   struct Supervised {
     std::string name;  ///< empty: unnamed
-    std::unique_ptr<CameraSupervisor> supervisor;
+    std::unique_ptr<camera::CameraSupervisor> supervisor;
   };
   std::vector<Supervised> cameras_;
 };
 
 /// Whether the settings that the supervisors were created from differ: they take a restart.
-bool CamerasDiffer(const DaemonConfig& a, const DaemonConfig& b);
+bool CamerasDiffer(const config::DaemonConfig& a, const config::DaemonConfig& b);
 
 /// A log line with the name of its camera: "camera rear stale: ...", "camera rear: zoom sensor:
 /// ...". Lines of an unnamed camera are returned unchanged.
 std::string CameraLogLine(const std::string& name, const std::string& text);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -8,7 +8,7 @@
 #include "app/version.h"
 #include "drivers/real_time.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 void SleepUntil(double monotonic_s) {
@@ -30,9 +30,9 @@ std::chrono::steady_clock::time_point TimePoint(double monotonic_s) {
       std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * monotonic_s)));
 }
 
-std::vector<std::uint16_t> PointIds(const DaemonConfig& config) {
+std::vector<std::uint16_t> PointIds(const config::DaemonConfig& config) {
   std::vector<std::uint16_t> ids;
-  for (const AssemblyPoint& point : config.machine.points) {
+  for (const correction::AssemblyPoint& point : config.machine.points) {
     ids.push_back(static_cast<std::uint16_t>(point.id));
   }
   return ids;
@@ -42,7 +42,7 @@ void SetBits(std::uint16_t word, std::size_t first, std::vector<std::uint8_t>& b
   for (std::size_t k = 0; k < 16; ++k) bits[first + k] = (word >> k) & 1;
 }
 
-std::uint16_t MonitoringWarnings(const MonitoringStatus& monitoring) {
+std::uint16_t MonitoringWarnings(const status::MonitoringStatus& monitoring) {
   int warnings = 0;
   if (monitoring.drift_alarm) warnings |= warning::kDrift;
   if (monitoring.proposal_waiting()) warnings |= warning::kProposalWaiting;
@@ -57,9 +57,9 @@ std::uint16_t AddressEnd(const modbus::Client& client) {
 }
 
 /// Warning bits raised by any camera.
-std::uint16_t CameraWarnings(const std::array<CameraStatus, kMaxCameras>& cameras) {
+std::uint16_t CameraWarnings(const std::array<status::CameraStatus, model::kMaxCameras>& cameras) {
   int warnings = 0;
-  for (const CameraStatus& camera : cameras) {
+  for (const status::CameraStatus& camera : cameras) {
     if (!camera.configured) continue;
     if (camera.lens_stale) warnings |= warning::kLensStale;
     if (camera.camera_lost || camera.zoom_unknown) warnings |= warning::kCameraLost;
@@ -68,7 +68,7 @@ std::uint16_t CameraWarnings(const std::array<CameraStatus, kMaxCameras>& camera
   return static_cast<std::uint16_t>(warnings);
 }
 
-std::uint16_t SceneWarnings(const SceneStatus& scene, double now_s) {
+std::uint16_t SceneWarnings(const status::SceneStatus& scene, double now_s) {
   if (!scene.FreshAt(now_s)) return 0;
   int warnings = 0;
   if (scene.interferences > 0) warnings |= warning::kInterference;
@@ -76,8 +76,8 @@ std::uint16_t SceneWarnings(const SceneStatus& scene, double now_s) {
   return static_cast<std::uint16_t>(warnings);
 }
 
-CameraInput CameraInputFrom(const CameraStatus& camera) {
-  return {camera.configured,   camera.state == ZoomState::kValid,
+CameraInput CameraInputFrom(const status::CameraStatus& camera) {
+  return {camera.configured,   camera.state == lens::ZoomState::kValid,
           camera.board_wanted, camera.fiducial_moved,
           camera.tip_valid,    {camera.tip_W, camera.tip_covariance_W, camera.tip_tag_covariance_W},
           camera.tip_time_s};
@@ -85,10 +85,12 @@ CameraInput CameraInputFrom(const CameraStatus& camera) {
 
 }  // namespace
 
-CycleParts::CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version)
-    : CycleParts(config, std::make_shared<RobotLink>(std::move(device)), version) {}
+CycleParts::CycleParts(const config::DaemonConfig& config,
+                       std::unique_ptr<robot::RobotDevice> device, int version)
+    : CycleParts(config, std::make_shared<robot::RobotLink>(std::move(device)), version) {}
 
-CycleParts::CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> reused, int version)
+CycleParts::CycleParts(const config::DaemonConfig& config, std::shared_ptr<robot::RobotLink> reused,
+                       int version)
     : machine(config.machine),
       branches(config.machine),
       model_version(version),
@@ -109,8 +111,8 @@ CycleParts::CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> re
   branches.Start();
 }
 
-PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s) {
-  PlcEnvironment environment;
+plc::PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s) {
+  plc::PlcEnvironment environment;
   environment.boot_count = boot_count;
   environment.firmware =
       10000U * PLUMBLINE_VERSION_MAJOR + 100U * PLUMBLINE_VERSION_MINOR + PLUMBLINE_VERSION_PATCH;
@@ -164,7 +166,7 @@ void ControlCycle::Replace(std::unique_ptr<CycleParts> parts, const std::functio
   if (!link_kept) parts_->link->Start();
 }
 
-void ControlCycle::StopLink(RobotLink& link, const std::function<void()>& step) {
+void ControlCycle::StopLink(robot::RobotLink& link, const std::function<void()>& step) {
   link.RequestStop();
   while (!link.ended()) {
     step();
@@ -220,18 +222,18 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   bool two_masters = false;
   {
     const auto commands = handler_.Commands();
-    input.command = PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
-                                            parts.convention);
+    input.command = plc::PlcCommandFromRegisters(commands->registers.values, commands->coils.values,
+                                                 parts.convention);
     writer = commands->writer;
     two_masters = start_s < commands->two_masters_until_s;
     environment_.masters.other = two_masters ? AddressEnd(commands->other) : std::uint16_t{0};
   }
   environment_.monitoring = *mailboxes_.monitoring.Read();
   environment_.monitoring.model.applied = parts.model_version;
-  const CellModel& cell = parts.machine.config().cell;
+  const model::CellModel& cell = parts.machine.config().cell;
   environment_.monitoring.model.fitted = cell.domain && cell.domain->as_validated;
   environment_.monitoring.model.effects = static_cast<int>(cell.effects.size());
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
     environment_.cameras[k] = *mailboxes_.cameras[k].status.Read();
     input.cameras[k] = CameraInputFrom(environment_.cameras[k]);
   }
@@ -267,8 +269,8 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
 
 void ControlCycle::PostRequests(const CycleParts& parts, const Snapshot& snapshot) {
   const bool temperature_valid = (snapshot.status & status::kTemperatureValid) != 0;
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
-    CameraLink& camera = mailboxes_.cameras[k];
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    camera::CameraLink& camera = mailboxes_.cameras[k];
     camera.temp_C = temperature_valid ? snapshot.robot.temp_C.value_or(NAN) : NAN;
     const CalibrationRequest order = snapshot.calibration_requests[k];
     if (order == CalibrationRequest::kStart) ++camera.start_board;
@@ -291,7 +293,7 @@ void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {
   image.readable = parts.readable;
   parts.encoder.Encode(snapshot, environment_);
   parts.encoder.CopyTo(image.registers);
-  image.bits.resize(plc_map::kBits);
+  image.bits.resize(plc::registers::kBits);
   SetBits(snapshot.status, 0, image.bits);
   SetBits(snapshot.alarms, 16, image.bits);
   SetBits(snapshot.warnings, 32, image.bits);
@@ -301,7 +303,7 @@ void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {
   snapshots_.Publish();
 
   if (parts.push.empty()) return;
-  std::array<PushPoint, kMaxPushPoints> pushed;
+  std::array<robot::PushPoint, robot::kMaxPushPoints> pushed;
   const std::size_t count = std::min(parts.push.size(), pushed.size());
   for (std::size_t slot = 0; slot < count; ++slot) {
     const PointResult& point = snapshot.points[parts.push[slot].point];
@@ -311,4 +313,4 @@ void ControlCycle::Publish(CycleParts& parts, const Snapshot& snapshot) {
   parts.link->QueuePush(std::span(pushed).first(count));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

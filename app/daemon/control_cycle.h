@@ -18,24 +18,27 @@
 #include "drivers/robot/robot_link.h"
 #include "drivers/thread_heartbeat.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Everything of one configuration that the cycle uses; replaced as a whole on reload.
 struct CycleParts {
-  CycleParts(const DaemonConfig& config, std::unique_ptr<RobotDevice> device, int version);
+  CycleParts(const config::DaemonConfig& config, std::unique_ptr<robot::RobotDevice> device,
+             int version);
   /// @param reused  the link of the parts that these replace, which keeps running
-  CycleParts(const DaemonConfig& config, std::shared_ptr<RobotLink> reused, int version);
+  CycleParts(const config::DaemonConfig& config, std::shared_ptr<robot::RobotLink> reused,
+             int version);
 
   Machine machine;
   TaughtBranchSearch branches;   ///< of the machine's taught points, which are pending until found
   int model_version;             ///< of the machine's cell; 0: not in the model store
   bool records_probes;           ///< whether [loop] is enabled
   bool model_set_aside = false;  ///< whether an applied version is not in force
-  PlcConvention convention;
-  PlcEncoder encoder;
+  plc::PlcConvention convention;
+  plc::PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;
-  RobotSetup robot;                 ///< that the link was created from
-  std::shared_ptr<RobotLink> link;  ///< shared only while one configuration replaces the other
+  RobotSetup robot;  ///< that the link was created from
+  std::shared_ptr<robot::RobotLink>
+      link;  ///< shared only while one configuration replaces the other
   double period_s;
   struct PushSlot {
     std::size_t point;  ///< index of the configured point
@@ -53,7 +56,7 @@ struct CycleCounters {
 };
 
 /// The registers that identify this start to the PLC, from its first request on.
-PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s);
+plc::PlcEnvironment EnvironmentAtStart(std::uint16_t boot_count, double period_s);
 
 class ControlCycle {
  public:
@@ -88,14 +91,14 @@ class ControlCycle {
   CycleCounters counters() const;
   const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
   /// The clock of probes and of time-dependent effects.
-  const UtcClock& clock() const { return clock_; }
+  const service::UtcClock& clock() const { return clock_; }
   /// The parts in use; only for the thread that calls Replace().
   const CycleParts& parts() const { return *parts_; }
 
  private:
   void Run();
   void RunOnce(CycleParts& parts, double tick_s);
-  void StopLink(RobotLink& link, const std::function<void()>& step);
+  void StopLink(robot::RobotLink& link, const std::function<void()>& step);
   void PostRequests(const CycleParts& parts, const Snapshot& snapshot);
   void Publish(CycleParts& parts, const Snapshot& snapshot);
 
@@ -105,9 +108,9 @@ class ControlCycle {
   Latest<modbus::RegisterImage>& images_;
   CycleMailboxes& mailboxes_;
   Latest<Snapshot> snapshots_;
-  PlcEnvironment environment_;
+  plc::PlcEnvironment environment_;
   const modbus::TcpServer* server_;
-  const UtcClock clock_ = UtcClock::FromSystemClock();
+  const service::UtcClock clock_ = service::UtcClock::FromSystemClock();
   double start_s_ = 0;
   double last_overrun_s_ = -1e9;
   std::atomic<std::uint16_t> alarms_{0};
@@ -120,4 +123,4 @@ class ControlCycle {
   std::thread thread_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

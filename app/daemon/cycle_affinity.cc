@@ -6,7 +6,7 @@
 
 #include "drivers/real_time.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 void CycleAffinity::Update(const CycleCount& count, std::array<pid_t, 2> threads, double now_s) {
   if (released_) return;
@@ -33,4 +33,4 @@ void CycleAffinity::Release() {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

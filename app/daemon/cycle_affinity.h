@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Pins the control cycle and the robot thread that it waits for to one CPU, the last that this
 /// process may use: waking a thread on another CPU costs more than what either thread does. That
@@ -40,4 +40,4 @@ class CycleAffinity {
   bool released_ = false;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

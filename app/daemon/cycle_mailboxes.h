@@ -14,7 +14,7 @@
 #include "firmware-like/status/monitoring_status.h"
 #include "firmware-like/status/scene_status.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Message from the control cycle to the monitoring worker: a probe, or a request to restart the
 /// drift monitor.
@@ -75,9 +75,10 @@ class CycleEventQueue {
 struct CycleMailboxes {
   CycleEventQueue queue;
   /// Written by the monitoring worker, read by the control cycle and the display feed.
-  Latest<MonitoringStatus> monitoring{2, MonitoringStatus()};
-  std::array<CameraLink, kMaxCameras> cameras;
-  Latest<SceneStatus> scene{1, SceneStatus()};  ///< written by the display feed, read by the cycle
+  Latest<status::MonitoringStatus> monitoring{2, status::MonitoringStatus()};
+  std::array<camera::CameraLink, model::kMaxCameras> cameras;
+  Latest<status::SceneStatus> scene{
+      1, status::SceneStatus()};  ///< written by the display feed, read by the cycle
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

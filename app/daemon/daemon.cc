@@ -30,7 +30,7 @@
 #include "app/version.h"
 #include "drivers/robot/host_name.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr int kReportPeriod_ms = 100, kPreparedPeriod_ms = 10;
@@ -48,9 +48,9 @@ constexpr double kThreadTimeout_s = 2, kMonitoringTimeout_s = 5.5, kNameLookupTi
 
 /// Watchdog timeout of the robot link: pushing one point takes seven requests, each of which may
 /// take nearly its own time-out.
-double RobotTimeout_s(const DaemonConfig& config) {
+double RobotTimeout_s(const config::DaemonConfig& config) {
   constexpr double kRequestsPerPush = 7;
-  if (config.robot.transport == "tcp" && !IsAddress(config.robot.connection.tcp.host)) {
+  if (config.robot.transport == "tcp" && !robot::IsAddress(config.robot.connection.tcp.host)) {
     return kNameLookupTimeout_s;
   }
   return kThreadTimeout_s + kRequestsPerPush * config.robot.connection.timeout_s;
@@ -59,25 +59,26 @@ double RobotTimeout_s(const DaemonConfig& config) {
 /// @param in_use  the present parts, whose robot link is reused if its settings have not changed;
 ///                nullptr at the start
 std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const CycleParts* in_use) {
-  const DaemonConfig& config = in_force.config;
-  if (const auto why_not = ModelUnusableReason(config.machine.cell)) {
-    Log({Event::kFileFault, fmt::format("{}: {}; fix or remove that effect in this file",
-                                        config.cell_file, *why_not)});
+  const config::DaemonConfig& config = in_force.config;
+  if (const auto why_not = model_store::ModelUnusableReason(config.machine.cell)) {
+    log::Log({log::Event::kFileFault, fmt::format("{}: {}; fix or remove that effect in this file",
+                                                  config.cell_file, *why_not)});
     return nullptr;
   }
   const auto refuse = [](const std::string& why) {
-    Log({Event::kRobotSetupFailed, fmt::format("robot: {}", why)});
+    log::Log({log::Event::kRobotSetupFailed, fmt::format("robot: {}", why)});
     return nullptr;
   };
   Result<RobotSetup> robot = RobotSetupFrom(config);
   if (!robot) return refuse(robot.error());
-  std::shared_ptr<RobotLink> link;
+  std::shared_ptr<robot::RobotLink> link;
   if (in_use != nullptr && in_use->robot == *robot) {
     link = in_use->link;
   } else {
-    Result<std::unique_ptr<RobotDevice>> device = MakeRobot(robot->transport, robot->connection);
+    Result<std::unique_ptr<robot::RobotDevice>> device =
+        robot::MakeRobot(robot->transport, robot->connection);
     if (!device) return refuse(device.error());
-    link = std::make_shared<RobotLink>(std::move(device).value());
+    link = std::make_shared<robot::RobotLink>(std::move(device).value());
   }
   auto parts = std::make_unique<CycleParts>(config, std::move(link), in_force.models.applied);
   parts->robot = std::move(robot).value();
@@ -92,25 +93,28 @@ void AwaitBranches(CycleParts& parts) {
 }
 
 void LogModel(const ConfigInForce& in_force) {
-  const ModelState& models = in_force.models;
-  SetLogContext({in_force.config.machine.cell.robot.name, models.applied});
-  if (!in_force.set_aside.empty()) Log({Event::kModelSetAside, in_force.set_aside});
+  const model_store::ModelState& models = in_force.models;
+  log::SetLogContext({in_force.config.machine.cell.robot.name, models.applied});
+  if (!in_force.set_aside.empty()) log::Log({log::Event::kModelSetAside, in_force.set_aside});
   if (models.applied == models.declared) return;
-  Log({Event::kModelInForce,
-       fmt::format("model version {} in force in place of the cell file", models.applied)});
+  log::Log({log::Event::kModelInForce,
+            fmt::format("model version {} in force in place of the cell file", models.applied)});
 }
 
-std::vector<Reporter::PointName> PointNames(const DaemonConfig& config) {
+std::vector<Reporter::PointName> PointNames(const config::DaemonConfig& config) {
   std::vector<Reporter::PointName> names;
-  for (const AssemblyPoint& point : config.machine.points) names.push_back({point.id, point.name});
+  for (const correction::AssemblyPoint& point : config.machine.points)
+    names.push_back({point.id, point.name});
   return names;
 }
 
 /// Records the path for `plumbline model apply`, which reports how far the configured points move.
-void RecordConfiguration(const DaemonConfig& config) {
-  if (const auto recorded = RecordConfigurationPath(config.state_directory, config.file);
+void RecordConfiguration(const config::DaemonConfig& config) {
+  if (const auto recorded =
+          model_store::RecordConfigurationPath(config.state_directory, config.file);
       !recorded) {
-    Log({Event::kStateDirectory,
+    log::Log(
+        {log::Event::kStateDirectory,
          fmt::format("state directory: {}; `plumbline model apply` does not know this daemon's "
                      "points unless it is given --config",
                      recorded.error())});
@@ -119,13 +123,13 @@ void RecordConfiguration(const DaemonConfig& config) {
 
 /// The running parts of the daemon.
 struct Running {
-  const std::string& file;      ///< path of the configuration
-  const DaemonConfig& started;  ///< the configuration at the start
+  const std::string& file;              ///< path of the configuration
+  const config::DaemonConfig& started;  ///< the configuration at the start
   ControlCycle& cycle;
   MonitoringWorker& worker;
   DisplayFeed& display;
   PlcServers& plc;
-  const ServiceManager& manager;
+  const service::ServiceManager& manager;
   ThreadWatchdog watchdog;
   double robot_timeout_s;  ///< of the present robot link
   RunningDaemon state;
@@ -141,7 +145,7 @@ struct PendingReload {
 
 std::optional<PendingReload> ReadConfiguration(const Running& running) {
   const std::string& file = running.file;
-  FaultList faults;
+  config::FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running.state);
   const std::size_t served = running.cycle.parts().machine.config().points.size();
   if (in_force && served > 0 && in_force->config.machine.points.empty()) {
@@ -153,36 +157,38 @@ std::optional<PendingReload> ReadConfiguration(const Running& running) {
                                     served)});
     in_force.reset();
   }
-  LogFaults(faults);
+  log::LogFaults(faults);
   std::unique_ptr<CycleParts> parts =
       in_force ? PartsFrom(*in_force, &running.cycle.parts()) : nullptr;
   if (!parts) {
-    Log({Event::kNotReloaded,
-         "Configuration not reloaded; the previous one stays in force. Fix the faults "
-         "reported above, then reload."});
+    log::Log({log::Event::kNotReloaded,
+              "Configuration not reloaded; the previous one stays in force. Fix the faults "
+              "reported above, then reload."});
     return std::nullopt;
   }
   return PendingReload{std::move(*in_force), std::move(parts)};
 }
 
 void Reload(PendingReload pending, Running& running, Reporter& reporter) {
-  const DaemonConfig& started = running.started;
+  const config::DaemonConfig& started = running.started;
   const ConfigInForce* const in_force = &pending.in_force;
-  const DaemonConfig& fresh = in_force->config;
+  const config::DaemonConfig& fresh = in_force->config;
   if (PlcServersDiffer(fresh.plc, started.plc)) {
-    Log({Event::kNeedsRestart,
+    log::Log(
+        {log::Event::kNeedsRestart,
          "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
          "what the daemon started with"});
   }
   if (CamerasDiffer(fresh, started)) {
-    Log({Event::kNeedsRestart,
+    log::Log(
+        {log::Event::kNeedsRestart,
          "needs a restart: [camera], [zoom], [board], [tags] or the tags' file differs from what "
          "the daemon started with"});
   }
   if (in_force->configured_state_directory != started.state_directory) {
-    Log({Event::kNeedsRestart,
-         fmt::format("needs a restart: state_directory changed, {} stays in use",
-                     started.state_directory)});
+    log::Log({log::Event::kNeedsRestart,
+              fmt::format("needs a restart: state_directory changed, {} stays in use",
+                          started.state_directory)});
   }
   running.worker.Configure(fresh,
                            in_force->models);  // before the new machine's first probe arrives
@@ -196,7 +202,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
     const double now_s = MonotonicSeconds();
     const auto period_s = running.manager.watchdog_period_s();
     if (!period_s || now_s - fed_s < *period_s) return;
-    if (now_s - start_s > running.robot_timeout_s + kWithdrawal_s) return;
+    if (now_s - start_s > running.robot_timeout_s + robot::kWithdrawal_s) return;
     fed_s = now_s;
     running.manager.NotifyWatchdog();
   });
@@ -205,7 +211,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
   running.robot_timeout_s = RobotTimeout_s(fresh);
   running.watchdog.SetTimeout(kRobotLink, running.robot_timeout_s);
   reporter.Configure(PointNames(fresh), link_kept);
-  Log({Event::kReloaded, fmt::format("configuration {} reloaded", running.file)});
+  log::Log({log::Event::kReloaded, fmt::format("configuration {} reloaded", running.file)});
   LogModel(*in_force);
 }
 
@@ -228,12 +234,12 @@ class WatchdogFeeder {
     if (stalled.name != stalled_) {
       stalled_ = stalled.name;
       if (!stalled_.empty()) {
-        Log({Event::kThreadStalled,
-             fmt::format("{} has not responded for {:.1f} s: {}", stalled_, stalled.silent_s,
-                         running.manager.watchdog_period_s()
-                             ? "the service manager will restart the daemon"
-                             : "restart the daemon"),
-             {{"THREAD", stalled_}}});
+        log::Log({log::Event::kThreadStalled,
+                  fmt::format("{} has not responded for {:.1f} s: {}", stalled_, stalled.silent_s,
+                              running.manager.watchdog_period_s()
+                                  ? "the service manager will restart the daemon"
+                                  : "restart the daemon"),
+                  {{"THREAD", stalled_}}});
         running.manager.RequestRestart();
       }
     }
@@ -252,7 +258,7 @@ class WatchdogFeeder {
   double fed_s_ = -1e300, status_s_ = -1e300;
 };
 
-void AddThreads(const DaemonConfig& config, const ControlCycle& cycle,
+void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,
                 const MonitoringWorker& worker, ThreadWatchdog& watchdog) {
   watchdog.Add("control cycle", kThreadTimeout_s, [&cycle] { return cycle.heartbeat().beats(); });
   watchdog.Add(
@@ -275,8 +281,8 @@ void UpdateAffinity(Running& running, double now_s) {
 /// The main thread's loop: logs transitions, reloads and feeds the watchdog until a signal stops
 /// the daemon.
 void Supervise(int signals, Running& running) {
-  Reporter reporter(PointNames(running.started), Log);
-  UtcClock clock = running.cycle.clock();
+  Reporter reporter(PointNames(running.started), log::Log);
+  service::UtcClock clock = running.cycle.clock();
   WatchdogFeeder feeder;
   std::optional<PendingReload> pending;
   double pending_since_s = 0;  // time of the first signal that it serves
@@ -288,8 +294,8 @@ void Supervise(int signals, Running& running) {
       signalfd_siginfo info{};
       if (read(signals, &info, sizeof info) != sizeof info) continue;
       if (info.ssi_signo != SIGHUP) {
-        Log({Event::kEnding,
-             fmt::format("stopping on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT")});
+        log::Log({log::Event::kEnding,
+                  fmt::format("stopping on {}", info.ssi_signo == SIGTERM ? "SIGTERM" : "SIGINT")});
         running.manager.Stopping();
         return;
       }
@@ -314,8 +320,9 @@ void Supervise(int signals, Running& running) {
       if (!pending) reloaded();
     }
     const double now_s = MonotonicSeconds();
-    if (const auto step_s = clock.DetectStep(SystemUtcSeconds(), now_s)) {
-      Log({Event::kClockSet,
+    if (const auto step_s = clock.DetectStep(service::SystemUtcSeconds(), now_s)) {
+      log::Log(
+          {log::Event::kClockSet,
            fmt::format("system clock stepped by {:+.0f} s: probe and effect times continue on the "
                        "previous time base. Restart the daemon to use the new time",
                        *step_s)});
@@ -329,14 +336,14 @@ void Supervise(int signals, Running& running) {
     UpdateAffinity(running, now_s);
     running.plc.DepositConnections(running.manager);
     running.display.PublishIfDue();
-    FlushLog();
+    log::FlushLog();
   }
 }
 
-std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
-  auto opened = ViewPublisher::Open(ViewSocketOf(state_directory));
+std::unique_ptr<view_link::ViewPublisher> OpenView(const std::string& state_directory) {
+  auto opened = view_link::ViewPublisher::Open(view_link::ViewSocketOf(state_directory));
   if (opened) return std::move(opened).value();
-  Log({Event::kViewUnavailable, fmt::format("no display possible: {}", opened.error())});
+  log::Log({log::Event::kViewUnavailable, fmt::format("no display possible: {}", opened.error())});
   return nullptr;
 }
 
@@ -345,25 +352,27 @@ std::unique_ptr<ViewPublisher> OpenView(const std::string& state_directory) {
 int RunDaemon(const std::string& config_file) {
   // Per-thread malloc arenas would double the resident memory of a daemon that hardly allocates.
   mallopt(M_ARENA_MAX, 1);
-  const int signals = OpenSignalDescriptor();
-  ServiceManager manager;
+  const int signals = service::OpenSignalDescriptor();
+  service::ServiceManager manager;
 
-  FaultList faults;
+  config::FaultList faults;
   std::optional<ConfigInForce> in_force = ReadConfigInForce(config_file, faults);
-  LogFaults(faults);
+  log::LogFaults(faults);
   const auto not_started = [&config_file] {
-    Log({Event::kNotStarted,
+    log::Log(
+        {log::Event::kNotStarted,
          fmt::format("not started: fix the faults reported above in {} and in its state directory; "
                      "run `plumbline check` to verify",
                      config_file)});
     return 1;
   };
   if (!in_force) return not_started();
-  const DaemonConfig* const config = &in_force->config;
-  StateStorage storage(config->state_directory, Log);
+  const config::DaemonConfig* const config = &in_force->config;
+  StateStorage storage(config->state_directory, log::Log);
   const std::optional<std::string> other_daemon = storage.Acquire();
   if (other_daemon) {
-    Log({config->loop.enabled ? Event::kNotStarted : Event::kStateDirectory,
+    log::Log(
+        {config->loop.enabled ? log::Event::kNotStarted : log::Event::kStateDirectory,
          fmt::format(
              "{}state directory: {}: {}; stop it, or give this daemon its own "
              "state_directory{}",
@@ -381,7 +390,7 @@ int RunDaemon(const std::string& config_file) {
   DisplayFeed display(OpenView(config->state_directory), mailboxes, config->vision.cameras.size());
   const auto cameras = CameraSupervisors::Open(*config, mailboxes, display);
   if (!cameras) {
-    Log({Event::kNotStarted, cameras.error()});
+    log::Log({log::Event::kNotStarted, cameras.error()});
     return 1;
   }
   const std::uint16_t boot_count = NextBootCount(config->state_directory);
@@ -393,13 +402,13 @@ int RunDaemon(const std::string& config_file) {
   nothing.background_warnings = parts->model_set_aside ? warning::kModelSetAside : std::uint16_t{0};
   first_image.registers = parts->encoder.Encode(parts->machine.Cycle(nothing),
                                                 EnvironmentAtStart(boot_count, parts->period_s));
-  first_image.bits.resize(plc_map::kBits);
+  first_image.bits.resize(plc::registers::kBits);
   Latest<modbus::RegisterImage> images(1, first_image);
   modbus::ImageHandler handler(images, EmptyCommandArea(), Identification());
 
   const auto plc = PlcServers::Open(config->plc, manager, handler);
   if (!plc) {
-    Log({Event::kPlcServerFailed, fmt::format("PLC server: {}", plc.error())});
+    log::Log({log::Event::kPlcServerFailed, fmt::format("PLC server: {}", plc.error())});
     return 2;
   }
   if (!other_daemon) storage.StoreBootCount(boot_count);
@@ -408,7 +417,7 @@ int RunDaemon(const std::string& config_file) {
     display.Reopen([config] { return OpenView(config->state_directory); });
   });
   MonitoringWorker worker(
-      mailboxes, Log, [] { kill(getpid(), SIGHUP); }, other_daemon ? nullptr : &storage);
+      mailboxes, log::Log, [] { kill(getpid(), SIGHUP); }, other_daemon ? nullptr : &storage);
   worker.Configure(*config, in_force->models);
   worker.Start();
   ControlCycle cycle(std::move(parts), handler, images, mailboxes, boot_count, &(*plc)->server());
@@ -416,10 +425,10 @@ int RunDaemon(const std::string& config_file) {
   display.Configure(*config);
   display.Start(cycle);
   (*cameras)->Start();
-  Log({Event::kStarted,
-       fmt::format("plumblined {} with {} ({} points), PLC server on {}:{}", PLUMBLINE_VERSION,
-                   config->machine.cell.robot.name, config->machine.points.size(),
-                   config->plc.tcp.address, (*plc)->server().port())});
+  log::Log({log::Event::kStarted,
+            fmt::format("plumblined {} with {} ({} points), PLC server on {}:{}", PLUMBLINE_VERSION,
+                        config->machine.cell.robot.name, config->machine.points.size(),
+                        config->plc.tcp.address, (*plc)->server().port())});
   LogModel(*in_force);
   malloc_trim(0);
   Running running{config_file,
@@ -440,15 +449,15 @@ int RunDaemon(const std::string& config_file) {
   (*cameras)->Stop();
   cycle.Stop();
   worker.Stop();
-  if (const RobotLinkStatus robot = cycle.parts().link->Status();
-      robot.push_result != LinkResult::kOk) {
-    Log({Event::kPushNotWithdrawn,
-         fmt::format("pushed points may still be marked valid in the controller: {}",
-                     LinkResultText(robot.push_result))});
+  if (const robot::RobotLinkStatus robot = cycle.parts().link->Status();
+      robot.push_result != robot::LinkResult::kOk) {
+    log::Log({log::Event::kPushNotWithdrawn,
+              fmt::format("pushed points may still be marked valid in the controller: {}",
+                          robot::LinkResultText(robot.push_result))});
   }
   (*plc)->DepositConnections(manager);  // including those that connected during the shutdown
-  FlushLog(true);
+  log::FlushLog(true);
   return 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Runs until SIGTERM or SIGINT. SIGHUP reloads the configuration: a faulty one changes nothing;
 /// addresses and ports of the PLC servers take a restart.
@@ -12,4 +12,4 @@ namespace plumbline {
 ///          logged
 int RunDaemon(const std::string& config_file);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 bool IsWaitingForDevice(pid_t thread) {
   std::ifstream stat(fmt::format("/proc/self/task/{}/stat", thread));
@@ -16,4 +16,4 @@ bool IsWaitingForDevice(pid_t thread) {
   return name_end != std::string::npos && line.compare(name_end + 2, 2, "D ") == 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -3,7 +3,7 @@
 
 #include <sys/types.h>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Whether a thread of this process is in uninterruptible sleep (state D): it waits for a disk, or
 /// for a USB device's time-outs. A thread that hangs in our own code, or that a debugger has
@@ -11,4 +11,4 @@ namespace plumbline {
 /// @return  false also if there is no such thread
 bool IsWaitingForDevice(pid_t thread);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

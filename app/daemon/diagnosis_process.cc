@@ -13,7 +13,7 @@
 #include "drivers/files/package_paths.h"
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr int kLowestPriority = 19;  ///< the highest nice value
@@ -32,13 +32,13 @@ std::string LastLine(const std::string& file) {
 
 Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>& arguments,
                                                  const std::string& output_file) {
-  const Descriptor output(open(
+  const os::Descriptor output(open(
       output_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644));
   if (!output) {
-    return Error{
-        fmt::format("{}: {}", output_file, WriteErrorText(output_file, std::strerror(errno)))};
+    return Error{fmt::format("{}: {}", output_file,
+                             files::WriteErrorText(output_file, std::strerror(errno)))};
   }
-  auto child = ChildProcess::Start(
+  auto child = os::ChildProcess::Start(
       {.arguments = arguments,
        .descriptors = {{STDOUT_FILENO, output.get()}, {STDERR_FILENO, output.get()}},
        .nice = kLowestPriority,
@@ -49,20 +49,20 @@ Result<DiagnosisProcess> DiagnosisProcess::Start(const std::vector<std::string>&
 
 std::optional<std::string> DiagnosisProcess::Poll() {
   if (!child_.started()) return "was stopped";
-  const std::optional<ExitStatus> end = child_.Poll();
+  const std::optional<os::ExitStatus> end = child_.Poll();
   if (!end) return std::nullopt;
   if (end->ok()) return std::string();
   std::string how = "exit status unknown";
   if (end->exit_code) how = fmt::format("exit code {}", *end->exit_code);
   if (end->signal != 0) how = fmt::format("signal {}", end->signal);
   std::string last_line = LastLine(output_file_);
-  if (last_line.empty() && end->exit_code == ExitStatus::kNotRun) last_line = "cannot be run";
+  if (last_line.empty() && end->exit_code == os::ExitStatus::kNotRun) last_line = "cannot be run";
   return last_line.empty() ? how : fmt::format("{}: {}", how, last_line);
 }
 
 std::string PlumblineProgram() {
   if (const char* named = std::getenv("PLUMBLINE_PROGRAM")) return named;
-  return SiblingProgram("plumbline");
+  return files::SiblingProgram("plumbline");
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

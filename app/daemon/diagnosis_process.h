@@ -9,7 +9,7 @@
 #include "drivers/os/child_process.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// One run of a program in its own process group, at nice 19, with standard output and error going
 /// to a file. The destructor kills the group; the kernel kills the program when the thread that
@@ -25,9 +25,9 @@ class DiagnosisProcess {
   void Kill() { child_.End(); }
 
  private:
-  DiagnosisProcess(ChildProcess child, std::string output_file)
+  DiagnosisProcess(os::ChildProcess child, std::string output_file)
       : child_(std::move(child)), output_file_(std::move(output_file)) {}
-  ChildProcess child_;
+  os::ChildProcess child_;
   std::string output_file_;
 };
 
@@ -35,4 +35,4 @@ class DiagnosisProcess {
 /// PLUMBLINE_PROGRAM.
 std::string PlumblineProgram();
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -21,34 +21,36 @@
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr std::int64_t kMaxDiagnosedRows = 12000;  // the newest; they take about a minute
 
-std::string Folder(const DaemonConfig& config) {
+std::string Folder(const config::DaemonConfig& config) {
   return config.state_directory + "/diagnosis";
 }
 
 /// Logs the tip error due to coarse joint registers if it exceeds the measurement noise.
-void LogReadingError(const DaemonConfig& config, const std::vector<JournalRow>& rows,
-                     const LogSink& sink, const std::function<void()>& step) {
-  const CellModel& cell = config.machine.cell;
-  const LoadedArm arm(cell);
+void LogReadingError(const config::DaemonConfig& config,
+                     const std::vector<journal::JournalRow>& rows, const log::LogSink& sink,
+                     const std::function<void()>& step) {
+  const model::CellModel& cell = config.machine.cell;
+  const deflection::LoadedArm arm(cell);
   double largest_rad = 0;
   std::vector<double> radii_m;
-  for (const JournalRow& row : rows) {
+  for (const journal::JournalRow& row : rows) {
     if (row.q_step_rad.value_or(0) <= 0) continue;
     step();
-    LoadedState state;
+    deflection::LoadedState state;
     arm.AtActual(row.q, {}, {}, state);
     largest_rad = std::max(largest_rad, *row.q_step_rad);
-    radii_m.push_back(RadiusHolding95Percent(ReadingCovariance(arm, state, *row.q_step_rad)));
+    radii_m.push_back(deflection::RadiusHolding95Percent(
+        deflection::ReadingCovariance(arm, state, *row.q_step_rad)));
   }
   if (radii_m.empty()) return;
-  const double middle_m = MedianOf(radii_m);
+  const double middle_m = statistics::MedianOf(radii_m);
   if (middle_m < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
-  sink({Event::kDiagnosisCoarse,
+  sink({log::Event::kDiagnosisCoarse,
         fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %). The "
                     "diagnosis treats this as noise and cannot detect smaller effects. Use finer "
                     "registers (universal-robots-fine)",
@@ -56,9 +58,9 @@ void LogReadingError(const DaemonConfig& config, const std::vector<JournalRow>& 
 }
 
 /// The smallest and the largest mass that was carried.
-std::vector<ReportedLoad> Loads(const std::vector<JournalRow>& rows) {
+std::vector<model_store::ReportedLoad> Loads(const std::vector<journal::JournalRow>& rows) {
   std::vector<double> masses_kg;
-  for (const JournalRow& row : rows) {
+  for (const journal::JournalRow& row : rows) {
     if (row.payload_kg) masses_kg.push_back(*row.payload_kg);
   }
   if (masses_kg.empty()) return {};
@@ -68,10 +70,11 @@ std::vector<ReportedLoad> Loads(const std::vector<JournalRow>& rows) {
 
 }  // namespace
 
-Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied_model,
-                                         Journal& journal, std::int64_t alarm_row,
-                                         const LogSink& sink, const std::function<void()>& step) {
-  JournalFilter filter;
+Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int applied_model,
+                                         journal::Journal& journal, std::int64_t alarm_row,
+                                         const log::LogSink& sink,
+                                         const std::function<void()>& step) {
+  journal::JournalFilter filter;
   filter.last = kMaxDiagnosedRows;
   const auto since = journal.LastModel();
   if (!since) return since.failure();
@@ -81,17 +84,18 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   step();
   const double sigma_m = config.loop.probe_sigma_m;
   const std::size_t uncertain = std::erase_if(
-      rows.value(), [&](const JournalRow& row) { return IsTooUncertain(row, sigma_m); });
+      rows.value(), [&](const journal::JournalRow& row) { return IsTooUncertain(row, sigma_m); });
   if (uncertain > 0) {
-    sink({Event::kDiagnosisNote,
+    sink({log::Event::kDiagnosisNote,
           fmt::format("diagnosis: {} camera probes left out: less certain than "
                       "loop.probe_sigma_mm",
                       uncertain)});
   }
-  const ExportedCsv exported = CsvFromJournal(*rows, config.machine.cell.robot.joints);
+  const journal::ExportedCsv exported =
+      journal::CsvFromJournal(*rows, config.machine.cell.robot.joints);
   for (const std::string& note : exported.notes)
-    sink({Event::kDiagnosisNote, "diagnosis: " + note});
-  std::erase_if(rows.value(), [&exported](const JournalRow& row) {
+    sink({log::Event::kDiagnosisNote, "diagnosis: " + note});
+  std::erase_if(rows.value(), [&exported](const journal::JournalRow& row) {
     return !std::binary_search(exported.ids.begin(), exported.ids.end(), row.id);
   });
   step();
@@ -99,27 +103,29 @@ Result<DiagnosisRun> DiagnosisRun::Start(const DaemonConfig& config, int applied
   std::error_code error;
   std::filesystem::remove_all(folder, error);
   std::filesystem::create_directories(folder, error);
-  if (error) return Error{fmt::format("{}: {}", folder, WriteErrorText(folder, error.message()))};
-  const Result<void> written = WriteDurably(folder + "/measured.csv", exported.text);
+  if (error)
+    return Error{fmt::format("{}: {}", folder, files::WriteErrorText(folder, error.message()))};
+  const Result<void> written = model_store::WriteDurably(folder + "/measured.csv", exported.text);
   if (!written) return written.failure();
   step();
-  const Result<ModelStore> store = ModelStore::Open(config.state_directory);
+  const Result<model_store::ModelStore> store =
+      model_store::ModelStore::Open(config.state_directory);
   if (!store || applied_model == 0) return Error{"the model store cannot be used"};
   Result<DiagnosisProcess> started = DiagnosisProcess::Start(
       {PlumblineProgram(), "diagnose", store->ModelFile(applied_model), folder + "/measured.csv",
        "--json", folder + "/diagnosis.json", "--write-model", folder + "/corrected.toml",
-       "--report", folder + "/report.html", "--time-zero", TextFromUtc(journal.EpochUtc_s()),
-       "--order-unknown"},
+       "--report", folder + "/report.html", "--time-zero",
+       config::TextFromUtc(journal.EpochUtc_s()), "--order-unknown"},
       folder + "/output.txt");
   if (!started) return started.failure();
-  sink({Event::kDiagnosisStarted,
+  sink({log::Event::kDiagnosisStarted,
         fmt::format("diagnosis started over {} measured points", exported.ids.size())});
   LogReadingError(config, *rows, sink, step);
   return DiagnosisRun(std::move(started).value(), applied_model, alarm_row,
                       std::move(rows).value());
 }
 
-std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& config,
+std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const config::DaemonConfig& config,
                                                         const std::function<void()>& step) {
   const auto ended = process_.Poll();
   const std::chrono::duration<double> spent = Clock::now() - started_;
@@ -142,14 +148,14 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const DaemonConfig& conf
 }
 
 /// Reads the files of a finished diagnosis, and proposes or applies the corrected model.
-Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
+Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& config,
                                                     const std::function<void()>& step) const {
   const std::string folder = Folder(config);
-  const Result<std::string> json = ReadTextFile(folder + "/diagnosis.json");
+  const Result<std::string> json = config::ReadTextFile(folder + "/diagnosis.json");
   if (!json) return Error{"diagnosis.json: " + json.error()};
-  Result<ModelFacts> read = ModelFactsFromDiagnosis(*json);
+  Result<model_store::ModelFacts> read = model_store::ModelFactsFromDiagnosis(*json);
   if (!read) return read.failure();
-  ModelFacts facts = std::move(read).value();
+  model_store::ModelFacts facts = std::move(read).value();
   Outcome outcome;
   if (facts.verdict == "no_effect") {
     outcome.message = "diagnosis: no_effect, no effect exceeds the noise; nothing proposed";
@@ -167,46 +173,48 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
     outcome.message = what + "; nothing proposed";
     return outcome;
   }
-  const Result<std::string> model = ReadTextFile(folder + "/corrected.toml");
+  const Result<std::string> model = config::ReadTextFile(folder + "/corrected.toml");
   if (!model) return Error{"corrected.toml: " + model.error()};
-  FaultList faults;
-  const auto cell = CellFromText(*model, folder + "/corrected.toml", faults);
-  if (!cell) return Error{"the corrected model has faults: " + FaultsText(faults)};
-  std::vector<ModelPose> poses;
-  for (const JournalRow& row : rows_) {
+  config::FaultList faults;
+  const auto cell = config::CellFromText(*model, folder + "/corrected.toml", faults);
+  if (!cell) return Error{"the corrected model has faults: " + config::FaultsText(faults)};
+  std::vector<model_store::ModelPose> poses;
+  for (const journal::JournalRow& row : rows_) {
     poses.push_back({row.session, row.q, row.payload_kg.value_or(0.0), row.t_s, row.temp_C});
   }
   step();
-  const Result<double> change_m = LargestTipChange(config.machine.cell, *cell, poses);
+  const Result<double> change_m = model_store::LargestTipChange(config.machine.cell, *cell, poses);
   if (change_m) facts.change_mm = 1e3 * *change_m;
-  const PointMoves moves =
-      ComputePointMoves(config.machine, config.machine.cell, CellOfSession(*cell, ""),
-                        SystemUtcSeconds(), Loads(rows_), step);
-  const bool all_compared = std::all_of(moves.all.begin(), moves.all.end(),
-                                        [](const PointMove& move) { return move.Compared(); });
-  if (const PointMove* const largest = moves.Largest(); largest != nullptr && all_compared) {
+  const model_store::PointMoves moves = model_store::ComputePointMoves(
+      config.machine, config.machine.cell, deflection::CellOfSession(*cell, ""),
+      service::SystemUtcSeconds(), Loads(rows_), step);
+  const bool all_compared =
+      std::all_of(moves.all.begin(), moves.all.end(),
+                  [](const model_store::PointMove& move) { return move.Compared(); });
+  if (const model_store::PointMove* const largest = moves.Largest();
+      largest != nullptr && all_compared) {
     facts.points_change_mm = 1e3 * largest->Distance_m();
   }
   facts.from = fmt::format("drift alarm of journal row {}", alarm_row_);
   facts.based_on = applied_model_;
 
   step();
-  Result<ModelStore> store = ModelStore::Open(config.state_directory);
+  Result<model_store::ModelStore> store = model_store::ModelStore::Open(config.state_directory);
   if (!store) return store.failure();
   const std::string report = folder + "/report.html";
   const Result<int> number =
       store.value().Propose(*model, facts, std::filesystem::exists(report) ? report : "");
   if (!number) return number.failure();
   outcome.proposed = *number;
-  if (config.loop.apply != MonitoringConfig::Apply::kAutomatic) {
-    outcome.message =
-        fmt::format("{}; version {} proposed: {}", what, *number,
-                    ModelCommand(fmt::format("apply {}", *number), config.state_directory));
+  if (config.loop.apply != config::MonitoringConfig::Apply::kAutomatic) {
+    outcome.message = fmt::format(
+        "{}; version {} proposed: {}", what, *number,
+        model_store::ModelCommand(fmt::format("apply {}", *number), config.state_directory));
     return outcome;
   }
   const bool has_points = !config.machine.points.empty();
-  const std::string objection =
-      ModelUnusableReason(*cell).value_or(AutomaticApplyObjection(facts, config.loop, has_points));
+  const std::string objection = model_store::ModelUnusableReason(*cell).value_or(
+      AutomaticApplyObjection(facts, config.loop, has_points));
   if (!objection.empty()) {
     outcome.message =
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
@@ -219,8 +227,8 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const DaemonConfig& config,
   return outcome;
 }
 
-std::string AutomaticApplyObjection(const ModelFacts& facts, const MonitoringConfig& loop,
-                                    bool has_points) {
+std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
+                                    const config::MonitoringConfig& loop, bool has_points) {
   if (facts.verdict != "explained") return "the verdict is not \"explained\"";
   if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
   if (!facts.implausible.empty()) {
@@ -247,4 +255,4 @@ std::string AutomaticApplyObjection(const ModelFacts& facts, const MonitoringCon
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

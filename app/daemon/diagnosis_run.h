@@ -14,7 +14,7 @@
 #include "app/log/log_entry.h"
 #include "app/model_store/model_store.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Runs `plumbline diagnose` as a child process over the rows recorded since the present model came
 /// into force, then proposes the corrected model, and applies it if the configuration allows that.
@@ -25,9 +25,9 @@ class DiagnosisRun {
   /// joint registers hide.
   /// @param alarm_row  journal row that raised the drift alarm
   /// @param step       progress callback, called between steps that take about a second in total
-  static Result<DiagnosisRun> Start(const DaemonConfig& config, int applied_model, Journal& journal,
-                                    std::int64_t alarm_row, const LogSink& sink,
-                                    const std::function<void()>& step);
+  static Result<DiagnosisRun> Start(const config::DaemonConfig& config, int applied_model,
+                                    journal::Journal& journal, std::int64_t alarm_row,
+                                    const log::LogSink& sink, const std::function<void()>& step);
 
   struct Outcome {
     std::string message;  ///< the line to log
@@ -39,28 +39,30 @@ class DiagnosisRun {
   /// @param config  the configuration in force now, whose limits apply
   /// @param step    progress callback, called between the steps that turn a finished diagnosis into
   ///                a proposal; with many points they take seconds in total
-  std::optional<Outcome> Poll(const DaemonConfig& config, const std::function<void()>& step);
+  std::optional<Outcome> Poll(const config::DaemonConfig& config,
+                              const std::function<void()>& step);
 
  private:
   using Clock = std::chrono::steady_clock;
   DiagnosisRun(DiagnosisProcess process, int applied_model, std::int64_t alarm_row,
-               std::vector<JournalRow> rows)
+               std::vector<journal::JournalRow> rows)
       : process_(std::move(process)),
         applied_model_(applied_model),
         alarm_row_(alarm_row),
         rows_(std::move(rows)) {}
-  Result<Outcome> Propose(const DaemonConfig& config, const std::function<void()>& step) const;
+  Result<Outcome> Propose(const config::DaemonConfig& config,
+                          const std::function<void()>& step) const;
 
   DiagnosisProcess process_;
   Clock::time_point started_ = Clock::now();
   int applied_model_;
   std::int64_t alarm_row_;
-  std::vector<JournalRow> rows_;
+  std::vector<journal::JournalRow> rows_;
 };
 
 /// Why a model needs a person's approval although loop.apply is "automatic"; empty if it does not.
 /// @param has_points  whether points are configured, so that their displacement counts, too
-std::string AutomaticApplyObjection(const ModelFacts& facts, const MonitoringConfig& loop,
-                                    bool has_points);
+std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
+                                    const config::MonitoringConfig& loop, bool has_points);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

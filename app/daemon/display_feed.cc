@@ -7,31 +7,33 @@
 #include "app/version.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr double kPeriodWithoutImages_s = 0.15;
 
-ViewCamera SeenBy(const Camera& camera, const TrackedFrame& seen, const Lens* lens) {
-  ViewCamera view;
+view_link::ViewCamera SeenBy(const camera::Camera& camera, const tracking::TrackedFrame& seen,
+                             const lens::Lens* lens) {
+  view_link::ViewCamera view;
   view.serial = camera.identity().serial;
   view.mode = camera.identity().mode;
   if (lens != nullptr) view.lens = *lens;
-  for (const TrackedTag& tag : seen.tags) {
-    ViewTag shown;
+  for (const tracking::TrackedTag& tag : seen.tags) {
+    view_link::ViewTag shown;
     shown.id = tag.seen.id;
     std::copy_n(tag.seen.corners_px.begin(), shown.corners_px.size(), shown.corners_px.begin());
     if (tag.estimate) shown.X_CM = tag.estimate->X_CK;
     shown.ambiguous = tag.ambiguous;
     view.tags.push_back(shown);
   }
-  for (const SeenBody& body : seen.bodies) {
+  for (const tracking::SeenBody& body : seen.bodies) {
     view.bodies.push_back({body.body->name, body.estimate.X_CK, body.ambiguous});
   }
   return view;
 }
 
-void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, ViewState& state) {
+void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids,
+                  view_link::ViewState& state) {
   state.status = snapshot.status;
   state.alarms = snapshot.alarms;
   state.warnings = snapshot.warnings;
@@ -55,18 +57,19 @@ void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids, V
 
 }  // namespace
 
-DisplayFeed::DisplayFeed(std::unique_ptr<ViewPublisher> publisher, CycleMailboxes& mailboxes,
-                         std::size_t cameras)
+DisplayFeed::DisplayFeed(std::unique_ptr<view_link::ViewPublisher> publisher,
+                         CycleMailboxes& mailboxes, std::size_t cameras)
     : publisher_(std::move(publisher)), mailboxes_(mailboxes), cameras_(cameras) {}
 
-void DisplayFeed::Configure(const DaemonConfig& config) {
+void DisplayFeed::Configure(const config::DaemonConfig& config) {
   const std::lock_guard lock(mutex_);
   cell_ = config.machine.cell.robot.name;
   point_ids_.clear();
-  for (const AssemblyPoint& point : config.machine.points) point_ids_.push_back(point.id);
+  for (const correction::AssemblyPoint& point : config.machine.points)
+    point_ids_.push_back(point.id);
 }
 
-void DisplayFeed::Reopen(const std::function<std::unique_ptr<ViewPublisher>()>& open) {
+void DisplayFeed::Reopen(const std::function<std::unique_ptr<view_link::ViewPublisher>()>& open) {
   const std::lock_guard lock(mutex_);
   if (!publisher_) publisher_ = open();
 }
@@ -87,15 +90,16 @@ bool DisplayFeed::HasViewers() {
   return has_viewers;
 }
 
-void DisplayFeed::PublishImage(std::size_t k, Camera& camera, const CameraFrame& frame,
-                               const TrackedFrame& seen, const Lens* lens) {
+void DisplayFeed::PublishImage(std::size_t k, camera::Camera& camera,
+                               const camera::CameraFrame& frame, const tracking::TrackedFrame& seen,
+                               const lens::Lens* lens) {
   const std::lock_guard lock(mutex_);
   if (!publisher_ || cycle_ == nullptr || !HasViewers()) return;
   const std::vector<std::uint8_t>* const bgr = camera.Bgr();
   const int memory = publisher_->memory_number();
   auto image = publisher_->Share(k, frame.luma, bgr != nullptr ? bgr->data() : nullptr);
   if (publisher_->memory_number() != memory) {
-    for (ViewCamera& other : cameras_) other.image.reset();
+    for (view_link::ViewCamera& other : cameras_) other.image.reset();
   }
   if (image) {
     image->time_s = frame.time_s;
@@ -114,9 +118,9 @@ void DisplayFeed::PublishIfDue() {
 }
 
 void DisplayFeed::Send() {
-  ViewState state;
+  view_link::ViewState state;
   state.now_s = sent_s_ = MonotonicSeconds();
-  state.utc_s = SystemUtcSeconds();
+  state.utc_s = service::SystemUtcSeconds();
   state.version = PLUMBLINE_VERSION;
   state.cell = cell_;
   CopySnapshot(*cycle_->ReadSnapshot(), point_ids_, state);
@@ -129,10 +133,10 @@ void DisplayFeed::Send() {
     cameras_[k].status = *mailboxes_.cameras[k].status.Read();
   }
   state.cameras = cameras_;
-  for (const LogLine& line : RecentLog()) {
+  for (const log::LogLine& line : log::RecentLog()) {
     state.lines.push_back({line.number, line.utc_s, static_cast<int>(line.level), line.text});
   }
   publisher_->Send(state);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -11,7 +11,7 @@
 #include "app/daemon/control_cycle.h"
 #include "app/view_link/view_publisher.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Publishes a state with every image, and a few times a second without one. If no viewer is
 /// connected it only polls for viewers. The control cycle is not aware of it: everything shown is
@@ -20,18 +20,18 @@ class DisplayFeed {
  public:
   /// @param publisher  null if the socket could not be created: nothing is published until Reopen()
   /// @param cameras    number of cameras; fixed until a restart
-  DisplayFeed(std::unique_ptr<ViewPublisher> publisher, CycleMailboxes& mailboxes,
+  DisplayFeed(std::unique_ptr<view_link::ViewPublisher> publisher, CycleMailboxes& mailboxes,
               std::size_t cameras);
 
-  void Configure(const DaemonConfig& config);
+  void Configure(const config::DaemonConfig& config);
   /// If there is no publisher yet, uses the one that `open` returns. Any thread.
-  void Reopen(const std::function<std::unique_ptr<ViewPublisher>()>& open);
+  void Reopen(const std::function<std::unique_ptr<view_link::ViewPublisher>()>& open);
   /// To be called once snapshots are available.
   void Start(const ControlCycle& cycle);
 
   /// Publishes a state with an image. Called by the k-th camera's image thread for each image.
-  void PublishImage(std::size_t k, Camera& camera, const CameraFrame& frame,
-                    const TrackedFrame& seen, const Lens* lens);
+  void PublishImage(std::size_t k, camera::Camera& camera, const camera::CameraFrame& frame,
+                    const tracking::TrackedFrame& seen, const lens::Lens* lens);
   /// Publishes a state without an image if the last state is too old. Called often, by the main
   /// thread.
   void PublishIfDue();
@@ -41,15 +41,15 @@ class DisplayFeed {
   bool HasViewers();
 
   std::mutex mutex_;
-  std::unique_ptr<ViewPublisher> publisher_;
+  std::unique_ptr<view_link::ViewPublisher> publisher_;
   CycleMailboxes& mailboxes_;
   const ControlCycle* cycle_ = nullptr;
   std::string cell_;
   std::vector<int> point_ids_;
-  std::vector<ViewCamera> cameras_;
+  std::vector<view_link::ViewCamera> cameras_;
   double sent_s_ = -1e300;
   double start_s_ = 0;
   double scene_s_ = -1e300;  ///< time of the last scene status that a viewer reported
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

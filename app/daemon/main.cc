@@ -24,5 +24,5 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  return plumbline::RunDaemon(config);
+  return plumbline::daemon::RunDaemon(config);
 }

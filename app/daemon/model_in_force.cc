@@ -14,7 +14,7 @@
 #include "app/model_store/usable_model.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 /// Points whose postures are checked. The main thread cannot feed the service manager's watchdog
@@ -27,7 +27,7 @@ constexpr double kLockTimeout_s = 1.5;
 
 /// State of the store after the cell file was recorded in it.
 struct StoreOutcome {
-  ModelState models;
+  model_store::ModelState models;
   std::string set_aside;  ///< see ConfigInForce
 };
 
@@ -44,12 +44,12 @@ void WarnNotStored(const Warn& warn, const std::string& why, const std::string& 
 
 /// What is in force if the cell file could not be recorded.
 /// @param edited  whether it describes another cell than the one declared before
-StoreOutcome NotRecorded(const ModelState& before, bool edited, const std::string& directory,
-                         const std::string& why, const Warn& warn) {
+StoreOutcome NotRecorded(const model_store::ModelState& before, bool edited,
+                         const std::string& directory, const std::string& why, const Warn& warn) {
   const bool other_applied = before.applied != before.declared;
   if (!other_applied && before.set_aside && before.set_aside->version == 0) {
     warn("the model store cannot be written: " + why);
-    return StoreOutcome{{}, SetAsideText(before, directory)};
+    return StoreOutcome{{}, model_store::SetAsideText(before, directory)};
   }
   if (!other_applied && !before.set_aside) {
     WarnNotStored(warn, why,
@@ -72,7 +72,7 @@ StoreOutcome NotRecorded(const ModelState& before, bool edited, const std::strin
                   "the cell file. Once {} can be written, reload; {} then applies version "
                   "{} anyway",
                   version, why, directory,
-                  ModelCommand(fmt::format("apply {}", version), directory), version)};
+                  model_store::ModelCommand(fmt::format("apply {}", version), directory), version)};
 }
 
 /// Records the cell file in the store.
@@ -80,9 +80,10 @@ StoreOutcome NotRecorded(const ModelState& before, bool edited, const std::strin
 /// @param cell      text of the cell file, as it was parsed
 /// @param expected  whether versions may have been lost if the store holds none
 /// @return          an error if the store's state cannot be read afterwards
-Result<StoreOutcome> RecordDeclared(ModelStore& store, const ModelState& before,
-                                    const DaemonConfig& config, const std::string& cell,
-                                    ModelStore::Expected expected, const Warn& warn) {
+Result<StoreOutcome> RecordDeclared(model_store::ModelStore& store,
+                                    const model_store::ModelState& before,
+                                    const config::DaemonConfig& config, const std::string& cell,
+                                    model_store::ModelStore::Expected expected, const Warn& warn) {
   const std::string& directory = config.state_directory;
   const bool other_applied = before.applied != before.declared;
   const bool compared = other_applied && before.declared != 0;
@@ -96,16 +97,17 @@ Result<StoreOutcome> RecordDeclared(ModelStore& store, const ModelState& before,
   }
   const Result<int> declared = store.Declare(cell, config.cell_file, expected);
   if (!declared) {
-    const bool edited = compared && !CellTextDifferences(*previous, cell).empty();
-    ModelState found = before;
-    if (expected == ModelStore::Expected::kVersions && before == ModelState{}) {
-      found.set_aside = SetAside{};
+    const bool edited = compared && !model_store::CellTextDifferences(*previous, cell).empty();
+    model_store::ModelState found = before;
+    if (expected == model_store::ModelStore::Expected::kVersions &&
+        before == model_store::ModelState{}) {
+      found.set_aside = model_store::SetAside{};
     }
     return NotRecorded(found, edited, directory, declared.error(), warn);
   }
-  Result<ModelState> now = store.State();
+  Result<model_store::ModelState> now = store.State();
   if (!now) return now.failure();
-  const std::string set_aside = now->set_aside ? SetAsideText(*now, directory) : "";
+  const std::string set_aside = now->set_aside ? model_store::SetAsideText(*now, directory) : "";
   return StoreOutcome{std::move(now).value(), set_aside};
 }
 
@@ -119,11 +121,13 @@ bool MayHoldAppliedModel(const std::string& directory) {
 
 /// What is in force in a directory that another daemon owns, and where this one changes nothing.
 /// @param cell  text of the cell file, as it was parsed
-StoreOutcome FromStoreOfOtherDaemon(const ModelStore& store, const ModelState& before,
-                                    const std::string& cell, const Warn& warn) {
+StoreOutcome FromStoreOfOtherDaemon(const model_store::ModelStore& store,
+                                    const model_store::ModelState& before, const std::string& cell,
+                                    const Warn& warn) {
   if (before.applied == before.declared) return StoreOutcome{};
   const Result<std::string> declared = store.Text(before.declared);
-  if (declared && CellTextDifferences(*declared, cell).empty()) return StoreOutcome{before, ""};
+  if (declared && model_store::CellTextDifferences(*declared, cell).empty())
+    return StoreOutcome{before, ""};
   warn(fmt::format(
       "another plumblined maintains the models in this directory, and its version {} belongs "
       "to another cell: points are corrected by this daemon's cell file. Give this "
@@ -135,27 +139,28 @@ StoreOutcome FromStoreOfOtherDaemon(const ModelStore& store, const ModelState& b
 /// The configuration as its files declare it, and the text of its cell file as it was parsed.
 struct Declared {
   std::string text;  ///< of the configuration
-  DaemonConfig config;
+  config::DaemonConfig config;
   std::string configured_state_directory;
   std::string cell;
 };
 
-std::optional<Declared> ReadDeclared(const std::string& path, FaultList& faults,
+std::optional<Declared> ReadDeclared(const std::string& path, config::FaultList& faults,
                                      const std::optional<RunningDaemon>& running) {
-  const Result<std::string> text = ReadTextFile(path);
+  const Result<std::string> text = config::ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
+    faults.Add(
+        {config::Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   // Each file is read once, so that the text recorded in the store is the text that was parsed.
   std::map<std::string, std::string> texts;
   const auto read = [&texts](const std::string& file) {
-    Result<std::string> content = ReadTextFile(file);
+    Result<std::string> content = config::ReadTextFile(file);
     if (content) texts[file] = *content;
     return content;
   };
-  std::optional<DaemonConfig> config =
-      DaemonConfigFromText(*text, path, read, faults, kPosturesChecked);
+  std::optional<config::DaemonConfig> config =
+      config::DaemonConfigFromText(*text, path, read, faults, kPosturesChecked);
   if (!config) return std::nullopt;
   Declared declared{*text, std::move(*config), "", ""};
   declared.configured_state_directory = declared.config.state_directory;
@@ -165,29 +170,30 @@ std::optional<Declared> ReadDeclared(const std::string& path, FaultList& faults,
 }
 
 /// The configuration with the applied version of the store in place of its cell file.
-std::optional<DaemonConfig> ReadApplied(const std::string& path, const Declared& declared,
-                                        const ModelStore& store, int version, FaultList& faults) {
+std::optional<config::DaemonConfig> ReadApplied(const std::string& path, const Declared& declared,
+                                                const model_store::ModelStore& store, int version,
+                                                config::FaultList& faults) {
   const std::string& directory = declared.config.state_directory;
-  const FileSource files = [&](const std::string& file) {
-    return file == declared.config.cell_file ? store.Text(version) : ReadTextFile(file);
+  const config::FileSource files = [&](const std::string& file) {
+    return file == declared.config.cell_file ? store.Text(version) : config::ReadTextFile(file);
   };
-  FaultList model_faults;
-  std::optional<DaemonConfig> applied =
-      DaemonConfigFromText(declared.text, path, files, model_faults, 0);
+  config::FaultList model_faults;
+  std::optional<config::DaemonConfig> applied =
+      config::DaemonConfigFromText(declared.text, path, files, model_faults, 0);
   if (applied) {
-    if (const auto why_not = ModelUnusableReason(applied->machine.cell)) {
-      model_faults.Add(
-          {Fault::Severity::kFault, store.ModelFile(version), 0, "effect",
-           fmt::format("{}; choose another version with {} or {}", *why_not,
-                       ModelCommand("rollback", directory), ModelCommand("apply N", directory))});
+    if (const auto why_not = model_store::ModelUnusableReason(applied->machine.cell)) {
+      model_faults.Add({config::Fault::Severity::kFault, store.ModelFile(version), 0, "effect",
+                        fmt::format("{}; choose another version with {} or {}", *why_not,
+                                    model_store::ModelCommand("rollback", directory),
+                                    model_store::ModelCommand("apply N", directory))});
     }
   }
   if (!applied || model_faults.HasFaults()) {
-    CheckModelStore(directory, "", faults);
+    model_store::CheckModelStore(directory, "", faults);
     if (!faults.HasFaults()) faults.Append(model_faults);  // faults of the configuration alone
     return std::nullopt;
   }
-  AppendChangedModelWarning(model_faults, store.ModelFile(version), faults);
+  model_store::AppendChangedModelWarning(model_faults, store.ModelFile(version), faults);
   applied->state_directory = directory;
   // The name is a label of the cell file, not a part of the model.
   applied->machine.cell.robot.name = declared.config.machine.cell.robot.name;
@@ -195,7 +201,8 @@ std::optional<DaemonConfig> ReadApplied(const std::string& path, const Declared&
 }
 
 /// Why the store cannot be the one that the running daemon has used so far, with a remedy.
-std::optional<std::string> StoreMismatch(const ModelState& before, const RunningDaemon& running) {
+std::optional<std::string> StoreMismatch(const model_store::ModelState& before,
+                                         const RunningDaemon& running) {
   const bool empty = before.declared == 0 && before.applied == 0;
   if (!empty || running.models.applied == running.models.declared) return std::nullopt;
   return fmt::format(
@@ -207,17 +214,17 @@ std::optional<std::string> StoreMismatch(const ModelState& before, const Running
 
 }  // namespace
 
-std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
+std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, config::FaultList& faults,
                                                const std::optional<RunningDaemon>& running) {
   std::optional<Declared> declared = ReadDeclared(path, faults, running);
   if (!declared) return std::nullopt;
-  DaemonConfig& config = declared->config;
+  config::DaemonConfig& config = declared->config;
   const std::string directory = config.state_directory;
   const auto warn = [&](const std::string& what) {
-    faults.Add({Fault::Severity::kWarning, directory, 0, "", what});
+    faults.Add({config::Fault::Severity::kWarning, directory, 0, "", what});
   };
   const auto refuse = [&](const std::string& what) {
-    faults.Add({Fault::Severity::kFault, directory, 0, "", what});
+    faults.Add({config::Fault::Severity::kFault, directory, 0, "", what});
     return std::nullopt;
   };
   if (running && !running->owns_directory && config.loop.enabled) {
@@ -225,7 +232,7 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultLis
         "another plumblined uses it, so [loop] cannot be enabled here. Give this daemon its own "
         "state_directory and restart it");
   }
-  Result<ModelStore> store = ModelStore::Open(directory);
+  Result<model_store::ModelStore> store = model_store::ModelStore::Open(directory);
   if (!store) {
     const std::string unknown = "whether a model was applied is not known: " + store.error();
     const std::string remedy =
@@ -245,29 +252,30 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultLis
                        : ""};
   }
   store.value().SetLockTimeout(kLockTimeout_s);
-  const Result<ModelState> before = store->State();
+  const Result<model_store::ModelState> before = store->State();
   if (!before) return refuse(before.error());
   if (running) {
     if (const auto why_not = StoreMismatch(*before, *running)) return refuse(*why_not);
   }
   const bool owned_by_other =
-      running ? !running->owns_directory : FindOtherDaemon(directory).has_value();
-  const bool used_before = !running && HasBeenUsed(directory);
-  const auto expected =
-      used_before ? ModelStore::Expected::kVersions : ModelStore::Expected::kNothing;
+      running ? !running->owns_directory : model_store::FindOtherDaemon(directory).has_value();
+  const bool used_before = !running && model_store::HasBeenUsed(directory);
+  const auto expected = used_before ? model_store::ModelStore::Expected::kVersions
+                                    : model_store::ModelStore::Expected::kNothing;
   Result<StoreOutcome> outcome =
       owned_by_other
           ? Result<StoreOutcome>(FromStoreOfOtherDaemon(*store, *before, declared->cell, warn))
           : RecordDeclared(store.value(), *before, config, declared->cell, expected, warn);
   if (!outcome) return refuse(outcome.error());
-  const ModelState& state = outcome->models;
+  const model_store::ModelState& state = outcome->models;
   const std::string configured = declared->configured_state_directory;
   if (state.applied == state.declared) {
     return ConfigInForce{std::move(config), configured, state, outcome->set_aside};
   }
-  std::optional<DaemonConfig> applied = ReadApplied(path, *declared, *store, state.applied, faults);
+  std::optional<config::DaemonConfig> applied =
+      ReadApplied(path, *declared, *store, state.applied, faults);
   if (!applied) return std::nullopt;
   return ConfigInForce{std::move(*applied), configured, state, outcome->set_aside};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -8,20 +8,20 @@
 #include "app/config/fault.h"
 #include "app/model_store/model_store.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 struct ConfigInForce {
-  DaemonConfig config;                     ///< its cell is that of the applied version
+  config::DaemonConfig config;             ///< its cell is that of the applied version
   std::string configured_state_directory;  ///< as in the file; a change takes a restart
-  ModelState models;  ///< all 0 if the store cannot be used; the faults say why
+  model_store::ModelState models;  ///< all 0 if the store cannot be used; the faults say why
   /// Why an applied model is not in force, or may not be; empty if none is set aside.
   std::string set_aside;
 };
 
 /// State of a running daemon that reloads its configuration.
 struct RunningDaemon {
-  std::string state_directory;  ///< in use since the start, whatever the file says now
-  ModelState models = {};       ///< in force
+  std::string state_directory;          ///< in use since the start, whatever the file says now
+  model_store::ModelState models = {};  ///< in force
   /// False: another daemon maintains the journal and the models of that directory.
   bool owns_directory = true;
 };
@@ -42,7 +42,7 @@ struct RunningDaemon {
 /// @param running  nullopt at the start
 /// @return  nullopt if the configuration, its files, the store or the applied version have a fault,
 ///          or if the daemon cannot use the applied version (ModelUnusableReason)
-std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, FaultList& faults,
+std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, config::FaultList& faults,
                                                const std::optional<RunningDaemon>& running = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -11,7 +11,7 @@
 #include "firmware-like/monitor/run_length.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 using namespace std::chrono_literals;
@@ -38,20 +38,21 @@ std::string RowsText(const std::vector<std::int64_t>& ids) {
 }
 
 /// @param step  progress callback, called between steps that take about a second in total
-MonitorDesign DesignFrom(const MonitoringConfig& loop, const std::function<void()>& step) {
-  MonitorRequirements requirements;
+monitor::MonitorDesign DesignFrom(const config::MonitoringConfig& loop,
+                                  const std::function<void()>& step) {
+  monitor::MonitorRequirements requirements;
   requirements.sigma_m = loop.probe_sigma_m;
   requirements.shift_m = loop.shift_m;
   requirements.probes_per_day = loop.probes_per_day;
   requirements.false_alarms_per_year = loop.false_alarms_per_year;
   requirements.reference_probes = loop.reference_probes;
   requirements.reference_sd_m = loop.reference_sd_m;
-  return MonitorDesignFor(requirements, step);
+  return monitor::MonitorDesignFor(requirements, step);
 }
 
 }  // namespace
 
-MonitoringWorker::MonitoringWorker(CycleMailboxes& mailboxes, LogSink sink,
+MonitoringWorker::MonitoringWorker(CycleMailboxes& mailboxes, log::LogSink sink,
                                    std::function<void()> reload, StateStorage* storage)
     : mailboxes_(mailboxes),
       sink_(std::move(sink)),
@@ -62,7 +63,8 @@ MonitoringWorker::~MonitoringWorker() {
   Stop();
 }
 
-void MonitoringWorker::Configure(const DaemonConfig& config, const ModelState& models) {
+void MonitoringWorker::Configure(const config::DaemonConfig& config,
+                                 const model_store::ModelState& models) {
   {
     const std::lock_guard lock(mutex_);
     next_ = Task{config, models};
@@ -134,7 +136,7 @@ void MonitoringWorker::LogLostProbes() {
   }
   if (probes == 0) return;
   sink_(
-      {Event::kJournalFault,
+      {log::Event::kJournalFault,
        fmt::format("journal: {} of the last probes that were acknowledged to the PLC could not be "
                    "written and are lost",
                    probes)});
@@ -142,7 +144,7 @@ void MonitoringWorker::LogLostProbes() {
 
 void MonitoringWorker::Reconfigure(Task task) {
   if (diagnosis_ && task.models.applied != models_.applied) {
-    sink_({Event::kDiagnosisOutOfDate, "diagnosis stopped: another model is in force"});
+    sink_({log::Event::kDiagnosisOutOfDate, "diagnosis stopped: another model is in force"});
     diagnosis_.reset();
   }
   if (task.models.applied != models_.applied) alarm_handled_ = false;
@@ -201,14 +203,14 @@ Result<void> MonitoringWorker::ReadJournal() {
   std::error_code absent;
   if (std::filesystem::file_size(path, absent) == 0 && !absent) {
     sink_(
-        {Event::kJournalFault,
+        {log::Event::kJournalFault,
          fmt::format("journal: {} is empty: a new journal is started. Any probes recorded before, "
                      "including quarantined ones, are lost; restore the file if you have a copy",
                      path)});
   }
-  Result<Journal> opened = Journal::Open(path, config_.loop.journal_bytes);
+  Result<journal::Journal> opened = journal::Journal::Open(path, config_.loop.journal_bytes);
   if (!opened) return opened.failure();
-  Journal journal = std::move(opened).value();
+  journal::Journal journal = std::move(opened).value();
   monitor_.emplace(DesignFrom(config_.loop, [this] { heartbeat_.Beat(); }));
   ResetReference();
   const auto restart = journal.LastRestart();
@@ -227,19 +229,19 @@ Result<void> MonitoringWorker::ReadJournal() {
     const Result<void> recorded = journal.RecordMonitorRestart(models_.applied, "model");
     if (!recorded) return recorded.failure();
   }
-  JournalFilter filter;
+  journal::JournalFilter filter;
   filter.after_id = since && since->model_version == models_.applied ? since->after_row : *last_row;
   filter.model_version = models_.applied;
-  const Result<void> replayed =
-      journal.ForEach(filter, config_.machine.cell.robot.joints, [this](const JournalRow& row) {
-        heartbeat_.Beat();
-        UpdateMonitor(row, true);
-      });
+  const Result<void> replayed = journal.ForEach(filter, config_.machine.cell.robot.joints,
+                                                [this](const journal::JournalRow& row) {
+                                                  heartbeat_.Beat();
+                                                  UpdateMonitor(row, true);
+                                                });
   if (!replayed) return replayed.failure();
   if (last_probe_s->has_value()) {
-    const double behind_s = journal.EpochUtc_s() + **last_probe_s - SystemUtcSeconds();
+    const double behind_s = journal.EpochUtc_s() + **last_probe_s - service::SystemUtcSeconds();
     if (behind_s > 1) {
-      sink_({Event::kClockBehind,
+      sink_({log::Event::kClockBehind,
              fmt::format("the system clock is {:.0f} s behind the journal's last probe: one of the "
                          "two is wrong, and so are time-dependent effects. Set the clock",
                          behind_s)});
@@ -256,14 +258,14 @@ Result<void> MonitoringWorker::ReadJournal() {
     alarm_handled_ = models_.proposed != 0;
     LogAlarm();
   } else if (monitor_->alarm()) {
-    sink_({Event::kDriftAlarmActive,
+    sink_({log::Event::kDriftAlarmActive,
            fmt::format("drift alarm of journal row {} is still active", alarm_row_)});
     alarm_handled_ = alarm_handled_ || models_.proposed != 0;
   } else {
     alarm_handled_ = false;
   }
   if (decision_unlogged_) {
-    sink_({Event::kQuarantineDecided,
+    sink_({log::Event::kQuarantineDecided,
            fmt::format("quarantine: probes were accepted or rejected, {} wait for a decision; the "
                        "drift monitor has reread the journal",
                        quarantined_)});
@@ -297,14 +299,14 @@ bool MonitoringWorker::RestartMonitor(const char* reason) {
   monitor_->Restart();
   ResetReference();
   alarm_handled_ = false;
-  sink_({Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
+  sink_({log::Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
   return true;
 }
 
 bool MonitoringWorker::Record(const CycleEvent& event) {
-  JournalRow row =
+  journal::JournalRow row =
       JournalRowFromProbe(event, config_.loop.session, journal_->EpochUtc_s(), *cameras_);
-  const std::vector<Joint>& joints = config_.machine.cell.robot.joints;
+  const std::vector<model::Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size()))
     return true;  // from a previous cell
   const Result<std::int64_t> id = journal_->Append({row}, joints);
@@ -316,7 +318,7 @@ bool MonitoringWorker::Record(const CycleEvent& event) {
   ReportRecovery();
   row.id = *id;
   ++recorded_;
-  if (row.quarantine != JournalRow::Quarantine::kNone) {
+  if (row.quarantine != journal::JournalRow::Quarantine::kNone) {
     LogQuarantined(row);
     return true;
   }
@@ -332,13 +334,13 @@ void MonitoringWorker::ResetReference() {
   monitored_rows_.clear();
 }
 
-bool MonitoringWorker::MatchesReference(const JournalRow& row, bool replayed) {
-  if (row.source != JournalRow::Source::kCamera) return true;
+bool MonitoringWorker::MatchesReference(const journal::JournalRow& row, bool replayed) {
+  if (row.source != journal::JournalRow::Source::kCamera) return true;
   if (!reference_camera_) reference_camera_ = row.camera;
   if (row.camera == *reference_camera_) return true;
   if (!replayed && unmonitored_cameras_.insert(row.camera).second) {
     sink_(
-        {Event::kProbesUnwatched,
+        {log::Event::kProbesUnwatched,
          fmt::format(
              "probes by {} are recorded, but not watched for drift: the reference was taken by {}",
              CameraText(row.camera), CameraText(*reference_camera_))});
@@ -346,11 +348,11 @@ bool MonitoringWorker::MatchesReference(const JournalRow& row, bool replayed) {
   return false;
 }
 
-void MonitoringWorker::UpdateMonitor(const JournalRow& row, bool replayed) {
+void MonitoringWorker::UpdateMonitor(const journal::JournalRow& row, bool replayed) {
   if (!IsUsableForMonitoring(row, config_.loop.probe_sigma_m) || !MatchesReference(row, replayed))
     return;
   const bool was_learning = monitor_->learning();
-  const ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
+  const monitor::ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
   if (verdict.unmonitored) return;
   monitored_rows_.push_back(row.id);
   if (verdict.raised) {
@@ -370,7 +372,7 @@ void MonitoringWorker::UpdateMonitor(const JournalRow& row, bool replayed) {
 void MonitoringWorker::LogReference() {
   if (!monitor_->reference_refused()) {
     const Vec3 reference_mm = 1e3 * monitor_->reference_m();
-    sink_({Event::kReferenceLearned,
+    sink_({log::Event::kReferenceLearned,
            fmt::format("drift monitor has its reference: residual ({:.3f}, {:.3f}, {:.3f}) mm, "
                        "scatter {:.3f} mm",
                        reference_mm.x(), reference_mm.y(), reference_mm.z(),
@@ -382,23 +384,23 @@ void MonitoringWorker::LogReference() {
     if (monitor_->Disagrees(static_cast<int>(k))) disagree.push_back(monitored_rows_[k]);
   }
   const double sigma_mm = 1e3 * monitor_->design().sigma_m;
-  const ReferenceFault fault = monitor_->reference_fault();
+  const monitor::ReferenceFault fault = monitor_->reference_fault();
   const std::string why =
-      fault == ReferenceFault::kOutliers
+      fault == monitor::ReferenceFault::kOutliers
           ? fmt::format(
                 "{} of them are farther from the others than their scatter explains "
                 "(99.99 %): {}",
                 disagree.size(), RowsText(disagree))
-      : fault == ReferenceFault::kScatter
+      : fault == monitor::ReferenceFault::kScatter
           ? fmt::format("they scatter by {:.3f} mm, over {:.0f} times probe_sigma_mm ({:.3f}): {}",
-                        1e3 * monitor_->sigma_m(), DriftMonitor::kMaxScatterRatio, sigma_mm,
-                        RowsText(disagree))
+                        1e3 * monitor_->sigma_m(), monitor::DriftMonitor::kMaxScatterRatio,
+                        sigma_mm, RowsText(disagree))
           : fmt::format(
                 "they scatter by {:.3f} mm, more than probe_sigma_mm ({:.3f}), and consecutive "
                 "probes are correlated: something moved while they were taken",
                 1e3 * monitor_->sigma_m(), sigma_mm);
   sink_(
-      {Event::kReferenceRefused,
+      {log::Event::kReferenceRefused,
        fmt::format("drift monitor's reference refused: its {} probes, rows {} to {}, disagree; "
                    "{}. Drift is not monitored. Inspect the rows (`plumbline journal show`), then "
                    "take a new reference with command 8; if poses really differ that much, raise "
@@ -406,12 +408,12 @@ void MonitoringWorker::LogReference() {
                    monitored_rows_.size(), monitored_rows_.front(), monitored_rows_.back(), why)});
 }
 
-void MonitoringWorker::LogQuarantined(const JournalRow& row) {
+void MonitoringWorker::LogQuarantined(const journal::JournalRow& row) {
   ++quarantined_;
   if (quarantining_) return;
   quarantining_ = true;
   const Vec3 off_mm = 1e3 * (*row.measured_W - *row.predicted_W);
-  sink_({Event::kProbeQuarantined,
+  sink_({log::Event::kProbeQuarantined,
          fmt::format("probe quarantined: row {0} of the journal is ({1:.1f}, {2:.1f}, {3:.1f}) mm "
                      "from the tip predicted by the model, more than any plausible effect. It is "
                      "recorded, but excluded from drift monitoring and diagnosis. Check unit, "
@@ -436,7 +438,7 @@ void MonitoringWorker::FollowDecisions() {
   decisions_fault_.clear();
   if (*decision == last_decision_) return;
   if (diagnosis_) {
-    sink_({Event::kDiagnosisOutOfDate,
+    sink_({log::Event::kDiagnosisOutOfDate,
            "diagnosis stopped: probes were accepted or rejected since it started. It starts again "
            "if the drift alarm remains"});
     diagnosis_.reset();
@@ -449,9 +451,9 @@ void MonitoringWorker::FollowDecisions() {
 }
 
 void MonitoringWorker::LogAlarm() {
-  const DriftAlarm& alarm = *monitor_->alarm();
+  const monitor::DriftAlarm& alarm = *monitor_->alarm();
   const Vec3 shift_mm = 1e3 * MedianShift(alarm);
-  sink_({Event::kDriftAlarm,
+  sink_({log::Event::kDriftAlarm,
          fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
                      "within the last {} probes; row {} of the journal",
                      shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.first_probe + 1,
@@ -460,12 +462,12 @@ void MonitoringWorker::LogAlarm() {
 
 /// The shift to be logged: the median over the probes that contributed to the alarm. The monitor's
 /// own estimate limits each probe, and so underestimates shifts of several millimetres.
-Vec3 MonitoringWorker::MedianShift(const DriftAlarm& alarm) {
+Vec3 MonitoringWorker::MedianShift(const monitor::DriftAlarm& alarm) {
   const auto count = static_cast<std::size_t>(alarm.probe - alarm.first_probe + 1);
   if (count > monitored_rows_.size()) return alarm.shift_m;
   const std::vector<std::int64_t> part(monitored_rows_.end() - static_cast<std::ptrdiff_t>(count),
                                        monitored_rows_.end());
-  JournalFilter filter;
+  journal::JournalFilter filter;
   filter.after_id = part.front() - 1;
   filter.model_version = models_.applied;
   const auto rows = journal_->Read(filter, config_.machine.cell.robot.joints);
@@ -473,14 +475,14 @@ Vec3 MonitoringWorker::MedianShift(const DriftAlarm& alarm) {
   Vec3 shift_m;
   for (int k = 0; k < 3; ++k) {
     std::vector<double> values;
-    for (const JournalRow& row : *rows) {
+    for (const journal::JournalRow& row : *rows) {
       const bool monitored = std::binary_search(part.begin(), part.end(), row.id);
       if (monitored && row.measured_W && row.predicted_W) {
         values.push_back((*row.measured_W)[k] - (*row.predicted_W)[k]);
       }
     }
     if (values.empty()) return alarm.shift_m;
-    shift_m[k] = MedianOf(values) - monitor_->reference_m()[k];
+    shift_m[k] = statistics::MedianOf(values) - monitor_->reference_m()[k];
   }
   return shift_m;
 }
@@ -497,7 +499,7 @@ void MonitoringWorker::StartDiagnosisIfDue() {
   if (started) {
     diagnosis_.emplace(std::move(started).value());
   } else {
-    sink_({Event::kDiagnosisFailed, "diagnosis not started: " + started.error()});
+    sink_({log::Event::kDiagnosisFailed, "diagnosis not started: " + started.error()});
   }
 }
 
@@ -509,7 +511,8 @@ void MonitoringWorker::PollDiagnosis() {
   diagnosis_.reset();
   diagnosis_failed_ = !outcome->failure.empty();
   if (outcome->proposed != 0) models_.proposed = outcome->proposed;
-  sink_({diagnosis_failed_ ? Event::kDiagnosisFailed : Event::kDiagnosisEnded, outcome->message});
+  sink_({diagnosis_failed_ ? log::Event::kDiagnosisFailed : log::Event::kDiagnosisEnded,
+         outcome->message});
   if (outcome->applied) reload_();
 }
 
@@ -517,14 +520,15 @@ void MonitoringWorker::PollDiagnosis() {
 void MonitoringWorker::RefreshModels() {
   if (models_.applied == 0 || Clock::now() - models_read_ < kModelsRefresh) return;
   models_read_ = Clock::now();
-  const Result<ModelStore> store = ModelStore::Open(config_.state_directory);
+  const Result<model_store::ModelStore> store =
+      model_store::ModelStore::Open(config_.state_directory);
   if (!store) return;
-  const Result<ModelState> state = store->State();
+  const Result<model_store::ModelState> state = store->State();
   if (state) models_.proposed = state->proposed;
 }
 
 void MonitoringWorker::PublishStatus() {
-  MonitoringStatus status;
+  status::MonitoringStatus status;
   const bool writable = storage_ == nullptr || storage_->writable();
   status.storage_unavailable = !writable;
   status.recording = journal_ && !event_pending_ && writable;
@@ -546,14 +550,14 @@ void MonitoringWorker::PublishStatus() {
 }
 
 void MonitoringWorker::ReportFault(const std::string& what) {
-  if (fault_ != what) sink_({Event::kJournalFault, "journal: " + what});
+  if (fault_ != what) sink_({log::Event::kJournalFault, "journal: " + what});
   fault_ = what;
   CheckStorage();
 }
 
 void MonitoringWorker::ReportRecovery() {
-  if (!fault_.empty()) sink_({Event::kJournalWorks, "journal works again"});
+  if (!fault_.empty()) sink_({log::Event::kJournalWorks, "journal works again"});
   fault_.clear();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

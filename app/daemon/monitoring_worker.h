@@ -17,7 +17,7 @@
 #include "drivers/thread_heartbeat.h"
 #include "firmware-like/monitor/drift_monitor.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// A thread beside the control cycle. It takes probes from the cycle, writes each to the journal
 /// and passes it to the drift monitor; after an alarm it runs the diagnosis, stores the corrected
@@ -30,14 +30,14 @@ class MonitoringWorker {
   /// @param reload   called from the thread when another model was applied, and when models can be
   ///                 stored again
   /// @param storage  polled by the thread; nullptr: the directory is assumed to be writable
-  MonitoringWorker(CycleMailboxes& mailboxes, LogSink sink, std::function<void()> reload,
+  MonitoringWorker(CycleMailboxes& mailboxes, log::LogSink sink, std::function<void()> reload,
                    StateStorage* storage = nullptr);
   ~MonitoringWorker();
   MonitoringWorker(const MonitoringWorker&) = delete;
   MonitoringWorker& operator=(const MonitoringWorker&) = delete;
 
   /// Sets the configuration and the models in force; before Start() and at every reload.
-  void Configure(const DaemonConfig& config, const ModelState& models);
+  void Configure(const config::DaemonConfig& config, const model_store::ModelState& models);
   void Start();
   /// Also stops a running diagnosis.
   void Stop();
@@ -45,8 +45,8 @@ class MonitoringWorker {
 
  private:
   struct Task {
-    DaemonConfig config;
-    ModelState models;
+    config::DaemonConfig config;
+    model_store::ModelState models;
   };
   using Clock = std::chrono::steady_clock;
 
@@ -60,14 +60,14 @@ class MonitoringWorker {
   bool Handle(const CycleEvent& event);
   bool Record(const CycleEvent& event);
   void ResetReference();
-  bool MatchesReference(const JournalRow& row, bool replayed);
+  bool MatchesReference(const journal::JournalRow& row, bool replayed);
   bool RestartMonitor(const char* reason);
-  void UpdateMonitor(const JournalRow& row, bool replayed);
+  void UpdateMonitor(const journal::JournalRow& row, bool replayed);
   void LogAlarm();
   void LogReference();
-  void LogQuarantined(const JournalRow& row);
+  void LogQuarantined(const journal::JournalRow& row);
   void FollowDecisions();
-  Vec3 MedianShift(const DriftAlarm& alarm);
+  Vec3 MedianShift(const monitor::DriftAlarm& alarm);
   void StartDiagnosisIfDue();
   void PollDiagnosis();
   void RefreshModels();
@@ -78,7 +78,7 @@ class MonitoringWorker {
   void ReportRecovery();
 
   CycleMailboxes& mailboxes_;
-  LogSink sink_;
+  log::LogSink sink_;
   std::function<void()> reload_;
   StateStorage* const storage_;
 
@@ -89,10 +89,10 @@ class MonitoringWorker {
   ThreadHeartbeat heartbeat_;
 
   // Used by the thread only.
-  DaemonConfig config_;
-  ModelState models_;
-  std::optional<Journal> journal_;
-  std::optional<DriftMonitor> monitor_;
+  config::DaemonConfig config_;
+  model_store::ModelState models_;
+  std::optional<journal::Journal> journal_;
+  std::optional<monitor::DriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
   Clock::time_point journal_tried_, models_read_, decisions_read_, storage_polled_,
       storage_checked_;
@@ -102,7 +102,7 @@ class MonitoringWorker {
   std::set<std::string> unmonitored_cameras_;  ///< whose probes were logged as not monitored
   std::vector<std::int64_t> monitored_rows_;   ///< rows passed to the monitor, ascending
   /// The cameras at the start: a reload does not change them.
-  std::optional<std::vector<CameraConfig>> cameras_;
+  std::optional<std::vector<config::CameraConfig>> cameras_;
   bool alarm_handled_ = false;
   std::int64_t alarm_row_ = 0;
   bool alarm_unlogged_ = false;     ///< raised while rereading rows that were accepted since
@@ -118,4 +118,4 @@ class MonitoringWorker {
   Vec3 last_residual_m_ = Vec3::Zero();
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

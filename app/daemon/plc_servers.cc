@@ -10,7 +10,7 @@
 #include "app/service/descriptors.h"
 #include "app/version.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr double kPlcTimeout_s = 2;
@@ -32,30 +32,33 @@ void LogClientEvent(const modbus::TcpServerEvent& event) {
                      : event.kind == Kind::kBrokenFrame  ? "closed: not Modbus"
                                                          : "closed: out of file descriptors";
   const bool refused = event.kind == Kind::kNotAllowed || event.kind == Kind::kNoFreeSlot;
-  Log({refused ? Event::kClientRefused : Event::kClientClosed,
-       fmt::format("Modbus client {} {}", event.peer, text),
-       {{"CLIENT", fmt::format("{}", event.peer)}}});
+  log::Log({refused ? log::Event::kClientRefused : log::Event::kClientClosed,
+            fmt::format("Modbus client {} {}", event.peer, text),
+            {{"CLIENT", fmt::format("{}", event.peer)}}});
 }
 
 void LogTwoMasters(const modbus::Client& writer, const modbus::Client& other) {
-  Log({Event::kTwoMasters,
+  log::Log(
+      {log::Event::kTwoMasters,
        fmt::format("two masters: {} and {} write the command window (registers {}-{}). Each "
                    "may overwrite the other's command or read its answer. Let only one of them "
                    "write commands: list it in plc.allow, or set the other to read only",
-                   TextOf(writer), TextOf(other), plc_map::kCommands,
-                   plc_map::kCommands + plc_map::kCommandsSize - 1),
-       {{"CLIENT", TextOf(writer)}, {"OTHER_CLIENT", TextOf(other)}}});
+                   modbus::TextOf(writer), modbus::TextOf(other), plc::registers::kCommands,
+                   plc::registers::kCommands + plc::registers::kCommandsSize - 1),
+       {{"CLIENT", modbus::TextOf(writer)}, {"OTHER_CLIENT", modbus::TextOf(other)}}});
 }
 
 Result<std::unique_ptr<modbus::RtuSlave>> OpenSerialLine(modbus::RtuSlaveOptions options,
                                                          modbus::ImageHandler& handler) {
   options.on_change = [device = options.device](const std::string& lost_because) {
     if (lost_because.empty()) {
-      Log({Event::kSerialOpen, fmt::format("serial line {} open", device), {{"DEVICE", device}}});
+      log::Log({log::Event::kSerialOpen,
+                fmt::format("serial line {} open", device),
+                {{"DEVICE", device}}});
     } else {
-      Log({Event::kSerialLost,
-           fmt::format("serial line {}: {}", device, lost_because),
-           {{"DEVICE", device}}});
+      log::Log({log::Event::kSerialLost,
+                fmt::format("serial line {}: {}", device, lost_because),
+                {{"DEVICE", device}}});
     }
   };
   return modbus::RtuSlave::Start(options, handler);
@@ -64,11 +67,12 @@ Result<std::unique_ptr<modbus::RtuSlave>> OpenSerialLine(modbus::RtuSlaveOptions
 /// Logs settings that have no effect because the service manager owns the listening socket.
 /// @param at         where the server listens
 /// @param inherited  whether the service manager provided the socket
-void LogEndpointMismatch(const modbus::TcpServerOptions& asked, const TcpEndpoint& at,
+void LogEndpointMismatch(const modbus::TcpServerOptions& asked, const os::TcpEndpoint& at,
                          bool inherited) {
   const auto log = [](const std::string& key, const std::string& wanted,
                       const std::string& actual) {
-    Log({Event::kPlcPortDiffers,
+    log::Log(
+        {log::Event::kPlcPortDiffers,
          fmt::format("plc.{} is {}, but the service manager's socket listens on {}, which "
                      "takes precedence. Set the same in both (systemctl edit plumbline.socket)",
                      key, wanted, actual)});
@@ -76,9 +80,9 @@ void LogEndpointMismatch(const modbus::TcpServerOptions& asked, const TcpEndpoin
   if (asked.port != 0 && at.port != asked.port) {
     log("port", fmt::format("{}", asked.port), fmt::format("{}", at.port));
   }
-  const bool any_address = IsWildcardAddress(at.address);
+  const bool any_address = config::IsWildcardAddress(at.address);
   if (!inherited || at.address == asked.address ||
-      (any_address && IsWildcardAddress(asked.address)))
+      (any_address && config::IsWildcardAddress(asked.address)))
     return;
   log("listen", asked.address, any_address ? "every address" : at.address);
 }
@@ -86,10 +90,11 @@ void LogEndpointMismatch(const modbus::TcpServerOptions& asked, const TcpEndpoin
 /// The number of clients that leaves enough descriptors for the rest of the daemon.
 int LimitClients(int wanted) {
   const int needed = kReservedDescriptors + kDescriptorsPerClient * wanted;
-  const int limit = RaiseDescriptorLimit(needed);
+  const int limit = service::RaiseDescriptorLimit(needed);
   if (limit >= needed) return wanted;
   const int served = std::max(1, (limit - kReservedDescriptors) / kDescriptorsPerClient);
-  Log({Event::kFileWarning,
+  log::Log(
+      {log::Event::kFileWarning,
        fmt::format("plc.max_clients: warning: {} clients need {} open files, but this process may "
                    "have only {}: {} are served. Raise LimitNOFILE of the service (ulimit -n)",
                    wanted, needed, limit, served)});
@@ -98,8 +103,8 @@ int LimitClients(int wanted) {
 
 }  // namespace
 
-Result<std::unique_ptr<PlcServers>> PlcServers::Open(const PlcConfig& config,
-                                                     ServiceManager& manager,
+Result<std::unique_ptr<PlcServers>> PlcServers::Open(const config::PlcConfig& config,
+                                                     service::ServiceManager& manager,
                                                      modbus::ImageHandler& handler) {
   auto servers = std::make_unique<PlcServers>();
   modbus::TcpServerOptions tcp = config.tcp;
@@ -122,7 +127,7 @@ Result<std::unique_ptr<PlcServers>> PlcServers::Open(const PlcConfig& config,
   return servers;
 }
 
-void PlcServers::DepositConnections(const ServiceManager& manager) {
+void PlcServers::DepositConnections(const service::ServiceManager& manager) {
   manager.StoreDescriptors(kConnection, server_->TakeOffered());
 }
 
@@ -145,8 +150,8 @@ modbus::DeviceIdentification Identification() {
   return identification;
 }
 
-bool PlcServersDiffer(const PlcConfig& a, const PlcConfig& b) {
-  const auto tcp = [](const PlcConfig& config) {
+bool PlcServersDiffer(const config::PlcConfig& a, const config::PlcConfig& b) {
+  const auto tcp = [](const config::PlcConfig& config) {
     const modbus::TcpServerOptions& o = config.tcp;
     return std::tie(o.address, o.port, o.unit_id, o.max_clients, o.allow);
   };
@@ -157,4 +162,4 @@ bool PlcServersDiffer(const PlcConfig& a, const PlcConfig& b) {
   return a.rtu && line(*a.rtu) != line(*b.rtu);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

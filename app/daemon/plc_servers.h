@@ -8,7 +8,7 @@
 #include "app/service/service_manager.h"
 #include "drivers/modbus/image_handler.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Opened at the start; changes take a restart. Logs transitions.
 class PlcServers {
@@ -17,12 +17,13 @@ class PlcServers {
 
   /// @param manager  may hold the listening socket, and client connections of the previous daemon
   /// @return         why the PLC cannot be served, with a remedy
-  static Result<std::unique_ptr<PlcServers>> Open(const PlcConfig& config, ServiceManager& manager,
+  static Result<std::unique_ptr<PlcServers>> Open(const config::PlcConfig& config,
+                                                  service::ServiceManager& manager,
                                                   modbus::ImageHandler& handler);
 
   /// Deposits the connections of clients that have sent a request with the service manager, so that
   /// a restart does not break them. To be called regularly, from one thread.
-  void DepositConnections(const ServiceManager& manager);
+  void DepositConnections(const service::ServiceManager& manager);
 
   const modbus::TcpServer& server() const { return *server_; }
   void AddTo(ThreadWatchdog& watchdog) const;
@@ -36,6 +37,6 @@ class PlcServers {
 modbus::DeviceIdentification Identification();
 
 /// Whether settings differ that take a restart.
-bool PlcServersDiffer(const PlcConfig& a, const PlcConfig& b);
+bool PlcServersDiffer(const config::PlcConfig& a, const config::PlcConfig& b);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

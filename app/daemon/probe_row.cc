@@ -2,37 +2,40 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
-JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
-                               double epoch_utc_s, const std::vector<CameraConfig>& cameras) {
+journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
+                                        double epoch_utc_s,
+                                        const std::vector<config::CameraConfig>& cameras) {
   const Probe& probe = event.probe;
-  JournalRow row;
-  row.source = probe.covariance_W ? JournalRow::Source::kCamera : JournalRow::Source::kPlc;
+  journal::JournalRow row;
+  row.source =
+      probe.covariance_W ? journal::JournalRow::Source::kCamera : journal::JournalRow::Source::kPlc;
   row.unix_ms = probe.unix_ms;
-  static_cast<MeasuredPoint&>(row) = probe;
+  static_cast<model::MeasuredPoint&>(row) = probe;
   row.t_s = probe.utc_s - epoch_utc_s;
   row.session = session;
   row.command = probe.sequence;
   row.predicted_W = probe.predicted_W;
-  if (probe.quarantined) row.quarantine = JournalRow::Quarantine::kWaiting;
+  if (probe.quarantined) row.quarantine = journal::JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     if ((probe.cameras >> k & 1U) == 0) continue;
-    row.camera += (row.camera.empty() ? "" : "+") + std::string(CameraNameText(cameras[k].name));
+    row.camera +=
+        (row.camera.empty() ? "" : "+") + std::string(status::CameraNameText(cameras[k].name));
   }
   return row;
 }
 
-bool IsTooUncertain(const JournalRow& row, double probe_sigma_m) {
+bool IsTooUncertain(const journal::JournalRow& row, double probe_sigma_m) {
   if (!row.covariance_W) return false;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(*row.covariance_W, Eigen::EigenvaluesOnly);
   return !(axes.eigenvalues()[2] <= probe_sigma_m * probe_sigma_m);
 }
 
-bool IsUsableForMonitoring(const JournalRow& row, double probe_sigma_m) {
+bool IsUsableForMonitoring(const journal::JournalRow& row, double probe_sigma_m) {
   return row.measured_W && row.predicted_W && row.measured_W->allFinite() &&
          !IsTooUncertain(row, probe_sigma_m);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

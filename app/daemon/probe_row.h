@@ -7,18 +7,19 @@
 #include "app/daemon/cycle_mailboxes.h"
 #include "app/journal/journal_row.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// @param epoch_utc_s  the journal's epoch, UTC seconds since 1970
 /// @param cameras      the configured cameras, whose names are recorded with a camera probe
-JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
-                               double epoch_utc_s, const std::vector<CameraConfig>& cameras);
+journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
+                                        double epoch_utc_s,
+                                        const std::vector<config::CameraConfig>& cameras);
 
 /// Whether a camera probe's largest standard deviation exceeds that of other probes [m]. Such a
 /// probe is recorded, but would raise drift alarms by its own noise.
-bool IsTooUncertain(const JournalRow& row, double probe_sigma_m);
+bool IsTooUncertain(const journal::JournalRow& row, double probe_sigma_m);
 
 /// Whether the drift monitor may use the row: measured and predicted, finite, not too uncertain.
-bool IsUsableForMonitoring(const JournalRow& row, double probe_sigma_m);
+bool IsUsableForMonitoring(const journal::JournalRow& row, double probe_sigma_m);
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

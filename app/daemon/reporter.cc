@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 struct WarningText {
   std::uint16_t bit;
-  Event event;
-  std::optional<Event> end;
+  log::Event event;
+  std::optional<log::Event> end;
   const char* raised;
   const char* cleared;
 };
@@ -20,28 +20,29 @@ constexpr std::size_t kMaxReasons = 8;  // logged in one outage
 
 constexpr WarningText kWarnings[] = {
     {warning::kDecodingUnchecked,
-     Event::kJointsUnchecked,
+     log::Event::kJointsUnchecked,
      {},
      "the robot profile offers no tool pose: joint values cannot be checked against forward "
      "kinematics",
      nullptr},
-    {warning::kPlcHeartbeatLost, Event::kHeartbeatLost, Event::kHeartbeatBack, "PLC heartbeat lost",
-     "PLC heartbeat is back"},
-    {warning::kCycleOverrun, Event::kCycleLate, Event::kCycleOnTime,
+    {warning::kPlcHeartbeatLost, log::Event::kHeartbeatLost, log::Event::kHeartbeatBack,
+     "PLC heartbeat lost", "PLC heartbeat is back"},
+    {warning::kCycleOverrun, log::Event::kCycleLate, log::Event::kCycleOnTime,
      "control cycle started late: the machine is overloaded, or another real-time task occupies "
      "its "
      "CPU",
      "control cycle is on time again"},
     {warning::kMassCentresGuessed,
-     Event::kMassGuessed,
+     log::Event::kMassGuessed,
      {},
      "a link has no link_com_mm: its centre of mass is assumed, so joint deflections are estimates",
      nullptr},
-    {warning::kTwoMasters, Event::kTwoMasters, Event::kOneMaster, nullptr,  // logged with addresses
+    {warning::kTwoMasters, log::Event::kTwoMasters, log::Event::kOneMaster,
+     nullptr,  // logged with addresses
      "one client alone writes the command window again"},
 };
 
-std::string RadiusText(const Correction& correction) {
+std::string RadiusText(const correction::Correction& correction) {
   return fmt::format("±{:.2f} mm (95 %, {})", 1e3 * correction.uncertainty_m,
                      Describe(correction.basis));
 }
@@ -73,7 +74,7 @@ std::string FaultText(const ProbeIntake& probes) {
 
 }  // namespace
 
-Reporter::Reporter(std::vector<PointName> points, LogSink sink)
+Reporter::Reporter(std::vector<PointName> points, log::LogSink sink)
     : points_(std::move(points)), sink_(std::move(sink)), codes_(points_.size()) {}
 
 void Reporter::Configure(std::vector<PointName> points, bool link_kept) {
@@ -91,7 +92,7 @@ void Reporter::Configure(std::vector<PointName> points, bool link_kept) {
 }
 
 void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
-                       const RobotLinkStatus& link) {
+                       const robot::RobotLinkStatus& link) {
   ObserveLink(link, snapshot.now_s);
   ObserveInput(snapshot, raised);
   ObservePoints(snapshot);
@@ -99,13 +100,13 @@ void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
   ObserveProbes(snapshot.probes);
 }
 
-void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
+void Reporter::ObserveLink(const robot::RobotLinkStatus& link, double now_s) {
   if (link.push_changes != push_changes_) {
     push_changes_ = link.push_changes;
-    if (link.push_result == LinkResult::kOk) {
-      sink_({Event::kPushWorks, "push to the controller works again"});
+    if (link.push_result == robot::LinkResult::kOk) {
+      sink_({log::Event::kPushWorks, "push to the controller works again"});
     } else {
-      sink_({Event::kPushFailed,
+      sink_({log::Event::kPushFailed,
              fmt::format("push to the controller: {}", link.push_problem.view())});
     }
   }
@@ -113,11 +114,11 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   if (link.readings == 0 && link.failures == 0) return;
   const bool interrupted = connected_ == true && link.connected && link.changes != link_changes_;
   link_changes_ = link.changes;
-  if (interrupted) sink_({Event::kRobotLinkBlip, "robot link lost and restored at once"});
+  if (interrupted) sink_({log::Event::kRobotLinkBlip, "robot link lost and restored at once"});
   if (!link.connected) ReportLinkDown(link, now_s);
   if (connected_ == link.connected) return;
   if (link.connected) {
-    sink_({Event::kRobotLinkUp,
+    sink_({log::Event::kRobotLinkUp,
            connected_ ? fmt::format("robot link restored after {:.1f} s", now_s - link_since_s_)
                       : "robot link up"});
   }
@@ -125,7 +126,7 @@ void Reporter::ObserveLink(const RobotLinkStatus& link, double now_s) {
   link_since_s_ = now_s;
 }
 
-void Reporter::ReportLinkDown(const RobotLinkStatus& link, double now_s) {
+void Reporter::ReportLinkDown(const robot::RobotLinkStatus& link, double now_s) {
   const std::string_view reason = link.problem.view();
   const bool was_down = connected_ == false;
   if (was_down) {
@@ -141,7 +142,7 @@ void Reporter::ReportLinkDown(const RobotLinkStatus& link, double now_s) {
   const bool lost = link.readings > 0;
   const std::string before = was_down ? fmt::format(" (before: {})", logged_reasons_.back()) : "";
   if (!was_down) logged_reasons_.clear();
-  sink_({lost ? Event::kRobotLinkLost : Event::kRobotLinkAbsent,
+  sink_({lost ? log::Event::kRobotLinkLost : log::Event::kRobotLinkAbsent,
          fmt::format("robot link {}: {}{}", lost ? "lost" : "not established", reason, before)});
   logged_reasons_.emplace_back(reason);
   new_reason_ = reason;
@@ -152,20 +153,22 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   const bool brief_fault =
       fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
       (raised & (alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong)) != 0;
-  if (brief_fault) sink_({Event::kRobotDoubted, "robot input was not trusted for a few cycles"});
+  if (brief_fault)
+    sink_({log::Event::kRobotDoubted, "robot input was not trusted for a few cycles"});
   const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
   if (fault == InputFault::kOk && emergency_stop != emergency_stop_) {
     emergency_stop_ = emergency_stop;
-    sink_(emergency_stop
-              ? LogEntry{Event::kEmergencyStop, "the controller reports an emergency stop"}
-              : LogEntry{Event::kEmergencyStopReleased, "the emergency stop is released"});
+    sink_(
+        emergency_stop
+            ? log::LogEntry{log::Event::kEmergencyStop, "the controller reports an emergency stop"}
+            : log::LogEntry{log::Event::kEmergencyStopReleased, "the emergency stop is released"});
   }
   if (fault == input_fault_) return;
   if (fault == InputFault::kOk) {
-    sink_({Event::kRobotTrusted, input_fault_ && *input_fault_ != InputFault::kMissing
-                                     ? fmt::format("robot input trusted again after {:.1f} s",
-                                                   snapshot.now_s - input_since_s_)
-                                     : "robot input trusted"});
+    sink_({log::Event::kRobotTrusted, input_fault_ && *input_fault_ != InputFault::kMissing
+                                          ? fmt::format("robot input trusted again after {:.1f} s",
+                                                        snapshot.now_s - input_since_s_)
+                                          : "robot input trusted"});
   } else if (fault != InputFault::kMissing) {
     const char* remedy =
         fault == InputFault::kTcpMismatch
@@ -173,7 +176,7 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
         : fault == InputFault::kJointLimit ? "; check min_deg and max_deg of the cell"
         : fault == InputFault::kJointCount ? "; check the profile against the cell"
                                            : "";
-    sink_({Event::kRobotNotTrusted,
+    sink_({log::Event::kRobotNotTrusted,
            fmt::format("robot input not trusted: {}; corrected points withdrawn{}", Describe(fault),
                        remedy)});
   }
@@ -185,18 +188,18 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
   if (snapshot.input_fault != InputFault::kOk) return;  // reported once, by ObserveInput()
   for (std::size_t k = 0; k < points_.size() && k < snapshot.points.size(); ++k) {
     const PointResult& point = snapshot.points[k];
-    if (point.code == CorrectionCode::kPending || codes_[k] == point.code) continue;
+    if (point.code == correction::CorrectionCode::kPending || codes_[k] == point.code) continue;
     codes_[k] = point.code;
     if (point.valid) {
       const double correction_mm = 1e3 * point.correction.translation_B.norm();
-      sink_({Event::kPointCorrected,
+      sink_({log::Event::kPointCorrected,
              fmt::format("point {} ({}) corrected by {:.2f} mm, {}{}", points_[k].id,
                          points_[k].name, correction_mm, RadiusText(point.correction),
                          point.correction.extrapolated ? ", outside the calibrated range" : ""),
              {{"POINT", fmt::format("{}", points_[k].id)},
               {"CORRECTION_MM", fmt::format("{:.3f}", correction_mm)}}});
     } else {
-      sink_({Event::kPointRefused,
+      sink_({log::Event::kPointRefused,
              fmt::format("point {} ({}) has no correction: {}", points_[k].id, points_[k].name,
                          Describe(point.code)),
              {{"POINT", fmt::format("{}", points_[k].id)},
@@ -208,12 +211,13 @@ void Reporter::ObservePoints(const Snapshot& snapshot) {
 void Reporter::ObserveProbes(const ProbeIntake& probes) {
   const std::uint32_t since = probes.refused - logged_refusals_;
   if (probes.fault != ProbeFault::kNone && probes.fault != probe_fault_) {
-    sink_({Event::kProbeRefused,
+    sink_({log::Event::kProbeRefused,
            "probe refused and not recorded: " + FaultText(probes),
            {{"FAULT", fmt::format("{}", static_cast<int>(probes.fault))}}});
   }
   if (probe_fault_ != ProbeFault::kNone && probes.fault == ProbeFault::kNone) {
-    sink_({Event::kProbesTaken, fmt::format("probes are accepted again; {} were refused", since)});
+    sink_({log::Event::kProbesTaken,
+           fmt::format("probes are accepted again; {} were refused", since)});
     logged_refusals_ = probes.refused;
   }
   probe_fault_ = probes.fault;
@@ -230,7 +234,7 @@ void Reporter::ObserveWarnings(const Snapshot& snapshot) {
   if ((snapshot.warnings & ~warnings_ & warning::kCoarseJoints) != 0) {
     const double radius_mm = 1e3 * snapshot.reading_radius_m;
     sink_(
-        {Event::kJointsCoarse,
+        {log::Event::kJointsCoarse,
          fmt::format("joint registers are coarse: their resolution costs {:.2f} mm at the tip (95 "
                      "%), and probes cannot reveal smaller effects. Use finer registers",
                      radius_mm)});
@@ -238,4 +242,4 @@ void Reporter::ObserveWarnings(const Snapshot& snapshot) {
   warnings_ = snapshot.warnings;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -9,7 +9,7 @@
 #include "drivers/robot/robot_link.h"
 #include "firmware-like/snapshot.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Compares each snapshot with the previous one. Pure except for the sink.
 class Reporter {
@@ -19,26 +19,26 @@ class Reporter {
     std::string name;
   };
 
-  Reporter(std::vector<PointName> points, LogSink sink);
+  Reporter(std::vector<PointName> points, log::LogSink sink);
 
   /// After a reload: reports all points again, and the robot link and input only if the link was
   /// replaced. Warnings and probes continue, as they do in the machine.
   void Configure(std::vector<PointName> points, bool link_kept);
 
   /// @param raised  alarm bits of all cycles since the last call, so that short alarms are reported
-  void Observe(const Snapshot& snapshot, std::uint16_t raised, const RobotLinkStatus& link);
+  void Observe(const Snapshot& snapshot, std::uint16_t raised, const robot::RobotLinkStatus& link);
 
  private:
-  void ObserveLink(const RobotLinkStatus& link, double now_s);
+  void ObserveLink(const robot::RobotLinkStatus& link, double now_s);
   /// Reports that the link is down, or while it is, a new reason that has persisted.
-  void ReportLinkDown(const RobotLinkStatus& link, double now_s);
+  void ReportLinkDown(const robot::RobotLinkStatus& link, double now_s);
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
   void ObservePoints(const Snapshot& snapshot);
   void ObserveWarnings(const Snapshot& snapshot);
   void ObserveProbes(const ProbeIntake& probes);
 
   std::vector<PointName> points_;
-  LogSink sink_;
+  log::LogSink sink_;
   std::optional<bool> connected_;
   double link_since_s_ = 0;
   std::uint64_t link_changes_ = 0;
@@ -51,8 +51,8 @@ class Reporter {
   ProbeFault probe_fault_ = ProbeFault::kNone;
   std::uint32_t logged_refusals_ = 0;  ///< total when probes were last logged as accepted again
   bool emergency_stop_ = false;
-  std::vector<std::optional<CorrectionCode>> codes_;
+  std::vector<std::optional<correction::CorrectionCode>> codes_;
   std::uint64_t push_changes_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -8,30 +8,30 @@
 #include "app/table/replay_file.h"
 #include "drivers/plc/command_registers.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr std::size_t kMaxReplayWarnings = 10;
 
-Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
-  FaultList faults;
-  const std::optional<MeasuredTable> table = ReadReplayFile(config, faults);
+Result<robot::ReplayRows> ReplayFrom(const config::DaemonConfig& config) {
+  config::FaultList faults;
+  const std::optional<table::MeasuredTable> table = table::ReadReplayFile(config, faults);
   std::size_t warnings = 0;
-  for (const Fault& fault : faults.All()) {
-    const bool warning = fault.severity == Fault::Severity::kWarning;
+  for (const config::Fault& fault : faults.All()) {
+    const bool warning = fault.severity == config::Fault::Severity::kWarning;
     if (warning && ++warnings > kMaxReplayWarnings) continue;
-    LogFault(fault);
+    log::LogFault(fault);
   }
   if (warnings > kMaxReplayWarnings) {
-    Log({Event::kFileWarning,
-         fmt::format("{} more warnings about {}", warnings - kMaxReplayWarnings,
-                     config.robot.replay_file)});
+    log::Log({log::Event::kFileWarning,
+              fmt::format("{} more warnings about {}", warnings - kMaxReplayWarnings,
+                          config.robot.replay_file)});
   }
   if (!table) return Error{fmt::format("{} cannot be replayed", config.robot.replay_file)};
-  ReplayRows replay = config.robot.connection.replay;
-  for (const MeasuredRow& row : table->rows) {
-    ReplayRow& replayed = replay.rows.emplace_back();
-    const MeasuredPoint point = MeasuredPointFromRow(row, table->recorded);
+  robot::ReplayRows replay = config.robot.connection.replay;
+  for (const table::MeasuredRow& row : table->rows) {
+    robot::ReplayRow& replayed = replay.rows.emplace_back();
+    const model::MeasuredPoint point = table::MeasuredPointFromRow(row, table->recorded);
     replayed.q = point.q;
     replayed.payload_kg = point.payload_kg;
     replayed.temp_C = point.temp_C;
@@ -41,10 +41,10 @@ Result<ReplayRows> ReplayFrom(const DaemonConfig& config) {
 
 }  // namespace
 
-Result<RobotSetup> RobotSetupFrom(const DaemonConfig& config) {
+Result<RobotSetup> RobotSetupFrom(const config::DaemonConfig& config) {
   RobotSetup robot{config.robot.transport, config.robot.connection, config.push_ids};
   if (robot.transport == "replay") {
-    Result<ReplayRows> replay = ReplayFrom(config);
+    Result<robot::ReplayRows> replay = ReplayFrom(config);
     if (!replay) return Error{replay.error()};
     robot.connection.replay = std::move(replay).value();
   }
@@ -58,31 +58,32 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points) 
     ranges.push_back(
         {static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(first + size - 1)});
   };
-  add(0, plc_map::kStateSize);
-  add(plc_map::kResult, plc_map::kResultSize);
-  add(plc_map::kScaled, plc_map::kScaledSize);
-  add(plc_map::kInputs, plc_map::kInputsSize);
-  add(plc_map::kMonitoring, plc_map::kMonitoringSize);
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
-    add(plc_map::kCamera + plc_map::kCameraStride * k, plc_map::kCameraSize);
-    add(plc_map::kBodies + plc_map::kCameraStride * k,
-        plc_map::kBodySize * CameraStatus::kMaxBodies);
+  add(0, plc::registers::kStateSize);
+  add(plc::registers::kResult, plc::registers::kResultSize);
+  add(plc::registers::kScaled, plc::registers::kScaledSize);
+  add(plc::registers::kInputs, plc::registers::kInputsSize);
+  add(plc::registers::kMonitoring, plc::registers::kMonitoringSize);
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    add(plc::registers::kCamera + plc::registers::kCameraStride * k, plc::registers::kCameraSize);
+    add(plc::registers::kBodies + plc::registers::kCameraStride * k,
+        plc::registers::kBodySize * status::CameraStatus::kMaxBodies);
   }
-  add(plc_map::kScene, plc_map::kSceneSize);
+  add(plc::registers::kScene, plc::registers::kSceneSize);
   if (points > 0) {
-    add(plc_map::kPoints, plc_map::kPointSize * points);
-    add(plc_map::kPostures, plc_map::kPostureSize * points);
+    add(plc::registers::kPoints, plc::registers::kPointSize * points);
+    add(plc::registers::kPostures, plc::registers::kPostureSize * points);
   }
   return std::make_shared<modbus::AddressRanges>(std::move(ranges));
 }
 
 modbus::CommandArea EmptyCommandArea() {
   modbus::CommandArea area;
-  area.registers = {plc_map::kCommands, std::vector<std::uint16_t>(plc_map::kCommandsSize)};
-  area.coils = {plc_map::kCoils, std::vector<std::uint8_t>(plc_map::kCoilsSize)};
-  constexpr std::uint16_t kHeartbeat = CommandNamed("plc_heartbeat").address;
+  area.registers = {plc::registers::kCommands,
+                    std::vector<std::uint16_t>(plc::registers::kCommandsSize)};
+  area.coils = {plc::registers::kCoils, std::vector<std::uint8_t>(plc::registers::kCoilsSize)};
+  constexpr std::uint16_t kHeartbeat = plc::CommandNamed("plc_heartbeat").address;
   area.non_command_registers = {kHeartbeat, kHeartbeat};
   return area;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -4,19 +4,19 @@
 #include "app/config/daemon_config.h"
 #include "drivers/modbus/register_image.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Everything that a robot link, and the push of points over it, is created from. If a reloaded
 /// configuration has an equal setup, the running link is reused.
 struct RobotSetup {
   std::string transport;
-  RobotConnection connection;  ///< including the rows of a replay
+  robot::RobotConnection connection;  ///< including the rows of a replay
   std::vector<int> push_ids;
 
   bool operator==(const RobotSetup&) const = default;
 };
 /// Fails if a replay file has faults, which are logged.
-Result<RobotSetup> RobotSetupFrom(const DaemonConfig& config);
+Result<RobotSetup> RobotSetupFrom(const config::DaemonConfig& config);
 
 /// The addresses of the register map that clients may read if there are this many points.
 std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points);
@@ -24,4 +24,4 @@ std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points);
 /// The window that clients may write, all zero.
 modbus::CommandArea EmptyCommandArea();
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -13,7 +13,7 @@
 #include "app/daemon/boot_counter.h"
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 /// Large enough to need a block on every file system: some store a few bytes in the inode.
@@ -44,7 +44,7 @@ std::string FaultText(int code, const std::string& directory) {
 
 /// @return  0, or the errno of the call that failed
 int TryToWrite(const std::string& file) {
-  const Descriptor fd(
+  const os::Descriptor fd(
       open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!fd) return errno;
   const std::array<char, kTrialBytes> bytes{};
@@ -81,12 +81,13 @@ std::optional<std::string> StorageFault(const std::string& directory) {
   return code == 0 ? std::nullopt : std::optional(FaultText(code, directory));
 }
 
-StateStorage::StateStorage(std::string directory, LogSink sink)
+StateStorage::StateStorage(std::string directory, log::LogSink sink)
     : directory_(std::move(directory)), sink_(std::move(sink)) {}
 
 std::optional<std::string> StateStorage::Acquire() {
   bool in_use = false;
-  Result<StateDirectoryLock> lock = LockStateDirectory(directory_, &in_use);
+  Result<model_store::StateDirectoryLock> lock =
+      model_store::LockStateDirectory(directory_, &in_use);
   if (!lock && in_use) return lock.error();
   if (lock) lock_.emplace(std::move(lock).value());
   Check();
@@ -97,7 +98,7 @@ void StateStorage::StoreBootCount(std::uint16_t count) {
   boot_count_ = count;
   if (writable_) Check();
   if (boot_count_) {
-    sink_({Event::kBootCounter,
+    sink_({log::Event::kBootCounter,
            "boot counter not stored: the state directory cannot be written. It is stored as soon "
            "as it "
            "can"});
@@ -110,7 +111,8 @@ std::optional<std::string> StateStorage::Try() {
   if (auto why = StorageFault(directory_)) return why;
   if (!lock_) {
     bool in_use = false;
-    Result<StateDirectoryLock> lock = LockStateDirectory(directory_, &in_use);
+    Result<model_store::StateDirectoryLock> lock =
+        model_store::LockStateDirectory(directory_, &in_use);
     if (!lock && !in_use) return lock.error();
     if (!lock) {
       return fmt::format("{}: {}; stop it, or give each daemon its own state_directory", directory_,
@@ -119,7 +121,7 @@ std::optional<std::string> StateStorage::Try() {
     lock_.emplace(std::move(lock).value());
   }
   if (boot_count_) {
-    if (const auto stored = plumbline::StoreBootCount(directory_, *boot_count_); !stored) {
+    if (const auto stored = plumbline::daemon::StoreBootCount(directory_, *boot_count_); !stored) {
       return stored.error();
     }
     boot_count_.reset();
@@ -132,12 +134,12 @@ bool StateStorage::Check() {
   const bool recovered = !fault && !fault_.empty();
   writable_ = !fault;
   if (fault && fault_ != *fault) {
-    sink_({Event::kStorageLost,
+    sink_({log::Event::kStorageLost,
            fmt::format("state directory cannot be written: {}. Corrected points are still served; "
                        "probes are refused (code 19), and models are not stored",
                        *fault)});
   }
-  if (recovered) sink_({Event::kStorageRestored, "state directory can be written again"});
+  if (recovered) sink_({log::Event::kStorageRestored, "state directory can be written again"});
   fault_ = fault.value_or("");
   if (recovered && on_writable_) on_writable_();
   return writable_;
@@ -149,4 +151,4 @@ bool StateStorage::Poll() {
   return writable_ && !was_writable;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

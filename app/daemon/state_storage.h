@@ -10,7 +10,7 @@
 #include "app/log/log_entry.h"
 #include "app/model_store/daemon_signal.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Why no file can be written and synced in `directory` now, with a remedy; nullopt if one can.
 /// Creates the directory if it is missing. Blocks on the disk.
@@ -25,7 +25,7 @@ std::optional<std::string> StorageFault(const std::string& directory);
 /// writable() from any.
 class StateStorage {
  public:
-  StateStorage(std::string directory, LogSink sink);
+  StateStorage(std::string directory, log::LogSink sink);
 
   /// Locks the directory for this daemon. A disk that cannot be written is logged, and checked
   /// again later.
@@ -49,12 +49,12 @@ class StateStorage {
   std::optional<std::string> Try();
 
   const std::string directory_;
-  const LogSink sink_;
-  std::optional<StateDirectoryLock> lock_;
+  const log::LogSink sink_;
+  std::optional<model_store::StateDirectoryLock> lock_;
   std::optional<std::uint16_t> boot_count_;  ///< not stored yet
   std::string fault_;                        ///< logged; empty: none
   std::function<void()> on_writable_;
   std::atomic<bool> writable_{false};
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

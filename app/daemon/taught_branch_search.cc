@@ -4,7 +4,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-namespace plumbline {
+namespace plumbline::daemon {
 namespace {
 
 constexpr int kNice = 10;  // on Linux the nice value is per thread
@@ -39,4 +39,4 @@ void TaughtBranchSearch::DeliverTo(Machine& machine, std::size_t max_count) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -7,7 +7,7 @@
 
 #include "firmware-like/machine.h"
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Finds, for each point that was taught with joint values, the branch it belongs to: one after
 /// another, on its own low-priority thread, because a thousand points take ten seconds. The control
@@ -35,11 +35,12 @@ class TaughtBranchSearch {
   void Run();
 
   Machine searching_;
-  std::vector<std::optional<JointVector>> branches_;  ///< one a point; the first found_ are final
+  std::vector<std::optional<model::JointVector>>
+      branches_;  ///< one a point; the first found_ are final
   std::atomic<std::size_t> found_{0};
   std::size_t delivered_ = 0;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 namespace {
 
@@ -43,4 +43,4 @@ ThreadWatchdog::StalledThread ThreadWatchdog::Check(double now_s) {
   return first;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::daemon {
 
 /// Finds threads whose heartbeat counter has stopped, except while they wait for a device. Pure:
 /// time is an input. Used by one thread.
@@ -49,4 +49,4 @@ class ThreadWatchdog {
   std::vector<Thread> threads_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::daemon

@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// A row for the initial estimate: flange pose in B and measured tip in W.
@@ -209,11 +209,11 @@ void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& p
   constexpr int kRowsForStart = 300;
   for (const SessionIndex session : data.sessions.indices()) {
     Model::Frames& frames = model.frames[session];
-    const LoadedArm arm(CellOf(data, model, session));
+    const deflection::LoadedArm arm(CellOf(data, model, session));
     std::vector<FlangePoint> points;
     for (const RowIndex index : SomeRows(data, session, kRowsForStart)) {
-      const MeasuredRow& row = data.measured(index);
-      Posture posture;
+      const table::MeasuredRow& row = data.measured(index);
+      kinematics::Posture posture;
       arm.chain().Evaluate(row.q, posture);
       points.push_back({posture.X_BF(), row.p_WT});
     }
@@ -271,7 +271,7 @@ Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threa
     if (!linear) return Error{linear.error()};
     std::vector<double> sizes;
     for (const Vec3& error : ErrorsOf(*linear)) sizes.push_back(error.norm());
-    const double middle_m = MedianOf(sizes), variance_m2 = VarianceOf(data, middle_m);
+    const double middle_m = statistics::MedianOf(sizes), variance_m2 = VarianceOf(data, middle_m);
     double largest = 0;
     for (const SessionIndex session : data.sessions.indices()) {
       Eigen::Matrix<double, 9, 9> H, information;
@@ -331,4 +331,4 @@ std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Ali
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

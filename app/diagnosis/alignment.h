@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 struct Alignment {
   Model model;
@@ -42,4 +42,4 @@ Result<Model> Align(const Dataset& data, const Model& model, int threads);
 std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Alignment& alignment,
                                                   SessionIndex session);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -10,7 +10,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -23,7 +23,7 @@ Json Millimetres(double metres) {
   return Number(metres * kMmPerMetre);
 }
 
-Json JsonOf(const EffectParameter& parameter) {
+Json JsonOf(const model::EffectParameter& parameter) {
   if (!parameter.word.empty()) return {{"name", parameter.name}, {"value", parameter.word}};
   return {{"name", parameter.name},
           {"value", Number(parameter.value)},
@@ -32,9 +32,10 @@ Json JsonOf(const EffectParameter& parameter) {
 }
 
 Json JsonOf(const Finding& finding) {
-  const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+  const model::WrittenEffect written =
+      effects::WrittenFromActive(finding.effect, finding.covariance);
   Json parameters = Json::array();
-  for (const EffectParameter& parameter : written.parameters)
+  for (const model::EffectParameter& parameter : written.parameters)
     parameters.push_back(JsonOf(parameter));
   Json json = {{"id", written.id},
                {"scope", written.scope},
@@ -137,7 +138,7 @@ struct NextPoseColumns {
   bool payload = false, qd = false, qdd = false, wait = false, measure = false;
 };
 
-NextPoseColumns ColumnsOf(const std::vector<NextPose>& poses, const CellModel& cell) {
+NextPoseColumns ColumnsOf(const std::vector<NextPose>& poses, const model::CellModel& cell) {
   NextPoseColumns columns;
   columns.payload = cell.payload_cog_F.has_value();
   for (const NextPose& pose : poses) {
@@ -150,20 +151,21 @@ NextPoseColumns ColumnsOf(const std::vector<NextPose>& poses, const CellModel& c
 }
 
 /// Joint values in file units; zeros if `values` is empty.
-void AddJointValues(const std::vector<Joint>& joints, const JointVector& values,
+void AddJointValues(const std::vector<model::Joint>& joints, const model::JointVector& values,
                     std::vector<std::string>& cells) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const double to_file = joints[i].type == JointType::kPrismatic ? kMmPerMetre : kDegPerRad;
+    const double to_file =
+        joints[i].type == model::JointType::kPrismatic ? kMmPerMetre : kDegPerRad;
     const double value = values.size() > 0 ? values[static_cast<Eigen::Index>(i)] : 0;
     cells.push_back(fmt::format("{:.5f}", value * to_file));
   }
 }
 
-std::string Header(const std::vector<Joint>& joints, const NextPoseColumns& columns) {
+std::string Header(const std::vector<model::Joint>& joints, const NextPoseColumns& columns) {
   std::vector<std::string> names;
   const auto add = [&](const char* prefix, const char* suffix) {
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      const char* unit = joints[i].type == JointType::kPrismatic ? "mm" : "deg";
+      const char* unit = joints[i].type == model::JointType::kPrismatic ? "mm" : "deg";
       names.push_back(fmt::format("{}{}_{}{}", prefix, i + 1, unit, suffix));
     }
   };
@@ -177,13 +179,13 @@ std::string Header(const std::vector<Joint>& joints, const NextPoseColumns& colu
 }
 
 /// One row of the file. A wait is written in the first of the two rows of a pose with a via pose.
-std::string RowAt(const NextPose& pose, bool via, const std::vector<Joint>& joints,
+std::string RowAt(const NextPose& pose, bool via, const std::vector<model::Joint>& joints,
                   const NextPoseColumns& columns) {
   std::vector<std::string> cells;
   AddJointValues(joints, via ? pose.via_q : pose.q, cells);
   if (columns.payload) cells.push_back(fmt::format("{:.5f}", pose.payload_kg));
-  if (columns.qd) AddJointValues(joints, via ? JointVector() : pose.qd, cells);
-  if (columns.qdd) AddJointValues(joints, via ? JointVector() : pose.qdd, cells);
+  if (columns.qd) AddJointValues(joints, via ? model::JointVector() : pose.qd, cells);
+  if (columns.qdd) AddJointValues(joints, via ? model::JointVector() : pose.qdd, cells);
   if (columns.wait) {
     const bool waits = via || pose.via_q.size() == 0;  // in the first of two rows
     cells.push_back(fmt::format("{:.6g}", waits ? pose.wait_s / 60 : 0.0));
@@ -194,8 +196,8 @@ std::string RowAt(const NextPose& pose, bool via, const std::vector<Joint>& join
 
 }  // namespace
 
-std::string NextPosesCsv(const Diagnosis& diagnosis, const CellModel& cell) {
-  const std::vector<Joint>& joints = cell.robot.joints;
+std::string NextPosesCsv(const Diagnosis& diagnosis, const model::CellModel& cell) {
+  const std::vector<model::Joint>& joints = cell.robot.joints;
   const NextPoseColumns columns = ColumnsOf(diagnosis.next_poses, cell);
   std::string text = Header(joints, columns);
   for (const NextPose& pose : diagnosis.next_poses) {
@@ -205,4 +207,4 @@ std::string NextPosesCsv(const Diagnosis& diagnosis, const CellModel& cell) {
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

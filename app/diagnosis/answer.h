@@ -5,7 +5,7 @@
 
 #include "app/diagnosis/diagnosis.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// DIAGNOSIS.json, schema 1: keys, order and units as documented, with a final newline. Non-finite
 /// numbers are written as null.
@@ -18,6 +18,6 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
 /// qd<i>.., qdd<i>.. (motion at the moment of measurement), wait_min (before the move to the pose)
 /// and measure (0: a via pose that is passed and not measured; 1: measured). TableFromCsv reads the
 /// file and does not mistake the last two columns for measurements.
-std::string NextPosesCsv(const Diagnosis& diagnosis, const CellModel& cell);
+std::string NextPosesCsv(const Diagnosis& diagnosis, const model::CellModel& cell);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

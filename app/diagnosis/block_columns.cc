@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 std::shared_ptr<const Eigen::MatrixXd> BlockColumns::Of(const Dataset& data,
                                                         const Linearisation& linear,
@@ -22,4 +22,4 @@ std::shared_ptr<const Eigen::MatrixXd> BlockColumns::Of(const Dataset& data,
   return entries_.emplace_back(Entry{block, std::move(columns)}).columns;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/blocks.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Columns over all rows for blocks without a searched shape. Every fold, and every pass that does
 /// not change the frames, uses the same ones. Thread-safe; a mutex is locked during the
@@ -27,4 +27,4 @@ class BlockColumns {
   std::vector<Entry> entries_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

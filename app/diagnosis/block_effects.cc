@@ -9,10 +9,10 @@
 #include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/written.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 constexpr int kCurveNodes = 33;  // of an empirical curve
 constexpr int kGridNodes = 9;    // along each driver of an empirical surface
 
@@ -27,7 +27,7 @@ std::string CarrierName(int entry, double& from_SI) {
     return fmt::format("tip_{}", "xyz"[entry - I::kTip]);
   }
   if (entry == I::kBendRatio) return "tool_bending";
-  return fmt::format("q{}", entry % kMaxJoints + 1);
+  return fmt::format("q{}", entry % model::kMaxJoints + 1);
 }
 
 /// Values of the drivers at the nodes of a curve or grid, evenly spaced over their ranges.
@@ -51,7 +51,8 @@ Eigen::MatrixXd DriversAtNodes(const Dataset& data, const BlockColumn& column) {
   return drivers;
 }
 
-ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block, const ColumnSizes& values) {
+effects::ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block,
+                                      const ColumnSizes& values) {
   const auto factor = [&](const BlockColumn& of, Eigen::Ref<const Eigen::RowVectorXd> drivers) {
     const auto along = [&](SignalIndex index, int degree, double value) {
       return Legendre(degree, Scaled(data.signals[index], value));
@@ -65,7 +66,7 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block, const Colu
     const int entry = block.columns[column].entry;
     if (std::find(entries.begin(), entries.end(), entry) == entries.end()) entries.push_back(entry);
   }
-  WrittenEffect written;
+  model::WrittenEffect written;
   written.id = block.id;
   written.drivers = block.term.drivers;
   const Eigen::MatrixXd drivers = DriversAtNodes(data, block.columns.front());
@@ -85,24 +86,24 @@ ActiveEffect EmpiricalEffect(const Dataset& data, const Block& block, const Colu
   }
   for (const int entry : entries) {
     double from_SI = 1;
-    EffectParameter& parameter = written.parameters.emplace_back();
+    model::EffectParameter& parameter = written.parameters.emplace_back();
     parameter.name = CarrierName(entry, from_SI);
     parameter.value = 1;
     parameter.unit = "1";
   }
-  return ActiveFromWritten(written, data.cell);
+  return effects::ActiveFromWritten(written, data.cell);
 }
 
 }  // namespace
 
-ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values) {
-  ActiveEffect effect;
+effects::ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values) {
+  effects::ActiveEffect effect;
   effect.term = block.term;
   effect.term.parameters.clear();
   const std::vector<double>& at = block.columns.front().values;
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
-    const TermParameter& parameter = block.term.parameters[k];
+    const effects::TermParameter& parameter = block.term.parameters[k];
     const auto column =
         std::find_if(block.columns.begin(), block.columns.end(),
                      [&](const BlockColumn& c) { return c.parameter == static_cast<int>(k); });
@@ -110,7 +111,7 @@ ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values) {
     if (column != block.columns.end()) {
       const auto value = values.find(BlockColumnIndex(column - block.columns.begin()));
       if (value == values.end()) continue;
-      const ParameterSpec& spec = specs[static_cast<std::size_t>(parameter.spec)];
+      const effects::ParameterSpec& spec = specs[static_cast<std::size_t>(parameter.spec)];
       size = spec.value_of_linear ? spec.value_of_linear(value->second) : value->second;
     }
     effect.term.parameters.push_back(parameter);
@@ -122,7 +123,8 @@ ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values) {
 namespace {
 
 /// The unit of each value of an effect that comes from one block.
-std::vector<BlockUnit> UnitsOf(const Block& block, BlockIndex index, const ActiveEffect& effect) {
+std::vector<BlockUnit> UnitsOf(const Block& block, BlockIndex index,
+                               const effects::ActiveEffect& effect) {
   std::vector<BlockUnit> units(effect.values.size(), BlockUnit{index, 0});
   if (block.units == 1) return units;
   for (std::size_t k = 0; k < units.size(); ++k) {
@@ -152,11 +154,11 @@ EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Bl
       continue;
     }
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
-    ActiveEffect effect =
+    effects::ActiveEffect effect =
         search != nullptr ? search->EffectFrom(block, values) : EffectFromSizes(block, values);
     std::vector<BlockUnit> units = UnitsOf(block, index, effect);
-    const auto same =
-        std::find_if(found.effects.begin(), found.effects.end(), [&](const ActiveEffect& other) {
+    const auto same = std::find_if(
+        found.effects.begin(), found.effects.end(), [&](const effects::ActiveEffect& other) {
           return other.term.effect == effect.term.effect && other.term.word == effect.term.word &&
                  search != nullptr && search->JoinsBlocks();
         });
@@ -172,9 +174,10 @@ EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Bl
   return found;
 }
 
-std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
-                                      const Coefficients& coefficients) {
+std::vector<effects::ActiveEffect> EffectsFrom(const Dataset& data,
+                                               const Indexed<BlockIndex, Block>& blocks,
+                                               const Coefficients& coefficients) {
   return EffectsAndUnits(data, blocks, coefficients).effects;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

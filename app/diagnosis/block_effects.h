@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/blocks.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Fitted values of columns of several blocks, SI.
 using Coefficients = std::map<std::pair<BlockIndex, BlockColumnIndex>, double>;
@@ -16,8 +16,9 @@ using ColumnSizes = std::map<BlockColumnIndex, double>;
 
 /// The effects represented by fitted columns. Blocks of one effect that form one entry of a file
 /// (harmonics, for example) are joined. Effects without a coefficient are omitted.
-std::vector<ActiveEffect> EffectsFrom(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
-                                      const Coefficients& coefficients);
+std::vector<effects::ActiveEffect> EffectsFrom(const Dataset& data,
+                                               const Indexed<BlockIndex, Block>& blocks,
+                                               const Coefficients& coefficients);
 
 /// Identifies columns of a block that are kept or dropped together.
 struct BlockUnit {
@@ -29,13 +30,13 @@ struct BlockUnit {
 /// Effects, and for each value of each effect the unit that it comes from; empty for empirical
 /// ones.
 struct EffectsOfUnits {
-  std::vector<ActiveEffect> effects;
+  std::vector<effects::ActiveEffect> effects;
   std::vector<std::vector<BlockUnit>> units;
 };
 EffectsOfUnits EffectsAndUnits(const Dataset& data, const Indexed<BlockIndex, Block>& blocks,
                                const Coefficients& coefficients);
 
 /// The effect of one catalogue block: with the fitted sizes and all shapes of the block.
-ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values);
+effects::ActiveEffect EffectFromSizes(const Block& block, const ColumnSizes& values);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

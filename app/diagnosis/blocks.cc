@@ -7,22 +7,22 @@
 #include "app/diagnosis/legendre.h"
 #include "firmware-like/effects/empirical.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 
 /// Plausible sizes of an empirical carrier, SI.
-Interval PlausibleCarried(int entry) {
+model::Interval PlausibleCarried(int entry) {
   if (entry == I::kBendRatio) return {-3, 3};
-  if (entry < kMaxJoints) return {-0.02, 0.02};  // of a joint's turn [rad]
-  return {-0.05, 0.05};                          // of base or tip [m]
+  if (entry < model::kMaxJoints) return {-0.02, 0.02};  // of a joint's turn [rad]
+  return {-0.05, 0.05};                                 // of base or tip [m]
 }
 
 /// True where the twist of link i stands between two axes, and they are parallel to about a degree.
-bool ParallelAxesAt(const Robot& robot, int i) {
+bool ParallelAxesAt(const model::Robot& robot, int i) {
   constexpr double kLeastSine = 0.02;
-  const bool proximal = robot.convention == DhConvention::kProximal;
+  const bool proximal = robot.convention == model::DhConvention::kProximal;
   const int other = proximal ? i - 1 : i + 1;
   if (other < 0 || other >= robot.size()) return false;
   return std::abs(std::sin(robot.joints[static_cast<std::size_t>(i)].alpha_rad)) < kLeastSine;
@@ -34,9 +34,10 @@ double BlockColumn::Largest() const {
   return std::max(std::abs(plausible.low), std::abs(plausible.high));
 }
 
-Interval PlausibleSizes(const EffectTraits& traits, int spec, std::uint32_t prismatic, int joint) {
-  const ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
-  const Interval& range = PlausibleOf(parameter, prismatic, joint);
+model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,
+                               std::uint32_t prismatic, int joint) {
+  const effects::ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
+  const model::Interval& range = effects::PlausibleOf(parameter, prismatic, joint);
   if (parameter.inverse) return {0, 1 / std::max(1e-9, range.low)};
   return {range.low * parameter.to_SI, range.high * parameter.to_SI};
 }
@@ -54,14 +55,14 @@ bool SameColumns(const Block& a, const Block& b) {
 namespace {
 
 /// The parameters of one spec and one joint that this arm can have.
-void AddParameters(const Robot& robot, const ParameterSpec& parameter, int spec, int joint,
-                   std::vector<TermParameter>& parameters) {
-  const JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
+void AddParameters(const model::Robot& robot, const effects::ParameterSpec& parameter, int spec,
+                   int joint, std::vector<effects::TermParameter>& parameters) {
+  const model::JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
   if (parameter.only.value_or(type) != type || (parameter.not_of_first && joint == 0)) return;
   if (parameter.parallel_axes_only && !ParallelAxesAt(robot, joint)) return;
-  if (IsOfTwoJoints(parameter)) {
+  if (effects::IsOfTwoJoints(parameter)) {
     for (int of = 0; of < joint; ++of) parameters.push_back({spec, joint, 1, of});
-  } else if (IsOfJointAndLink(parameter)) {
+  } else if (effects::IsOfJointAndLink(parameter)) {
     for (int link = joint; link < robot.size(); ++link) {
       parameters.push_back({spec, joint, 1, link});
     }
@@ -72,16 +73,16 @@ void AddParameters(const Robot& robot, const ParameterSpec& parameter, int spec,
 
 }  // namespace
 
-Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word) {
-  const EffectTraits& traits = effect.traits();
+Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string_view word) {
+  const effects::EffectTraits& traits = effect.traits();
   Block block;
   block.id = traits.id;
   block.term.effect = &effect;
   block.term.word = word;
-  block.term.prismatic = PrismaticJoints(data.cell.robot);
+  block.term.prismatic = effects::PrismaticJoints(data.cell.robot);
   for (int spec = 0; spec < static_cast<int>(traits.parameters.size()); ++spec) {
-    const ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
-    if (parameter.role != ParameterRole::kSize) continue;
+    const effects::ParameterSpec& parameter = traits.parameters[static_cast<std::size_t>(spec)];
+    if (parameter.role != effects::ParameterRole::kSize) continue;
     if (parameter.name.find('#') == std::string_view::npos) {
       block.term.parameters.push_back({spec});
       continue;
@@ -97,7 +98,7 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
     column.unit = one_by_one ? static_cast<int>(k) : 0;
     column.parameter = static_cast<int>(k);
     column.values.assign(count, 0.0);
-    const TermParameter& own = block.term.parameters[k];
+    const effects::TermParameter& own = block.term.parameters[k];
     column.plausible = PlausibleSizes(traits, own.spec, block.term.prismatic, own.joint);
   }
   block.units = one_by_one ? static_cast<int>(count) : 1;
@@ -107,46 +108,51 @@ Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view wor
 bool HasContinuousShape(const Block& block) {
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
-    const ParameterSpec& spec = specs[static_cast<std::size_t>(block.term.parameters[k].spec)];
+    const effects::ParameterSpec& spec =
+        specs[static_cast<std::size_t>(block.term.parameters[k].spec)];
     // The phase is in the columns.
-    if (spec.role != ParameterRole::kShape || IsEventTime(spec) || spec.unit == "rad") continue;
+    if (spec.role != effects::ParameterRole::kShape || effects::IsEventTime(spec) ||
+        spec.unit == "rad")
+      continue;
     const double value = block.columns.front().values[k];
-    if (!IsCycles(spec) || value != std::round(value)) return true;
+    if (!effects::IsCycles(spec) || value != std::round(value)) return true;
   }
   return false;
 }
 
-bool ActsFromEventTime(const EffectTerm& term) {
+bool ActsFromEventTime(const effects::EffectTerm& term) {
   if (term.parameters.empty()) return false;
   const auto& specs = term.effect->traits().parameters;
-  return IsEventTime(specs[static_cast<std::size_t>(term.parameters.front().spec)]);
+  return effects::IsEventTime(specs[static_cast<std::size_t>(term.parameters.front().spec)]);
 }
 
-bool IsLinear(const EffectTerm& term) {
+bool IsLinear(const effects::EffectTerm& term) {
   const auto& specs = term.effect->traits().parameters;
-  return std::all_of(term.parameters.begin(), term.parameters.end(), [&](const TermParameter& own) {
-    const ParameterSpec& spec = specs[static_cast<std::size_t>(own.spec)];
-    return spec.role == ParameterRole::kSize && !spec.inverse && spec.value_of_linear == nullptr;
-  });
+  return std::all_of(
+      term.parameters.begin(), term.parameters.end(), [&](const effects::TermParameter& own) {
+        const effects::ParameterSpec& spec = specs[static_cast<std::size_t>(own.spec)];
+        return spec.role == effects::ParameterRole::kSize && !spec.inverse &&
+               spec.value_of_linear == nullptr;
+      });
 }
 
-bool IsInverse(const EffectTerm& term, int parameter) {
+bool IsInverse(const effects::EffectTerm& term, int parameter) {
   const auto& specs = term.effect->traits().parameters;
   if (parameter < 0 || parameter >= static_cast<int>(term.parameters.size())) return false;
-  const TermParameter& own = term.parameters[static_cast<std::size_t>(parameter)];
+  const effects::TermParameter& own = term.parameters[static_cast<std::size_t>(parameter)];
   return specs[static_cast<std::size_t>(own.spec)].inverse;
 }
 
-bool RepeatsWithAngle(const Effect& effect) {
+bool RepeatsWithAngle(const effects::Effect& effect) {
   const auto& specs = effect.traits().parameters;
-  return std::any_of(specs.begin(), specs.end(), IsCycles);
+  return std::any_of(specs.begin(), specs.end(), effects::IsCycles);
 }
 
 std::optional<PeriodicLine> LineOf(const Block& block) {
   const auto& specs = block.term.effect->traits().parameters;
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
-    const TermParameter& parameter = block.term.parameters[k];
-    if (!IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
+    const effects::TermParameter& parameter = block.term.parameters[k];
+    if (!effects::IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
     return PeriodicLine{parameter.joint, block.columns.front().values[k], 0, 0};
   }
   return std::nullopt;
@@ -155,7 +161,7 @@ std::optional<PeriodicLine> LineOf(const Block& block) {
 Block EmpiricalBlock(const Dataset& data, SignalIndex signal, const std::vector<int>& entries,
                      int degree, bool with_constant, double trials) {
   Block block;
-  block.term.effect = &Empirical();
+  block.term.effect = &effects::Empirical();
   block.id = block.term.effect->traits().id;
   block.term.drivers = {data.signals[signal].column};
   for (const int entry : entries) {
@@ -175,7 +181,7 @@ Block EmpiricalSurface(const Dataset& data, SignalIndex first, SignalIndex secon
                        const std::vector<int>& entries, int degree, bool with_constant,
                        double trials) {
   Block block;
-  block.term.effect = &Empirical();
+  block.term.effect = &effects::Empirical();
   block.id = block.term.effect->traits().id;
   block.term.drivers = {data.signals[first].column, data.signals[second].column};
   for (const int entry : entries) {
@@ -238,4 +244,4 @@ void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& bl
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -8,7 +8,7 @@
 
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// One column of a block. For an effect: d prediction / d parameter at `values`. For an empirical
 /// term: the gradient of its carrier times a Legendre polynomial of a signal.
@@ -22,7 +22,7 @@ struct BlockColumn {
   /// Second driver of an empirical surface, with its degree.
   std::optional<SignalIndex> second_signal = std::nullopt;
   int second_degree = 0;
-  Interval plausible{-1e300, 1e300};  ///< plausible sizes of a sound machine, SI
+  model::Interval plausible{-1e300, 1e300};  ///< plausible sizes of a sound machine, SI
 
   /// Largest absolute value of `plausible`.
   double Largest() const;
@@ -31,7 +31,7 @@ struct BlockColumn {
 /// A candidate effect with fixed shapes.
 struct Block {
   std::string id;
-  EffectTerm term;
+  effects::EffectTerm term;
   Indexed<BlockColumnIndex, BlockColumn> columns;
   int units = 1;
   double trials = 1;  ///< number of independent shapes searched for this one
@@ -44,24 +44,24 @@ bool SameColumns(const Block& a, const Block& b);
 
 /// Block with one column for each size of an effect; for per-joint effects, of every joint that
 /// moved or is loaded.
-Block WholeBlock(const Dataset& data, const Effect& effect, std::string_view word);
+Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string_view word);
 
 /// Plausible sizes of a parameter on a sound machine, SI.
 /// @param spec  index into the effect's parameters
 /// @param prismatic, joint  used if the unit depends on the joint type; see EffectTerm
-Interval PlausibleSizes(const EffectTraits& traits, int spec, std::uint32_t prismatic = 0,
-                        int joint = -1);
+model::Interval PlausibleSizes(const effects::EffectTraits& traits, int spec,
+                               std::uint32_t prismatic = 0, int joint = -1);
 
 /// True if a refit adjusts a shape of the block: a time constant, or non-integer cycles per turn.
 bool HasContinuousShape(const Block& block);
 /// True for a term that acts from an event time on; that time is its first value.
-bool ActsFromEventTime(const EffectTerm& term);
+bool ActsFromEventTime(const effects::EffectTerm& term);
 /// True if the prediction is linear in all parameters of the term.
-bool IsLinear(const EffectTerm& term);
+bool IsLinear(const effects::EffectTerm& term);
 /// True for a parameter whose file value is the inverse of the acting size, a positive number.
-bool IsInverse(const EffectTerm& term, int parameter);
+bool IsInverse(const effects::EffectTerm& term, int parameter);
 /// True for an effect that is periodic in a joint angle, with any number of cycles per turn.
-bool RepeatsWithAngle(const Effect& effect);
+bool RepeatsWithAngle(const effects::Effect& effect);
 
 /// A line of the spectrum along a joint angle.
 struct PeriodicLine {
@@ -96,4 +96,4 @@ double FactorOf(const Dataset& data, const BlockColumn& column, RowIndex row);
 void ColumnsAt(const Dataset& data, const Linearisation& linear, const Block& block, RowIndex row,
                Eigen::Ref<Eigen::MatrixXd> out);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -10,7 +10,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kLeastObservable = 1e-3;  // of a column's length, after the frames
@@ -101,8 +101,8 @@ double CandidateSet::PriorPrecision(ColumnIndex column) const {
   return deviation > 0 ? 1 / (deviation * deviation) : 0;
 }
 
-Interval CandidateSet::Bounds(ColumnIndex column) const {
-  const Interval& plausible = ColumnAt(column).plausible;
+model::Interval CandidateSet::Bounds(ColumnIndex column) const {
+  const model::Interval& plausible = ColumnAt(column).plausible;
   const double scale = kDiscardRatio * length_[column];
   return {scale * plausible.low, scale * plausible.high};
 }
@@ -117,7 +117,7 @@ std::vector<double> CandidateSet::UnitCosts(BlockIndex index) const {
     const double evidence = width * std::log(static_cast<double>(problem_.clusters()));
     double& quantile = quantiles[width];
     if (quantile == 0 && block.units > 1) {
-      quantile = ChiSquareQuantile(kJointFamilyError / block.units, width);
+      quantile = statistics::ChiSquareQuantile(kJointFamilyError / block.units, width);
     }
     costs.push_back(inflation_[index] * std::max(evidence, quantile));
   }
@@ -137,7 +137,7 @@ std::optional<Explanation> CandidateSet::EvaluateBelow(std::vector<BlockIndex> s
   const Basis basis = Ranked(ColumnsOf(std::move(support)));
   if (basis.chi2 + LeastCost(basis.columns) > worst) return std::nullopt;
   SupportFit fit = FitOf(basis.columns);
-  std::vector<Interval> bounds;
+  std::vector<model::Interval> bounds;
   bounds.reserve(basis.columns.size());
   for (const ColumnIndex column : basis.columns) bounds.push_back(Bounds(column));
   do {
@@ -417,4 +417,4 @@ std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
   return {ids.begin(), ids.end()};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

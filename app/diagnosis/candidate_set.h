@@ -13,7 +13,7 @@
 #include "app/diagnosis/support_fit.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// What a support of blocks explains, the joints that do not earn their place dropped.
 struct Explanation {
@@ -105,7 +105,7 @@ class CandidateSet {
   /// Of the value of a column of unit length.
   double PriorPrecision(ColumnIndex column) const;
   /// What the value of a column of unit length may be.
-  Interval Bounds(ColumnIndex column) const;
+  model::Interval Bounds(ColumnIndex column) const;
   const BlockColumn& ColumnAt(ColumnIndex column) const {
     return blocks_[block_of_[column]].columns[local_[column]];
   }
@@ -160,4 +160,4 @@ std::vector<EffectKey> EffectKeys(const CandidateSet& candidate_set,
 std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
                                    const Explanation& explanation);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

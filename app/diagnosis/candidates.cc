@@ -9,78 +9,78 @@
 #include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Signals that depend on the cell alone, not on the columns of a table.
-constexpr std::array kCellSignals = {Signal::kCamera, Signal::kRange};
+constexpr std::array kCellSignals = {effects::Signal::kCamera, effects::Signal::kRange};
 
 bool Varies(const Dataset& data, std::string_view column) {
   return std::any_of(data.signals.begin(), data.signals.end(),
                      [&](const RecordedSignal& signal) { return signal.column == column; });
 }
 
-bool Has(const Dataset& data, Signal signal) {
-  const RecordedColumns& recorded = data.table.recorded;
+bool Has(const Dataset& data, effects::Signal signal) {
+  const table::RecordedColumns& recorded = data.table.recorded;
   switch (signal) {
-    case Signal::kTime:
+    case effects::Signal::kTime:
       return recorded.time;
-    case Signal::kTemperature:
+    case effects::Signal::kTemperature:
       return recorded.temperature && data.cell.measurement.reference_temperature_C.has_value();
-    case Signal::kVelocity:
+    case effects::Signal::kVelocity:
       return recorded.qd;
-    case Signal::kAcceleration:
+    case effects::Signal::kAcceleration:
       return recorded.qdd;
-    case Signal::kOrder:
+    case effects::Signal::kOrder:
       return recorded.order && data.rows() > 2;
-    case Signal::kPayload:
+    case effects::Signal::kPayload:
       return recorded.payload && data.cell.payload_cog_F.has_value();
-    case Signal::kTorques:
+    case effects::Signal::kTorques:
       return data.torques_known;
-    case Signal::kWeight:
+    case effects::Signal::kWeight:
       return data.weight_known;
-    case Signal::kNoTorques:
+    case effects::Signal::kNoTorques:
       return !data.torques_known;
-    case Signal::kBeam:
+    case effects::Signal::kBeam:
       return !data.cell.tool.rigid;
-    case Signal::kCamera:
+    case effects::Signal::kCamera:
       return data.cell.measurement.X_WC.has_value();
-    case Signal::kRange:
+    case effects::Signal::kRange:
       return data.ranges();
-    case Signal::kTilt:
+    case effects::Signal::kTilt:
       return Varies(data, "tilt_x_deg") && Varies(data, "tilt_y_deg");
   }
   return false;
 }
 
-const char* MissingSignalReason(const Dataset& data, Signal signal) {
+const char* MissingSignalReason(const Dataset& data, effects::Signal signal) {
   switch (signal) {
-    case Signal::kTime:
+    case effects::Signal::kTime:
       return "t_s was not recorded";
-    case Signal::kTemperature:
+    case effects::Signal::kTemperature:
       return "temp_C was not recorded, or the cell does not declare reference_temperature_C";
-    case Signal::kVelocity:
+    case effects::Signal::kVelocity:
       return "qd was not recorded";
-    case Signal::kAcceleration:
+    case effects::Signal::kAcceleration:
       return "qdd was not recorded";
-    case Signal::kOrder:
+    case effects::Signal::kOrder:
       return data.table.recorded.order ? "too few rows for effects of the order of execution"
                                        : "the robot's moves between the probes are not recorded";
-    case Signal::kPayload:
+    case effects::Signal::kPayload:
       return "payload_kg was not recorded, or the cell has no [payload] cog_mm";
-    case Signal::kTorques:
+    case effects::Signal::kTorques:
       return "link masses are not declared and joint torques are not measured";
-    case Signal::kWeight:
+    case effects::Signal::kWeight:
       return "link masses are not declared";
-    case Signal::kNoTorques:
+    case effects::Signal::kNoTorques:
       return "joint torques are known: see joint_compliance";
-    case Signal::kBeam:
+    case effects::Signal::kBeam:
       return "the declared tool is rigid";
-    case Signal::kCamera:
+    case effects::Signal::kCamera:
       return "no camera measures, or the cell does not declare camera_xyz_mm and camera_rpy_deg";
-    case Signal::kRange:
+    case effects::Signal::kRange:
       return "no ranges are measured";
-    case Signal::kTilt:
+    case effects::Signal::kTilt:
       return "no inclinometer on the base was recorded (tilt_x_deg and tilt_y_deg), or its "
              "readings did not change";
   }
@@ -91,21 +91,21 @@ const char* MissingSignalReason(const Dataset& data, Signal signal) {
 
 Candidates CandidatesFor(const Dataset& data) {
   Candidates candidates;
-  for (const Effect* effect : Catalogue()) {
-    const EffectTraits& traits = effect->traits();
+  for (const effects::Effect* effect : effects::Catalogue()) {
+    const effects::EffectTraits& traits = effect->traits();
     const std::string id(traits.id);
-    if (traits.nuisance == Nuisance::kBaseFrame && data.frames_free()) {
+    if (traits.nuisance == effects::Nuisance::kBaseFrame && data.frames_free()) {
       candidates.excluded.push_back(
           {id, "already estimated, since the frame is declared as unaligned"});
       continue;
     }
-    if (traits.nuisance == Nuisance::kToolFrame && data.tip_free()) {
+    if (traits.nuisance == effects::Nuisance::kToolFrame && data.tip_free()) {
       candidates.excluded.push_back(
           {id, "already estimated, since the tool is declared as unknown"});
       continue;
     }
     const auto lacking = std::find_if(traits.needs.begin(), traits.needs.end(),
-                                      [&](Signal signal) { return !Has(data, signal); });
+                                      [&](effects::Signal signal) { return !Has(data, signal); });
     if (lacking != traits.needs.end()) {
       candidates.excluded.push_back({id, MissingSignalReason(data, *lacking)});
       continue;
@@ -116,15 +116,16 @@ Candidates CandidatesFor(const Dataset& data) {
       continue;
     }
     std::vector<std::string_view> words = {""};
-    for (const ParameterSpec& parameter : traits.parameters) {
-      if (parameter.role != ParameterRole::kWord) continue;
+    for (const effects::ParameterSpec& parameter : traits.parameters) {
+      if (parameter.role != effects::ParameterRole::kWord) continue;
       const auto comma = parameter.words.find(',');
       words = {parameter.words.substr(0, comma), parameter.words.substr(comma + 1)};
     }
     for (const std::string_view word : words) {
-      const auto lacking_word = std::find_if(
-          traits.word_needs.begin(), traits.word_needs.end(),
-          [&](const WordNeed& need) { return need.word == word && !Has(data, need.signal); });
+      const auto lacking_word = std::find_if(traits.word_needs.begin(), traits.word_needs.end(),
+                                             [&](const effects::WordNeed& need) {
+                                               return need.word == word && !Has(data, need.signal);
+                                             });
       if (lacking_word != traits.word_needs.end()) {
         candidates.excluded.push_back(
             {fmt::format("{} ({})", id, word), MissingSignalReason(data, lacking_word->signal)});
@@ -141,9 +142,10 @@ Candidates CandidatesFor(const Dataset& data) {
   return candidates;
 }
 
-std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>& effects) {
+std::vector<Block> BlocksOf(const Dataset& data,
+                            const std::vector<effects::ActiveEffect>& effects) {
   std::vector<Block> blocks;
-  for (const ActiveEffect& effect : effects) {
+  for (const effects::ActiveEffect& effect : effects) {
     const ShapeSearch* search = ShapeSearchOf(*effect.term.effect);
     if (search == nullptr) continue;
     for (Block& block : search->Refitted(data, effect)) blocks.push_back(std::move(block));
@@ -152,18 +154,18 @@ std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>
 }
 
 double EffectsConsidered(const Dataset& data) {
-  const auto catalogue = Catalogue();
+  const auto catalogue = effects::Catalogue();
   return static_cast<double>(
-      std::count_if(catalogue.begin(), catalogue.end(), [&data](const Effect* effect) {
-        return std::all_of(kCellSignals.begin(), kCellSignals.end(), [&](Signal signal) {
+      std::count_if(catalogue.begin(), catalogue.end(), [&data](const effects::Effect* effect) {
+        return std::all_of(kCellSignals.begin(), kCellSignals.end(), [&](effects::Signal signal) {
           return !effect->traits().Needs(signal) || Has(data, signal);
         });
       }));
 }
 
-std::vector<std::string> ScopeOf(const EffectTerm& term) {
+std::vector<std::string> ScopeOf(const effects::EffectTerm& term) {
   std::set<int> joints;
-  for (const TermParameter& parameter : term.parameters) {
+  for (const effects::TermParameter& parameter : term.parameters) {
     if (parameter.joint >= 0) joints.insert(parameter.joint);
   }
   std::vector<std::string> scope;
@@ -172,4 +174,4 @@ std::vector<std::string> ScopeOf(const EffectTerm& term) {
   return scope;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/blocks.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// An effect that the data cannot show, with the reason.
 struct ExcludedCandidate {
@@ -12,8 +12,9 @@ struct ExcludedCandidate {
 };
 
 struct Candidates {
-  std::vector<Block> blocks;            ///< effects without searched shapes
-  std::vector<const Effect*> searched;  ///< effects whose shapes are searched in a residual
+  std::vector<Block> blocks;  ///< effects without searched shapes
+  std::vector<const effects::Effect*>
+      searched;  ///< effects whose shapes are searched in a residual
   std::vector<ExcludedCandidate> excluded;
 };
 
@@ -22,7 +23,7 @@ Candidates CandidatesFor(const Dataset& data);
 
 /// Blocks with the refitted shapes (cycles, time constants, event times) of these effects, so that
 /// a repeated search can select them unchanged.
-std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>& effects);
+std::vector<Block> BlocksOf(const Dataset& data, const std::vector<effects::ActiveEffect>& effects);
 
 /// Number of effects among which a search chooses: the catalogue, without the effects of a
 /// measuring camera or of ranges if the cell has neither. Independent of the recorded signals, so
@@ -30,6 +31,6 @@ std::vector<Block> BlocksOf(const Dataset& data, const std::vector<ActiveEffect>
 double EffectsConsidered(const Dataset& data);
 
 /// Names (q2, q3) of the joints that an effect's parameters belong to, ascending.
-std::vector<std::string> ScopeOf(const EffectTerm& term);
+std::vector<std::string> ScopeOf(const effects::EffectTerm& term);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <tuple>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kSamePose = 2e-4;    // [rad] or [m], between neighbours
@@ -14,7 +14,7 @@ constexpr double kWidestPose = 2e-3;  // a wider chain is a path, not a pose
 constexpr double kSamePayload_kg = 0.01;
 
 /// A row as a point: joints and payload in units of their tolerances.
-std::vector<double> Place(const MeasuredRow& row) {
+std::vector<double> Place(const table::MeasuredRow& row) {
   std::vector<double> place(row.q.begin(), row.q.end());
   for (double& q : place) q /= kSamePose;
   place.push_back(row.payload_kg / kSamePayload_kg);
@@ -94,9 +94,10 @@ std::vector<int> Linked(const Places& places, const std::vector<RowIndex>& rows)
 
 }  // namespace
 
-Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIndex>& session_of) {
+Clusters ClustersOf(const std::vector<table::MeasuredRow>& rows,
+                    const PerRow<SessionIndex>& session_of) {
   Places places;
-  for (const MeasuredRow& row : rows) places.push_back(Place(row));
+  for (const table::MeasuredRow& row : rows) places.push_back(Place(row));
   std::map<SessionIndex, std::vector<RowIndex>> of_session;
   for (const RowIndex row : places.indices()) of_session[session_of[row]].push_back(row);
   std::vector<std::vector<RowIndex>> parts;
@@ -138,4 +139,4 @@ Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIn
   return clusters;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

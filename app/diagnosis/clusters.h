@@ -6,7 +6,7 @@
 #include "app/diagnosis/indices.h"
 #include "app/table/csv.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 struct Clusters {
   PerRow<ClusterIndex> of_row;  ///< numbered from 0 in the order of the rows
@@ -17,6 +17,7 @@ struct Clusters {
 /// a tolerance (0.2 mrad or mm, 10 g) belong together, so that no grid edge divides replicates. A
 /// chain wider than ten times the tolerance is a slow path instead of a pose and is cut into grid
 /// cells. O(n log n) unless many rows are at one pose.
-Clusters ClustersOf(const std::vector<MeasuredRow>& rows, const PerRow<SessionIndex>& session_of);
+Clusters ClustersOf(const std::vector<table::MeasuredRow>& rows,
+                    const PerRow<SessionIndex>& session_of);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 
 #include "firmware-like/geometry/angle.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr std::array<std::pair<double, const char*>, 3> kLengthUnits = {
@@ -21,7 +21,7 @@ OtherUnit JointIn(int joint, const std::string& unit, double factor, const std::
                   declared,
                   {},
                   {}};
-  other.numbers = {[joint](const MeasuredRow& row) { return row.q[joint]; }};
+  other.numbers = {[joint](const table::MeasuredRow& row) { return row.q[joint]; }};
   other.convert = [joint, factor](Dataset& data, RowIndex row) {
     ScaleJoint(data, row, joint, factor);
   };
@@ -35,7 +35,7 @@ OtherUnit AllInRadians(const Dataset& data) {
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     if (!Turns(data, joint)) continue;
     turning.push_back(joint);
-    other.numbers.emplace_back([joint](const MeasuredRow& row) { return row.q[joint]; });
+    other.numbers.emplace_back([joint](const table::MeasuredRow& row) { return row.q[joint]; });
   }
   other.convert = [turning](Dataset& changed, RowIndex row) {
     for (const int joint : turning) ScaleJoint(changed, row, joint, 1 / kRadPerDeg);
@@ -50,7 +50,7 @@ void AddMeasured(const Dataset& data, double factor, const char* unit,
     others.push_back({"range_mm",
                       unit,
                       "millimetres",
-                      {[](const MeasuredRow& row) { return row.range_m; }},
+                      {[](const table::MeasuredRow& row) { return row.range_m; }},
                       [factor](Dataset& changed, RowIndex row) {
                         changed.table.rows[row.offset()].range_m *= factor;
                       }});
@@ -59,7 +59,7 @@ void AddMeasured(const Dataset& data, double factor, const char* unit,
   const auto axes = [&](const std::string& columns, int first, int last) {
     OtherUnit other{columns, unit, "millimetres", {}, {}};
     for (int axis = first; axis <= last; ++axis) {
-      other.numbers.emplace_back([axis](const MeasuredRow& row) { return row.p_WT[axis]; });
+      other.numbers.emplace_back([axis](const table::MeasuredRow& row) { return row.p_WT[axis]; });
     }
     other.convert = [factor, first, last](Dataset& changed, RowIndex row) {
       changed.table.rows[row.offset()].p_WT.segment(first, last - first + 1) *= factor;
@@ -73,7 +73,8 @@ void AddMeasured(const Dataset& data, double factor, const char* unit,
 }  // namespace
 
 bool Turns(const Dataset& data, int joint) {
-  return data.cell.robot.joints[static_cast<std::size_t>(joint)].type != JointType::kPrismatic;
+  return data.cell.robot.joints[static_cast<std::size_t>(joint)].type !=
+         model::JointType::kPrismatic;
 }
 
 bool PayloadCounts(const Dataset& data) {
@@ -86,7 +87,7 @@ OtherUnit InRadians(int joint) {
 
 OtherUnit PayloadIn(const std::string& unit, double factor) {
   OtherUnit other{"payload_kg", unit, "kilograms", {}, {}};
-  other.numbers = {[](const MeasuredRow& row) { return row.payload_kg; }};
+  other.numbers = {[](const table::MeasuredRow& row) { return row.payload_kg; }};
   other.convert = [factor](Dataset& data, RowIndex row) {
     data.table.rows[row.offset()].payload_kg *= factor;
     data.conditions[row].payload_kg *= factor;
@@ -112,4 +113,4 @@ std::vector<OtherUnit> OtherUnits(const Dataset& data) {
   return others;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

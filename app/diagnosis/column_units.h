@@ -9,14 +9,14 @@
 
 #include "app/diagnosis/dataset.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A column, or several together, in another unit.
 struct OtherUnit {
   std::string columns;   ///< "q2_deg", "x_mm, y_mm, z_mm"
   std::string unit;      ///< of the numbers: "radians"
   std::string declared;  ///< stated by the column name: "degrees"
-  std::vector<std::function<double(const MeasuredRow&)>> numbers;
+  std::vector<std::function<double(const table::MeasuredRow&)>> numbers;
   /// Converts the numbers of one row to the declared unit.
   std::function<void(Dataset&, RowIndex)> convert;
 };
@@ -36,4 +36,4 @@ bool PayloadCounts(const Dataset& data);
 /// Every column that affects the predicted or measured tip, in each unit commonly mistaken for it.
 std::vector<OtherUnit> OtherUnits(const Dataset& data);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// The fit of one block alone.
@@ -24,8 +24,8 @@ Considered Alone(const FindingsContext& context, BlockIndex index) {
   considered.parameters = static_cast<int>(alone.columns.size());
   considered.chi2_drop = candidate_set.chi2_null() - alone.chi2;
   considered.signal_share = considered.chi2_drop / std::max(1e-12, candidate_set.chi2_null());
-  for (const ActiveEffect& effect : EffectsFrom(context.problem.data, candidate_set.blocks(),
-                                                candidate_set.CoefficientsOf(alone))) {
+  for (const effects::ActiveEffect& effect : EffectsFrom(
+           context.problem.data, candidate_set.blocks(), candidate_set.CoefficientsOf(alone))) {
     considered.scope = ScopeOf(effect.term);
   }
   return considered;
@@ -100,4 +100,4 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,11 +3,11 @@
 
 #include "app/diagnosis/findings.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Adds to `diagnosis.considered` every effect of the catalogue with the share that it explains
 /// alone and the reason why it was selected or rejected. Requires `diagnosis.rivals`.
 void AddConsidered(const FindingsContext& context, const Candidates& candidates,
                    Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -5,7 +5,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/whitener.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// The identifiable parameters of one effect.
@@ -28,7 +28,7 @@ Adjusted AdjustedOf(const Refit& refit, int effect) {
 /// variance of a row.
 double VarianceByItself(const Identified& found, int effect) {
   const FitProblem& fit = found.fit;
-  const ActiveEffect& active = found.refit.model.effects[static_cast<std::size_t>(effect)];
+  const effects::ActiveEffect& active = found.refit.model.effects[static_cast<std::size_t>(effect)];
   const Adjusted adjusted = AdjustedOf(found.refit, effect);
   if (adjusted.values.empty()) return 0;
   const Eigen::MatrixXd covariance =
@@ -61,4 +61,4 @@ double CovarianceShare(const Identified& found, double discrepancy_parameters) {
   return apart > together ? together / apart : 1;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/identify.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A written model holds one covariance per effect, without the correlations between effects and
 /// with the frames. If effects are nearly collinear, each is far more uncertain than the sum of
@@ -17,4 +17,4 @@ namespace plumbline {
 ///                                covariances are already scaled this way; 0: no such model
 double CovarianceShare(const Identified& found, double discrepancy_parameters);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -18,7 +18,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kFewestRows = 4;
@@ -32,11 +32,11 @@ void DropCopies(Dataset& data) {
   std::set<std::pair<std::string, std::vector<double>>> seen;
   const bool timed = data.table.recorded.time;
   int copies = 0, first = 0;
-  std::erase_if(data.table.rows, [&](const MeasuredRow& row) {
+  std::erase_if(data.table.rows, [&](const table::MeasuredRow& row) {
     std::vector<double> numbers = {row.t_s,      row.payload_kg, row.temp_C,   row.range_m,
                                    row.p_WT.x(), row.p_WT.y(),   row.p_WT.z(), row.q_WT.w(),
                                    row.q_WT.x(), row.q_WT.y(),   row.q_WT.z(), row.q_step_rad};
-    for (const JointVector* of_joints : {&row.q, &row.qd, &row.qdd, &row.tau}) {
+    for (const model::JointVector* of_joints : {&row.q, &row.qd, &row.qdd, &row.tau}) {
       numbers.insert(numbers.end(), of_joints->begin(), of_joints->end());
     }
     numbers.insert(numbers.end(), row.further.begin(), row.further.end());
@@ -58,15 +58,16 @@ void DropCopies(Dataset& data) {
 /// moves.
 void SetUnmeasuredAside(Dataset& data) {
   const bool range = data.ranges();
-  MeasuredTable& table = data.table;
-  const auto measured = [range](const MeasuredRow& row) {
+  table::MeasuredTable& table = data.table;
+  const auto measured = [range](const table::MeasuredRow& row) {
     return range ? row.has_range : row.has_point;
   };
   const auto first = std::stable_partition(table.rows.begin(), table.rows.end(), measured);
   table.unmeasured.insert(table.unmeasured.end(), first, table.rows.end());
   table.rows.erase(first, table.rows.end());
-  std::stable_sort(table.unmeasured.begin(), table.unmeasured.end(),
-                   [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
+  std::stable_sort(
+      table.unmeasured.begin(), table.unmeasured.end(),
+      [](const table::MeasuredRow& a, const table::MeasuredRow& b) { return a.line < b.line; });
   if (table.unmeasured.empty()) return;
   data.notes.push_back(fmt::format(
       "{} rows have joints and no measurement that can be used (first: line {}): they keep their "
@@ -76,7 +77,7 @@ void SetUnmeasuredAside(Dataset& data) {
 
 void FindSessions(Dataset& data) {
   std::map<std::string, SessionIndex> known;
-  for (const MeasuredRow& row : data.table.rows) {
+  for (const table::MeasuredRow& row : data.table.rows) {
     const auto [entry, fresh] = known.emplace(row.session, SessionIndex(data.sessions_count()));
     if (fresh) data.sessions.push_back(row.session);
     data.session_of.push_back(entry->second);
@@ -100,7 +101,7 @@ void AddSignal(Dataset& data, std::string column, PerRow<double> values, bool of
 void FindSignals(Dataset& data) {
   const auto add = [&data](const std::string& column, bool of_joint = false) {
     PerRow<double> values;
-    for (const Conditions& moment : data.conditions) {
+    for (const effects::Conditions& moment : data.conditions) {
       const std::optional<double> value = moment.Signal(column);
       if (!value) return;
       values.push_back(*value);
@@ -114,7 +115,7 @@ void FindSignals(Dataset& data) {
   for (const std::string& column : data.table.further) add(column);
   for (int i = 0; i < data.cell.robot.size(); ++i) {
     const bool slides =
-        data.cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+        data.cell.robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
     const char* unit = slides ? "mm" : "deg";
     add(fmt::format("q{}_{}", i + 1, unit), true);
     add(fmt::format("qd{}_{}_s", i + 1, unit), true);
@@ -124,7 +125,7 @@ void FindSignals(Dataset& data) {
 }
 
 void SayWhatIsMissing(Dataset& data) {
-  const RecordedColumns& recorded = data.table.recorded;
+  const table::RecordedColumns& recorded = data.table.recorded;
   const auto missing = [&data](bool there, const char* what) {
     if (!there) data.not_recorded.emplace_back(what);
   };
@@ -138,7 +139,7 @@ void SayWhatIsMissing(Dataset& data) {
   missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be told");
   if (recorded.time) {
     double first_s = 1e300, last_s = -1e300;
-    for (const MeasuredRow& row : data.table.rows) {
+    for (const table::MeasuredRow& row : data.table.rows) {
       first_s = std::min(first_s, row.t_s);
       last_s = std::max(last_s, row.t_s);
     }
@@ -168,7 +169,7 @@ void SayWhatIsMissing(Dataset& data) {
                                      data.table.unreadable_lines.size(),
                                      data.table.unreadable_lines.front()));
   }
-  if (data.cell.measurement.kind == MeasurementKind::kPose) {
+  if (data.cell.measurement.kind == model::MeasurementKind::kPose) {
     data.notes.emplace_back("of the measured poses the positions are used, not the orientations");
   }
 }
@@ -181,8 +182,8 @@ void NoiseFromRepeats(Dataset& data) {
   std::vector<double> squares;
   for (const auto& [cluster, rows] : members) {
     for (std::size_t j = 1; j < rows.size(); ++j) {
-      const MeasuredRow& a = data.measured(rows[j - 1]);
-      const MeasuredRow& b = data.measured(rows[j]);
+      const table::MeasuredRow& a = data.measured(rows[j - 1]);
+      const table::MeasuredRow& b = data.measured(rows[j]);
       const double square =
           data.ranges() ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
       squares.push_back(square / 2);
@@ -209,20 +210,20 @@ struct ReadingError {
 /// them of the largest variance along any direction.
 /// @param steps_rad  of each row
 ReadingError ReadingErrorOf(const Dataset& data, const PerRow<double>& steps_rad) {
-  const LoadedArm arm(data.cell);
+  const deflection::LoadedArm arm(data.cell);
   Indexed<ClusterIndex, int> repeats(static_cast<std::size_t>(data.clusters), 0);
   for (const ClusterIndex cluster : data.cluster_of) ++repeats[cluster];
   double sum = 0;
   std::vector<double> radii;
   for (const RowIndex row : data.row_indices()) {
-    LoadedState state;
+    deflection::LoadedState state;
     arm.AtActual(data.measured(row).q, data.payloads[row], data.conditions[row], state);
-    const Mat3 covariance = ReadingCovariance(arm, state, steps_rad[row]);
-    radii.push_back(RadiusHolding95Percent(covariance));
+    const Mat3 covariance = deflection::ReadingCovariance(arm, state, steps_rad[row]);
+    radii.push_back(deflection::RadiusHolding95Percent(covariance));
     const double largest = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues()[2];
     sum += repeats[data.cluster_of[row]] * largest;
   }
-  return {MedianOf(radii), std::sqrt(sum / data.rows())};
+  return {statistics::MedianOf(radii), std::sqrt(sum / data.rows())};
 }
 
 /// The share of the instrument's noise from which on a reading error is worth a word.
@@ -231,7 +232,7 @@ constexpr double kNotableShare = 0.1;
 /// Steps that the rows declare (q_step_deg) count as noise.
 void AddReadingError(Dataset& data) {
   PerRow<double> steps_rad;
-  for (const MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
+  for (const table::MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
   data.q_step_rad = *std::max_element(steps_rad.begin(), steps_rad.end());
   const ReadingError error = ReadingErrorOf(data, steps_rad);
   data.reading_radius_m = error.radius_m;
@@ -309,9 +310,9 @@ FitRows EvenlySpacedRows(const Dataset& data, int most) {
 Dataset SelectRows(const Dataset& data, const FitRows& rows) {
   Dataset thin = data;
   // New containers instead of cleared ones, which would keep the room of all rows.
-  thin.table.rows = std::vector<MeasuredRow>();
-  thin.conditions = PerRow<Conditions>();
-  thin.payloads = PerRow<Payload>();
+  thin.table.rows = std::vector<table::MeasuredRow>();
+  thin.conditions = PerRow<effects::Conditions>();
+  thin.payloads = PerRow<loads::Payload>();
   thin.numbers = PerRow<RowNumbers>();
   thin.session_of = PerRow<SessionIndex>();
   thin.cluster_of = PerRow<ClusterIndex>();
@@ -363,14 +364,15 @@ std::optional<Error> TooFewRows(const Dataset& data) {
 
 /// Conditions, loads and clusters of the rows.
 void DescribeRows(Dataset& data) {
-  const CellModel& cell = data.cell;
+  const model::CellModel& cell = data.cell;
   data.numbers.assign(data.table.rows.size(), {NumbersOfARow(data), {}});
-  data.conditions = PerRow<Conditions>(ConditionsOf(cell, data.table));
-  for (const MeasuredRow& row : data.table.rows) {
+  data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
+  for (const table::MeasuredRow& row : data.table.rows) {
     const bool loaded = data.table.recorded.payload && cell.payload_cog_F;
-    data.payloads.push_back(loaded ? Payload{row.payload_kg, *cell.payload_cog_F} : Payload{});
+    data.payloads.push_back(loaded ? loads::Payload{row.payload_kg, *cell.payload_cog_F}
+                                   : loads::Payload{});
   }
-  data.weight_known = GravityLoads(cell).known(0);
+  data.weight_known = loads::GravityLoads(cell).known(0);
   data.torques_known = data.weight_known || data.table.recorded.tau;
   const Clusters clusters = ClustersOf(data.table.rows, data.session_of);
   data.cluster_of = clusters.of_row;
@@ -379,7 +381,7 @@ void DescribeRows(Dataset& data) {
 
 void FindStillJoints(Dataset& data) {
   for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const auto moved = [&](const MeasuredRow& row) {
+    const auto moved = [&](const table::MeasuredRow& row) {
       return std::abs(row.q[i] - data.table.rows.front().q[i]) > kStandstill;
     };
     if (std::any_of(data.table.rows.begin(), data.table.rows.end(), moved)) continue;
@@ -412,7 +414,7 @@ void SettleNoise(Dataset& data) {
 
 }  // namespace
 
-Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured) {
+Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable measured) {
   Dataset data;
   data.cell = cell;
   data.table = std::move(measured);
@@ -440,4 +442,4 @@ Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured) {
   return data;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -10,7 +10,7 @@
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A recorded signal over the rows.
 struct RecordedSignal {
@@ -22,10 +22,10 @@ struct RecordedSignal {
 };
 
 struct Dataset {
-  CellModel cell;
-  MeasuredTable table;
-  PerRow<Conditions> conditions;
-  PerRow<Payload> payloads;
+  model::CellModel cell;
+  table::MeasuredTable table;
+  PerRow<effects::Conditions> conditions;
+  PerRow<loads::Payload> payloads;
   Indexed<SessionIndex, std::string> sessions;  ///< one empty name if none is recorded
   PerRow<RowNumbers> numbers;
   PerRow<SessionIndex> session_of;
@@ -47,9 +47,9 @@ struct Dataset {
 
   int rows() const { return static_cast<int>(table.rows.size()); }
   IndexRange<RowIndex> row_indices() const { return FirstIndices<RowIndex>(rows()); }
-  const MeasuredRow& measured(RowIndex row) const { return table.rows[row.offset()]; }
+  const table::MeasuredRow& measured(RowIndex row) const { return table.rows[row.offset()]; }
   /// True if the instrument measures ranges; otherwise it measures positions.
-  bool ranges() const { return cell.measurement.kind == MeasurementKind::kRange; }
+  bool ranges() const { return cell.measurement.kind == model::MeasurementKind::kRange; }
   RowLayout layout() const;
   /// Mean number of lengths per row: 3 for positions, 1 for ranges.
   double lengths_per_row() const;
@@ -67,6 +67,6 @@ Dataset SelectRows(const Dataset& data, const FitRows& rows);
 
 /// Checks the rows and prepares the data set.
 /// @return  an error with advice if the rows cannot be used at all
-Result<Dataset> DatasetFrom(const CellModel& cell, MeasuredTable measured);
+Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable measured);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -11,7 +11,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Joint, parameter spec and second joint of a size.
@@ -28,7 +28,7 @@ void Add(const CandidateSet& candidate_set, BlockIndex block, double cost, Detec
   const Block& of = candidate_set.blocks()[block];
   const Indexed<BlockColumnIndex, double> limits_m = candidate_set.MinimumDetectable(block, cost);
   for (const BlockColumnIndex k : limits_m.indices()) {
-    const TermParameter& parameter =
+    const effects::TermParameter& parameter =
         of.term.parameters[static_cast<std::size_t>(of.columns[k].parameter)];
     const SizeName name(parameter.joint, parameter.spec, parameter.of);
     (limits_m[k] > 0 ? found.detectable : found.undetectable).insert(name);
@@ -38,11 +38,11 @@ void Add(const CandidateSet& candidate_set, BlockIndex block, double cost, Detec
 
 /// "joint offset (q1, q6)"; the name alone if no size of the effect is detectable.
 std::string UndetectableText(const std::string& id, const Detectability& found) {
-  const EffectTraits& traits = FindEffect(id)->traits();
+  const effects::EffectTraits& traits = effects::FindEffect(id)->traits();
   std::vector<std::string> names;
   for (const auto& [joint, spec, of] : found.undetectable) {
     if (found.detectable.contains({joint, spec, of})) continue;
-    names.push_back(NameFromParameter(traits, {spec, joint, 1, of}));
+    names.push_back(effects::NameFromParameter(traits, {spec, joint, 1, of}));
   }
   if (names.empty()) return "";
   if (found.limit_m == 0) return EffectName(id);
@@ -65,7 +65,7 @@ void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidat
     Add(candidate_set, b, costs[block.id], effects[block.id]);
   }
   // The candidate set contains only the shapes that followed the residual best.
-  for (const Effect* effect : candidates.searched) {
+  for (const effects::Effect* effect : candidates.searched) {
     const std::string id(effect->traits().id);
     if (!costs.contains(id)) continue;
     CandidateSet all_shapes(candidate_set.problem());
@@ -87,4 +87,4 @@ void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidat
       fmt::join(undetectable, ", ")));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Adds to `diagnosis.minimum_detectable_m` the smallest 3-D RMS displacement over the rows [m] at
 /// which an effect is detected with power 0.9, in the worst case over its joints, directions and
@@ -18,4 +18,4 @@ namespace plumbline {
 void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidates,
                    Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -27,7 +27,7 @@
 #include "app/diagnosis/validation.h"
 #include "app/diagnosis/verdict.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kSearchedRows = 2200;  // more are thinned for the search; all are fitted and judged
@@ -99,16 +99,16 @@ double UnnamedShare(const PerRow<RowTrace>& rows, const PerRow<Vec3>& by_the_nam
   return named + unnamed > 0 ? unnamed / (named + unnamed) : 0;
 }
 
-std::optional<double> TimeZeroOf(const CellModel& cell) {
+std::optional<double> TimeZeroOf(const model::CellModel& cell) {
   return cell.domain ? cell.domain->time_zero_s : std::nullopt;
 }
 
 /// The rows with t_s counted from the cell's own zero, and no order where the caller knows of none.
-MeasuredTable OnCellsClock(const CellModel& cell, MeasuredTable table,
-                           const DiagnosisOptions& options) {
+table::MeasuredTable OnCellsClock(const model::CellModel& cell, table::MeasuredTable table,
+                                  const DiagnosisOptions& options) {
   const std::optional<double> cell_zero_s = TimeZeroOf(cell);
   if (cell_zero_s && options.time_zero_s) {
-    for (MeasuredRow& row : table.rows) row.t_s += *options.time_zero_s - *cell_zero_s;
+    for (table::MeasuredRow& row : table.rows) row.t_s += *options.time_zero_s - *cell_zero_s;
   }
   if (options.order_unknown) table.recorded.order = false;
   return table;
@@ -372,7 +372,7 @@ Correction CorrectionOf(const Diagnosis& diagnosis) {
 /// The frames of the declared model, to which those of the sessions go over as a correction fades.
 void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& diagnosis) {
   for (std::size_t k = 0; k < diagnosis.sessions.size(); ++k) {
-    SessionFrames& frames = diagnosis.sessions[k];
+    model::SessionFrames& frames = diagnosis.sessions[k];
     const Model::Frames& of_declared = declared.frames[SessionIndex(static_cast<int>(k))];
     frames.X_WB_declared = of_declared.X_WB;
     if (data.tip_free()) frames.tip_declared_F = of_declared.tip_F;
@@ -410,11 +410,11 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   for (const RowIndex row : task.data.row_indices()) {
     if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
-  const CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
+  const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
   diagnosis.domain.poses = KeptPoses(cell, task.data, accepted);
   if (!spread->declared_m) return;
   diagnosis.domain.declared_sigma_m = spread->declared_m;
-  const PoseDistance kept = DistanceFrom(cell, diagnosis.domain.poses);
+  const kinematics::PoseDistance kept = DistanceFrom(cell, diagnosis.domain.poses);
   diagnosis.domain.reach_rad = ReachOf(kept, task.data, accepted);
   AddDeclaredFrames(task.data, declared, diagnosis);
 }
@@ -438,7 +438,7 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
 
 }  // namespace
 
-Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
+Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTable measured,
                                const DiagnosisOptions& options) {
   Result<Dataset> data = DatasetFrom(cell, OnCellsClock(cell, std::move(measured), options));
   if (!data) return Error{data.error()};
@@ -484,4 +484,4 @@ Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
   return diagnosis;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

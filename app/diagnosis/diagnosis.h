@@ -12,7 +12,7 @@
 #include "firmware-like/effects/written.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 enum class Verdict { kNoEffect, kExplained, kAmbiguous, kUnknown };
 
@@ -21,8 +21,8 @@ const char* Describe(Verdict verdict);
 
 /// An effect identified from the data.
 struct Finding {
-  ActiveEffect effect;         ///< values in SI
-  Eigen::MatrixXd covariance;  ///< of its values, SI; empty if not identifiable
+  effects::ActiveEffect effect;  ///< values in SI
+  Eigen::MatrixXd covariance;    ///< of its values, SI; empty if not identifiable
   /// p-value of removing the effect: chi2 tail with one degree of freedom per parameter, times the
   /// number of effects, shapes and choices of joints searched. The selection of the other effects
   /// from the same rows is not corrected for.
@@ -94,12 +94,12 @@ struct SpectralLine {
 
 /// A measurement that would separate rivals.
 struct NextPose {
-  JointVector q;  ///< [rad] or [m]
+  model::JointVector q;  ///< [rad] or [m]
   double payload_kg = 0;
-  double separation_m = 0;  ///< largest distance between the explanations' predictions
-  JointVector via_q{};      ///< passed on the way to set the side of approach; empty: none
-  double wait_s = 0;        ///< before the move to the pose
-  JointVector qd{}, qdd{};  ///< at the moment of measurement; empty if irrelevant
+  double separation_m = 0;         ///< largest distance between the explanations' predictions
+  model::JointVector via_q{};      ///< passed on the way to set the side of approach; empty: none
+  double wait_s = 0;               ///< before the move to the pose
+  model::JointVector qd{}, qdd{};  ///< at the moment of measurement; empty if irrelevant
 };
 
 struct HeldOutError {
@@ -162,10 +162,10 @@ struct Diagnosis {
   std::vector<SignalTrace> signals;
   std::vector<SpectralLine> spectrum;
   PerRow<RowTrace> rows;
-  std::vector<std::string> notes;         ///< remarks to the user, one sentence each
-  std::vector<std::string> not_recorded;  ///< missing signals and the effects they would show
-  std::vector<SessionFrames> sessions;    ///< estimated frames, if the cell leaves them free
-  Domain domain;                          ///< of the rows used
+  std::vector<std::string> notes;              ///< remarks to the user, one sentence each
+  std::vector<std::string> not_recorded;       ///< missing signals and the effects they would show
+  std::vector<model::SessionFrames> sessions;  ///< estimated frames, if the cell leaves them free
+  model::Domain domain;                        ///< of the rows used
 };
 
 /// Options of a diagnosis.
@@ -189,11 +189,11 @@ struct DiagnosisOptions {
 /// velocities), the complete rows are diagnosed first; the others take part as well unless the
 /// answer depends on that signal (partial_rows.h).
 /// @return  an error with advice if the data cannot be used at all; the caller adds the file name
-Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable measured,
+Result<Diagnosis> Diagnose(const model::CellModel& cell, table::MeasuredTable measured,
                            const DiagnosisOptions& options);
 
 /// Like Diagnose, with all rows at once: an effect is zero in rows that lack its signal.
-Result<Diagnosis> DiagnoseRows(const CellModel& cell, MeasuredTable measured,
+Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTable measured,
                                const DiagnosisOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

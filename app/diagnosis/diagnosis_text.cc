@@ -11,7 +11,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kPercent = 100;
@@ -19,7 +19,7 @@ constexpr double kPercent = 100;
 std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   std::vector<std::string> names;
   for (const Finding& finding : diagnosis.findings) {
-    const EffectTerm& term = finding.effect.term;
+    const effects::EffectTerm& term = finding.effect.term;
     // A rival of the same id is distinguished by its variant.
     const bool differs_by_word =
         std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(), [&](const Rival& rival) {
@@ -131,7 +131,7 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
 }  // namespace
 
 std::string EffectName(std::string_view id) {
-  const Effect* effect = FindEffect(id);
+  const effects::Effect* effect = effects::FindEffect(id);
   if (effect != nullptr && !effect->traits().name.empty())
     return std::string(effect->traits().name);
   std::string name(id);
@@ -164,7 +164,7 @@ std::string ReplacedName(const Rival& rival) {
 }
 
 std::string EffectName(const Finding& finding) {
-  const WrittenEffect written = WrittenFromActive(finding.effect, {});
+  const model::WrittenEffect written = effects::WrittenFromActive(finding.effect, {});
   return EffectName(written.id, written.scope);
 }
 
@@ -232,8 +232,8 @@ std::optional<Eigen::VectorXd> SlopesOf(const Eigen::MatrixXd& nodes) {
 
 }  // namespace
 
-std::string LinearTrendText(const ActiveEffect& effect) {
-  const EffectTerm& term = effect.term;
+std::string LinearTrendText(const effects::ActiveEffect& effect) {
+  const effects::EffectTerm& term = effect.term;
   if (!term.effect->traits().empirical || term.drivers.size() != 1) return "";
   const auto slopes = SlopesOf(term.nodes);
   if (!slopes) return "";
@@ -241,7 +241,7 @@ std::string LinearTrendText(const ActiveEffect& effect) {
   std::map<std::string, std::vector<std::pair<std::string, double>>> axes;  // by "base" and "tip"
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < term.parameters.size(); ++k) {
-    const std::string name = NameFromParameter(term.effect->traits(), term.parameters[k]);
+    const std::string name = effects::NameFromParameter(term.effect->traits(), term.parameters[k]);
     const double slope = effect.values[k] * (*slopes)[static_cast<Eigen::Index>(k)];
     const bool shifts = name.starts_with("base_") || name.starts_with("tip_");
     if (shifts) {
@@ -343,4 +343,4 @@ std::string ErrorSentence(const Diagnosis& diagnosis) {
                      MillimetreText(error.after_low_m), MillimetreText(error.after_high_m));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

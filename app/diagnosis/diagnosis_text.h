@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/diagnosis.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Display name of an effect: "joint compliance". The id with spaces if the effect has no name.
 std::string EffectName(std::string_view id);
@@ -23,7 +23,7 @@ std::string EffectName(const Finding& finding);
 /// Slope of an empirical term whose curve deviates from a straight line by at most 5 % of its rise:
 /// "linear: the base moves 73.5 mm per bar (x 43.0, y 49.4, z -33.3)". Empty for a nonlinear curve,
 /// a term of two signals, and an effect of the catalogue.
-std::string LinearTrendText(const ActiveEffect& effect);
+std::string LinearTrendText(const effects::ActiveEffect& effect);
 /// Name of a rival, and of the finding that it would replace; with the variants if both have the
 /// same id and differ in the variant only.
 std::string RivalName(const Rival& rival);
@@ -64,4 +64,4 @@ std::string Headline(const Diagnosis& diagnosis);
 /// RMS error before and after the correction, and on which points; empty if there are no findings.
 std::string ErrorSentence(const Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kMinEffective = 0.5;  // effective parameters of a group with a variance
@@ -81,7 +81,7 @@ bool WithinNoise(const LinearProblem& problem, const Explanation& named) {
   const double freedom =
       std::max(1.0, problem.freedom() - static_cast<double>(named.columns.size()));
   const double ratio = problem.sigma_m() / sigma_m;
-  return ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseSignificance;
+  return statistics::ChiSquareTail(named.chi2 * ratio * ratio, freedom) > kWithinNoiseSignificance;
 }
 
 /// Cost of selecting the named effects and their shapes among all.
@@ -172,4 +172,4 @@ std::optional<DiscrepancyModel> DiscrepancyModelOf(const CandidateSet& candidate
   return discrepancy;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

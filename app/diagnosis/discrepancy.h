@@ -8,7 +8,7 @@
 #include "app/diagnosis/search.h"
 #include "app/diagnosis/shrinkage.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// One column of a curve: an entry of the influence times sin or cos(cycles q) of its joint, or
 /// times a Legendre polynomial of a signal.
@@ -61,4 +61,4 @@ RowResidual DisplacementBy(const DiscrepancyModel& discrepancy, const Dataset& d
 std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dataset& data,
                                   const Model& named);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,10 +6,10 @@
 
 #include "app/diagnosis/legendre.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 constexpr int kMaxCycles = 64;        // of a joint's curve
 constexpr int kClustersPerCycle = 8;  // four each for sine and cosine
 constexpr int kMaxDegree = 3;         // along a recorded signal
@@ -97,7 +97,7 @@ void AddSignalCurves(const Dataset& data, DiscrepancyDesign& design) {
 bool IsJointCurve(const Block& block) {
   return block.empirical() &&
          std::all_of(block.columns.begin(), block.columns.end(), [&](const BlockColumn& column) {
-           return column.entry < kMaxJoints &&
+           return column.entry < model::kMaxJoints &&
                   block.term.drivers.front() == AngleColumn(column.entry);
          });
 }
@@ -181,4 +181,4 @@ bool IsExemptFromShrinkage(const Block& block) {
   return !LineOf(block) && !IsLinear(block.term);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/discrepancy.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Columns to fit: those of blocks, then curve terms, each assigned to a group.
 struct DiscrepancyDesign {
@@ -33,4 +33,4 @@ bool IsJointCurve(const Block& block);
 /// Value of the signal of a curve term at a row.
 double SignalAt(const Dataset& data, const CurveTerm& term, RowIndex row);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

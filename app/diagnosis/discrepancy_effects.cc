@@ -8,15 +8,16 @@
 #include "app/diagnosis/findings.h"
 #include "firmware-like/effects/empirical.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 
 /// Value of the same parameter in a model; 0 if no effect has it.
-double NamedValue(const Model& named, const EffectTerm& term, const TermParameter& parameter) {
+double NamedValue(const Model& named, const effects::EffectTerm& term,
+                  const effects::TermParameter& parameter) {
   double sum = 0;
-  for (const ActiveEffect& effect : named.effects) {
+  for (const effects::ActiveEffect& effect : named.effects) {
     if (effect.term.effect != term.effect || effect.term.word != term.word) continue;
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
       if (effect.term.parameters[k] == parameter) sum += effect.values[k];
@@ -25,25 +26,26 @@ double NamedValue(const Model& named, const EffectTerm& term, const TermParamete
   return sum;
 }
 
-bool IsNamed(const Model& named, const EffectTerm& term) {
-  return std::any_of(named.effects.begin(), named.effects.end(), [&](const ActiveEffect& effect) {
-    return effect.term.effect == term.effect && effect.term.word == term.word;
-  });
+bool IsNamed(const Model& named, const effects::EffectTerm& term) {
+  return std::any_of(named.effects.begin(), named.effects.end(),
+                     [&](const effects::ActiveEffect& effect) {
+                       return effect.term.effect == term.effect && effect.term.word == term.word;
+                     });
 }
 
 /// Rotation [rad] of a joint at angle q by named periodic lines and curves along that angle.
 double NamedTurn(const Model& named, int joint, double q) {
   double turn = 0;
-  for (const ActiveEffect& effect : named.effects) {
+  for (const effects::ActiveEffect& effect : named.effects) {
     const bool lines = RepeatsWithAngle(*effect.term.effect);
     const bool curve = effect.term.drivers == std::vector<std::string>{AngleColumn(joint)} &&
                        effect.term.parameters.size() == 1 &&
                        effect.term.parameters.front().joint == joint;
     if (!lines && !curve) continue;
-    Conditions moment;
-    moment.q = JointVector::Zero(joint + 1);
+    effects::Conditions moment;
+    moment.q = model::JointVector::Zero(joint + 1);
     moment.q[joint] = q;
-    EffectTerm term = effect.term;
+    effects::EffectTerm term = effect.term;
     std::vector<double> values;
     term.parameters.clear();
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
@@ -59,7 +61,7 @@ double NamedTurn(const Model& named, int joint, double q) {
 }
 
 std::string NameOf(int entry) {
-  if (entry < kMaxJoints) return "q" + std::to_string(entry + 1);
+  if (entry < model::kMaxJoints) return "q" + std::to_string(entry + 1);
   return std::string("base_") + "xyz"[entry - I::kBase];
 }
 
@@ -77,7 +79,7 @@ std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Datase
   constexpr int kMinNodes = 33, kNodesPerWave = 8;
   constexpr double kLeast = 1e-8;  // rad or m
   const double beyond = signal.of_joint ? kBeyond * (signal.high - signal.low) : 0;
-  const Interval range{signal.low - beyond, signal.high + beyond};
+  const model::Interval range{signal.low - beyond, signal.high + beyond};
   const int nodes = std::max(
       kMinNodes, static_cast<int>(kNodesPerWave * cycles * (range.high - range.low) / 360));
   const auto size = static_cast<Eigen::Index>(terms.size());
@@ -88,8 +90,8 @@ std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Datase
     places.push_back(static_cast<Eigen::Index>(discrepancy.size_columns.size() + terms[k]));
   }
   const Eigen::MatrixXd covariance = discrepancy.covariance(places, places);
-  WrittenEffect written;
-  written.id = Empirical().traits().id;
+  model::WrittenEffect written;
+  written.id = effects::Empirical().traits().id;
   written.drivers = {signal.column};
   written.nodes.setZero(nodes, 2);
   double largest = 0, square = 0, variance = 0;
@@ -102,19 +104,19 @@ std::optional<Finding> CurveOf(const DiscrepancyModel& discrepancy, const Datase
     double curve = factors.dot(values);
     if (signal.of_joint) curve -= NamedTurn(named, any.entry, u * std::numbers::pi / 180);
     written.nodes(node, 0) = u;
-    written.nodes(node, 1) = (any.entry < kMaxJoints ? 1.0 : 1e3) * curve;
+    written.nodes(node, 1) = (any.entry < model::kMaxJoints ? 1.0 : 1e3) * curve;
     if (u < signal.low || u > signal.high) continue;
     largest = std::max(largest, std::abs(curve));
     square += curve * curve;
     variance += factors.dot(covariance * factors);
   }
   if (largest < kLeast) return std::nullopt;
-  EffectParameter& parameter = written.parameters.emplace_back();
+  model::EffectParameter& parameter = written.parameters.emplace_back();
   parameter.name = NameOf(any.entry);
   parameter.value = 1;
   parameter.unit = "1";
   Finding finding;
-  finding.effect = ActiveFromWritten(written, data.cell);
+  finding.effect = effects::ActiveFromWritten(written, data.cell);
   finding.covariance = Eigen::MatrixXd::Constant(1, 1, variance / square);
   if (!HasUsableCovariance(finding)) finding.covariance.resize(0, 0);
   return finding;
@@ -133,7 +135,7 @@ std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dat
     finding.effect.term.parameters.clear();
     const auto width = static_cast<Eigen::Index>(block.columns.size());
     for (const BlockColumnIndex c : block.columns.indices()) {
-      const TermParameter& parameter =
+      const effects::TermParameter& parameter =
           block.term.parameters[static_cast<std::size_t>(block.columns[c].parameter)];
       finding.effect.term.parameters.push_back(parameter);
       finding.effect.values.push_back(discrepancy.sizes.at({b, c}) -
@@ -159,4 +161,4 @@ std::vector<Finding> EffectsToAdd(const DiscrepancyModel& discrepancy, const Dat
   return added;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 #include "app/diagnosis/prior_sizes.h"
 #include "app/diagnosis/whitener.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kForNoise = 2;     // sigma beyond what rules a rival out, for luck
@@ -173,4 +173,4 @@ bool Discrimination::AllSeparated() const {
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

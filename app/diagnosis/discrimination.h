@@ -5,7 +5,7 @@
 
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// T-optimal discrimination [Atkinson & Fedorov 1975, Biometrika 62(1)] over every ordered pair of
 /// explanations (truth, rival): the lack of fit of the rival, refitted with all columns of its
@@ -69,4 +69,4 @@ class Discrimination {
   Eigen::MatrixXd needed_, reached_;  ///< d^2, shape (truth, rival)
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

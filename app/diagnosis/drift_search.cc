@@ -7,7 +7,7 @@
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/thermal_drift.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kDriftTrials =
@@ -15,7 +15,7 @@ constexpr double kDriftTrials =
 
 Block DriftBlock(double time_constant_s) {
   Block block;
-  block.term.effect = &ThermalDrift();
+  block.term.effect = &effects::ThermalDrift();
   block.id = block.term.effect->traits().id;
   block.term.parameters = {{0}, {1}, {2}, {3}};
   for (int axis = 0; axis < 3; ++axis) {
@@ -33,15 +33,16 @@ class DriftSearch final : public ShapeSearch {
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
     double span = 0;
-    for (const Conditions& moment : problem.data().conditions) {
+    for (const effects::Conditions& moment : problem.data().conditions) {
       span = std::max(span, moment.t_s.value_or(0));
     }
     if (!(span > 0)) return {};
     const Eigen::VectorXd t =
-        SignalAtRows(problem, [](const Conditions& m) { return m.t_s.value_or(0); });
+        SignalAtRows(problem, [](const effects::Conditions& m) { return m.t_s.value_or(0); });
     const auto gain = [&](double tau) {
       const Eigen::MatrixXd warmth = 1 - (-t / tau).array().exp();
-      return Gain(problem, problem.Carried(Three(Influence<double>::kBase), warmth), residual);
+      return Gain(problem, problem.Carried(Three(effects::Influence<double>::kBase), warmth),
+                  residual);
     };
     constexpr int kSteps = 24, kHalvings = 5;
     constexpr std::size_t kKept = 2;
@@ -67,19 +68,20 @@ class DriftSearch final : public ShapeSearch {
     return Best(std::move(found), kKept);
   }
 
-  std::vector<Block> Refitted(const Dataset&, const ActiveEffect& effect) const override {
+  std::vector<Block> Refitted(const Dataset&, const effects::ActiveEffect& effect) const override {
     std::vector<Block> blocks;
     const auto& specs = effect.term.effect->traits().parameters;
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
       const auto spec = static_cast<std::size_t>(effect.term.parameters[k].spec);
-      if (specs[spec].role == ParameterRole::kShape) blocks.push_back(DriftBlock(effect.values[k]));
+      if (specs[spec].role == effects::ParameterRole::kShape)
+        blocks.push_back(DriftBlock(effect.values[k]));
     }
     return blocks;
   }
 
   bool Excludes(const LinearProblem&, std::span<const Block* const> support) const override {
     return std::count_if(support.begin(), support.end(), [](const Block* block) {
-             return block->term.effect == &ThermalDrift();
+             return block->term.effect == &effects::ThermalDrift();
            }) > 1;
   }
 };
@@ -91,4 +93,4 @@ const ShapeSearch& ThermalDriftSearch() {
   return search;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/unknown.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 std::vector<int> CarriersOf(const Block& block) {
@@ -77,4 +77,4 @@ void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagn
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

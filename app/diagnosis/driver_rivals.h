@@ -4,7 +4,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Replaces each driver of an empirical term by every other recorded signal, refits, and adds the
 /// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time
@@ -14,4 +14,4 @@ namespace plumbline {
 /// term
 void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

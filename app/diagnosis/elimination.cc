@@ -8,7 +8,7 @@
 #include "app/diagnosis/plausibility.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr std::size_t kMostTries = 3;  // refits that a round may lose before elimination ends
@@ -27,9 +27,9 @@ UnitParameters SizesOfUnits(const CandidateSet& candidate_set, const RefittedExp
   for (std::size_t j = 0; j < of.refit.parameters.size(); ++j) {
     const auto effect = static_cast<std::size_t>(of.refit.parameters[j].first);
     const auto value = static_cast<std::size_t>(of.refit.parameters[j].second);
-    const EffectTerm& term = of.refit.model.effects[effect].term;
+    const effects::EffectTerm& term = of.refit.model.effects[effect].term;
     const auto spec = static_cast<std::size_t>(term.parameters[value].spec);
-    if (term.effect->traits().parameters[spec].role != ParameterRole::kSize) continue;
+    if (term.effect->traits().parameters[spec].role != effects::ParameterRole::kSize) continue;
     sizes[from.units[effect][value]].push_back(static_cast<int>(j));
   }
   return sizes;
@@ -86,9 +86,10 @@ std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& candidate_set,
 /// False where a refitted size is one that no machine shows: ten times the largest plausible one,
 /// or of a sign that physics excludes; as in the linear search (CandidateSet::Evaluate).
 bool WithinBounds(const Dataset& data, const Model& model) {
-  return std::all_of(model.effects.begin(), model.effects.end(), [&](const ActiveEffect& effect) {
-    return ImplausibilityOf(data, effect).times <= kDiscardRatio;
-  });
+  return std::all_of(model.effects.begin(), model.effects.end(),
+                     [&](const effects::ActiveEffect& effect) {
+                       return ImplausibilityOf(data, effect).times <= kDiscardRatio;
+                     });
 }
 
 /// Those worth a refit, the least loss first.
@@ -132,4 +133,4 @@ RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, Refi
   return of;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 #include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/refit.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// An explanation and its refit.
 struct RefittedExplanation {
@@ -30,4 +30,4 @@ inline constexpr std::size_t kMaxRefittedBlocks = 6;
 RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
                                          const RefitExplanation& refit);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

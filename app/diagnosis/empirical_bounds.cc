@@ -6,7 +6,7 @@
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/empirical.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Values and displacements of one carrier's curve at the accepted rows, SI.
@@ -21,16 +21,16 @@ struct CurveAtRows {
 };
 
 CurveAtRows EvaluateAtRows(const FitProblem& problem, const Linearisation& linear,
-                           const ActiveEffect& effect, std::size_t carrier) {
+                           const effects::ActiveEffect& effect, std::size_t carrier) {
   std::vector<double> values(effect.values.size(), 0.0);
   values[carrier] = 1;
   CurveAtRows seen;
   for (const RowIndex row : linear.rows.indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
-    const Conditions& moment = problem.data.conditions[row];
-    Influence<double> influence;
+    const effects::Conditions& moment = problem.data.conditions[row];
+    effects::Influence<double> influence;
     effect.term.effect->Add(effect.term, std::span<const double>(values), moment, influence);
-    for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
       if (influence[entry] == 0) continue;
       const double lever = LengthsOf(linear.gradients[row].col(entry)).norm();
       seen.low = std::min(seen.low, influence[entry]);
@@ -55,7 +55,8 @@ double LeverBetween(const CurveAtRows& seen, double low, double high) {
 
 /// RMS lever arm by which a node moves the tip: over all rows, since any pose may occur at the
 /// node's value; if the payload is a driver, over the rows with payloads near the node's.
-double LeverOfNode(const CurveAtRows& seen, const ActiveEffect& effect, Eigen::Index node) {
+double LeverOfNode(const CurveAtRows& seen, const effects::ActiveEffect& effect,
+                   Eigen::Index node) {
   constexpr std::string_view kPayloadColumn = "payload_kg";
   const double of_all = LeverBetween(seen, -HUGE_VAL, HUGE_VAL);
   const auto& drivers = effect.term.drivers;
@@ -73,7 +74,8 @@ double LeverOfNode(const CurveAtRows& seen, const ActiveEffect& effect, Eigen::I
 
 }  // namespace
 
-void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveEffect& effect) {
+void BoundToRows(const FitProblem& problem, const Linearisation& linear,
+                 effects::ActiveEffect& effect) {
   if (effect.term.nodes.rows() == 0) return;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const CurveAtRows seen = EvaluateAtRows(problem, linear, effect, k);
@@ -82,7 +84,7 @@ void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveE
       nodes.setZero();
       continue;
     }
-    const double to_SI = EmpiricalNodeToSI(effect.term.parameters[k]);
+    const double to_SI = effects::EmpiricalNodeToSI(effect.term.parameters[k]);
     for (Eigen::Index node = 0; node < nodes.size(); ++node) {
       const double largest = seen.largest_m / LeverOfNode(seen, effect, node);
       const double low = std::max(seen.low, -largest), high = std::min(seen.high, largest);
@@ -91,4 +93,4 @@ void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveE
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

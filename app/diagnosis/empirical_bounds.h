@@ -6,7 +6,7 @@
 #include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Clamps the nodes of each carrier's curve n_k(u) to the range that the curve takes at accepted
 /// rows, and their size to
@@ -17,6 +17,7 @@ namespace plumbline {
 /// where the carrier has no lever arm, leave nodes that no measurement bounds.
 /// @param problem  rows with weights below kOutlierWeight are ignored
 /// @param effect   an empirical term; other effects are not changed
-void BoundToRows(const FitProblem& problem, const Linearisation& linear, ActiveEffect& effect);
+void BoundToRows(const FitProblem& problem, const Linearisation& linear,
+                 effects::ActiveEffect& effect);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

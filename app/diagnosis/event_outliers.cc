@@ -4,7 +4,7 @@
 
 #include "app/diagnosis/robust.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 using RefitWith = std::function<Result<Refit>(const FitProblem&, const Explanation&)>;
@@ -89,4 +89,4 @@ WithoutOutlierEvents DropOutlierEvents(const FitProblem& fit, const CandidateSet
   return result;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

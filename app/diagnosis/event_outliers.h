@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/elimination.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// An explanation without the events that only outliers support.
 struct WithoutOutlierEvents {
@@ -23,4 +23,4 @@ WithoutOutlierEvents DropOutlierEvents(
     const FitProblem& fit, const CandidateSet& candidate_set, RefittedExplanation found,
     const std::function<Result<Refit>(const FitProblem&, const Explanation&)>& refit);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -11,7 +11,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kLargestReported = 1000;  // stands for infinity, which JSON cannot represent
@@ -32,9 +32,10 @@ bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& findi
                                      [&](const SelectedEffect& one) { return IsOf(one, finding); });
   if (selected == fold.end()) return false;
   const auto& parameters = finding.effect.term.parameters;
-  return std::all_of(parameters.begin(), parameters.end(), [&](const TermParameter& parameter) {
-    return parameter.joint < 0 || selected->joints.contains(parameter.joint);
-  });
+  return std::all_of(parameters.begin(), parameters.end(),
+                     [&](const effects::TermParameter& parameter) {
+                       return parameter.joint < 0 || selected->joints.contains(parameter.joint);
+                     });
 }
 
 ExplanationCheck PValueCheck(const Finding& finding) {
@@ -87,11 +88,12 @@ ExplanationCheck DeterminedCheck(const Finding& finding) {
 }
 
 /// Largest number of spectral lines on one joint, and that joint; nullopt for other effects.
-std::optional<std::pair<int, int>> MostLines(const EffectTerm& term) {
+std::optional<std::pair<int, int>> MostLines(const effects::EffectTerm& term) {
   std::map<int, int> lines;
-  for (const TermParameter& parameter : term.parameters) {
+  for (const effects::TermParameter& parameter : term.parameters) {
     const auto& specs = term.effect->traits().parameters;
-    if (IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) ++lines[parameter.joint];
+    if (effects::IsCycles(specs[static_cast<std::size_t>(parameter.spec)]))
+      ++lines[parameter.joint];
   }
   const auto most = std::max_element(
       lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -220,7 +222,7 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   found.ratio = total.square / total.weight / variance;
   const double freedom = lengths * static_cast<double>(clusters.size());
   const double of_training = kTrainingShare * lengths * predicted;
-  found.limit = ChiSquareQuantile(kHeldOutSignificance, freedom) / freedom *
+  found.limit = statistics::ChiSquareQuantile(kHeldOutSignificance, freedom) / freedom *
                 (1 + evidence.parameters / std::max(1.0, of_training));
   return found;
 }
@@ -257,4 +259,4 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

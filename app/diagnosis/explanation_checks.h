@@ -4,7 +4,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/held_out.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Input of the checks in addition to the findings.
 struct ExplanationEvidence {
@@ -36,4 +36,4 @@ std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding&
 /// is `unknown`.
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int most) {
   constexpr double kSame = 1e-6;
@@ -20,9 +20,9 @@ std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int mos
   return chosen;
 }
 
-std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data,
-                                   const FitRows& rows) {
-  std::vector<JointVector> measured, kept;
+std::vector<model::JointVector> KeptPoses(const model::CellModel& cell, const Dataset& data,
+                                          const FitRows& rows) {
+  std::vector<model::JointVector> measured, kept;
   for (const RowIndex row : rows) measured.push_back(data.measured(row).q);
   for (const Eigen::Index pose :
        FarthestColumns(DistanceFrom(cell, measured).features(), kMostPosesKept)) {
@@ -31,14 +31,15 @@ std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data,
   return kept;
 }
 
-double ReachOf(const PoseDistance& kept, const Dataset& data, const FitRows& rows) {
+double ReachOf(const kinematics::PoseDistance& kept, const Dataset& data, const FitRows& rows) {
   double reach = 0;
   for (const RowIndex row : rows) reach = std::max(reach, kept.Of(data.measured(row).q));
   return reach;
 }
 
-PoseDistance DistanceFrom(const CellModel& cell, const std::vector<JointVector>& poses) {
-  return PoseDistance(Chain(cell.robot), cell.tool.tcp_F, poses);
+kinematics::PoseDistance DistanceFrom(const model::CellModel& cell,
+                                      const std::vector<model::JointVector>& poses) {
+  return kinematics::PoseDistance(kinematics::Chain(cell.robot), cell.tool.tcp_F, poses);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

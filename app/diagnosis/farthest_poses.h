@@ -7,7 +7,7 @@
 #include "app/diagnosis/dataset.h"
 #include "firmware-like/kinematics/pose_distance.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Most poses that a written model keeps: enough that the nearest of several hundred measured poses
 /// in six joints is hardly farther than the nearest of all, and half a microsecond in the cycle.
@@ -20,12 +20,14 @@ std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int mos
 
 /// The poses of `rows` that a model fitted to them keeps to count distances from.
 /// @param cell  with the frames of that model
-std::vector<JointVector> KeptPoses(const CellModel& cell, const Dataset& data, const FitRows& rows);
+std::vector<model::JointVector> KeptPoses(const model::CellModel& cell, const Dataset& data,
+                                          const FitRows& rows);
 
 /// Distances of the tip of `cell` from poses; see pose_distance.h.
-PoseDistance DistanceFrom(const CellModel& cell, const std::vector<JointVector>& poses);
+kinematics::PoseDistance DistanceFrom(const model::CellModel& cell,
+                                      const std::vector<model::JointVector>& poses);
 
 /// Distance from the kept poses within which all of `rows` lie [rad].
-double ReachOf(const PoseDistance& kept, const Dataset& data, const FitRows& rows);
+double ReachOf(const kinematics::PoseDistance& kept, const Dataset& data, const FitRows& rows);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -12,7 +12,7 @@
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Number of shapes and choices of joints among which the blocks of an effect were selected.
@@ -79,8 +79,8 @@ Removal RemovalOf(const FindingsContext& context, const EffectKey& key) {
 }
 
 /// Time span of the rows that were not rejected [s].
-Interval TimesSeen(const FitProblem& problem) {
-  Interval seen{1e300, -1e300};
+model::Interval TimesSeen(const FitProblem& problem) {
+  model::Interval seen{1e300, -1e300};
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
     const double t_s = problem.data.measured(row).t_s;
@@ -106,7 +106,7 @@ void ShrinkToRows(const FindingsContext& context, const Removal& removal, Findin
 /// uniform distribution over the gap.
 void SetEventTimeVariance(const Dataset& data, Finding& finding) {
   std::vector<double> times;
-  for (const Conditions& moment : data.conditions) {
+  for (const effects::Conditions& moment : data.conditions) {
     times.push_back(data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0));
   }
   std::sort(times.begin(), times.end());
@@ -121,19 +121,19 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
   const Dataset& data = context.problem.data;
   Finding finding;
   finding.effect = context.refit.model.effects[effect];
-  const EffectTerm& term = finding.effect.term;
+  const effects::EffectTerm& term = finding.effect.term;
   const std::vector<int> places = PlacesOf(context.refit, effect);
   const Removal removal =
       RemovalOf(context, {std::string(term.effect->traits().id), std::string(term.word)});
   inflation *= removal.inflation;
   finding.covariance = CovarianceAt(context.refit.covariance, places, inflation);
-  finding.p_value =
-      std::min(1.0, removal.trials * ChiSquareTail(removal.chi2 / inflation, removal.columns));
+  finding.p_value = std::min(
+      1.0, removal.trials * statistics::ChiSquareTail(removal.chi2 / inflation, removal.columns));
   finding.share_of_residual = removal.chi2 / std::max(1e-12, context.candidate_set.chi2_null());
   const Implausible implausible = ImplausibilityOf(data, finding.effect);
   finding.implausible = implausible.sentence;
   finding.implausible_times = implausible.times;
-  if (FollowsTime(term) && data.table.recorded.time) {
+  if (effects::FollowsTime(term) && data.table.recorded.time) {
     finding.effect.seen_t_s = TimesSeen(context.problem);
   }
   if (term.effect->traits().empirical) {
@@ -152,11 +152,11 @@ Finding FindingOf(const FindingsContext& context, std::size_t effect, double inf
 std::vector<std::string> ParameterNames(const Refit& refit) {
   std::vector<std::string> names;
   for (const auto& [effect, value] : refit.parameters) {
-    const EffectTerm& term = refit.model.effects[static_cast<std::size_t>(effect)].term;
-    const EffectTraits& traits = term.effect->traits();
-    names.push_back(
-        fmt::format("{} {}", traits.id,
-                    NameFromParameter(traits, term.parameters[static_cast<std::size_t>(value)])));
+    const effects::EffectTerm& term = refit.model.effects[static_cast<std::size_t>(effect)].term;
+    const effects::EffectTraits& traits = term.effect->traits();
+    names.push_back(fmt::format(
+        "{} {}", traits.id,
+        effects::NameFromParameter(traits, term.parameters[static_cast<std::size_t>(value)])));
   }
   return names;
 }
@@ -177,7 +177,8 @@ Eigen::MatrixXd CorrelationOf(const Eigen::MatrixXd& covariance, std::size_t par
 
 bool HasUsableCovariance(const Finding& finding) {
   constexpr double kLargestVariance = 1e11;  // in file units
-  const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+  const model::WrittenEffect written =
+      effects::WrittenFromActive(finding.effect, finding.covariance);
   return written.covariance.allFinite() &&
          (written.covariance.size() == 0 ||
           written.covariance.cwiseAbs().maxCoeff() < kLargestVariance);
@@ -195,4 +196,4 @@ void AddFindings(const FindingsContext& context, Diagnosis& diagnosis) {
   diagnosis.correlation = CorrelationOf(context.refit.covariance, context.refit.parameters.size());
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -5,7 +5,7 @@
 #include "app/diagnosis/refit.h"
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// The selected explanation and the alternatives it was selected from.
 struct FindingsContext {
@@ -26,4 +26,4 @@ bool HasUsableCovariance(const Finding& finding);
 /// their parameters.
 void AddFindings(const FindingsContext& context, Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -1,6 +1,6 @@
 #include "app/diagnosis/fit_problem.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 FitLayout FitProblem::layout() const {
   FitLayout layout;
@@ -14,4 +14,4 @@ FitProblem UnitWeightFit(const Dataset& data, int threads) {
   return {data, EveryRow(data), std::move(weights), data.sigma_m, threads};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

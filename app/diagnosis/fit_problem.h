@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/dataset.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A weighted least squares problem over rows of a data set.
 struct FitProblem {
@@ -24,4 +24,4 @@ struct FitProblem {
 /// All rows with weight 1 (0 for rows without a measurement) and the noise of the data set.
 FitProblem UnitWeightFit(const Dataset& data, int threads);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

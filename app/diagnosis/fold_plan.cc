@@ -9,7 +9,7 @@
 
 #include "app/diagnosis/farthest_poses.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kFolds = 5;
@@ -89,12 +89,13 @@ FoldPlan OppositeHalves(const Dataset& data) {
   FoldPlan plan;
   plan.by = "opposite halves of the joint space";
   if (data.clusters < 2) return plan;
-  Indexed<ClusterIndex, std::optional<JointVector>> first(static_cast<std::size_t>(data.clusters));
+  Indexed<ClusterIndex, std::optional<model::JointVector>> first(
+      static_cast<std::size_t>(data.clusters));
   for (const RowIndex row : data.row_indices()) {
     auto& of_cluster = first[data.cluster_of[row]];
     if (!of_cluster) of_cluster = data.measured(row).q;
   }
-  std::vector<JointVector> poses;
+  std::vector<model::JointVector> poses;
   for (const auto& pose : first) poses.push_back(pose.value());
   const Eigen::MatrixXd at = DistanceFrom(data.cell, poses).features();
   const auto farthest_from = [&](const Eigen::VectorXd& place) {
@@ -125,4 +126,4 @@ FoldPlan Sessions(const Dataset& data) {
   return plan;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

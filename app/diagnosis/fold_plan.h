@@ -6,7 +6,7 @@
 
 #include "app/diagnosis/dataset.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Which rows are predicted together from all others. Rows of one cluster (repeats of a pose) share
 /// a fold.
@@ -35,4 +35,4 @@ FoldPlan OppositeHalves(const Dataset& data);
 /// One fold a session: prediction of another day. No folds where there is one session.
 FoldPlan Sessions(const Dataset& data);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

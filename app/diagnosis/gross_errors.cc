@@ -13,7 +13,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kAlso = 1.5;         // of the least: hypotheses that do nearly as well are told
@@ -26,7 +26,7 @@ constexpr std::size_t kMostTold = 3;
 double MiddleResidual(const Linearisation& linear) {
   std::vector<double> sizes;
   for (const Vec3& error : ErrorsOf(linear)) sizes.push_back(error.norm());
-  return MedianOf(sizes);
+  return statistics::MedianOf(sizes);
 }
 
 /// True where more rows than a misread one or two lie farther away than effects move them.
@@ -114,8 +114,8 @@ std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& 
     nearest_m.push_back(to_tip_m);
     apart_m.push_back(to_point_m);
   }
-  const double middle_m = MedianOf(nearest_m);
-  const bool in_other_order = middle_m < kNamed * std::min(before_m, MedianOf(apart_m));
+  const double middle_m = statistics::MedianOf(nearest_m);
+  const bool in_other_order = middle_m < kNamed * std::min(before_m, statistics::MedianOf(apart_m));
   return in_other_order ? std::optional(middle_m) : std::nullopt;
 }
 
@@ -217,4 +217,4 @@ std::optional<std::string> GrossError(const Dataset& data, const Linearisation& 
   return NameSubtle(Few(data), mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

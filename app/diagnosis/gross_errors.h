@@ -5,7 +5,7 @@
 
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Farther than any effect moves the middle row.
 inline constexpr double kGross_m = 0.025;
@@ -27,4 +27,4 @@ inline constexpr double kNamed = 0.2;
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

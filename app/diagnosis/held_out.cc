@@ -13,7 +13,7 @@
 #include "app/diagnosis/unknown.h"
 #include "app/diagnosis/whitener.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr std::size_t kLeastTraining = 4;
@@ -55,10 +55,10 @@ Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& p
 PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
   PerRow<RowResidual> y;
   for (const RowIndex row : input.problem.data.row_indices()) {
-    Influence<double> influence;
-    AddEffects(input.model.effects, input.problem.data.conditions[row], influence);
+    effects::Influence<double> influence;
+    effects::AddEffects(input.model.effects, input.problem.data.conditions[row], influence);
     RowResidual of_row = input.linear->rows[row].residual;
-    for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0)
         of_row += influence[entry] * input.linear->gradients[row].col(entry);
     }
@@ -207,9 +207,9 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   const auto frames = [&](const PerRow<RowResidual>& residuals) {
     return FramesFor(framed, *input.linear, residuals);
   };
-  const CellModel cell = CellOf(data, input.model, SessionIndex(0));
+  const model::CellModel cell = CellOf(data, input.model, SessionIndex(0));
   const FitRows inliers = Inliers(input, fold);
-  const PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, inliers));
+  const kinematics::PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, inliers));
   const double reach = ReachOf(distance, data, inliers);
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const RowIndex row : fold.test) {
@@ -311,4 +311,4 @@ std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& he
   return error;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -8,7 +8,7 @@
 #include "app/diagnosis/discrepancy.h"
 #include "app/diagnosis/fold_plan.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// What every fold starts from. From the fit of all rows come the robust weights, sigma, the point
 /// of linearisation, how many effects a fold may combine, and whether it may use empirical terms
@@ -55,4 +55,4 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan);
 std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& held_out,
                                     int resamples);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -13,7 +13,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unit_changes.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kRows = 300;  // a judgement; bounds the time on large tables
@@ -27,7 +27,7 @@ bool IsSound(const Identified& found) {
   const Dataset& data = found.fit.data;
   const auto& effects = found.refit.model.effects;
   return !found.unknown && ResidualSigma(found) < kExcessNoiseRatio * data.sigma_m &&
-         std::all_of(effects.begin(), effects.end(), [&data](const ActiveEffect& effect) {
+         std::all_of(effects.begin(), effects.end(), [&data](const effects::ActiveEffect& effect) {
            return ImplausibilityOf(data, effect).sentence.empty();
          });
 }
@@ -120,7 +120,7 @@ std::vector<Corrected> WorthASearch(const Identified& found, const std::vector<M
 
 std::string SentenceOf(const Mistake& mistake, const Identified& without) {
   std::vector<std::string> names;
-  for (const ActiveEffect& effect : without.refit.model.effects) {
+  for (const effects::ActiveEffect& effect : without.refit.model.effects) {
     names.push_back(EffectName(effect.term.effect->traits().id));
   }
   const std::string who = names.empty()       ? "the declared cell leaves"
@@ -208,4 +208,4 @@ std::optional<std::string> HiddenUnitChange(const Dataset& data, const Diagnosis
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

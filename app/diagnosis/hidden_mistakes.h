@@ -6,7 +6,7 @@
 
 #include "app/diagnosis/identify.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 using Progress = std::function<void(double, const std::string&)>;
 
@@ -29,4 +29,4 @@ std::optional<std::string> HiddenMistake(const Identified& found, const Diagnosi
 std::optional<std::string> HiddenUnitChange(const Dataset& data, const DiagnosisOptions& options,
                                             const Progress& tell);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

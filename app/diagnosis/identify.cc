@@ -12,7 +12,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unknown.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kPasses = 7;
@@ -23,7 +23,7 @@ constexpr double kSameCorrelation = 0.05;
 
 bool SameSupport(const Model& a, const Model& b) {
   return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
-                    [](const ActiveEffect& x, const ActiveEffect& y) {
+                    [](const effects::ActiveEffect& x, const effects::ActiveEffect& y) {
                       return x.term.effect == y.term.effect && x.term.word == y.term.word &&
                              x.term.parameters == y.term.parameters;
                     });
@@ -250,4 +250,4 @@ Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, in
   return apart;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

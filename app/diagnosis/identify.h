@@ -5,7 +5,7 @@
 #include "app/diagnosis/refit.h"
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// What the rows support, with all that the choice was made from.
 struct Identified {
@@ -43,4 +43,4 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
 Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
                                      const Linearisation* before = nullptr);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

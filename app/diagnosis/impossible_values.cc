@@ -13,7 +13,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kHottest_C = 200;      // of a cell in which somebody measures
@@ -33,38 +33,42 @@ bool LooksLikeCode(double value) {
 /// A column in the file's unit.
 struct FileColumn {
   std::string name;
-  std::function<double(const MeasuredRow&)> value;
+  std::function<double(const table::MeasuredRow&)> value;
 };
 
-std::vector<FileColumn> ColumnsOf(const MeasuredTable& table, const std::vector<Joint>& joints) {
+std::vector<FileColumn> ColumnsOf(const table::MeasuredTable& table,
+                                  const std::vector<model::Joint>& joints) {
   std::vector<FileColumn> columns;
-  const RecordedColumns& recorded = table.recorded;
+  const table::RecordedColumns& recorded = table.recorded;
   for (int axis = 0; recorded.position && axis < 3; ++axis) {
-    columns.push_back({std::string(1, "xyz"[axis]) + "_mm", [axis](const MeasuredRow& row) {
+    columns.push_back({std::string(1, "xyz"[axis]) + "_mm", [axis](const table::MeasuredRow& row) {
                          return row.has_point ? row.p_WT[axis] / kMetrePerMm : std::nan("");
                        }});
   }
   if (recorded.range) {
-    columns.push_back({"range_mm", [](const MeasuredRow& row) {
+    columns.push_back({"range_mm", [](const table::MeasuredRow& row) {
                          return row.has_range ? row.range_m / kMetrePerMm : std::nan("");
                        }});
   }
-  if (recorded.time) columns.push_back({"t_s", [](const MeasuredRow& row) { return row.t_s; }});
+  if (recorded.time)
+    columns.push_back({"t_s", [](const table::MeasuredRow& row) { return row.t_s; }});
   if (recorded.temperature) {
-    columns.push_back({"temp_C", [](const MeasuredRow& row) { return row.temp_C; }});
+    columns.push_back({"temp_C", [](const table::MeasuredRow& row) { return row.temp_C; }});
   }
   if (recorded.payload) {
-    columns.push_back({"payload_kg", [](const MeasuredRow& row) { return row.payload_kg; }});
+    columns.push_back({"payload_kg", [](const table::MeasuredRow& row) { return row.payload_kg; }});
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool slides = joints[i].type == JointType::kPrismatic;
+    const bool slides = joints[i].type == model::JointType::kPrismatic;
     const double unit = slides ? kMetrePerMm : kRadPerDeg;
-    columns.push_back(
-        {fmt::format("q{}_{}", i + 1, slides ? "mm" : "deg"),
-         [i, unit](const MeasuredRow& row) { return row.q[static_cast<Eigen::Index>(i)] / unit; }});
+    columns.push_back({fmt::format("q{}_{}", i + 1, slides ? "mm" : "deg"),
+                       [i, unit](const table::MeasuredRow& row) {
+                         return row.q[static_cast<Eigen::Index>(i)] / unit;
+                       }});
   }
   for (std::size_t i = 0; i < table.further.size(); ++i) {
-    columns.push_back({table.further[i], [i](const MeasuredRow& row) { return row.further[i]; }});
+    columns.push_back(
+        {table.further[i], [i](const table::MeasuredRow& row) { return row.further[i]; }});
   }
   return columns;
 }
@@ -77,10 +81,10 @@ std::string LinesText(const std::vector<int>& lines) {
                      lines.size() > kNamed ? ", .." : "");
 }
 
-std::optional<std::string> CodeIn(const MeasuredTable& table, const FileColumn& column) {
+std::optional<std::string> CodeIn(const table::MeasuredTable& table, const FileColumn& column) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   std::map<double, std::vector<int>> codes;
-  for (const MeasuredRow& row : table.rows) {
+  for (const table::MeasuredRow& row : table.rows) {
     const double value = column.value(row);
     if (!std::isfinite(value)) continue;
     if (LooksLikeCode(value)) {
@@ -104,11 +108,11 @@ std::optional<std::string> CodeIn(const MeasuredTable& table, const FileColumn& 
   return std::nullopt;
 }
 
-std::optional<std::string> PointsAtOrigin(const MeasuredTable& table) {
+std::optional<std::string> PointsAtOrigin(const table::MeasuredTable& table) {
   if (!table.recorded.position) return std::nullopt;
   std::vector<int> lines;
   double nearest_m = HUGE_VAL;
-  for (const MeasuredRow& row : table.rows) {
+  for (const table::MeasuredRow& row : table.rows) {
     if (!row.has_point) continue;
     const double distance_m = row.p_WT.norm();
     if (distance_m == 0) {
@@ -136,7 +140,7 @@ struct Extent {
 };
 
 /// Which of the rows are hot: all of them, those from a line on, those up to one, or single lines.
-std::string HotRowsText(const std::vector<MeasuredRow>& rows, const std::vector<int>& hot) {
+std::string HotRowsText(const std::vector<table::MeasuredRow>& rows, const std::vector<int>& hot) {
   const std::size_t cold = rows.size() - hot.size();
   if (cold == 0) return "";
   if (hot.front() == rows[cold].line) return fmt::format(" from line {} on", hot.front());
@@ -144,12 +148,12 @@ std::string HotRowsText(const std::vector<MeasuredRow>& rows, const std::vector<
   return fmt::format(" in {} rows ({})", hot.size(), LinesText(hot));
 }
 
-std::optional<std::string> Kelvin(const MeasuredTable& table) {
+std::optional<std::string> Kelvin(const table::MeasuredTable& table) {
   if (!table.recorded.temperature) return std::nullopt;
   constexpr double kFreezing_K = 273.15;
   std::vector<int> hot;
   Extent of_hot, of_others;
-  for (const MeasuredRow& row : table.rows) {
+  for (const table::MeasuredRow& row : table.rows) {
     const bool is_hot = row.temp_C >= kHottest_C;
     (is_hot ? of_hot : of_others).Add(row.temp_C);
     if (is_hot) hot.push_back(row.line);
@@ -172,12 +176,12 @@ struct FallingClock {
   std::vector<int> lines;  ///< after each fall
 };
 
-FallingClock FallsOf(const MeasuredTable& table) {
+FallingClock FallsOf(const table::MeasuredTable& table) {
   std::map<std::string, double> last_s;
   std::vector<double> rises_s;
   std::vector<std::pair<int, double>> falls;
   FallingClock clock;
-  for (const MeasuredRow& row : table.rows) {
+  for (const table::MeasuredRow& row : table.rows) {
     const auto [before, fresh] = last_s.emplace(row.session, row.t_s);
     if (fresh) continue;
     const double step_s = row.t_s - before->second;
@@ -187,14 +191,14 @@ FallingClock FallsOf(const MeasuredTable& table) {
     before->second = row.t_s;
   }
   // A clock that was set by less than an interval changes no order.
-  const double usual_s = rises_s.empty() ? 0 : MedianOf(rises_s);
+  const double usual_s = rises_s.empty() ? 0 : statistics::MedianOf(rises_s);
   for (const auto& [line, by_s] : falls) {
     if (by_s > usual_s) clock.lines.push_back(line);
   }
   return clock;
 }
 
-std::optional<std::string> ShuffledRows(const MeasuredTable& table) {
+std::optional<std::string> ShuffledRows(const table::MeasuredTable& table) {
   if (!table.recorded.time || !table.recorded.order) return std::nullopt;
   const FallingClock clock = FallsOf(table);
   const auto falls = static_cast<double>(clock.lines.size());
@@ -211,8 +215,8 @@ std::optional<std::string> ShuffledRows(const MeasuredTable& table) {
 
 }  // namespace
 
-std::optional<std::string> ImpossibleValues(const MeasuredTable& table,
-                                            const std::vector<Joint>& joints) {
+std::optional<std::string> ImpossibleValues(const table::MeasuredTable& table,
+                                            const std::vector<model::Joint>& joints) {
   if (table.rows.size() < kFewestRows) return std::nullopt;
   for (const FileColumn& column : ColumnsOf(table, joints)) {
     if (const auto code = CodeIn(table, column)) return code;
@@ -222,7 +226,7 @@ std::optional<std::string> ImpossibleValues(const MeasuredTable& table,
   return ShuffledRows(table);
 }
 
-void GiveUpRestartedClock(MeasuredTable& table) {
+void GiveUpRestartedClock(table::MeasuredTable& table) {
   if (!table.recorded.time) return;
   const FallingClock clock = FallsOf(table);
   if (clock.lines.empty()) return;
@@ -233,4 +237,4 @@ void GiveUpRestartedClock(MeasuredTable& table) {
       clock.lines.size(), LinesText(clock.lines)));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 
 #include "app/table/csv.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Finds values that cannot be what their column says:
 ///  - codes for "nothing measured" (-9999, 999999, 32767, a point at exactly 0, 0, 0): numbers of
@@ -15,11 +15,11 @@ namespace plumbline {
 ///  - rows that are not in the order of their clock: t_s falls in one step of twenty or more, where
 ///    restarts of a clock are rare and shuffled rows fall in every other step.
 /// @return  a sentence that names the lines and says what to do; nothing where all is possible
-std::optional<std::string> ImpossibleValues(const MeasuredTable& table,
-                                            const std::vector<Joint>& joints);
+std::optional<std::string> ImpossibleValues(const table::MeasuredTable& table,
+                                            const std::vector<model::Joint>& joints);
 
 /// A clock that was restarted now and then says nothing about the time between those starts: t_s is
 /// given up, with a note.
-void GiveUpRestartedClock(MeasuredTable& table);
+void GiveUpRestartedClock(table::MeasuredTable& table);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

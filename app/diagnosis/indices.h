@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Position in one kind of list, counted from 0. Indices of different kinds do not convert into
 /// each other, nor into integers.
@@ -124,4 +124,4 @@ using FitRows = Indexed<FitRowIndex, RowIndex>;
 template <typename T>
 using PerRow = Indexed<RowIndex, T>;
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 
 #include "firmware-like/geometry/angle.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kCoarsest_deg = 0.2;
@@ -30,13 +30,13 @@ std::vector<double> UsualSteps_deg() {
 }
 
 /// Distinct readings of every revolute joint, without zeros (multiples of any step).
-std::vector<double> DistinctReadings_deg(const MeasuredTable& table,
-                                         const std::vector<Joint>& joints) {
+std::vector<double> DistinctReadings_deg(const table::MeasuredTable& table,
+                                         const std::vector<model::Joint>& joints) {
   std::vector<double> readings;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (joints[i].type == JointType::kPrismatic) continue;
+    if (joints[i].type == model::JointType::kPrismatic) continue;
     std::vector<double> values;
-    for (const MeasuredRow& row : table.rows) {
+    for (const table::MeasuredRow& row : table.rows) {
       const double value = row.q[static_cast<Eigen::Index>(i)] / kRadPerDeg;
       if (std::abs(value) > kRounding_deg) values.push_back(value);
     }
@@ -56,7 +56,8 @@ bool AllMultiples(const std::vector<double>& readings, double step, double toler
 
 }  // namespace
 
-std::optional<JointStep> JointStepOf(const MeasuredTable& table, const std::vector<Joint>& joints) {
+std::optional<JointStep> JointStepOf(const table::MeasuredTable& table,
+                                     const std::vector<model::Joint>& joints) {
   if (!table.q_decimals) return std::nullopt;
   const std::vector<double> readings = DistinctReadings_deg(table, joints);
   if (readings.empty()) return std::nullopt;
@@ -76,4 +77,4 @@ std::optional<JointStep> JointStepOf(const MeasuredTable& table, const std::vect
   return JointStep{written_deg * kRadPerDeg, true, 0, count};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 
 #include "app/table/csv.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Step of which every joint reading of a table is a multiple.
 struct JointStep {
@@ -24,6 +24,7 @@ struct JointStep {
 /// A step is reported if P < 1e-6. The step of the last decimal needs no such evidence.
 /// @return  nullopt if no step was found, if it exceeds 0.2 deg (then the poses were commanded at
 ///          round values, since no controller reads that coarsely), or if the decimals are unknown
-std::optional<JointStep> JointStepOf(const MeasuredTable& table, const std::vector<Joint>& joints);
+std::optional<JointStep> JointStepOf(const table::MeasuredTable& table,
+                                     const std::vector<model::Joint>& joints);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

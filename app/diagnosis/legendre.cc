@@ -1,6 +1,6 @@
 #include "app/diagnosis/legendre.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 double Legendre(int degree, double x) {
   double previous = 1, current = x;
@@ -17,4 +17,4 @@ double Scaled(const RecordedSignal& signal, double value) {
   return 2 * (value - signal.low) / (signal.high - signal.low) - 1;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/dataset.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Legendre polynomial P_degree of x in -1..1.
 double Legendre(int degree, double x);
@@ -11,4 +11,4 @@ double Legendre(int degree, double x);
 /// A value of the signal scaled so that its range over the rows is -1..1.
 double Scaled(const RecordedSignal& signal, double value);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -8,7 +8,7 @@
 #include "app/diagnosis/block_columns.h"
 #include "app/diagnosis/shape_search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 namespace {
 
@@ -47,10 +47,10 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
     freedom_ += weight * layout_.count(j);
     if (weight > 0.5 && layout_.count(j) > 0) clusters.insert(data.cluster_of[row]);
     const LinearRow& at = linear.rows[row];
-    Influence<double> influence;
-    AddEffects(model.effects, data.conditions[row], influence);
+    effects::Influence<double> influence;
+    effects::AddEffects(model.effects, data.conditions[row], influence);
     RowResidual y = at.residual;
-    for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
       if (influence[entry] != 0) y += influence[entry] * linear.gradients[row].col(entry);
     }
     whitener_[j].Apply(y, layout_.PartOf(response_, j));
@@ -140,4 +140,4 @@ Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
   return columns;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

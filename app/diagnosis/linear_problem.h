@@ -8,7 +8,7 @@
 #include "app/diagnosis/blocks.h"
 #include "app/diagnosis/whitener.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Rows with a working response y = residual + (d prediction / d influence) influence, so that the
 /// unknowns are the effects' full values; whitened by sigma and the robust weights, and with the
@@ -63,4 +63,4 @@ class LinearProblem {
   mutable std::map<int, Eigen::ArrayX2d> kept_of_joint_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

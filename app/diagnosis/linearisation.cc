@@ -9,17 +9,18 @@
 #include "app/diagnosis/block_columns.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 
 /// A position, or a pose: the gradients of the tip as they are, below them those of its turn.
 /// @param count   3 or 6
 /// @param frames  d tip / d (base shift, base turn, tip)
 /// @param at      the state, and the gradients where they are wanted
-void SetPose(const MeasuredRow& measured, int count, const Eigen::Matrix<double, 3, 9>& frames,
-             const Sensitivity& at, bool gradients, LinearRow& row, Gradient& gradient) {
+void SetPose(const table::MeasuredRow& measured, int count,
+             const Eigen::Matrix<double, 3, 9>& frames, const deflection::Sensitivity& at,
+             bool gradients, LinearRow& row, Gradient& gradient) {
   const bool turned = count == kMaxResiduals;
   row.residual.resize(count);
   row.residual.head<3>() = measured.p_WT - row.p_W;
@@ -38,9 +39,9 @@ void SetPose(const MeasuredRow& measured, int count, const Eigen::Matrix<double,
 
 /// A range, (1 + scale) |tip - anchor| + zero: the gradients of the tip along the ray.
 /// @param tip  d tip / d influence; null where no gradient is wanted
-void SetRange(const Vec3& anchor_W, const Influence<double>& influence, double range_m,
-              const Eigen::Matrix<double, 3, 9>& frames, const Sensitivity::Gradient* tip,
-              LinearRow& row, Gradient& gradient) {
+void SetRange(const Vec3& anchor_W, const effects::Influence<double>& influence, double range_m,
+              const Eigen::Matrix<double, 3, 9>& frames,
+              const deflection::Sensitivity::Gradient* tip, LinearRow& row, Gradient& gradient) {
   const Vec3 ray = row.p_W - anchor_W - influence.Vector(I::kRangeAnchor);
   const double length = ray.norm();
   const Vec3 unit = length > 0 ? Vec3(ray / length) : Vec3::UnitX();
@@ -62,8 +63,8 @@ Model Model::Declared(const Dataset& data) {
   return model;
 }
 
-CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session) {
-  CellModel cell = data.cell;
+model::CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session) {
+  model::CellModel cell = data.cell;
   const Model::Frames& frames = model.frames[session];
   cell.robot.X_WB = frames.X_WB;
   cell.tool.tcp_F = frames.tip_F;
@@ -92,19 +93,20 @@ ModelAtRows::ModelAtRows(const Dataset& data, const Model& model) : data_(data),
   }
 }
 
-bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
-                     LinearRow& result, Gradient& gradient) const {
+bool ModelAtRows::At(RowIndex row, const deflection::InfluenceSet& wanted,
+                     deflection::Sensitivity& scratch, LinearRow& result,
+                     Gradient& gradient) const {
   const SessionIndex session = data_.session_of[row];
-  const LoadedArm& arm = arms_[session];
+  const deflection::LoadedArm& arm = arms_[session];
   const Model::Frames& frames = model_.frames[session];
-  const Conditions& moment = data_.conditions[row];
-  const MeasuredRow& measured = data_.measured(row);
+  const effects::Conditions& moment = data_.conditions[row];
+  const table::MeasuredRow& measured = data_.measured(row);
   const int count = data_.numbers[row].count;
-  Influence<double> influence = arm.EffectsAt(moment);
-  AddEffects(model_.effects, moment, influence);
+  effects::Influence<double> influence = arm.EffectsAt(moment);
+  effects::AddEffects(model_.effects, moment, influence);
   if (wanted.any()) {
-    if (!SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau, wanted, scratch,
-                       count == kMaxResiduals)) {
+    if (!deflection::SensitivityAt(arm, measured.q, data_.payloads[row], influence, moment.tau,
+                                   wanted, scratch, count == kMaxResiduals)) {
       return false;
     }
   } else {
@@ -136,11 +138,13 @@ bool ModelAtRows::At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scra
 
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads) {
-  return Linearise(data, model, gradients ? InfluenceSet{}.set() : InfluenceSet{}, threads);
+  return Linearise(data, model,
+                   gradients ? deflection::InfluenceSet{}.set() : deflection::InfluenceSet{},
+                   threads);
 }
 
-Result<Linearisation> Linearise(const Dataset& data, const Model& model, const InfluenceSet& wanted,
-                                int threads) {
+Result<Linearisation> Linearise(const Dataset& data, const Model& model,
+                                const deflection::InfluenceSet& wanted, int threads) {
   const ModelAtRows at_rows(data, model);
   Linearisation result;
   result.layout = data.layout();
@@ -149,7 +153,7 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model, const I
   result.columns = std::make_shared<BlockColumns>();
   std::atomic<int> unsettled{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
-    Sensitivity scratch;
+    deflection::Sensitivity scratch;
     Gradient gradient;
     for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
       if (!at_rows.At(row, wanted, scratch, result.rows[row], gradient)) {
@@ -185,38 +189,38 @@ namespace {
 
 /// True where only sizes are asked for, all are linear, and the others are zero or do not matter:
 /// what the effect adds at one of them is its derivative, without dual numbers.
-bool LinearInSizes(const EffectTerm& term, std::span<const double> values,
+bool LinearInSizes(const effects::EffectTerm& term, std::span<const double> values,
                    std::span<const int> which) {
-  const auto spec = [&](std::size_t k) -> const ParameterSpec& {
+  const auto spec = [&](std::size_t k) -> const effects::ParameterSpec& {
     return term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
   };
   bool shapes = false, sizes = false;
   for (std::size_t k = 0; k < term.parameters.size(); ++k) {
     if (spec(k).value_of_linear != nullptr) return false;
-    const bool size = spec(k).role == ParameterRole::kSize;
+    const bool size = spec(k).role == effects::ParameterRole::kSize;
     shapes = shapes || !size;
     sizes = sizes || (size && values[k] != 0);
   }
   if (shapes && sizes) return false;
   return std::all_of(which.begin(), which.end(), [&](int k) {
-    return spec(static_cast<std::size_t>(k)).role == ParameterRole::kSize;
+    return spec(static_cast<std::size_t>(k)).role == effects::ParameterRole::kSize;
   });
 }
 
-void AddLinearSlopes(const EffectTerm& term, std::span<const double> values,
-                     std::span<const int> which, const Conditions& conditions,
+void AddLinearSlopes(const effects::EffectTerm& term, std::span<const double> values,
+                     std::span<const int> which, const effects::Conditions& conditions,
                      std::vector<TermSlope>& slopes) {
   std::vector<double> one(values.begin(), values.end());
   for (std::size_t k = 0; k < one.size(); ++k) {
-    const TermParameter& own = term.parameters[k];
-    const ParameterSpec& spec =
+    const effects::TermParameter& own = term.parameters[k];
+    const effects::ParameterSpec& spec =
         term.effect->traits().parameters[static_cast<std::size_t>(own.spec)];
-    if (spec.role == ParameterRole::kSize) one[k] = 0;
+    if (spec.role == effects::ParameterRole::kSize) one[k] = 0;
   }
   for (std::size_t k = 0; k < which.size(); ++k) {
     double& size = one[static_cast<std::size_t>(which[k])];
     size = 1;
-    Influence<double> influence;
+    effects::Influence<double> influence;
     term.effect->Add(term, std::span<const double>(one.data(), one.size()), conditions, influence);
     size = 0;
     for (int entry = 0; entry < I::kSize; ++entry) {
@@ -228,22 +232,23 @@ void AddLinearSlopes(const EffectTerm& term, std::span<const double> values,
 
 }  // namespace
 
-void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
-                   std::span<const int> which, const Conditions& conditions,
+void AddTermSlopes(const effects::EffectTerm& term, std::span<const double> values,
+                   std::span<const int> which, const effects::Conditions& conditions,
                    std::vector<TermSlope>& slopes) {
   if (LinearInSizes(term, values, which)) {
     AddLinearSlopes(term, values, which, conditions, slopes);
     return;
   }
-  std::vector<Dual> duals(values.size());  // a periodic effect has three for each of its lines
-  for (std::size_t first = 0; first < which.size(); first += kDualWidth) {
-    const std::size_t count = std::min<std::size_t>(kDualWidth, which.size() - first);
-    for (std::size_t k = 0; k < values.size(); ++k) duals[k] = Dual(values[k]);
+  std::vector<effects::Dual> duals(
+      values.size());  // a periodic effect has three for each of its lines
+  for (std::size_t first = 0; first < which.size(); first += effects::kDualWidth) {
+    const std::size_t count = std::min<std::size_t>(effects::kDualWidth, which.size() - first);
+    for (std::size_t k = 0; k < values.size(); ++k) duals[k] = effects::Dual(values[k]);
     for (std::size_t k = 0; k < count; ++k) {
       duals[static_cast<std::size_t>(which[first + k])].v[static_cast<int>(k)] = 1;
     }
-    Influence<Dual> influence;
-    term.effect->Add(term, std::span<const Dual>(duals.data(), values.size()), conditions,
+    effects::Influence<effects::Dual> influence;
+    term.effect->Add(term, std::span<const effects::Dual>(duals.data(), values.size()), conditions,
                      influence);
     for (int entry = 0; entry < I::kSize; ++entry) {
       for (std::size_t k = 0; k < count; ++k) {
@@ -254,9 +259,9 @@ void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
   }
 }
 
-void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
-                 const Conditions& conditions, const Gradient& gradient,
-                 Eigen::Ref<Eigen::MatrixXd> out) {
+void TermColumns(const effects::EffectTerm& term, std::span<const double> values,
+                 std::span<const int> which, const effects::Conditions& conditions,
+                 const Gradient& gradient, Eigen::Ref<Eigen::MatrixXd> out) {
   out.leftCols(static_cast<int>(which.size())).setZero();
   std::vector<TermSlope> slopes;
   AddTermSlopes(term, values, which, conditions, slopes);
@@ -264,11 +269,11 @@ void TermColumns(const EffectTerm& term, std::span<const double> values, std::sp
 }
 
 void CopyBasePosesToRows(const Model& model, Dataset& data) {
-  Indexed<SessionIndex, std::shared_ptr<const Robot>> robots;
+  Indexed<SessionIndex, std::shared_ptr<const model::Robot>> robots;
   for (const Model::Frames& frames : model.frames) {
-    Robot robot = data.cell.robot;
+    model::Robot robot = data.cell.robot;
     robot.X_WB = frames.X_WB;
-    robots.push_back(std::make_shared<const Robot>(std::move(robot)));
+    robots.push_back(std::make_shared<const model::Robot>(std::move(robot)));
   }
   for (const RowIndex row : data.conditions.indices()) {
     data.conditions[row].robot = robots[data.session_of[row]];
@@ -281,4 +286,4 @@ void MoveFrames(Model::Frames& frames, const Eigen::Matrix<double, 9, 1>& step) 
   frames.tip_F += step.tail<3>();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 #include "app/diagnosis/dataset.h"
 #include "firmware-like/deflection/sensitivity.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// The adjustable part of the model: frames of each session, and added effects.
 struct Model {
@@ -16,17 +16,17 @@ struct Model {
     Vec3 tip_F = Vec3::Zero();
   };
   Indexed<SessionIndex, Frames> frames;
-  std::vector<ActiveEffect> effects;  ///< in addition to those of the cell
+  std::vector<effects::ActiveEffect> effects;  ///< in addition to those of the cell
 
   /// The cell as declared, for every session.
   static Model Declared(const Dataset& data);
 };
 
 /// The cell with the frames of a session. Effects of `model` are not added.
-CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
+model::CellModel CellOf(const Dataset& data, const Model& model, SessionIndex session);
 
 /// d prediction / d influence of one row, shape (its residuals, influences).
-using Gradient = Eigen::Matrix<double, Eigen::Dynamic, Influence<double>::kSize>;
+using Gradient = Eigen::Matrix<double, Eigen::Dynamic, effects::Influence<double>::kSize>;
 /// d prediction / d (base translation, base rotation, tip) of one row, shape (its residuals, 9).
 /// The arm is treated as rigid: the change of gravity deflection with the base rotation is
 /// neglected, about a thousandth of the effect.
@@ -59,13 +59,14 @@ class ModelAtRows {
   /// @param scratch   one per thread
   /// @param gradient  zero except for the wanted entries; not changed if none is wanted
   /// @return          false if the sagged posture does not converge
-  [[nodiscard]] bool At(RowIndex row, const InfluenceSet& wanted, Sensitivity& scratch,
-                        LinearRow& result, Gradient& gradient) const;
+  [[nodiscard]] bool At(RowIndex row, const deflection::InfluenceSet& wanted,
+                        deflection::Sensitivity& scratch, LinearRow& result,
+                        Gradient& gradient) const;
 
  private:
   const Dataset& data_;
   const Model& model_;
-  Indexed<SessionIndex, LoadedArm> arms_;
+  Indexed<SessionIndex, deflection::LoadedArm> arms_;
 };
 
 /// Evaluates the model at every row.
@@ -74,8 +75,8 @@ class ModelAtRows {
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads);
 /// Like Linearise, with the gradients of some entries of the influence only.
-Result<Linearisation> Linearise(const Dataset& data, const Model& model, const InfluenceSet& wanted,
-                                int threads);
+Result<Linearisation> Linearise(const Dataset& data, const Model& model,
+                                const deflection::InfluenceSet& wanted, int threads);
 
 PerRow<RowResidual> ResidualsOf(const Linearisation& linear);
 /// The residuals as vectors [m] (LengthsOf).
@@ -90,16 +91,16 @@ struct TermSlope {
 
 /// Appends the non-zero derivatives d influence / d parameter of one term at `values`.
 /// @param which  requested parameters
-void AddTermSlopes(const EffectTerm& term, std::span<const double> values,
-                   std::span<const int> which, const Conditions& conditions,
+void AddTermSlopes(const effects::EffectTerm& term, std::span<const double> values,
+                   std::span<const int> which, const effects::Conditions& conditions,
                    std::vector<TermSlope>& slopes);
 
 /// Computes the columns d prediction / d parameter of one term at `values` on one row.
 /// @param which  requested parameters
 /// @param out    shape (residuals of the row, which.size())
-void TermColumns(const EffectTerm& term, std::span<const double> values, std::span<const int> which,
-                 const Conditions& conditions, const Gradient& gradient,
-                 Eigen::Ref<Eigen::MatrixXd> out);
+void TermColumns(const effects::EffectTerm& term, std::span<const double> values,
+                 std::span<const int> which, const effects::Conditions& conditions,
+                 const Gradient& gradient, Eigen::Ref<Eigen::MatrixXd> out);
 
 /// Runs f(first, last) on `threads` contiguous parts of [0, count) in parallel.
 void InParallel(int count, int threads, const std::function<void(int, int)>& f);
@@ -112,4 +113,4 @@ void CopyBasePosesToRows(const Model& model, Dataset& data);
 /// in W, about the origin of the base) [rad], tip translation in F [m].
 void MoveFrames(Model::Frames& frames, const Eigen::Matrix<double, 9, 1>& step);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// The lowest and highest load if all rows are at two distinct loads; otherwise empty. Three loads
@@ -35,25 +35,26 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
   const Dataset& data = problem.data;
   if (data.frames_free() || data.tip_free()) {
     for (const SessionIndex session : data.sessions.indices()) {
-      SessionFrames frames;
+      model::SessionFrames frames;
       frames.id = data.sessions[session].empty() ? "1" : data.sessions[session];
       frames.X_WB = model.frames[session].X_WB;
       if (data.tip_free()) frames.tip_F = model.frames[session].tip_F;
       diagnosis.sessions.push_back(frames);
     }
   }
-  Domain& domain = diagnosis.domain;
-  const auto widen = [](Interval& interval, double value) {
+  model::Domain& domain = diagnosis.domain;
+  const auto widen = [](model::Interval& interval, double value) {
     interval.low = std::min(interval.low, value);
     interval.high = std::max(interval.high, value);
   };
   for (const RowIndex index : data.row_indices()) {
     if (problem.weights[index] < kOutlierWeight) continue;
-    const MeasuredRow& row = data.measured(index);
+    const table::MeasuredRow& row = data.measured(index);
     if (domain.q.empty()) {
       for (const double q : row.q) domain.q.push_back({q, q});
-      if (data.table.recorded.payload) domain.payload_kg = Interval{row.payload_kg, row.payload_kg};
-      if (data.table.recorded.temperature) domain.temp_C = Interval{row.temp_C, row.temp_C};
+      if (data.table.recorded.payload)
+        domain.payload_kg = model::Interval{row.payload_kg, row.payload_kg};
+      if (data.table.recorded.temperature) domain.temp_C = model::Interval{row.temp_C, row.temp_C};
     }
     for (std::size_t i = 0; i < domain.q.size(); ++i)
       widen(domain.q[i], row.q[static_cast<int>(i)]);
@@ -63,4 +64,4 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
   domain.payload_levels_kg = FewPayloadLevels(problem);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

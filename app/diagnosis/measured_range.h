@@ -5,10 +5,10 @@
 #include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Adds to `diagnosis` the estimated frames of each session, if the cell leaves them free, and the
 /// range covered by the rows that were not rejected.
 void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

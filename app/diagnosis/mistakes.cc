@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kLeastSpread_rad = 0.5;  // of a joint whose sign a small residual may tell
@@ -20,14 +20,14 @@ using Undo = std::function<void(Dataset&)>;
 
 Undo OnPoints(std::function<Vec3(const Vec3&)> map) {
   return [map = std::move(map)](Dataset& data) {
-    for (MeasuredRow& row : data.table.rows) row.p_WT = map(row.p_WT);
+    for (table::MeasuredRow& row : data.table.rows) row.p_WT = map(row.p_WT);
   };
 }
 
-Undo OnJoints(std::function<void(JointVector&)> map) {
+Undo OnJoints(std::function<void(model::JointVector&)> map) {
   return [map = std::move(map)](Dataset& data) {
     for (const RowIndex row : data.row_indices()) {
-      JointVector& q = data.table.rows[row.offset()].q;
+      model::JointVector& q = data.table.rows[row.offset()].q;
       map(q);
       data.conditions[row].q = q;
     }
@@ -37,13 +37,13 @@ Undo OnJoints(std::function<void(JointVector&)> map) {
 /// A joint that counts the other way, with all that was recorded of it.
 Undo OtherWay(int joint) {
   return [joint](Dataset& data) {
-    const auto turn = [joint](JointVector& of_joints) {
+    const auto turn = [joint](model::JointVector& of_joints) {
       if (joint < of_joints.size()) of_joints[joint] *= -1;
     };
     for (const RowIndex row : data.row_indices()) {
-      MeasuredRow& measured = data.table.rows[row.offset()];
-      Conditions& conditions = data.conditions[row];
-      for (JointVector* of :
+      table::MeasuredRow& measured = data.table.rows[row.offset()];
+      effects::Conditions& conditions = data.conditions[row];
+      for (model::JointVector* of :
            {&measured.q, &measured.qd, &measured.qdd, &measured.tau, &conditions.q, &conditions.qd,
             &conditions.qdd, &conditions.tau, &conditions.last_move, &conditions.approach}) {
         turn(*of);
@@ -69,7 +69,7 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
       {25.4, "inches"}, {1000, "metres"}, {10, "centimetres"}, {1e-3, "micrometres"}};
   for (const auto& [factor, unit] : units) {
     const Undo undo = [factor = factor, range](Dataset& changed) {
-      for (MeasuredRow& row : changed.table.rows) {
+      for (table::MeasuredRow& row : changed.table.rows) {
         if (range) {
           row.range_m *= factor;
         } else {
@@ -80,10 +80,10 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
     mistakes.push_back({fmt::format("{} hold {}", columns, unit),
                         fmt::format("write millimetres (times {:g})", factor), undo});
   }
-  const auto radians = [cell = data.cell](JointVector& q) {
+  const auto radians = [cell = data.cell](model::JointVector& q) {
     for (int i = 0; i < cell.robot.size(); ++i) {
       const bool slides =
-          cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+          cell.robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
       if (!slides) q[i] /= kRadPerDeg;
     }
   };
@@ -152,8 +152,8 @@ void AddShiftedRows(const Dataset& data, std::vector<Mistake>& mistakes) {
   if (data.rows() < 8) return;
   for (const int shift : {-1, 1}) {
     const Undo undo = [shift](Dataset& changed) {
-      std::vector<MeasuredRow>& rows = changed.table.rows;
-      const std::vector<MeasuredRow> old = rows;
+      std::vector<table::MeasuredRow>& rows = changed.table.rows;
+      const std::vector<table::MeasuredRow> old = rows;
       const auto count = static_cast<int>(rows.size());
       for (int k = 0; k < count; ++k) {
         const auto at = static_cast<std::size_t>(std::clamp(k + shift, 0, count - 1));
@@ -172,7 +172,7 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
   const int count = data.cell.robot.size();
   for (int i = 0; i < count; ++i) {
     double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const MeasuredRow& row : data.table.rows) {
+    for (const table::MeasuredRow& row : data.table.rows) {
       low = std::min(low, row.q[i]);
       high = std::max(high, row.q[i]);
     }
@@ -185,7 +185,7 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
     if (!Turns(data, i)) continue;
     for (const double turn_deg : {90.0, -90.0, 180.0}) {
       mistakes.push_back({fmt::format("joint q{} is turned by {:.0f} deg", i + 1, turn_deg),
-                          "check theta_offset_deg", OnJoints([i, turn_deg](JointVector& q) {
+                          "check theta_offset_deg", OnJoints([i, turn_deg](model::JointVector& q) {
                             q[i] += turn_deg * kRadPerDeg;
                           })});
     }
@@ -194,7 +194,7 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
     if (Turns(data, i) != Turns(data, i + 1)) continue;
     mistakes.push_back({fmt::format("the columns of q{} and q{} are exchanged", i + 1, i + 2),
                         "check the header against the recording",
-                        OnJoints([i](JointVector& q) { std::swap(q[i], q[i + 1]); })});
+                        OnJoints([i](model::JointVector& q) { std::swap(q[i], q[i + 1]); })});
   }
   if (count < 3 || !Turns(data, 1) || !Turns(data, 2)) return;
   for (const double ratio : {1.0, -1.0}) {
@@ -202,7 +202,7 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
         {fmt::format("joint q3 is counted against the ground (q3 {} q2 turns the joint)",
                      ratio > 0 ? "+" : "-"),
          "record the angle between the links, or convert it",
-         OnJoints([ratio](JointVector& q) { q[2] += ratio * q[1]; })});
+         OnJoints([ratio](model::JointVector& q) { q[2] += ratio * q[1]; })});
   }
 }
 
@@ -211,12 +211,12 @@ Mat3 Turn(double angle_rad, const Vec3& axis) {
 }
 
 void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
-  const bool distal = data.cell.robot.convention == DhConvention::kDistal;
+  const bool distal = data.cell.robot.convention == model::DhConvention::kDistal;
   mistakes.push_back({fmt::format("the table is in the {} convention",
                                   distal ? "proximal (\"mdh\")" : "distal (\"dh\")"),
                       "check convention in [robot]", [distal](Dataset& changed) {
                         changed.cell.robot.convention =
-                            distal ? DhConvention::kProximal : DhConvention::kDistal;
+                            distal ? model::DhConvention::kProximal : model::DhConvention::kDistal;
                       }});
   if (data.frames_free()) return;
   const Pose& X_WB = data.cell.robot.X_WB;
@@ -291,4 +291,4 @@ std::vector<Mistake> MistakesOf(const Dataset& data) {
   return mistakes;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/dataset.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A hypothesis: what may be wrong, what to do about it, and the data as if it were right.
 struct Mistake {
@@ -20,7 +20,7 @@ struct Mistake {
   /// It may be smaller than what effects do: asked of every set whose noise is known.
   bool subtle = false;
   /// The rows whose numbers it changes; empty: every row.
-  std::function<bool(const MeasuredRow&)> concerns = {};
+  std::function<bool(const table::MeasuredRow&)> concerns = {};
   bool of_neighbours = false;  ///< it moves values from row to row: all rows are needed
   /// Changes that are nearly the same and must not do as well, where the hypothesis is a size.
   std::vector<std::function<void(Dataset&)>> beside = {};
@@ -31,4 +31,4 @@ struct Mistake {
 /// All that can be asked of these data; see MANUAL.md, "Mistakes".
 std::vector<Mistake> MistakesOf(const Dataset& data);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

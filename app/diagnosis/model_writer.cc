@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// The shortest text that reads back as the same number, and as a float.
@@ -55,11 +55,11 @@ std::string MatrixText(const Eigen::MatrixXd& matrix) {
   return ListText(rows, [](const std::string& row) { return row; });
 }
 
-std::string IntervalText(const Interval& interval, double from_SI = 1) {
+std::string IntervalText(const model::Interval& interval, double from_SI = 1) {
   return ListText(std::vector<double>{interval.low * from_SI, interval.high * from_SI}, NumberText);
 }
 
-std::string ParameterText(const EffectParameter& parameter) {
+std::string ParameterText(const model::EffectParameter& parameter) {
   std::string text = "{ name = " + StringText(parameter.name) + ", value = ";
   if (!parameter.word.empty()) return text + StringText(parameter.word) + " }";
   text += NumberText(parameter.value);
@@ -67,11 +67,11 @@ std::string ParameterText(const EffectParameter& parameter) {
   return text + ", unit = " + StringText(parameter.unit) + " }";
 }
 
-std::string EffectText(const WrittenEffect& effect) {
+std::string EffectText(const model::WrittenEffect& effect) {
   std::string text = "\n[[effect]]\nid = " + StringText(effect.id) + '\n';
   text += "scope = " + ListText(effect.scope, StringText) + '\n';
   text += "parameters = [\n";
-  for (const EffectParameter& parameter : effect.parameters) {
+  for (const model::EffectParameter& parameter : effect.parameters) {
     text += "  " + ParameterText(parameter) + ",\n";
   }
   text += "]\n";
@@ -87,7 +87,7 @@ std::string EffectText(const WrittenEffect& effect) {
   return text + "from = { " + from + ", date = " + StringText(effect.from_date) + " }\n";
 }
 
-std::string SessionText(const SessionFrames& session) {
+std::string SessionText(const model::SessionFrames& session) {
   std::string text = "\n[[session]]\nid = " + StringText(session.id) + '\n';
   text += "base_xyz_mm = " + VectorText(1e3 * session.X_WB.p) + '\n';
   text +=
@@ -105,19 +105,19 @@ std::string SessionText(const SessionFrames& session) {
   return text;
 }
 
-std::string PoseText(const JointVector& q, const std::vector<Joint>& joints) {
+std::string PoseText(const model::JointVector& q, const std::vector<model::Joint>& joints) {
   std::vector<double> values;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool prismatic = joints[i].type == JointType::kPrismatic;
+    const bool prismatic = joints[i].type == model::JointType::kPrismatic;
     values.push_back((prismatic ? 1e3 : kDegPerRad) * q[static_cast<int>(i)]);
   }
   return ListText(values, [](double value) { return fmt::format("{:.3f}", value); });
 }
 
-std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
+std::string DomainText(const model::Domain& domain, const std::vector<model::Joint>& joints) {
   std::vector<std::string> pairs;
   for (std::size_t i = 0; i < domain.q.size(); ++i) {
-    const bool prismatic = joints[i].type == JointType::kPrismatic;
+    const bool prismatic = joints[i].type == model::JointType::kPrismatic;
     pairs.push_back(IntervalText(domain.q[i], prismatic ? 1e3 : kDegPerRad));
   }
   std::string text = "\n[domain]\nq_deg = ";
@@ -144,20 +144,20 @@ std::string DomainText(const Domain& domain, const std::vector<Joint>& joints) {
       text += "declared_sigma_mm = " + NumberText(1e3 * *domain.declared_sigma_m) + '\n';
     }
     text += "poses_deg = [\n";
-    for (const JointVector& q : domain.poses) text += "  " + PoseText(q, joints) + ",\n";
+    for (const model::JointVector& q : domain.poses) text += "  " + PoseText(q, joints) + ",\n";
     text += "]\n";
   }
   if (domain.time_zero_s) {
-    text += "time_zero_utc = " + StringText(TextFromUtc(*domain.time_zero_s)) + '\n';
+    text += "time_zero_utc = " + StringText(config::TextFromUtc(*domain.time_zero_s)) + '\n';
   }
   return text;
 }
 
 /// Ends the [domain] at the end of a cell's text; the text before it is not changed afterwards.
 std::string FingerprintText(const std::string& text) {
-  FaultList ignored;  // reported where the finished text is read
-  const TomlDocument document(text, "", ignored);
-  return "fingerprint = " + StringText(ModelFingerprint(document)) + '\n';
+  config::FaultList ignored;  // reported where the finished text is read
+  const config::TomlDocument document(text, "", ignored);
+  return "fingerprint = " + StringText(config::ModelFingerprint(document)) + '\n';
 }
 
 /// True where the effects stand as one array at the root, to which no [[effect]] can be appended.
@@ -178,7 +178,7 @@ std::string WithLineEnds(const std::string& text, bool carriage_returns) {
 
 }  // namespace
 
-Result<std::string> CorrectedCellText(std::string_view original, const CellModel& cell,
+Result<std::string> CorrectedCellText(std::string_view original, const model::CellModel& cell,
                                       const Diagnosis& diagnosis, const DataOrigin& origin) {
   std::string text(original);
   std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
@@ -188,10 +188,10 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   if (withheld) added += "# No correction: " + diagnosis.withheld + '\n';
   if (adds && HasInlineEffects(text)) {
     text = WithoutTable(text, "effect");
-    for (const WrittenEffect& effect : cell.effects) added += EffectText(effect);
+    for (const model::WrittenEffect& effect : cell.effects) added += EffectText(effect);
   }
   const auto add = [&](const Finding& finding) {
-    WrittenEffect effect = WrittenFromActive(finding.effect, finding.covariance);
+    model::WrittenEffect effect = effects::WrittenFromActive(finding.effect, finding.covariance);
     effect.from_file = origin.file;
     effect.from_rows = origin.rows;
     effect.from_date = origin.date;
@@ -205,7 +205,7 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   for (const Finding& finding : diagnosis.discrepancy) add(finding);
   if (!diagnosis.sessions.empty()) {
     text = WithoutTable(text, "session");
-    for (const SessionFrames& session : diagnosis.sessions) added += SessionText(session);
+    for (const model::SessionFrames& session : diagnosis.sessions) added += SessionText(session);
   }
   const bool has_domain = !diagnosis.domain.q.empty();
   if (has_domain) {
@@ -216,9 +216,10 @@ Result<std::string> CorrectedCellText(std::string_view original, const CellModel
   const bool carriage_returns = original.find("\r\n") != std::string_view::npos;
   text += WithLineEnds(added, carriage_returns);
   if (has_domain) text += WithLineEnds(FingerprintText(text), carriage_returns);
-  FaultList faults;
-  if (!CellFromText(text, "corrected model", faults)) return Error{FaultsText(faults)};
+  config::FaultList faults;
+  if (!config::CellFromText(text, "corrected model", faults))
+    return Error{config::FaultsText(faults)};
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

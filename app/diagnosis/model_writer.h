@@ -7,7 +7,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Data that a diagnosis was made from, as recorded in the model.
 struct DataOrigin {
@@ -25,7 +25,7 @@ struct DataOrigin {
 /// @param original  text of a cell that CellFromText accepts
 /// @param cell      that cell
 /// @return          the text, or the reason why the corrected model is not a valid cell
-Result<std::string> CorrectedCellText(std::string_view original, const CellModel& cell,
+Result<std::string> CorrectedCellText(std::string_view original, const model::CellModel& cell,
                                       const Diagnosis& diagnosis, const DataOrigin& origin);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -8,23 +8,23 @@
 #include "firmware-like/effects/step_event.h"
 #include "firmware-like/effects/tilt_event.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 enum { kTime, kRow, kFirstSize };  // parameters of these effects
 constexpr int kMaxSizes = 3;
 using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxSizes, kMaxSizes>;
 using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSizes, 1>;
 
 /// t_s if recorded, otherwise the row number.
-double ClockOf(const Dataset& data, const Conditions& moment) {
+double ClockOf(const Dataset& data, const effects::Conditions& moment) {
   return data.table.recorded.time ? moment.t_s.value_or(0) : moment.row.value_or(0);
 }
 
 Eigen::VectorXd ClockAtRows(const LinearProblem& problem) {
-  return SignalAtRows(problem,
-                      [&](const Conditions& moment) { return ClockOf(problem.data(), moment); });
+  return SignalAtRows(
+      problem, [&](const effects::Conditions& moment) { return ClockOf(problem.data(), moment); });
 }
 
 Eigen::MatrixXd From(double moment, const Eigen::VectorXd& clock) {
@@ -81,16 +81,17 @@ std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::Vect
 }
 
 /// Block of an effect that acts from a moment on, with one column per size.
-Block BlockFrom(const Dataset& data, const Effect& effect, std::string_view word, double moment,
-                double trials) {
-  const EffectTraits& traits = effect.traits();
+Block BlockFrom(const Dataset& data, const effects::Effect& effect, std::string_view word,
+                double moment, double trials) {
+  const effects::EffectTraits& traits = effect.traits();
   Block block;
   block.id = traits.id;
   block.term.effect = &effect;
   block.term.word = word;
   block.term.parameters = {{data.table.recorded.time ? kTime : kRow}};
   for (int spec = kFirstSize; spec < static_cast<int>(traits.parameters.size()); ++spec) {
-    if (traits.parameters[static_cast<std::size_t>(spec)].role != ParameterRole::kSize) continue;
+    if (traits.parameters[static_cast<std::size_t>(spec)].role != effects::ParameterRole::kSize)
+      continue;
     BlockColumn& column = block.columns.emplace_back();
     column.parameter = static_cast<int>(block.term.parameters.size());
     column.plausible = PlausibleSizes(traits, spec);
@@ -128,9 +129,10 @@ bool MomentsTooClose(const LinearProblem& problem, std::span<const Block* const>
 /// Common part of the searches for an event time.
 class MomentSearch : public ShapeSearch {
  public:
-  explicit MomentSearch(const Effect& effect) : effect_(effect) {}
+  explicit MomentSearch(const effects::Effect& effect) : effect_(effect) {}
 
-  std::vector<Block> Refitted(const Dataset& data, const ActiveEffect& effect) const override {
+  std::vector<Block> Refitted(const Dataset& data,
+                              const effects::ActiveEffect& effect) const override {
     std::vector<Block> blocks;
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
       if (effect.term.parameters[k].spec >= kFirstSize) continue;
@@ -156,13 +158,13 @@ class MomentSearch : public ShapeSearch {
   }
 
  protected:
-  const Effect& effect_;
+  const effects::Effect& effect_;
 };
 
 /// Block of an effect that acts from the best of the moments on.
 Block BestFrom(const LinearProblem& problem, const Eigen::VectorXd& residual,
-               const std::vector<double>& moments, const Effect& effect, std::string_view word,
-               const std::vector<int>& influences) {
+               const std::vector<double>& moments, const effects::Effect& effect,
+               std::string_view word, const std::vector<int>& influences) {
   const std::vector<double> gains = GainsOfSteps(problem, residual, moments, influences);
   const auto best = std::max_element(gains.begin(), gains.end()) - gains.begin();
   return BlockFrom(problem.data(), effect, word, moments[static_cast<std::size_t>(best)],
@@ -171,7 +173,7 @@ Block BestFrom(const LinearProblem& problem, const Eigen::VectorXd& residual,
 
 class StepSearch final : public MomentSearch {
  public:
-  StepSearch() : MomentSearch(StepEvent()) {}
+  StepSearch() : MomentSearch(effects::StepEvent()) {}
 
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
@@ -186,7 +188,7 @@ class StepSearch final : public MomentSearch {
 
 class TiltSearch final : public MomentSearch {
  public:
-  TiltSearch() : MomentSearch(TiltEvent()) {}
+  TiltSearch() : MomentSearch(effects::TiltEvent()) {}
 
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
@@ -198,7 +200,7 @@ class TiltSearch final : public MomentSearch {
 
 class ZoomSearch final : public MomentSearch {
  public:
-  ZoomSearch() : MomentSearch(CameraZoom()) {}
+  ZoomSearch() : MomentSearch(effects::CameraZoom()) {}
 
   std::vector<Block> Fixed(const Dataset& data) const override {
     return {WholeBlock(data, effect_, "")};
@@ -226,8 +228,8 @@ class ZoomSearch final : public MomentSearch {
     constexpr std::string_view kColumn = "zoom_counts";
     if (!problem.data().conditions.front().Signal(kColumn)) return Moments(problem);
     const Eigen::VectorXd clock = ClockAtRows(problem);
-    const Eigen::VectorXd zoom =
-        SignalAtRows(problem, [&](const Conditions& m) { return m.Signal(kColumn).value_or(0); });
+    const Eigen::VectorXd zoom = SignalAtRows(
+        problem, [&](const effects::Conditions& m) { return m.Signal(kColumn).value_or(0); });
     std::vector<std::pair<double, double>> rows;
     rows.reserve(static_cast<std::size_t>(clock.size()));
     for (int j = 0; j < clock.size(); ++j) rows.emplace_back(clock[j], zoom[j]);
@@ -258,4 +260,4 @@ const ShapeSearch& CameraZoomSearch() {
   return search;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/shape_search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// For `step_event`: proposes the best event time for the base and for the tool, among those
 /// halfway between successive rows (by row number if no time was recorded). Two events of one
@@ -18,4 +18,4 @@ const ShapeSearch& TiltEventSearch();
 /// otherwise of the same times; and offers a zoom error from the first row on, without a time.
 const ShapeSearch& CameraZoomSearch();
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -9,7 +9,7 @@
 #include "app/diagnosis/pose_design.h"
 #include "app/diagnosis/robust.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kWorthAnotherPayload = 1.5;  // required ratio of the gains
@@ -122,4 +122,4 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
   diagnosis.next_poses = std::move(design.poses);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

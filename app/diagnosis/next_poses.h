@@ -4,7 +4,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Proposes poses in the order of execution, the most informative first (`SequentialDesign`). Uses
 /// the measured payloads if these separate all explanations; otherwise some poses are proposed
@@ -18,4 +18,4 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
                   const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
                   Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,39 +7,41 @@
 
 #include "app/table/conditions.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-const char* NameOf(Signal signal) {
+const char* NameOf(effects::Signal signal) {
   switch (signal) {
-    case Signal::kOrder:
+    case effects::Signal::kOrder:
       return "the robot's last move";
-    case Signal::kVelocity:
+    case effects::Signal::kVelocity:
       return "qd";
-    case Signal::kAcceleration:
+    case effects::Signal::kAcceleration:
       return "qdd";
     default:
       return "a signal";
   }
 }
 
-void AddLacked(Signal signal, std::vector<std::size_t> rows, std::vector<LackedSignal>& lacked) {
+void AddLacked(effects::Signal signal, std::vector<std::size_t> rows,
+               std::vector<LackedSignal>& lacked) {
   if (!rows.empty()) lacked.push_back({signal, std::move(rows)});
 }
 
-bool EffectNeeds(const Finding& finding, Signal signal) {
-  const EffectTraits& traits = finding.effect.term.effect->traits();
+bool EffectNeeds(const Finding& finding, effects::Signal signal) {
+  const effects::EffectTraits& traits = finding.effect.term.effect->traits();
   if (traits.Needs(signal)) return true;
-  return std::any_of(traits.word_needs.begin(), traits.word_needs.end(), [&](const WordNeed& need) {
-    return need.signal == signal && need.word == finding.effect.term.word;
-  });
+  return std::any_of(traits.word_needs.begin(), traits.word_needs.end(),
+                     [&](const effects::WordNeed& need) {
+                       return need.signal == signal && need.word == finding.effect.term.word;
+                     });
 }
 
 /// Treats a signal that most rows lack as not recorded.
-void DropSignal(const LackedSignal& lacked, MeasuredTable& table) {
-  if (lacked.signal == Signal::kOrder) table.recorded.order = false;
-  if (lacked.signal == Signal::kVelocity) table.recorded.qd = false;
-  if (lacked.signal == Signal::kAcceleration) table.recorded.qdd = false;
+void DropSignal(const LackedSignal& lacked, table::MeasuredTable& table) {
+  if (lacked.signal == effects::Signal::kOrder) table.recorded.order = false;
+  if (lacked.signal == effects::Signal::kVelocity) table.recorded.qd = false;
+  if (lacked.signal == effects::Signal::kAcceleration) table.recorded.qdd = false;
   table.notes.push_back(
       fmt::format("{} is missing in {} of {} rows: effects that depend on it are not considered",
                   NameOf(lacked.signal), lacked.rows.size(), table.rows.size()));
@@ -63,7 +65,7 @@ DiagnosisOptions WithProgress(const DiagnosisOptions& options, double from, doub
 }
 
 /// The answer from the complete rows, with a note on the excluded ones.
-Diagnosis WithNotes(Diagnosis diagnosis, const MeasuredTable& table,
+Diagnosis WithNotes(Diagnosis diagnosis, const table::MeasuredTable& table,
                     const std::vector<LackedSignal>& lacked) {
   for (const LackedSignal& one : lacked) {
     diagnosis.notes.push_back(fmt::format(
@@ -76,33 +78,36 @@ Diagnosis WithNotes(Diagnosis diagnosis, const MeasuredTable& table,
 
 }  // namespace
 
-std::vector<LackedSignal> LackedSignals(const CellModel& cell, const MeasuredTable& table) {
+std::vector<LackedSignal> LackedSignals(const model::CellModel& cell,
+                                        const table::MeasuredTable& table) {
   std::vector<std::size_t> moves, velocities, accelerations;
   std::set<std::string> seen;
-  const std::vector<Conditions> conditions = ConditionsOf(cell, table);
+  const std::vector<effects::Conditions> conditions = ConditionsOf(cell, table);
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
-    const MeasuredRow& row = table.rows[k];
+    const table::MeasuredRow& row = table.rows[k];
     const bool first = seen.insert(row.session).second;
     if (!first && conditions[k].last_move.size() == 0) moves.push_back(k);
     if (row.qd.size() == 0) velocities.push_back(k);
     if (row.qdd.size() == 0) accelerations.push_back(k);
   }
   std::vector<LackedSignal> lacked;
-  if (table.recorded.order) AddLacked(Signal::kOrder, moves, lacked);
-  if (table.recorded.qd) AddLacked(Signal::kVelocity, velocities, lacked);
-  if (table.recorded.qdd) AddLacked(Signal::kAcceleration, accelerations, lacked);
+  if (table.recorded.order) AddLacked(effects::Signal::kOrder, moves, lacked);
+  if (table.recorded.qd) AddLacked(effects::Signal::kVelocity, velocities, lacked);
+  if (table.recorded.qdd) AddLacked(effects::Signal::kAcceleration, accelerations, lacked);
   return lacked;
 }
 
-MeasuredTable WithRowsAside(const MeasuredTable& table, const std::vector<std::size_t>& rows) {
-  MeasuredTable without = table;
+table::MeasuredTable WithRowsAside(const table::MeasuredTable& table,
+                                   const std::vector<std::size_t>& rows) {
+  table::MeasuredTable without = table;
   without.rows.clear();
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const bool set_aside = std::binary_search(rows.begin(), rows.end(), k);
     (set_aside ? without.unmeasured : without.rows).push_back(table.rows[k]);
   }
-  std::stable_sort(without.unmeasured.begin(), without.unmeasured.end(),
-                   [](const MeasuredRow& a, const MeasuredRow& b) { return a.line < b.line; });
+  std::stable_sort(
+      without.unmeasured.begin(), without.unmeasured.end(),
+      [](const table::MeasuredRow& a, const table::MeasuredRow& b) { return a.line < b.line; });
   return without;
 }
 
@@ -115,7 +120,7 @@ bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked) 
          std::any_of(diagnosis.discrepancy.begin(), diagnosis.discrepancy.end(), needs);
 }
 
-Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable table,
+Result<Diagnosis> Diagnose(const model::CellModel& cell, table::MeasuredTable table,
                            const DiagnosisOptions& options) {
   if (options.order_unknown) table.recorded.order = false;
   std::vector<LackedSignal> lacked = LackedSignals(cell, table);
@@ -135,4 +140,4 @@ Result<Diagnosis> Diagnose(const CellModel& cell, MeasuredTable table,
   return all;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,25 +7,27 @@
 #include "app/diagnosis/diagnosis.h"
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A signal that is missing in some rows.
 struct LackedSignal {
-  Signal signal = Signal::kOrder;
+  effects::Signal signal = effects::Signal::kOrder;
   std::vector<std::size_t> rows;  ///< indices into the table, ascending
 };
 
 /// Signals that are recorded, but not in every row. The first row of a session never has a last
 /// move and is not counted.
-std::vector<LackedSignal> LackedSignals(const CellModel& cell, const MeasuredTable& table);
+std::vector<LackedSignal> LackedSignals(const model::CellModel& cell,
+                                        const table::MeasuredTable& table);
 
 /// The table with some of its rows moved to `unmeasured`, where they still count as moves in their
 /// original order.
 /// @param rows  indices into the table, ascending
-MeasuredTable WithRowsAside(const MeasuredTable& table, const std::vector<std::size_t>& rows);
+table::MeasuredTable WithRowsAside(const table::MeasuredTable& table,
+                                   const std::vector<std::size_t>& rows);
 
 /// True if an effect of the answer, named or in its discrepancy model, depends on one of these
 /// signals.
 bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

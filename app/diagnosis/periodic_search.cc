@@ -9,14 +9,15 @@
 #include "firmware-like/effects/counterbalance.h"
 #include "firmware-like/effects/gear_periodic.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kCounterbalancedJoint = 1;  // q2 carries the spring or gas cylinder of heavy arms
 enum GearParameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
 
 /// amplitude sin(cycles q + phase) as a sine and a cosine; the phase is the last parameter.
-Block TwoPhases(const Effect& effect, int joint, int parameters, std::vector<double> values) {
+Block TwoPhases(const effects::Effect& effect, int joint, int parameters,
+                std::vector<double> values) {
   Block block;
   block.term.effect = &effect;
   block.id = effect.traits().id;
@@ -31,17 +32,17 @@ Block TwoPhases(const Effect& effect, int joint, int parameters, std::vector<dou
 }
 
 Block PeriodicBlock(int joint, double cycles, double trials) {
-  Block block = TwoPhases(GearPeriodic(), joint, kOfOneTerm, {0, cycles, 0});
+  Block block = TwoPhases(effects::GearPeriodic(), joint, kOfOneTerm, {0, cycles, 0});
   block.trials = trials;
   return block;
 }
 
 /// Amplitude and phase of a sine and a cosine.
-ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
+effects::ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
   const auto sine = values.find(BlockColumnIndex(0)), cosine = values.find(BlockColumnIndex(1));
   const double a = sine == values.end() ? 0 : sine->second;
   const double b = cosine == values.end() ? 0 : cosine->second;
-  ActiveEffect effect;
+  effects::ActiveEffect effect;
   effect.term = block.term;
   effect.values = block.columns.front().values;
   effect.values.front() = std::hypot(a, b);
@@ -54,7 +55,7 @@ ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
 class JointRows {
  public:
   JointRows(const LinearProblem& problem, int joint, const Eigen::VectorXd& residual)
-      : q(SignalAtRows(problem, [joint](const Conditions& m) { return m.q[joint]; })),
+      : q(SignalAtRows(problem, [joint](const effects::Conditions& m) { return m.q[joint]; })),
         along(q.size()),
         square(q.size()),
         along_frames_(q.size(), problem.frames().cols()) {
@@ -252,13 +253,14 @@ class PeriodicSearch final : public ShapeSearch {
     return blocks;
   }
 
-  std::vector<Block> Refitted(const Dataset& data, const ActiveEffect& effect) const override {
+  std::vector<Block> Refitted(const Dataset& data,
+                              const effects::ActiveEffect& effect) const override {
     constexpr double kTrials = 5000;  // as many as the search of all joints and cycles
     std::vector<Block> blocks;
     const auto& specs = effect.term.effect->traits().parameters;
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
-      const TermParameter& parameter = effect.term.parameters[k];
-      if (!IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
+      const effects::TermParameter& parameter = effect.term.parameters[k];
+      if (!effects::IsCycles(specs[static_cast<std::size_t>(parameter.spec)])) continue;
       const double cycles = effect.values[k];
       const bool whole = cycles == std::round(cycles);
       blocks.push_back(PeriodicBlock(parameter.joint, cycles,
@@ -275,21 +277,21 @@ class PeriodicSearch final : public ShapeSearch {
     return blocks;
   }
 
-  ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
+  effects::ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
     return OnePhase(block, values);
   }
 
   bool JoinsBlocks() const override { return true; }
 
   /// A second line of a joint gets the specs of "q#_#_amplitude".
-  void Join(const ActiveEffect& more, ActiveEffect& effect) const override {
+  void Join(const effects::ActiveEffect& more, effects::ActiveEffect& effect) const override {
     const int joint = more.term.parameters.front().joint;
     int harmonic = 1;
-    for (const TermParameter& parameter : effect.term.parameters) {
+    for (const effects::TermParameter& parameter : effect.term.parameters) {
       if (parameter.joint == joint) harmonic = std::max(harmonic, parameter.harmonic + 1);
     }
     for (std::size_t k = 0; k < more.values.size(); ++k) {
-      TermParameter parameter = more.term.parameters[k];
+      effects::TermParameter parameter = more.term.parameters[k];
       parameter.harmonic = harmonic;
       if (harmonic > 1) parameter.spec += kOfOneTerm;
       effect.term.parameters.push_back(parameter);
@@ -317,9 +319,9 @@ class BalanceSearch final : public ShapeSearch {
   bool DependsOnResidual() const override { return false; }
   std::vector<Block> Fixed(const Dataset& data) const override {
     if (data.cell.robot.size() <= kCounterbalancedJoint) return {};
-    return {TwoPhases(Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
+    return {TwoPhases(effects::Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
   }
-  ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
+  effects::ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
     return OnePhase(block, values);
   }
 };
@@ -351,4 +353,4 @@ const ShapeSearch& CounterbalanceSearch() {
   return search;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/shape_search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// For `gear_periodic`: amplitude sin(cycles q + phase) as a sine and a cosine column, which makes
 /// the phase linear. Proposes the best cycles per turn over all joints, from 0.5 to 400, and one
@@ -20,4 +20,4 @@ const ShapeSearch& CounterbalanceSearch();
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                                         const Eigen::VectorXd& residual);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 std::string PlausibilityNumber(double value) {
@@ -14,30 +14,32 @@ std::string PlausibilityNumber(double value) {
 }
 
 /// A value outside its range as a multiple of the exceeded bound; infinite if the signs differ.
-double TimesBeyond(const Interval& range, double value) {
+double TimesBeyond(const model::Interval& range, double value) {
   const double bound = value > range.high ? range.high : range.low;
   return bound * value > 0 ? value / bound : HUGE_VAL;
 }
 
 }  // namespace
 
-Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
-  const EffectTraits& traits = effect.term.effect->traits();
+Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& effect) {
+  const effects::EffectTraits& traits = effect.term.effect->traits();
   if (traits.empirical) return {};
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
-    const TermParameter& parameter = effect.term.parameters[k];
-    const ParameterSpec& spec = traits.parameters[static_cast<std::size_t>(parameter.spec)];
-    if (spec.role != ParameterRole::kSize) continue;
+    const effects::TermParameter& parameter = effect.term.parameters[k];
+    const effects::ParameterSpec& spec =
+        traits.parameters[static_cast<std::size_t>(parameter.spec)];
+    if (spec.role != effects::ParameterRole::kSize) continue;
     const double in_file = spec.inverse ? 1 / effect.values[k] : effect.values[k] / spec.to_SI;
     const std::uint32_t prismatic = effect.term.prismatic;
     const std::string_view unit = UnitOf(spec, prismatic, parameter.joint);
-    const Interval& plausible = PlausibleOf(spec, prismatic, parameter.joint);
+    const model::Interval& plausible = effects::PlausibleOf(spec, prismatic, parameter.joint);
     if (!plausible.Contains(in_file)) {
-      return {fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a sound machine",
-                          NameFromParameter(traits, parameter), PlausibilityNumber(in_file),
-                          unit == "1" ? "" : " ", unit == "1" ? "" : unit,
-                          PlausibilityNumber(plausible.low), PlausibilityNumber(plausible.high)),
-              TimesBeyond(plausible, in_file)};
+      return {
+          fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a sound machine",
+                      effects::NameFromParameter(traits, parameter), PlausibilityNumber(in_file),
+                      unit == "1" ? "" : " ", unit == "1" ? "" : unit,
+                      PlausibilityNumber(plausible.low), PlausibilityNumber(plausible.high)),
+          TimesBeyond(plausible, in_file)};
     }
     if (traits.adds_compliance) {
       const double declared = data.cell.robot.joints[static_cast<std::size_t>(parameter.joint)]
@@ -54,4 +56,4 @@ Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

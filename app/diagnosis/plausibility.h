@@ -5,7 +5,7 @@
 
 #include "app/diagnosis/dataset.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 struct Implausible {
   std::string sentence;  ///< empty: every value is plausible
@@ -14,6 +14,6 @@ struct Implausible {
 
 /// Reports the first value of an effect that lies outside the plausible range of its parameter, or
 /// that makes the total compliance of a joint negative. Empirical effects are never implausible.
-Implausible ImplausibilityOf(const Dataset& data, const ActiveEffect& effect);
+Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& effect);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

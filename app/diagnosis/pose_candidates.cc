@@ -6,7 +6,7 @@
 
 #include "app/diagnosis/statistics.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kPoses = 300;
@@ -19,14 +19,14 @@ constexpr double kLongestWait_s = 8 * 60 * kMinute_s;  // a shift
 
 void SetRange(const Dataset& data, DesignSpace& space) {
   space.low = space.high = data.table.rows.front().q;
-  for (const MeasuredRow& row : data.table.rows) {
+  for (const table::MeasuredRow& row : data.table.rows) {
     space.low = space.low.cwiseMin(row.q);
     space.high = space.high.cwiseMax(row.q);
   }
   space.reach.resize(space.low.size());
   for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const Joint& joint = data.cell.robot.joints[static_cast<std::size_t>(i)];
-    const double least = joint.type == JointType::kPrismatic ? kMinSlide : kMinTurn;
+    const model::Joint& joint = data.cell.robot.joints[static_cast<std::size_t>(i)];
+    const double least = joint.type == model::JointType::kPrismatic ? kMinSlide : kMinTurn;
     const double more = std::max(least, kWidened * (space.high[i] - space.low[i]));
     // The range includes measured rows beyond the declared limits.
     space.low[i] = std::min(space.low[i], std::max(space.low[i] - more, joint.min));
@@ -35,7 +35,7 @@ void SetRange(const Dataset& data, DesignSpace& space) {
   }
 }
 
-bool Needs(const Block& block, Signal signal) {
+bool Needs(const Block& block, effects::Signal signal) {
   return block.term.effect->traits().Needs(signal, block.term.word);
 }
 
@@ -43,8 +43,8 @@ bool Needs(const Block& block, Signal signal) {
 std::vector<int> Approached(const Dataset& data, const std::vector<const Block*>& blocks) {
   std::set<int> joints;
   for (const Block* block : blocks) {
-    if (!Needs(*block, Signal::kOrder)) continue;
-    for (const TermParameter& parameter : block->term.parameters) {
+    if (!Needs(*block, effects::Signal::kOrder)) continue;
+    for (const effects::TermParameter& parameter : block->term.parameters) {
       if (parameter.joint >= 0) joints.insert(parameter.joint);
     }
   }
@@ -54,12 +54,14 @@ std::vector<int> Approached(const Dataset& data, const std::vector<const Block*>
 
 /// Waits [s]: none, a quarter and all of the time span of the rows, in whole minutes.
 std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& blocks) {
-  const auto follows_time = [](const Block* block) { return Needs(*block, Signal::kTime); };
+  const auto follows_time = [](const Block* block) {
+    return Needs(*block, effects::Signal::kTime);
+  };
   if (!data.table.recorded.time || std::none_of(blocks.begin(), blocks.end(), follows_time)) {
     return {0};
   }
   double first_s = data.table.rows.front().t_s, last_s = first_s;
-  for (const MeasuredRow& row : data.table.rows) {
+  for (const table::MeasuredRow& row : data.table.rows) {
     first_s = std::min(first_s, row.t_s);
     last_s = std::max(last_s, row.t_s);
   }
@@ -73,35 +75,37 @@ std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& 
 
 /// At rest, and as in the rows of median and largest speed.
 std::vector<Motion> Motions(const Dataset& data, const std::vector<const Block*>& blocks) {
-  const RecordedColumns& recorded = data.table.recorded;
+  const table::RecordedColumns& recorded = data.table.recorded;
   const bool follows = std::any_of(blocks.begin(), blocks.end(), [&](const Block* block) {
-    return (recorded.qd && Needs(*block, Signal::kVelocity)) ||
-           (recorded.qdd && Needs(*block, Signal::kAcceleration));
+    return (recorded.qd && Needs(*block, effects::Signal::kVelocity)) ||
+           (recorded.qdd && Needs(*block, effects::Signal::kAcceleration));
   });
   if (!follows) return {};
-  std::vector<const Conditions*> moving;
-  for (const Conditions& moment : data.conditions) moving.push_back(&moment);
-  const auto size = [&](const Conditions* moment) {
+  std::vector<const effects::Conditions*> moving;
+  for (const effects::Conditions& moment : data.conditions) moving.push_back(&moment);
+  const auto size = [&](const effects::Conditions* moment) {
     return recorded.qd ? moment->qd.norm() : moment->qdd.norm();
   };
   std::stable_sort(moving.begin(), moving.end(),
-                   [&](const Conditions* a, const Conditions* b) { return size(a) < size(b); });
+                   [&](const effects::Conditions* a, const effects::Conditions* b) {
+                     return size(a) < size(b);
+                   });
   if (!(size(moving.back()) > 0)) return {};
-  const JointVector at_rest = JointVector::Zero(data.table.rows.front().q.size());
-  std::vector<Motion> motions = {
-      {recorded.qd ? at_rest : JointVector(), recorded.qdd ? at_rest : JointVector()}};
-  for (const Conditions* moment : {moving[moving.size() / 2], moving.back()}) {
+  const model::JointVector at_rest = model::JointVector::Zero(data.table.rows.front().q.size());
+  std::vector<Motion> motions = {{recorded.qd ? at_rest : model::JointVector(),
+                                  recorded.qdd ? at_rest : model::JointVector()}};
+  for (const effects::Conditions* moment : {moving[moving.size() / 2], moving.back()}) {
     motions.push_back({moment->qd, moment->qdd});
   }
   return motions;
 }
 
 /// Possible approaches: directly, all joints from one side, one joint from one side.
-std::vector<JointVector> Sides(const DesignSpace& space) {
-  const JointVector none = JointVector::Zero(space.low.size());
-  std::vector<JointVector> sides = {none};
+std::vector<model::JointVector> Sides(const DesignSpace& space) {
+  const model::JointVector none = model::JointVector::Zero(space.low.size());
+  std::vector<model::JointVector> sides = {none};
   for (const double sign : {-1.0, 1.0}) {
-    JointVector all = none;
+    model::JointVector all = none;
     for (const int joint : space.approached) all[joint] = sign;
     if (space.approached.size() > 1) sides.push_back(all);
     for (const int joint : space.approached) {
@@ -113,10 +117,10 @@ std::vector<JointVector> Sides(const DesignSpace& space) {
 }
 
 /// Updates the conditions by a move to `q`. Joints that do not move keep their side of approach.
-void MoveTo(const JointVector& q, Conditions& moment) {
+void MoveTo(const model::JointVector& q, effects::Conditions& moment) {
   moment.last_move = q - moment.q;
   moment.q = q;
-  if (moment.approach.size() != q.size()) moment.approach = JointVector::Zero(q.size());
+  if (moment.approach.size() != q.size()) moment.approach = model::JointVector::Zero(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) {
     if (std::abs(moment.last_move[i]) > kMinMove) {
       moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
@@ -132,7 +136,7 @@ int DesignPoint::Extras() const {
 
 std::vector<double> PayloadsSeen(const Dataset& data) {
   std::set<double> distinct;
-  for (const MeasuredRow& row : data.table.rows) {
+  for (const table::MeasuredRow& row : data.table.rows) {
     distinct.insert(data.table.recorded.payload ? row.payload_kg : 0.0);
   }
   std::vector<double> all(distinct.begin(), distinct.end());
@@ -151,7 +155,7 @@ DesignSpace DesignSpaceOf(const Dataset& data, const std::vector<const Block*>& 
 }
 
 std::vector<DesignPoint> RandomPoints(const DesignSpace& space) {
-  const std::vector<JointVector> sides = Sides(space);
+  const std::vector<model::JointVector> sides = Sides(space);
   const std::size_t motions = std::max<std::size_t>(1, space.motions.size());
   const bool more = sides.size() > 1 || space.waits_s.size() > 1 || motions > 1;
   Random random(4242);
@@ -203,7 +207,7 @@ std::vector<DesignPoint> Neighbours(const DesignSpace& space, const DesignPoint&
     if (payload_kg != point.payload_kg) add(other);
   }
   other = point;
-  for (const JointVector& side : Sides(space)) {
+  for (const model::JointVector& side : Sides(space)) {
     other.side = side;
     if (side != point.side) add(other);
   }
@@ -220,27 +224,27 @@ std::vector<DesignPoint> Neighbours(const DesignSpace& space, const DesignPoint&
   return neighbours;
 }
 
-std::optional<JointVector> ViaPose(const DesignSpace& space, const DesignPoint& point) {
+std::optional<model::JointVector> ViaPose(const DesignSpace& space, const DesignPoint& point) {
   if (point.side.isZero()) return std::nullopt;
-  return JointVector(point.q - point.side.cwiseProduct(space.reach));
+  return model::JointVector(point.q - point.side.cwiseProduct(space.reach));
 }
 
 bool Within(const DesignSpace& space, const DesignPoint& point) {
-  const auto inside = [&](const JointVector& q) {
+  const auto inside = [&](const model::JointVector& q) {
     return (q.array() >= space.low.array()).all() && (q.array() <= space.high.array()).all();
   };
-  const std::optional<JointVector> via = ViaPose(space, point);
+  const std::optional<model::JointVector> via = ViaPose(space, point);
   return inside(point.q) && (!via || inside(*via));
 }
 
 Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
-                      const std::vector<DesignPoint>& points, const Conditions& previous) {
+                      const std::vector<DesignPoint>& points, const effects::Conditions& previous) {
   Dataset rows = SelectRows(data, {});
   for (const DesignPoint& point : points) {
-    MeasuredRow row = data.table.rows.back();
+    table::MeasuredRow row = data.table.rows.back();
     row.q = point.q;
     row.payload_kg = point.payload_kg;
-    Payload payload = data.payloads.back();
+    loads::Payload payload = data.payloads.back();
     payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
     rows.payloads.push_back(payload);
     rows.numbers.push_back(data.numbers.back());
@@ -258,14 +262,14 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
   return rows;
 }
 
-void SetApproach(const Conditions& previous, const DesignSpace& space,
+void SetApproach(const effects::Conditions& previous, const DesignSpace& space,
                  const std::vector<DesignPoint>& points, Dataset& rows) {
   for (std::size_t k = 0; k < points.size(); ++k) {
     const DesignPoint& point = points[k];
-    Conditions& moment = rows.conditions[RowIndex(k)];
+    effects::Conditions& moment = rows.conditions[RowIndex(k)];
     moment.q = previous.q;
     moment.approach = previous.approach;
-    if (const std::optional<JointVector> via = ViaPose(space, point)) MoveTo(*via, moment);
+    if (const std::optional<model::JointVector> via = ViaPose(space, point)) MoveTo(*via, moment);
     MoveTo(point.q, moment);
     moment.tau.resize(0);
     moment.payload_kg = point.payload_kg;
@@ -276,4 +280,4 @@ void SetApproach(const Conditions& previous, const DesignSpace& space,
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

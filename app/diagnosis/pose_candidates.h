@@ -5,18 +5,18 @@
 
 #include "app/diagnosis/blocks.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Velocity and acceleration at the moment of measurement [rad/s], [rad/s^2] (m for linear joints).
 struct Motion {
-  JointVector qd, qdd;
+  model::JointVector qd, qdd;
 };
 
 /// Design variables of a measurement and their values. The pose can always be chosen; each other
 /// variable only if the rows vary or record it and an explanation to be separated depends on it.
 struct DesignSpace {
-  JointVector low, high;              ///< range of the joints [rad] or [m]
-  JointVector reach;                  ///< length of the last move of a joint whose side is chosen
+  model::JointVector low, high;       ///< range of the joints [rad] or [m]
+  model::JointVector reach;           ///< length of the last move of a joint whose side is chosen
   std::vector<double> payloads_kg;    ///< ascending
   std::vector<int> approached;        ///< joints (0-based) whose side of approach is chosen
   std::vector<double> waits_s = {0};  ///< before the move to the pose; the first is 0
@@ -25,11 +25,11 @@ struct DesignSpace {
 
 /// A candidate measurement.
 struct DesignPoint {
-  JointVector q;  ///< [rad] or [m]
+  model::JointVector q;  ///< [rad] or [m]
   double payload_kg = 0;
   /// Direction (-1, 0, 1) of each joint's last move, from a via pose at a distance of
   /// `DesignSpace::reach`. All zero: directly from the previous pose.
-  JointVector side;
+  model::JointVector side;
   double wait_s = 0;
   std::size_t motion = 0;  ///< index into DesignSpace::motions
 
@@ -56,18 +56,18 @@ std::vector<DesignPoint> Neighbours(const DesignSpace& space, const DesignPoint&
                                     double step);
 
 /// The via pose that produces the chosen side of approach; nullopt for a direct move.
-std::optional<JointVector> ViaPose(const DesignSpace& space, const DesignPoint& point);
+std::optional<model::JointVector> ViaPose(const DesignSpace& space, const DesignPoint& point);
 /// True if the pose and its via pose are within the range.
 bool Within(const DesignSpace& space, const DesignPoint& point);
 
 /// The points as rows, each reached from `previous`. Other quantities (session, temperature,
 /// further signals) are those of the last row of `data`.
 Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
-                      const std::vector<DesignPoint>& points, const Conditions& previous);
+                      const std::vector<DesignPoint>& points, const effects::Conditions& previous);
 
 /// Sets the conditions of the rows (last moves, sides of approach, times) for an approach from
 /// `previous`.
-void SetApproach(const Conditions& previous, const DesignSpace& space,
+void SetApproach(const effects::Conditions& previous, const DesignSpace& space,
                  const std::vector<DesignPoint>& points, Dataset& rows);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -5,7 +5,7 @@
 #include "app/diagnosis/identify.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kMinGain = 0.1;      // sigma^2: minimum value of a pose
@@ -20,20 +20,20 @@ constexpr double kMinRise = 1e-3;  // of the value
 constexpr double kMinDistance = 0.15;
 
 /// Entries of the influence on which a block acts at any of these rows.
-InfluenceSet EntriesOf(const Block& block, const Dataset& rows) {
-  InfluenceSet entries;
+deflection::InfluenceSet EntriesOf(const Block& block, const Dataset& rows) {
+  deflection::InfluenceSet entries;
   for (const BlockColumn& column : block.columns) {
     if (block.empirical()) {
       entries.set(static_cast<std::size_t>(column.entry));
       continue;
     }
-    std::vector<Dual> values;
+    std::vector<effects::Dual> values;
     for (const double value : column.values) values.emplace_back(value);
     values[static_cast<std::size_t>(column.parameter)].v[0] = 1;
-    for (const Conditions& moment : rows.conditions) {
-      Influence<Dual> influence;
-      block.term.effect->Add(block.term, std::span<const Dual>(values), moment, influence);
-      for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+    for (const effects::Conditions& moment : rows.conditions) {
+      effects::Influence<effects::Dual> influence;
+      block.term.effect->Add(block.term, std::span<const effects::Dual>(values), moment, influence);
+      for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
         if (influence[entry].v[0] != 0) entries.set(static_cast<std::size_t>(entry));
       }
     }
@@ -49,7 +49,7 @@ SequentialDesign::SequentialDesign(const DesignTask& task, const DesignSpace& sp
       discrimination_(task.candidate_set, task.explanations),
       previous_(task.rows.conditions.back()) {
   // Include a point with all design variables chosen: an effect may not act at any measured row.
-  DesignPoint point{task.rows.table.rows.back().q, 0, JointVector::Zero(space.low.size())};
+  DesignPoint point{task.rows.table.rows.back().q, 0, model::JointVector::Zero(space.low.size())};
   for (const int joint : space.approached) point.side[joint] = 1;
   point.motion = space.motions.empty() ? 0 : space.motions.size() - 1;
   const Dataset moved = CandidateRows(task.rows, space, {point}, previous_);
@@ -74,18 +74,18 @@ std::optional<SequentialDesign::Batch> SequentialDesign::Linearised(
   return Batch{std::move(rows), std::move(apart).value()};
 }
 
-bool SequentialDesign::NearProposed(const JointVector& q) const {
+bool SequentialDesign::NearProposed(const model::JointVector& q) const {
   const auto range = (space_.high - space_.low).array();
-  return std::any_of(proposed_.begin(), proposed_.end(), [&](const JointVector& other) {
+  return std::any_of(proposed_.begin(), proposed_.end(), [&](const model::JointVector& other) {
     return ((q - other).array().abs() / range).mean() < kMinDistance;
   });
 }
 
 bool SequentialDesign::ViaIsAbove(const DesignPoint& point) const {
-  const std::optional<JointVector> via = ViaPose(space_, point);
+  const std::optional<model::JointVector> via = ViaPose(space_, point);
   if (!via) return true;
-  Posture posture;
-  Chain(task_.rows.cell.robot).Evaluate(*via, posture);
+  kinematics::Posture posture;
+  kinematics::Chain(task_.rows.cell.robot).Evaluate(*via, posture);
   const Model::Frames& frames = task_.model.frames.back();
   return (frames.X_WB * (posture.X_BF() * frames.tip_F)).z() >= task_.lowest_m;
 }
@@ -136,7 +136,7 @@ void SequentialDesign::Propose(const DesignPoint& point, PoseDesign& design) {
   pose.q = point.q;
   pose.payload_kg = point.payload_kg;
   pose.separation_m = discrimination_.LargestDistance(batch->rows, batch->linear, kOnly);
-  if (const std::optional<JointVector> via = ViaPose(space_, point)) pose.via_q = *via;
+  if (const std::optional<model::JointVector> via = ViaPose(space_, point)) pose.via_q = *via;
   pose.wait_s = point.wait_s;
   if (!space_.motions.empty()) {
     pose.qd = space_.motions[point.motion].qd;
@@ -173,4 +173,4 @@ PoseDesign SequentialDesign::Run() {
   return design;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -7,7 +7,7 @@
 #include "app/diagnosis/discrimination.h"
 #include "app/diagnosis/pose_candidates.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Input of a design.
 struct DesignTask {
@@ -56,16 +56,16 @@ class SequentialDesign {
 
   std::optional<Batch> Linearised(const std::vector<DesignPoint>& points) const;
   std::vector<double> Values(const std::vector<DesignPoint>& points, const Batch& batch) const;
-  bool NearProposed(const JointVector& q) const;
+  bool NearProposed(const model::JointVector& q) const;
   bool ViaIsAbove(const DesignPoint& point) const;
   void Propose(const DesignPoint& point, PoseDesign& design);
 
   const DesignTask& task_;
   const DesignSpace& space_;
   Discrimination discrimination_;
-  InfluenceSet wanted_;
-  Conditions previous_;
-  std::vector<JointVector> proposed_;
+  deflection::InfluenceSet wanted_;
+  effects::Conditions previous_;
+  std::vector<model::JointVector> proposed_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

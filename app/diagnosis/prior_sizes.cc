@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr double kLargestUnit = 1e3;  // SI; more is no plausible size but none given
@@ -28,7 +28,8 @@ Indexed<BlockColumnIndex, double> LargestTurns(const LinearProblem& problem, con
     for (const BlockColumnIndex k : largest.indices()) {
       const int joint = JointOf(block, k);
       if (joint < 0) continue;
-      const double lever = LengthsOf(of.col(Influence<double>::kTurn * kMaxJoints + joint)).norm();
+      const double lever =
+          LengthsOf(of.col(effects::Influence<double>::kTurn * model::kMaxJoints + joint)).norm();
       if (lever < kLeastLever) continue;
       largest[k] = std::max(largest[k], LengthsOf(columns.col(k.value())).norm() / lever);
     }
@@ -50,11 +51,11 @@ Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const
   for (const BlockColumnIndex k : sizes.indices()) {
     const int joint = JointOf(block, k);
     if (joint < 0 || !(turns_rad[k] > 0)) continue;
-    const Joint& of = problem.data().cell.robot.joints[static_cast<std::size_t>(joint)];
-    if (of.type == JointType::kPrismatic) continue;
+    const model::Joint& of = problem.data().cell.robot.joints[static_cast<std::size_t>(joint)];
+    if (of.type == model::JointType::kPrismatic) continue;
     sizes[k] = std::min(sizes[k], seen_rad / turns_rad[k]);
   }
   return sizes;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

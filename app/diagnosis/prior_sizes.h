@@ -5,7 +5,7 @@
 
 #include "app/diagnosis/linear_problem.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Standard deviation of a prior about zero of each column of a block [SI of its parameter]. Where
 /// a source says what real machines show (EffectTraits::seen_turn_rad), that; otherwise the
@@ -14,4 +14,4 @@ namespace plumbline {
 /// @param problem  linearised with the gradients of every influence
 Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const Block& block);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -1,11 +1,12 @@
 #include "app/diagnosis/realign.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
-Result<Realignment> Realign(const CellModel& cell, const MeasuredTable& measured, int threads) {
+Result<Realignment> Realign(const model::CellModel& cell, const table::MeasuredTable& measured,
+                            int threads) {
   if (cell.measurement.frame_known && cell.measurement.tool_known) return Realignment{cell, {}, {}};
   // The search starts from the frames of the last session.
-  CellModel start = CellOfSession(cell, "");
+  model::CellModel start = deflection::CellOfSession(cell, "");
   start.sessions.clear();
   const Result<Dataset> data = DatasetFrom(start, measured);
   if (!data) return Error{data.error()};
@@ -14,7 +15,7 @@ Result<Realignment> Realign(const CellModel& cell, const MeasuredTable& measured
   Realignment realigned{cell, {}, {}};
   realigned.cell.sessions.clear();
   for (const SessionIndex session : data->sessions.indices()) {
-    SessionFrames& frames = realigned.cell.sessions.emplace_back();
+    model::SessionFrames& frames = realigned.cell.sessions.emplace_back();
     frames.id = data->sessions[session];
     frames.X_WB = alignment->model.frames[session].X_WB;
     frames.tip_F = alignment->model.frames[session].tip_F;
@@ -27,4 +28,4 @@ Result<Realignment> Realign(const CellModel& cell, const MeasuredTable& measured
   return realigned;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

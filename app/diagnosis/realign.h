@@ -9,14 +9,14 @@
 #include "app/table/csv.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Covariance of the frames by session id: base translation in W [m], base rotation in W [rad], tip
 /// in F [m].
 using FrameCovariances = std::map<std::string, Eigen::Matrix<double, 9, 9>>;
 
 struct Realignment {
-  CellModel cell;
+  model::CellModel cell;
   FrameCovariances covariance;  ///< empty if nothing was free
   std::vector<std::string>
       notes;  ///< directions that the rows did not determine, and what was assumed
@@ -27,6 +27,7 @@ struct Realignment {
 /// the rows. Returns the cell unchanged if nothing is free. Directions that the rows do not
 /// determine stay as in the cell's last session, or as declared (alignment.h).
 /// @return  an error if the rows do not determine the frames
-Result<Realignment> Realign(const CellModel& cell, const MeasuredTable& measured, int threads);
+Result<Realignment> Realign(const model::CellModel& cell, const table::MeasuredTable& measured,
+                            int threads);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

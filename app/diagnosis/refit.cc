@@ -10,7 +10,7 @@
 
 #include "app/diagnosis/whitener.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// The adjusted numbers, each with the step that is "one" to the solver.
@@ -21,19 +21,19 @@ struct Layout {
   bool frames = false, tip = false;
 };
 
-bool Adjusted(const ActiveEffect& effect, std::size_t k) {
+bool Adjusted(const effects::ActiveEffect& effect, std::size_t k) {
   if (effect.term.effect->traits().empirical) return false;
-  const ParameterSpec& spec =
+  const effects::ParameterSpec& spec =
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
-  if (spec.role != ParameterRole::kShape) return true;
-  if (IsEventTime(spec)) return false;
+  if (spec.role != effects::ParameterRole::kShape) return true;
+  if (effects::IsEventTime(spec)) return false;
   if (spec.unit != "1/turn") return true;
   // An eccentricity turns once, an ellipticity twice: whole cycles stay whole. Of many lines the
   // cycles stay where the search found them: together they have too many minima.
   constexpr int kFewLines = 4;
   int lines = 0;
-  for (const TermParameter& parameter : effect.term.parameters) {
+  for (const effects::TermParameter& parameter : effect.term.parameters) {
     const auto& of =
         effect.term.effect->traits().parameters[static_cast<std::size_t>(parameter.spec)];
     lines += of.unit == "1/turn" ? 1 : 0;
@@ -59,12 +59,12 @@ Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
 
 /// Range of an adjusted number, SI: a shape stays in the range to search; an angle, which comes
 /// round again, and a size go anywhere.
-std::optional<Interval> RangeOf(const ActiveEffect& effect, std::size_t k) {
-  const ParameterSpec& spec =
+std::optional<model::Interval> RangeOf(const effects::ActiveEffect& effect, std::size_t k) {
+  const effects::ParameterSpec& spec =
       effect.term.effect->traits()
           .parameters[static_cast<std::size_t>(effect.term.parameters[k].spec)];
-  if (spec.role != ParameterRole::kShape || spec.unit == "rad") return std::nullopt;
-  return Interval{spec.plausible.low * spec.to_SI, spec.plausible.high * spec.to_SI};
+  if (spec.role != effects::ParameterRole::kShape || spec.unit == "rad") return std::nullopt;
+  return model::Interval{spec.plausible.low * spec.to_SI, spec.plausible.high * spec.to_SI};
 }
 
 /// The ranges as bounds of the solver's numbers, and a start within them.
@@ -74,7 +74,7 @@ void SetBounds(const Layout& layout, const Model& start, std::vector<double>& x,
   for (std::size_t j = 0; j < layout.parameters.size(); ++j) {
     const auto effect = static_cast<std::size_t>(layout.parameters[j].first);
     const auto value = static_cast<std::size_t>(layout.parameters[j].second);
-    const std::optional<Interval> range = RangeOf(start.effects[effect], value);
+    const std::optional<model::Interval> range = RangeOf(start.effects[effect], value);
     if (!range) continue;
     const double at = start.effects[effect].values[value];
     const double low = (range->low - at) / layout.unit[j];
@@ -179,7 +179,7 @@ class AllRows final : public ceres::CostFunction {
     }
     std::atomic<bool> settled{true};
     InParallel(problem_.rows.count(), problem_.threads, [&](int first, int last) {
-      Sensitivity scratch;
+      deflection::Sensitivity scratch;
       LinearRow at;
       Gradient gradient;
       std::vector<TermSlope> slopes;
@@ -187,10 +187,10 @@ class AllRows final : public ceres::CostFunction {
         const RowIndex row = problem_.rows[j];
         slopes.clear();
         if (wanted) AddSlopes(model, row, slopes);
-        InfluenceSet touched;
+        deflection::InfluenceSet touched;
         for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
         const bool kept = wanted && IsKept(j, touched);
-        if (!at_rows.At(row, kept ? InfluenceSet() : touched, scratch, at, gradient)) {
+        if (!at_rows.At(row, kept ? deflection::InfluenceSet() : touched, scratch, at, gradient)) {
           settled = false;
           return;
         }
@@ -215,16 +215,16 @@ class AllRows final : public ceres::CostFunction {
 
   /// d prediction / d influence of one row, of those influences that effects moved, in their order.
   struct KeptGradient {
-    InfluenceSet entries;
+    deflection::InfluenceSet entries;
     Eigen::MatrixXd columns;
   };
 
-  bool IsKept(FitRowIndex j, const InfluenceSet& touched) const {
+  bool IsKept(FitRowIndex j, const deflection::InfluenceSet& touched) const {
     return !kept_.empty() && touched.any() && (touched & ~kept_[j].entries).none();
   }
 
   /// Puts the kept columns into a gradient, or keeps those of one just computed.
-  void KeepOrRestore(FitRowIndex j, const InfluenceSet& touched, bool kept,
+  void KeepOrRestore(FitRowIndex j, const deflection::InfluenceSet& touched, bool kept,
                      Gradient& gradient) const {
     if (kept_.empty()) return;
     KeptGradient& of_row = kept_[j];
@@ -351,4 +351,4 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
   return refit;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 #include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A model with adjusted parameters: all values of its effects except event times, integer cycles
 /// per turn and the curves of empirical terms.
@@ -30,4 +30,4 @@ struct RefitOptions {
 Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 Vec3 LengthsOf(const RowResidual& residual) {
   Vec3 lengths = Vec3::Zero();
@@ -22,4 +22,4 @@ double SquareOf(const RowNumbers& numbers, const RowResidual& residual) {
   return cholesky.matrixL().solve(residual).squaredNorm();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

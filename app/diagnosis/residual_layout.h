@@ -10,7 +10,7 @@
 #include "app/diagnosis/indices.h"
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A measured pose has six: three of its position and three of its orientation.
 inline constexpr int kMaxResiduals = 6;
@@ -67,4 +67,4 @@ class ResidualLayout {
 using RowLayout = ResidualLayout<RowIndex>;
 using FitLayout = ResidualLayout<FitRowIndex>;
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

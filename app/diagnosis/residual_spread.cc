@@ -8,7 +8,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// t(0.975, freedom) / z(0.975) [Abramowitz & Stegun 26.7.5]; 2 % low at two degrees of freedom,
@@ -140,7 +140,7 @@ double UnrefutedRatio(const std::vector<HeldOutSquare>& rows, const Components& 
   if (outside >= count) return 0;
   std::sort(ratios.begin(), ratios.end());
   const double largest_inside = ratios[static_cast<std::size_t>(count - 1 - outside)];
-  return largest_inside / ChiSquareQuantile(kOutsideRadius, axes);
+  return largest_inside / statistics::ChiSquareQuantile(kOutsideRadius, axes);
 }
 
 /// The variance on one axis that the declared model leaves in regions and sessions held out.
@@ -200,4 +200,4 @@ std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitPr
   return spread;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 
 #include "app/diagnosis/validation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// One axis, at a distance d [rad] from the measured poses (pose_distance.h):
 ///   sigma^2(d) = near^2 + (distant d)^2
@@ -44,4 +44,4 @@ enum class Correction { kNone, kWritten, kFading };
 std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitProblem& problem,
                                        Correction correction);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

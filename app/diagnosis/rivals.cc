@@ -9,7 +9,7 @@
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr std::size_t kMaxRefits = 8;
@@ -45,7 +45,7 @@ double CostOf(const Explanation& explanation) {
 /// The scope of the last effect of a key.
 std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
   std::vector<std::string> scope;
-  for (const ActiveEffect& effect : model.effects) {
+  for (const effects::ActiveEffect& effect : model.effects) {
     if (effect.term.effect->traits().id == key.id && effect.term.word == key.word) {
       scope = ScopeOf(effect.term);
     }
@@ -164,4 +164,4 @@ std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& 
   return std::move(search).Found();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

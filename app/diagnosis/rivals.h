@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/findings.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Refits the other ranked explanations that replace some finding, and adds those within kRivalGap
 /// of the answer to `diagnosis.rivals`.
@@ -11,4 +11,4 @@ namespace plumbline {
 std::vector<Explanation> AddRivals(const FindingsContext& context, const Model& model,
                                    Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

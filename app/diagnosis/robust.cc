@@ -7,7 +7,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Quantiles of the chi distribution; the table is indexed by the degrees of freedom, 0..6.
@@ -48,7 +48,7 @@ double RobustSigma(const Dataset& data, const PerRow<RowResidual>& residuals) {
     if (numbers.count == 0) continue;
     sigmas.push_back(SizeOf(numbers, residuals[row]) / MedianOfChi(numbers.count));
   }
-  return sigmas.empty() ? 0 : MedianOf(sigmas);
+  return sigmas.empty() ? 0 : statistics::MedianOf(sigmas);
 }
 
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m) {
@@ -111,4 +111,4 @@ double HampelLoss(const Dataset& data, const PerRow<RowResidual>& residuals, dou
   return sum;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 #include "app/diagnosis/linearisation.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Robust standard deviation of one axis from the median residual size of the rows; 0 if no row has
 /// a measurement.
@@ -31,4 +31,4 @@ double HampelLoss(const Dataset& data, const PerRow<RowResidual>& residuals, dou
 /// outlier; a larger share is an effect instead.
 double OutlierScale(const Dataset& data, const PerRow<RowResidual>& residuals, double sigma_m);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

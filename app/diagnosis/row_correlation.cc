@@ -5,7 +5,7 @@
 
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
                       const PerRow<double>& weights) {
@@ -58,4 +58,4 @@ double VarianceInflation(const LinearProblem& problem,
   return std::max(1.0, 1 + 2 * cross / length);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/linear_problem.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Correlation of the residuals of successive rows over all axes and sessions, 0..0.95; 0 unless
 /// significant at the 0.1 % level. Pairs within one cluster are ignored, since they share the model
@@ -19,4 +19,4 @@ double RowCorrelation(const Dataset& data, const PerRow<RowResidual>& residuals,
 double VarianceInflation(const LinearProblem& problem,
                          const Eigen::Ref<const Eigen::VectorXd>& column);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

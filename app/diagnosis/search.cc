@@ -10,13 +10,13 @@
 #include "app/diagnosis/shape_refit.h"
 #include "app/diagnosis/shape_search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 std::vector<BlockIndex> AddShapes(CandidateSet& candidate_set,
-                                  const std::vector<const Effect*>& searched,
+                                  const std::vector<const effects::Effect*>& searched,
                                   const Eigen::VectorXd& residual) {
   std::vector<BlockIndex> indices;
-  for (const Effect* effect : searched) {
+  for (const effects::Effect* effect : searched) {
     for (const Block& block : ShapeSearchOf(*effect)->Propose(candidate_set.problem(), residual)) {
       const BlockIndex index = candidate_set.Add(block);
       if (candidate_set.Observable(index)) indices.push_back(index);
@@ -143,7 +143,7 @@ void EffectSearch::RefineShapes() {
   const Explanation best = Winner();
   if (best.blocks.size() > kMaxRefittedBlocks) return;
   for (const BlockIndex block : best.blocks) {
-    const Effect* const effect = candidate_set_.blocks()[block].term.effect;
+    const effects::Effect* const effect = candidate_set_.blocks()[block].term.effect;
     const auto& searched = candidates_.searched;
     if (std::find(searched.begin(), searched.end(), effect) == searched.end()) continue;
     std::vector<BlockIndex> others = best.blocks;
@@ -273,4 +273,4 @@ std::vector<Explanation> Search(CandidateSet& candidate_set, const Candidates& c
   return EffectSearch(candidate_set, candidates, most, interrupted).Run();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

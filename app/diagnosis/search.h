@@ -8,7 +8,7 @@
 #include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Maximum number of blocks in an explanation; more would be a fit without explanatory value.
 inline constexpr std::size_t kMaxBlocks = 30;
@@ -27,7 +27,7 @@ std::vector<Explanation> Search(CandidateSet& candidate_set, const Candidates& c
 /// Adds the best shapes of the searched effects for a residual to the candidate set; returns their
 /// indices.
 std::vector<BlockIndex> AddShapes(CandidateSet& candidate_set,
-                                  const std::vector<const Effect*>& searched,
+                                  const std::vector<const effects::Effect*>& searched,
                                   const Eigen::VectorXd& residual);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

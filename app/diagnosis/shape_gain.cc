@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 double Gain(const LinearProblem& problem, Eigen::MatrixXd columns,
             const Eigen::VectorXd& residual) {
@@ -28,4 +28,4 @@ std::vector<Block> Best(Found found, std::size_t most) {
   return blocks;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 
 #include "app/diagnosis/linear_problem.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Reduction of chi2 by fitting columns to a residual.
 /// @param columns  whitened, not yet projected
@@ -31,4 +31,4 @@ using Found = std::vector<std::pair<double, Block>>;
 /// The `most` blocks with the largest reduction, best first; ties in the order found.
 std::vector<Block> Best(Found found, std::size_t most);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 #include "app/diagnosis/elimination.h"
 #include "app/diagnosis/shape_search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kMaxRows = 400;  // enough to determine shapes during a search
@@ -20,7 +20,7 @@ FitRows EveryNth(const FitRows& rows) {
 }
 
 /// Blocks with the refitted shapes of an effect; empty if it has no searched shapes.
-std::vector<Block> RefittedBlocks(const Dataset& data, const ActiveEffect& effect) {
+std::vector<Block> RefittedBlocks(const Dataset& data, const effects::ActiveEffect& effect) {
   const ShapeSearch* const search = ShapeSearchOf(*effect.term.effect);
   return search != nullptr ? search->Refitted(data, effect) : std::vector<Block>{};
 }
@@ -43,9 +43,9 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   RefittedExplanation kept{chosen, std::move(refit).value()};
   // A subset of the rows determines the shapes, but underestimates the evidence for a unit.
   if (few) kept = WithoutUnearnedUnits(candidate_set, std::move(kept), refit_to);
-  std::vector<const Effect*> reshaped;
+  std::vector<const effects::Effect*> reshaped;
   std::vector<BlockIndex> blocks;
-  for (const ActiveEffect& effect : kept.refit.model.effects) {
+  for (const effects::ActiveEffect& effect : kept.refit.model.effects) {
     for (const Block& block : RefittedBlocks(fit.data, effect)) {
       blocks.push_back(candidate_set.Add(block));
       reshaped.push_back(effect.term.effect);
@@ -53,7 +53,7 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   }
   std::vector<ColumnIndex> columns = candidate_set.ColumnsOf(blocks);
   for (const ColumnIndex column : kept.explanation.columns) {
-    const Effect* const effect =
+    const effects::Effect* const effect =
         candidate_set.blocks()[candidate_set.BlockOfColumn(column)].term.effect;
     if (std::find(reshaped.begin(), reshaped.end(), effect) == reshaped.end()) {
       columns.push_back(column);
@@ -72,4 +72,4 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   return std::min(unshaped, candidate_set.Evaluate(support), better);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

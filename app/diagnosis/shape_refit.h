@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/candidate_set.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Refits an explanation to the rows of the candidate set's problem. Searched shapes are replaced
 /// by the refitted ones, so that, for example, a time constant and a step are estimated jointly
@@ -12,4 +12,4 @@ namespace plumbline {
 /// better.
 Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& chosen);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

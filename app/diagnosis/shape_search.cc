@@ -2,15 +2,15 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
-ActiveEffect ShapeSearch::EffectFrom(const Block& block, const ColumnSizes& values) const {
+effects::ActiveEffect ShapeSearch::EffectFrom(const Block& block, const ColumnSizes& values) const {
   return EffectFromSizes(block, values);
 }
 
 bool ShapesConflict(const LinearProblem& problem, std::span<const Block* const> support) {
   for (auto block = support.begin(); block != support.end(); ++block) {
-    const Effect* const effect = (*block)->term.effect;
+    const effects::Effect* const effect = (*block)->term.effect;
     const bool already_checked =
         std::any_of(support.begin(), block,
                     [effect](const Block* earlier) { return earlier->term.effect == effect; });
@@ -21,4 +21,4 @@ bool ShapesConflict(const LinearProblem& problem, std::span<const Block* const> 
   return false;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -8,7 +8,7 @@
 #include "app/diagnosis/block_effects.h"
 #include "app/diagnosis/linear_problem.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Treatment of an effect that is not linear in all of its parameters. One stateless object per
 /// effect, registered in shape_search_table.cc. An effect without one has only sizes and uses
@@ -31,7 +31,7 @@ class ShapeSearch {
   }
   /// Blocks with the shapes of a refitted effect.
   virtual std::vector<Block> Refitted(const Dataset& /*data*/,
-                                      const ActiveEffect& /*effect*/) const {
+                                      const effects::ActiveEffect& /*effect*/) const {
     return {};
   }
   /// One block for each place where the effect may occur (each joint, for example), for detection
@@ -40,12 +40,13 @@ class ShapeSearch {
 
   /// Converts a fitted block to an effect.
   /// @param values  of the kept columns of the block, SI
-  virtual ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const;
+  virtual effects::ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const;
   /// True if several blocks form one effect of a file.
   virtual bool JoinsBlocks() const { return false; }
   /// Joins the effect of another block to one of the same effect and variant. Used if
   /// JoinsBlocks().
-  virtual void Join(const ActiveEffect& /*more*/, ActiveEffect& /*effect*/) const {}
+  virtual void Join(const effects::ActiveEffect& /*more*/,
+                    effects::ActiveEffect& /*effect*/) const {}
 
   /// True if the rows of a problem do not determine whether a block acts at another row, such as a
   /// row between the last row before a step and the first row after it. Such a row cannot be
@@ -64,9 +65,9 @@ class ShapeSearch {
 };
 
 /// The shape search of an effect; null if it has none.
-const ShapeSearch* ShapeSearchOf(const Effect& effect);
+const ShapeSearch* ShapeSearchOf(const effects::Effect& effect);
 
 /// True if the shape search of any effect in the support excludes it.
 bool ShapesConflict(const LinearProblem& problem, std::span<const Block* const> support);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

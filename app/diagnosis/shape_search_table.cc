@@ -7,7 +7,7 @@
 #include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/shape_search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 struct Registered {
@@ -26,11 +26,11 @@ constexpr std::array kSearches = {
 
 }  // namespace
 
-const ShapeSearch* ShapeSearchOf(const Effect& effect) {
+const ShapeSearch* ShapeSearchOf(const effects::Effect& effect) {
   const auto found = std::find_if(kSearches.begin(), kSearches.end(), [&](const Registered& known) {
     return known.id == effect.traits().id;
   });
   return found == kSearches.end() ? nullptr : &found->search();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

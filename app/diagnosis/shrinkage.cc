@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kMaxSteps = 60;
@@ -94,4 +94,4 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
   return fit;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

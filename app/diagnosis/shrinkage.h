@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Sufficient statistics of a least squares problem with whitened columns X and response y.
 struct NormalEquations {
@@ -41,4 +41,4 @@ struct ShrunkenFit {
 ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& group,
                    const Eigen::VectorXd& start, bool with_covariance);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <unsupported/Eigen/SpecialFunctions>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 double FisherTail(double value, double d1, double d2) {
   if (value <= 0) return 1;
@@ -26,4 +26,4 @@ int Random::Below(int count) {
   return static_cast<int>(Uniform() * count);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Upper tail probability P(F_{d1,d2} > value).
 double FisherTail(double value, double d1, double d2);
@@ -24,4 +24,4 @@ class Random {
   std::uint64_t state_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

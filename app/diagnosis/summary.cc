@@ -8,7 +8,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr std::size_t kMaxParameters = 8;
@@ -21,8 +21,9 @@ void AddParameters(const Diagnosis& diagnosis, std::string& text) {
   std::size_t count = 0;
   std::string lines;
   for (const Finding& finding : diagnosis.findings) {
-    const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
-    for (const EffectParameter& parameter : written.parameters) {
+    const model::WrittenEffect written =
+        effects::WrittenFromActive(finding.effect, finding.covariance);
+    for (const model::EffectParameter& parameter : written.parameters) {
       if (++count > kMaxParameters) continue;
       const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
                                                      : ValueText{parameter.word, ""};
@@ -66,10 +67,12 @@ void AddDoubts(const Diagnosis& diagnosis, std::string& text) {
   }
 }
 
-void AddNextPoses(const Diagnosis& diagnosis, const CellModel& cell, std::string& text) {
+void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std::string& text) {
   const auto& poses = diagnosis.next_poses;
   if (poses.empty()) return;
-  const auto slides = [&](const Joint& joint) { return joint.type == JointType::kPrismatic; };
+  const auto slides = [&](const model::Joint& joint) {
+    return joint.type == model::JointType::kPrismatic;
+  };
   const bool some_slide = std::any_of(cell.robot.joints.begin(), cell.robot.joints.end(), slides);
   text += fmt::format(
       "Measure next (joints in degrees{}; apart: distance between the tips that the explanations "
@@ -121,7 +124,7 @@ std::string DataLine(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell) {
+std::string SummaryText(const Diagnosis& diagnosis, const model::CellModel& cell) {
   std::string text = Capitalized(Headline(diagnosis));
   const std::string error = ErrorSentence(diagnosis);
   text += error.empty() ? "\n" : ":\n" + error + '\n';
@@ -135,4 +138,4 @@ std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell) {
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -5,11 +5,11 @@
 
 #include "app/diagnosis/diagnosis.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Verdict, error before and after, parameters, rivals, doubts, poses to measure next, outliers,
 /// signals that were not recorded, and notes. Long lists are cut and the number of omitted entries
 /// is given, so that the text usually fits 25 lines.
-std::string SummaryText(const Diagnosis& diagnosis, const CellModel& cell);
+std::string SummaryText(const Diagnosis& diagnosis, const model::CellModel& cell);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 SupportFit::SupportFit(const Eigen::MatrixXd& gram, const Eigen::VectorXd& moment, double chi2_null,
                        std::vector<Unit> units)
@@ -86,7 +86,7 @@ void SupportFit::Eliminate() {
   }
 }
 
-bool SupportFit::DropOutOfBounds(const std::vector<Interval>& bounds) {
+bool SupportFit::DropOutOfBounds(const std::vector<model::Interval>& bounds) {
   double least = HUGE_VAL;
   auto cheapest = units_.end();
   for (auto unit = units_.begin(); unit != units_.end(); ++unit) {
@@ -119,4 +119,4 @@ std::vector<int> SupportFit::Places() const {
   return places;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

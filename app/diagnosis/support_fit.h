@@ -7,7 +7,7 @@
 #include "app/diagnosis/indices.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Minimiser v of |y - X v|^2 + v^T P v with a diagonal prior precision P. Units of columns are
 /// dropped by downdating the inverse, O(n^2) per column; X itself is not needed.
@@ -34,7 +34,7 @@ class SupportFit {
   /// Among the units with a value outside its bounds, drops the one that raises the minimum least.
   /// @param bounds  of the value of each column
   /// @return        false if every value is within its bounds
-  bool DropOutOfBounds(const std::vector<Interval>& bounds);
+  bool DropOutOfBounds(const std::vector<model::Interval>& bounds);
 
   /// Minimum of the objective: chi2 plus the prior term.
   double minimum() const { return minimum_; }
@@ -61,4 +61,4 @@ class SupportFit {
   Units units_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 // --- Differences of score. Score = chi2 + prior + cost = -2 ln(evidence) up to a constant.
 
@@ -87,4 +87,4 @@ inline constexpr int kMaxLinesPerJoint = 1;
 /// artefact of gaps. A judgement; a sine sampled eight times a period has 1.08.
 inline constexpr double kMaxOvershoot = 1.6;
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Finds the end of one statement, skipping newlines inside strings and brackets.
@@ -111,4 +111,4 @@ std::string WithoutTable(std::string_view text, std::string_view name) {
   return kept + pending;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// A section of a TOML text. The concatenation of all sections is the text.
 struct TomlStatement {
@@ -27,4 +27,4 @@ std::vector<TomlStatement> TomlStatements(std::string_view text);
 /// before the next header are kept, since they belong to that header.
 std::string WithoutTable(std::string_view text, std::string_view name);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

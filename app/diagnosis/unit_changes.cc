@@ -15,7 +15,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kRows = 120;            // that find the line; the rows around it find it exactly
@@ -36,7 +36,9 @@ struct Lines {
   int line = 0;  ///< the first or the last one
   bool from = true;
 
-  bool Contains(const MeasuredRow& row) const { return from ? row.line >= line : row.line <= line; }
+  bool Contains(const table::MeasuredRow& row) const {
+    return from ? row.line >= line : row.line <= line;
+  }
   std::string Text() const { return fmt::format("{} line {}", from ? "from" : "up to", line); }
   std::string Onwards() const { return from ? Text() + " on" : Text(); }
 };
@@ -67,10 +69,10 @@ std::optional<RowIndex> WhereNumbersChange(const Dataset& data, const OtherUnit&
   for (const auto& number : other.numbers) {
     std::vector<double> sum = {0}, squares = {0};
     double largest = 0;
-    for (const MeasuredRow& row : data.table.rows)
+    for (const table::MeasuredRow& row : data.table.rows)
       largest = std::max(largest, std::abs(number(row)));
     if (largest == 0) continue;
-    for (const MeasuredRow& row : data.table.rows) {
+    for (const table::MeasuredRow& row : data.table.rows) {
       const double value = number(row) / largest;
       sum.push_back(sum.back() + value);
       squares.push_back(squares.back() + value * value);
@@ -96,7 +98,7 @@ std::optional<RowIndex> WhereNumbersChange(const Dataset& data, const OtherUnit&
 PerRow<double> DistancesAt(const Dataset& data, const Model& model) {
   const ModelAtRows at_rows(data, model);
   PerRow<double> distances;
-  Sensitivity scratch;
+  deflection::Sensitivity scratch;
   LinearRow at;
   Gradient none;
   for (const RowIndex row : data.row_indices()) {
@@ -236,8 +238,8 @@ std::optional<Tried> UnitChangeSearch::Try(const OtherUnit& other, bool from) co
     before.push_back(as_read_[row]);
     after.push_back(left[row]);
   }
-  tried.before_m = MedianOf(before);
-  tried.after_m = MedianOf(after);
+  tried.before_m = statistics::MedianOf(before);
+  tried.after_m = statistics::MedianOf(after);
   const bool explains = tried.before_m >= kGross_m && tried.after_m < kNamed * tried.before_m &&
                         gross <= kMaxOutliers * few_.rows();
   return explains ? std::optional(tried) : std::nullopt;
@@ -307,14 +309,14 @@ Mistake SubtleChange(const OtherUnit& other, const Lines& lines) {
                   fmt::format("write {} in every row", other.declared),
                   [other, lines](Dataset& changed) { Convert(other, lines, changed); }};
   mistake.subtle = true;
-  mistake.concerns = [lines](const MeasuredRow& row) { return lines.Contains(row); };
+  mistake.concerns = [lines](const table::MeasuredRow& row) { return lines.Contains(row); };
   return mistake;
 }
 
 void AddPayloadChanges(const Dataset& data, std::vector<Mistake>& mistakes) {
   constexpr double kBeside = 1.12;  // a size that the rows tell from the true one
   PerRow<double> payloads_kg;
-  for (const MeasuredRow& row : data.table.rows) payloads_kg.push_back(row.payload_kg);
+  for (const table::MeasuredRow& row : data.table.rows) payloads_kg.push_back(row.payload_kg);
   for (const auto& [factor, unit] : kPayloadUnits) {
     for (const bool from : {true, false}) {
       const std::optional<Stretch> stretch = WherePayloadsRepeat(payloads_kg, factor, from);
@@ -371,10 +373,10 @@ std::vector<Mistake> UnitChanges(const Dataset& data) {
   return mistakes;
 }
 
-std::optional<std::string> PayloadsInGrams(const MeasuredTable& table) {
+std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table) {
   if (table.excessive_payloads.size() < kFewestOfASide) return std::nullopt;
   std::vector<std::pair<int, double>> of_lines = table.excessive_payloads;
-  for (const MeasuredRow& row : table.rows) of_lines.emplace_back(row.line, row.payload_kg);
+  for (const table::MeasuredRow& row : table.rows) of_lines.emplace_back(row.line, row.payload_kg);
   std::sort(of_lines.begin(), of_lines.end());
   PerRow<double> payloads_kg;
   for (const auto& [line, payload_kg] : of_lines) payloads_kg.push_back(payload_kg);
@@ -419,4 +421,4 @@ std::optional<std::string> ChangedUnit(const Dataset& data, int threads) {
       found->other->declared);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -8,7 +8,7 @@
 
 #include "app/diagnosis/mistakes.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Changes of a unit that a column's own numbers show: of a payload (pounds, grams) where the rows
 /// on one side, converted, repeat the payloads of the other side; of a turning joint (radians)
@@ -19,7 +19,7 @@ std::vector<Mistake> UnitChanges(const Dataset& data);
 
 /// Names grams in a part of the payloads where they are more than any robot carries, so that the
 /// reader left their rows out (MeasuredTable::excessive_payloads).
-std::optional<std::string> PayloadsInGrams(const MeasuredTable& table);
+std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table);
 
 /// Names the column whose unit changes where that is what puts measured points far from the
 /// predicted ones: some rows lie 25 mm away and farther (kGross_m) as read; with the column
@@ -30,4 +30,4 @@ std::optional<std::string> PayloadsInGrams(const MeasuredTable& table);
 /// @return  a sentence with column, line, evidence and what to do
 std::optional<std::string> ChangedUnit(const Dataset& data, int threads);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

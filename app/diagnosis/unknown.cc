@@ -10,10 +10,10 @@
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 using SignalPair = std::pair<SignalIndex, SignalIndex>;
 constexpr std::size_t kBlocksKept = 4;
 constexpr int kMaxVectorDegree = 7;  // degree of a vector-valued curve along a joint's signal
@@ -436,4 +436,4 @@ std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::
   return traces;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -6,7 +6,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/search.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Adds to the candidate set the empirical blocks that fit a residual best: a carrier times a
 /// smooth function of one signal, or of two signals and their product.
@@ -37,4 +37,4 @@ Explanation WithUnknown(CandidateSet& candidate_set, const std::vector<Explanati
 std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::VectorXd& residual,
                                      int flips);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -9,7 +9,7 @@
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 std::vector<HeldOutError> ErrorsOfWays(const HeldOutInput& input,
@@ -100,4 +100,4 @@ std::string ReasonToWithhold(const Validation& validation, bool empirical) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

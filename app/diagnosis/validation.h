@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/held_out.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Held-out predictions in every way that the rows allow, blocks of time first.
 struct Validation {
@@ -34,4 +34,4 @@ void AddError(double lost_m, Validation& validation);
 /// not be worse in any way, others not between the rows.
 std::string ReasonToWithhold(const Validation& validation, bool empirical);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -10,7 +10,7 @@
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unknown.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kSignalRows = 1000;  // rows used to test the signals
@@ -103,4 +103,4 @@ void SetVerdict(const Dataset& data, const Identified& found, double residual_si
       diagnosis.verdict != Verdict::kUnknown && data.cell.measurement.sigma_m.has_value();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

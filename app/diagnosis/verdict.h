@@ -4,7 +4,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/identify.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Adds all recorded signals, each with the p-value that the residual of the identified model
 /// follows it (by sign flips of clusters), and the spectrum of the residual along each joint angle.
@@ -17,4 +17,4 @@ void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosi
 void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
                 Diagnosis& diagnosis);
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 RowWhitening::RowWhitening(const RowNumbers& numbers, double factor) : factor_(factor) {
   if (numbers.covariance.size() == 0) return;
@@ -27,4 +27,4 @@ Whitener::Whitener(const FitProblem& problem) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -3,7 +3,7 @@
 
 #include "app/diagnosis/fit_problem.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 /// Whitening matrix of one row: s L^-1, where L L^T is the covariance of its residuals (RowNumbers)
 /// and s is a factor.
@@ -50,4 +50,4 @@ class Whitener {
   Indexed<FitRowIndex, RowWhitening> rows_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

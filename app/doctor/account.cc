@@ -11,7 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace plumbline {
+namespace plumbline::doctor {
 namespace {
 
 constexpr mode_t kRead = 4, kWrite = 2, kSearch = 1;
@@ -75,4 +75,4 @@ std::string AccessProblem(const Account& account, const std::string& path, bool 
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

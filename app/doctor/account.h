@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::doctor {
 
 struct Account {
   std::string name;
@@ -21,4 +21,4 @@ Account AccountByName(const std::string& name);
 /// parent directories; empty if it may. Ignores access control lists and security modules.
 std::string AccessProblem(const Account& account, const std::string& path, bool write);
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

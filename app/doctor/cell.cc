@@ -11,7 +11,7 @@
 #include "drivers/plc/register_map.h"
 #include "drivers/robot/registry.h"
 
-namespace plumbline {
+namespace plumbline::doctor {
 namespace {
 
 constexpr double kStateWait_s = 2, kRobotWait_s = 3, kBrokerWait_s = 5;
@@ -24,28 +24,28 @@ CheckResult CheckDevice(const char* subject, const std::string& path, const Acco
   return {Health::kFault, subject, problem, remedy};
 }
 
-CheckResult ReadRobotOnce(const DaemonConfig& config) {
-  const RobotLinkConfig& link = config.robot;
+CheckResult ReadRobotOnce(const config::DaemonConfig& config) {
+  const config::RobotLinkConfig& link = config.robot;
   if (link.transport == "replay") {
     return {Health::kNotChecked, "robot", "recording " + link.replay_file, {}};
   }
   const std::string place = link.transport == "rtu" ? link.connection.serial.device
                                                     : fmt::format("{}:{}", link.connection.tcp.host,
                                                                   link.connection.tcp.port);
-  auto robot = MakeRobot(link.transport, link.connection);
+  auto robot = robot::MakeRobot(link.transport, link.connection);
   if (!robot) return {Health::kFault, "robot", robot.error(), "fix [robot] in the configuration"};
-  RobotState state;
+  model::RobotState state;
   const double until_s = MonotonicSeconds() + kRobotWait_s;
-  LinkResult result = LinkResult::kWaiting;
+  robot::LinkResult result = robot::LinkResult::kWaiting;
   std::string problem;
-  while (result != LinkResult::kOk && MonotonicSeconds() < until_s) {
+  while (result != robot::LinkResult::kOk && MonotonicSeconds() < until_s) {
     result = robot.value()->Read(state);
-    if (result != LinkResult::kOk && result != LinkResult::kWaiting) {
+    if (result != robot::LinkResult::kOk && result != robot::LinkResult::kWaiting) {
       problem = robot.value()->problem();
     }
-    if (result != LinkResult::kOk) SleepSeconds(0.02);
+    if (result != robot::LinkResult::kOk) SleepSeconds(0.02);
   }
-  if (result == LinkResult::kOk) {
+  if (result == robot::LinkResult::kOk) {
     return {
         Health::kGood, "robot", fmt::format("{} answers, {} joints", place, state.q.size()), {}};
   }
@@ -55,14 +55,14 @@ CheckResult ReadRobotOnce(const DaemonConfig& config) {
 }
 
 /// The alarms and warnings of a daemon state, one result each.
-CheckResults AlarmResults(const ViewState& state) {
+CheckResults AlarmResults(const view_link::ViewState& state) {
   CheckResults found;
-  for (const BitMeaning& bit : plc_map::AlarmBits()) {
+  for (const plc::BitMeaning& bit : plc::registers::AlarmBits()) {
     if ((state.alarms & bit.mask) == 0) continue;
     found.push_back(
         {Health::kFault, "alarm", bit.meaning, "plumbline log --level error --explain"});
   }
-  for (const BitMeaning& bit : plc_map::WarningBits()) {
+  for (const plc::BitMeaning& bit : plc::registers::WarningBits()) {
     if ((state.warnings & bit.mask) == 0) continue;
     found.push_back(
         {Health::kWarning, "warning", bit.meaning, "plumbline log --level warning --explain"});
@@ -85,16 +85,16 @@ CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc) {
           "set allow = [\"the PLC's address\"] under [plc], then systemctl restart plumbline"};
 }
 
-CheckResults CheckDaemon(const DaemonConfig& config) {
-  ViewClient client(ViewSocketOf(config.state_directory));
-  View view;
+CheckResults CheckDaemon(const config::DaemonConfig& config) {
+  view_link::ViewClient client(view_link::ViewSocketOf(config.state_directory));
+  view_link::View view;
   if (!client.Read(kStateWait_s, view)) {
     return {{Health::kWarning, "daemon", client.problem(),
              "systemctl start plumbline; if it is running, run the doctor as its user or as root "
              "(sudo)"},
             ReadRobotOnce(config)};
   }
-  const ViewState& state = view.state;
+  const view_link::ViewState& state = view.state;
   const bool trusted = (state.status & status::kRobotLink) != 0;
   CheckResults found = {
       {Health::kGood,
@@ -110,11 +110,11 @@ CheckResults CheckDaemon(const DaemonConfig& config) {
   return found;
 }
 
-CheckResult CheckCamera(const CameraConfig& camera, const Account& account,
-                        const DeviceTree& tree) {
+CheckResult CheckCamera(const config::CameraConfig& camera, const Account& account,
+                        const camera::DeviceTree& tree) {
   if (camera.kind != "v4l2") return {Health::kNotChecked, "camera", "a recording", {}};
-  const auto devices = ListV4l2Devices(tree);
-  const auto chosen = SelectV4l2Device(camera.connection.v4l2.device, devices);
+  const auto devices = camera::ListV4l2Devices(tree);
+  const auto chosen = camera::SelectV4l2Device(camera.connection.v4l2.device, devices);
   if (!chosen) {
     return {Health::kFault, "camera", chosen.error(),
             "connect it; `plumbline cameras` lists the connected cameras and their names"};
@@ -130,9 +130,9 @@ CheckResult CheckCamera(const CameraConfig& camera, const Account& account,
   return found;
 }
 
-CheckResult CheckZoomSensor(const ZoomConfig& zoom, const Account& account) {
+CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account) {
   constexpr const char* kSubject = "zoom sensor";
-  const ZoomKind* const kind = FindZoomKind(zoom.kind);
+  const zoom::ZoomKind* const kind = zoom::FindZoomKind(zoom.kind);
   if (kind == nullptr) return {Health::kNotChecked, kSubject, "none: a lens without zoom", {}};
   const Result<std::string> device = kind->device(zoom.connection);
   if (!device) return {Health::kFault, kSubject, device.error(), kind->remedy};
@@ -140,7 +140,7 @@ CheckResult CheckZoomSensor(const ZoomConfig& zoom, const Account& account) {
   return {Health::kNotChecked, kSubject, zoom.kind + ": visible to the daemon only", {}};
 }
 
-CheckResult CheckBroker(const MqttConfig& mqtt, const Account& account) {
+CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account) {
   const auto fault = [](const std::string& finding, const std::string& remedy) {
     return CheckResult{Health::kFault, "broker", finding, remedy};
   };
@@ -150,7 +150,7 @@ CheckResult CheckBroker(const MqttConfig& mqtt, const Account& account) {
       return fault(why, "create the file and make it readable for the user " + account.name);
   }
   const std::string place = fmt::format("{}:{}", mqtt.host, mqtt.port);
-  const auto tried = TryBroker(mqtt, kBrokerWait_s);
+  const auto tried = fleet::TryBroker(mqtt, kBrokerWait_s);
   if (!tried) {
     return fault(
         fmt::format("{}: {}", place, tried.error()),
@@ -167,17 +167,17 @@ CheckResult CheckBroker(const MqttConfig& mqtt, const Account& account) {
   return {Health::kGood, "broker", place + " accepts this computer", {}};
 }
 
-CheckResult CheckDisplay(const OverlayConfig& overlay, const Account& account) {
-  if (overlay.display == OverlayConfig::Display::kNone) {
+CheckResult CheckDisplay(const config::OverlayConfig& overlay, const Account& account) {
+  if (overlay.display == config::OverlayConfig::Display::kNone) {
     return {Health::kNotChecked, "display", "none configured", {}};
   }
-  const bool kms = overlay.display == OverlayConfig::Display::kKms;
+  const bool kms = overlay.display == config::OverlayConfig::Display::kKms;
   const std::string device = !overlay.device.empty() ? overlay.device
-                             : kms                   ? KmsOptions{}.card
-                                                     : FramebufferOptions{}.device;
+                             : kms                   ? display::KmsOptions{}.card
+                                                     : display::FramebufferOptions{}.device;
   return CheckDevice("display", device, account,
                      "check that the driver is loaded (ls /dev/dri); add the user to the group "
                      "video");
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

@@ -6,20 +6,20 @@
 #include "app/doctor/check_result.h"
 #include "drivers/camera/v4l2_device.h"
 
-namespace plumbline {
+namespace plumbline::doctor {
 
 /// State and alarms of the running daemon, which owns robot and camera. If no daemon runs, reads
 /// the robot once.
-CheckResults CheckDaemon(const DaemonConfig& config);
+CheckResults CheckDaemon(const config::DaemonConfig& config);
 /// Who may send commands to the Modbus server: everybody, if plc.allow is empty.
 CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc);
 /// Whether the camera is connected, uniquely identified and accessible.
-CheckResult CheckCamera(const CameraConfig& camera, const Account& account,
-                        const DeviceTree& tree = {});
+CheckResult CheckCamera(const config::CameraConfig& camera, const Account& account,
+                        const camera::DeviceTree& tree = {});
 /// Access to the sensor's device. A HID sensor is found by its own driver only and is not checked.
-CheckResult CheckZoomSensor(const ZoomConfig& zoom, const Account& account);
+CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account);
 /// Whether the MQTT broker accepts a connection and the files configured for it are readable.
-CheckResult CheckBroker(const MqttConfig& mqtt, const Account& account);
-CheckResult CheckDisplay(const OverlayConfig& overlay, const Account& account);
+CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account);
+CheckResult CheckDisplay(const config::OverlayConfig& overlay, const Account& account);
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::doctor {
 
 enum class Health {
   kGood,
@@ -29,4 +29,4 @@ struct CheckResult {
 
 using CheckResults = std::vector<CheckResult>;
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

@@ -14,7 +14,7 @@
 #include "app/config/utc_text.h"
 #include "app/service/utc_clock.h"
 
-namespace plumbline {
+namespace plumbline::doctor {
 namespace {
 
 constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
@@ -34,8 +34,8 @@ bool InPath(const std::string& program) {
 }  // namespace
 
 CheckResult CheckClock() {
-  const double now_s = SystemUtcSeconds();
-  const std::string when = TextFromUtc(now_s);
+  const double now_s = service::SystemUtcSeconds();
+  const std::string when = config::TextFromUtc(now_s);
   if (now_s < kEarliest_s) {
     return {Health::kFault, "clock", when + ": the clock was never set",
             "set it and enable time synchronisation: systemctl enable --now systemd-timesyncd"};
@@ -97,7 +97,8 @@ CheckResult CheckSystemJournal(const std::string& persistent) {
           fmt::format("mkdir {} && systemctl restart systemd-journald", persistent)};
 }
 
-CheckResults CheckPrograms(const DaemonConfig& config, const std::string& program_directory) {
+CheckResults CheckPrograms(const config::DaemonConfig& config,
+                           const std::string& program_directory) {
   CheckResults found;
   if (!config.overlay.objects_file.empty()) {
     const std::string reader = program_directory + "/plumbline-mesh";
@@ -120,4 +121,4 @@ CheckResults CheckPrograms(const DaemonConfig& config, const std::string& progra
   return found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

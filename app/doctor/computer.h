@@ -5,7 +5,7 @@
 #include "app/doctor/account.h"
 #include "app/doctor/check_result.h"
 
-namespace plumbline {
+namespace plumbline::doctor {
 
 /// Whether the clock is synchronised and was ever set.
 CheckResult CheckClock();
@@ -15,6 +15,7 @@ CheckResult CheckStateDirectory(const std::string& directory, const Account& acc
 CheckResult CheckSystemJournal(const std::string& persistent = "/var/log/journal");
 /// Whether the programs needed at run time are installed: plumbline-mesh, gnuplot.
 /// @param program_directory  directory of Plumbline's own programs
-CheckResults CheckPrograms(const DaemonConfig& config, const std::string& program_directory);
+CheckResults CheckPrograms(const config::DaemonConfig& config,
+                           const std::string& program_directory);
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

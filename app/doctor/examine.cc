@@ -8,14 +8,15 @@
 #include "app/model_store/usable_model.h"
 #include "drivers/files/package_paths.h"
 
-namespace plumbline {
+namespace plumbline::doctor {
 namespace {
 
-CheckResults FaultsOf(const FaultList& faults, const char* subject, const char* remedy) {
+CheckResults FaultsOf(const config::FaultList& faults, const char* subject, const char* remedy) {
   CheckResults found;
-  for (const Fault& fault : faults.All()) {
-    found.push_back({fault.severity == Fault::Severity::kFault ? Health::kFault : Health::kWarning,
-                     subject, FaultText(fault), remedy});
+  for (const config::Fault& fault : faults.All()) {
+    found.push_back(
+        {fault.severity == config::Fault::Severity::kFault ? Health::kFault : Health::kWarning,
+         subject, config::FaultText(fault), remedy});
   }
   return found;
 }
@@ -24,8 +25,8 @@ CheckResults FaultsOf(const FaultList& faults, const char* subject, const char* 
 
 CheckResults Examine(const std::string& config_file, const std::string& user) {
   const Account account = AccountByName(user);
-  FaultList faults;
-  const auto config = ReadDaemonConfig(config_file, faults);
+  config::FaultList faults;
+  const auto config = config::ReadDaemonConfig(config_file, faults);
   CheckResults found = FaultsOf(faults, "configuration", "fix that line");
   if (config) {
     const std::string problem = AccessProblem(account, config_file, false);
@@ -40,14 +41,14 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
   add({CheckClock(), CheckSystemJournal()});
   if (!config) return found;
   add({CheckStateDirectory(config->state_directory, account)});
-  FaultList applied;
-  CheckModelStore(config->state_directory, config->cell_file, applied);
+  config::FaultList applied;
+  model_store::CheckModelStore(config->state_directory, config->cell_file, applied);
   add(FaultsOf(applied, "model in force",
                "plumbline model list, then plumbline model apply or rollback"));
-  add(CheckPrograms(*config, ProgramFolder()));
+  add(CheckPrograms(*config, files::ProgramFolder()));
   add(CheckDaemon(*config));
   add({CheckPlcAccess(config->plc.tcp)});
-  for (const CameraConfig& camera : config->vision.cameras) {
+  for (const config::CameraConfig& camera : config->vision.cameras) {
     add({CheckCamera(camera, account), CheckZoomSensor(camera.zoom, account)});
   }
   add({CheckDisplay(config->overlay, account)});
@@ -55,4 +56,4 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
   return found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

@@ -5,10 +5,10 @@
 
 #include "app/doctor/check_result.h"
 
-namespace plumbline {
+namespace plumbline::doctor {
 
 /// @param user  account of the service, whose permissions are checked; the calling user's if there
 ///              is no account of that name
 CheckResults Examine(const std::string& config_file, const std::string& user);
 
-}  // namespace plumbline
+}  // namespace plumbline::doctor

@@ -22,7 +22,7 @@
 #include "drivers/os/descriptor.h"
 #include "drivers/thread_heartbeat.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 constexpr int kQos = 1;
@@ -35,9 +35,9 @@ void OpenLibrary() {
   static_cast<void>(opened);
 }
 
-Result<std::string> PasswordOf(const MqttConfig& config) {
+Result<std::string> PasswordOf(const config::MqttConfig& config) {
   if (config.password_file.empty()) return std::string();
-  Result<std::string> text = ReadTextFile(config.password_file);
+  Result<std::string> text = config::ReadTextFile(config.password_file);
   if (!text) return Error{fmt::format("{}: {}", config.password_file, text.error())};
   return text->substr(0, text->find_first_of("\r\n"));
 }
@@ -45,7 +45,7 @@ Result<std::string> PasswordOf(const MqttConfig& config) {
 /// One connection, from its first byte to its end; used by one thread.
 class Connection {
  public:
-  explicit Connection(const MqttConfig& config)
+  explicit Connection(const config::MqttConfig& config)
       : config_(config),
         client_(mosquitto_new(config.client_id.c_str(), true, this), &mosquitto_destroy) {}
 
@@ -142,7 +142,7 @@ class Connection {
     return mosquitto_strerror(code);
   }
 
-  const MqttConfig& config_;
+  const config::MqttConfig& config_;
   const std::unique_ptr<mosquitto, void (*)(mosquitto*)> client_;
   int connack_ = -1;      ///< code of the broker's CONNACK; -1: not received yet
   bool reached_ = false;  ///< the TCP connection is established
@@ -159,7 +159,7 @@ constexpr int kPollPeriod_ms = 200;
 }  // namespace
 
 struct BrokerLink::Shared {
-  Shared(const MqttConfig& mqtt, LastWill last_will)
+  Shared(const config::MqttConfig& mqtt, LastWill last_will)
       : config(mqtt), will(std::move(last_will)), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     status.problem = "not connected yet";
   }
@@ -171,9 +171,9 @@ struct BrokerLink::Shared {
   std::string Serve(BackOff& back_off);
   bool Exchange(Connection& connection, std::int64_t number, std::vector<Outgoing>& messages);
 
-  const MqttConfig config;
+  const config::MqttConfig config;
   const LastWill will;
-  const Descriptor wake;
+  const os::Descriptor wake;
   ThreadHeartbeat pulse;
   std::mutex mutex;  ///< of what follows
   std::condition_variable changed;
@@ -200,7 +200,7 @@ bool BrokerLink::Shared::Exchange(Connection& connection, std::int64_t number,
 
 /// Runs one connection to its end. @return  why it ended
 std::string BrokerLink::Shared::Serve(BackOff& back_off) {
-  const auto number = static_cast<std::int64_t>(std::llround(1e3 * SystemUtcSeconds()));
+  const auto number = static_cast<std::int64_t>(std::llround(1e3 * service::SystemUtcSeconds()));
   Connection connection(config);
   std::string problem =
       connection.Begin(will.topic, will.topic.empty() ? "" : will.payload(number));
@@ -243,7 +243,7 @@ void BrokerLink::Shared::Run() {
   }
 }
 
-BrokerLink::BrokerLink(const MqttConfig& config, LastWill will)
+BrokerLink::BrokerLink(const config::MqttConfig& config, LastWill will)
     : shared_(std::make_shared<Shared>(config, std::move(will))) {
   OpenLibrary();
   std::thread thread([shared = shared_] { shared->Run(); });
@@ -284,13 +284,13 @@ std::uint64_t BrokerLink::beats() const {
   return shared_->pulse.beats();
 }
 
-Result<void> TryBroker(const MqttConfig& config, double timeout_s) {
+Result<void> TryBroker(const config::MqttConfig& config, double timeout_s) {
   OpenLibrary();
-  MqttConfig other = config;
+  config::MqttConfig other = config;
   other.client_id += "-doctor";  // the publisher's id would disconnect the publisher
   Connection connection(other);
   std::string problem = connection.Begin("", "");
-  const Descriptor none(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  const os::Descriptor none(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   const double until_s = MonotonicSeconds() + timeout_s;
   while (problem.empty() && !connection.up()) {
     problem = connection.Poll(none.get(), kPollPeriod_ms);
@@ -301,4 +301,4 @@ Result<void> TryBroker(const MqttConfig& config, double timeout_s) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -11,7 +11,7 @@
 #include "app/config/mqtt_config.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// A message to publish.
 struct Outgoing {
@@ -35,7 +35,7 @@ class BrokerLink {
     std::function<std::string(std::int64_t number)> payload;
   };
   /// The password file is read for each connection, so that a new password needs no restart.
-  BrokerLink(const MqttConfig& config, LastWill will);
+  BrokerLink(const config::MqttConfig& config, LastWill will);
   /// Returns within two seconds. Disconnects cleanly only after SuppressWill(), or if nothing was
   /// published; otherwise the broker publishes the will.
   ~BrokerLink();
@@ -63,6 +63,6 @@ class BrokerLink {
 
 /// Tries to connect and disconnects again, without publishing.
 /// @return  why the broker refused, if it did
-Result<void> TryBroker(const MqttConfig& config, double timeout_s);
+Result<void> TryBroker(const config::MqttConfig& config, double timeout_s);
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -9,7 +9,7 @@
 #include "app/text/json_text.h"
 #include "firmware-like/snapshot.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 constexpr int kMemorySchema = 1;
@@ -20,16 +20,17 @@ std::int64_t Milliseconds(double utc_s) {
   return std::llround(1e3 * utc_s);
 }
 
-bool Differs(const ViewPoint& a, const ViewPoint& b, double change_m) {
+bool Differs(const view_link::ViewPoint& a, const view_link::ViewPoint& b, double change_m) {
   return a.valid != b.valid || a.extrapolated != b.extrapolated || a.code != b.code ||
          (a.valid && !((a.translation_B - b.translation_B).norm() <= change_m));
 }
 
 }  // namespace
 
-ChangeDetector::ChangeDetector(const MqttConfig& config, FleetCell cell, const std::string& memory)
+ChangeDetector::ChangeDetector(const config::MqttConfig& config, FleetCell cell,
+                               const std::string& memory)
     : config_(config), cell_(std::move(cell)) {
-  const auto json = JsonOrNull(memory);
+  const auto json = text::JsonOrNull(memory);
   if (!json.is_object() || json.value("schema", 0) != kMemorySchema) return;
   alarms_ = json.value("alarms", std::uint16_t{0});
   warnings_ = json.value("warnings", std::uint16_t{0});
@@ -46,10 +47,11 @@ std::string ChangeDetector::Memory() const {
 }
 
 void ChangeDetector::UpdateWord(const char* word, std::uint16_t bits,
-                                std::span<const BitMeaning> meanings, std::uint16_t& reported,
-                                std::map<std::uint16_t, TimedBit>& timed, const ViewState& state,
-                                double now_s, std::vector<Message>& messages) {
-  for (const BitMeaning& meaning : meanings) {
+                                std::span<const plc::BitMeaning> meanings, std::uint16_t& reported,
+                                std::map<std::uint16_t, TimedBit>& timed,
+                                const view_link::ViewState& state, double now_s,
+                                std::vector<Message>& messages) {
+  for (const plc::BitMeaning& meaning : meanings) {
     TimedBit& bit = timed[meaning.mask];
     const bool set = (bits & meaning.mask) != 0, was = (reported & meaning.mask) != 0;
     if (set || bit.seen_s < -1e299) {  // reported by a previous run: its time starts now
@@ -63,10 +65,10 @@ void ChangeDetector::UpdateWord(const char* word, std::uint16_t bits,
   }
 }
 
-void ChangeDetector::UpdatePoints(const ViewState& state, double now_s,
+void ChangeDetector::UpdatePoints(const view_link::ViewState& state, double now_s,
                                   std::vector<Message>& messages) {
-  for (const ViewPoint& point : state.points) {
-    if (point.code == CorrectionCode::kPending) continue;
+  for (const view_link::ViewPoint& point : state.points) {
+    if (point.code == correction::CorrectionCode::kPending) continue;
     const auto known = points_.find(point.id);
     if (known != points_.end() && (now_s - known->second.at_s < config_.change_period_s ||
                                    !Differs(point, known->second.point, config_.point_change_m))) {
@@ -78,10 +80,11 @@ void ChangeDetector::UpdatePoints(const ViewState& state, double now_s,
   }
 }
 
-void ChangeDetector::UpdateState(const ViewState& state, double now_s,
+void ChangeDetector::UpdateState(const view_link::ViewState& state, double now_s,
                                  std::vector<Message>& messages) {
   std::vector<int> summary = {state.status & ~kVolatileBits, state.alarms, state.warnings,
-                              state.model_version, plc_map::MonitoringWord(state.monitoring)};
+                              state.model_version,
+                              plc::registers::MonitoringWord(state.monitoring)};
   summary.insert(summary.end(), lenses_.begin(), lenses_.end());
   const double since_s = now_s - state_s_;
   if (since_s < config_.change_period_s) return;
@@ -91,10 +94,11 @@ void ChangeDetector::UpdateState(const ViewState& state, double now_s,
   messages.push_back({MessageKind::kState, Milliseconds(state.utc_s), StateBody(state, cell_)});
 }
 
-void ChangeDetector::UpdateLenses(const ViewState& state, std::vector<Message>& messages) {
+void ChangeDetector::UpdateLenses(const view_link::ViewState& state,
+                                  std::vector<Message>& messages) {
   lenses_.resize(state.cameras.size(), kNotReported);
   for (std::size_t k = 0; k < lenses_.size(); ++k) {
-    const CameraStatus& status = state.cameras[k].status;
+    const status::CameraStatus& status = state.cameras[k].status;
     const int lens = status.configured ? static_cast<int>(status.state) : kNotReported;
     if (lens == lenses_[k]) continue;
     lenses_[k] = lens;
@@ -103,7 +107,7 @@ void ChangeDetector::UpdateLenses(const ViewState& state, std::vector<Message>& 
   }
 }
 
-std::vector<Message> ChangeDetector::Update(const ViewState& state, double now_s) {
+std::vector<Message> ChangeDetector::Update(const view_link::ViewState& state, double now_s) {
   std::vector<Message> messages;
   received_s_ = now_s;
   if (silent_) {
@@ -117,10 +121,10 @@ std::vector<Message> ChangeDetector::Update(const ViewState& state, double now_s
     model_version_ = state.model_version;
   }
   UpdateLenses(state, messages);
-  UpdateWord("alarms", state.alarms, plc_map::AlarmBits(), alarms_, alarm_times_, state, now_s,
-             messages);
-  UpdateWord("warnings", state.warnings, plc_map::WarningBits(), warnings_, warning_times_, state,
+  UpdateWord("alarms", state.alarms, plc::registers::AlarmBits(), alarms_, alarm_times_, state,
              now_s, messages);
+  UpdateWord("warnings", state.warnings, plc::registers::WarningBits(), warnings_, warning_times_,
+             state, now_s, messages);
   UpdatePoints(state, now_s, messages);
   UpdateState(state, now_s, messages);
   return messages;
@@ -135,4 +139,4 @@ std::vector<Message> ChangeDetector::UpdateWithoutState(double now_s, double utc
            AlarmBody("fleet", 0, "no data from plumblined", true)}};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

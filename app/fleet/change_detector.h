@@ -10,7 +10,7 @@
 #include "app/fleet/message_text.h"
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// Compares each state with what was reported before. Pure: time is an input. Alarms, model and
 /// lens states must be reported exactly once across restarts; Memory() returns what was reported,
@@ -24,10 +24,10 @@ class ChangeDetector {
   static constexpr double kSilent_s = 5;
 
   /// @param memory  Memory() of the previous run; ignored if empty or of another schema
-  ChangeDetector(const MqttConfig& config, FleetCell cell, const std::string& memory);
+  ChangeDetector(const config::MqttConfig& config, FleetCell cell, const std::string& memory);
 
   /// @param now_s  monotonic clock of this computer
-  std::vector<Message> Update(const ViewState& state, double now_s);
+  std::vector<Message> Update(const view_link::ViewState& state, double now_s);
   /// To be called when no state has arrived. @param utc_s  now
   std::vector<Message> UpdateWithoutState(double now_s, double utc_s);
 
@@ -39,17 +39,18 @@ class ChangeDetector {
     double seen_s = -1e300, seen_utc_s = 0;  ///< when it was last set
   };
   struct ReportedPoint {
-    ViewPoint point;
+    view_link::ViewPoint point;
     double at_s = -1e300;
   };
-  void UpdateWord(const char* word, std::uint16_t bits, std::span<const BitMeaning> meanings,
+  void UpdateWord(const char* word, std::uint16_t bits, std::span<const plc::BitMeaning> meanings,
                   std::uint16_t& reported, std::map<std::uint16_t, TimedBit>& timed,
-                  const ViewState& state, double now_s, std::vector<Message>& messages);
-  void UpdateLenses(const ViewState& state, std::vector<Message>& messages);
-  void UpdatePoints(const ViewState& state, double now_s, std::vector<Message>& messages);
-  void UpdateState(const ViewState& state, double now_s, std::vector<Message>& messages);
+                  const view_link::ViewState& state, double now_s, std::vector<Message>& messages);
+  void UpdateLenses(const view_link::ViewState& state, std::vector<Message>& messages);
+  void UpdatePoints(const view_link::ViewState& state, double now_s,
+                    std::vector<Message>& messages);
+  void UpdateState(const view_link::ViewState& state, double now_s, std::vector<Message>& messages);
 
-  const MqttConfig config_;
+  const config::MqttConfig config_;
   const FleetCell cell_;
   std::uint16_t alarms_ = 0, warnings_ = 0;  ///< as reported
   std::map<std::uint16_t, TimedBit> alarm_times_, warning_times_;
@@ -62,4 +63,4 @@ class ChangeDetector {
   std::vector<int> summary_;  ///< a change of these values triggers a state message
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

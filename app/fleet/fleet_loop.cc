@@ -12,7 +12,7 @@
 #include "app/text/json_text.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 constexpr double kIdleWait_s = 0.1;    ///< if nothing is in flight
@@ -24,11 +24,11 @@ constexpr double kBytesPerMB = 1e6;
 constexpr std::int64_t kBirthId = -1, kDeathId = -2;
 
 std::int64_t NowUtc_ms() {
-  return std::llround(1e3 * SystemUtcSeconds());
+  return std::llround(1e3 * service::SystemUtcSeconds());
 }
 
 nlohmann::json MemoryOf(const FleetQueue& queue) {
-  auto json = JsonOrNull(queue.memory());
+  auto json = text::JsonOrNull(queue.memory());
   return json.is_object() ? json : nlohmann::json::object();
 }
 
@@ -51,20 +51,20 @@ std::string DroppedText(const FleetQueue::Dropped& dropped) {
 
 }  // namespace
 
-FleetCell FleetCellOf(const DaemonConfig& config) {
-  const CellModel& model = config.machine.cell;
+FleetCell FleetCellOf(const config::DaemonConfig& config) {
+  const model::CellModel& model = config.machine.cell;
   FleetCell cell{config.mqtt->group, config.mqtt->node, model.robot.name, model.robot.joints, {}};
-  for (const AssemblyPoint& point : config.machine.points) {
+  for (const correction::AssemblyPoint& point : config.machine.points) {
     cell.points.push_back({point.id, point.name});
   }
   return cell;
 }
 
-FleetLoop::FleetLoop(const DaemonConfig& config, FleetQueue queue)
+FleetLoop::FleetLoop(const config::DaemonConfig& config, FleetQueue queue)
     : config_(*config.mqtt),
       cell_(FleetCellOf(config)),
       queue_(std::move(queue)),
-      client_(ViewSocketOf(config.state_directory), false),
+      client_(view_link::ViewSocketOf(config.state_directory), false),
       tail_(config.state_directory + "/journal.sqlite"),
       mark_(MarkOf(queue_)),
       changes_(config_, cell_, MemoryOf(queue_).value("changes", nlohmann::json()).dump()),
@@ -72,7 +72,7 @@ FleetLoop::FleetLoop(const DaemonConfig& config, FleetQueue queue)
 
 std::string FleetLoop::Memory() const {
   nlohmann::ordered_json memory = {
-      {"changes", JsonOrNull<nlohmann::ordered_json>(changes_.Memory())}};
+      {"changes", text::JsonOrNull<nlohmann::ordered_json>(changes_.Memory())}};
   if (mark_) memory["probes"] = {{"journal", mark_->journal}, {"id", mark_->id}};
   return memory.dump();
 }
@@ -87,15 +87,15 @@ void FleetLoop::RunOnce() {
 void FleetLoop::ReadDaemonState() {
   const bool came = client_.Read(in_flight_ > 0 ? kBusyWait_s : kIdleWait_s, view_);
   AddPending(came ? changes_.Update(view_.state, MonotonicSeconds())
-                  : changes_.UpdateWithoutState(MonotonicSeconds(), SystemUtcSeconds()));
+                  : changes_.UpdateWithoutState(MonotonicSeconds(), service::SystemUtcSeconds()));
   if (came) {
-    SetLogContext({view_.state.cell, view_.state.model_version});
+    log::SetLogContext({view_.state.cell, view_.state.model_version});
     if (!feed_problem_.empty())
-      Log({Event::kFleetFeedBack, "receiving data from plumblined again"});
+      log::Log({log::Event::kFleetFeedBack, "receiving data from plumblined again"});
     feed_problem_.clear();
   } else if (!client_.connected() && !client_.problem().empty() && feed_problem_.empty()) {
     feed_problem_ = client_.problem();
-    Log({Event::kFleetFeedLost, feed_problem_});
+    log::Log({log::Event::kFleetFeedLost, feed_problem_});
   }
 }
 
@@ -117,7 +117,7 @@ void FleetLoop::AddPending(std::vector<Message> messages) {
 }
 
 void FleetLoop::LogQueueFault(const std::string& problem) {
-  if (queue_problem_.empty()) Log({Event::kFleetQueueFault, "queue: " + problem});
+  if (queue_problem_.empty()) log::Log({log::Event::kFleetQueueFault, "queue: " + problem});
   queue_problem_ = problem;
 }
 
@@ -128,7 +128,8 @@ void FleetLoop::ReadJournal(double now_s) {
   const auto taken = tail_.ReadNew(mark_);
   if (!taken) {
     if (journal_problem_.empty()) {
-      Log({Event::kFleetJournal, fmt::format("probes are not published: {}", taken.error())});
+      log::Log(
+          {log::Event::kFleetJournal, fmt::format("probes are not published: {}", taken.error())});
     }
     journal_problem_ = taken.error();
     return;
@@ -154,14 +155,15 @@ void FleetLoop::StorePending() {
       return LogQueueFault(removed.error());
     acknowledged_.clear();
     if (const auto next = queue_.Next(sent_, 1); !next) return LogQueueFault(next.error());
-    Log({Event::kFleetQueueWorks,
-         fmt::format("queue works again; {} messages are published late, {} were discarded", late,
-                     std::exchange(discarded_, 0))});
+    log::Log({log::Event::kFleetQueueWorks,
+              fmt::format("queue works again; {} messages are published late, {} were discarded",
+                          late, std::exchange(discarded_, 0))});
     queue_problem_.clear();
   }
   if (queue_.dropped() == before || dropping_) return;
   dropping_ = true;
-  Log({Event::kFleetDropping,
+  log::Log(
+      {log::Event::kFleetDropping,
        fmt::format("queue is full ({:.0f} MB): the oldest states are dropped from now on, then the "
                    "oldest changes, and alarms and probes last. Restore the broker connection",
                    static_cast<double>(config_.queue_bytes) / kBytesPerMB)});
@@ -173,8 +175,8 @@ void FleetLoop::HandleConnectionChange(std::int64_t connection) {
   in_flight_ = 0;
   if (connection == 0) return;
   if (dropping_) {
-    Log({Event::kFleetDropped,
-         "dropped since the queue was created: " + DroppedText(queue_.dropped())});
+    log::Log({log::Event::kFleetDropped,
+              "dropped since the queue was created: " + DroppedText(queue_.dropped())});
     dropping_ = false;
   }
   if (queue_.dropped() != dropped_reported_ && queue_.dropped() != FleetQueue::Dropped{}) {
@@ -184,8 +186,8 @@ void FleetLoop::HandleConnectionChange(std::int64_t connection) {
   }
   backlog_ = queue_.size();
   connected_s_ = MonotonicSeconds();
-  Log({Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued", config_.host,
-                                     config_.port, backlog_)});
+  log::Log({log::Event::kBrokerUp, fmt::format("broker {}:{} connected, {} messages queued",
+                                               config_.host, config_.port, backlog_)});
   link_.Publish(connection, {{kBirthId, TopicOf(cell_, "NBIRTH"),
                               BirthText(cell_, queue_, connection, NowUtc_ms()), true}});
   ++in_flight_;
@@ -209,8 +211,9 @@ void FleetLoop::Forward() {
     if (!status.problem.empty() && status.problem != link_problem_ &&
         status.problem != "not connected yet") {
       link_problem_ = status.problem;
-      Log({Event::kBrokerLost, fmt::format("broker {}:{}: {}; messages are queued meanwhile",
-                                           config_.host, config_.port, status.problem)});
+      log::Log(
+          {log::Event::kBrokerLost, fmt::format("broker {}:{}: {}; messages are queued meanwhile",
+                                                config_.host, config_.port, status.problem)});
     }
     return;
   }
@@ -235,8 +238,9 @@ void FleetLoop::Forward() {
 void FleetLoop::LogBacklog() {
   if (backlog_ == 0 || in_flight_ > 0) return;
   if (backlog_ > 1) {
-    Log({Event::kFleetForwarded, fmt::format("{} messages forwarded in {:.1f} s", backlog_,
-                                             MonotonicSeconds() - connected_s_)});
+    log::Log(
+        {log::Event::kFleetForwarded, fmt::format("{} messages forwarded in {:.1f} s", backlog_,
+                                                  MonotonicSeconds() - connected_s_)});
   }
   backlog_ = 0;
 }
@@ -269,4 +273,4 @@ std::string FleetLoop::Status() const {
                      queue_.size());
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -13,13 +13,13 @@
 #include "app/fleet/queue.h"
 #include "app/view_link/view_client.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// Folder of the queue, the only one that the publisher writes to.
 inline std::string FleetFolderOf(const std::string& state_directory) {
   return state_directory + "/fleet";
 }
-FleetCell FleetCellOf(const DaemonConfig& config);
+FleetCell FleetCellOf(const config::DaemonConfig& config);
 
 /// All messages go through the queue, whether the broker is connected or not. Published messages
 /// stay in the queue until they are acknowledged; a new connection starts with a birth message and
@@ -29,7 +29,7 @@ class FleetLoop {
   static constexpr std::size_t kMaxInFlight = 200;
   /// Limit on messages held in memory while the queue cannot be written.
   static constexpr std::size_t kMaxPending = 10'000;
-  FleetLoop(const DaemonConfig& config, FleetQueue queue);
+  FleetLoop(const config::DaemonConfig& config, FleetQueue queue);
 
   /// One iteration, at most about 100 ms.
   void RunOnce();
@@ -51,16 +51,16 @@ class FleetLoop {
   void LogBacklog();
   std::string Memory() const;
 
-  const MqttConfig config_;
+  const config::MqttConfig config_;
   const FleetCell cell_;
   FleetQueue queue_;
-  ViewClient client_;
+  view_link::ViewClient client_;
   ProbeTail tail_;
   std::optional<ProbeMark> mark_;
   ChangeDetector changes_;
   BrokerLink link_;
 
-  View view_;
+  view_link::View view_;
   std::vector<Message> pending_;    ///< not in the queue yet
   int discarded_ = 0;               ///< of those, dropped since the queue failed
   double tried_s_ = -1e300;         ///< last attempt to write the queue
@@ -76,4 +76,4 @@ class FleetLoop {
   bool dropping_ = false;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -25,5 +25,5 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  return plumbline::RunFleet(config);
+  return plumbline::fleet::RunFleet(config);
 }

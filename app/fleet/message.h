@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// Kind of a message, which determines its topic. The numbers are stored in the queue's file.
 enum class MessageKind : std::uint8_t {
@@ -37,4 +37,4 @@ struct QueuedMessage {
   Message message;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -10,7 +10,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -41,22 +41,22 @@ Json OptionalNumber(const std::optional<double>& value, double step) {
 }
 
 /// Degrees, or mm for prismatic joints; null if their number is not the cell's.
-Json JointsJson(const JointVector& q, const std::vector<Joint>& joints) {
+Json JointsJson(const model::JointVector& q, const std::vector<model::Joint>& joints) {
   if (q.size() == 0 || q.size() != static_cast<Eigen::Index>(joints.size())) return nullptr;
   Json list = Json::array();
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const double value = q[static_cast<Eigen::Index>(i)];
-    list.push_back(joints[i].type == JointType::kPrismatic
+    list.push_back(joints[i].type == model::JointType::kPrismatic
                        ? Millimetres(value)
                        : Rounded(value * kDegPerRad, kAngleStep_deg));
   }
   return list;
 }
 
-Json LensFields(const CameraStatus& status) {
-  return {{"camera", CameraNameText(status.name)},
-          {"lens", std::string(ZoomStateText(status.state))},
-          {"reason", std::string(ZoomReasonText(status.reason))},
+Json LensFields(const status::CameraStatus& status) {
+  return {{"camera", status::CameraNameText(status.name)},
+          {"lens", std::string(lens::ZoomStateText(status.state))},
+          {"reason", std::string(lens::ZoomReasonText(status.reason))},
           {"lens_id", status.lens_id}};
 }
 
@@ -96,9 +96,9 @@ std::string MessageText(const std::string& stream, const QueuedMessage& queued) 
                      queued.message.utc_ms, body.size() > 2 ? "," : "", body.substr(1));
 }
 
-std::string StateBody(const ViewState& state, const FleetCell& cell) {
+std::string StateBody(const view_link::ViewState& state, const FleetCell& cell) {
   int valid = 0;
-  for (const ViewPoint& point : state.points) valid += point.valid;
+  for (const view_link::ViewPoint& point : state.points) valid += point.valid;
   Json json = {{"status", state.status},
                {"alarms", state.alarms},
                {"warnings", state.warnings},
@@ -111,19 +111,19 @@ std::string StateBody(const ViewState& state, const FleetCell& cell) {
                {"temp_C", OptionalNumber(state.temp_C, 1e-2)},
                {"points", state.points.size()},
                {"points_valid", valid},
-               {"loop", plc_map::MonitoringWord(state.monitoring)},
+               {"loop", plc::registers::MonitoringWord(state.monitoring)},
                {"probes", state.monitoring.probes},
                {"drift_statistic", Rounded(state.monitoring.drift_statistic, 1e-4)},
                {"proposed_model", state.monitoring.model.proposed}};
   Json cameras = Json::array();
-  for (const ViewCamera& camera : state.cameras) {
+  for (const view_link::ViewCamera& camera : state.cameras) {
     if (camera.status.configured) cameras.push_back(LensFields(camera.status));
   }
   json["cameras"] = cameras;
   return TextOf(json);
 }
 
-std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_version) {
+std::string PointBody(const view_link::ViewPoint& point, const FleetCell& cell, int model_version) {
   std::string name;
   for (const FleetCell::Point& known : cell.points) {
     if (known.id == point.id) name = known.name;
@@ -142,14 +142,14 @@ std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_v
                  {"model", model_version}});
 }
 
-std::string LensBody(const CameraStatus& status) {
+std::string LensBody(const status::CameraStatus& status) {
   Json json = LensFields(status);
   json["zoom_counts"] = status.zoom_counts ? Json(*status.zoom_counts) : Json(nullptr);
   json["board_views"] = status.board_views;
   return TextOf(json);
 }
 
-std::string ModelBody(const ViewState& state, int before) {
+std::string ModelBody(const view_link::ViewState& state, int before) {
   return TextOf({{"model", state.model_version},
                  {"before", before < 0 ? Json(nullptr) : Json(before)},
                  {"declared", state.monitoring.model.declared},
@@ -183,4 +183,4 @@ std::string LostBody(const FleetQueue::Dropped& dropped) {
   return TextOf({{"states", dropped[0]}, {"changes", dropped[1]}, {"others", dropped[2]}});
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

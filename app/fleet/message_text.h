@@ -11,7 +11,7 @@
 #include "app/view_link/view_state.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// Incremented with every change that an older consumer would misinterpret.
 inline constexpr int kFleetSchema = 1;
@@ -21,7 +21,7 @@ inline constexpr const char* kFleetNamespace = "plumblineV1";
 /// Constants of the cell, from the configuration.
 struct FleetCell {
   std::string group, node, cell;
-  std::vector<Joint> joints;
+  std::vector<model::Joint> joints;
   struct Point {
     int id = 0;
     std::string name;
@@ -39,13 +39,13 @@ std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool told_goodbye
 /// The body, preceded by stream, seq and timestamp.
 std::string MessageText(const std::string& stream, const QueuedMessage& queued);
 
-std::string StateBody(const ViewState& state, const FleetCell& cell);
-std::string PointBody(const ViewPoint& point, const FleetCell& cell, int model_version);
-std::string LensBody(const CameraStatus& status);
-std::string ModelBody(const ViewState& state, int before);
+std::string StateBody(const view_link::ViewState& state, const FleetCell& cell);
+std::string PointBody(const view_link::ViewPoint& point, const FleetCell& cell, int model_version);
+std::string LensBody(const status::CameraStatus& status);
+std::string ModelBody(const view_link::ViewState& state, int before);
 std::string ProbeBody(const ProbeRow& probe);
 /// @param word  "alarms" or "warnings", as in config/register-map.md, or "fleet"
 std::string AlarmBody(const char* word, int bit, const std::string& meaning, bool begins);
 std::string LostBody(const FleetQueue::Dropped& dropped);
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

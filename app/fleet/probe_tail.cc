@@ -8,7 +8,7 @@
 #include "app/journal/journal_schema.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 constexpr const char* kProbesBehind =
@@ -17,7 +17,7 @@ constexpr const char* kProbesBehind =
     " quarantine FROM measurement"
     " WHERE id > ? AND id <= ? ORDER BY id LIMIT ?";
 
-ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
+ProbeRow ProbeFrom(const sqlite::Statement& row, std::int64_t journal) {
   const auto point = [&row](int column) -> Vec3 {
     return kMetrePerMm * Vec3(row.Number(column), row.Number(column + 1), row.Number(column + 2));
   };
@@ -25,7 +25,7 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   probe.journal = journal;
   probe.id = row.Integer(0);
   probe.unix_ms = row.Integer(1);
-  probe.source = SourceNamed(row.Text(2));
+  probe.source = journal::SourceNamed(row.Text(2));
   probe.session = row.Text(3);
   probe.model_version = static_cast<int>(row.Integer(4));
   probe.measured_W = point(5);
@@ -34,12 +34,12 @@ ProbeRow ProbeFrom(const Statement& row, std::int64_t journal) {
   probe.temp_C = row.OptionalNumberAt(12);
   probe.wild = row.Integer(13) != 0;
   probe.alarm = row.Integer(14) != 0;
-  probe.quarantine = static_cast<JournalRow::Quarantine>(row.Integer(15));
+  probe.quarantine = static_cast<journal::JournalRow::Quarantine>(row.Integer(15));
   return probe;
 }
 
 /// Whether the row has a residual and a known time.
-bool IsProbe(const Statement& row) {
+bool IsProbe(const sqlite::Statement& row) {
   return row.Text(2) != "import" && !row.IsNull(1) && !row.IsNull(5) && !row.IsNull(8);
 }
 
@@ -52,13 +52,13 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
     settled_ = {};
     return Taken{{}, mark.value_or(ProbeMark{})};
   }
-  Result<Database> opened = Database::Open(path_, Database::Mode::kRead);
+  Result<sqlite::Database> opened = sqlite::Database::Open(path_, sqlite::Database::Mode::kRead);
   if (!opened) return Error{opened.error()};
-  Database& database = opened.value();
-  if (auto problem = JournalFileFault(database)) return *std::move(problem);
+  sqlite::Database& database = opened.value();
+  if (auto problem = journal::JournalFileFault(database)) return *std::move(problem);
   const auto version = database.IntegerOf("PRAGMA user_version");
   if (!version) return Error{version.error()};
-  if (*version != kJournalSchema) {
+  if (*version != journal::kJournalSchema) {
     return Error{
         fmt::format("{}: has the schema of another version; start plumblined of this version, "
                     "which upgrades it",
@@ -74,7 +74,7 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
   // A journal restored from a backup may have fewer rows than were already published.
   Taken taken{{}, {*epoch, mark->journal == *epoch ? std::min(mark->id, *last) : 0}};
   if (settled.journal != *epoch) return Taken{{}, taken.mark};  // first call for this journal
-  Statement rows(database.get(), kProbesBehind);
+  sqlite::Statement rows(database.get(), kProbesBehind);
   rows.Bind(1, taken.mark.id);
   rows.Bind(2, settled.id);
   rows.Bind(3, std::int64_t{kMaxRows});
@@ -87,4 +87,4 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
   return taken;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -9,11 +9,11 @@
 #include "app/journal/journal_row.h"
 #include "app/sqlite/database.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// A probe with its prediction; joints are not read. `journal` and `id` identify it permanently.
 /// Time, measured and predicted tip are always set.
-struct ProbeRow : JournalRow {
+struct ProbeRow : journal::JournalRow {
   std::int64_t journal = 0;  ///< the epoch of the journal, UTC [s]
 };
 
@@ -43,4 +43,4 @@ class ProbeTail {
   ProbeMark settled_;  ///< last row at the previous call
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 constexpr int kQueueSchema = 1;
@@ -73,7 +73,7 @@ Error FleetQueue::Failed(const char* what) const {
 }
 
 Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_bytes) {
-  Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
+  Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   if (!opened) return opened.failure();
   FleetQueue queue(std::move(opened).value(), bound_bytes);
   const Result<void> prepared = queue.Prepare();
@@ -97,7 +97,7 @@ Result<void> FleetQueue::CheckFile() {
                     database_.path())};
   }
   if (*version > kQueueSchema) {
-    return Error{NewerSchema(database_.path(), *version, kQueueSchema)};
+    return Error{sqlite::NewerSchema(database_.path(), *version, kQueueSchema)};
   }
   return {};
 }
@@ -112,7 +112,7 @@ Result<void> FleetQueue::Prepare() {
       !database_.Run("PRAGMA journal_size_limit=4000000")) {
     return Failed("cannot be prepared (is another plumbline-fleet using it?)");
   }
-  Transaction transaction(database_);
+  sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
   const auto version = database_.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
@@ -128,8 +128,8 @@ Result<void> FleetQueue::Prepare() {
 }
 
 Result<void> FleetQueue::LoadCounts() {
-  Statement stream(database_.get(),
-                   "SELECT id, memory, dropped_0, dropped_1, dropped_2 FROM stream");
+  sqlite::Statement stream(database_.get(),
+                           "SELECT id, memory, dropped_0, dropped_1, dropped_2 FROM stream");
   if (stream.Step() != SQLITE_ROW) return Failed("cannot be read");
   stream_ = stream.Text(0);
   memory_ = stream.Text(1);
@@ -148,7 +148,7 @@ Result<void> FleetQueue::LoadCounts() {
 
 bool FleetQueue::DropOldest(Counts& counts) {
   while (counts.bytes > bound_bytes_ && counts.messages > 0) {
-    Statement drop(database_.get(), kDropOldest);
+    sqlite::Statement drop(database_.get(), kDropOldest);
     drop.Bind(1, std::int64_t{kDropBatch});
     int code = SQLITE_ROW;
     while ((code = drop.Step()) == SQLITE_ROW) {
@@ -165,10 +165,10 @@ Result<void> FleetQueue::Append(const std::vector<Message>& messages, const std:
                                 bool anyway) {
   if (messages.empty() && memory == memory_ && !anyway) return {};
   Counts counts = counts_;
-  Transaction transaction(database_);
+  sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
-  Statement insert(database_.get(),
-                   "INSERT INTO message (kind, importance, utc_ms, body) VALUES (?,?,?,?)");
+  sqlite::Statement insert(database_.get(),
+                           "INSERT INTO message (kind, importance, utc_ms, body) VALUES (?,?,?,?)");
   for (const Message& message : messages) {
     insert.Bind(1, static_cast<std::int64_t>(message.kind));
     insert.Bind(2, static_cast<std::int64_t>(ImportanceOf(message.kind)));
@@ -179,8 +179,8 @@ Result<void> FleetQueue::Append(const std::vector<Message>& messages, const std:
     counts.bytes += kRowBytes + static_cast<std::int64_t>(message.body.size());
   }
   if (!DropOldest(counts)) return Failed("cannot be written");
-  Statement note(database_.get(),
-                 "UPDATE stream SET memory = ?, dropped_0 = ?, dropped_1 = ?, dropped_2 = ?");
+  sqlite::Statement note(
+      database_.get(), "UPDATE stream SET memory = ?, dropped_0 = ?, dropped_1 = ?, dropped_2 = ?");
   note.Bind(1, memory);
   for (int k = 0; k < kImportances; ++k) {
     note.Bind(2 + k, counts.dropped[static_cast<std::size_t>(k)]);
@@ -194,8 +194,9 @@ Result<void> FleetQueue::Append(const std::vector<Message>& messages, const std:
 Result<std::vector<QueuedMessage>> FleetQueue::Next(std::int64_t after_seq, std::size_t most) {
   std::vector<QueuedMessage> next;
   if (counts_.messages == 0 || most == 0) return next;
-  Statement rows(database_.get(),
-                 "SELECT seq, kind, utc_ms, body FROM message WHERE seq > ? ORDER BY seq LIMIT ?");
+  sqlite::Statement rows(
+      database_.get(),
+      "SELECT seq, kind, utc_ms, body FROM message WHERE seq > ? ORDER BY seq LIMIT ?");
   rows.Bind(1, after_seq);
   rows.Bind(2, static_cast<std::int64_t>(most));
   int code = SQLITE_ROW;
@@ -210,11 +211,11 @@ Result<std::vector<QueuedMessage>> FleetQueue::Next(std::int64_t after_seq, std:
 Result<void> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
   if (seqs.empty()) return {};
   Counts counts = counts_;
-  Transaction transaction(database_);
+  sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return Failed("cannot be written");
   for (const std::int64_t seq : seqs) {
-    Statement remove(database_.get(),
-                     "DELETE FROM message WHERE seq = ? RETURNING length(CAST(body AS BLOB))");
+    sqlite::Statement remove(
+        database_.get(), "DELETE FROM message WHERE seq = ? RETURNING length(CAST(body AS BLOB))");
     remove.Bind(1, seq);
     int code = SQLITE_ROW;
     while ((code = remove.Step()) == SQLITE_ROW) {
@@ -228,4 +229,4 @@ Result<void> FleetQueue::Remove(std::span<const std::int64_t> seqs) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

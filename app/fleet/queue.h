@@ -10,7 +10,7 @@
 #include "app/fleet/message.h"
 #include "app/sqlite/database.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// One SQLite file (write-ahead log, synchronous=FULL), written by one process. When Append()
 /// returns, its messages survive a crash or power cut; the producer's memory is stored in the same
@@ -50,7 +50,7 @@ class FleetQueue {
     std::int64_t messages = 0, bytes = 0;
     Dropped dropped{};
   };
-  FleetQueue(Database database, std::int64_t bound_bytes)
+  FleetQueue(sqlite::Database database, std::int64_t bound_bytes)
       : database_(std::move(database)), bound_bytes_(bound_bytes) {}
   Result<void> CheckFile();
   Result<void> Prepare();
@@ -58,10 +58,10 @@ class FleetQueue {
   bool DropOldest(Counts& counts);
   Error Failed(const char* what) const;
 
-  Database database_;
+  sqlite::Database database_;
   std::int64_t bound_bytes_;
   Counts counts_;
   std::string stream_, memory_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

@@ -19,7 +19,7 @@
 #include "drivers/clock.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::fleet {
 namespace {
 
 constexpr double kDisconnectTimeout_s = 2;
@@ -27,35 +27,37 @@ constexpr double kStatusPeriod_s = 1;
 /// Longer than the timeouts of a name lookup, during which the link's thread has no heartbeat.
 constexpr double kLinkTimeout_s = 120;
 
-std::optional<DaemonConfig> ReadFleetConfig(const std::string& file) {
-  FaultList faults;
-  auto config = ReadDaemonConfig(file, faults);
-  for (const Fault& fault : faults.All()) {
+std::optional<config::DaemonConfig> ReadFleetConfig(const std::string& file) {
+  config::FaultList faults;
+  auto config = config::ReadDaemonConfig(file, faults);
+  for (const config::Fault& fault : faults.All()) {
     // The daemon logs the other warnings.
     const bool ours = fault.key.rfind("mqtt", 0) == 0;
-    if (ours || fault.severity == Fault::Severity::kFault) LogFault(fault);
+    if (ours || fault.severity == config::Fault::Severity::kFault) log::LogFault(fault);
   }
   if (config && config->mqtt) return config;
-  Log({Event::kFleetNotStarted,
-       config ? fmt::format("not started: {} has no [mqtt] section, which names the broker", file)
-              : fmt::format("not started: {} has the faults logged above; fix them and run "
-                            "'plumbline check' to verify",
-                            file)});
+  log::Log({log::Event::kFleetNotStarted,
+            config
+                ? fmt::format("not started: {} has no [mqtt] section, which names the broker", file)
+                : fmt::format("not started: {} has the faults logged above; fix them and run "
+                              "'plumbline check' to verify",
+                              file)});
   return std::nullopt;
 }
 
-Result<FleetQueue> OpenQueue(const DaemonConfig& config) {
+Result<FleetQueue> OpenQueue(const config::DaemonConfig& config) {
   const std::string folder = FleetFolderOf(config.state_directory);
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
-  if (failed) return Error{fmt::format("{}: {}", folder, WriteErrorText(folder, failed.message()))};
+  if (failed)
+    return Error{fmt::format("{}: {}", folder, files::WriteErrorText(folder, failed.message()))};
   return FleetQueue::Open(folder + "/queue.sqlite", config.mqtt->queue_bytes);
 }
 
 /// Feeds the service manager's watchdog while the loop and the link's thread respond.
 class Watchdog {
  public:
-  explicit Watchdog(const ServiceManager& manager) : manager_(manager) {}
+  explicit Watchdog(const service::ServiceManager& manager) : manager_(manager) {}
   void Update(const FleetLoop& loop) {
     const double now_s = MonotonicSeconds();
     if (loop.link_beats() != beats_) {
@@ -69,21 +71,21 @@ class Watchdog {
     }
     if (now_s - status_s_ < kStatusPeriod_s) return;
     status_s_ = now_s;
-    FlushLog();
+    log::FlushLog();
     std::string status = loop.Status();
     if (status != status_) manager_.Status(status);
     status_ = std::move(status);
   }
 
  private:
-  const ServiceManager& manager_;
+  const service::ServiceManager& manager_;
   std::uint64_t beats_ = 0;
   double beat_s_ = MonotonicSeconds(), fed_s_ = -1e300, status_s_ = -1e300;
   std::string status_;
 };
 
 /// @return  the signal received
-int RunUntilSignal(FleetLoop& loop, const ServiceManager& manager, int signals) {
+int RunUntilSignal(FleetLoop& loop, const service::ServiceManager& manager, int signals) {
   Watchdog watchdog(manager);
   for (;;) {
     signalfd_siginfo info{};
@@ -97,32 +99,33 @@ int RunUntilSignal(FleetLoop& loop, const ServiceManager& manager, int signals) 
 
 int RunFleet(const std::string& config_file) {
   mallopt(M_ARENA_MAX, 2);
-  const ServiceManager manager;
-  const int signals = OpenSignalDescriptor();
+  const service::ServiceManager manager;
+  const int signals = service::OpenSignalDescriptor();
   auto config = ReadFleetConfig(config_file);
   if (!config) return 1;
   for (;;) {
     auto queue = OpenQueue(*config);
     if (!queue) {
-      Log({Event::kFleetNotStarted, "not started: queue: " + queue.error()});
+      log::Log({log::Event::kFleetNotStarted, "not started: queue: " + queue.error()});
       return 2;
     }
-    Log({Event::kFleetStarted, fmt::format("plumbline-fleet {}, {} messages queued",
-                                           PLUMBLINE_VERSION, queue.value().size())});
+    log::Log({log::Event::kFleetStarted, fmt::format("plumbline-fleet {}, {} messages queued",
+                                                     PLUMBLINE_VERSION, queue.value().size())});
     FleetLoop loop(*config, std::move(queue).value());
     manager.Ready(loop.Status());
-    std::optional<DaemonConfig> fresh;
+    std::optional<config::DaemonConfig> fresh;
     while (!fresh) {
       if (RunUntilSignal(loop, manager, signals) != SIGHUP) {
         manager.Stopping();
         loop.End(kDisconnectTimeout_s);
-        FlushLog(true);
+        log::FlushLog(true);
         return 0;
       }
       manager.Reloading();
       fresh = ReadFleetConfig(config_file);
       if (!fresh) {
-        Log({Event::kNotReloaded,
+        log::Log(
+            {log::Event::kNotReloaded,
              "configuration not reloaded; the previous one stays in force. Fix the faults logged "
              "above"});
         manager.Ready(loop.Status());
@@ -130,8 +133,8 @@ int RunFleet(const std::string& config_file) {
     }
     loop.End(kDisconnectTimeout_s);
     config = std::move(fresh);
-    Log({Event::kReloaded, fmt::format("configuration {} reloaded", config_file)});
+    log::Log({log::Event::kReloaded, fmt::format("configuration {} reloaded", config_file)});
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

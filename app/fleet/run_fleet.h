@@ -3,11 +3,11 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::fleet {
 
 /// Runs until SIGTERM or SIGINT; SIGHUP reloads the configuration.
 /// @return  the exit code: 0 stopped by a signal, 1 faults in the configuration or no [mqtt], 2 the
 ///          queue cannot be used
 int RunFleet(const std::string& config_file);
 
-}  // namespace plumbline
+}  // namespace plumbline::fleet

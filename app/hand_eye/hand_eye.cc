@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 constexpr std::size_t kMinViews = 8;
@@ -34,7 +34,8 @@ Vec3 CentreOf(const HandEyeView& view) {
 /// State of one calibration run.
 class Calibration {
  public:
-  Calibration(std::vector<HandEyeView> views, const KnownLens& lens, const HandEyeOptions& options)
+  Calibration(std::vector<HandEyeView> views, const lens::KnownLens& lens,
+              const HandEyeOptions& options)
       : views_(std::move(views)), lens_(lens), options_(options) {}
 
   HandEye Run();
@@ -51,14 +52,14 @@ class Calibration {
   void Fill();
   void Judge();
   std::vector<PosePairing> PairingsWithout(int fold) const;
-  HandEyeError ErrorOf(const HandEyeState& state, const Lens& lens, int fold) const;
+  HandEyeError ErrorOf(const HandEyeState& state, const lens::Lens& lens, int fold) const;
   void Remove(std::size_t k, const std::string& reason);
   int joints() const {
     return options_.chain != nullptr && !views_.empty() ? static_cast<int>(views_[0].q.size()) : 0;
   }
 
   std::vector<HandEyeView> views_;
-  KnownLens lens_;
+  lens::KnownLens lens_;
   HandEyeOptions options_;
   std::vector<PosePairing> pairings_;  // of views_
   HandEyeState state_;
@@ -106,7 +107,7 @@ bool Calibration::Initialize() {
   if (!poses) return false;
   state_.poses = *poses;
   state_.lens = lens_.lens;
-  state_.offsets = JointVector::Zero(joints());
+  state_.offsets = model::JointVector::Zero(joints());
   // Remove gross outliers now: the robust solution is supported by more than half of the views.
   // Deviations within a robot's own error are left to the adjustment.
   constexpr double kGrossRotation_rad = 0.02, kGrossPosition_m = 0.01;
@@ -142,7 +143,7 @@ bool Calibration::ExcludeWorst() {
   for (std::size_t k = 0; k < views_.size(); ++k)
     sizes.push_back(std::max(fit_.position_misfit[k], fit_.rotation_misfit[k]));
   std::vector<double> sorted = sizes;
-  const double usual = std::max(1e-3, MedianOf(sorted));
+  const double usual = std::max(1e-3, statistics::MedianOf(sorted));
   const auto worst =
       static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
   if (sizes[worst] < kOutlier * usual) return false;
@@ -163,7 +164,8 @@ std::vector<PosePairing> Calibration::PairingsWithout(int fold) const {
   return chosen;
 }
 
-HandEyeError Calibration::ErrorOf(const HandEyeState& state, const Lens& lens, int fold) const {
+HandEyeError Calibration::ErrorOf(const HandEyeState& state, const lens::Lens& lens,
+                                  int fold) const {
   HandEyeError sums;
   double corners = 0, views = 0;
   for (std::size_t k = 0; k < views_.size(); ++k) {
@@ -256,7 +258,7 @@ void Calibration::Fill() {
   }
   if (options_.free_joints && joints() > 0) {
     result_.joint_offsets = state_.offsets;
-    result_.joint_offset_sds = JointVector::Zero(joints());
+    result_.joint_offset_sds = model::JointVector::Zero(joints());
     for (int i = 1; i + 1 < joints(); ++i)
       result_.joint_offset_sds[i] = std::sqrt(fit_.covariance(kOffsetFirst + i, kOffsetFirst + i));
   }
@@ -352,9 +354,9 @@ HandEye Calibration::Run() {
 
 }  // namespace
 
-HandEye CalibrateHandEye(std::vector<HandEyeView> views, const KnownLens& lens,
+HandEye CalibrateHandEye(std::vector<HandEyeView> views, const lens::KnownLens& lens,
                          const HandEyeOptions& options) {
   return Calibration(std::move(views), lens, options).Run();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

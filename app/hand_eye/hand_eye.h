@@ -10,7 +10,7 @@
 #include "app/tracking/tag_pose.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 
 enum class HandEyeSetup {
   kEyeToHand,  ///< the camera is fixed in the cell, the robot carries the target
@@ -20,15 +20,15 @@ enum class HandEyeSetup {
 /// One image of the target with the robot's pose.
 struct HandEyeView {
   std::string name;
-  std::vector<Vec3> points_K;  ///< [m]
-  std::vector<Vec2> pixels;    ///< of the same points
-  Pose X_BF;                   ///< as reported by the robot; computed from `q` if that is given
-  JointVector q;               ///< [rad] or [m]; empty if only the pose is known
+  std::vector<Vec3> points_K;      ///< [m]
+  std::vector<lens::Vec2> pixels;  ///< of the same points
+  Pose X_BF;                       ///< as reported by the robot; computed from `q` if that is given
+  model::JointVector q;            ///< [rad] or [m]; empty if only the pose is known
 };
 
 struct HandEyeOptions {
   HandEyeSetup setup = HandEyeSetup::kEyeToHand;
-  ImageSize image;
+  lens::ImageSize image;
   /// Estimate the lens too, with its covariance as the prior; weak priors if that is zero.
   bool free_lens = false;
   /// Estimate the target's size too, which the robot's motion determines. Otherwise a size that
@@ -36,7 +36,7 @@ struct HandEyeOptions {
   bool free_size = false;
   /// Estimate joint offsets too (views with `q` only), except those of the first and the last
   /// joint, which the poses of camera and target absorb.
-  const Chain* chain = nullptr;
+  const kinematics::Chain* chain = nullptr;
   bool free_joints = false;
   /// The target looks the same after half a turn, so its points may be numbered from either end.
   bool half_turn_symmetric = false;
@@ -47,7 +47,8 @@ struct HandEyeOptions {
 
 struct PoseWithCovariance {
   Pose X;
-  Mat6 covariance = Mat6::Zero();  ///< of position and rotation about the pose's own axes [m, rad]
+  tracking::Mat6 covariance =
+      tracking::Mat6::Zero();  ///< of position and rotation about the pose's own axes [m, rad]
 };
 
 /// Prediction error on held-out images.
@@ -65,11 +66,11 @@ struct RefusedView {
 struct HandEye {
   bool accepted = false;
   std::vector<std::string> reasons;
-  PoseWithCovariance camera;                    ///< X_BC, or X_FC for eye in hand
-  PoseWithCovariance target;                    ///< X_FK, or X_BK for eye in hand
-  KnownLens lens;                               ///< as estimated, or as given
-  JointVector joint_offsets, joint_offset_sds;  ///< [rad]; empty if not estimated
-  double sigma_px = 0;                          ///< per coordinate of a corner
+  PoseWithCovariance camera;                           ///< X_BC, or X_FC for eye in hand
+  PoseWithCovariance target;                           ///< X_FK, or X_BK for eye in hand
+  lens::KnownLens lens;                                ///< as estimated, or as given
+  model::JointVector joint_offsets, joint_offset_sds;  ///< [rad]; empty if not estimated
+  double sigma_px = 0;                                 ///< per coordinate of a corner
   double robot_m = 0;  ///< standard deviation of a robot position per axis; see kRotationLever_m
   double size_ratio = 1, size_ratio_sd = 0;  ///< true size of the target / declared size
   double point_sd_m = 0;                     ///< see HandEyeOptions::acceptable_m
@@ -83,7 +84,7 @@ struct HandEye {
 /// Linear initialization (linear_hand_eye.h), then adjustment of all parameters (hand_eye_fit.h).
 /// Views that contradict the others are excluded and named. The result is accepted, or refused with
 /// advice.
-HandEye CalibrateHandEye(std::vector<HandEyeView> views, const KnownLens& lens,
+HandEye CalibrateHandEye(std::vector<HandEyeView> views, const lens::KnownLens& lens,
                          const HandEyeOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -6,7 +6,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 using SharedColumn = Eigen::Matrix<double, kHandEyeShared, 1>;
@@ -19,7 +19,7 @@ struct NormalEquations {
   HandEyeMatrix S = HandEyeMatrix::Zero();
   SharedColumn g = SharedColumn::Zero();
   struct View {
-    Mat6 H = Mat6::Zero();
+    tracking::Mat6 H = tracking::Mat6::Zero();
     Vec6 g = Vec6::Zero();
     Eigen::Matrix<double, kHandEyeShared, 6> to_shared =
         Eigen::Matrix<double, kHandEyeShared, 6>::Zero();
@@ -32,10 +32,10 @@ struct NormalEquations {
 };
 
 /// Derivative of the flange pose with respect to each joint, in F: position, then rotation.
-Jacobian JointMotion(const Chain& chain, const JointVector& q) {
-  Posture posture;
+kinematics::Jacobian JointMotion(const kinematics::Chain& chain, const model::JointVector& q) {
+  kinematics::Posture posture;
   chain.Evaluate(q, posture);
-  Jacobian jacobian;
+  kinematics::Jacobian jacobian;
   chain.JacobianAt(posture, posture.X_BF().p, jacobian);
   const Mat3 R_FB = posture.X_BF().R.transpose();
   jacobian.topRows<3>() = (R_FB * jacobian.topRows<3>()).eval();
@@ -51,7 +51,7 @@ struct PointDerivatives {
 };
 
 void DerivativesAt(const HandEyeOptions& options, const HandEyeState& state, const Pose& X_BF,
-                   const Jacobian* joints, const Pose& E, const Vec3& p_K,
+                   const kinematics::Jacobian* joints, const Pose& E, const Vec3& p_K,
                    PointDerivatives& derivatives) {
   const Pose& Y = state.poses.Y;
   const Pose& X = state.poses.X;
@@ -94,7 +94,7 @@ void DerivativesAt(const HandEyeOptions& options, const HandEyeState& state, con
 
 SharedColumn DeviationFromPrior(const HandEyePrior& prior, const HandEyeState& state) {
   SharedColumn off = SharedColumn::Zero();
-  const Lens &a = state.lens, &b = prior.lens;
+  const lens::Lens &a = state.lens, &b = prior.lens;
   off[kTargetSize] = state.size - 1;
   off.segment<9>(kLensFirst) << a.fx - b.fx, a.fy - b.fy, a.cx - b.cx, a.cy - b.cy, a.k1 - b.k1,
       a.k2 - b.k2, a.p1 - b.p1, a.p2 - b.p2, a.k3 - b.k3;
@@ -124,7 +124,7 @@ NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOpt
     own.g = robot_information.cwiseProduct(error);
     normal.cost += error.dot(own.g);
     const Pose X_BF = FlangePose(options, view, state.offsets);
-    Jacobian joints;
+    kinematics::Jacobian joints;
     const bool moved = options.free_joints && state.offsets.size() > 0;
     if (moved) joints = JointMotion(*options.chain, view.q + state.offsets);
     PointDerivatives derivatives;
@@ -136,14 +136,14 @@ NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOpt
         normal.in_front = false;
         return normal;
       }
-      const Vec2 n(p.x() / p.z(), p.y() / p.z());
+      const lens::Vec2 n(p.x() / p.z(), p.y() / p.z());
       Eigen::Matrix<double, 2, 3> d_point;
-      const Eigen::Matrix2d d_n = PixelJacobian(state.lens, n);
+      const Eigen::Matrix2d d_n = lens::PixelJacobian(state.lens, n);
       d_point << d_n / p.z(), -d_n * n / p.z();
       Eigen::Matrix<double, 2, kHandEyeShared> J = d_point * derivatives.shared;
-      J.middleCols<9>(kLensFirst) = PixelByLens(state.lens, n);
+      J.middleCols<9>(kLensFirst) = tracking::PixelByLens(state.lens, n);
       const Eigen::Matrix<double, 2, 6> J_own = d_point * derivatives.own;
-      const Vec2 r = PixelOfNormalised<double>(state.lens, n) - view.pixels[i];
+      const lens::Vec2 r = lens::PixelOfNormalised<double>(state.lens, n) - view.pixels[i];
       const double length = r.norm() / noise.corner_px;
       const double weight = length > kHuber ? kHuber / length : 1;
       normal.cost += length > kHuber ? kHuber * (2 * length - kHuber) : length * length;
@@ -174,16 +174,16 @@ void Deactivate(const HandEyePrior& prior, HandEyeMatrix& S, SharedColumn& g) {
 
 /// The shared part after elimination of the views' own parameters.
 void Reduce(const NormalEquations& normal, const HandEyePrior& prior, double damping,
-            HandEyeMatrix& S, SharedColumn& g, std::vector<Mat6>& inverse) {
+            HandEyeMatrix& S, SharedColumn& g, std::vector<tracking::Mat6>& inverse) {
   S = normal.S;
   S.diagonal() *= 1 + damping;
   g = normal.g;
   inverse.resize(normal.views.size());
   for (std::size_t k = 0; k < normal.views.size(); ++k) {
     const NormalEquations::View& own = normal.views[k];
-    Mat6 H = own.H;
+    tracking::Mat6 H = own.H;
     H.diagonal() *= 1 + damping;
-    inverse[k] = H.llt().solve(Mat6::Identity());
+    inverse[k] = H.llt().solve(tracking::Mat6::Identity());
     const Eigen::Matrix<double, kHandEyeShared, 6> through = own.to_shared * inverse[k];
     S.noalias() -= through * own.to_shared.transpose();
     g.noalias() -= through * own.g;
@@ -192,7 +192,7 @@ void Reduce(const NormalEquations& normal, const HandEyePrior& prior, double dam
 }
 
 HandEyeState ApplyStep(const HandEyeState& state, const NormalEquations& normal,
-                       const std::vector<Mat6>& inverse, const SharedColumn& step) {
+                       const std::vector<tracking::Mat6>& inverse, const SharedColumn& step) {
   HandEyeState next = state;
   next.poses.Y.p += step.segment<3>(kCameraPosition);
   next.poses.Y.R = state.poses.Y.R * RotationFromVector(step.segment<3>(kCameraRotation));
@@ -217,7 +217,7 @@ void Evaluate(const NormalEquations& normal, const HandEyePrior& prior, const Ha
               const HandEyeState& state, HandEyeFit& fit) {
   HandEyeMatrix S;
   SharedColumn g;
-  std::vector<Mat6> inverse;
+  std::vector<tracking::Mat6> inverse;
   Reduce(normal, prior, 0, S, g, inverse);
   fit.covariance = S.ldlt().solve(HandEyeMatrix::Identity());
   double position_squares = 0, rotation_squares = 0, position_redundancy = 0,
@@ -230,7 +230,7 @@ void Evaluate(const NormalEquations& normal, const HandEyePrior& prior, const Ha
     for (int i = 0; i < kHandEyeShared; ++i) {
       if (!prior.active[static_cast<std::size_t>(i)]) shared(i, i) = 0;
     }
-    const Mat6 covariance = inverse[k] + through * shared * through.transpose();
+    const tracking::Mat6 covariance = inverse[k] + through * shared * through.transpose();
     for (int axis = 0; axis < 3; ++axis) {
       position_redundancy += 1 - covariance(axis, axis) / (noise.robot_m * noise.robot_m);
       rotation_redundancy +=
@@ -278,10 +278,11 @@ Pose ChainPose(const HandEyeOptions& options, const HandEyePoses& poses, const P
 }
 
 Pose FlangePose(const HandEyeOptions& options, const HandEyeView& view,
-                const JointVector& offsets) {
+                const model::JointVector& offsets) {
   if (options.chain == nullptr || view.q.size() == 0) return view.X_BF;
-  Posture posture;
-  options.chain->Evaluate(offsets.size() > 0 ? JointVector(view.q + offsets) : view.q, posture);
+  kinematics::Posture posture;
+  options.chain->Evaluate(offsets.size() > 0 ? model::JointVector(view.q + offsets) : view.q,
+                          posture);
   return posture.X_BF();
 }
 
@@ -297,7 +298,7 @@ HandEyeFit FitHandEye(const std::vector<HandEyeView>& views, const HandEyeOption
   for (int pass = 0; pass < kMaxSteps && !fit.converged; ++pass) {
     HandEyeMatrix S;
     SharedColumn g;
-    std::vector<Mat6> inverse;
+    std::vector<tracking::Mat6> inverse;
     Reduce(normal, prior, damping, S, g, inverse);
     const SharedColumn step = S.ldlt().solve(-g);
     HandEyeState next = ApplyStep(state, normal, inverse, step);
@@ -319,4 +320,4 @@ HandEyeFit FitHandEye(const std::vector<HandEyeView>& views, const HandEyeOption
   return fit;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -5,7 +5,7 @@
 
 #include "app/hand_eye/linear_hand_eye.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 
 /// Parameters shared by all views, in this order; the joint offsets are last.
 enum HandEyeShared : int {
@@ -17,7 +17,7 @@ enum HandEyeShared : int {
   kLensFirst = 13,   ///< 9: in the order of LensCovariance
   kOffsetFirst = 22  ///< kMaxJoints: added to the joints [rad]
 };
-inline constexpr int kHandEyeShared = kOffsetFirst + kMaxJoints;
+inline constexpr int kHandEyeShared = kOffsetFirst + model::kMaxJoints;
 using HandEyeMatrix = Eigen::Matrix<double, kHandEyeShared, kHandEyeShared>;
 
 /// Ratio of a robot's position errors to its flange rotation errors [m]: joint errors displace the
@@ -37,16 +37,16 @@ struct HandEyeNoise {
 struct HandEyeState {
   HandEyePoses poses;
   double size = 1;
-  Lens lens;
-  JointVector offsets;       ///< [rad]; empty if the joints are unknown
-  std::vector<Pose> errors;  ///< robot pose error E_k of each view
+  lens::Lens lens;
+  model::JointVector offsets;  ///< [rad]; empty if the joints are unknown
+  std::vector<Pose> errors;    ///< robot pose error E_k of each view
 };
 
 /// Prior on lens, size and joint offsets. Its inverse covariance is zero for the poses.
 struct HandEyePrior {
   HandEyeMatrix information = HandEyeMatrix::Zero();
   std::array<bool, kHandEyeShared> active{};  ///< estimated parameters
-  Lens lens;                                  ///< mean
+  lens::Lens lens;                            ///< mean
 };
 
 /// Prior for the given options. A free lens has its own covariance; a parameter of zero variance
@@ -54,7 +54,7 @@ struct HandEyePrior {
 /// joint offsets have 10 mrad, except the first and the last, which are equivalent to rotations of
 /// Y and X and stay fixed.
 /// @param joints  0 if only poses are known
-HandEyePrior MakePrior(const KnownLens& lens, const HandEyeOptions& options, int joints);
+HandEyePrior MakePrior(const lens::KnownLens& lens, const HandEyeOptions& options, int joints);
 
 struct HandEyeFit {
   bool converged = false;
@@ -75,7 +75,8 @@ Pose ChainPose(const HandEyeOptions& options, const HandEyePoses& poses, const P
                const Pose& E);
 
 /// Pose of the flange as reported by the robot, with `offsets` added to its joints.
-Pose FlangePose(const HandEyeOptions& options, const HandEyeView& view, const JointVector& offsets);
+Pose FlangePose(const HandEyeOptions& options, const HandEyeView& view,
+                const model::JointVector& offsets);
 
 /// Levenberg-Marquardt on
 ///   sum |pixel - Project(lens, Y^-1 A_k(q + offsets) E_k X size p_K)|^2 / corner^2 (Huber at 3)
@@ -85,4 +86,4 @@ Pose FlangePose(const HandEyeOptions& options, const HandEyeView& view, const Jo
 HandEyeFit FitHandEye(const std::vector<HandEyeView>& views, const HandEyeOptions& options,
                       const HandEyePrior& prior, const HandEyeNoise& noise, HandEyeState& state);
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

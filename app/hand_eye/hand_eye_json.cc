@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -25,7 +25,7 @@ Json PoseJson(const PoseWithCovariance& pose, const char* frame) {
   if (!IsSet(pose)) return nullptr;
   Vec6 to_file;
   to_file << Vec3::Constant(kMmPerMetre), Vec3::Ones();
-  const Mat6 covariance = to_file.asDiagonal() * pose.covariance * to_file.asDiagonal();
+  const tracking::Mat6 covariance = to_file.asDiagonal() * pose.covariance * to_file.asDiagonal();
   Json matrix = Json::array();
   for (int i = 0; i < 6; ++i) {
     Json row = Json::array();
@@ -33,9 +33,9 @@ Json PoseJson(const PoseWithCovariance& pose, const char* frame) {
     matrix.push_back(std::move(row));
   }
   return {{"in", frame},
-          {"xyz_mm", JsonOfVector(kMmPerMetre * pose.X.p)},
-          {"rpy_deg", JsonOfVector(RollPitchYawFromRotation(pose.X.R) / kRadPerDeg)},
-          {"quaternion_wxyz", JsonOfRotation(pose.X.R)},
+          {"xyz_mm", tracking::JsonOfVector(kMmPerMetre * pose.X.p)},
+          {"rpy_deg", tracking::JsonOfVector(RollPitchYawFromRotation(pose.X.R) / kRadPerDeg)},
+          {"quaternion_wxyz", tracking::JsonOfRotation(pose.X.R)},
           {"covariance",
            {{"order", {"x_mm", "y_mm", "z_mm", "rx_rad", "ry_rad", "rz_rad"}},
             {"matrix", std::move(matrix)}}}};
@@ -46,10 +46,10 @@ Json ErrorJson(const HandEyeError& error) {
 }
 
 Json LensJson(const HandEye& result) {
-  const Lens& lens = result.lens.lens;
+  const lens::Lens& lens = result.lens.lens;
   Json sds;
-  for (int k = 0; k < kLensCount; ++k)
-    sds[kLensNames[k]] = std::sqrt(std::max(0.0, result.lens.covariance(k, k)));
+  for (int k = 0; k < lens::kLensCount; ++k)
+    sds[lens::kLensNames[k]] = std::sqrt(std::max(0.0, result.lens.covariance(k, k)));
   return {{"fx", lens.fx},
           {"fy", lens.fy},
           {"cx", lens.cx},
@@ -109,8 +109,8 @@ std::string HandEyeJson(const HandEye& result, const HandEyeOptions& options, co
   if (X_WB != nullptr && to_hand && found) {
     const Pose X_WC = *X_WB * result.camera.X;
     root["measurement"] = {
-        {"camera_xyz_mm", JsonOfVector(kMmPerMetre * X_WC.p)},
-        {"camera_rpy_deg", JsonOfVector(RollPitchYawFromRotation(X_WC.R) / kRadPerDeg)}};
+        {"camera_xyz_mm", tracking::JsonOfVector(kMmPerMetre * X_WC.p)},
+        {"camera_rpy_deg", tracking::JsonOfVector(RollPitchYawFromRotation(X_WC.R) / kRadPerDeg)}};
   }
   return root.dump(2) + "\n";
 }
@@ -140,4 +140,4 @@ std::string HandEyeText(const HandEye& result, const HandEyeOptions& options) {
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -5,7 +5,7 @@
 
 #include "app/hand_eye/hand_eye.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 
 /// HANDEYE.json: schema, accepted, reasons, setup; `camera` and `target`, each with its parent
 /// frame, xyz_mm, rpy_deg, quaternion_wxyz and the covariance of (x, y, z, rotation about its own
@@ -17,4 +17,4 @@ std::string HandEyeJson(const HandEye& result, const HandEyeOptions& options, co
 
 std::string HandEyeText(const HandEye& result, const HandEyeOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

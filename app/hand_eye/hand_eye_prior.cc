@@ -5,22 +5,22 @@
 
 #include "app/hand_eye/hand_eye_fit.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 /// Prior for a lens of unknown covariance, by the effect of each parameter at the image's corner.
-LensCovariance WeakLensPrior(const Lens& lens, const ImageSize& image) {
+lens::LensCovariance WeakLensPrior(const lens::Lens& lens, const lens::ImageSize& image) {
   const double corner = std::hypot(image.width, image.height) / (lens.fx + lens.fy);
   const double c2 = corner * corner;
   Eigen::Matrix<double, 9, 1> sd;
   sd << 0.03 * lens.fx, 0.03 * lens.fy, 0.02 * image.width, 0.02 * image.width, 0.3 / c2,
       0.1 / (c2 * c2), 0.01, 0.01, 0.03 / (c2 * c2 * c2);
-  return LensCovariance(sd.cwiseAbs2().asDiagonal());
+  return lens::LensCovariance(sd.cwiseAbs2().asDiagonal());
 }
 
 }  // namespace
 
-HandEyePrior MakePrior(const KnownLens& lens, const HandEyeOptions& options, int joints) {
+HandEyePrior MakePrior(const lens::KnownLens& lens, const HandEyeOptions& options, int joints) {
   constexpr double kSizeSd = 0.1, kOffsetSd_rad = 0.01;
   HandEyePrior prior;
   prior.lens = lens.lens;
@@ -28,7 +28,7 @@ HandEyePrior MakePrior(const KnownLens& lens, const HandEyeOptions& options, int
   prior.active[kTargetSize] = options.free_size;
   prior.information(kTargetSize, kTargetSize) = 1 / (kSizeSd * kSizeSd);
   if (options.free_lens) {
-    LensCovariance covariance = lens.covariance;
+    lens::LensCovariance covariance = lens.covariance;
     if ((covariance.diagonal().array() <= 0).all())
       covariance = WeakLensPrior(lens.lens, options.image);
     std::vector<int> known;  // zero variance: dropped by the calibration, so it stays fixed
@@ -59,4 +59,4 @@ HandEyePrior MakePrior(const KnownLens& lens, const HandEyeOptions& options, int
   return prior;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
@@ -98,7 +98,7 @@ std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pa
   const auto judge = [&](const std::optional<HandEyePoses>& poses) {
     if (!poses) return;
     std::vector<double> misfits = MisfitsOf(*poses, pairings, distance_m);
-    const double median = MedianOf(misfits);
+    const double median = statistics::MedianOf(misfits);
     if (median < least) {
       least = median;
       best = poses;
@@ -132,13 +132,13 @@ PairingMisfit MisfitOf(const HandEyePoses& poses, const PosePairing& pairing) {
   return {(from_robot.p - from_camera.p).norm(), Angle(from_robot.R.transpose() * from_camera.R)};
 }
 
-std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& points_K,
-                                 const std::vector<Vec2>& pixels) {
+std::optional<Pose> PoseOfPoints(const lens::Lens& lens, const std::vector<Vec3>& points_K,
+                                 const std::vector<lens::Vec2>& pixels) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> directions;
   bool flat = true;
   for (std::size_t k = 0; k < pixels.size(); ++k) {
-    const auto n = NormalisedOfPixel(lens, pixels[k]);
+    const auto n = lens::NormalisedOfPixel(lens, pixels[k]);
     if (!n) continue;
     points.emplace_back(points_K[k].x(), points_K[k].y(), points_K[k].z());
     directions.emplace_back(n->x(), n->y());
@@ -167,8 +167,8 @@ std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& poin
     double sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Vec3 p_C = pose * Vec3(points[i].x, points[i].y, points[i].z);
-      sum +=
-          (Vec2(p_C.x(), p_C.y()) / p_C.z() - Vec2(directions[i].x, directions[i].y)).squaredNorm();
+      sum += (lens::Vec2(p_C.x(), p_C.y()) / p_C.z() - lens::Vec2(directions[i].x, directions[i].y))
+                 .squaredNorm();
     }
     if (sum < least) {
       least = sum;
@@ -219,4 +219,4 @@ void ResolveHalfTurns(std::vector<PosePairing>& pairings, const Vec3& centre_K,
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -6,7 +6,7 @@
 
 #include "app/hand_eye/hand_eye.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 
 /// The unknowns. Y = X_BC and X = X_FK with A = X_BF (eye to hand), or Y = X_FC and X = X_BK with
 /// A = X_BF^-1 (eye in hand); B = X_CK in both cases.
@@ -38,8 +38,8 @@ PairingMisfit MisfitOf(const HandEyePoses& poses, const PosePairing& pairing);
 
 /// Pose of the target in the camera from its points in one image.
 /// @return  nullopt for fewer than six points, or if there is no solution
-std::optional<Pose> PoseOfPoints(const Lens& lens, const std::vector<Vec3>& points_K,
-                                 const std::vector<Vec2>& pixels);
+std::optional<Pose> PoseOfPoints(const lens::Lens& lens, const std::vector<Vec3>& points_K,
+                                 const std::vector<lens::Vec2>& pixels);
 
 /// RMS rotation between views about the second most used axis [rad]; zero if the robot rotated
 /// about one axis only.
@@ -52,4 +52,4 @@ double SecondAxisRotation(const std::vector<PosePairing>& pairings);
 void ResolveHalfTurns(std::vector<PosePairing>& pairings, const Vec3& centre_K,
                       std::vector<bool>& turned);
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -10,7 +10,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 constexpr double kQuaternionTolerance = 0.01;  // deviation of its norm from 1
@@ -48,12 +48,11 @@ int ColumnOf(const std::vector<std::string_view>& header, std::string_view name)
 
 }  // namespace
 
-std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_view text,
-                                                                  const std::string& file,
-                                                                  const std::vector<Joint>& joints,
-                                                                  FaultList& faults) {
+std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(
+    std::string_view text, const std::string& file, const std::vector<model::Joint>& joints,
+    config::FaultList& faults) {
   const auto fault = [&](int line, const std::string& what) {
-    faults.Add({Fault::Severity::kFault, file, line, "", what});
+    faults.Add({config::Fault::Severity::kFault, file, line, "", what});
   };
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   std::map<std::string, RobotPose> poses;
@@ -71,8 +70,9 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
       header = fields;
       image = ColumnOf(header, "image");
       by_joints = std::any_of(header.begin(), header.end(), [](std::string_view name) {
-        const auto column = JointColumnFromName(name);
-        return column && column->joint == 0 && column->form->quantity == JointQuantity::kPosition;
+        const auto column = model::JointColumnFromName(name);
+        return column && column->joint == 0 &&
+               column->form->quantity == model::JointQuantity::kPosition;
       });
       if (by_joints && joints.empty()) {
         fault(line, "contains joints: give the cell as well (--cell), or use flange poses");
@@ -81,8 +81,8 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
       names = {"x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
       if (by_joints) names.clear();
       for (std::size_t i = 0; by_joints && i < joints.size(); ++i) {
-        names.push_back(
-            JointColumnName(JointQuantity::kPosition, joints[i].type, static_cast<int>(i)));
+        names.push_back(model::JointColumnName(model::JointQuantity::kPosition, joints[i].type,
+                                               static_cast<int>(i)));
       }
       for (const std::string& name : names) columns.push_back(ColumnOf(header, name));
       names.insert(names.begin(), "image");
@@ -113,7 +113,8 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
     if (by_joints) {
       pose.q.resize(static_cast<Eigen::Index>(values.size()));
       for (std::size_t i = 0; i < values.size(); ++i) {
-        pose.q[static_cast<Eigen::Index>(i)] = values[i] * PositionForm(joints[i].type).to_SI;
+        pose.q[static_cast<Eigen::Index>(i)] =
+            values[i] * model::PositionForm(joints[i].type).to_SI;
       }
     } else {
       const Eigen::Quaterniond turn(values[3], values[4], values[5], values[6]);
@@ -137,4 +138,4 @@ std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_vi
   return good ? std::optional(poses) : std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -9,12 +9,12 @@
 #include "app/config/fault.h"
 #include "app/hand_eye/hand_eye.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 
 /// One row: the flange in B, or the joints.
 struct RobotPose {
   Pose X_BF;
-  JointVector q;  ///< empty if the table contains poses
+  model::JointVector q;  ///< empty if the table contains poses
 };
 
 /// Reads a CSV with a header: `image`, a file name, and either x_mm, y_mm, z_mm, qw, qx, qy, qz
@@ -22,9 +22,8 @@ struct RobotPose {
 /// An invalid row, or an image listed twice, is a fault with its line.
 /// @param joints  of the cell; empty without a cell, in which case only poses can be read
 /// @return        by image; nullopt if there is a fault
-std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(std::string_view text,
-                                                                  const std::string& file,
-                                                                  const std::vector<Joint>& joints,
-                                                                  FaultList& faults);
+std::optional<std::map<std::string, RobotPose>> RobotPosesFromCsv(
+    std::string_view text, const std::string& file, const std::vector<model::Joint>& joints,
+    config::FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -8,16 +8,16 @@
 #include "app/lens/board_detection.h"
 #include "drivers/camera/image_file.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 namespace {
 
 /// Appends the board's corners. @return the reason if it is not found, else empty
-std::string AddBoard(const LumaView& image, const Board& board, HandEyeView& view) {
-  const Result<BoardView> seen = DetectBoard(image, board);
+std::string AddBoard(const lens::LumaView& image, const lens::Board& board, HandEyeView& view) {
+  const Result<lens::BoardView> seen = lens::DetectBoard(image, board);
   if (!seen) return seen.error();
   for (int k = 0; k < board.corners(); ++k) {
     if (!seen->seen[static_cast<std::size_t>(k)]) continue;
-    const Vec2 corner = board.Corner(k);
+    const lens::Vec2 corner = board.Corner(k);
     view.points_K.emplace_back(corner.x(), corner.y(), 0);
     view.pixels.push_back(seen->corners_px[static_cast<std::size_t>(k)]);
   }
@@ -26,19 +26,19 @@ std::string AddBoard(const LumaView& image, const Board& board, HandEyeView& vie
 
 /// Appends the corners of the body's consistent tags. @return the reason if there are none, else
 /// empty
-std::string AddTags(const LumaView& image, const Body& body, const Lens& lens,
-                    TagDetector& detector, HandEyeView& view) {
-  SeenTags seen;
+std::string AddTags(const lens::LumaView& image, const tracking::Body& body, const lens::Lens& lens,
+                    tracking::TagDetector& detector, HandEyeView& view) {
+  tracking::SeenTags seen;
   detector.Detect(image, &lens, seen);
-  const auto located = LocateBody({lens}, body, seen.tags, std::nullopt);
+  const auto located = tracking::LocateBody({lens}, body, seen.tags, std::nullopt);
   if (!located) return fmt::format("no tag of \"{}\"", body.name);
-  for (const BodyTag& tag : body.tags) {
+  for (const tracking::BodyTag& tag : body.tags) {
     if (std::find(located->used.begin(), located->used.end(), tag.id) == located->used.end())
       continue;
     const auto of = std::find_if(seen.tags.begin(), seen.tags.end(),
-                                 [&](const SeenTag& one) { return one.id == tag.id; });
+                                 [&](const tracking::SeenTag& one) { return one.id == tag.id; });
     if (of == seen.tags.end()) continue;
-    const auto corners_M = CornersInTag(tag.side_m);
+    const auto corners_M = tracking::CornersInTag(tag.side_m);
     for (std::size_t k = 0; k < corners_M.size(); ++k) {
       view.points_K.push_back(tag.X_KM * corners_M[k]);
       view.pixels.push_back(of->corners_px[k]);
@@ -51,14 +51,15 @@ std::string AddTags(const LumaView& image, const Body& body, const Lens& lens,
 
 TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
                         const std::map<std::string, RobotPose>& poses, const Target& target,
-                        const Lens& lens, ImageSize size,
+                        const lens::Lens& lens, lens::ImageSize size,
                         const std::function<bool()>& interrupted) {
   TargetViews found;
   const auto refuse = [&](const std::string& name, std::string reason) {
     found.refused.push_back({name, std::move(reason)});
   };
-  std::optional<TagDetector> detector;
-  if (target.body != nullptr) detector.emplace(target.family, DetectorSettings{.small_tags = true});
+  std::optional<tracking::TagDetector> detector;
+  if (target.body != nullptr)
+    detector.emplace(target.family, tracking::DetectorSettings{.small_tags = true});
   for (const std::string& name : names) {
     if (interrupted()) return found;
     const auto pose = poses.find(name);
@@ -66,7 +67,8 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
       refuse(name, "not listed in the table of robot poses");
       continue;
     }
-    const Result<GreyImage> image = ReadImage((std::filesystem::path(folder) / name).string());
+    const Result<camera::GreyImage> image =
+        camera::ReadImage((std::filesystem::path(folder) / name).string());
     if (!image) {
       refuse(name, image.error());
       continue;
@@ -96,4 +98,4 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
   return found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -10,13 +10,13 @@
 #include "app/lens/board.h"
 #include "app/tracking/bodies.h"
 
-namespace plumbline {
+namespace plumbline::hand_eye {
 
 /// The target: a board or a body of tags.
 struct Target {
-  Board board;
-  const Body* body = nullptr;  ///< null: the board
-  TagFamily family;            ///< of the body's tags
+  lens::Board board;
+  const tracking::Body* body = nullptr;  ///< null: the board
+  tracking::TagFamily family;            ///< of the body's tags
 };
 
 struct TargetViews {
@@ -30,6 +30,7 @@ struct TargetViews {
 /// @param interrupted  called before each image; true ends the search early
 TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
                         const std::map<std::string, RobotPose>& poses, const Target& target,
-                        const Lens& lens, ImageSize size, const std::function<bool()>& interrupted);
+                        const lens::Lens& lens, lens::ImageSize size,
+                        const std::function<bool()>& interrupted);
 
-}  // namespace plumbline
+}  // namespace plumbline::hand_eye

@@ -8,13 +8,13 @@
 #include "app/journal/journal_schema.h"
 #include "app/journal/row_statement.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 
 Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes) {
-  Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
+  Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
-  Database& database = journal.database_;
+  sqlite::Database& database = journal.database_;
   if (auto problem = JournalFileFault(database)) return *std::move(problem);
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
@@ -59,7 +59,7 @@ Result<void> Journal::ReadEpoch() {
 }
 
 Result<Journal> Journal::OpenForReading(const std::string& path) {
-  Result<Database> opened = Database::Open(path, Database::Mode::kRead);
+  Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   if (auto problem = JournalFileFault(journal.database_)) return *std::move(problem);
@@ -99,8 +99,8 @@ Error Journal::WriteFailed(const char* what) {
 }
 
 Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
-                                           const std::vector<Joint>& joints) {
-  Statement statement(database_.get(), kInsertRow);
+                                           const std::vector<model::Joint>& joints) {
+  sqlite::Statement statement(database_.get(), kInsertRow);
   for (const JournalRow& row : rows) {
     assert(row.q.size() == static_cast<Eigen::Index>(joints.size()));
     if (!InsertRow(statement, row, joints)) return WriteFailed("row not written");
@@ -109,8 +109,8 @@ Result<std::int64_t> Journal::AppendInside(const std::vector<JournalRow>& rows,
 }
 
 Result<std::int64_t> Journal::Append(const std::vector<JournalRow>& rows,
-                                     const std::vector<Joint>& joints) {
-  Transaction transaction(database_);
+                                     const std::vector<model::Joint>& joints) {
+  sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return Failed("row not written");
   Result<std::int64_t> last = AppendInside(rows, joints);
   if (last && !transaction.Commit()) return WriteFailed("row not written");
@@ -118,10 +118,10 @@ Result<std::int64_t> Journal::Append(const std::vector<JournalRow>& rows,
 }
 
 Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
-                                           const std::vector<Joint>& joints,
+                                           const std::vector<model::Joint>& joints,
                                            const std::string& file, std::uint64_t content_hash,
                                            bool again) {
-  Transaction transaction(database_);
+  sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return Failed("nothing imported");
   const Result<std::optional<std::string>> before = ImportedAs(content_hash);
   if (!before) return before.failure();
@@ -133,8 +133,8 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
   }
   Result<std::int64_t> last = AppendInside(rows, joints);
   if (!last) return last;
-  Statement record(database_.get(),
-                   "INSERT INTO import (file, content_hash, rows, last_row) VALUES (?,?,?,?)");
+  sqlite::Statement record(
+      database_.get(), "INSERT INTO import (file, content_hash, rows, last_row) VALUES (?,?,?,?)");
   record.Bind(1, file);
   record.Bind(2, static_cast<std::int64_t>(content_hash));
   record.Bind(3, static_cast<std::int64_t>(rows.size()));
@@ -144,7 +144,7 @@ Result<std::int64_t> Journal::AppendImport(const std::vector<JournalRow>& rows,
 }
 
 Result<std::optional<std::string>> Journal::ImportedAs(std::uint64_t content_hash) {
-  Statement known(database_.get(), "SELECT file FROM import WHERE content_hash = ?");
+  sqlite::Statement known(database_.get(), "SELECT file FROM import WHERE content_hash = ?");
   known.Bind(1, static_cast<std::int64_t>(content_hash));
   const int code = known.Step();
   if (code == SQLITE_DONE) return std::optional<std::string>();
@@ -153,7 +153,8 @@ Result<std::optional<std::string>> Journal::ImportedAs(std::uint64_t content_has
 }
 
 Result<void> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
-  Statement statement(database_.get(), "UPDATE measurement SET wild = ?, alarm = ? WHERE id = ?");
+  sqlite::Statement statement(database_.get(),
+                              "UPDATE measurement SET wild = ?, alarm = ? WHERE id = ?");
   statement.Bind(1, std::int64_t{wild});
   statement.Bind(2, std::int64_t{alarm});
   statement.Bind(3, id);
@@ -163,12 +164,12 @@ Result<void> Journal::Mark(std::int64_t id, bool wild, bool alarm) {
 
 Result<void> Journal::Decide(const std::vector<std::int64_t>& ids, bool accept,
                              std::int64_t unix_ms) {
-  Transaction transaction(database_);
+  sqlite::Transaction transaction(database_);
   if (!transaction.begun()) return WriteFailed("nothing decided");
-  Statement mark(database_.get(),
-                 "UPDATE measurement SET quarantine = ? WHERE id = ? AND quarantine > 0");
-  Statement record(database_.get(),
-                   "INSERT INTO quarantine_decision (row, accepted, unix_ms) VALUES (?,?,?)");
+  sqlite::Statement mark(database_.get(),
+                         "UPDATE measurement SET quarantine = ? WHERE id = ? AND quarantine > 0");
+  sqlite::Statement record(
+      database_.get(), "INSERT INTO quarantine_decision (row, accepted, unix_ms) VALUES (?,?,?)");
   for (const std::int64_t id : ids) {
     mark.Bind(1, static_cast<std::int64_t>(accept ? JournalRow::Quarantine::kAccepted
                                                   : JournalRow::Quarantine::kRejected));
@@ -197,7 +198,7 @@ Result<std::int64_t> Journal::LastDecision() {
   return database_.IntegerOf("SELECT coalesce(max(id), 0) FROM quarantine_decision");
 }
 
-Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
+Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<model::Joint>& joints,
                               const std::function<void(const JournalRow&)>& visit) {
   // Conditions that are not set are NULL and always hold. The newest rows are searched from the
   // end.
@@ -208,11 +209,11 @@ Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<Joi
       filter.rows == JournalFilter::Rows::kAll       ? ""
       : filter.rows == JournalFilter::Rows::kWaiting ? " AND quarantine = 1"
                                                      : " AND quarantine IN (0, 2)");
-  Statement statement(database_.get(),
-                      filter.last ? fmt::format("SELECT * FROM ({} ORDER BY id DESC LIMIT ?4)"
-                                                " ORDER BY id",
-                                                chosen)
-                                  : chosen + " ORDER BY id");
+  sqlite::Statement statement(
+      database_.get(), filter.last ? fmt::format("SELECT * FROM ({} ORDER BY id DESC LIMIT ?4)"
+                                                 " ORDER BY id",
+                                                 chosen)
+                                   : chosen + " ORDER BY id");
   statement.Bind(1, filter.after_id);
   statement.Bind(2, filter.session);
   statement.Bind(
@@ -234,7 +235,7 @@ Result<void> Journal::ForEach(const JournalFilter& filter, const std::vector<Joi
 }
 
 Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
-                                              const std::vector<Joint>& joints) {
+                                              const std::vector<model::Joint>& joints) {
   std::vector<JournalRow> rows;
   const Result<void> read =
       ForEach(filter, joints, [&rows](const JournalRow& row) { rows.push_back(row); });
@@ -243,9 +244,10 @@ Result<std::vector<JournalRow>> Journal::Read(const JournalFilter& filter,
 }
 
 Result<void> Journal::RecordMonitorRestart(int model_version, const std::string& reason) {
-  Statement statement(database_.get(),
-                      "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
-                      "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
+  sqlite::Statement statement(
+      database_.get(),
+      "INSERT INTO monitor_restart (after_row, model_version, reason) VALUES "
+      "((SELECT coalesce(max(id), 0) FROM measurement), ?, ?)");
   statement.Bind(1, std::int64_t{model_version});
   statement.Bind(2, reason);
   if (!statement.Run()) return WriteFailed("restart of the drift monitor not recorded");
@@ -253,7 +255,7 @@ Result<void> Journal::RecordMonitorRestart(int model_version, const std::string&
 }
 
 Result<std::optional<Journal::Restart>> Journal::RestartBy(const char* sql) {
-  Statement statement(database_.get(), sql);
+  sqlite::Statement statement(database_.get(), sql);
   const int code = statement.Step();
   if (code == SQLITE_DONE) return std::optional<Restart>();
   if (code != SQLITE_ROW) return Failed("cannot be read");
@@ -271,8 +273,9 @@ Result<std::optional<Journal::Restart>> Journal::LastModel() {
 }
 
 Result<std::optional<double>> Journal::LastProbeTime_s() {
-  Statement newest(database_.get(),
-                   "SELECT t_s FROM measurement WHERE source != 'import' ORDER BY id DESC LIMIT 1");
+  sqlite::Statement newest(
+      database_.get(),
+      "SELECT t_s FROM measurement WHERE source != 'import' ORDER BY id DESC LIMIT 1");
   const int code = newest.Step();
   if (code == SQLITE_DONE) return std::optional<double>();
   if (code != SQLITE_ROW) return Failed("cannot be read");
@@ -304,4 +307,4 @@ std::uint64_t ContentHash(std::string_view text) {
   return hash;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

@@ -8,7 +8,7 @@
 #include "app/journal/journal_row.h"
 #include "app/sqlite/database.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 
 /// Selects rows; all conditions that are set must hold.
 struct JournalFilter {
@@ -38,12 +38,13 @@ class Journal {
   /// @param joints  the cell's joints, for their units
   /// @return        the id of the last row
   Result<std::int64_t> Append(const std::vector<JournalRow>& rows,
-                              const std::vector<Joint>& joints);
+                              const std::vector<model::Joint>& joints);
   /// The same, and records the imported file. Refused if that content was imported before, unless
   /// `again`.
   Result<std::int64_t> AppendImport(const std::vector<JournalRow>& rows,
-                                    const std::vector<Joint>& joints, const std::string& file,
-                                    std::uint64_t content_hash, bool again);
+                                    const std::vector<model::Joint>& joints,
+                                    const std::string& file, std::uint64_t content_hash,
+                                    bool again);
 
   /// Name of the file that this content was imported from; nullopt if it was not.
   Result<std::optional<std::string>> ImportedAs(std::uint64_t content_hash);
@@ -63,11 +64,11 @@ class Journal {
   Result<std::int64_t> LastDecision();
 
   /// Calls `visit` for each row in ascending id, without loading them all. Fails as Read() does.
-  Result<void> ForEach(const JournalFilter& filter, const std::vector<Joint>& joints,
+  Result<void> ForEach(const JournalFilter& filter, const std::vector<model::Joint>& joints,
                        const std::function<void(const JournalRow&)>& visit);
   /// Rows in ascending id. Fails, naming the row, if a row does not have the cell's joints.
   Result<std::vector<JournalRow>> Read(const JournalFilter& filter,
-                                       const std::vector<Joint>& joints);
+                                       const std::vector<model::Joint>& joints);
 
   /// Start of the rows that the drift monitor considers.
   struct Restart {
@@ -99,9 +100,9 @@ class Journal {
   Result<int> JointCount();
 
  private:
-  explicit Journal(Database database) : database_(std::move(database)) {}
+  explicit Journal(sqlite::Database database) : database_(std::move(database)) {}
   Result<std::int64_t> AppendInside(const std::vector<JournalRow>& rows,
-                                    const std::vector<Joint>& joints);
+                                    const std::vector<model::Joint>& joints);
   Result<std::optional<Restart>> RestartBy(const char* sql);
   Result<void> ReadEpoch();
   Result<void> ApplySizeLimit();
@@ -109,7 +110,7 @@ class Journal {
   /// Like Failed(), but explains a full journal.
   Error WriteFailed(const char* what);
 
-  Database database_;
+  sqlite::Database database_;
   double epoch_utc_s_ = 0;
   std::int64_t max_bytes_ = 0;
 };
@@ -117,4 +118,4 @@ class Journal {
 /// FNV-1a hash, by which a file that was imported before is recognised.
 std::uint64_t ContentHash(std::string_view text);
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 namespace {
 
 constexpr std::size_t kNewestRows = 50;  // contain the rows that raised an alarm
@@ -33,19 +33,20 @@ std::optional<std::string> FixedIfThere(const std::optional<double>& value, int 
 }
 
 /// Adds one column for each joint.
-void AddJoints(std::vector<CsvColumn>& columns, const std::vector<Joint>& joints,
-               JointQuantity quantity, JointVector JournalRow::*values, int decimals) {
+void AddJoints(std::vector<CsvColumn>& columns, const std::vector<model::Joint>& joints,
+               model::JointQuantity quantity, model::JointVector JournalRow::*values,
+               int decimals) {
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const JointType type = joints[i].type;
-    const double unit = FormOf(quantity, type).to_SI;
+    const model::JointType type = joints[i].type;
+    const double unit = model::FormOf(quantity, type).to_SI;
     const auto index = static_cast<Eigen::Index>(i);
-    columns.push_back({JointColumnName(quantity, type, static_cast<int>(i)),
+    columns.push_back({model::JointColumnName(quantity, type, static_cast<int>(i)),
                        [=](const JournalRow& row) -> std::optional<std::string> {
-                         const JointVector& all = row.*values;
+                         const model::JointVector& all = row.*values;
                          if (all.size() <= index) return std::nullopt;
                          return Fixed(all[index] / unit, decimals);
                        },
-                       JointColumnName(quantity, type, 0) + ".."});
+                       model::JointColumnName(quantity, type, 0) + ".."});
   }
 }
 
@@ -197,19 +198,19 @@ void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
 
 }  // namespace
 
-std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table) {
+std::vector<JournalRow> JournalRowsFrom(const table::MeasuredTable& table) {
   std::vector<JournalRow> rows;
-  for (const MeasuredRow& from : table.rows) {
+  for (const table::MeasuredRow& from : table.rows) {
     JournalRow& row = rows.emplace_back();
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
-    static_cast<MeasuredPoint&>(row) = MeasuredPointFromRow(from, table.recorded);
+    static_cast<model::MeasuredPoint&>(row) = table::MeasuredPointFromRow(from, table.recorded);
   }
   return rows;
 }
 
 ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
-                           const std::vector<Joint>& joints) {
+                           const std::vector<model::Joint>& joints) {
   ExportedCsv exported;
   const Kind kind = KindOfMost(all_rows);
   std::vector<const JournalRow*> rows;
@@ -233,10 +234,10 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
                      }});
   bool two_clocks = false;
   columns.push_back(TimeColumn(rows, two_clocks));
-  AddJoints(columns, joints, JointQuantity::kPosition, &JournalRow::q, 7);
-  AddJoints(columns, joints, JointQuantity::kVelocity, &JournalRow::qd, 6);
-  AddJoints(columns, joints, JointQuantity::kAcceleration, &JournalRow::qdd, 6);
-  AddJoints(columns, joints, JointQuantity::kTorque, &JournalRow::tau, 4);
+  AddJoints(columns, joints, model::JointQuantity::kPosition, &JournalRow::q, 7);
+  AddJoints(columns, joints, model::JointQuantity::kVelocity, &JournalRow::qd, 6);
+  AddJoints(columns, joints, model::JointQuantity::kAcceleration, &JournalRow::qdd, 6);
+  AddJoints(columns, joints, model::JointQuantity::kTorque, &JournalRow::tau, 4);
   columns.push_back(
       {"payload_kg", [](const JournalRow& row) { return FixedIfThere(row.payload_kg, 6); }});
   columns.push_back({"temp_C", [](const JournalRow& row) { return FixedIfThere(row.temp_C, 4); }});
@@ -266,4 +267,4 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   return exported;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

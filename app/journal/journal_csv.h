@@ -7,10 +7,10 @@
 #include "app/journal/journal_row.h"
 #include "app/table/csv.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 
 /// Rows to be appended, in file order, with source kImport and no prediction.
-std::vector<JournalRow> JournalRowsFrom(const MeasuredTable& table);
+std::vector<JournalRow> JournalRowsFrom(const table::MeasuredTable& table);
 
 struct ExportedCsv {
   std::string text;                ///< header and one line for each row
@@ -24,6 +24,7 @@ struct ExportedCsv {
 /// a measured point of the kind that most rows have are left out. Everything left out is noted. t_s
 /// is taken from the journal; because probes and imported rows count it from different origins, the
 /// less frequent of the two kinds counts as lacking it.
-ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows, const std::vector<Joint>& joints);
+ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows,
+                           const std::vector<model::Joint>& joints);
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

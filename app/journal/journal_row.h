@@ -8,11 +8,11 @@
 
 #include "firmware-like/model/measured_point.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 
 /// A measured point with its prediction and its status. t_s of a probe is UTC since the journal's
 /// epoch, without jumps while the daemon runs; t_s of an imported row is that of its file.
-struct JournalRow : MeasuredPoint {
+struct JournalRow : model::MeasuredPoint {
   enum class Source { kPlc, kCamera, kImport };
   /// A probe that contradicts the model by more than any plausible effect is quarantined until a
   /// person decides. The numbers are part of the file format.
@@ -39,4 +39,4 @@ const char* NameOf(JournalRow::Source source);
 /// Inverse of NameOf(); kImport for an unknown name.
 JournalRow::Source SourceNamed(std::string_view name);
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::journal {
 namespace {
 
 constexpr int kApplicationId = 0x504C4A31;  // "PLJ1", shown by file(1)
@@ -80,7 +80,7 @@ PRAGMA user_version = 5;
 
 }  // namespace
 
-std::optional<Error> JournalFileFault(Database& database) {
+std::optional<Error> JournalFileFault(sqlite::Database& database) {
   // SQLite detects a file that is not a database when it first reads it.
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
     return Error{fmt::format("{}: {}", database.path(), database.Problem())};
@@ -92,7 +92,7 @@ std::optional<Error> JournalFileFault(Database& database) {
     if (!*read) return read->failure();
   }
   if (*version > kJournalSchema) {
-    return Error{NewerSchema(database.path(), *version, kJournalSchema)};
+    return Error{sqlite::NewerSchema(database.path(), *version, kJournalSchema)};
   }
   if (*tables > 0 && *kind != kApplicationId) {
     return Error{fmt::format("{}: is a database, but not a plumbline journal", database.path())};
@@ -100,7 +100,7 @@ std::optional<Error> JournalFileFault(Database& database) {
   return std::nullopt;
 }
 
-Result<void> MigrateSchema(Database& database) {
+Result<void> MigrateSchema(sqlite::Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version == kJournalSchema) return {};
@@ -109,7 +109,7 @@ Result<void> MigrateSchema(Database& database) {
   const auto problem = [&] {
     return Error{fmt::format("{}: {}: {}", database.path(), failed, database.Problem())};
   };
-  Transaction transaction(database);
+  sqlite::Transaction transaction(database);
   if (!transaction.begun()) return problem();
   version =
       database.IntegerOf("PRAGMA user_version");  // another process may have created it meanwhile
@@ -127,4 +127,4 @@ Result<void> MigrateSchema(Database& database) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

@@ -7,30 +7,32 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 namespace {
 
 /// Joint values as a JSON array in the units of measured.csv; nullopt if absent.
-std::optional<std::string> JointText(const JointVector& values, const std::vector<Joint>& joints,
-                                     JointQuantity quantity) {
+std::optional<std::string> JointText(const model::JointVector& values,
+                                     const std::vector<model::Joint>& joints,
+                                     model::JointQuantity quantity) {
   if (values.size() == 0) return std::nullopt;
   nlohmann::json array = nlohmann::json::array();
   for (Eigen::Index i = 0; i < values.size(); ++i) {
-    const double unit = FormOf(quantity, joints[static_cast<std::size_t>(i)].type).to_SI;
+    const double unit = model::FormOf(quantity, joints[static_cast<std::size_t>(i)].type).to_SI;
     array.push_back(values[i] / unit);
   }
   return array.dump();
 }
 
-bool JointsFromText(const Statement& row, int column, const std::vector<Joint>& joints,
-                    JointQuantity quantity, JointVector& values) {
+bool JointsFromText(const sqlite::Statement& row, int column,
+                    const std::vector<model::Joint>& joints, model::JointQuantity quantity,
+                    model::JointVector& values) {
   if (row.IsNull(column)) return true;
-  const nlohmann::json array = JsonOrNull(row.Text(column));
+  const nlohmann::json array = text::JsonOrNull(row.Text(column));
   if (!array.is_array() || array.size() != joints.size()) return false;
   values.resize(static_cast<Eigen::Index>(joints.size()));
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (!array[i].is_number()) return false;
-    const double unit = FormOf(quantity, joints[i].type).to_SI;
+    const double unit = model::FormOf(quantity, joints[i].type).to_SI;
     values[static_cast<Eigen::Index>(i)] = array[i].get<double>() * unit;
   }
   return true;
@@ -46,9 +48,9 @@ std::optional<std::string> CovarianceText(const std::optional<Mat3>& covariance_
 }
 
 /// nullopt if absent, or not an array of nine numbers, which this program never writes.
-std::optional<Mat3> CovarianceFrom(const Statement& row, int column) {
+std::optional<Mat3> CovarianceFrom(const sqlite::Statement& row, int column) {
   if (row.IsNull(column)) return std::nullopt;
-  const nlohmann::json array = JsonOrNull(row.Text(column));
+  const nlohmann::json array = text::JsonOrNull(row.Text(column));
   if (!array.is_array() || array.size() != 9) return std::nullopt;
   Mat3 covariance;
   for (std::size_t k = 0; k < 9; ++k) {
@@ -59,13 +61,13 @@ std::optional<Mat3> CovarianceFrom(const Statement& row, int column) {
   return covariance;
 }
 
-void BindPoint(Statement& statement, int index, const std::optional<Vec3>& point_m) {
+void BindPoint(sqlite::Statement& statement, int index, const std::optional<Vec3>& point_m) {
   for (int k = 0; k < 3; ++k) {
     statement.Bind(index + k, point_m ? std::optional((*point_m)[k] * kMmPerMetre) : std::nullopt);
   }
 }
 
-std::optional<Vec3> PointFrom(const Statement& row, int column) {
+std::optional<Vec3> PointFrom(const sqlite::Statement& row, int column) {
   if (row.IsNull(column)) return std::nullopt;
   return Vec3(kMetrePerMm *
               Vec3(row.Number(column), row.Number(column + 1), row.Number(column + 2)));
@@ -109,16 +111,17 @@ JournalRow::Source SourceNamed(std::string_view name) {
   return kImport;
 }
 
-bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints) {
+bool InsertRow(sqlite::Statement& statement, const JournalRow& row,
+               const std::vector<model::Joint>& joints) {
   statement.Bind(1, std::string(NameOf(row.source)));
   statement.Bind(2, row.unix_ms);
   statement.Bind(3, row.t_s);
   statement.Bind(4, row.session);
   statement.Bind(5, Widened(row.command));
-  statement.Bind(6, JointText(row.q, joints, JointQuantity::kPosition));
-  statement.Bind(7, JointText(row.qd, joints, JointQuantity::kVelocity));
-  statement.Bind(8, JointText(row.qdd, joints, JointQuantity::kAcceleration));
-  statement.Bind(9, JointText(row.tau, joints, JointQuantity::kTorque));
+  statement.Bind(6, JointText(row.q, joints, model::JointQuantity::kPosition));
+  statement.Bind(7, JointText(row.qd, joints, model::JointQuantity::kVelocity));
+  statement.Bind(8, JointText(row.qdd, joints, model::JointQuantity::kAcceleration));
+  statement.Bind(9, JointText(row.tau, joints, model::JointQuantity::kTorque));
   statement.Bind(10, row.payload_kg);
   statement.Bind(11, row.temp_C);
   BindPoint(statement, 12, row.predicted_W);
@@ -141,18 +144,19 @@ bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Jo
   return statement.Run();
 }
 
-std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& joints) {
+std::optional<JournalRow> RowFrom(const sqlite::Statement& s,
+                                  const std::vector<model::Joint>& joints) {
   JournalRow row;
   row.source = SourceNamed(s.Text(0));
   row.unix_ms = s.OptionalIntegerAt(1);
   row.t_s = s.OptionalNumberAt(2);
   row.session = s.Text(3);
   if (!s.IsNull(4)) row.command = static_cast<std::uint16_t>(s.Integer(4));
-  const bool joints_fit = JointsFromText(s, 5, joints, JointQuantity::kPosition, row.q) &&
-                          row.q.size() > 0 &&
-                          JointsFromText(s, 6, joints, JointQuantity::kVelocity, row.qd) &&
-                          JointsFromText(s, 7, joints, JointQuantity::kAcceleration, row.qdd) &&
-                          JointsFromText(s, 8, joints, JointQuantity::kTorque, row.tau);
+  const bool joints_fit =
+      JointsFromText(s, 5, joints, model::JointQuantity::kPosition, row.q) && row.q.size() > 0 &&
+      JointsFromText(s, 6, joints, model::JointQuantity::kVelocity, row.qd) &&
+      JointsFromText(s, 7, joints, model::JointQuantity::kAcceleration, row.qdd) &&
+      JointsFromText(s, 8, joints, model::JointQuantity::kTorque, row.tau);
   if (!joints_fit) return std::nullopt;
   row.payload_kg = s.OptionalNumberAt(9);
   row.temp_C = s.OptionalNumberAt(10);
@@ -173,4 +177,4 @@ std::optional<JournalRow> RowFrom(const Statement& s, const std::vector<Joint>& 
   return row;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

@@ -7,7 +7,7 @@
 #include "app/journal/journal_row.h"
 #include "app/sqlite/database.h"
 
-namespace plumbline {
+namespace plumbline::journal {
 
 /// SQL for InsertRow(), and for the rows that RowFrom() reads.
 extern const char* const kInsertRow;
@@ -15,10 +15,12 @@ extern const char* const kSelectRows;
 
 /// Binds a row to a kInsertRow statement and runs it.
 /// @param joints  the cell's joints, for their units; as many as the row has
-bool InsertRow(Statement& statement, const JournalRow& row, const std::vector<Joint>& joints);
+bool InsertRow(sqlite::Statement& statement, const JournalRow& row,
+               const std::vector<model::Joint>& joints);
 
 /// Reads the current row of a kSelectRows statement.
 /// @return  nullopt if the row has a different number of joints than the cell
-std::optional<JournalRow> RowFrom(const Statement& statement, const std::vector<Joint>& joints);
+std::optional<JournalRow> RowFrom(const sqlite::Statement& statement,
+                                  const std::vector<model::Joint>& joints);
 
-}  // namespace plumbline
+}  // namespace plumbline::journal

@@ -8,7 +8,7 @@
 
 #include "app/tracking/tag_family.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr std::pair<BoardKind, std::string_view> kKinds[] = {
@@ -23,7 +23,7 @@ constexpr double kMinDisc = 0.15,
                  kMaxDisc = 0.85;  // share of the distance to the nearest neighbour
 
 std::optional<BoardFault> FaultOfCharuco(const Board& board) {
-  const auto family = TagFamilyOfName(board.family);
+  const auto family = tracking::TagFamilyOfName(board.family);
   if (!family) return BoardFault{"family", family.error()};
   if (!(board.marker_m >= kMinTag * board.square_m && board.marker_m <= kMaxTag * board.square_m)) {
     return BoardFault{"mark_mm",
@@ -93,4 +93,4 @@ std::optional<BoardFault> FaultOf(const Board& board) {
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -9,7 +9,7 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Pattern printed on the board. Its points are
 enum class BoardKind {
@@ -73,4 +73,4 @@ struct BoardView {
   double blur_px = 0;            ///< width of the edges, standard deviation
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -4,7 +4,7 @@
 #include "app/lens/chessboard_detection.h"
 #include "app/lens/circle_detection.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 Result<BoardView> DetectBoard(const LumaView& image, const Board& board) {
   switch (board.kind) {
@@ -19,4 +19,4 @@ Result<BoardView> DetectBoard(const LumaView& image, const Board& board) {
   return Error{"unknown kind of board"};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

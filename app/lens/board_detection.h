@@ -5,7 +5,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Locates the board's points to a few hundredths of a pixel, in a time that is bounded for any
 /// image content. The whole board must be in the image, except for ChArUco, where a part is enough.
@@ -14,4 +14,4 @@ namespace plumbline {
 ///               none
 Result<BoardView> DetectBoard(const LumaView& image, const Board& board);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <queue>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kMaxAsideTangent = 0.3;    // tangent of a neighbour's largest angle to the edge
@@ -219,4 +219,4 @@ std::vector<Lattice> FindLattices(const std::vector<SaddlePoint>& points) {
   return lattices;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

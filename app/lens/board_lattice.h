@@ -5,7 +5,7 @@
 
 #include "app/lens/saddle_points.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// A connected piece of a chessboard.
 struct Lattice {
@@ -24,4 +24,4 @@ struct Lattice {
 /// from the viewer, so a lattice is never mirrored.
 std::vector<Lattice> FindLattices(const std::vector<SaddlePoint>& points);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

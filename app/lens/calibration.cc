@@ -8,7 +8,7 @@
 #include "app/lens/standstill.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr std::size_t kMinViews = 6;
@@ -31,7 +31,7 @@ std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
   for (const BoardView& view : views) widths.push_back(view.blur_px);
   std::vector<BoardView> sharp;
   if (widths.empty()) return sharp;
-  const double limit = std::max(kMaxBlurRatio * MedianOf(widths), 1.5);
+  const double limit = std::max(kMaxBlurRatio * statistics::MedianOf(widths), 1.5);
   for (const BoardView& view : views) {
     if (view.blur_px > limit) {
       refused.push_back(
@@ -48,7 +48,7 @@ std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
 bool RemoveMisfits(const LensFit& fit, std::vector<BoardView>& views,
                    std::vector<RefusedFrame>& refused) {
   std::vector<double> sizes = fit.view_rms_px;
-  const double limit = kMaxMisfitRatio * std::max(MedianOf(sizes), 0.01);
+  const double limit = kMaxMisfitRatio * std::max(statistics::MedianOf(sizes), 0.01);
   std::vector<BoardView> fitting;
   for (std::size_t j = 0; j < views.size(); ++j) {
     const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
@@ -270,4 +270,4 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   return result;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -9,7 +9,7 @@
 #include "app/lens/projection_uncertainty.h"
 #include "firmware-like/lens/known_lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 struct CalibrationOptions {
   /// Largest acceptable projection uncertainty over the image, one standard deviation [px].
@@ -45,4 +45,4 @@ struct LensCalibration : KnownLens {
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                               const CalibrationOptions& options = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -11,7 +11,7 @@
 #include "app/lens/corner_refinement.h"
 #include "app/tracking/tag_detector.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr std::size_t kMinTags = 2;
@@ -64,9 +64,10 @@ std::optional<Eigen::Matrix3d> TagHomography(const std::vector<cv::Point2d>& boa
 }
 
 std::optional<Eigen::Matrix3d> TagHomography(const CharucoLayout& tags,
-                                             const std::vector<SeenTag>& seen, double within) {
+                                             const std::vector<tracking::SeenTag>& seen,
+                                             double within) {
   std::vector<cv::Point2d> board, image;
-  for (const SeenTag& tag : seen) {
+  for (const tracking::SeenTag& tag : seen) {
     const auto corners = tags.Corners(tag.id);
     for (std::size_t k = 0; k < 4; ++k) {
       board.emplace_back(corners[k].x(), corners[k].y());
@@ -77,10 +78,11 @@ std::optional<Eigen::Matrix3d> TagHomography(const CharucoLayout& tags,
 }
 
 /// The tags that agree with a common homography of the board.
-std::vector<SeenTag> TagsInPlace(const CharucoLayout& tags, const std::vector<SeenTag>& seen) {
-  std::vector<SeenTag> known;
+std::vector<tracking::SeenTag> TagsInPlace(const CharucoLayout& tags,
+                                           const std::vector<tracking::SeenTag>& seen) {
+  std::vector<tracking::SeenTag> known;
   double side = 1e9;
-  for (const SeenTag& tag : seen) {
+  for (const tracking::SeenTag& tag : seen) {
     if (tag.id >= tags.count()) continue;
     known.push_back(tag);
     side = std::min(side, (tag.corners_px[2] - tag.corners_px[0]).norm() / std::sqrt(2.0));
@@ -88,7 +90,7 @@ std::vector<SeenTag> TagsInPlace(const CharucoLayout& tags, const std::vector<Se
   if (known.size() < kMinTags) return {};
   const auto H = TagHomography(tags, known, kMaxTagOffset * side);
   if (!H) return {};
-  std::erase_if(known, [&](const SeenTag& tag) {
+  std::erase_if(known, [&](const tracking::SeenTag& tag) {
     const auto corners = tags.Corners(tag.id);
     const double limit = kMaxTagOffset * (tag.corners_px[2] - tag.corners_px[0]).norm();
     for (std::size_t k = 0; k < 4; ++k) {
@@ -111,11 +113,11 @@ double GreyAt(const LumaView& image, const Vec2& at) {
 
 /// Predicts the corners adjacent to the tags: the mean over each tag's own homography, so that lens
 /// distortion does not matter.
-void PlaceCorners(const Board& board, const CharucoLayout& tags, const std::vector<SeenTag>& seen,
-                  BoardView& view, std::vector<LatticeSteps>& steps,
-                  std::vector<double>& contrast) {
+void PlaceCorners(const Board& board, const CharucoLayout& tags,
+                  const std::vector<tracking::SeenTag>& seen, BoardView& view,
+                  std::vector<LatticeSteps>& steps, std::vector<double>& contrast) {
   std::vector<int> votes(board.corners(), 0);
-  for (const SeenTag& tag : seen) {
+  for (const tracking::SeenTag& tag : seen) {
     const auto H = TagHomography(tags, {tag}, 0);
     if (!H) continue;
     const auto [column, row] = tags.Square(tag.id);
@@ -180,20 +182,21 @@ bool SpansRowsAndColumns(const Board& board, const BoardView& view) {
 }  // namespace
 
 Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
-  auto family = TagFamilyOfName(board.family);
+  auto family = tracking::TagFamilyOfName(board.family);
   if (!family) return family.failure();
-  TagDetector detector(std::move(family).value(), {.small_tags = true});
-  SeenTags seen;
+  tracking::TagDetector detector(std::move(family).value(), {.small_tags = true});
+  tracking::SeenTags seen;
   detector.Detect(image, nullptr, seen);
   if (seen.tags.empty()) return Error{fmt::format("no tag of {}", board.family)};
   const CharucoLayout black_first(board, false), white_first(board, true);
-  const std::vector<SeenTag> black = TagsInPlace(black_first, seen.tags);
-  const std::vector<SeenTag> white = TagsInPlace(white_first, seen.tags);
+  const std::vector<tracking::SeenTag> black = TagsInPlace(black_first, seen.tags);
+  const std::vector<tracking::SeenTag> white = TagsInPlace(white_first, seen.tags);
   const bool starts_white = white.size() > black.size();
   const CharucoLayout& tags = starts_white ? white_first : black_first;
-  const std::vector<SeenTag>& in_place = starts_white ? white : black;
-  const auto known = std::count_if(seen.tags.begin(), seen.tags.end(),
-                                   [&](const SeenTag& tag) { return tag.id < tags.count(); });
+  const std::vector<tracking::SeenTag>& in_place = starts_white ? white : black;
+  const auto known =
+      std::count_if(seen.tags.begin(), seen.tags.end(),
+                    [&](const tracking::SeenTag& tag) { return tag.id < tags.count(); });
   if (in_place.size() < kMinTags || 2 * static_cast<std::ptrdiff_t>(in_place.size()) <= known) {
     return Error{
         fmt::format("{} tags of {}, but not arranged as on a board of {} x {} inner corners: check "
@@ -203,9 +206,10 @@ Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
   // Tags that continue below the declared rows mean that the board is larger.
   Board longer = board;
   longer.rows *= 2;
-  const std::vector<SeenTag> more = TagsInPlace(CharucoLayout(longer, starts_white), seen.tags);
+  const std::vector<tracking::SeenTag> more =
+      TagsInPlace(CharucoLayout(longer, starts_white), seen.tags);
   if (std::any_of(more.begin(), more.end(),
-                  [&](const SeenTag& tag) { return tag.id >= tags.count(); })) {
+                  [&](const tracking::SeenTag& tag) { return tag.id >= tags.count(); })) {
     return Error{fmt::format("a board of more than {} x {} inner corners: check --board",
                              board.columns, board.rows)};
   }
@@ -231,4 +235,4 @@ Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
   return view;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

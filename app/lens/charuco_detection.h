@@ -5,7 +5,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Decodes the board's tags, predicts the adjacent corners by each tag's own homography, and
 /// refines those whose four squares have the expected colours. A part of the board is enough,
@@ -17,4 +17,4 @@ namespace plumbline {
 ///          not arranged as on this board, too few corners
 Result<BoardView> DetectCharuco(const LumaView& image, const Board& board);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

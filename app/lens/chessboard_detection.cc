@@ -10,7 +10,7 @@
 #include "app/lens/board_lattice.h"
 #include "app/lens/corner_refinement.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr int kBoardWidth_px = 960;
@@ -183,4 +183,4 @@ Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
   return view;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -8,7 +8,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Finds saddle points at a width of about 960 px, links them into lattices, and refines the
 /// lattice with the board's number of corners at full resolution. Run time is bounded by the number
@@ -23,4 +23,4 @@ Result<BoardView> DetectChessboard(const LumaView& image, const Board& board);
 /// @return  nullopt if there is none
 std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -9,7 +9,7 @@
 
 #include "app/lens/disc_refinement.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr int kCircleWidth_px = 960;
@@ -169,4 +169,4 @@ Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
       fmt::format("only a part of the board, or another one: {} of {} circles", largest, points)};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -5,7 +5,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Finds dark discs on white at a width of about 960 px (regions darker than their surroundings
 /// with the moments of an ellipse), links them into lattices, and refines the lattice with the
@@ -18,4 +18,4 @@ namespace plumbline {
 ///          part of the board: ..."
 Result<BoardView> DetectCircles(const LumaView& image, const Board& board);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -8,7 +8,7 @@
 
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kSmooth_px = 2, kSmoothAmongTags_px = 1;
@@ -344,7 +344,7 @@ void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps
     view.corners_px[k] = *refined + origin;
     if (k % 8 == 0) widths.push_back(EdgeWidth(smooth, smooth_px, *refined, region));
   }
-  if (!widths.empty()) view.blur_px = MedianOf(widths);
+  if (!widths.empty()) view.blur_px = statistics::MedianOf(widths);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -6,7 +6,7 @@
 #include "app/lens/board.h"
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Local lattice vectors at a corner, to its neighbours along a row and down a column [px].
 struct LatticeSteps {
@@ -30,4 +30,4 @@ struct LatticeSteps {
 void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
                    double rim = 0.5);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 #include <optional>
 #include <queue>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kMinDarkness = 3;  // grey levels below the mean of the surroundings
@@ -221,4 +221,4 @@ std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc
   return lattices;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// A dark region with the moments of a filled ellipse.
 struct Disc {
@@ -37,4 +37,4 @@ struct LatticePlace {
 /// while its steps and the discs' sizes change little.
 std::vector<std::map<LatticePlace, int>> FindDiscLattices(const std::vector<Disc>& discs);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

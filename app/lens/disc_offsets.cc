@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr int kRimPoints = 24;
@@ -52,4 +52,4 @@ std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, co
   return offsets;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -3,7 +3,7 @@
 
 #include "app/lens/lens_model.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// For each disc of the board, the centroid of its image minus the image of its centre [px]. A
 /// tilted disc appears as an ellipse whose centre is displaced away from the vanishing line by
@@ -15,4 +15,4 @@ namespace plumbline {
 /// @return  zeros if the board has no discs or is not in front of the camera
 std::vector<Vec2> DiscOffsets(const Board& board, const SharedVector& shared, const Pose& X_CK);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

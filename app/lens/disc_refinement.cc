@@ -8,7 +8,7 @@
 
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kDiscSmooth_px = 1;
@@ -85,8 +85,8 @@ void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double g
     widths.push_back(centre->width_px);
   }
   if (widths.empty()) return;
-  const double width_px = MedianOf(widths);
+  const double width_px = statistics::MedianOf(widths);
   view.blur_px = std::sqrt(std::max(0.0, width_px * width_px - kDiscSmooth_px * kDiscSmooth_px));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

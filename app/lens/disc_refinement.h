@@ -5,7 +5,7 @@
 #include "app/lens/disc_lattice.h"
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Fits an ellipse to the rim of each disc. A rim pixel q whose gradient has unit direction n and
 /// magnitude g defines the tangent n . q = d; the tangents l = (n, -d) of an ellipse satisfy
@@ -21,4 +21,4 @@ namespace plumbline {
 void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double gap_px,
                  BoardView& view);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

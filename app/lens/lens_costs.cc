@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::lens {
 
 int CountUsed(const ViewState& state) {
   return static_cast<int>(std::count(state.used.begin(), state.used.end(), true));
@@ -85,4 +85,4 @@ bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

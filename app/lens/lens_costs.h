@@ -7,7 +7,7 @@
 
 #include "app/lens/lens_fit.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// State of one view during the fit.
 struct ViewState {
@@ -64,4 +64,4 @@ class PriorCost : public ceres::SizedCostFunction<kSharedCount, kSharedCount> {
   SharedVector mean_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -11,7 +11,7 @@
 #include "app/lens/lens_start.h"
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kOutlier = 4.5;  // robust standard deviations
@@ -120,7 +120,7 @@ class Adjustment {
         sizes.push_back(std::abs(residuals[j][k].y()));
       }
     }
-    const double robust = std::max(kMinSigma_px, kMadToSd * MedianOf(sizes));
+    const double robust = std::max(kMinSigma_px, kMadToSd * statistics::MedianOf(sizes));
     double sum = 0;
     int used = 0;
     for (std::size_t j = 0; j < states_.size(); ++j) {
@@ -333,4 +333,4 @@ Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, Im
   return adjustment.BuildResult();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 #include "app/lens/lens_model.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Weak priors, as standard deviations: they matter only for parameters that the views do not
 /// determine. For distortion, the displacement at the image's corner as a share of its distance
@@ -57,4 +57,4 @@ struct LensFit {
 Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,
                         const LensPrior& prior = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

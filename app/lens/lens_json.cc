@@ -8,7 +8,7 @@
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -117,7 +117,7 @@ std::string LensJson(const LensCalibration& c) {
 }
 
 Result<LensFile> LensFromJson(std::string_view text) {
-  const auto json = JsonFromText(text);
+  const auto json = text::JsonFromText(text);
   if (!json || !json->is_object()) {
     return Error{fmt::format("{}; a lens file is written by plumbline calibrate-lens",
                              json ? "not a JSON object" : json.error())};
@@ -158,4 +158,4 @@ Result<LensFile> LensFromJson(std::string_view text) {
   return file;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 #include "app/lens/calibration.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 std::string LensJson(const LensCalibration& calibration);
 
@@ -21,4 +21,4 @@ struct LensFile : KnownLens {
 ///          positive, or the covariance is invalid
 Result<LensFile> LensFromJson(std::string_view text);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -4,7 +4,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kMinDistance_m = 1e-4;
@@ -85,4 +85,4 @@ bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_s
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -6,7 +6,7 @@
 #include "app/lens/board.h"
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Parameters shared by all views, in this order. The first nine are the lens.
 enum Shared : int {
@@ -50,4 +50,4 @@ bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_s
                  const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,
                  double* d_pose);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 // Focal lengths in units of the image width: range of plausible ones, and fixed guesses.
@@ -84,4 +84,4 @@ std::vector<Pose> BoardPoses(const Board& board, const BoardView& view, const Le
   return poses;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -6,7 +6,7 @@
 #include "app/lens/board.h"
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Candidate focal lengths [px], best first: the one for which the columns of all homographies are
 /// equally long and perpendicular [Z. Zhang, PAMI 22 (2000) 1330, with the principal point at the
@@ -19,4 +19,4 @@ std::vector<double> FocalGuesses(const Board& board, std::span<const BoardView> 
 /// and A. Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014)].
 std::vector<Pose> BoardPoses(const Board& board, const BoardView& view, const Lens& lens);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr int kColumns = 13, kRows = 9;
@@ -128,4 +128,4 @@ double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
   return largest;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -6,7 +6,7 @@
 
 #include "app/lens/lens_model.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// One standard deviation of the projection on a grid of pixels, row by row from the top left.
 struct ProjectionUncertainty {
@@ -32,4 +32,4 @@ ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix
 double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
                          std::optional<double> distance_m = std::nullopt);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

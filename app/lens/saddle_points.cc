@@ -5,7 +5,7 @@
 #include <numbers>
 #include <optional>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr int kNeighbourhood = 3;  // half width of the window for local maxima
@@ -145,4 +145,4 @@ std::vector<SaddlePoint> FindSaddlePoints(const cv::Mat& smooth, double radius, 
   return points;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

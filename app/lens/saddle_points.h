@@ -7,7 +7,7 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// A point around which the image is bright, dark, bright, dark.
 struct SaddlePoint {
@@ -24,4 +24,4 @@ struct SaddlePoint {
 /// @param most    maximum number of points
 std::vector<SaddlePoint> FindSaddlePoints(const cv::Mat& smooth, double radius, std::size_t most);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 // Views needed on either side of a jump to count for the undetected covariance: with fewer, noise
@@ -145,4 +145,4 @@ double ScanPValue(double chi2, int degrees_of_freedom, double first) {
   return std::min(1.0, density * (L * (1 - degrees_of_freedom / chi2) + 4 / chi2));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

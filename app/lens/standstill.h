@@ -6,7 +6,7 @@
 
 #include "app/lens/lens_fit.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// The most likely change of one kind between the first and the last view:
 ///   shared_j = shared + w_j d
@@ -52,4 +52,4 @@ StandstillTest TestStandstill(const LensFit& fit, std::span<const BoardView> vie
 /// @param first               share of the views before the earliest change point, below 1/2
 double ScanPValue(double chi2, int degrees_of_freedom, double first);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

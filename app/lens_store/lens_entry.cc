@@ -5,7 +5,7 @@
 
 #include "firmware-like/lens/lens_curve.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 namespace {
 
 class Hash {
@@ -43,7 +43,7 @@ std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   hash.Add(std::int64_t{entry.key.zoom_counts});
   hash.Add(std::int64_t{entry.key.focus_counts.has_value()});
   hash.Add(std::int64_t{entry.key.focus_counts.value_or(0)});
-  for (const double value : VectorOfLens(entry.lens)) hash.Add(value);
+  for (const double value : lens::VectorOfLens(entry.lens)) hash.Add(value);
   for (const double value : entry.covariance.reshaped()) hash.Add(value);
   hash.Add(std::int64_t{entry.size.width});
   hash.Add(std::int64_t{entry.size.height});
@@ -74,7 +74,7 @@ std::uint64_t ChecksumOfSchema1(const LensEntry& entry) {
 std::optional<std::string> FaultOf(const LensEntry& entry) {
   if (entry.key.camera_serial.empty()) return "no camera serial";
   if (entry.key.mode.empty()) return "no mode of the camera";
-  if (!VectorOfLens(entry.lens).allFinite()) return "a lens parameter is not finite";
+  if (!lens::VectorOfLens(entry.lens).allFinite()) return "a lens parameter is not finite";
   if (!(entry.lens.fx > 0 && entry.lens.fy > 0)) return "a focal length is not positive";
   if (!entry.covariance.allFinite()) return "the covariance is not finite";
   if (entry.covariance.diagonal().minCoeff() < 0) return "a variance is negative";
@@ -93,4 +93,4 @@ std::optional<std::string> FaultOf(const LensEntry& entry) {
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

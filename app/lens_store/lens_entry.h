@@ -8,7 +8,7 @@
 
 #include "firmware-like/lens/known_lens.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 
 /// Camera and zoom that a lens belongs to. Digital zoom is always off: it is never calibrated.
 struct LensKey {
@@ -18,7 +18,7 @@ struct LensKey {
   std::optional<std::int32_t> focus_counts;  ///< absent if the device does not report focus
 };
 
-struct LensEntry : KnownLens {
+struct LensEntry : lens::KnownLens {
   std::int64_t id = 0;  ///< assigned by the store, ascending
   LensKey key;
   double rms_px = 0;                     ///< reprojection error, RMS distance per corner
@@ -43,4 +43,4 @@ std::uint64_t ChecksumOfSchema1(const LensEntry& entry);
 /// @return  nullopt if the entry is valid
 std::optional<std::string> FaultOf(const LensEntry& entry);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

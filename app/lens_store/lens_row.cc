@@ -9,7 +9,7 @@
 #include "app/text/json_text.h"
 #include "firmware-like/lens/lens_curve.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 namespace {
 
 constexpr std::size_t kCovarianceNumbers = 81;  // kLensParameters squared
@@ -67,7 +67,7 @@ const char* const kSelectLens =
     " k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners, checksum, id,"
     " uncertainty_px FROM lens";
 
-bool InsertLens(Statement& statement, const LensEntry& entry) {
+bool InsertLens(sqlite::Statement& statement, const LensEntry& entry) {
   statement.Bind(1, entry.utc);
   statement.Bind(2, entry.key.camera_serial);
   statement.Bind(3, entry.key.mode);
@@ -76,8 +76,8 @@ bool InsertLens(Statement& statement, const LensEntry& entry) {
                                            : std::nullopt);
   statement.Bind(6, std::int64_t{entry.size.width});
   statement.Bind(7, std::int64_t{entry.size.height});
-  const LensVector values = VectorOfLens(entry.lens);
-  for (int k = 0; k < kLensParameters; ++k) statement.Bind(8 + k, values[k]);
+  const lens::LensVector values = lens::VectorOfLens(entry.lens);
+  for (int k = 0; k < lens::kLensParameters; ++k) statement.Bind(8 + k, values[k]);
   nlohmann::json covariance = nlohmann::json::array();
   for (const double value : entry.covariance.reshaped<Eigen::RowMajor>()) {
     covariance.push_back(value);
@@ -94,7 +94,7 @@ bool InsertLens(Statement& statement, const LensEntry& entry) {
   return statement.Run();
 }
 
-std::optional<LensEntry> ReadLensValues(const Statement& row) {
+std::optional<LensEntry> ReadLensValues(const sqlite::Statement& row) {
   LensEntry entry;
   entry.utc = row.Text(0);
   entry.key.camera_serial = row.Text(1);
@@ -102,14 +102,14 @@ std::optional<LensEntry> ReadLensValues(const Statement& row) {
   entry.key.zoom_counts = ToInt32(row.Integer(3));
   if (!row.IsNull(4)) entry.key.focus_counts = ToInt32(row.Integer(4));
   entry.size = {ToInt32(row.Integer(5)), ToInt32(row.Integer(6))};
-  LensVector values;
-  for (int k = 0; k < kLensParameters; ++k) values[k] = row.Number(7 + k);
-  entry.lens = LensOfVector(values);
-  const nlohmann::json covariance = JsonOrNull(row.Text(16));
+  lens::LensVector values;
+  for (int k = 0; k < lens::kLensParameters; ++k) values[k] = row.Number(7 + k);
+  entry.lens = lens::LensOfVector(values);
+  const nlohmann::json covariance = text::JsonOrNull(row.Text(16));
   if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
   std::size_t at = 0;
-  for (int i = 0; i < kLensParameters; ++i) {
-    for (int k = 0; k < kLensParameters; ++k) {
+  for (int i = 0; i < lens::kLensParameters; ++i) {
+    for (int k = 0; k < lens::kLensParameters; ++k) {
       const auto& number = covariance[at++];
       if (!number.is_number()) return std::nullopt;
       entry.covariance(i, k) = number.get<double>();
@@ -127,7 +127,7 @@ std::optional<LensEntry> ReadLensValues(const Statement& row) {
   return entry;
 }
 
-std::optional<LensEntry> ReadLensEntry(const Statement& row) {
+std::optional<LensEntry> ReadLensEntry(const sqlite::Statement& row) {
   std::optional<LensEntry> entry = ReadLensValues(row);
   if (!entry || static_cast<std::uint64_t>(row.Integer(22)) != ChecksumOf(*entry)) {
     return std::nullopt;
@@ -135,18 +135,18 @@ std::optional<LensEntry> ReadLensEntry(const Statement& row) {
   return entry;
 }
 
-std::int64_t RowId(const Statement& row) {
+std::int64_t RowId(const sqlite::Statement& row) {
   return row.Integer(23);
 }
 
-Result<void> MigrateLensSchema(Database& database, std::int64_t version, bool& damaged) {
+Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged) {
   if (version != 1) return {};
   const auto failed = [&database] {
     return Error{database.path() + ": cannot be migrated to this schema: " + database.Problem()};
   };
   if (!database.Run(kRenameSchema1) || !database.Run(kLensSchema)) return failed();
   {
-    Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
+    sqlite::Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
     int code = SQLITE_ROW;
     while ((code = rows.Step()) == SQLITE_ROW) {
       const auto entry = ReadLensValues(rows);
@@ -164,4 +164,4 @@ Result<void> MigrateLensSchema(Database& database, std::int64_t version, bool& d
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

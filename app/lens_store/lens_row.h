@@ -6,7 +6,7 @@
 #include "app/lens_store/lens_entry.h"
 #include "app/sqlite/database.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 
 /// Creates the table, its index, and triggers that refuse to change or remove a row.
 extern const char* const kLensSchema;
@@ -18,18 +18,18 @@ inline constexpr int kLensSchemaVersion = 2;
 /// id. Schema 1 stored a pupil shift that had not been measured (0) and no uncertainty.
 /// @param damaged  set to true if a row fails its checksum
 /// @return         an error if that happens or the database fails
-Result<void> MigrateLensSchema(Database& database, std::int64_t version, bool& damaged);
+Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged);
 
 /// Inserts under the entry's id, or the next free one if that is 0.
 /// @param statement  prepared from kInsertLens
-bool InsertLens(Statement& statement, const LensEntry& entry);
+bool InsertLens(sqlite::Statement& statement, const LensEntry& entry);
 
 /// @param row  of kSelectLens
 /// @return     nullopt if the row is damaged: a missing or invalid value (FaultOf) or a wrong
 /// checksum
-std::optional<LensEntry> ReadLensEntry(const Statement& row);
+std::optional<LensEntry> ReadLensEntry(const sqlite::Statement& row);
 /// Likewise, without verifying the checksum.
-std::optional<LensEntry> ReadLensValues(const Statement& row);
-std::int64_t RowId(const Statement& row);
+std::optional<LensEntry> ReadLensValues(const sqlite::Statement& row);
+std::int64_t RowId(const sqlite::Statement& row);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

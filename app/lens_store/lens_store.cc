@@ -14,7 +14,7 @@
 #include "drivers/os/file_writing.h"
 #include "firmware-like/lens/lens_curve.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 namespace {
 
 constexpr int kApplicationId = 0x504C4C31;  // "PLL1", shown by file(1)
@@ -23,13 +23,13 @@ std::string BackupOf(const std::string& path) {
   return path + ".backup";
 }
 
-bool PassesIntegrityCheck(Database& database) {
-  Statement check(database.get(), "PRAGMA integrity_check(1)");
+bool PassesIntegrityCheck(sqlite::Database& database) {
+  sqlite::Statement check(database.get(), "PRAGMA integrity_check(1)");
   return check.Step() == SQLITE_ROW && check.Text(0) == "ok";
 }
 
 /// Why the database is not a lens store this version can use. @param empty  set if it has no tables
-std::optional<Error> CheckIdentity(Database& database, bool& empty) {
+std::optional<Error> CheckIdentity(sqlite::Database& database, bool& empty) {
   const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
   const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
@@ -37,7 +37,7 @@ std::optional<Error> CheckIdentity(Database& database, bool& empty) {
     return Error{fmt::format("{}: cannot be read: {}", database.path(), database.Problem())};
   }
   if (*version > LensStore::kSchemaVersion) {
-    return Error{NewerSchema(database.path(), *version, LensStore::kSchemaVersion)};
+    return Error{sqlite::NewerSchema(database.path(), *version, LensStore::kSchemaVersion)};
   }
   empty = *tables == 0;
   if (empty || *kind == kApplicationId) return std::nullopt;
@@ -67,10 +67,10 @@ Error LensStore::Failed(const std::string& what) const {
 }
 
 Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged) {
-  Result<Database> opened = Database::Open(path, Database::Mode::kWrite);
+  Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
-  Database& database = *store.database_;
+  sqlite::Database& database = *store.database_;
   if (!database.Run("SELECT count(*) FROM sqlite_master")) {
     const int code = sqlite3_errcode(database.get());
     damaged = code == SQLITE_NOTADB || code == SQLITE_CORRUPT;
@@ -105,7 +105,7 @@ Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged
 
 /// Creates the tables or migrates older ones, in one transaction.
 Result<void> LensStore::Prepare(bool& damaged) {
-  Transaction transaction(*database_);
+  sqlite::Transaction transaction(*database_);
   // Another process may have done this in the meantime.
   const Result<std::int64_t> version = database_->IntegerOf("PRAGMA user_version");
   const Result<std::int64_t> tables = database_->IntegerOf("SELECT count(*) FROM sqlite_master");
@@ -154,7 +154,7 @@ Result<LensStore> LensStore::Open(const std::string& path) {
 }
 
 Result<LensStore> LensStore::OpenForReading(const std::string& path) {
-  Result<Database> opened = Database::Open(path, Database::Mode::kRead);
+  Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
   if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
   bool empty = false;
@@ -179,9 +179,9 @@ Result<std::int64_t> LensStore::Append(const LensEntry& requested) {
   }
   std::int64_t id = 0;
   {
-    Transaction transaction(*database_);
+    sqlite::Transaction transaction(*database_);
     if (!transaction.begun()) return Failed("lens not stored");
-    Statement statement(database_->get(), kInsertLens);
+    sqlite::Statement statement(database_->get(), kInsertLens);
     if (!InsertLens(statement, entry)) return Failed("lens not stored");
     id = sqlite3_last_insert_rowid(database_->get());
     if (!transaction.Commit()) return Failed("lens not stored");
@@ -195,11 +195,12 @@ Result<std::int64_t> LensStore::Append(const LensEntry& requested) {
 Result<void> LensStore::WriteBackup() {
   const std::string backup = BackupOf(database_->path()), fresh = backup + ".new";
   unlink(fresh.c_str());
-  Statement copy(database_->get(), "VACUUM INTO ?");
+  sqlite::Statement copy(database_->get(), "VACUUM INTO ?");
   copy.Bind(1, fresh);
   if (!copy.Run()) return Failed("backup failed");
   const std::string folder = std::filesystem::absolute(backup).parent_path().string();
-  if (!SyncFile(fresh) || std::rename(fresh.c_str(), backup.c_str()) != 0 || !SyncFolder(folder)) {
+  if (!os::SyncFile(fresh) || std::rename(fresh.c_str(), backup.c_str()) != 0 ||
+      !os::SyncFolder(folder)) {
     return Error{fmt::format("{}: backup failed: {}", backup, std::strerror(errno))};
   }
   return {};
@@ -210,7 +211,7 @@ Result<std::vector<LensEntry>> LensStore::Read(const std::optional<std::string>&
   const std::string sql = std::string(kSelectLens) +
                           (camera_serial ? " WHERE camera_serial = ? AND mode = ?" : "") +
                           " ORDER BY id";
-  Statement statement(database_->get(), sql);
+  sqlite::Statement statement(database_->get(), sql);
   if (camera_serial) {
     statement.Bind(1, *camera_serial);
     statement.Bind(2, mode);
@@ -235,7 +236,7 @@ Result<std::vector<LensEntry>> LensStore::Entries(const std::string& camera_seri
 }
 
 Result<std::int64_t> LensStore::Count() {
-  Statement statement(database_->get(), "SELECT count(*) FROM lens");
+  sqlite::Statement statement(database_->get(), "SELECT count(*) FROM lens");
   if (statement.Step() != SQLITE_ROW) return Failed("cannot be read");
   return statement.Integer(0);
 }
@@ -267,12 +268,12 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
   if (!entries) return entries.failure();
   const std::vector<LensEntry> nodes = CurveNodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
-  std::vector<LensNode> curve_nodes;
+  std::vector<lens::LensNode> curve_nodes;
   curve_nodes.reserve(nodes.size());
   for (const LensEntry& node : nodes) {
     curve_nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
   }
-  const LensCurve curve(curve_nodes);
+  const lens::LensCurve curve(curve_nodes);
   const auto distance = [&key](const LensEntry& node) {
     return std::abs(std::int64_t{node.key.zoom_counts} - key.zoom_counts);
   };
@@ -283,7 +284,7 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
   LensFound found;
   found.entry = nearest;
   const bool calibrated = distance(nearest) <= tolerance.zoom_counts;
-  const std::optional<InterpolatedLens> at =
+  const std::optional<lens::InterpolatedLens> at =
       curve.At(calibrated ? nearest.key.zoom_counts : key.zoom_counts);
   if (!at) return std::optional<LensFound>();
   found.log_focal_sd = at->log_focal_sd;
@@ -303,11 +304,11 @@ Result<std::vector<std::int32_t>> LensStore::Propose(const LensKey& key,
                                                      int count, double good_enough) {
   Result<std::vector<LensEntry>> entries = Read(key.camera_serial, key.mode);
   if (!entries) return entries.failure();
-  std::vector<LensNode> nodes;
+  std::vector<lens::LensNode> nodes;
   for (const LensEntry& node : CurveNodes(std::move(entries).value(), key, tolerance)) {
     nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
   }
-  return LensCurve(nodes).Propose(lowest, highest, count, good_enough);
+  return lens::LensCurve(nodes).Propose(lowest, highest, count, good_enough);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

@@ -10,7 +10,7 @@
 #include "app/sqlite/database.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 
 /// A lens for a requested zoom.
 struct LensFound {
@@ -70,8 +70,8 @@ class LensStore {
                                             double good_enough);
 
  private:
-  explicit LensStore(Database database)
-      : database_(std::make_unique<Database>(std::move(database))) {}
+  explicit LensStore(sqlite::Database database)
+      : database_(std::make_unique<sqlite::Database>(std::move(database))) {}
   static Result<LensStore> OpenVerified(const std::string& path, bool& damaged);
   Result<std::vector<LensEntry>> Read(const std::optional<std::string>& camera_serial,
                                       const std::string& mode);
@@ -82,8 +82,8 @@ class LensStore {
   Result<void> WriteBackup();
   Error Failed(const std::string& what) const;
 
-  std::unique_ptr<Database> database_;
+  std::unique_ptr<sqlite::Database> database_;
   std::string notice_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::lens_store {
 namespace {
 
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -111,4 +111,4 @@ std::string OpenCvXml(const LensEntry& entry) {
   return WriteAll(entry, Xml());
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

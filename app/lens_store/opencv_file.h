@@ -5,7 +5,7 @@
 
 #include "app/lens_store/lens_entry.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 
 /// Has the keys of OpenCV's calibration sample: calibration_time, image_width, image_height,
 /// camera_matrix (3 x 3), distortion_coefficients (5 x 1: k1 k2 p1 p2 k3), avg_reprojection_error;
@@ -15,4 +15,4 @@ namespace plumbline {
 std::string OpenCvYaml(const LensEntry& entry);
 std::string OpenCvXml(const LensEntry& entry);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

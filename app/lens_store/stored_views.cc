@@ -8,7 +8,7 @@
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 namespace {
 
 using Json = nlohmann::json;
@@ -16,18 +16,18 @@ using Json = nlohmann::json;
 constexpr double kMmPerMetre = 1e3, kPerPixel = 1e5;
 constexpr double kMaxPixel = 1e6;
 
-Json Point(const Vec2& p) {
+Json Point(const lens::Vec2& p) {
   return {std::round(kPerPixel * p.x()) / kPerPixel, std::round(kPerPixel * p.y()) / kPerPixel};
 }
 
 /// Throws on malformed input, as the JSON library does; DecodeViews() catches both.
-Board BoardFrom(const Json& json) {
-  Board board;
-  const auto kind = BoardKindOfName(json.at("kind").get<std::string>());
+lens::Board BoardFrom(const Json& json) {
+  lens::Board board;
+  const auto kind = lens::BoardKindOfName(json.at("kind").get<std::string>());
   if (!kind) throw std::runtime_error("unknown kind of board");
   board.kind = *kind;
-  board.columns = IntegerFromJson<int>(json.at("columns"));
-  board.rows = IntegerFromJson<int>(json.at("rows"));
+  board.columns = config::IntegerFromJson<int>(json.at("columns"));
+  board.rows = config::IntegerFromJson<int>(json.at("rows"));
   board.square_m = json.at("square_mm").get<double>() / kMmPerMetre;
   board.marker_m = json.at("mark_mm").get<double>() / kMmPerMetre;
   board.family = json.at("family").get<std::string>();
@@ -37,8 +37,8 @@ Board BoardFrom(const Json& json) {
   return board;
 }
 
-BoardView ViewFrom(const Json& json, const Board& board, std::size_t number) {
-  BoardView view;
+lens::BoardView ViewFrom(const Json& json, const lens::Board& board, std::size_t number) {
+  lens::BoardView view;
   view.name = fmt::format("view {}", number);
   view.time_s = json.at("t_s").get<double>();
   view.blur_px = json.at("blur_px").get<double>();
@@ -61,9 +61,9 @@ BoardView ViewFrom(const Json& json, const Board& board, std::size_t number) {
 }  // namespace
 
 std::vector<std::uint8_t> EncodeViews(const StoredViews& stored) {
-  const Board& board = stored.board;
+  const lens::Board& board = stored.board;
   Json views = Json::array();
-  for (const BoardView& view : stored.views) {
+  for (const lens::BoardView& view : stored.views) {
     Json points = Json::array();
     for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
       points.push_back(view.seen[k] ? Point(view.corners_px[k]) : Json(nullptr));
@@ -86,7 +86,8 @@ std::vector<std::uint8_t> EncodeViews(const StoredViews& stored) {
 Result<StoredViews> DecodeViews(std::span<const std::uint8_t> bytes) {
   StoredViews stored;
   try {
-    const auto read = JsonFromText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    const auto read =
+        text::JsonFromText({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     if (!read) return read.failure();
     const Json& json = *read;
     if (json.at("schema") != 1) return Error{"the schema is not 1"};
@@ -100,4 +101,4 @@ Result<StoredViews> DecodeViews(std::span<const std::uint8_t> bytes) {
   return stored;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

@@ -8,11 +8,11 @@
 #include "app/lens/board.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 
 struct StoredViews {
-  Board board;
-  std::vector<BoardView> views;  ///< in order of time
+  lens::Board board;
+  std::vector<lens::BoardView> views;  ///< in order of time
 };
 
 /// JSON, also readable with the sqlite3 command: the board, and for each view its time, edge width,
@@ -24,4 +24,4 @@ std::vector<std::uint8_t> EncodeViews(const StoredViews& stored);
 ///          number of points
 Result<StoredViews> DecodeViews(std::span<const std::uint8_t> bytes);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

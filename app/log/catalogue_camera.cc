@@ -1,6 +1,6 @@
 #include "app/log/catalogue_parts.h"
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr EventEntry kCameraEntries[] = {
@@ -140,4 +140,4 @@ std::span<const EventEntry> CameraEvents() {
   return kCameraEntries;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -1,6 +1,6 @@
 #include "app/log/catalogue_parts.h"
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr EventEntry kEntries[] = {
@@ -279,4 +279,4 @@ std::span<const EventEntry> DaemonEvents() {
   return kEntries;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

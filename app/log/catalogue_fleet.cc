@@ -1,6 +1,6 @@
 #include "app/log/catalogue_parts.h"
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr EventEntry kFleetEntries[] = {
@@ -59,4 +59,4 @@ std::span<const EventEntry> FleetEvents() {
   return kFleetEntries;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

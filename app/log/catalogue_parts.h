@@ -5,10 +5,10 @@
 
 #include "app/log/event.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 std::span<const EventEntry> DaemonEvents();  ///< service, robot, points, plc, loop
 std::span<const EventEntry> CameraEvents();  ///< camera, monitor
 std::span<const EventEntry> FleetEvents();   ///< fleet
 
-}  // namespace plumbline
+}  // namespace plumbline::log

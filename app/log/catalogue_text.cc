@@ -8,7 +8,7 @@
 #include "app/log/event.h"
 #include "app/log/level_text.h"
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 /// Heading of a component's table in the manual.
@@ -71,4 +71,4 @@ std::string EventsJson() {
   return events.dump(1) + "\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

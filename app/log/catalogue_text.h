@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// systemd message catalogue, for `journalctl --catalog` (systemd's "Journal Message Catalogs").
 std::string JournalCatalogue();
@@ -14,4 +14,4 @@ std::string EventTables();
 /// JSON array of objects: event, level, id, component, line, means, do.
 std::string EventsJson();
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -5,7 +5,7 @@
 
 #include "app/log/catalogue_parts.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 std::span<const EventEntry> EventCatalogue() {
   static const std::vector<EventEntry> entries = [] {
@@ -29,4 +29,4 @@ const EventEntry* FindEvent(std::string_view name) {
   return found == entries.end() ? nullptr : &*found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

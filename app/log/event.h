@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// Log levels; the values are the priorities of syslog(3) and journald.
 enum class LogLevel { kError = 3, kWarning = 4, kNotice = 5, kInfo = 6 };
@@ -161,4 +161,4 @@ const EventEntry* FindEvent(std::string_view name);
 /// All entries, in the order of `Event`.
 std::span<const EventEntry> EventCatalogue();
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -4,24 +4,24 @@
 
 #include "app/log/log.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
-LogEntry LogEntryFromFault(const Fault& fault) {
-  const bool is_fault = fault.severity == Fault::Severity::kFault;
+LogEntry LogEntryFromFault(const config::Fault& fault) {
+  const bool is_fault = fault.severity == config::Fault::Severity::kFault;
   return {is_fault ? Event::kFileFault : Event::kFileWarning,
-          FaultText(fault),
+          config::FaultText(fault),
           {{"PLACE", fmt::format("{}:{} {}", fault.file, fault.line, fault.key)},
            {"CONFIG_FILE", fault.file},
            {"CONFIG_LINE", fmt::format("{}", fault.line)},
            {"CONFIG_KEY", fault.key}}};
 }
 
-void LogFault(const Fault& fault) {
+void LogFault(const config::Fault& fault) {
   Log(LogEntryFromFault(fault));
 }
 
-void LogFaults(const FaultList& faults) {
-  for (const Fault& fault : faults.All()) LogFault(fault);
+void LogFaults(const config::FaultList& faults) {
+  for (const config::Fault& fault : faults.All()) LogFault(fault);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

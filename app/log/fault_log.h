@@ -4,13 +4,13 @@
 #include "app/config/fault.h"
 #include "app/log/log_entry.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// One entry for a fault. Its subject is the place in the file, so that the repeat filter never
 /// suppresses one fault because of another.
-LogEntry LogEntryFromFault(const Fault& fault);
+LogEntry LogEntryFromFault(const config::Fault& fault);
 
-void LogFault(const Fault& fault);
-void LogFaults(const FaultList& faults);
+void LogFault(const config::Fault& fault);
+void LogFaults(const config::FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -8,7 +8,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr std::string_view kPrefix = "PLUMBLINE_";
@@ -77,7 +77,7 @@ Result<JournalReader> JournalReader::Open(const JournalQuery& query) {
   const std::string where = query.directory.empty() ? "the journal" : query.directory;
   if (failed < 0) {
     return Error{fmt::format("{}: {}{}", where, std::strerror(-failed),
-                             query.directory.empty() ? "" : ReadRemedy(query.directory))};
+                             query.directory.empty() ? "" : files::ReadRemedy(query.directory))};
   }
   JournalReader reader;
   reader.journal_.reset(opened);
@@ -108,4 +108,4 @@ void JournalReader::Wait(double seconds) {
   sd_journal_wait(journal_.get(), static_cast<std::uint64_t>(1e6 * seconds));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -11,7 +11,7 @@
 
 struct sd_journal;
 
-namespace plumbline {
+namespace plumbline::log {
 
 struct JournalQuery {
   std::string directory;  ///< of journal files; empty: this machine's journal
@@ -47,4 +47,4 @@ class JournalReader {
   std::unique_ptr<sd_journal, Close> journal_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::log

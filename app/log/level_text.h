@@ -6,7 +6,7 @@
 
 #include "app/log/event.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 inline const char* LevelText(LogLevel level) {
   switch (level) {
@@ -31,4 +31,4 @@ inline std::optional<LogLevel> LevelFromText(std::string_view text) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

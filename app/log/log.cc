@@ -14,7 +14,7 @@
 #include "app/log/repeat_filter.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr const char* kJournalSocket = "/run/systemd/journal/socket";
@@ -115,4 +115,4 @@ std::vector<LogLine> RecentLog() {
   return {state.lines.begin(), state.lines.end()};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

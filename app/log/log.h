@@ -7,7 +7,7 @@
 
 #include "app/log/log_entry.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// Logs an entry. If standard error is connected to journald, the entry goes there with all its
 /// fields; a terminal gets the time of day, anything else the "<n>" prefix that journald turns into
@@ -33,4 +33,4 @@ struct LogLine {
 inline constexpr std::size_t kRecentLogLines = 40;
 std::vector<LogLine> RecentLog();
 
-}  // namespace plumbline
+}  // namespace plumbline::log

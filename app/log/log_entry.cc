@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 /// Whether journald accepts "PLUMBLINE_" + `name` as a field name [sd_journal_send(3)].
@@ -58,4 +58,4 @@ std::string JournalDatagram(const std::vector<std::string>& fields) {
   return datagram;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -7,7 +7,7 @@
 
 #include "app/log/event.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// A value for filtering and counting: PLUMBLINE_<name> in the journal. The name consists of
 /// capitals, digits and underscores, and ends with the unit.
@@ -41,4 +41,4 @@ std::vector<std::string> JournalFields(const LogEntry& entry, const LogContext& 
 /// "NAME\n", its length as 64 bits, little endian, the value, "\n".
 std::string JournalDatagram(const std::vector<std::string>& fields);
 
-}  // namespace plumbline
+}  // namespace plumbline::log

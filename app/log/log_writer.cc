@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr int kFinalTries = 20, kTryPeriod_ms = 10;
@@ -125,4 +125,4 @@ LogWriter::WriteResult LogWriter::WritePlain(const std::string& text) {
   return WriteResult::kDone;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -8,7 +8,7 @@
 
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// Writes lines in order to journald's socket, or to a descriptor. While the receiver accepts
 /// nothing (a journald that hangs, a pipe that nobody reads, a stopped terminal), up to
@@ -49,13 +49,13 @@ class LogWriter {
   WriteResult WritePlain(const std::string& text);
 
   std::string journal_socket_;
-  Descriptor reopened_;  ///< the terminal or pipe, opened again as non-blocking
-  int descriptor_;       ///< written to: `reopened_`, or the one passed to the constructor
-  Descriptor journal_;
+  os::Descriptor reopened_;  ///< the terminal or pipe, opened again as non-blocking
+  int descriptor_;           ///< written to: `reopened_`, or the one passed to the constructor
+  os::Descriptor journal_;
   std::deque<Line> buffered_;
   std::size_t written_bytes_ = 0;  ///< of the first buffered line
   std::optional<double> blocked_since_s_;
   Blockage blockage_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::log {
 namespace {
 
 constexpr double kMinute_s = 60;
@@ -50,4 +50,4 @@ std::vector<LogEntry> RepeatFilter::TakeSummaries(double now_s, bool all) {
   return summaries;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -9,7 +9,7 @@
 
 #include "app/log/log_entry.h"
 
-namespace plumbline {
+namespace plumbline::log {
 
 /// Passes at most `kMaxPerMinute` entries a minute for one event and subject. Further ones are
 /// counted and summarized in one entry when the minute is over; the summary repeats the text of
@@ -34,4 +34,4 @@ class RepeatFilter {
   std::map<std::pair<Event, std::string>, Count> counts_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::log

@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 constexpr double kPaPerGPa = 1e9;
@@ -52,7 +52,7 @@ class Values {
   void List(const std::string& key, const std::optional<Vec3>& si, double to_file = 1) {
     if (si) List<Vec3>(key, *si, to_file);
   }
-  void Range(const std::string& key, const Interval& si, double to_file = 1) {
+  void Range(const std::string& key, const model::Interval& si, double to_file = 1) {
     List(key, Eigen::Vector2d(si.low, si.high), to_file);
   }
   void Matrix(const std::string& key, const Eigen::MatrixXd& matrix) {
@@ -78,10 +78,10 @@ std::string Numbered(const std::string& path, std::size_t index) {
   return fmt::format("{}[{}]", path, index + 1);
 }
 
-void Add(Values& values, const std::string& at, const Joint& joint) {
+void Add(Values& values, const std::string& at, const model::Joint& joint) {
   const auto& [type, a_m, alpha_rad, d_m, theta_offset_rad, sign, min, max, link_mass_kg,
                link_com_m, compliance_rad_per_Nm] = joint;
-  const bool prismatic = type == JointType::kPrismatic;
+  const bool prismatic = type == model::JointType::kPrismatic;
   values.Word(at + ".type", prismatic ? "prismatic" : "revolute");
   values.Number(at + ".a_mm", a_m, 1 / kMetrePerMm);
   values.Number(at + ".alpha_deg", alpha_rad, 1 / kRadPerDeg);
@@ -100,10 +100,10 @@ void Add(Values& values, const std::string& at, const Joint& joint) {
   }
 }
 
-void Add(Values& values, const Robot& robot) {
+void Add(Values& values, const model::Robot& robot) {
   const auto& [name, convention, g_W, X_WB, joints] = robot;
   static_cast<void>(name);  // a label, not compared
-  values.Word("robot.convention", convention == DhConvention::kDistal ? "dh" : "mdh");
+  values.Word("robot.convention", convention == model::DhConvention::kDistal ? "dh" : "mdh");
   values.List<Vec3>("robot.gravity_m_s2", g_W);
   values.Place("robot.base", X_WB);
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -112,7 +112,7 @@ void Add(Values& values, const Robot& robot) {
 }
 
 /// Compares a section by its beam properties, because the file may specify it in several ways.
-void Add(Values& values, const std::string& at, const ToolSegment& segment) {
+void Add(Values& values, const std::string& at, const model::ToolSegment& segment) {
   const auto& [length_m, section, material] = segment;
   const auto& [area_m2, ix_m4, iy_m4, shear_x, shear_y, reach_x_m, reach_y_m, round,
                peak_shear_x_m2, peak_shear_y_m2] = section;
@@ -134,11 +134,11 @@ void Add(Values& values, const std::string& at, const ToolSegment& segment) {
   values.Number(at + ".density_kg_m3", density_kg_m3);
 }
 
-void Add(Values& values, const Tool& tool) {
+void Add(Values& values, const model::Tool& tool) {
   const auto& [rigid, tcp_F, theory, segments, mount_mass_kg] = tool;
-  values.Word("tool.model", rigid                                   ? "rigid"
-                            : theory == BeamTheory::kEulerBernoulli ? "euler_bernoulli"
-                                                                    : "timoshenko");
+  values.Word("tool.model", rigid                                          ? "rigid"
+                            : theory == model::BeamTheory::kEulerBernoulli ? "euler_bernoulli"
+                                                                           : "timoshenko");
   values.List<Vec3>("tool.tcp_mm", tcp_F, 1 / kMetrePerMm);
   for (std::size_t i = 0; i < segments.size(); ++i) {
     Add(values, Numbered("tool.segment", i), segments[i]);
@@ -146,12 +146,12 @@ void Add(Values& values, const Tool& tool) {
   values.Number("tool.mount_mass_kg", mount_mass_kg);
 }
 
-void Add(Values& values, const Measurement& measurement) {
+void Add(Values& values, const model::Measurement& measurement) {
   const auto& [kind, anchor_W, frame_known, tool_known, sigma_m, reference_temperature_C, X_WC] =
       measurement;
-  values.Word("measurement.kind", kind == MeasurementKind::kPosition ? "position"
-                                  : kind == MeasurementKind::kRange  ? "range"
-                                                                     : "pose");
+  values.Word("measurement.kind", kind == model::MeasurementKind::kPosition ? "position"
+                                  : kind == model::MeasurementKind::kRange  ? "range"
+                                                                            : "pose");
   values.List<Vec3>("measurement.anchor_mm", anchor_W, 1 / kMetrePerMm);
   values.Word("measurement.frame", frame_known ? "aligned" : "unaligned");
   values.Word("measurement.tool", tool_known ? "known" : "unknown");
@@ -160,7 +160,7 @@ void Add(Values& values, const Measurement& measurement) {
   if (X_WC) values.Place("measurement.camera", *X_WC);
 }
 
-void Add(Values& values, const std::string& at, const WrittenEffect& effect) {
+void Add(Values& values, const std::string& at, const model::WrittenEffect& effect) {
   const auto& [id, scope, parameters, covariance, drivers, nodes, seen_t_s, from_file, from_date,
                from_rows] = effect;
   static_cast<void>(from_file);  // the origin does not affect corrections
@@ -168,7 +168,7 @@ void Add(Values& values, const std::string& at, const WrittenEffect& effect) {
   static_cast<void>(from_rows);
   values.Word(at + ".id", id);
   values.Word(at + ".scope", fmt::format("{}", fmt::join(scope, ", ")));
-  for (const EffectParameter& parameter : parameters) {
+  for (const model::EffectParameter& parameter : parameters) {
     const auto& [name, value, sd, unit, word] = parameter;
     const std::string key = fmt::format("{}.{}", at, name);
     if (!word.empty()) {
@@ -185,7 +185,7 @@ void Add(Values& values, const std::string& at, const WrittenEffect& effect) {
   if (seen_t_s) values.Range(at + " (t_s it was fitted to)", *seen_t_s);
 }
 
-void Add(Values& values, const std::string& at, const SessionFrames& session) {
+void Add(Values& values, const std::string& at, const model::SessionFrames& session) {
   const auto& [id, X_WB, tip_F, X_WB_declared, tip_declared_F] = session;
   values.Word(at + ".id", id);
   values.Place(at + ".base", X_WB);
@@ -194,12 +194,12 @@ void Add(Values& values, const std::string& at, const SessionFrames& session) {
   values.List(at + ".declared_tip_mm", tip_declared_F, 1 / kMetrePerMm);
 }
 
-void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints) {
+void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
   const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, distant_sigma_m,
                covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s, as_validated] =
       domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
-    const bool prismatic = i < joints.size() && joints[i].type == JointType::kPrismatic;
+    const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
   }
   if (payload_kg) values.Range("domain.payload_kg", *payload_kg);
@@ -219,7 +219,7 @@ void Add(Values& values, const Domain& domain, const std::vector<Joint>& joints)
   if (!as_validated) values.Flag("domain (model changed after its fit)", true);
 }
 
-std::vector<Entry> EntriesOf(const CellModel& cell) {
+std::vector<Entry> EntriesOf(const model::CellModel& cell) {
   const auto& [robot, tool, payload_cog_F, measurement, effects, sessions, domain] = cell;
   Values values;
   Add(values, robot);
@@ -249,7 +249,8 @@ std::string Change(const Entry& before, const Entry& after) {
 
 }  // namespace
 
-std::vector<std::string> CellDifferences(const CellModel& before, const CellModel& after) {
+std::vector<std::string> CellDifferences(const model::CellModel& before,
+                                         const model::CellModel& after) {
   const std::vector<Entry> old_entries = EntriesOf(before), new_entries = EntriesOf(after);
   std::vector<std::string> differences;
   for (const Entry& entry : old_entries) {
@@ -269,13 +270,13 @@ std::vector<std::string> CellDifferences(const CellModel& before, const CellMode
 
 std::vector<std::string> CellTextDifferences(const std::string& before, const std::string& after) {
   if (before == after) return {};
-  FaultList ignored;  // reported when the file is read for use
-  const auto cell_before = CellFromText(before, "", ignored);
-  const auto cell_after = CellFromText(after, "", ignored);
+  config::FaultList ignored;  // reported when the file is read for use
+  const auto cell_before = config::CellFromText(before, "", ignored);
+  const auto cell_after = config::CellFromText(after, "", ignored);
   if (cell_before && cell_after) return CellDifferences(*cell_before, *cell_after);
   return {
       "the text (values cannot be compared, because this version cannot read one of the two as a "
       "cell)"};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -5,7 +5,7 @@
 #include "app/config/text_file.h"
 #include "app/model_store/durable_file.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 std::string RecordFile(const std::string& state_directory) {
@@ -28,10 +28,10 @@ bool HasBeenUsed(const std::string& state_directory) {
 }
 
 std::optional<std::string> RecordedConfigurationPath(const std::string& state_directory) {
-  const Result<std::string> text = ReadTextFile(RecordFile(state_directory));
+  const Result<std::string> text = config::ReadTextFile(RecordFile(state_directory));
   if (!text) return std::nullopt;
   const std::string path = text->substr(0, text->find('\n'));
   return path.empty() ? std::nullopt : std::optional(path);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

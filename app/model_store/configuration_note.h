@@ -6,7 +6,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 /// Writes the path of the daemon's configuration to `configuration` in its state directory, unless
 /// it is recorded there already.
@@ -20,4 +20,4 @@ bool HasBeenUsed(const std::string& state_directory);
 /// The path recorded at the daemon's last start; nullopt if there is none.
 std::optional<std::string> RecordedConfigurationPath(const std::string& state_directory);
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -13,7 +13,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 std::string PidFile(const std::string& state_directory) {
@@ -42,8 +42,8 @@ std::string UsedBy(std::optional<pid_t> holder) {
 }
 
 /// Uses the system call directly because Debian 12's <sys/pidfd.h> does not compile as C++.
-Descriptor OpenProcess(pid_t pid) {
-  return Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
+os::Descriptor OpenProcess(pid_t pid) {
+  return os::Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid, 0)));
 }
 
 }  // namespace
@@ -58,10 +58,11 @@ Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory
   const std::string path = PidFile(state_directory);
   const auto failed = [&path](const char* what) {
     const int error = errno;
-    return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
+    return Error{
+        fmt::format("{}: {}: {}{}", path, what, std::strerror(error), files::WriteRemedy(path))};
   };
   if (in_use != nullptr) *in_use = false;
-  Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644));
+  os::Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644));
   const int fd = file.get();
   if (!file) return failed("cannot be opened");
   struct flock lock = WholeFile();
@@ -78,7 +79,8 @@ Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory
 }
 
 std::optional<std::string> FindOtherDaemon(const std::string& state_directory) {
-  const Descriptor file(open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  const os::Descriptor file(
+      open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
   if (!file) return std::nullopt;
   const std::optional<pid_t> holder = HolderOf(file.get());
   if (!holder) return std::nullopt;
@@ -86,10 +88,11 @@ std::optional<std::string> FindOtherDaemon(const std::string& state_directory) {
 }
 
 Result<Notified> NotifyDaemon(const std::string& state_directory) {
-  const Descriptor file(open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  const os::Descriptor file(
+      open(PidFile(state_directory).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
   if (!file) return Notified::kNoDaemon;
   const std::optional<pid_t> pid = HolderOf(file.get());
-  const Descriptor process = pid.value_or(0) > 0 ? OpenProcess(*pid) : Descriptor();
+  const os::Descriptor process = pid.value_or(0) > 0 ? OpenProcess(*pid) : os::Descriptor();
   // Process ids are reused: the opened process is the holder only if it still holds the lock.
   if (!pid || HolderOf(file.get()) != pid) return Notified::kNoDaemon;
   if (*pid <= 0) return Error{"the daemon runs in another container and cannot be notified"};
@@ -102,4 +105,4 @@ Result<Notified> NotifyDaemon(const std::string& state_directory) {
       fmt::format("the daemon (process {}) could not be notified: {}", *pid, std::strerror(why))};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

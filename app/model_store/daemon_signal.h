@@ -8,7 +8,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 /// The daemon's lock on its state directory: a record lock (fcntl) on `daemon.pid`, held as long as
 /// the object exists and released by the kernel however the process ends. The kernel reports who
@@ -23,8 +23,8 @@ class StateDirectoryLock {
  private:
   friend Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory,
                                                        bool* in_use);
-  explicit StateDirectoryLock(Descriptor file) : file_(std::move(file)) {}
-  Descriptor file_;
+  explicit StateDirectoryLock(os::Descriptor file) : file_(std::move(file)) {}
+  os::Descriptor file_;
 };
 
 /// Locks the state directory for this process. The daemon must have blocked SIGHUP before, because
@@ -47,4 +47,4 @@ enum class Notified { kYes, kNoDaemon };
 /// user's)
 Result<Notified> NotifyDaemon(const std::string& state_directory);
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -18,12 +18,13 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/os/file_writing.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 Error Failed(const std::string& path, std::string_view what) {
   const int error = errno;
-  return Error{fmt::format("{}: {}: {}{}", path, what, std::strerror(error), WriteRemedy(path))};
+  return Error{
+      fmt::format("{}: {}: {}{}", path, what, std::strerror(error), files::WriteRemedy(path))};
 }
 
 /// The process that holds the lock on this file, from a line in /proc/locks such as
@@ -52,21 +53,22 @@ std::string HolderText(int fd) {
 Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
   const std::string temporary = path + ".new";
   unlink(temporary.c_str());  // left by an interrupted write, and possibly read-only
-  Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+  os::Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (!file) return Failed(temporary, "cannot be created");
-  if (!WriteAll(file.get(), content) || fsync(file.get()) != 0 || !file.CloseWritten()) {
+  if (!os::WriteAll(file.get(), content) || fsync(file.get()) != 0 || !file.CloseWritten()) {
     return Failed(temporary, "cannot be written");
   }
   if (std::rename(temporary.c_str(), path.c_str()) != 0) return Failed(path, "cannot be replaced");
   const std::string directory = std::filesystem::path(path).parent_path().string();
-  if (!SyncFolder(directory)) return Failed(directory, "cannot be synced");
+  if (!os::SyncFolder(directory)) return Failed(directory, "cannot be synced");
   return {};
 }
 
 Result<FileLock> FileLock::Take(const std::string& path, const WaitPolicy& policy) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kPoll{20};
-  FileLock lock(Descriptor(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644)));
+  FileLock lock(
+      os::Descriptor(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644)));
   const int fd = lock.file_.get();
   if (fd < 0) return Failed(path, "cannot be opened");
   const Clock::time_point start = Clock::now();
@@ -90,4 +92,4 @@ Result<FileLock> FileLock::Take(const std::string& path, const WaitPolicy& polic
   return lock;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

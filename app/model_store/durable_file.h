@@ -9,7 +9,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 /// Writes `content` to a temporary file, syncs it, renames it to `path` and syncs the folder. At
 /// any moment `path` has its complete old content (or does not exist) or its complete new one. A
@@ -32,8 +32,8 @@ class FileLock {
   static Result<FileLock> Take(const std::string& path, const WaitPolicy& policy);
 
  private:
-  explicit FileLock(Descriptor file) : file_(std::move(file)) {}
-  Descriptor file_;
+  explicit FileLock(os::Descriptor file) : file_(std::move(file)) {}
+  os::Descriptor file_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

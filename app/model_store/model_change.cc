@@ -12,7 +12,7 @@
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 constexpr int kPoses = 200;
@@ -22,19 +22,19 @@ constexpr double kDifferentArm_m = 0.05;
 /// because that costs more than computing a posture.
 class TipPredictor {
  public:
-  explicit TipPredictor(const CellModel& cell) : cell_(cell) {}
+  explicit TipPredictor(const model::CellModel& cell) : cell_(cell) {}
 
   Result<Vec3> At(const ModelPose& pose) {
     if (!arm_ || session_ != pose.session) {
-      arm_.emplace(CellOfSession(cell_, pose.session));
+      arm_.emplace(deflection::CellOfSession(cell_, pose.session));
       session_ = pose.session;
     }
     if (arm_->size() != pose.q.size()) return Error{"the models do not have the same joints"};
     if (arm_->torques_missing())
       return Error{"joints are compliant, but link masses are not declared"};
-    const Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
-                          cell_.payload_cog_F.value_or(Vec3::Zero())};
-    Conditions conditions;
+    const loads::Payload payload{cell_.payload_cog_F ? pose.payload_kg : 0.0,
+                                 cell_.payload_cog_F.value_or(Vec3::Zero())};
+    effects::Conditions conditions;
     conditions.payload_kg = pose.payload_kg;
     conditions.t_s = pose.t_s;
     conditions.temp_C = pose.temp_C;
@@ -44,15 +44,15 @@ class TipPredictor {
   }
 
  private:
-  const CellModel& cell_;
-  std::optional<LoadedArm> arm_;
+  const model::CellModel& cell_;
+  std::optional<deflection::LoadedArm> arm_;
   std::string session_;
-  LoadedState state_;
+  deflection::LoadedState state_;
 };
 
 }  // namespace
 
-Result<double> LargestTipChange(const CellModel& from, const CellModel& to,
+Result<double> LargestTipChange(const model::CellModel& from, const model::CellModel& to,
                                 const std::vector<ModelPose>& poses) {
   TipPredictor tips_before(from), tips_after(to);
   double largest_m = 0;
@@ -66,14 +66,14 @@ Result<double> LargestTipChange(const CellModel& from, const CellModel& to,
   return largest_m;
 }
 
-std::vector<ModelPose> PosesWithinLimits(const CellModel& cell) {
+std::vector<ModelPose> PosesWithinLimits(const model::CellModel& cell) {
   std::minstd_rand random(1);
   std::vector<ModelPose> poses(kPoses);
   for (ModelPose& pose : poses) {
     pose.q.resize(cell.robot.size());
     for (int i = 0; i < cell.robot.size(); ++i) {
-      const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
-      const double range = joint.type == JointType::kPrismatic ? 1 : std::numbers::pi;
+      const model::Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+      const double range = joint.type == model::JointType::kPrismatic ? 1 : std::numbers::pi;
       const double low = std::isfinite(joint.min) ? joint.min : -range;
       const double high = std::isfinite(joint.max) ? joint.max : range;
       pose.q[i] = low + (high - low) * std::generate_canonical<double, 32>(random);
@@ -82,7 +82,8 @@ std::vector<ModelPose> PosesWithinLimits(const CellModel& cell) {
   return poses;
 }
 
-std::optional<std::string> DifferentArmReason(const CellModel& from, const CellModel& to) {
+std::optional<std::string> DifferentArmReason(const model::CellModel& from,
+                                              const model::CellModel& to) {
   if (from.robot.size() != to.robot.size()) {
     return fmt::format("it has {} joints, the model in force {}", to.robot.size(),
                        from.robot.size());
@@ -93,8 +94,8 @@ std::optional<std::string> DifferentArmReason(const CellModel& from, const CellM
       return fmt::format("its joint {} is of another type than in the model in force", i + 1);
     }
   }
-  const Chain before(from.robot), after(to.robot);
-  Posture posture_before, posture_after;
+  const kinematics::Chain before(from.robot), after(to.robot);
+  kinematics::Posture posture_before, posture_after;
   double largest_m = 0;
   for (const ModelPose& pose : PosesWithinLimits(from)) {
     before.Evaluate(pose.q, posture_before);
@@ -106,4 +107,4 @@ std::optional<std::string> DifferentArmReason(const CellModel& from, const CellM
                      1e3 * largest_m);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

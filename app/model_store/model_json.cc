@@ -7,7 +7,7 @@
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 using nlohmann::json;
@@ -26,7 +26,7 @@ std::optional<double> NumberIn(const json& object, const char* name) {
 
 std::optional<int> WholeIn(const json& object, const char* name) {
   const auto found = object.find(name);
-  return found == object.end() ? std::nullopt : IntegerFromJsonIfValid<int>(*found);
+  return found == object.end() ? std::nullopt : config::IntegerFromJsonIfValid<int>(*found);
 }
 
 /// The strings in an array; empty if it is absent.
@@ -48,7 +48,7 @@ std::string TextIn(const json& object, const char* name) {
 }  // namespace
 
 int SchemaInJson(const std::string& text) {
-  const json object = JsonOrNull(text);
+  const json object = text::JsonOrNull(text);
   if (!object.is_object()) return 0;
   return WholeIn(object, "schema").value_or(0);
 }
@@ -84,7 +84,7 @@ std::string JsonFrom(const ModelState& state) {
 }
 
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
-  const json object = JsonOrNull(text);
+  const json object = text::JsonOrNull(text);
   if (!object.is_object()) return std::nullopt;
   ModelFacts facts;
   const std::string origin = TextIn(object, "origin");
@@ -114,7 +114,7 @@ std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
 }
 
 std::optional<ModelState> ModelStateFromJson(const std::string& text) {
-  const json object = JsonOrNull(text);
+  const json object = text::JsonOrNull(text);
   if (!object.is_object()) return std::nullopt;
   ModelState state;
   for (const auto& [name, into] :
@@ -127,7 +127,7 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
   const auto history = object.find("history");
   if (history == object.end() || !history->is_array()) return std::nullopt;
   for (const json& number : *history) {
-    const auto version = IntegerFromJsonIfValid<int>(number);
+    const auto version = config::IntegerFromJsonIfValid<int>(number);
     if (!version) return std::nullopt;
     state.history.push_back(*version);
   }
@@ -144,7 +144,7 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
 }
 
 Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
-  const Result<json> read = JsonFromText(text);
+  const Result<json> read = text::JsonFromText(text);
   if (!read) return Error{"the diagnosis: " + read.error()};
   const json& object = *read;
   if (!object.is_object()) return Error{"the diagnosis is not a JSON object"};
@@ -176,4 +176,4 @@ Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text) {
   return facts;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -6,7 +6,7 @@
 
 #include "app/model_store/model_store.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 inline constexpr int kModelSchema = 1;
 /// Schema number in a file of the store; 0 if it has none.
@@ -23,4 +23,4 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text);
 /// @return  why it cannot be used
 Result<ModelFacts> ModelFactsFromDiagnosis(const std::string& text);
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

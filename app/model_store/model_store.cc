@@ -17,7 +17,7 @@
 #include "app/model_store/model_json.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 constexpr std::size_t kMaxStoredChanges = 50, kMaxShownChanges = 4;
@@ -46,7 +46,7 @@ std::vector<std::string> Abbreviated(std::vector<std::string> texts, std::size_t
 std::string ModelCommand(const std::string& words, const std::string& state_directory) {
   return fmt::format(
       "`plumbline model {}{}`", words,
-      state_directory == kDefaultStateDirectory ? "" : " --state " + state_directory);
+      state_directory == config::kDefaultStateDirectory ? "" : " --state " + state_directory);
 }
 
 std::string SetAsideText(const ModelState& state, const std::string& state_directory) {
@@ -88,12 +88,12 @@ Result<ModelStore> ModelStore::Open(const std::string& state_directory) {
   std::filesystem::create_directories(store.folder_, error);
   if (error) {
     return Error{fmt::format("{}: cannot be created: {}{}", store.folder_, error.message(),
-                             WriteRemedy(store.folder_))};
+                             files::WriteRemedy(store.folder_))};
   }
   static_cast<void>(std::filesystem::directory_iterator(store.folder_, error));
   if (error) {
     return Error{
-        fmt::format("{}: {}", store.folder_, ReadErrorText(store.folder_, error.message()))};
+        fmt::format("{}: {}", store.folder_, files::ReadErrorText(store.folder_, error.message()))};
   }
   return store;
 }
@@ -122,7 +122,7 @@ Result<std::vector<int>> ModelStore::Numbers() const {
     }
   }
   if (failed) {  // not considered empty: unlisted versions must not be overwritten
-    return Error{fmt::format("{}: {}", folder_, ReadErrorText(folder_, failed.message()))};
+    return Error{fmt::format("{}: {}", folder_, files::ReadErrorText(folder_, failed.message()))};
   }
   std::sort(numbers.begin(), numbers.end());
   return numbers;
@@ -154,10 +154,10 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
                             numbers->size() == 1 ? "" : "s"));
   }
   if (type == std::filesystem::file_type::none) {
-    return lost(ReadErrorText(path, hidden.message()));
+    return lost(files::ReadErrorText(path, hidden.message()));
   }
-  const Result<std::string> text = ReadTextFile(path);
-  if (!text) return lost(ReadErrorText(path, text.error()));
+  const Result<std::string> text = config::ReadTextFile(path);
+  if (!text) return lost(files::ReadErrorText(path, text.error()));
   if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) return lost(text->empty() ? "is empty" : "is damaged");
@@ -176,10 +176,10 @@ Result<int> ModelStore::NewestDeclared() const {
 
 Result<ModelFacts> ModelStore::Facts(int number) const {
   const std::string path = Path(number, ".json");
-  const Result<std::string> text = ReadTextFile(path);
+  const Result<std::string> text = config::ReadTextFile(path);
   if (!text)
-    return Error{
-        fmt::format("no version {}: {}: {}", number, path, ReadErrorText(path, text.error()))};
+    return Error{fmt::format("no version {}: {}: {}", number, path,
+                             files::ReadErrorText(path, text.error()))};
   if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
   if (!facts) return Error{fmt::format("{}: was not written by the model store", path)};
@@ -201,10 +201,10 @@ Result<std::vector<ModelVersion>> ModelStore::Versions() const {
 Result<std::string> ModelStore::Text(int number) const {
   const Result<ModelFacts> facts = Facts(number);  // a model without facts is incomplete
   if (!facts) return facts.failure();
-  const Result<std::string> text = ReadTextFile(ModelFile(number));
+  const Result<std::string> text = config::ReadTextFile(ModelFile(number));
   if (!text)
-    return Error{
-        fmt::format("{}: {}", ModelFile(number), ReadErrorText(ModelFile(number), text.error()))};
+    return Error{fmt::format("{}: {}", ModelFile(number),
+                             files::ReadErrorText(ModelFile(number), text.error()))};
   return *text;
 }
 
@@ -229,9 +229,9 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
   }
   ModelFacts complete = facts;
   if (!report.empty()) {
-    const Result<std::string> content = ReadTextFile(report);
+    const Result<std::string> content = config::ReadTextFile(report);
     if (!content)
-      return Error{fmt::format("{}: {}", report, ReadErrorText(report, content.error()))};
+      return Error{fmt::format("{}: {}", report, files::ReadErrorText(report, content.error()))};
     const Result<void> kept = WriteDurably(ReportFile(number), *content, 0444);
     if (!kept) return kept.failure();
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();
@@ -386,4 +386,4 @@ std::string UtcNow() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z", fmt::gmtime(std::time(nullptr)));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -9,7 +9,7 @@
 #include "app/model_store/durable_file.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 /// Metadata of a version.
 struct ModelFacts {
@@ -155,4 +155,4 @@ const char* NameOf(ModelFacts::Origin origin);
 /// The present time in the format of ModelFacts::date.
 std::string UtcNow();
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

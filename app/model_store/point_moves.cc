@@ -9,27 +9,29 @@
 
 #include "firmware-like/effects/catalogue.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 namespace {
 
 using Load = ReportedLoad;
 
 /// One model of the arm, with the time for its time-dependent effects.
 struct Model {
-  Model(const CellModel& cell_model, const CorrectionLimits& limits, double utc_s)
+  Model(const model::CellModel& cell_model, const correction::CorrectionLimits& limits,
+        double utc_s)
       : cell(cell_model), corrector(cell_model, limits) {
     if (cell.domain && cell.domain->time_zero_s) t_s = utc_s - *cell.domain->time_zero_s;
   }
 
-  Correction Correct(const AssemblyPoint& point, const Load& load, const JointVector& seed,
-                     BranchSearch search) const {
-    Correction correction;
+  correction::Correction Correct(const correction::AssemblyPoint& point, const Load& load,
+                                 const model::JointVector& seed,
+                                 correction::BranchSearch search) const {
+    correction::Correction correction;
     const std::optional<Vec3> cog_F = load.cog_F ? load.cog_F : cell.payload_cog_F;
     if (load.mass_kg > 0 && !cog_F) {
-      correction.code = CorrectionCode::kPayloadUnknown;
+      correction.code = correction::CorrectionCode::kPayloadUnknown;
       return correction;
     }
-    Conditions conditions;
+    effects::Conditions conditions;
     conditions.payload_kg = load.mass_kg;
     conditions.t_s = t_s;
     corrector.Correct(point, {load.mass_kg, cog_F.value_or(Vec3::Zero())}, conditions, seed, search,
@@ -37,36 +39,38 @@ struct Model {
     return correction;
   }
 
-  const CellModel& cell;
-  Corrector corrector;
+  const model::CellModel& cell;
+  correction::Corrector corrector;
   std::optional<double> t_s;
 };
 
-bool ReadsTemperature(const CellModel& cell) {
-  return std::any_of(cell.effects.begin(), cell.effects.end(), [](const WrittenEffect& written) {
-    const Effect* const effect = FindEffect(written.id);
-    const bool follows = std::find(written.drivers.begin(), written.drivers.end(), "temp_C") !=
-                         written.drivers.end();
-    return follows || (effect != nullptr && effect->traits().Needs(Signal::kTemperature));
-  });
+bool ReadsTemperature(const model::CellModel& cell) {
+  return std::any_of(
+      cell.effects.begin(), cell.effects.end(), [](const model::WrittenEffect& written) {
+        const effects::Effect* const effect = effects::FindEffect(written.id);
+        const bool follows = std::find(written.drivers.begin(), written.drivers.end(), "temp_C") !=
+                             written.drivers.end();
+        return follows ||
+               (effect != nullptr && effect->traits().Needs(effects::Signal::kTemperature));
+      });
 }
 
 /// The middle of each joint's limits; 0 for an unlimited joint.
-JointVector MiddleOf(const Robot& robot) {
-  JointVector q = JointVector::Zero(robot.size());
+model::JointVector MiddleOf(const model::Robot& robot) {
+  model::JointVector q = model::JointVector::Zero(robot.size());
   for (int i = 0; i < robot.size(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
     if (std::isfinite(joint.min) && std::isfinite(joint.max)) q[i] = 0.5 * (joint.min + joint.max);
   }
   return q;
 }
 
 /// The loads to consider if the robot reports its load, each mass once.
-std::vector<Load> ReportedLoads(const CellModel& before, const CellModel& after,
+std::vector<Load> ReportedLoads(const model::CellModel& before, const model::CellModel& after,
                                 const std::vector<ReportedLoad>& reported) {
   std::vector<Load> loads;
   const auto add = [&loads](const Load& load) {
-    const bool plausible = load.mass_kg >= 0 && load.mass_kg <= kMaxPayload_kg;
+    const bool plausible = load.mass_kg >= 0 && load.mass_kg <= loads::kMaxPayload_kg;
     const bool known = std::any_of(loads.begin(), loads.end(), [&load](const Load& other) {
       return std::abs(other.mass_kg - load.mass_kg) < 1e-3;  // resolution of the register's float
     });
@@ -74,7 +78,7 @@ std::vector<Load> ReportedLoads(const CellModel& before, const CellModel& after,
   };
   for (const ReportedLoad& load : reported) add(load);
   add({0, std::nullopt});
-  for (const CellModel* cell : {&before, &after}) {
+  for (const model::CellModel* cell : {&before, &after}) {
     if (!cell->domain || !cell->domain->payload_kg) continue;
     add({std::max(0.0, cell->domain->payload_kg->low), std::nullopt});
     add({std::max(0.0, cell->domain->payload_kg->high), std::nullopt});
@@ -101,8 +105,9 @@ std::string ReportedNote(const std::vector<Load>& loads) {
 }
 
 /// Loads of points that have no payload of their own, from [payload].
-std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const CellModel& before,
-                                  const CellModel& after, const std::vector<ReportedLoad>& reported,
+std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const model::CellModel& before,
+                                  const model::CellModel& after,
+                                  const std::vector<ReportedLoad>& reported,
                                   std::vector<std::string>& notes) {
   std::vector<Load> loads;
   switch (policy.source) {
@@ -120,21 +125,23 @@ std::vector<Load> ConfiguredLoads(const PayloadPolicy& policy, const CellModel& 
   return loads;
 }
 
-PointMove MoveOf(const AssemblyPoint& point, const Load& load, const Model& before,
+PointMove MoveOf(const correction::AssemblyPoint& point, const Load& load, const Model& before,
                  const Model& after) {
   PointMove move;
   move.id = point.id;
   move.name = point.name;
   move.payload_kg = load.mass_kg;
-  const JointVector seed = point.near_q.value_or(MiddleOf(before.cell.robot));
-  const Correction first = before.Correct(point, load, seed, BranchSearch::kThorough);
+  const model::JointVector seed = point.near_q.value_or(MiddleOf(before.cell.robot));
+  const correction::Correction first =
+      before.Correct(point, load, seed, correction::BranchSearch::kThorough);
   move.code_before = first.code;
-  Correction second;
-  if (first.code == CorrectionCode::kOk) {  // stay on the same branch, as the running daemon does
-    second = after.Correct(point, load, first.q, BranchSearch::kNone);
+  correction::Correction second;
+  if (first.code ==
+      correction::CorrectionCode::kOk) {  // stay on the same branch, as the running daemon does
+    second = after.Correct(point, load, first.q, correction::BranchSearch::kNone);
   }
-  if (second.code != CorrectionCode::kOk) {
-    second = after.Correct(point, load, seed, BranchSearch::kThorough);
+  if (second.code != correction::CorrectionCode::kOk) {
+    second = after.Correct(point, load, seed, correction::BranchSearch::kThorough);
   }
   move.code_after = second.code;
   move.before_B = first.X_BP_command.p;
@@ -146,8 +153,8 @@ std::string PointText(const PointMove& move) {
   return fmt::format("point {} ({}) at {:g} kg", move.id, move.name, move.payload_kg);
 }
 
-std::string PositionText(CorrectionCode code, const Vec3& p_B) {
-  if (code != CorrectionCode::kOk) return "none";
+std::string PositionText(correction::CorrectionCode code, const Vec3& p_B) {
+  if (code != correction::CorrectionCode::kOk) return "none";
   return fmt::format("{:.3f}, {:.3f}, {:.3f}", 1e3 * p_B.x(), 1e3 * p_B.y(), 1e3 * p_B.z());
 }
 
@@ -162,8 +169,8 @@ const PointMove* PointMoves::Largest() const {
   return largest;
 }
 
-PointMoves ComputePointMoves(const MachineConfig& config, const CellModel& before,
-                             const CellModel& after, double utc_s,
+PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel& before,
+                             const model::CellModel& after, double utc_s,
                              const std::vector<ReportedLoad>& reported,
                              const std::function<void()>& step) {
   PointMoves moves;
@@ -173,15 +180,15 @@ PointMoves ComputePointMoves(const MachineConfig& config, const CellModel& befor
     return moves;
   }
   const Model model_before(before, config.limits, utc_s), model_after(after, config.limits, utc_s);
-  const bool all_have_own =
-      std::all_of(config.points.begin(), config.points.end(),
-                  [](const AssemblyPoint& point) { return point.payload_kg.has_value(); });
+  const bool all_have_own = std::all_of(
+      config.points.begin(), config.points.end(),
+      [](const correction::AssemblyPoint& point) { return point.payload_kg.has_value(); });
   std::vector<Load> configured;
   if (!all_have_own) {
     configured = ConfiguredLoads(config.payload, before, after, reported, moves.notes);
   }
   std::vector<int> without_posture;
-  for (const AssemblyPoint& point : config.points) {
+  for (const correction::AssemblyPoint& point : config.points) {
     const bool fits = !point.near_q || point.near_q->size() == before.robot.size();
     if (!fits) continue;  // a fault of the configuration, reported when it is read
     if (!point.near_q) without_posture.push_back(point.id);
@@ -223,7 +230,7 @@ std::string TextOf(const PointMoves& moves, const std::string& configuration) {
   for (const PointMove& move : moves.all) {
     for (const auto& [code, when] :
          {std::pair(move.code_before, "now"), std::pair(move.code_after, "then")}) {
-      if (code == CorrectionCode::kOk) continue;
+      if (code == correction::CorrectionCode::kOk) continue;
       text += fmt::format("{} has no correction {}: {}\n", PointText(move), when, Describe(code));
     }
   }
@@ -238,4 +245,4 @@ std::string TextOf(const PointMoves& moves, const std::string& configuration) {
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

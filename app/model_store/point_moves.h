@@ -8,19 +8,21 @@
 
 #include "firmware-like/machine.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 /// One point with one load: its commanded position by either model.
 struct PointMove {
   int id = 0;
   std::string name;
   double payload_kg = 0;
-  CorrectionCode code_before = CorrectionCode::kPending, code_after = CorrectionCode::kPending;
+  correction::CorrectionCode code_before = correction::CorrectionCode::kPending,
+                             code_after = correction::CorrectionCode::kPending;
   Vec3 before_B = Vec3::Zero(),
        after_B = Vec3::Zero();  ///< commanded positions in B [m], valid if kOk
 
   bool Compared() const {
-    return code_before == CorrectionCode::kOk && code_after == CorrectionCode::kOk;
+    return code_before == correction::CorrectionCode::kOk &&
+           code_after == correction::CorrectionCode::kOk;
   }
   double Distance_m() const { return (after_B - before_B).norm(); }
 };
@@ -47,8 +49,8 @@ struct PointMoves {
 /// @param config  supplies points, limits and [payload]; its cell is not used
 /// @param step    progress callback, called before each point and load, which takes up to tens of
 ///                milliseconds
-PointMoves ComputePointMoves(const MachineConfig& config, const CellModel& before,
-                             const CellModel& after, double utc_s,
+PointMoves ComputePointMoves(const MachineConfig& config, const model::CellModel& before,
+                             const model::CellModel& after, double utc_s,
                              const std::vector<ReportedLoad>& reported = {},
                              const std::function<void()>& step = {});
 
@@ -57,4 +59,4 @@ PointMoves ComputePointMoves(const MachineConfig& config, const CellModel& befor
 /// @param configuration  path of the file that defines the points
 std::string TextOf(const PointMoves& moves, const std::string& configuration);
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -13,18 +13,18 @@
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/written.h"
 
-namespace plumbline {
+namespace plumbline::model_store {
 
 namespace {
 
 /// A signal that the effect depends on and the cycle does not have: a row number, a file column.
-std::optional<std::string> UnknownDriver(const WrittenEffect& written) {
-  for (const EffectParameter& parameter : written.parameters) {
+std::optional<std::string> UnknownDriver(const model::WrittenEffect& written) {
+  for (const model::EffectParameter& parameter : written.parameters) {
     if (parameter.name == "row") return "row";
   }
-  Conditions known;  // the conditions of a point in the cycle
+  effects::Conditions known;  // the conditions of a point in the cycle
   known.t_s = known.temp_C = 0.0;
-  known.q = JointVector::Zero(kMaxJoints);
+  known.q = model::JointVector::Zero(model::kMaxJoints);
   for (const std::string& driver : written.drivers) {
     if (!known.Signal(driver)) return driver;
   }
@@ -33,12 +33,12 @@ std::optional<std::string> UnknownDriver(const WrittenEffect& written) {
 
 }  // namespace
 
-std::optional<std::string> ModelUnusableReason(const CellModel& cell) {
-  for (const WrittenEffect& written : cell.effects) {
-    const Effect* effect = FindEffect(written.id);
+std::optional<std::string> ModelUnusableReason(const model::CellModel& cell) {
+  for (const model::WrittenEffect& written : cell.effects) {
+    const effects::Effect* effect = effects::FindEffect(written.id);
     if (effect != nullptr) {
-      const EffectTerm term = ActiveFromWritten(written, cell).term;
-      if (ReadsTime(term) && !(cell.domain && cell.domain->time_zero_s)) {
+      const effects::EffectTerm term = effects::ActiveFromWritten(written, cell).term;
+      if (effects::ReadsTime(term) && !(cell.domain && cell.domain->time_zero_s)) {
         return fmt::format(
             "its effect \"{}\" depends on time, but the model does not define when its t_s was 0 "
             "([domain] time_zero_utc; `plumbline diagnose --time-zero`)",
@@ -49,7 +49,7 @@ std::optional<std::string> ModelUnusableReason(const CellModel& cell) {
                            written.id, *unknown);
       }
     }
-    if (effect != nullptr && effect->traits().Needs(Signal::kTilt)) {
+    if (effect != nullptr && effect->traits().Needs(effects::Signal::kTilt)) {
       return fmt::format(
           "its effect \"{}\" depends on an inclinometer on the base, which the daemon does not "
           "read: "
@@ -57,10 +57,10 @@ std::optional<std::string> ModelUnusableReason(const CellModel& cell) {
           written.id);
     }
     std::string word;
-    for (const EffectParameter& parameter : written.parameters) {
+    for (const model::EffectParameter& parameter : written.parameters) {
       if (!parameter.word.empty()) word = parameter.word;
     }
-    if (effect == nullptr || effect->traits().Needs(Signal::kOrder, word)) {
+    if (effect == nullptr || effect->traits().Needs(effects::Signal::kOrder, word)) {
       return fmt::format(
           "its effect \"{}\" depends on the robot's last moves, which are not known "
           "for a point that it has yet to reach",
@@ -70,10 +70,11 @@ std::optional<std::string> ModelUnusableReason(const CellModel& cell) {
   return std::nullopt;
 }
 
-void AppendChangedModelWarning(const FaultList& of_model, const std::string& model_file,
-                               FaultList& faults) {
-  for (Fault fault : of_model.All()) {
-    if (fault.severity != Fault::Severity::kWarning || fault.key != kFingerprintKey) continue;
+void AppendChangedModelWarning(const config::FaultList& of_model, const std::string& model_file,
+                               config::FaultList& faults) {
+  for (config::Fault fault : of_model.All()) {
+    if (fault.severity != config::Fault::Severity::kWarning || fault.key != config::kFingerprintKey)
+      continue;
     fault.file = model_file;
     faults.Add(std::move(fault));
   }
@@ -83,20 +84,21 @@ namespace {
 
 /// Checks whether the version in force in place of the cell file can be read and used.
 /// @return  the model, if it has no faults
-std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const ModelState& state,
-                                            const std::string& state_directory, FaultList& faults) {
+std::optional<model::CellModel> AddFaultsOfApplied(const ModelStore& store, const ModelState& state,
+                                                   const std::string& state_directory,
+                                                   config::FaultList& faults) {
   const std::string file = store.ModelFile(state.applied);
   const Result<std::string> text = store.Text(state.applied);
-  FaultList own;
-  std::optional<CellModel> cell;
+  config::FaultList own;
+  std::optional<model::CellModel> cell;
   if (text) {
-    cell = CellFromText(*text, file, own);
+    cell = config::CellFromText(*text, file, own);
   } else {
-    own.Add({Fault::Severity::kFault, file, 0, "", text.error()});
+    own.Add({config::Fault::Severity::kFault, file, 0, "", text.error()});
   }
   if (cell) {
     if (const auto why_not = ModelUnusableReason(*cell)) {
-      own.Add({Fault::Severity::kFault, file, 0, "effect", *why_not});
+      own.Add({config::Fault::Severity::kFault, file, 0, "effect", *why_not});
     }
   }
   if (!own.HasFaults()) {
@@ -105,7 +107,7 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
   }
   faults.Append(own);
   faults.Add(
-      {Fault::Severity::kFault, file, 0, "",
+      {config::Fault::Severity::kFault, file, 0, "",
        fmt::format("version {} is in force, but cannot be used, and the cell file is not used in "
                    "its place; choose another version with {} or {}",
                    state.applied, ModelCommand("rollback", state_directory),
@@ -117,13 +119,14 @@ std::optional<CellModel> AddFaultsOfApplied(const ModelStore& store, const Model
 
 /// Warns of an edited cell file that the daemon has not loaded yet.
 void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::string& cell_file,
-                FaultList& faults) {
-  const Result<std::string> declared = store.Text(state.declared), now = ReadTextFile(cell_file);
+                config::FaultList& faults) {
+  const Result<std::string> declared = store.Text(state.declared),
+                            now = config::ReadTextFile(cell_file);
   if (!declared || !now) return;
   std::vector<std::string> changes = CellTextDifferences(*declared, *now);
   if (changes.empty()) return;
   faults.Add(
-      {Fault::Severity::kWarning, cell_file, 0, "",
+      {config::Fault::Severity::kWarning, cell_file, 0, "",
        fmt::format("differs from the cell that model version {} was applied to ({}{}): at its next "
                    "start or reload the daemon sets version {} aside and corrects by this file",
                    state.applied, changes.front(),
@@ -133,8 +136,9 @@ void WarnOfEdit(const ModelStore& store, const ModelState& state, const std::str
 
 }  // namespace
 
-std::optional<CellModel> CheckModelStore(const std::string& state_directory,
-                                         const std::string& cell_file, FaultList& faults) {
+std::optional<model::CellModel> CheckModelStore(const std::string& state_directory,
+                                                const std::string& cell_file,
+                                                config::FaultList& faults) {
   const std::string folder = state_directory + "/models", file = folder + "/state.json";
   std::error_code hidden;
   static_cast<void>(std::filesystem::directory_iterator(folder, hidden));
@@ -146,16 +150,18 @@ std::optional<CellModel> CheckModelStore(const std::string& state_directory,
   if (!store) return std::nullopt;
   const Result<ModelState> state = store->State();
   if (!state) {
-    faults.Add({Fault::Severity::kFault, folder, 0, "", state.error()});
+    faults.Add({config::Fault::Severity::kFault, folder, 0, "", state.error()});
     return std::nullopt;
   }
   if (state->set_aside) {
-    faults.Add({Fault::Severity::kWarning, folder, 0, "", SetAsideText(*state, state_directory)});
+    faults.Add(
+        {config::Fault::Severity::kWarning, folder, 0, "", SetAsideText(*state, state_directory)});
   }
   if (state->applied == state->declared) return std::nullopt;
-  std::optional<CellModel> model = AddFaultsOfApplied(*store, *state, state_directory, faults);
+  std::optional<model::CellModel> model =
+      AddFaultsOfApplied(*store, *state, state_directory, faults);
   if (!cell_file.empty()) WarnOfEdit(*store, *state, cell_file, faults);
   return model;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model_store

@@ -6,26 +6,26 @@
 
 #include "app/view/display_mailbox.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct CameraFacts {
   std::string name;
-  const ViewCamera* camera = nullptr;
+  const view_link::ViewCamera* camera = nullptr;
   double images_per_s = 0;
 };
 
 /// The configured cameras; valid as long as `now`. Empty if there is no state.
-inline std::vector<CameraFacts> CamerasOf(const DisplayStatus& now) {
+inline std::vector<CameraFacts> CamerasOf(const view::DisplayStatus& now) {
   std::vector<CameraFacts> cameras;
   if (!now.state) return cameras;
   for (std::size_t k = 0; k < now.state->cameras.size(); ++k) {
-    const ViewCamera& camera = now.state->cameras[k];
+    const view_link::ViewCamera& camera = now.state->cameras[k];
     if (!camera.status.configured) continue;
-    const std::string name = CameraNameText(camera.status.name);
+    const std::string name = status::CameraNameText(camera.status.name);
     cameras.push_back({name.empty() ? "camera" : name, &camera,
                        k < now.frames_per_s.size() ? now.frames_per_s[k] : 0});
   }
   return cameras;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -9,7 +9,7 @@
 #include "app/page/http_message.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 /// @return  true if the descriptor is ready or broken, which the next call on it reports
@@ -71,4 +71,4 @@ bool HttpConnection::Write(std::string_view bytes) {
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct ConnectionLimits {
   double request_s = 5;              ///< from accepting the connection to the end of the head
@@ -37,4 +37,4 @@ class HttpConnection {
   const double read_until_s_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 constexpr std::string_view kBlanks = " \t";
@@ -226,4 +226,4 @@ std::string HeadOf(const HttpResponse& response) {
   return head + "\r\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::page {
 
 /// Name-value pairs in their original order.
 using HttpFields = std::vector<std::pair<std::string, std::string>>;
@@ -74,4 +74,4 @@ struct HttpResponse {
 /// Content-Length.
 std::string HeadOf(const HttpResponse& response);
 
-}  // namespace plumbline
+}  // namespace plumbline::page

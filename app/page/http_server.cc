@@ -13,7 +13,7 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 constexpr int kSendBuffer = 128 * 1024;  ///< a larger buffer would delay the live picture
@@ -64,7 +64,7 @@ std::optional<ParsedRequest> RequestOf(HttpConnection& connection) {
 
 }  // namespace
 
-HttpServer::HttpServer(TcpListener listener, ConnectionLimits limits, Answer answer)
+HttpServer::HttpServer(os::TcpListener listener, ConnectionLimits limits, Answer answer)
     : answer_(std::move(answer)),
       limits_(limits),
       listener_(std::move(listener)),
@@ -94,8 +94,8 @@ void HttpServer::Run() {
     poll(waiting.data(), waiting.size(), -1);
     if (waiting[0].revents != 0) return;
     sockaddr_storage from{};
-    if (Descriptor socket = listener_.Accept(from)) {
-      Admit(std::move(socket), EndpointOf(from).address);
+    if (os::Descriptor socket = listener_.Accept(from)) {
+      Admit(std::move(socket), os::EndpointOf(from).address);
     } else if (errno == EMFILE || errno == ENFILE || errno == ENOMEM || errno == ENOBUFS) {
       poll(waiting.data(), 1, kPauseWithoutDescriptors_ms);
     }
@@ -107,7 +107,7 @@ void HttpServer::Free(Slot& slot) {
   slot.socket.Reset();
 }
 
-void HttpServer::Admit(Descriptor socket, const std::string& peer) {
+void HttpServer::Admit(os::Descriptor socket, const std::string& peer) {
   Slot* free = nullptr;
   std::size_t of_peer = 0;
   for (Slot& slot : slots_) {
@@ -177,4 +177,4 @@ void HttpServer::Serve(Slot& slot) {
   slot.done = true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -13,7 +13,7 @@
 #include "drivers/os/descriptor.h"
 #include "drivers/os/tcp_listener.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 /// One request per connection and one thread per connection. At most kMaxConnections at a time, at
 /// most kMaxPerPeer of them from one address; further connections get status 503.
@@ -24,7 +24,7 @@ class HttpServer {
   /// Fills in the response to a request; called from several threads.
   using Answer = std::function<void(const HttpRequest&, HttpResponse&)>;
 
-  HttpServer(TcpListener listener, ConnectionLimits limits, Answer answer);
+  HttpServer(os::TcpListener listener, ConnectionLimits limits, Answer answer);
   ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
@@ -37,11 +37,11 @@ class HttpServer {
   struct Slot {
     std::thread thread;
     std::string peer;
-    Descriptor socket;  ///< closed by the accepting thread
+    os::Descriptor socket;  ///< closed by the accepting thread
     std::atomic<bool> done{true};
   };
   void Run();
-  void Admit(Descriptor socket, const std::string& peer);
+  void Admit(os::Descriptor socket, const std::string& peer);
   void Serve(Slot& slot);
   /// Reads one request and writes its response.
   void HandleRequest(HttpConnection& connection, const std::string& peer) const;
@@ -49,8 +49,8 @@ class HttpServer {
 
   const Answer answer_;
   const ConnectionLimits limits_;
-  const TcpListener listener_;
-  const Descriptor wake_;
+  const os::TcpListener listener_;
+  const os::Descriptor wake_;
   std::array<Slot, kMaxConnections> slots_;
   std::atomic<bool> ending_{false};
   std::atomic<int> connections_{0};
@@ -58,4 +58,4 @@ class HttpServer {
   std::thread thread_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::page

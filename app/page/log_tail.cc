@@ -1,18 +1,18 @@
 #include "app/page/log_tail.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
-void LogTail::Add(const DisplayStatus& now) {
-  static const std::vector<ViewLine> kNone;
-  const std::vector<ViewLine>& own = now.viewer_lines;
-  const std::vector<ViewLine>& daemon = now.state ? now.state->lines : kNone;
+void LogTail::Add(const view::DisplayStatus& now) {
+  static const std::vector<view_link::ViewLine> kNone;
+  const std::vector<view_link::ViewLine>& own = now.viewer_lines;
+  const std::vector<view_link::ViewLine>& daemon = now.state ? now.state->lines : kNone;
   const std::lock_guard lock(mutex_);
   std::set<Key> carried;
   // Merge the two programs' lines by time, keeping each program's order.
   auto a = own.begin(), b = daemon.begin();
   while (a != own.end() || b != daemon.end()) {
     const bool is_own = b == daemon.end() || (a != own.end() && a->utc_s <= b->utc_s);
-    const ViewLine& line = is_own ? *a++ : *b++;
+    const view_link::ViewLine& line = is_own ? *a++ : *b++;
     const Key key{line.utc_s, {line.number, is_own}};
     carried.insert(key);
     if (!known_.insert(key).second) continue;
@@ -32,4 +32,4 @@ std::vector<TailLine> LogTail::Lines() const {
   return lines;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -10,7 +10,7 @@
 
 #include "app/view/display_mailbox.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct TailLine {
   double utc_s = 0;
@@ -25,7 +25,7 @@ class LogTail {
  public:
   static constexpr std::size_t kMaxLines = 300;
 
-  void Add(const DisplayStatus& now);
+  void Add(const view::DisplayStatus& now);
   std::vector<TailLine> Lines() const;  ///< oldest first
 
  private:
@@ -36,4 +36,4 @@ class LogTail {
   std::set<Key> known_;  ///< keys of lines_ and of the last state's lines
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::page

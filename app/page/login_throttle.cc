@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 constexpr int kMaxDoublings = 16;
@@ -61,4 +61,4 @@ void LoginThrottle::Succeeded(const std::string& address) {
   std::erase_if(entries_, [&](const Entry& entry) { return entry.network == network; });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

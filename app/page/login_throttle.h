@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::page {
 
 /// After kFreeFailures wrong tokens from an address, the next attempt has to wait 1 s, then 2 s,
 /// 4 s, ... up to kMaxWait_s. A right token, or kForgetAfter_s without an attempt, clears the
@@ -39,4 +39,4 @@ class LoginThrottle {
   std::vector<Entry> entries_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::page

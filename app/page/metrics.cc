@@ -9,7 +9,7 @@
 #include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 using Type = MetricsWriter::Type;
@@ -35,9 +35,9 @@ std::string NumberText(double value) {
 
 /// One sample per bit, 0 or 1, labelled with its meaning.
 void AddWord(MetricsWriter& writer, std::string_view name, std::string_view help,
-             std::string_view label, std::uint16_t word, std::span<const BitMeaning> bits) {
+             std::string_view label, std::uint16_t word, std::span<const plc::BitMeaning> bits) {
   writer.Begin(name, Type::kGauge, help);
-  for (const BitMeaning& bit : bits) {
+  for (const plc::BitMeaning& bit : bits) {
     writer.Add((word & bit.mask) != 0 ? 1 : 0, {{label, bit.meaning}});
   }
 }
@@ -48,24 +48,24 @@ void AddHealth(MetricsWriter& writer, const CellHealth& health) {
   writer.Add(static_cast<double>(health.severity), {{"reason", Describe(health.reason)}});
 }
 
-void AddPoints(MetricsWriter& writer, const DisplayStatus& now) {
-  const auto labels = [&](const ViewPoint& point) {
+void AddPoints(MetricsWriter& writer, const view::DisplayStatus& now) {
+  const auto labels = [&](const view_link::ViewPoint& point) {
     const auto name = now.point_names.find(point.id);
     return MetricsWriter::Labels{
         {"point", std::to_string(point.id)},
         {"name", name == now.point_names.end() ? std::string() : name->second}};
   };
-  const std::vector<ViewPoint>& points = now.state->points;
+  const std::vector<view_link::ViewPoint>& points = now.state->points;
   writer.Begin("point_valid", Type::kGauge, "Whether the point has a valid correction.");
-  for (const ViewPoint& point : points) writer.Add(point.valid ? 1 : 0, labels(point));
+  for (const view_link::ViewPoint& point : points) writer.Add(point.valid ? 1 : 0, labels(point));
   writer.Begin("point_correction_meters", Type::kGauge,
                "Size of the correction: command position minus target position.");
-  for (const ViewPoint& point : points) {
+  for (const view_link::ViewPoint& point : points) {
     if (point.valid) writer.Add(point.translation_B.norm(), labels(point));
   }
   writer.Begin("point_uncertainty_meters", Type::kGauge,
                "95 % radius of the attained position; its basis is a label.");
-  for (const ViewPoint& point : points) {
+  for (const view_link::ViewPoint& point : points) {
     if (!point.valid || point.uncertainty_m <= 0) continue;
     MetricsWriter::Labels with_basis = labels(point);
     with_basis.push_back({"basis", Describe(point.basis)});
@@ -73,12 +73,13 @@ void AddPoints(MetricsWriter& writer, const DisplayStatus& now) {
   }
 }
 
-void AddCameras(MetricsWriter& writer, const DisplayStatus& now, double now_s) {
+void AddCameras(MetricsWriter& writer, const view::DisplayStatus& now, double now_s) {
   const std::vector<CameraFacts> cameras = CamerasOf(now);
   if (cameras.empty()) return;
   writer.Begin("lens_valid", Type::kGauge, "Whether the lens is verified at the present zoom.");
   for (const CameraFacts& facts : cameras) {
-    writer.Add(facts.camera->status.state == ZoomState::kValid ? 1 : 0, {{"camera", facts.name}});
+    writer.Add(facts.camera->status.state == lens::ZoomState::kValid ? 1 : 0,
+               {{"camera", facts.name}});
   }
   writer.Begin("camera_image_age_seconds", Type::kGauge, "Age of the newest image.");
   for (const CameraFacts& facts : cameras) {
@@ -95,25 +96,25 @@ void AddCameras(MetricsWriter& writer, const DisplayStatus& now, double now_s) {
   }
 }
 
-void AddPairs(MetricsWriter& writer, const DisplayStatus& now) {
+void AddPairs(MetricsWriter& writer, const view::DisplayStatus& now) {
   if (now.pairs.empty()) return;
-  const auto labels = [](const MeasuredPair& pair) {
+  const auto labels = [](const view::MeasuredPair& pair) {
     return MetricsWriter::Labels{{"a", pair.a}, {"b", pair.b}};
   };
   writer.Begin("interference", Type::kGauge, "Whether two virtual objects interfere.");
-  for (const MeasuredPair& pair : now.pairs) {
+  for (const view::MeasuredPair& pair : now.pairs) {
     if (pair.separation) writer.Add(pair.separation->touching ? 1 : 0, labels(pair));
   }
   writer.Begin("distance_meters", Type::kGauge,
                "Distance between two virtual objects; 0 if they interfere.");
-  for (const MeasuredPair& pair : now.pairs) {
+  for (const view::MeasuredPair& pair : now.pairs) {
     if (!pair.separation) continue;
     writer.Add(pair.separation->touching ? 0 : pair.separation->distance_m, labels(pair));
   }
 }
 
-void AddMonitoring(MetricsWriter& writer, const ViewState& state) {
-  const MonitoringStatus& monitoring = state.monitoring;
+void AddMonitoring(MetricsWriter& writer, const view_link::ViewState& state) {
+  const status::MonitoringStatus& monitoring = state.monitoring;
   writer.Gauge("model_version", "Version of the model in force; 0: the cell file.",
                state.model_version);
   writer.Gauge("model_proposed_version", "Model version that awaits approval; 0: none.",
@@ -149,8 +150,8 @@ void AddLateness(MetricsWriter& writer, const LatenessHistogram& starts) {
   writer.Add(static_cast<double>(sum), {}, "_count");
 }
 
-void AddState(MetricsWriter& writer, const DisplayStatus& now, double now_s) {
-  const ViewState& state = *now.state;
+void AddState(MetricsWriter& writer, const view::DisplayStatus& now, double now_s) {
+  const view_link::ViewState& state = *now.state;
   writer.Begin("daemon_info", Type::kGauge, "Version and cell of the daemon; always 1.");
   writer.Add(1, {{"version", state.version}, {"cell", state.cell}});
   writer.Gauge("daemon_uptime_seconds", "Time since the daemon started.", state.cycle.uptime_s);
@@ -164,9 +165,9 @@ void AddState(MetricsWriter& writer, const DisplayStatus& now, double now_s) {
                state.cycle.longest_s);
   AddLateness(writer, state.cycle.starts);
   AddWord(writer, "alarm", "Alarms, each 1 while it is active.", "alarm", state.alarms,
-          plc_map::AlarmBits());
+          plc::registers::AlarmBits());
   AddWord(writer, "warning", "Warnings, each 1 while it is active.", "warning", state.warnings,
-          plc_map::WarningBits());
+          plc::registers::WarningBits());
   if ((state.alarms & alarm::kRobotMissing) == 0) {
     writer.Gauge("robot_data_age_seconds", "Age of the robot reading.", state.data_age_s);
   }
@@ -207,11 +208,12 @@ void MetricsWriter::Gauge(std::string_view name, std::string_view help, double v
   Add(value);
 }
 
-bool DaemonReports(const DisplayStatus* now, double now_s) {
-  return now != nullptr && now->state && !DaemonIsSilent(*now->state, now->link_problem, now_s);
+bool DaemonReports(const view::DisplayStatus* now, double now_s) {
+  return now != nullptr && now->state &&
+         !view::DaemonIsSilent(*now->state, now->link_problem, now_s);
 }
 
-std::string MetricsText(const DisplayStatus* now, const PageCounts& page, double now_s) {
+std::string MetricsText(const view::DisplayStatus* now, const PageCounts& page, double now_s) {
   MetricsWriter writer;
   const bool up = DaemonReports(now, now_s);
   writer.Gauge("up", "Whether plumblined reports its state.", up ? 1 : 0);
@@ -231,4 +233,4 @@ std::string MetricsText(const DisplayStatus* now, const PageCounts& page, double
   return writer.Take();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -9,7 +9,7 @@
 
 #include "app/view/display_mailbox.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 /// Counters of the page itself.
 struct PageCounts {
@@ -43,9 +43,9 @@ class MetricsWriter {
 /// look current. plumbline_up is 1 while DaemonReports().
 /// @param now    null: no status yet
 /// @param now_s  monotonic
-std::string MetricsText(const DisplayStatus* now, const PageCounts& page, double now_s);
+std::string MetricsText(const view::DisplayStatus* now, const PageCounts& page, double now_s);
 
 /// Whether there is a state and the daemon is not silent.
-bool DaemonReports(const DisplayStatus* now, double now_s);
+bool DaemonReports(const view::DisplayStatus* now, double now_s);
 
-}  // namespace plumbline
+}  // namespace plumbline::page

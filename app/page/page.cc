@@ -17,7 +17,7 @@
 #include "app/page/status_json.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 constexpr double kCachePeriod_s = 5;           ///< for the trend and the list of reports
@@ -95,7 +95,7 @@ std::string CachedText::Get(double now_s, double period_s,
   return text_;
 }
 
-Page::Page(PageOptions options, DisplayMailbox& shown, LogSink sink)
+Page::Page(PageOptions options, view::DisplayMailbox& shown, log::LogSink sink)
     : options_(std::move(options)),
       sink_(std::move(sink)),
       cookie_value_(CookieValueOf(options_.config.token)),
@@ -108,21 +108,21 @@ Page::Page(PageOptions options, DisplayMailbox& shown, LogSink sink)
   own_names_.push_back(name + ".local");
 }
 
-Result<std::unique_ptr<Page>> Page::Start(PageOptions options, DisplayMailbox& shown, LogSink sink,
-                                          Descriptor listener) {
-  const PageConfig& config = options.config;
-  auto opened = listener ? Result(TcpListener(std::move(listener)))
-                         : TcpListener::Open(config.listen, config.port.value_or(0),
-                                             "a port below 1024 needs plumbline-view.socket");
+Result<std::unique_ptr<Page>> Page::Start(PageOptions options, view::DisplayMailbox& shown,
+                                          log::LogSink sink, os::Descriptor listener) {
+  const config::PageConfig& config = options.config;
+  auto opened = listener ? Result(os::TcpListener(std::move(listener)))
+                         : os::TcpListener::Open(config.listen, config.port.value_or(0),
+                                                 "a port below 1024 needs plumbline-view.socket");
   if (!opened) return opened.failure();
-  const TcpEndpoint at = opened.value().endpoint();
-  if (config.token.empty() && !IsLoopback(at.address)) {
+  const os::TcpEndpoint at = opened.value().endpoint();
+  if (config.token.empty() && !config::IsLoopback(at.address)) {
     return Error{fmt::format(
         "{} is reachable from other computers and needs a token: set token = \"...\" under [page]",
         at.Text())};
   }
-  if (!IsLoopback(at.address)) {
-    if (const auto why = WhyTokenWeak(config.token)) {
+  if (!config::IsLoopback(at.address)) {
+    if (const auto why = config::WhyTokenWeak(config.token)) {
       return Error{fmt::format("{} is reachable from other computers: {}", at.Text(), *why)};
     }
   }
@@ -208,7 +208,7 @@ void Page::AskForToken(const HttpRequest& request, HttpResponse& response) {
   const double now_s = MonotonicSeconds();
   if (now_s - failure_logged_s_ < kFailureLogPeriod_s) return;
   failure_logged_s_ = now_s;
-  sink_({Event::kPageRefused,
+  sink_({log::Event::kPageRefused,
          fmt::format("the page was asked with a wrong token by {}", request.peer),
          {{"CLIENT", request.peer}}});
 }
@@ -375,4 +375,4 @@ void Page::AnswerHealth(HttpResponse& response) const {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

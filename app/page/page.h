@@ -17,12 +17,12 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct PageOptions {
-  PageConfig config;
+  config::PageConfig config;
   std::string state_directory;
-  std::vector<Joint> joints;  ///< the cell's joints, to read the journal
+  std::vector<model::Joint> joints;  ///< the cell's joints, to read the journal
   ConnectionLimits limits;
 };
 
@@ -45,10 +45,10 @@ class Page {
 
   /// @param listener  socket from the service manager; invalid: the page opens its own
   /// @return          the page, or why it cannot be served, with a remedy
-  static Result<std::unique_ptr<Page>> Start(PageOptions options, DisplayMailbox& shown,
-                                             LogSink sink, Descriptor listener = {});
+  static Result<std::unique_ptr<Page>> Start(PageOptions options, view::DisplayMailbox& shown,
+                                             log::LogSink sink, os::Descriptor listener = {});
 
-  const TcpEndpoint& at() const { return at_; }
+  const os::TcpEndpoint& at() const { return at_; }
 
   /// Collects the log lines of the newest status. Call it regularly, also without viewers.
   void CollectLog();
@@ -57,7 +57,7 @@ class Page {
   void Answer(const HttpRequest& request, HttpResponse& response);
 
  private:
-  Page(PageOptions options, DisplayMailbox& shown, LogSink sink);
+  Page(PageOptions options, view::DisplayMailbox& shown, log::LogSink sink);
   /// Token or cookie sent with a request.
   struct Credential {
     bool in_address = false;  ///< sent as `?token=`
@@ -82,15 +82,15 @@ class Page {
   void AnswerHealth(HttpResponse& response) const;
 
   const PageOptions options_;
-  const LogSink sink_;
+  const log::LogSink sink_;
   const std::string cookie_value_;
-  DisplayMailbox& shown_;
+  view::DisplayMailbox& shown_;
   PictureFeed feed_;
   LogTail log_;
-  std::shared_ptr<const DisplayStatus> collected_;  ///< used by CollectLog() only
+  std::shared_ptr<const view::DisplayStatus> collected_;  ///< used by CollectLog() only
   CachedText trend_, reports_;
   std::vector<std::string> own_names_;
-  TcpEndpoint at_;
+  os::TcpEndpoint at_;
   std::string cookie_name_;
   const std::string start_id_;  ///< unique for each start of the page
   std::atomic<std::uint64_t> requests_{0}, refused_{0};
@@ -101,4 +101,4 @@ class Page {
   std::unique_ptr<HttpServer> server_;  ///< destroyed first: its threads use the other members
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -6,7 +6,7 @@
 // jpeglib.h needs the headers above.
 #include <jpeglib.h>
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 constexpr int kQuality = 80;
@@ -36,7 +36,7 @@ struct Encoder {
 };
 
 /// Must not create objects with destructors: errors leave by longjmp.
-bool Encode(const RgbImage& image, Encoder& encoder) {
+bool Encode(const display::RgbImage& image, Encoder& encoder) {
   if (setjmp(encoder.jump) != 0) return false;
   jpeg_create_compress(&encoder.state);
   jpeg_mem_dest(&encoder.state, &encoder.bytes, &encoder.size);
@@ -58,7 +58,7 @@ bool Encode(const RgbImage& image, Encoder& encoder) {
 
 }  // namespace
 
-std::string JpegOf(const RgbImage& image) {
+std::string JpegOf(const display::RgbImage& image) {
   const auto pixels =
       static_cast<std::size_t>(image.size.width) * static_cast<std::size_t>(image.size.height);
   if (pixels == 0 || image.rgb.size() != 3 * pixels) return "";
@@ -68,7 +68,7 @@ std::string JpegOf(const RgbImage& image) {
 }
 
 std::shared_ptr<const JpegPicture> PictureFeed::Newest(double now_s) {
-  const std::shared_ptr<const DisplayPicture> picture = shown_.RequestPicture(now_s);
+  const std::shared_ptr<const view::DisplayPicture> picture = shown_.RequestPicture(now_s);
   const std::lock_guard lock(mutex_);
   if (!picture || picture == encoded_) return newest_;
   if (now_s - encoded_s_ < 0.9 * kPeriod_s) return newest_;
@@ -82,4 +82,4 @@ std::shared_ptr<const JpegPicture> PictureFeed::Newest(double now_s) {
   return newest_;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

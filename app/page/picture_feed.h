@@ -8,7 +8,7 @@
 
 #include "app/view/display_mailbox.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct JpegPicture {
   std::string bytes;
@@ -18,25 +18,25 @@ struct JpegPicture {
 
 /// Encodes baseline JPEG with 2x2 chroma subsampling.
 /// @return  empty if the picture is empty or memory is short
-std::string JpegOf(const RgbImage& image);
+std::string JpegOf(const display::RgbImage& image);
 
 /// Provides the newest picture only; pictures that no viewer took are dropped. Thread-safe.
 class PictureFeed {
  public:
   static constexpr double kPeriod_s = 0.1;  ///< from one picture to the next, for all viewers
 
-  explicit PictureFeed(DisplayMailbox& shown) : shown_(shown) {}
+  explicit PictureFeed(view::DisplayMailbox& shown) : shown_(shown) {}
 
   /// Requests pictures, and encodes the newest one if that was not done yet.
   /// @return  null if none was drawn
   std::shared_ptr<const JpegPicture> Newest(double now_s);
 
  private:
-  DisplayMailbox& shown_;
+  view::DisplayMailbox& shown_;
   std::mutex mutex_;
-  std::shared_ptr<const DisplayPicture> encoded_;  ///< source of `newest_`
+  std::shared_ptr<const view::DisplayPicture> encoded_;  ///< source of `newest_`
   double encoded_s_ = -1e300;
   std::shared_ptr<const JpegPicture> newest_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -9,7 +9,7 @@
 
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 namespace fs = std::filesystem;
@@ -65,7 +65,7 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
   const ReportKind kind = ReportKindOf(name);
   if (kind == ReportKind::kNone) return Error{"no such report"};
   const std::string path = state_directory + FolderOf(kind) + "/" + FileOf(kind, name);
-  const Descriptor opened(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const os::Descriptor opened(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   const int fd = opened.get();
   if (!opened) return Error{"no such report"};
   struct stat file {};
@@ -88,4 +88,4 @@ Result<std::string> ReadReport(const std::string& state_directory, const std::st
   return bytes;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -8,7 +8,7 @@
 #include "app/page/request_parts.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct ReportFile {
   std::string name;  ///< as ReportKindOf() accepts it
@@ -27,4 +27,4 @@ std::vector<ReportFile> ListReports(const std::string& state_directory);
 inline constexpr std::size_t kMaxReportBytes = 32U << 20U;
 Result<std::string> ReadReport(const std::string& state_directory, const std::string& name);
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 constexpr std::size_t kMaxHostLength = 253, kMaxNameLength = 100;
@@ -137,4 +137,4 @@ ReportKind ReportKindOf(std::string_view name) {
   return plain ? ReportKind::kAlarmPicture : ReportKind::kNone;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

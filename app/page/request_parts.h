@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::page {
 
 /// Constant-time comparison: its duration reveals nothing about `secret` except its length.
 bool SameSecret(std::string_view given, std::string_view secret);
@@ -37,4 +37,4 @@ enum class ReportKind { kNone, kModel, kDiagnosis, kAlarmPicture };
 /// leave the folder.
 ReportKind ReportKindOf(std::string_view name);
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -6,7 +6,7 @@
 #include "app/journal/journal.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 /// Bounds the duration of the search.
@@ -25,16 +25,16 @@ constexpr const char* kSelectTrend =
 }  // namespace
 
 Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
-                                          const std::vector<Joint>& joints) {
+                                          const std::vector<model::Joint>& joints) {
   const std::string file = state_directory + "/journal.sqlite";
   std::vector<TrendPoint> trend;
   std::error_code none;
   if (!std::filesystem::exists(file, none)) return trend;
-  Result<Journal> journal = Journal::OpenForReading(file);
+  Result<journal::Journal> journal = journal::Journal::OpenForReading(file);
   if (!journal) return journal.failure();
-  Result<Database> database = Database::Open(file, Database::Mode::kRead);
+  Result<sqlite::Database> database = sqlite::Database::Open(file, sqlite::Database::Mode::kRead);
   if (!database) return database.failure();
-  Statement rows(database.value().get(), kSelectTrend);
+  sqlite::Statement rows(database.value().get(), kSelectTrend);
   rows.Bind(1, static_cast<std::int64_t>(joints.size()));
   rows.Bind(2, kTrendRows);
   rows.Bind(3, kTrendSearchRows);
@@ -74,4 +74,4 @@ std::string TrendJson(const Result<std::vector<TrendPoint>>& trend) {
   return json.dump();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

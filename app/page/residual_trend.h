@@ -9,7 +9,7 @@
 #include "firmware-like/model/cell_model.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 struct TrendPoint {
   std::int64_t id = 0;             ///< row of the journal
@@ -24,9 +24,9 @@ struct TrendPoint {
 /// @return  empty if there is no journal yet; or why it cannot be read
 inline constexpr std::int64_t kTrendRows = 400;
 Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
-                                          const std::vector<Joint>& joints);
+                                          const std::vector<model::Joint>& joints);
 
 /// {"points": [{"id", "utc_s", "mm", "xyz_mm", "model", "wild", "alarm"}]}, or {"problem"}
 std::string TrendJson(const Result<std::vector<TrendPoint>>& trend);
 
-}  // namespace plumbline
+}  // namespace plumbline::page

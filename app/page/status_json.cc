@@ -12,20 +12,20 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::page {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* ToneWord(Tone tone) {
-  return tone == Tone::kGood        ? "good"
-         : tone == Tone::kAttention ? "attention"
-         : tone == Tone::kBad       ? "bad"
-         : tone == Tone::kFaded     ? "faded"
-                                    : "plain";
+const char* ToneWord(view::Tone tone) {
+  return tone == view::Tone::kGood        ? "good"
+         : tone == view::Tone::kAttention ? "attention"
+         : tone == view::Tone::kBad       ? "bad"
+         : tone == view::Tone::kFaded     ? "faded"
+                                          : "plain";
 }
 
-Json LineJson(const PanelLine& line) {
+Json LineJson(const view::PanelLine& line) {
   return {{"text", line.text}, {"tone", ToneWord(line.tone)}};
 }
 
@@ -45,37 +45,37 @@ Json ListJson(const Vector& values) {
   return list;
 }
 
-Json WordsJson(std::uint16_t word, std::span<const BitMeaning> bits) {
+Json WordsJson(std::uint16_t word, std::span<const plc::BitMeaning> bits) {
   Json list = Json::array();
-  for (const BitMeaning& bit : bits) {
+  for (const plc::BitMeaning& bit : bits) {
     if ((word & bit.mask) != 0) list.push_back(bit.meaning);
   }
   return list;
 }
 
 /// Commanded joint positions of a point, in SI and in the units of the configuration (deg, mm).
-Json PostureJson(const ViewPoint& point, const std::vector<JointType>& types) {
+Json PostureJson(const view_link::ViewPoint& point, const std::vector<model::JointType>& types) {
   Json json = {{"q", ListJson(point.q)}, {"taught", point.taught}, {"differs", point.differs}};
   if (types.size() != static_cast<std::size_t>(point.q.size())) return json;
   json["joints"] = Json::array();
   for (std::size_t i = 0; i < types.size(); ++i) {
-    const JointColumnForm& form = PositionForm(types[i]);
+    const model::JointColumnForm& form = model::PositionForm(types[i]);
     const double shown = form.from_SI * point.q[static_cast<int>(i)];
     json["joints"].push_back({{"value", FiniteJson(shown)}, {"unit", form.unit}});
   }
   return json;
 }
 
-Json PointsJson(const DisplayStatus& now) {
+Json PointsJson(const view::DisplayStatus& now) {
   Json list = Json::array();
-  for (const ViewPoint& point : now.state->points) {
+  for (const view_link::ViewPoint& point : now.state->points) {
     const auto name = now.point_names.find(point.id);
     Json entry = {{"id", point.id},
                   {"name", name == now.point_names.end() ? "" : name->second},
                   {"valid", point.valid},
                   {"reason", point.valid ? std::string(Describe(point.code))
-                                         : InvalidReason(point, *now.state)},
-                  {"tone", LineJson({"", ToneOf(point, *now.state)}).at("tone")},
+                                         : view::InvalidReason(point, *now.state)},
+                  {"tone", LineJson({"", view::ToneOf(point, *now.state)}).at("tone")},
                   {"extrapolated", point.extrapolated}};
     if (point.valid) {
       entry["p_B_m"] = ListJson(point.X_BP_command.p);
@@ -89,24 +89,24 @@ Json PointsJson(const DisplayStatus& now) {
   return list;
 }
 
-Json CamerasJson(const DisplayStatus& now, double now_s) {
+Json CamerasJson(const view::DisplayStatus& now, double now_s) {
   Json list = Json::array();
   for (const CameraFacts& facts : CamerasOf(now)) {
-    const ViewCamera& camera = *facts.camera;
-    const CameraStatus& status = camera.status;
+    const view_link::ViewCamera& camera = *facts.camera;
+    const status::CameraStatus& status = camera.status;
     Json tags = Json::array();
-    for (const ViewTag& tag : camera.tags) tags.push_back(tag.id);
+    for (const view_link::ViewTag& tag : camera.tags) tags.push_back(tag.id);
     Json entry = {{"name", facts.name},
                   {"serial", camera.serial},
                   {"mode", camera.mode},
                   {"images_per_s", FiniteJson(facts.images_per_s)},
                   {"image_age_s", nullptr},
-                  {"lens_state", std::string(ZoomStateText(status.state))},
-                  {"lens_reason", std::string(ZoomReasonText(status.reason))},
-                  {"lens_valid", status.state == ZoomState::kValid},
+                  {"lens_state", std::string(lens::ZoomStateText(status.state))},
+                  {"lens_reason", std::string(lens::ZoomReasonText(status.reason))},
+                  {"lens_valid", status.state == lens::ZoomState::kValid},
                   {"lens_id", status.lens_id},
                   {"focal_length_px", camera.lens ? Json(camera.lens->fx) : Json(nullptr)},
-                  {"prompt", std::string(BoardPromptText(status.prompt))},
+                  {"prompt", std::string(lens::BoardPromptText(status.prompt))},
                   {"board_views", status.board_views},
                   {"zoom_counts", KnownJson(status.zoom_counts)},
                   {"focus_counts", KnownJson(status.focus_counts)},
@@ -121,9 +121,9 @@ Json CamerasJson(const DisplayStatus& now, double now_s) {
   return list;
 }
 
-Json PairsJson(const std::vector<MeasuredPair>& pairs) {
+Json PairsJson(const std::vector<view::MeasuredPair>& pairs) {
   Json list = Json::array();
-  for (const MeasuredPair& pair : pairs) {
+  for (const view::MeasuredPair& pair : pairs) {
     Json entry = {{"a", pair.a}, {"b", pair.b}, {"measured", pair.separation.has_value()}};
     if (pair.separation) {
       entry["touching"] = pair.separation->touching;
@@ -134,8 +134,8 @@ Json PairsJson(const std::vector<MeasuredPair>& pairs) {
   return list;
 }
 
-void AddStateTo(Json& json, const DisplayStatus& now, double now_s) {
-  const ViewState& state = *now.state;
+void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
+  const view_link::ViewState& state = *now.state;
   json["cell"] = state.cell;
   json["utc_s"] = state.utc_s;
   const CellHealth& health = now.health;
@@ -144,10 +144,10 @@ void AddStateTo(Json& json, const DisplayStatus& now, double now_s) {
                     {"reason", Describe(health.reason)},
                     {"do", RemedyOf(health.reason)}};
   json["alarms"] = {{"word", state.alarms},
-                    {"says", WordsJson(state.alarms, plc_map::AlarmBits())},
+                    {"says", WordsJson(state.alarms, plc::registers::AlarmBits())},
                     {"do", state.alarms != 0 ? RemedyOf(health.reason) : ""}};
   json["warnings"] = {{"word", state.warnings},
-                      {"says", WordsJson(state.warnings, plc_map::WarningBits())}};
+                      {"says", WordsJson(state.warnings, plc::registers::WarningBits())}};
   const bool read = (state.alarms & alarm::kRobotMissing) == 0;
   json["robot"] = {{"data_age_s", read ? FiniteJson(state.data_age_s) : Json(nullptr)},
                    {"q", ListJson(state.q)},
@@ -158,7 +158,7 @@ void AddStateTo(Json& json, const DisplayStatus& now, double now_s) {
                    {"late", state.cycle.late},
                    {"longest_s", FiniteJson(state.cycle.longest_s)}};
   json["points"] = PointsJson(now);
-  const MonitoringStatus& monitoring = state.monitoring;
+  const status::MonitoringStatus& monitoring = state.monitoring;
   json["model"] = {{"version", state.model_version},
                    {"proposed", monitoring.model.proposed},
                    {"recording", monitoring.recording},
@@ -182,7 +182,7 @@ Json LogJson(const std::vector<TailLine>& log) {
 
 }  // namespace
 
-std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
+std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& picture,
                        const std::vector<TailLine>& log, double now_s) {
   const bool there = DaemonReports(now, now_s);
   Json json = {{"schema", kStatusSchema},
@@ -191,7 +191,7 @@ std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
                {"view", {{"age_s", now != nullptr ? Json(now_s - now->time_s) : Json(nullptr)}}},
                {"page", {{"start", picture.server_start}}},
                {"picture", {{"age_s", nullptr}, {"problem", ""}}},
-               {"headline", LineJson({"STARTING: no status yet", Tone::kFaded})},
+               {"headline", LineJson({"STARTING: no status yet", view::Tone::kFaded})},
                {"panels", Json::array()}};
   if (picture.size.width > 0) {
     json["picture"]["age_s"] = picture.age_s;
@@ -201,11 +201,11 @@ std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
   if (now != nullptr) {
     json["daemon"]["problem"] = now->link_problem;
     json["picture"]["problem"] = now->picture_problem;
-    const DisplayStatus shown = WithdrawIfSilent(*now, now_s);
+    const view::DisplayStatus shown = view::WithdrawIfSilent(*now, now_s);
     json["headline"] = LineJson(shown.headline);
-    for (const Panel& panel : now->panels) {
+    for (const view::Panel& panel : now->panels) {
       Json lines = Json::array();
-      for (const PanelLine& line : panel.lines) lines.push_back(LineJson(line));
+      for (const view::PanelLine& line : panel.lines) lines.push_back(LineJson(line));
       json["panels"].push_back({{"title", panel.title}, {"lines", lines}});
     }
     if (now->state) {
@@ -218,4 +218,4 @@ std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::page

@@ -7,11 +7,11 @@
 #include "app/page/log_tail.h"
 #include "app/view/display_mailbox.h"
 
-namespace plumbline {
+namespace plumbline::page {
 
 /// Picture and server as reported by the page.
 struct PictureFacts {
-  ImageSize size{0, 0};  ///< 0: no picture was drawn
+  lens::ImageSize size{0, 0};  ///< 0: no picture was drawn
   double age_s = 0;
   std::string server_start;  ///< unique for each start; a change means that streams have ended
 };
@@ -23,7 +23,7 @@ inline constexpr int kStatusSchema = 1;
 ///          bad, faded), and the values behind them in SI units; unknown values are null
 /// @param now    null: no status yet
 /// @param now_s  monotonic
-std::string StatusJson(const DisplayStatus* now, const PictureFacts& picture,
+std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& picture,
                        const std::vector<TailLine>& log, double now_s);
 
-}  // namespace plumbline
+}  // namespace plumbline::page

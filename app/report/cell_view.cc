@@ -7,7 +7,7 @@
 #include "app/report/plot.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 constexpr int kViewWidth = 460, kViewHeight = 420;
@@ -16,13 +16,13 @@ constexpr int kSamples = 5000;
 constexpr double kWholeReach = 1.5;  // the whole outline is shown if the scale shrinks by no more
 
 /// Tip positions of the unloaded arm throughout its joint limits, identical at every call [mm].
-std::vector<Vec3> ReachedTips_mm(const CellModel& cell) {
+std::vector<Vec3> ReachedTips_mm(const model::CellModel& cell) {
   std::mt19937 random(1);
-  const Chain chain(cell.robot);
+  const kinematics::Chain chain(cell.robot);
   std::vector<Vec3> tips;
   tips.reserve(kSamples);
-  JointVector q(cell.robot.size());
-  Posture posture;
+  model::JointVector q(cell.robot.size());
+  kinematics::Posture posture;
   for (int k = 0; k < kSamples; ++k) {
     for (int i = 0; i < q.size(); ++i) {
       const double low = std::max(chain.lower()[i], -std::numbers::pi);
@@ -64,7 +64,7 @@ std::vector<std::vector<double>> Outline(const std::vector<Vec3>& points,
 
 }  // namespace
 
-CellView::CellView(const CellModel& cell, const std::vector<Vec3>& points_W)
+CellView::CellView(const model::CellModel& cell, const std::vector<Vec3>& points_W)
     : base_mm_(1e3 * cell.robot.X_WB.p), reached_mm_(ReachedTips_mm(cell)) {
   Vec3 low = base_mm_, high = base_mm_;
   for (const Vec3& p : points_W) {
@@ -103,4 +103,4 @@ std::string CellView::Begin(const Projection& projection) const {
   return script;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

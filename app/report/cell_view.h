@@ -6,7 +6,7 @@
 
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::report {
 
 /// Orthographic projection along one axis of W.
 struct Projection {
@@ -19,7 +19,7 @@ inline constexpr Projection kProjections[] = {{0, 1, "from above"}, {0, 2, "from
 /// View of the part of the cell that contains a set of points in W and the base [mm].
 class CellView {
  public:
-  CellView(const CellModel& cell, const std::vector<Vec3>& points_W);
+  CellView(const model::CellModel& cell, const std::vector<Vec3>& points_W);
 
   /// Side of the drawn square [mm].
   double extent_mm() const { return 2 * half_mm_; }
@@ -37,4 +37,4 @@ class CellView {
   std::vector<Vec3> reached_mm_;  ///< reachable tip positions, sampled within the joint limits
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::report

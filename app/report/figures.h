@@ -6,7 +6,7 @@
 
 #include "app/diagnosis/diagnosis.h"
 
-namespace plumbline {
+namespace plumbline::report {
 
 /// One panel. The panels of a group are arranged side by side, or stacked on a narrow page.
 struct Panel {
@@ -27,19 +27,21 @@ struct PanelGroup {
 /// Residuals at the measured points with the declared and the corrected model, from above and from
 /// the side, at one scale; then the remaining residuals enlarged, if they would be too small to
 /// see.
-std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel& cell);
+std::vector<PanelGroup> ArrowFigures(const diagnosis::Diagnosis& diagnosis,
+                                     const model::CellModel& cell);
 
 /// One panel per signal, ordered by how strongly the remaining residual depends on it. Each shows
 /// the axis of the residual that depends on the signal most.
-PanelGroup SignalFigures(const Diagnosis& diagnosis);
+PanelGroup SignalFigures(const diagnosis::Diagnosis& diagnosis);
 
 /// One panel per joint: amplitude against cycles per turn. Empty if no search was made.
-PanelGroup SpectrumFigures(const Diagnosis& diagnosis);
+PanelGroup SpectrumFigures(const diagnosis::Diagnosis& diagnosis);
 
 /// Difference between a rival's and the corrected model's predictions, by row and in the cell.
-PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const CellModel& cell);
+PanelGroup RivalFigures(const diagnosis::Diagnosis& diagnosis, const diagnosis::Rival& rival,
+                        const model::CellModel& cell);
 
 /// The arm in the proposed poses.
-PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const CellModel& cell);
+PanelGroup NextPoseFigures(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell);
 
-}  // namespace plumbline
+}  // namespace plumbline::report

@@ -9,7 +9,7 @@
 #include "app/report/plot.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 constexpr double kArrowShare = 0.09;  // length of a large arrow as a share of the panel's width
@@ -57,9 +57,10 @@ std::string FactorText(double factor) {
 
 }  // namespace
 
-std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel& cell) {
+std::vector<PanelGroup> ArrowFigures(const diagnosis::Diagnosis& diagnosis,
+                                     const model::CellModel& cell) {
   std::vector<Vec3> at, before, after;
-  for (const RowTrace& row : diagnosis.rows) {
+  for (const diagnosis::RowTrace& row : diagnosis.rows) {
     if (row.outlier) continue;
     at.push_back(row.p_measured);
     before.push_back(row.before);
@@ -101,10 +102,11 @@ std::vector<PanelGroup> ArrowFigures(const Diagnosis& diagnosis, const CellModel
   return groups;
 }
 
-PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const CellModel& cell) {
+PanelGroup RivalFigures(const diagnosis::Diagnosis& diagnosis, const diagnosis::Rival& rival,
+                        const model::CellModel& cell) {
   PanelGroup group;
   std::vector<Vec3> at;
-  for (const RowIndex row : rival.rows) at.push_back(diagnosis.rows[row].p_measured);
+  for (const diagnosis::RowIndex row : rival.rows) at.push_back(diagnosis.rows[row].p_measured);
   assert(rival.shift_W.size() == at.size());
   if (at.empty()) return group;
   const double large_mm = LargeArrow_mm(rival.shift_W);
@@ -128,18 +130,18 @@ PanelGroup RivalFigures(const Diagnosis& diagnosis, const Rival& rival, const Ce
   group.caption = fmt::format(
       "Difference between the predictions with {} and with {} at the measured points; dashed: "
       "noise floor. Arrows enlarged {} times.",
-      RivalName(rival), ReplacedName(rival), FactorText(factor));
+      diagnosis::RivalName(rival), diagnosis::ReplacedName(rival), FactorText(factor));
   return group;
 }
 
-PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const CellModel& cell) {
+PanelGroup NextPoseFigures(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell) {
   PanelGroup group;
   if (diagnosis.next_poses.empty()) return group;
-  const Chain chain(cell.robot);
+  const kinematics::Chain chain(cell.robot);
   std::vector<std::vector<Vec3>> arms;
   std::vector<Vec3> all;
-  for (const NextPose& pose : diagnosis.next_poses) {
-    Posture posture;
+  for (const diagnosis::NextPose& pose : diagnosis.next_poses) {
+    kinematics::Posture posture;
     chain.Evaluate(pose.q, posture);
     std::vector<Vec3> arm = {cell.robot.X_WB.p};
     for (int i = 0; i < posture.size; ++i) {
@@ -175,4 +177,4 @@ PanelGroup NextPoseFigures(const Diagnosis& diagnosis, const CellModel& cell) {
   return group;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

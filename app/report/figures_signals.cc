@@ -9,7 +9,7 @@
 #include "app/report/plot.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 constexpr int kFigureWidth = 340, kFigureHeight = 310, kUncorrectedHeight = 220;
@@ -26,16 +26,18 @@ struct Cloud {
   std::vector<double> value, before, after;
 };
 
-Cloud CloudOf(const Diagnosis& diagnosis, const SignalTrace& signal, int axis) {
-  std::vector<RowIndex> order;
+Cloud CloudOf(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrace& signal,
+              int axis) {
+  std::vector<diagnosis::RowIndex> order;
   const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
-  for (const RowIndex row : FirstIndices<RowIndex>(count)) {
+  for (const diagnosis::RowIndex row : diagnosis::FirstIndices<diagnosis::RowIndex>(count)) {
     if (!diagnosis.rows[row].outlier && std::isfinite(signal.values[row])) order.push_back(row);
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [&](RowIndex a, RowIndex b) { return signal.values[a] < signal.values[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](diagnosis::RowIndex a, diagnosis::RowIndex b) {
+    return signal.values[a] < signal.values[b];
+  });
   Cloud cloud;
-  for (const RowIndex row : order) {
+  for (const diagnosis::RowIndex row : order) {
     cloud.value.push_back(signal.values[row]);
     cloud.before.push_back(1e3 * diagnosis.rows[row].before[axis]);
     cloud.after.push_back(1e3 * diagnosis.rows[row].after[axis]);
@@ -77,7 +79,7 @@ std::vector<Bin> BinsOf(const Cloud& cloud) {
 }
 
 /// The axis whose binned means, before and after, are largest.
-int MostRelatedAxis(const Diagnosis& diagnosis, const SignalTrace& signal) {
+int MostRelatedAxis(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrace& signal) {
   int best = 2;
   double most = -1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -108,7 +110,7 @@ std::string SignalPlot(const char* when, int column, const char* colour, double 
       when, column, colour, plot::kGrey, noise_mm, plot::RoundDown(span / 2.2));
 }
 
-Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
+Panel SignalPanel(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrace& signal) {
   const int axis = MostRelatedAxis(diagnosis, signal);
   const Cloud cloud = CloudOf(diagnosis, signal, axis);
   const std::string p_value = signal.p_value < 0.001
@@ -117,7 +119,7 @@ Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
   Panel panel{
       signal.name,
       fmt::format("residual in {}; explains {} of the remaining residual, {}",
-                  plot::kAxisNames[axis], PercentText(signal.share), p_value),
+                  plot::kAxisNames[axis], diagnosis::PercentText(signal.share), p_value),
       plot::Begin(kFigureWidth, diagnosis.findings.empty() ? kUncorrectedHeight : kFigureHeight),
       ""};
   if (cloud.value.empty()) return panel;
@@ -153,10 +155,10 @@ Panel SignalPanel(const Diagnosis& diagnosis, const SignalTrace& signal) {
 }
 
 /// Cycles per turn that the corrected model contains, by joint.
-std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
+std::multimap<int, double> CyclesFound(const diagnosis::Diagnosis& diagnosis) {
   std::multimap<int, double> found;
-  for (const Finding& finding : diagnosis.findings) {
-    const EffectTerm& term = finding.effect.term;
+  for (const diagnosis::Finding& finding : diagnosis.findings) {
+    const effects::EffectTerm& term = finding.effect.term;
     for (std::size_t k = 0; k < finding.effect.values.size(); ++k) {
       const auto& spec =
           term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
@@ -170,10 +172,10 @@ std::multimap<int, double> CyclesFound(const Diagnosis& diagnosis) {
 
 }  // namespace
 
-PanelGroup SignalFigures(const Diagnosis& diagnosis) {
+PanelGroup SignalFigures(const diagnosis::Diagnosis& diagnosis) {
   PanelGroup group;
-  std::vector<const SignalTrace*> signals;
-  for (const SignalTrace& signal : diagnosis.signals) signals.push_back(&signal);
+  std::vector<const diagnosis::SignalTrace*> signals;
+  for (const diagnosis::SignalTrace& signal : diagnosis.signals) signals.push_back(&signal);
   std::stable_sort(signals.begin(), signals.end(), [](const auto* a, const auto* b) {
     return a->p_value != b->p_value ? a->p_value < b->p_value : a->share > b->share;
   });
@@ -194,11 +196,11 @@ PanelGroup SignalFigures(const Diagnosis& diagnosis) {
   return group;
 }
 
-PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
+PanelGroup SpectrumFigures(const diagnosis::Diagnosis& diagnosis) {
   PanelGroup group;
   std::map<int, std::vector<std::vector<double>>> by_joint;
   double highest_urad = 0, least = 1e300, most = 0;
-  for (const SpectralLine& line : diagnosis.spectrum) {
+  for (const diagnosis::SpectralLine& line : diagnosis.spectrum) {
     by_joint[line.joint].push_back({line.cycles_per_turn, 1e6 * line.amplitude_rad});
     highest_urad = std::max(highest_urad, 1e6 * line.amplitude_rad);
     least = std::min(least, line.cycles_per_turn);
@@ -234,4 +236,4 @@ PanelGroup SpectrumFigures(const Diagnosis& diagnosis) {
   return group;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

@@ -6,7 +6,7 @@
 #include "app/report/html.h"
 #include "drivers/os/run_program.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 // gnuplot's own escape, a doubled quote, is misread at the start of a string.
@@ -37,15 +37,15 @@ void EraseBetween(std::string& text, const std::string& open, const std::string&
 
 Result<std::vector<std::string>> DrawSvgs(const std::string& script,
                                           const GnuplotOptions& options) {
-  const std::string path = FindProgram(options.program);
+  const std::string path = os::FindProgram(options.program);
   if (path.empty()) {
     return Error{options.program + " is not installed (Debian package gnuplot-nox)"};
   }
   // -d ignores the user's settings; the script is passed on standard input.
-  const auto run = RunProgram({path, "-d", "-"}, script,
-                              {.time_s = std::chrono::duration<double>(options.limit).count()});
+  const auto run = os::RunProgram({path, "-d", "-"}, script,
+                                  {.time_s = std::chrono::duration<double>(options.limit).count()});
   if (!run) return Error{options.program + " " + run.error()};
-  if (run->end.exit_code == ExitStatus::kNotRun) {
+  if (run->end.exit_code == os::ExitStatus::kNotRun) {
     return Error{options.program + " cannot be started"};
   }
   std::vector<std::string> documents;
@@ -101,4 +101,4 @@ std::string InlineSvg(const std::string& document, const std::string& id,
   return "<svg role=\"img\" aria-label=\"" + Escape(title) + "\"" + kept + svg.substr(head);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

@@ -8,7 +8,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::report {
 
 /// The program is searched on PATH and started without a shell.
 struct GnuplotOptions {
@@ -30,4 +30,4 @@ std::string GnuplotQuoted(std::string_view text);
 /// @param title  description for screen readers
 std::string InlineSvg(const std::string& document, const std::string& id, const std::string& title);
 
-}  // namespace plumbline
+}  // namespace plumbline::report

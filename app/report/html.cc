@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 /// Length of the UTF-8 sequence at the start of the text; 0 if invalid.
@@ -100,4 +100,4 @@ std::string HtmlTable::Html() const {
   return html + "</tr></thead>\n<tbody>\n" + rows_ + "</tbody></table></div>\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

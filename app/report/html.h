@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::report {
 
 /// The text with invalid UTF-8 bytes replaced by U+FFFD.
 std::string ValidUtf8(std::string_view text);
@@ -34,4 +34,4 @@ class HtmlTable {
   std::string rows_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::report

@@ -7,7 +7,7 @@
 #include "app/report/sections.h"
 #include "app/report/style.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 /// All figures of the report.
@@ -29,13 +29,14 @@ struct Pictures {
   }
 };
 
-Pictures Draw(const Diagnosis& diagnosis, const CellModel& cell, const GnuplotOptions& gnuplot) {
+Pictures Draw(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
+              const GnuplotOptions& gnuplot) {
   Pictures pictures;
   pictures.arrows = ArrowFigures(diagnosis, cell);
   pictures.signals = SignalFigures(diagnosis);
   pictures.spectrum = SpectrumFigures(diagnosis);
   pictures.poses = NextPoseFigures(diagnosis, cell);
-  for (const Rival& rival : diagnosis.rivals) {
+  for (const diagnosis::Rival& rival : diagnosis.rivals) {
     pictures.rivals.push_back(RivalFigures(diagnosis, rival, cell));
   }
   std::string script;
@@ -66,18 +67,18 @@ std::string ArrowsHtml(const Pictures& pictures) {
   return html;
 }
 
-std::string RivalsHtml(const Diagnosis& diagnosis, const Pictures& pictures) {
+std::string RivalsHtml(const diagnosis::Diagnosis& diagnosis, const Pictures& pictures) {
   std::string html;
   for (std::size_t k = 0; k < diagnosis.rivals.size(); ++k) {
-    const Rival& rival = diagnosis.rivals[k];
-    html += "<h3>" + Escape(Capitalized(RivalName(rival))) + " in place of " +
-            Escape(ReplacedName(rival)) + "</h3>\n";
+    const diagnosis::Rival& rival = diagnosis.rivals[k];
+    html += "<h3>" + Escape(diagnosis::Capitalized(diagnosis::RivalName(rival))) + " in place of " +
+            Escape(diagnosis::ReplacedName(rival)) + "</h3>\n";
     html += RivalText(rival) + FigureHtml(pictures.rivals[k]);
   }
   return html;
 }
 
-std::string Head(const CellModel& cell) {
+std::string Head(const model::CellModel& cell) {
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<title>Diagnosis: " +
@@ -86,7 +87,7 @@ std::string Head(const CellModel& cell) {
 
 }  // namespace
 
-std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
+std::string ReportHtml(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot) {
   const Pictures pictures = Draw(diagnosis, cell, gnuplot);
   std::string html = Head(cell) + "<body>\n<main>\n<header>\n<h1>" + Escape(cell.robot.name) +
@@ -103,7 +104,7 @@ std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
   const std::string detectable = Chapter("Detection limits", DetectableTable(diagnosis));
   // If nothing was found, the detection limits are the result; otherwise they come with the
   // reasons.
-  const bool nothing = diagnosis.verdict == Verdict::kNoEffect;
+  const bool nothing = diagnosis.verdict == diagnosis::Verdict::kNoEffect;
   if (nothing) html += detectable;
   html +=
       Chapter("Alternative explanations that fit equally well", RivalsHtml(diagnosis, pictures));
@@ -124,4 +125,4 @@ std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
          "</main>\n</body>\n</html>\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

@@ -7,7 +7,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "app/report/gnuplot.h"
 
-namespace plumbline {
+namespace plumbline::report {
 
 /// Origin of the data, for the report's data table.
 struct ReportSource {
@@ -20,7 +20,7 @@ struct ReportSource {
 
 /// Formats the report, without scripts or external references. If gnuplot fails, a note with a
 /// remedy replaces the figures.
-std::string ReportHtml(const Diagnosis& diagnosis, const CellModel& cell,
+std::string ReportHtml(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::report

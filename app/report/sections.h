@@ -6,36 +6,36 @@
 #include "app/report/figures.h"
 #include "app/report/report.h"
 
-namespace plumbline {
+namespace plumbline::report {
 
 /// The verdict with the key figures.
-std::string VerdictBlock(const Diagnosis& diagnosis);
+std::string VerdictBlock(const diagnosis::Diagnosis& diagnosis);
 
 /// Residuals with the declared and the corrected model, fitted and held out: RMS, percentiles,
 /// maximum.
-std::string ErrorTable(const Diagnosis& diagnosis);
+std::string ErrorTable(const diagnosis::Diagnosis& diagnosis);
 
 /// Each effect's physical meaning, its remedy, its parameters and their plausible ranges.
-std::string EffectsBlock(const Diagnosis& diagnosis);
+std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis);
 
 /// Correlation matrix of the parameters; for many parameters, the strongest pairs.
-std::string CorrelationBlock(const Diagnosis& diagnosis);
+std::string CorrelationBlock(const diagnosis::Diagnosis& diagnosis);
 
 /// Smallest detectable size of each effect.
-std::string DetectableTable(const Diagnosis& diagnosis);
+std::string DetectableTable(const diagnosis::Diagnosis& diagnosis);
 
 /// All candidate effects with the outcome for each, sorted by evidence.
-std::string ConsideredTable(const Diagnosis& diagnosis);
+std::string ConsideredTable(const diagnosis::Diagnosis& diagnosis);
 
-std::string RivalText(const Rival& rival);
-std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell);
-std::string NotRecordedList(const Diagnosis& diagnosis);
-std::string NotesList(const Diagnosis& diagnosis);
-std::string OutlierTable(const Diagnosis& diagnosis);
-std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
+std::string RivalText(const diagnosis::Rival& rival);
+std::string NextPosesTable(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell);
+std::string NotRecordedList(const diagnosis::Diagnosis& diagnosis);
+std::string NotesList(const diagnosis::Diagnosis& diagnosis);
+std::string OutlierTable(const diagnosis::Diagnosis& diagnosis);
+std::string DataTable(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                       const ReportSource& source);
 
 /// A group of panels with titles, colour scale and caption.
 std::string FigureHtml(const PanelGroup& group);
 
-}  // namespace plumbline
+}  // namespace plumbline::report

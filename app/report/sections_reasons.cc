@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 constexpr std::size_t kMaxOutliers = 40;
@@ -23,12 +23,12 @@ std::string List(const std::vector<std::string>& items) {
   return html + "</ul>\n";
 }
 
-bool Offered(const Considered& considered) {
+bool Offered(const diagnosis::Considered& considered) {
   return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
 }
 
 /// Empty if no explanation contains the effect and none was cut off.
-std::string GapText(const Considered& one) {
+std::string GapText(const diagnosis::Considered& one) {
   const double gap = one.evidence_gap;
   if (one.taken || !Offered(one) || (gap == 0 && one.parameters == 0)) return "";
   return (one.gap_is_lower_bound ? "&gt; " : "") +
@@ -36,7 +36,7 @@ std::string GapText(const Considered& one) {
 }
 
 /// Selected effects first, then by evidence; effects that were not candidates last.
-bool Before(const Considered& a, const Considered& b) {
+bool Before(const diagnosis::Considered& a, const diagnosis::Considered& b) {
   if (a.taken != b.taken) return a.taken;
   if (Offered(a) != Offered(b)) return Offered(a);
   return a.evidence_gap > b.evidence_gap;
@@ -44,18 +44,18 @@ bool Before(const Considered& a, const Considered& b) {
 
 }  // namespace
 
-std::string ConsideredTable(const Diagnosis& diagnosis) {
+std::string ConsideredTable(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.considered.empty()) return "";
-  std::vector<Considered> all = diagnosis.considered;
+  std::vector<diagnosis::Considered> all = diagnosis.considered;
   std::stable_sort(all.begin(), all.end(), &Before);
   HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "Outcome"}, {0, 4});
-  for (const Considered& one : all) {
+  for (const diagnosis::Considered& one : all) {
     const bool offered = Offered(one);
-    table.AddRow(
-        {Escape(Capitalized(EffectName(one.id, one.scope))),
-         offered ? fmt::format("{}", one.parameters) : "",
-         offered ? Escape(PercentText(one.signal_share)) : "", GapText(one), Escape(one.reason)},
-        one.taken);
+    table.AddRow({Escape(diagnosis::Capitalized(diagnosis::EffectName(one.id, one.scope))),
+                  offered ? fmt::format("{}", one.parameters) : "",
+                  offered ? Escape(diagnosis::PercentText(one.signal_share)) : "", GapText(one),
+                  Escape(one.reason)},
+                 one.taken);
   }
   return table.Html() +
          "<p class=\"soft\">Explains alone: share of the residual, after alignment of the frames, "
@@ -64,34 +64,36 @@ std::string ConsideredTable(const Diagnosis& diagnosis) {
          "deviations) rules the effect out.</p>\n";
 }
 
-std::string RivalText(const Rival& rival) {
+std::string RivalText(const diagnosis::Rival& rival) {
   return fmt::format(
       "<p>After refitting, {} reproduces all but {} of the displacement that {} causes at these "
       "points; its score differs by {} from that of the selected explanation.</p>\n",
-      Escape(RivalName(rival)), Escape(PercentText(rival.signal_left)), Escape(ReplacedName(rival)),
+      Escape(diagnosis::RivalName(rival)), Escape(diagnosis::PercentText(rival.signal_left)),
+      Escape(diagnosis::ReplacedName(rival)),
       NumberHtml(fmt::format("{:+.1f}", rival.evidence_gap)));
 }
 
-std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
+std::string NextPosesTable(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell) {
   if (diagnosis.next_poses.empty()) return "";
   std::vector<std::string> headers = {"Pose"};
   for (int i = 0; i < cell.robot.size(); ++i) {
     const bool prismatic =
-        cell.robot.joints[static_cast<std::size_t>(i)].type == JointType::kPrismatic;
+        cell.robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
     headers.push_back(fmt::format("q{} ({})", i + 1, prismatic ? "mm" : "&deg;"));
   }
   headers.insert(headers.end(), {"Payload (kg)", "How to measure", "Separation (mm)"});
   HtmlTable table(headers, {});
   for (std::size_t k = 0; k < diagnosis.next_poses.size(); ++k) {
-    const NextPose& pose = diagnosis.next_poses[k];
+    const diagnosis::NextPose& pose = diagnosis.next_poses[k];
     std::vector<std::string> cells = {fmt::format("{}", k + 1)};
     for (int i = 0; i < cell.robot.size(); ++i) {
-      const JointType type = cell.robot.joints[static_cast<std::size_t>(i)].type;
-      cells.push_back(NumberHtml(fmt::format("{:.2f}", pose.q[i] * PositionForm(type).from_SI)));
+      const model::JointType type = cell.robot.joints[static_cast<std::size_t>(i)].type;
+      cells.push_back(
+          NumberHtml(fmt::format("{:.2f}", pose.q[i] * model::PositionForm(type).from_SI)));
     }
     cells.push_back(fmt::format("{:.1f}", pose.payload_kg));
-    cells.push_back(Escape(MeasuringText(pose)));
-    cells.push_back(Escape(MillimetreText(pose.separation_m)));
+    cells.push_back(Escape(diagnosis::MeasuringText(pose)));
+    cells.push_back(Escape(diagnosis::MillimetreText(pose.separation_m)));
     table.AddRow(cells);
   }
   return "<p>Measure these poses and run the diagnosis again with old and new rows in one file. "
@@ -101,28 +103,29 @@ std::string NextPosesTable(const Diagnosis& diagnosis, const CellModel& cell) {
          "that pose.</p>\n";
 }
 
-std::string NotRecordedList(const Diagnosis& diagnosis) {
+std::string NotRecordedList(const diagnosis::Diagnosis& diagnosis) {
   return List(diagnosis.not_recorded);
 }
 
-std::string NotesList(const Diagnosis& diagnosis) {
+std::string NotesList(const diagnosis::Diagnosis& diagnosis) {
   return List(diagnosis.notes);
 }
 
-std::string OutlierTable(const Diagnosis& diagnosis) {
+std::string OutlierTable(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.outlier_rows.empty()) return "";
   const std::set<int> lines(diagnosis.outlier_rows.begin(), diagnosis.outlier_rows.end());
-  const bool sessions = std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(),
-                                    [](const RowTrace& row) { return !row.session.empty(); });
+  const bool sessions =
+      std::any_of(diagnosis.rows.begin(), diagnosis.rows.end(),
+                  [](const diagnosis::RowTrace& row) { return !row.session.empty(); });
   std::vector<std::string> headers = {"Line", "Before (mm)", "After (mm)", "Weight"};
   if (sessions) headers.emplace_back("Session");
   HtmlTable table(headers, {4});
   std::size_t count = 0;
-  for (const RowTrace& row : diagnosis.rows) {
+  for (const diagnosis::RowTrace& row : diagnosis.rows) {
     if (!lines.contains(row.line) || ++count > kMaxOutliers) continue;
     std::vector<std::string> cells = {
-        fmt::format("{}", row.line), Escape(MillimetreText(row.before.norm())),
-        Escape(MillimetreText(row.after.norm())), fmt::format("{:.2f}", row.weight)};
+        fmt::format("{}", row.line), Escape(diagnosis::MillimetreText(row.before.norm())),
+        Escape(diagnosis::MillimetreText(row.after.norm())), fmt::format("{:.2f}", row.weight)};
     if (sessions) cells.push_back(Escape(row.session));
     table.AddRow(cells);
   }
@@ -137,10 +140,10 @@ std::string OutlierTable(const Diagnosis& diagnosis) {
   return html;
 }
 
-std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
+std::string DataTable(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                       const ReportSource& source) {
   std::set<std::string> sessions;
-  for (const RowTrace& row : diagnosis.rows) sessions.insert(row.session);
+  for (const diagnosis::RowTrace& row : diagnosis.rows) sessions.insert(row.session);
   HtmlTable table({"Item", "Value"}, {0, 1});
   table.AddRow({"Cell", Escape(cell.robot.name) + " (" + Escape(source.cell_file) + ")"});
   table.AddRow({"Measured data", Escape(source.data_file)});
@@ -159,21 +162,22 @@ std::string DataTable(const Diagnosis& diagnosis, const CellModel& cell,
     table.AddRow({"Lines that could not be read", lines});
   }
   table.AddRow({"Noise, standard deviation of one axis",
-                Escape(fmt::format("{} mm, {}", MillimetreText(diagnosis.sigma_m),
-                                   OriginText(diagnosis.sigma_origin)))});
+                Escape(fmt::format("{} mm, {}", diagnosis::MillimetreText(diagnosis.sigma_m),
+                                   diagnosis::OriginText(diagnosis.sigma_origin)))});
   if (!diagnosis.held_out_by.empty()) {
     table.AddRow({"Held out", Escape(diagnosis.held_out_by)});
   }
-  const Domain& domain = diagnosis.domain;
+  const model::Domain& domain = diagnosis.domain;
   if (domain.residual_sigma_m) {
-    std::string spread = MillimetreText(*domain.residual_sigma_m) + " mm at the measured poses";
+    std::string spread =
+        diagnosis::MillimetreText(*domain.residual_sigma_m) + " mm at the measured poses";
     if (domain.declared_sigma_m) {
       const double most_m = std::hypot(*domain.residual_sigma_m, *domain.declared_sigma_m);
       spread += fmt::format(", up to {} mm far from them, where the correction fades",
-                            MillimetreText(most_m));
+                            diagnosis::MillimetreText(most_m));
     } else if (domain.distant_sigma_m) {
       const double away_m = std::hypot(*domain.residual_sigma_m, *domain.distant_sigma_m);
-      spread += fmt::format(", {} mm one radian away from them", MillimetreText(away_m));
+      spread += fmt::format(", {} mm one radian away from them", diagnosis::MillimetreText(away_m));
     }
     table.AddRow({"Expected residual of new points (standard deviation of one axis)", spread});
   }
@@ -198,9 +202,10 @@ std::string FigureHtml(const PanelGroup& group) {
   html += "</div>\n";
   if (group.colour_to_mm > 0) {
     html += "<div class=\"legend\"><span>0</span><i></i><span>" +
-            Escape(MillimetreText(1e-3 * group.colour_to_mm)) + " mm and more</span></div>\n";
+            Escape(diagnosis::MillimetreText(1e-3 * group.colour_to_mm)) +
+            " mm and more</span></div>\n";
   }
   return html + "<figcaption>" + Escape(group.caption) + "</figcaption>\n</figure>\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

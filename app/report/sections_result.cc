@@ -9,7 +9,7 @@
 #include "app/report/html.h"
 #include "app/report/sections.h"
 
-namespace plumbline {
+namespace plumbline::report {
 namespace {
 
 constexpr Eigen::Index kMaxHeatRows = 14;
@@ -17,15 +17,15 @@ constexpr std::size_t kMaxPairs = 10;
 constexpr double kUnbounded = 1e100;
 constexpr double kStrong = 0.9;  // correlations above this are emphasised
 
-const char* VerdictWords(Verdict verdict) {
+const char* VerdictWords(diagnosis::Verdict verdict) {
   switch (verdict) {
-    case Verdict::kNoEffect:
+    case diagnosis::Verdict::kNoEffect:
       return "No effect beyond the noise";
-    case Verdict::kExplained:
+    case diagnosis::Verdict::kExplained:
       return "Explained";
-    case Verdict::kAmbiguous:
+    case diagnosis::Verdict::kAmbiguous:
       return "Not decidable from these points";
-    case Verdict::kUnknown:
+    case diagnosis::Verdict::kUnknown:
       break;
   }
   return "Not explained by the catalogue of effects";
@@ -38,9 +38,10 @@ std::string Key(const std::string& name, const std::string& value, const std::st
 
 /// Lengths of a residual over all rows that have it, outliers excluded [m], ascending.
 template <typename Residual>
-std::vector<double> Sizes(const Diagnosis& diagnosis, Residual RowTrace::*residual) {
+std::vector<double> Sizes(const diagnosis::Diagnosis& diagnosis,
+                          Residual diagnosis::RowTrace::*residual) {
   std::vector<double> sizes;
-  for (const RowTrace& row : diagnosis.rows) {
+  for (const diagnosis::RowTrace& row : diagnosis.rows) {
     const std::optional<Vec3> of_row = row.*residual;
     if (of_row && !row.outlier) sizes.push_back(of_row->norm());
   }
@@ -51,50 +52,51 @@ std::vector<double> Sizes(const Diagnosis& diagnosis, Residual RowTrace::*residu
 std::string Quantile(const std::vector<double>& ascending, double share) {
   if (ascending.empty()) return "";
   const double at = share * static_cast<double>(ascending.size() - 1);
-  return Escape(MillimetreText(ascending[static_cast<std::size_t>(std::lround(at))]));
+  return Escape(diagnosis::MillimetreText(ascending[static_cast<std::size_t>(std::lround(at))]));
 }
 
 void AddErrorRow(HtmlTable& table, const std::string& what, double rms_m, const std::string& range,
                  const std::vector<double>& sizes, bool strong) {
-  table.AddRow({what, Escape(MillimetreText(rms_m)), range, Quantile(sizes, 0.5),
+  table.AddRow({what, Escape(diagnosis::MillimetreText(rms_m)), range, Quantile(sizes, 0.5),
                 Quantile(sizes, 0.95), Quantile(sizes, 1)},
                strong);
 }
 
 /// Percentage with a non-breaking space.
 std::string PercentHtml(double share) {
-  std::string html = Escape(PercentText(share));
+  std::string html = Escape(diagnosis::PercentText(share));
   if (const auto blank = html.find(' '); blank != std::string::npos) {
     html.replace(blank, 1, "&nbsp;");
   }
   return html;
 }
 
-std::string PlausibleText(const ParameterSpec& spec, const Interval& plausible) {
+std::string PlausibleText(const effects::ParameterSpec& spec, const model::Interval& plausible) {
   const auto end = [](double value) {
     const bool small = value != 0 && std::abs(value) < 0.01;
     return NumberHtml(small ? fmt::format("{:.0e}", value) : fmt::format("{:.4g}", value));
   };
-  if (spec.role == ParameterRole::kWord) return "";
+  if (spec.role == effects::ParameterRole::kWord) return "";
   if (std::abs(plausible.low) > kUnbounded || std::abs(plausible.high) > kUnbounded) return "";
   return end(plausible.low) + " to " + end(plausible.high);
 }
 
-const ParameterSpec* SpecOf(const Finding& finding, std::size_t k) {
-  const EffectTerm& term = finding.effect.term;
+const effects::ParameterSpec* SpecOf(const diagnosis::Finding& finding, std::size_t k) {
+  const effects::EffectTerm& term = finding.effect.term;
   if (k >= term.parameters.size()) return nullptr;
   return &term.effect->traits().parameters[static_cast<std::size_t>(term.parameters[k].spec)];
 }
 
 /// Names of all parameters in the order of the correlation matrix, with their effects if the lists
 /// agree.
-std::vector<std::string> CorrelationNames(const Diagnosis& diagnosis) {
+std::vector<std::string> CorrelationNames(const diagnosis::Diagnosis& diagnosis) {
   std::vector<std::string> names;
-  for (const Finding& finding : diagnosis.findings) {
-    for (const EffectParameter& parameter :
-         WrittenFromActive(finding.effect, finding.covariance).parameters) {
+  for (const diagnosis::Finding& finding : diagnosis.findings) {
+    for (const model::EffectParameter& parameter :
+         effects::WrittenFromActive(finding.effect, finding.covariance).parameters) {
       if (!parameter.word.empty()) continue;
-      names.push_back(EffectName(finding.effect.term.effect->traits().id) + ", " + parameter.name);
+      names.push_back(diagnosis::EffectName(finding.effect.term.effect->traits().id) + ", " +
+                      parameter.name);
     }
   }
   return names.size() == diagnosis.finding_names.size() ? names : diagnosis.finding_names;
@@ -133,42 +135,46 @@ std::vector<std::tuple<double, Eigen::Index, Eigen::Index>> PairsOf(
 
 }  // namespace
 
-std::string VerdictBlock(const Diagnosis& diagnosis) {
+std::string VerdictBlock(const diagnosis::Diagnosis& diagnosis) {
   std::string html = "<section class=\"verdict\">\n<p class=\"word\">";
   html += VerdictWords(diagnosis.verdict);
-  html += "</p>\n<p class=\"headline\">" + Escape(Capitalized(Headline(diagnosis))) + ".</p>\n";
-  for (const Finding& finding : diagnosis.findings) {
-    const std::string line = LinearTrendText(finding.effect);
-    if (!line.empty()) html += "<p>" + Escape(Capitalized(line)) + ".</p>\n";
+  html += "</p>\n<p class=\"headline\">" + Escape(diagnosis::Capitalized(Headline(diagnosis))) +
+          ".</p>\n";
+  for (const diagnosis::Finding& finding : diagnosis.findings) {
+    const std::string line = diagnosis::LinearTrendText(finding.effect);
+    if (!line.empty()) html += "<p>" + Escape(diagnosis::Capitalized(line)) + ".</p>\n";
     if (finding.implausible.empty()) continue;
     html +=
-        "<p>Implausible: " + Escape(EffectName(finding) + ": " + finding.implausible) + "</p>\n";
+        "<p>Implausible: " + Escape(diagnosis::EffectName(finding) + ": " + finding.implausible) +
+        "</p>\n";
   }
-  for (const Doubt& doubt : diagnosis.doubts) {
-    html += "<p>Doubtful: " + Escape(EffectName(doubt.id, doubt.scope) + ": " + doubt.reason) +
-            "</p>\n";
+  for (const diagnosis::Doubt& doubt : diagnosis.doubts) {
+    html += "<p>Doubtful: " +
+            Escape(diagnosis::EffectName(doubt.id, doubt.scope) + ": " + doubt.reason) + "</p>\n";
   }
-  for (const ExplanationCheck& check : diagnosis.checks) {
+  for (const diagnosis::ExplanationCheck& check : diagnosis.checks) {
     if (!check.effect.empty() || check.passed) continue;
     html += "<p>Not explained: " + Escape(check.sentence) + "</p>\n";
   }
   html += "</section>\n<dl class=\"keys\">\n";
   const bool held_out = !diagnosis.held_out_by.empty();
-  const HeldOutError& error = diagnosis.held_out;
-  html += Key(diagnosis.findings.empty() ? "Residual" : "Residual before",
-              MillimetreText(held_out ? error.before_m : diagnosis.rms_before_m), "3-D RMS");
+  const diagnosis::HeldOutError& error = diagnosis.held_out;
+  html +=
+      Key(diagnosis.findings.empty() ? "Residual" : "Residual before",
+          diagnosis::MillimetreText(held_out ? error.before_m : diagnosis.rms_before_m), "3-D RMS");
   if (!diagnosis.findings.empty()) {
-    html += Key(
-        "Residual after", MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
-        held_out ? fmt::format("3-D RMS, 95 % interval {} to {}", MillimetreText(error.after_low_m),
-                               MillimetreText(error.after_high_m))
-                 : "3-D RMS, of the fitted points");
+    html += Key("Residual after",
+                diagnosis::MillimetreText(held_out ? error.after_m : diagnosis.rms_after_m),
+                held_out ? fmt::format("3-D RMS, 95 % interval {} to {}",
+                                       diagnosis::MillimetreText(error.after_low_m),
+                                       diagnosis::MillimetreText(error.after_high_m))
+                         : "3-D RMS, of the fitted points");
   }
-  html += Key("Noise floor", MillimetreText(diagnosis.noise_floor_m),
-              OriginText(diagnosis.noise_floor_origin));
+  html += Key("Noise floor", diagnosis::MillimetreText(diagnosis.noise_floor_m),
+              diagnosis::OriginText(diagnosis.noise_floor_origin));
   if (diagnosis.noise_floor_origin != diagnosis.sigma_origin && diagnosis.noise_in_use_m > 0) {
-    html += Key("Noise in use", MillimetreText(diagnosis.noise_in_use_m),
-                OriginText(diagnosis.sigma_origin));
+    html += Key("Noise in use", diagnosis::MillimetreText(diagnosis.noise_in_use_m),
+                diagnosis::OriginText(diagnosis.sigma_origin));
   }
   html += "</dl>\n";
   if (held_out && !diagnosis.findings.empty()) {
@@ -180,36 +186,36 @@ std::string VerdictBlock(const Diagnosis& diagnosis) {
   return html;
 }
 
-std::string ErrorTable(const Diagnosis& diagnosis) {
+std::string ErrorTable(const diagnosis::Diagnosis& diagnosis) {
   HtmlTable table(
       {"Residual (mm)", "RMS", "95 % interval of the RMS", "Median", "95th percentile", "Maximum"},
       {0});
   const bool corrected = !diagnosis.findings.empty();
   AddErrorRow(table, "All rows, declared model", diagnosis.rms_before_m, "",
-              Sizes(diagnosis, &RowTrace::before), false);
+              Sizes(diagnosis, &diagnosis::RowTrace::before), false);
   if (corrected) {
     AddErrorRow(table, "All rows, corrected model", diagnosis.rms_after_m, "",
-                Sizes(diagnosis, &RowTrace::after), false);
+                Sizes(diagnosis, &diagnosis::RowTrace::after), false);
   }
   if (!diagnosis.held_out_by.empty()) {
-    const HeldOutError& error = diagnosis.held_out;
+    const diagnosis::HeldOutError& error = diagnosis.held_out;
     AddErrorRow(table, "Held out, declared model", error.before_m, "",
-                Sizes(diagnosis, &RowTrace::held_out_before), false);
+                Sizes(diagnosis, &diagnosis::RowTrace::held_out_before), false);
     if (corrected) {
       AddErrorRow(table, "Held out, corrected model", error.after_m,
-                  Escape(fmt::format("{} to {}", MillimetreText(error.after_low_m),
-                                     MillimetreText(error.after_high_m))),
-                  Sizes(diagnosis, &RowTrace::held_out_after), true);
+                  Escape(fmt::format("{} to {}", diagnosis::MillimetreText(error.after_low_m),
+                                     diagnosis::MillimetreText(error.after_high_m))),
+                  Sizes(diagnosis, &diagnosis::RowTrace::held_out_after), true);
     }
   }
-  table.AddRow({"Noise floor of the instrument", Escape(MillimetreText(diagnosis.noise_floor_m)),
-                "", "", "", ""});
+  table.AddRow({"Noise floor of the instrument",
+                Escape(diagnosis::MillimetreText(diagnosis.noise_floor_m)), "", "", "", ""});
   std::string html = table.Html();
   html += "<p class=\"soft\">Length of the 3-D residual: measured minus predicted tip position";
   if (!diagnosis.outlier_rows.empty()) html += ", outliers excluded";
   const auto held_out =
       std::count_if(diagnosis.rows.begin(), diagnosis.rows.end(),
-                    [](const RowTrace& row) { return row.held_out_after.has_value(); });
+                    [](const diagnosis::RowTrace& row) { return row.held_out_after.has_value(); });
   if (held_out > 0 && held_out < static_cast<std::ptrdiff_t>(diagnosis.rows.size())) {
     html += fmt::format("; {} of {} rows, evenly spread, were held out in turn", held_out,
                         diagnosis.rows.size());
@@ -220,41 +226,44 @@ std::string ErrorTable(const Diagnosis& diagnosis) {
                      : "; the interval is a bootstrap over groups of rows.</p>\n");
 }
 
-std::string EffectsBlock(const Diagnosis& diagnosis) {
+std::string EffectsBlock(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return "";
   std::string html;
   HtmlTable table(
       {"Effect", "Parameter", "Value", "Standard uncertainty", "Unit", "Plausible range"},
       {0, 1, 4});
-  for (const Finding& finding : diagnosis.findings) {
-    const EffectTraits& traits = finding.effect.term.effect->traits();
-    html += "<h3>" + Escape(Capitalized(EffectName(finding))) + "</h3>\n<p>";
-    html += Escape(Capitalized(std::string(traits.meaning))) + ". ";
+  for (const diagnosis::Finding& finding : diagnosis.findings) {
+    const effects::EffectTraits& traits = finding.effect.term.effect->traits();
+    html += "<h3>" + Escape(diagnosis::Capitalized(diagnosis::EffectName(finding))) + "</h3>\n<p>";
+    html += Escape(diagnosis::Capitalized(std::string(traits.meaning))) + ". ";
     html +=
         fmt::format("It accounts for {} of the residual's sum of squares ({}).</p>\n",
                     PercentHtml(finding.share_of_residual),
                     finding.p_value < 1e-4 ? "p &lt; 0.0001"
                                            : Escape(fmt::format("p = {:.2g}", finding.p_value)));
-    html +=
-        "<p><em>What to do.</em> " + Escape(Capitalized(std::string(traits.remedy))) + ".</p>\n";
+    html += "<p><em>What to do.</em> " +
+            Escape(diagnosis::Capitalized(std::string(traits.remedy))) + ".</p>\n";
     if (!finding.implausible.empty()) {
       html +=
           "<p class=\"note\">Implausible for a healthy machine: " + Escape(finding.implausible) +
           "</p>\n";
     }
-    const WrittenEffect written = WrittenFromActive(finding.effect, finding.covariance);
+    const model::WrittenEffect written =
+        effects::WrittenFromActive(finding.effect, finding.covariance);
     for (std::size_t k = 0; k < written.parameters.size(); ++k) {
-      const EffectParameter& parameter = written.parameters[k];
-      const ParameterSpec* spec = SpecOf(finding, k);
-      const EffectTerm& term = finding.effect.term;
+      const model::EffectParameter& parameter = written.parameters[k];
+      const effects::ParameterSpec* spec = SpecOf(finding, k);
+      const effects::EffectTerm& term = finding.effect.term;
       const int joint = spec != nullptr ? term.parameters[k].joint : -1;
-      const ValueText shown = parameter.word.empty() ? ValueTextOf(parameter.value, parameter.sd)
-                                                     : ValueText{parameter.word, ""};
-      table.AddRow(
-          {Escape(EffectName(written.id)), Escape(parameter.name),
-           parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
-           NumberHtml(shown.sd), Escape(parameter.unit == "1" ? "" : parameter.unit),
-           spec != nullptr ? PlausibleText(*spec, PlausibleOf(*spec, term.prismatic, joint)) : ""});
+      const diagnosis::ValueText shown = parameter.word.empty()
+                                             ? diagnosis::ValueTextOf(parameter.value, parameter.sd)
+                                             : diagnosis::ValueText{parameter.word, ""};
+      table.AddRow({Escape(diagnosis::EffectName(written.id)), Escape(parameter.name),
+                    parameter.word.empty() ? NumberHtml(shown.value) : Escape(shown.value),
+                    NumberHtml(shown.sd), Escape(parameter.unit == "1" ? "" : parameter.unit),
+                    spec != nullptr
+                        ? PlausibleText(*spec, effects::PlausibleOf(*spec, term.prismatic, joint))
+                        : ""});
     }
   }
   return html + table.Html() +
@@ -263,7 +272,7 @@ std::string EffectsBlock(const Diagnosis& diagnosis) {
          "machine.</p>\n";
 }
 
-std::string CorrelationBlock(const Diagnosis& diagnosis) {
+std::string CorrelationBlock(const diagnosis::Diagnosis& diagnosis) {
   const Eigen::MatrixXd& correlation = diagnosis.correlation;
   const std::vector<std::string> names = CorrelationNames(diagnosis);
   if (correlation.rows() < 2 || correlation.rows() != correlation.cols() ||
@@ -288,18 +297,19 @@ std::string CorrelationBlock(const Diagnosis& diagnosis) {
          "better than either of them.</p>\n";
 }
 
-std::string DetectableTable(const Diagnosis& diagnosis) {
+std::string DetectableTable(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.minimum_detectable_m.empty()) return "";
   std::vector<std::pair<double, std::string>> sizes;
   for (const auto& [id, size_m] : diagnosis.minimum_detectable_m) sizes.emplace_back(size_m, id);
   std::sort(sizes.begin(), sizes.end());
   HtmlTable table({"Effect", "Smallest detectable displacement (mm)"}, {0});
   for (const auto& [size_m, id] : sizes) {
-    table.AddRow({Escape(Capitalized(EffectName(id))), Escape(MillimetreText(size_m))});
+    table.AddRow({Escape(diagnosis::Capitalized(diagnosis::EffectName(id))),
+                  Escape(diagnosis::MillimetreText(size_m))});
   }
   return table.Html() +
          "<p class=\"soft\">RMS of the effect's displacement over these rows that would have been "
          "detected with a probability of 90 %.</p>\n";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::report

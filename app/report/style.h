@@ -1,7 +1,7 @@
 // Style sheet of the report, for screen, phone and print.
 #pragma once
 
-namespace plumbline {
+namespace plumbline::report {
 
 inline constexpr const char* kReportStyle = R"css(
 :root { --ink: #25313a; --soft: #5c6b75; --line: #dbe2e6; --accent: #0b6e8f; --tint: #f3f7f9; }
@@ -80,4 +80,4 @@ footer { margin-top: 48px; padding-top: 12px; border-top: 1px solid var(--line);
 }
 )css";
 
-}  // namespace plumbline
+}  // namespace plumbline::report

@@ -4,7 +4,7 @@
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/scene/triangle_mesh.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Oriented box in the carrier's frame [m]. Stored in single precision, enlarged by the rounding
 /// error, so that a node fits one cache line. A node's two children are adjacent and come after it.
@@ -16,4 +16,4 @@ struct BoxNode {
 };
 static_assert(sizeof(BoxNode) == 64);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

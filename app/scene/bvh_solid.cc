@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 /// Bounding box of the displacements of some vertices.
@@ -134,4 +134,4 @@ bool BvhSolid::EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const {
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

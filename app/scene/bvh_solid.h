@@ -8,7 +8,7 @@
 #include "firmware-like/scene/bend_field.h"
 #include "firmware-like/scene/mesh_facts.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// FCL builds the tree (oriented boxes, split along their longest edge); it is stored in a quarter
 /// of the memory, since memory access dominates the search time.
@@ -56,4 +56,4 @@ class BvhSolid {
   Vec3 low_K_, high_K_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -8,7 +8,7 @@
 
 #include "app/scene/way_out.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 constexpr std::size_t kMostCrossings = 4000;
@@ -199,4 +199,4 @@ SweepResult Interference::Sweep(std::size_t object, const Pose& X_WO,
   return result;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

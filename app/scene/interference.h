@@ -9,7 +9,7 @@
 #include "firmware-like/scene/bend_field.h"
 #include "firmware-like/scene/mesh_facts.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Distance or interference of two objects a and b, in W [m].
 struct Separation {
@@ -86,4 +86,4 @@ class Interference {
   std::map<std::pair<std::size_t, std::size_t>, TrianglePair> nearest_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

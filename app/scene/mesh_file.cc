@@ -16,7 +16,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/files/package_paths.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 constexpr int kReaderNice = 5;
@@ -30,7 +30,7 @@ double Mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 std::string MeshProgram() {
-  return SiblingProgram("plumbline-mesh");
+  return files::SiblingProgram("plumbline-mesh");
 }
 
 MeshReader::MeshReader(MeshLimits limits, std::string program)
@@ -40,8 +40,8 @@ Result<void> MeshReader::Start(const std::string& file, double unit_m) {
   const auto format = MeshFormatOfName(file);
   if (!format)
     return Error{fmt::format("unknown file type; its name must end in {}", kMeshFormats)};
-  const Descriptor opened(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (!opened) return Error{ReadErrorText(file, std::strerror(errno))};
+  const os::Descriptor opened(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (!opened) return Error{files::ReadErrorText(file, std::strerror(errno))};
   struct stat about {};
   found_ = {};
   found_.format = *format;
@@ -65,9 +65,9 @@ Result<void> MeshReader::StartProcess(int file) {
   if (pipe2(ends.data(), O_CLOEXEC) != 0) {
     return Error{fmt::format("cannot create a pipe to the mesh reader: {}", std::strerror(errno))};
   }
-  Descriptor read_end(ends[0]);
-  const Descriptor write_end(ends[1]);
-  auto child = ChildProcess::Start(
+  os::Descriptor read_end(ends[0]);
+  const os::Descriptor write_end(ends[1]);
+  auto child = os::ChildProcess::Start(
       {.arguments = {program_, std::string(WordOf(found_.format)),
                      std::to_string(limits_.triangles), std::to_string(limits_.memory_bytes),
                      std::to_string(limits_.cpu_s)},
@@ -82,13 +82,13 @@ Result<void> MeshReader::StartProcess(int file) {
   return {};
 }
 
-ExitStatus MeshReader::End(double timeout_s) {
-  const ExitStatus end = child_.End(timeout_s);
+os::ExitStatus MeshReader::End(double timeout_s) {
+  const os::ExitStatus end = child_.End(timeout_s);
   pipe_.Reset();
   return end;
 }
 
-std::string MeshReader::WhyEnded(const ExitStatus& end) const {
+std::string MeshReader::WhyEnded(const os::ExitStatus& end) const {
   if (end.signal == SIGXCPU) {
     return fmt::format("not read within {} s of CPU time: simplify the model", limits_.cpu_s);
   }
@@ -104,8 +104,8 @@ std::string MeshReader::WhyEnded(const ExitStatus& end) const {
         "repair or simplify the model",
         Mebibytes(limits_.memory_bytes));
   }
-  if (end.exit_code == ExitStatus::kNotRun) {
-    return fmt::format("{} cannot be started; {}", program_, kRestoreProgram);
+  if (end.exit_code == os::ExitStatus::kNotRun) {
+    return fmt::format("{} cannot be started; {}", program_, files::kRestoreProgram);
   }
   return fmt::format("{} returned an invalid result; is it of the same version as this program?",
                      program_);
@@ -115,7 +115,7 @@ Result<MeshFile> MeshReader::Finish() {
   auto answer = DecodeMeshResponse(answer_, limits_);
   answer_ = {};
   // The child has closed the pipe and is about to exit; if it does not, it is killed.
-  const ExitStatus end = End(answer ? 0 : kEndTimeout_s);
+  const os::ExitStatus end = End(answer ? 0 : kEndTimeout_s);
   if (!answer) return Error{WhyEnded(end)};
   if (!*answer) return answer->failure();
   RawMesh raw = std::move(*answer).value();
@@ -162,4 +162,4 @@ Result<MeshFile> ReadMeshFile(const std::string& file, double unit_m, const Mesh
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -12,7 +12,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/scene/mesh_facts.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Exit code of plumbline-mesh if its memory limit was reached.
 inline constexpr int kMeshOutOfMemory = 3;
@@ -52,13 +52,13 @@ class MeshReader {
  private:
   Result<void> StartProcess(int file);
   Result<MeshFile> Finish();
-  std::string WhyEnded(const ExitStatus& end) const;
-  ExitStatus End(double timeout_s);  ///< ends the child and closes the pipe
+  std::string WhyEnded(const os::ExitStatus& end) const;
+  os::ExitStatus End(double timeout_s);  ///< ends the child and closes the pipe
 
   const MeshLimits limits_;
   const std::string program_;
-  Descriptor pipe_;
-  ChildProcess child_;
+  os::Descriptor pipe_;
+  os::ChildProcess child_;
   double started_s_ = 0, unit_m_ = 1;
   MeshFile found_;
   std::vector<std::uint8_t> answer_;
@@ -68,4 +68,4 @@ class MeshReader {
 Result<MeshFile> ReadMeshFile(const std::string& file, double unit_m, const MeshLimits& limits = {},
                               const std::string& program = MeshProgram());
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, MeshFormat>, 6> kFormatWords = {{
@@ -230,4 +230,4 @@ bool IsTruncated(MeshFormat format, std::span<const std::uint8_t> bytes) {
   return format == MeshFormat::kStl && !BinaryStlTriangles(text) && StlIsTruncated(text);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

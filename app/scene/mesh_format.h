@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::scene {
 
 enum class MeshFormat { kVrml, kStl, kObj, kPly, kGltf, kGlb };
 
@@ -39,4 +39,4 @@ std::uint64_t AnnouncedTriangles(MeshFormat format, std::span<const std::uint8_t
 /// OBJ file has no end mark.)
 bool IsTruncated(MeshFormat format, std::span<const std::uint8_t> bytes);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -20,6 +20,8 @@ namespace {
 
 using namespace plumbline;
 
+using namespace plumbline::scene;
+
 bool WriteAnswer(const Result<RawMesh>& answer) {
   const std::vector<std::uint8_t> bytes = EncodeMeshResponse(answer);
   for (std::size_t done = 0; done < bytes.size();) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 constexpr std::uint32_t kGood = 0x314D4C50, kRefused = 0x304D4C50;  // "PLM1", "PLM0"
@@ -119,4 +119,4 @@ std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> 
   return raw;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

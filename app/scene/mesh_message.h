@@ -12,7 +12,7 @@
 #include "firmware-like/result.h"
 #include "firmware-like/scene/triangle_mesh.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Mesh as stored in the file, in the file's unit; may be invalid (see CheckMesh).
 struct RawMesh {
@@ -34,4 +34,4 @@ std::size_t LargestMeshAnswer(const MeshLimits& limits);
 std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> bytes,
                                                   const MeshLimits& limits);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

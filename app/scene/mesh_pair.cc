@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 /// Relative error of sums of lengths in single precision.
@@ -132,4 +132,4 @@ NearestPoints MeshPair::Nearest(const TrianglePair& near) const {
   return found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -7,7 +7,7 @@
 #include "app/scene/bvh_solid.h"
 #include "app/scene/triangle_pair.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Triangle indices; -1: none.
 struct TrianglePair {
@@ -55,4 +55,4 @@ class MeshPair {
   float margin_m_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

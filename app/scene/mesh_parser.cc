@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::scene {
 
 Result<RawMesh> ParseMesh(MeshFormat format, std::span<const std::uint8_t> bytes,
                           std::uint64_t most_triangles) {
@@ -30,4 +30,4 @@ void NoteOutside(RawMesh& raw, const std::string& name) {
   if (raw.outside.size() < kMostOutside) raw.outside.push_back(name);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

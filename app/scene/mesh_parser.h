@@ -6,7 +6,7 @@
 
 #include "app/scene/mesh_message.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Loads Coin's resources; call before the process is sandboxed.
 void PrepareVrmlParser();
@@ -33,4 +33,4 @@ void NoteOutside(RawMesh& raw, const std::string& name);
 inline constexpr int kDeepestNode = 200;
 inline constexpr std::uint64_t kMostNodes = 1'000'000;
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -14,7 +14,7 @@
 
 #include "app/scene/mesh_parser.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 /// Assimp stream over bytes in memory.
@@ -184,4 +184,4 @@ Result<RawMesh> ParseWithAssimp(MeshFormat format, std::span<const std::uint8_t>
   return raw;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -23,7 +23,7 @@
 
 #include "app/scene/mesh_parser.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 struct VrmlReading {
@@ -201,4 +201,4 @@ Result<RawMesh> ParseVrml(std::span<const std::uint8_t> bytes, std::uint64_t mos
   return std::move(reading.raw);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

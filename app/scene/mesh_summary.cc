@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 /// Sizes outside this range suggest a wrong unit [m].
@@ -141,4 +141,4 @@ std::string MeshJson(const MeshFile& file, const std::string& name,
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -7,7 +7,7 @@
 
 #include "app/scene/mesh_file.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Possible problems of the mesh, each with its remedy.
 /// @param unit  stated unit; nullopt: lengths are in the file's own unit
@@ -19,4 +19,4 @@ std::string MeshText(const MeshFile& file, const std::string& name,
 std::string MeshJson(const MeshFile& file, const std::string& name,
                      const std::optional<std::string>& unit);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

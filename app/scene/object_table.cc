@@ -12,21 +12,21 @@
 #include "app/scene/mesh_format.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 constexpr int kLargestTag = 100000, kLargestNumber = 9999;
 constexpr double kShare = 0.4;  ///< share of a word that may differ for a suggestion
-constexpr NumberRange kPlace{-100000, 100000, kMetrePerMm};
-constexpr NumberRange kTurn{-360, 360, kRadPerDeg};
-constexpr NumberRange kShade{0, 1};
+constexpr config::NumberRange kPlace{-100000, 100000, kMetrePerMm};
+constexpr config::NumberRange kTurn{-360, 360, kRadPerDeg};
+constexpr config::NumberRange kShade{0, 1};
 
 class TableReader {
  public:
-  TableReader(const std::string& file, const TagDatabase* tags)
+  TableReader(const std::string& file, const tracking::TagDatabase* tags)
       : folder_(std::filesystem::path(file).parent_path()), tags_(tags) {}
 
-  ObjectTable Read(const TomlTable& root) {
+  ObjectTable Read(const config::TomlTable& root) {
     root.RequiredInteger("schema", 1, 1);
     table_.background = root.Bool("background").value_or(true);
     const auto objects = root.Tables("object");
@@ -35,18 +35,20 @@ class TableReader {
       root.AddFault("object", fmt::format("{} objects; at most {} are allowed", objects.size(),
                                           kMostSceneObjects));
     }
-    for (const TomlTable& object : objects) table_.objects.push_back(ObjectFrom(object));
-    for (const TomlTable& point : root.Tables("point")) table_.points.push_back(PointFrom(point));
-    for (const TomlTable& pair : root.Tables("pair")) PairFrom(pair);
-    for (const TomlTable& line : root.Tables("line")) table_.lines.push_back(LineFrom(line));
-    for (const TomlTable& distance : root.Tables("distance")) DistanceFrom(distance);
+    for (const config::TomlTable& object : objects) table_.objects.push_back(ObjectFrom(object));
+    for (const config::TomlTable& point : root.Tables("point"))
+      table_.points.push_back(PointFrom(point));
+    for (const config::TomlTable& pair : root.Tables("pair")) PairFrom(pair);
+    for (const config::TomlTable& line : root.Tables("line"))
+      table_.lines.push_back(LineFrom(line));
+    for (const config::TomlTable& distance : root.Tables("distance")) DistanceFrom(distance);
     if (const auto clip = root.Table("clip")) table_.clip = ClipFrom(*clip);
     return std::move(table_);
   }
 
  private:
   /// The table's name, which must be unique among its kind; empty if missing.
-  static std::string NewName(const TomlTable& table, std::set<std::string>& names) {
+  static std::string NewName(const config::TomlTable& table, std::set<std::string>& names) {
     std::string name = table.RequiredString("name").value_or("");
     if (!name.empty() && !names.insert(name).second) {
       table.AddFault("name", "is used by another table of this kind");
@@ -55,19 +57,19 @@ class TableReader {
   }
 
   static std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
-    const std::string nearest = NearestWord(word, known, kShare);
+    const std::string nearest = config::NearestWord(word, known, kShare);
     if (!nearest.empty()) return fmt::format("; did you mean \"{}\"?", nearest);
     std::string all;
     for (const std::string& one : known) all += (all.empty() ? "" : ", ") + one;
     return known.empty() ? "; none is defined" : "; known are " + all;
   }
 
-  void CheckTag(const TomlTable& on, int id) const {
+  void CheckTag(const config::TomlTable& on, int id) const {
     if (tags_ == nullptr || tags_->default_side_m) return;
     std::vector<int> ids;
-    for (const StandaloneTag& tag : tags_->tags) ids.push_back(tag.id);
-    for (const Body& body : tags_->bodies) {
-      for (const BodyTag& tag : body.tags) ids.push_back(tag.id);
+    for (const tracking::StandaloneTag& tag : tags_->tags) ids.push_back(tag.id);
+    for (const tracking::Body& body : tags_->bodies) {
+      for (const tracking::BodyTag& tag : body.tags) ids.push_back(tag.id);
     }
     if (std::find(ids.begin(), ids.end(), id) != ids.end()) return;
     const auto nearer = [id](int a, int b) { return std::abs(a - id) < std::abs(b - id); };
@@ -78,15 +80,15 @@ class TableReader {
                                 : fmt::format("; the nearest of {} is {}", ids.size(), *nearest)));
   }
 
-  void CheckBody(const TomlTable& on, const std::string& name) const {
+  void CheckBody(const config::TomlTable& on, const std::string& name) const {
     if (tags_ == nullptr) return;
     std::vector<std::string> names;
-    for (const Body& body : tags_->bodies) names.push_back(body.name);
+    for (const tracking::Body& body : tags_->bodies) names.push_back(body.name);
     if (std::find(names.begin(), names.end(), name) != names.end()) return;
     on.AddFault("body", "is not defined in the file of tags and bodies" + Suggestion(name, names));
   }
 
-  Carrier CarrierFrom(const TomlTable& table) const {
+  Carrier CarrierFrom(const config::TomlTable& table) const {
     Carrier carrier;
     const auto on = table.RequiredTable("on");
     if (!on) return carrier;
@@ -116,12 +118,12 @@ class TableReader {
     return carrier;
   }
 
-  static Pose PoseOfTable(const TomlTable& table) {
+  static Pose PoseOfTable(const config::TomlTable& table) {
     return {RotationFromRollPitchYaw(table.Vector3("rpy_deg", kTurn).value_or(Vec3::Zero())),
             table.Vector3("xyz_mm", kPlace).value_or(Vec3::Zero())};
   }
 
-  static Colour ColourFrom(const TomlTable& table, Colour colour) {
+  static Colour ColourFrom(const config::TomlTable& table, Colour colour) {
     const auto values = table.Numbers("colour", kShade);
     if (!values) return colour;
     if (values->size() != 3 && values->size() != 4) {
@@ -132,7 +134,7 @@ class TableReader {
     return {value(0), value(1), value(2), values->size() == 4 ? value(3) : 1};
   }
 
-  SceneObject ObjectFrom(const TomlTable& table) {
+  SceneObject ObjectFrom(const config::TomlTable& table) {
     SceneObject object;
     object.name = NewName(table, object_names_);
     names_in_order_.push_back(object.name);
@@ -166,7 +168,7 @@ class TableReader {
     return object;
   }
 
-  std::optional<std::size_t> PlaceOf(const TomlTable& table, std::string_view key,
+  std::optional<std::size_t> PlaceOf(const config::TomlTable& table, std::string_view key,
                                      const std::string& name) const {
     const auto found = std::find(names_in_order_.begin(), names_in_order_.end(), name);
     if (found != names_in_order_.end()) {
@@ -177,7 +179,7 @@ class TableReader {
     return std::nullopt;
   }
 
-  void PairFrom(const TomlTable& table) {
+  void PairFrom(const config::TomlTable& table) {
     ScenePair pair;
     pair.near_m = table.Number("near_mm", {0, 10000, kMetrePerMm}).value_or(0);
     pair.end_m = table.Number("end_mm", {0.01, 1000, kMetrePerMm}).value_or(1e-3);
@@ -200,7 +202,7 @@ class TableReader {
     table_.pairs.push_back(pair);
   }
 
-  void SweepFrom(const TomlTable& table, SceneLine& line) const {
+  void SweepFrom(const config::TomlTable& table, SceneLine& line) const {
     const auto name = table.String("sweep");
     const Pose X_PO{
         RotationFromRollPitchYaw(table.Vector3("sweep_rpy_deg", kTurn).value_or(Vec3::Zero())),
@@ -226,7 +228,7 @@ class TableReader {
     line.sweep = sweep;
   }
 
-  SceneLine LineFrom(const TomlTable& table) {
+  SceneLine LineFrom(const config::TomlTable& table) {
     SceneLine line;
     line.name = NewName(table, line_names_);
     line.on = CarrierFrom(table);
@@ -248,7 +250,7 @@ class TableReader {
     return line;
   }
 
-  ScenePoint PointFrom(const TomlTable& table) {
+  ScenePoint PointFrom(const config::TomlTable& table) {
     ScenePoint point;
     point.name = NewName(table, point_names_);
     if (object_names_.count(point.name) > 0) {
@@ -269,7 +271,8 @@ class TableReader {
     return point;
   }
 
-  std::optional<SceneDistance::End> EndFrom(const TomlTable& table, std::string_view key) const {
+  std::optional<SceneDistance::End> EndFrom(const config::TomlTable& table,
+                                            std::string_view key) const {
     const auto name = table.RequiredString(key);
     if (!name) return std::nullopt;
     std::vector<std::string> known = point_names_in_order_;
@@ -286,7 +289,7 @@ class TableReader {
     return std::nullopt;
   }
 
-  void DistanceFrom(const TomlTable& table) {
+  void DistanceFrom(const config::TomlTable& table) {
     const std::string name = NewName(table, distance_names_);
     const auto from = EndFrom(table, "from"), to = EndFrom(table, "to");
     if (from && to && from->is_object == to->is_object && from->place == to->place) {
@@ -295,7 +298,7 @@ class TableReader {
     if (from && to) table_.distances.push_back({name, *from, *to});
   }
 
-  SceneClip ClipFrom(const TomlTable& table) const {
+  SceneClip ClipFrom(const config::TomlTable& table) const {
     SceneClip clip;
     clip.on = CarrierFrom(table);
     clip.distance_m = table.RequiredNumber("distance_mm", kPlace).value_or(0);
@@ -310,7 +313,7 @@ class TableReader {
   }
 
   const std::filesystem::path folder_;
-  const TagDatabase* const tags_;
+  const tracking::TagDatabase* const tags_;
   ObjectTable table_;
   std::set<std::string> object_names_, line_names_, point_names_, distance_names_;
   std::set<int> numbers_;
@@ -320,10 +323,11 @@ class TableReader {
 }  // namespace
 
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
-                                               const TagDatabase* tags, FaultList& faults) {
-  FaultList own;
+                                               const tracking::TagDatabase* tags,
+                                               config::FaultList& faults) {
+  config::FaultList own;
   ObjectTable table;
-  TomlDocument document(text, file, own);
+  config::TomlDocument document(text, file, own);
   if (document.parsed()) {
     table = TableReader(file, tags).Read(document.Root());
     document.ReportUnknownKeys();
@@ -334,4 +338,4 @@ std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std:
   return table;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

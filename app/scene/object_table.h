@@ -11,7 +11,7 @@
 #include "app/tracking/bodies.h"
 #include "firmware-like/scene/display_list.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Carrier of a virtual object. Its frame is called K here.
 struct Carrier {
@@ -104,6 +104,7 @@ inline constexpr std::size_t kMostSceneObjects = 100;
 /// @param tags  known tags and bodies, to check carriers against; null: no check
 /// @return      nullopt if there is a fault
 std::optional<ObjectTable> ObjectTableFromText(std::string_view text, const std::string& file,
-                                               const TagDatabase* tags, FaultList& faults);
+                                               const tracking::TagDatabase* tags,
+                                               config::FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -5,7 +5,7 @@
 #include "app/config/text_file.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 FileStamp StampOfFile(const std::string& path) {
   struct stat about {};
@@ -21,9 +21,10 @@ std::optional<TableNews> ObjectTableFile::Poll() {
   if (!stable || (read_ && now == *read_)) return std::nullopt;
   read_ = now;
   TableNews news;
-  const auto text = ReadTextFile(path_);
+  const auto text = config::ReadTextFile(path_);
   if (!text) {
-    news.faults.Add({Fault::Severity::kFault, path_, 0, "", ReadErrorText(path_, text.error())});
+    news.faults.Add(
+        {config::Fault::Severity::kFault, path_, 0, "", files::ReadErrorText(path_, text.error())});
     return news;
   }
   if (auto table = ObjectTableFromText(*text, path_, tags_, news.faults)) {
@@ -33,4 +34,4 @@ std::optional<TableNews> ObjectTableFile::Poll() {
   return news;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

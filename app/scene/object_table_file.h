@@ -8,7 +8,7 @@
 #include "app/config/fault.h"
 #include "app/scene/object_table.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Fingerprint of a file, to detect changes.
 struct FileStamp {
@@ -23,14 +23,14 @@ FileStamp StampOfFile(const std::string& path);
 
 /// Result of reading the table again.
 struct TableNews {
-  bool accepted = false;  ///< false: it has faults, and the previous table stays in use
-  FaultList faults;       ///< including warnings
+  bool accepted = false;     ///< false: it has faults, and the previous table stays in use
+  config::FaultList faults;  ///< including warnings
 };
 
 class ObjectTableFile {
  public:
   /// @param tags  must outlive this object; null: tags and bodies are not checked
-  ObjectTableFile(std::string path, const TagDatabase* tags)
+  ObjectTableFile(std::string path, const tracking::TagDatabase* tags)
       : path_(std::move(path)), tags_(tags) {}
 
   /// Checks the file for changes. A changed file is read once it is unchanged between two calls, so
@@ -44,9 +44,9 @@ class ObjectTableFile {
 
  private:
   const std::string path_;
-  const TagDatabase* const tags_;
+  const tracking::TagDatabase* const tags_;
   std::optional<ObjectTable> table_;
   std::optional<FileStamp> read_, seen_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

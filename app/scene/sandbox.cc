@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 #ifdef PLUMBLINE_SANITIZED
@@ -82,4 +82,4 @@ Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s) {
   return Error{std::string("the process cannot be sandboxed: ") + std::strerror(errno)};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -5,7 +5,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Applies irrevocable limits: no new descriptors (hence no files or sockets), no file growth, no
 /// new processes, core dumps or privileges, bounded memory and CPU time. A seccomp filter allows
@@ -15,4 +15,4 @@ namespace plumbline {
 /// @return  or the limit that could not be set; untrusted input must then not be parsed
 Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

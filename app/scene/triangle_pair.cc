@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 /// Extent of a triangle along an axis.
@@ -86,4 +86,4 @@ std::optional<Vec3> MiddleOfCrossing(const Corners& a, const Corners& b) {
   return Vec3(sum / count);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

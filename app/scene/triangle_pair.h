@@ -6,7 +6,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 using Corners = std::array<Vec3, 3>;
 
@@ -28,4 +28,4 @@ TriangleExit ExitOf(const Corners& a, const Corners& b, const Vec3& along);
 /// Centre of the intersection segment of two triangles; nullopt if they are coplanar.
 std::optional<Vec3> MiddleOfCrossing(const Corners& a, const Corners& b);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

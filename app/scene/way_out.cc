@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 constexpr std::size_t kCrossingsPerTest = 8;  ///< intersections used from one test
@@ -105,4 +105,4 @@ WayOut WayOutOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
   return WaySearch(a, b, X_AB, step_m).Find(crossing, guess_A);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -5,7 +5,7 @@
 
 #include "app/scene/mesh_pair.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Whether a part of one mesh is inside the other. Only if their surfaces do not cross.
 bool OneInOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB);
@@ -25,4 +25,4 @@ struct WayOut {
 WayOut WayOutOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
                 const std::vector<TrianglePair>& crossing, const Vec3& guess_A, double step_m);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace plumbline {
+namespace plumbline::service {
 
 int RaiseDescriptorLimit(int wanted) {
   rlimit limit{};
@@ -18,4 +18,4 @@ int RaiseDescriptorLimit(int wanted) {
   return static_cast<int>(std::min<rlim_t>(limit.rlim_cur, std::numeric_limits<int>::max()));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::service

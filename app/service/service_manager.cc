@@ -7,7 +7,7 @@
 #include <ctime>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::service {
 namespace {
 
 constexpr double kNotificationsPerPeriod = 4;
@@ -33,7 +33,7 @@ ServiceManager::ServiceManager() : available_(std::getenv("NOTIFY_SOCKET") != nu
   const int count = sd_listen_fds_with_names(1, &names);
   for (int i = 0; i < count; ++i) {
     inherited_.push_back({names != nullptr && names[i] != nullptr ? names[i] : "",
-                          Descriptor(SD_LISTEN_FDS_START + i)});
+                          os::Descriptor(SD_LISTEN_FDS_START + i)});
   }
   if (names == nullptr) return;
   for (char** name = names; *name != nullptr; ++name) std::free(*name);
@@ -64,21 +64,21 @@ void ServiceManager::Stopping() const {
   sd_notify(0, "STOPPING=1");
 }
 
-Descriptor ServiceManager::TakeSocket(const std::string& name) {
+os::Descriptor ServiceManager::TakeSocket(const std::string& name) {
   for (Inherited& socket : inherited_) {
     if (socket.name == name && socket.descriptor) return std::move(socket.descriptor);
   }
   return {};
 }
 
-std::vector<Descriptor> ServiceManager::TakeSockets(const std::string& name) {
-  std::vector<Descriptor> taken;
-  while (Descriptor socket = TakeSocket(name)) taken.push_back(std::move(socket));
+std::vector<os::Descriptor> ServiceManager::TakeSockets(const std::string& name) {
+  std::vector<os::Descriptor> taken;
+  while (os::Descriptor socket = TakeSocket(name)) taken.push_back(std::move(socket));
   return taken;
 }
 
 void ServiceManager::StoreDescriptors(const std::string& name,
-                                      std::vector<Descriptor> descriptors) const {
+                                      std::vector<os::Descriptor> descriptors) const {
   const std::string message = fmt::format("FDSTORE=1\nFDNAME={}", name);
   for (std::size_t begin = 0; begin < descriptors.size(); begin += kDescriptorsPerMessage) {
     std::vector<int> some;
@@ -90,4 +90,4 @@ void ServiceManager::StoreDescriptors(const std::string& name,
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::service

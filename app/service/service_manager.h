@@ -8,7 +8,7 @@
 
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::service {
 
 /// Without a service manager every call has no effect.
 class ServiceManager {
@@ -35,24 +35,24 @@ class ServiceManager {
   /// Takes an inherited socket of this name; an empty descriptor if there is none left. A listening
   /// socket outlives the daemon: clients that connect during a restart wait instead of being
   /// refused.
-  Descriptor TakeSocket(const std::string& name);
+  os::Descriptor TakeSocket(const std::string& name);
   /// Takes all inherited sockets of this name that are left.
-  std::vector<Descriptor> TakeSockets(const std::string& name);
+  std::vector<os::Descriptor> TakeSockets(const std::string& name);
 
   /// Stores descriptors under this name in the service manager's descriptor store and closes them
   /// here. The next process of the service takes them with TakeSockets(), however this one ended.
   /// The service manager discards a connection by itself when it is shut down
   /// [sd_pid_notify_with_fds(3), FDSTORE=1].
-  void StoreDescriptors(const std::string& name, std::vector<Descriptor> descriptors) const;
+  void StoreDescriptors(const std::string& name, std::vector<os::Descriptor> descriptors) const;
 
  private:
   bool available_ = false;
   std::optional<double> feed_period_s_;
   struct Inherited {
     std::string name;
-    Descriptor descriptor;
+    os::Descriptor descriptor;
   };
   std::vector<Inherited> inherited_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::service

@@ -6,7 +6,7 @@
 #include <csignal>
 #include <initializer_list>
 
-namespace plumbline {
+namespace plumbline::service {
 
 int OpenSignalDescriptor() {
   sigset_t signals;
@@ -16,4 +16,4 @@ int OpenSignalDescriptor() {
   return signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::service

@@ -5,7 +5,7 @@
 
 #include "drivers/robot/robot.h"
 
-namespace plumbline {
+namespace plumbline::service {
 
 UtcClock UtcClock::FromSystemClock() {
   return {SystemUtcSeconds(), MonotonicSeconds()};
@@ -23,4 +23,4 @@ double SystemUtcSeconds() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::service

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-namespace plumbline {
+namespace plumbline::service {
 
 /// UTC in seconds since 1970, read once at start-up and advanced by the monotonic clock, which
 /// follows the small corrections of a time service but no steps. Effects of time therefore never
@@ -29,4 +29,4 @@ class UtcClock {
 /// UTC of the system clock, including its steps [s since 1970].
 double SystemUtcSeconds();
 
-}  // namespace plumbline
+}  // namespace plumbline::service

@@ -6,7 +6,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::sqlite {
 namespace {
 
 constexpr int kBusyTimeout_ms = 5000;  // the daemon and a command may write at the same time
@@ -28,10 +28,10 @@ std::string WithResolvedFolder(const std::string& path) {
 std::string Remedy(const std::string& path, int code, bool to_write) {
   switch (code) {
     case SQLITE_CANTOPEN:
-      return to_write ? WriteRemedy(path) : ReadRemedy(path);
+      return to_write ? files::WriteRemedy(path) : files::ReadRemedy(path);
     case SQLITE_READONLY:
     case SQLITE_PERM:
-      return WriteRemedy(path);
+      return files::WriteRemedy(path);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return "; another program is writing to it: wait, or stop that program";
@@ -148,4 +148,4 @@ bool Transaction::Commit() {
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::sqlite

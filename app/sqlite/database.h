@@ -12,7 +12,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::sqlite {
 
 /// Prepared statement. As in SQLite, parameter indices start at 1 and column indices at 0.
 class Statement {
@@ -94,4 +94,4 @@ class Transaction {
   bool open_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::sqlite

@@ -7,7 +7,7 @@
 
 #include "app/table/measured_point_from_row.h"
 
-namespace plumbline {
+namespace plumbline::table {
 namespace {
 
 constexpr double kStandstill = 1e-6;  // [rad] or [m]; smaller changes are reading noise, not moves
@@ -31,7 +31,7 @@ class MoveHistory {
         last_of_session_.clear();
         ++break_;
       } else if (next_row < line) {
-        Conditions unused;
+        effects::Conditions unused;
         Add(table_.unmeasured[unmeasured_], unused);
         ++unmeasured_;
       } else {
@@ -41,12 +41,13 @@ class MoveHistory {
   }
 
   /// Sets the last move and the approach directions of a row.
-  void Add(const MeasuredRow& row, Conditions& moment) {
+  void Add(const MeasuredRow& row, effects::Conditions& moment) {
     const auto before = last_of_session_.find(row.session);
     if (before != last_of_session_.end()) {
       const Place& last = before->second;
       moment.last_move = row.q - last.q;
-      moment.approach = last.approach.size() > 0 ? last.approach : JointVector::Zero(row.q.size());
+      moment.approach =
+          last.approach.size() > 0 ? last.approach : model::JointVector::Zero(row.q.size());
       for (Eigen::Index i = 0; i < row.q.size(); ++i) {
         if (std::abs(moment.last_move[i]) > kStandstill) {
           moment.approach[i] = moment.last_move[i] > 0 ? 1.0 : -1.0;
@@ -58,7 +59,7 @@ class MoveHistory {
 
  private:
   struct Place {
-    JointVector q, approach;
+    model::JointVector q, approach;
   };
   const MeasuredTable& table_;
   std::size_t unmeasured_ = 0, break_ = 0;
@@ -67,15 +68,16 @@ class MoveHistory {
 
 }  // namespace
 
-std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable& table) {
-  std::vector<Conditions> conditions;
+std::vector<effects::Conditions> ConditionsOf(const model::CellModel& cell,
+                                              const MeasuredTable& table) {
+  std::vector<effects::Conditions> conditions;
   conditions.reserve(table.rows.size());
-  const Conditions declared = DeclaredConditions(cell);
+  const effects::Conditions declared = effects::DeclaredConditions(cell);
   MoveHistory history(table);
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
-    Conditions& moment = conditions.emplace_back(declared);
-    const MeasuredPoint point = MeasuredPointFromRow(row, table.recorded);
+    effects::Conditions& moment = conditions.emplace_back(declared);
+    const model::MeasuredPoint point = MeasuredPointFromRow(row, table.recorded);
     moment.q = point.q;
     moment.qd = point.qd;
     moment.qdd = point.qdd;
@@ -93,4 +95,4 @@ std::vector<Conditions> ConditionsOf(const CellModel& cell, const MeasuredTable&
   return conditions;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::table

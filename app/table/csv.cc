@@ -14,7 +14,7 @@
 #include "drivers/files/open_failure.h"
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::table {
 namespace {
 
 constexpr double kMaxNumber = 1e12;            // no measurement is larger
@@ -46,21 +46,21 @@ struct Column {
   double to_si = 1;
 };
 
-Quantity QuantityOf(JointQuantity quantity) {
+Quantity QuantityOf(model::JointQuantity quantity) {
   switch (quantity) {
-    case JointQuantity::kPosition:
+    case model::JointQuantity::kPosition:
       return Quantity::kQ;
-    case JointQuantity::kVelocity:
+    case model::JointQuantity::kVelocity:
       return Quantity::kQd;
-    case JointQuantity::kAcceleration:
+    case model::JointQuantity::kAcceleration:
       return Quantity::kQdd;
-    case JointQuantity::kTorque:
+    case model::JointQuantity::kTorque:
       return Quantity::kTau;
   }
   return Quantity::kUnused;
 }
 
-std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
+std::vector<Column> KnownColumns(const std::vector<model::Joint>& joints) {
   std::vector<Column> columns = {{"session", Quantity::kSession},
                                  {"t_s", Quantity::kTime},
                                  {"payload_kg", Quantity::kPayload},
@@ -79,9 +79,9 @@ std::vector<Column> KnownColumns(const std::vector<Joint>& joints) {
                                  {"measure", Quantity::kUnused}};
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const int index = static_cast<int>(i);
-    for (const JointColumnForm& form : kJointColumnForms) {
+    for (const model::JointColumnForm& form : model::kJointColumnForms) {
       if (form.type != joints[i].type) continue;
-      columns.push_back({JointColumnName(form.quantity, form.type, index),
+      columns.push_back({model::JointColumnName(form.quantity, form.type, index),
                          QuantityOf(form.quantity), index, form.to_SI});
     }
   }
@@ -141,7 +141,8 @@ void SplitFields(std::string_view line, std::vector<std::string_view>& fields) {
 /// Parses one table: the header defines the columns, then each line yields a row or a warning.
 class TableReader {
  public:
-  TableReader(std::string file, const std::vector<Joint>& joints, FaultList& faults, TableUse use)
+  TableReader(std::string file, const std::vector<model::Joint>& joints, config::FaultList& faults,
+              TableUse use)
       : joint_count_(static_cast<int>(joints.size())),
         use_(use),
         known_(KnownColumns(joints)),
@@ -169,7 +170,7 @@ class TableReader {
   int joint_count_;
   TableUse use_;
   std::vector<Column> known_;
-  FaultList& faults_;
+  config::FaultList& faults_;
   std::vector<Column> columns_;
   std::vector<std::string_view> fields_;
   bool header_faulty_ = false;
@@ -180,7 +181,8 @@ class TableReader {
 
 void TableReader::AddHeaderFault(std::string_view column, std::string what) {
   header_faulty_ = true;
-  faults_.Add({Fault::Severity::kFault, table_.file, 1, ShownName(column), std::move(what)});
+  faults_.Add(
+      {config::Fault::Severity::kFault, table_.file, 1, ShownName(column), std::move(what)});
 }
 
 /// Suggests a missing column that an unknown one may be a misspelling of.
@@ -193,7 +195,7 @@ std::string TableReader::DidYouMean(std::string_view name) const {
       absent.push_back(column.name);
     }
   }
-  const std::string nearest = NearestWord(name, absent, 0);
+  const std::string nearest = config::NearestWord(name, absent, 0);
   return nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest);
 }
 
@@ -207,22 +209,22 @@ void TableReader::AddColumn(std::string_view name) {
     columns_.push_back(*known);
     return;
   }
-  if (ResemblesJointColumn(name)) {
+  if (model::ResemblesJointColumn(name)) {
     AddHeaderFault(name,
                    fmt::format("does not fit the cell: it has {} joints, revolute ones in deg "
                                "and Nm, prismatic ones in mm and N",
                                joint_count_));
   } else if (name.empty()) {
     columns_.push_back({"", Quantity::kUnused});
-    faults_.Add(
-        {Fault::Severity::kWarning, table_.file, 1, "", "a column without a name is ignored"});
+    faults_.Add({config::Fault::Severity::kWarning, table_.file, 1, "",
+                 "a column without a name is ignored"});
   } else {
     columns_.push_back(
         {std::string(name), Quantity::kFurther, static_cast<int>(table_.further.size())});
     table_.further.emplace_back(name);
     if (name == "tilt_x_deg" || name == "tilt_y_deg") return;  // an effect reads them by name
     faults_.Add(
-        {Fault::Severity::kWarning, table_.file, 1, ShownName(name),
+        {config::Fault::Severity::kWarning, table_.file, 1, ShownName(name),
          "is not a column of the format: treated as an additional signal" + DidYouMean(name)});
   }
 }
@@ -366,8 +368,8 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       row.tau[column.index] = value;
       break;
     case Quantity::kPayload:
-      if (value < 0 || value > kMaxPayload_kg) {
-        return fmt::format("{:g} is outside 0..{:g}", value, kMaxPayload_kg);
+      if (value < 0 || value > loads::kMaxPayload_kg) {
+        return fmt::format("{:g} is outside 0..{:g}", value, loads::kMaxPayload_kg);
       }
       row.payload_kg = value;
       break;
@@ -399,7 +401,7 @@ std::string TableReader::Store(const Column& column, std::string_view field,
 
 void TableReader::Skip(int line, std::string_view column, const std::string& reason) {
   table_.unreadable_lines.push_back(line);
-  faults_.Add({Fault::Severity::kWarning, table_.file, line, std::string(column),
+  faults_.Add({config::Fault::Severity::kWarning, table_.file, line, std::string(column),
                reason + "; row not used"});
 }
 
@@ -489,7 +491,7 @@ void TableReader::WarnIfInMetres() {
   double farthest_m = 0;
   for (const MeasuredRow& row : table_.rows) farthest_m = std::max(farthest_m, row.p_WT.norm());
   if (farthest_m == 0 || farthest_m >= kMinCellSize_m) return;
-  faults_.Add({Fault::Severity::kWarning, table_.file, 1, "x_mm",
+  faults_.Add({config::Fault::Severity::kWarning, table_.file, 1, "x_mm",
                fmt::format("no point is farther than {:.3g} mm from the origin: it looks like "
                            "metres; write mm (a factor of 1000)",
                            farthest_m / kMetrePerMm)});
@@ -505,7 +507,8 @@ MeasuredTable TableReader::Take() {
       return std::isinf(row.further[i]);
     });
     if (bad == rows_.end()) continue;
-    faults_.Add({Fault::Severity::kWarning, table_.file, bad->line, ShownName(table_.further[i]),
+    faults_.Add({config::Fault::Severity::kWarning, table_.file, bad->line,
+                 ShownName(table_.further[i]),
                  "is not a column of the format, and not a number here: the column is ignored"});
     DropFurther(i, rows_, table_);
   }
@@ -527,8 +530,8 @@ MeasuredTable TableReader::Take() {
 }  // namespace
 
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
-                                          const std::vector<Joint>& joints, FaultList& faults,
-                                          TableUse use) {
+                                          const std::vector<model::Joint>& joints,
+                                          config::FaultList& faults, TableUse use) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
     text.remove_prefix(kByteOrderMark.size());
@@ -539,14 +542,16 @@ std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::stri
   return reader.Take();
 }
 
-std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vector<Joint>& joints,
-                                       FaultList& faults, TableUse use) {
-  const Result<std::string> text = ReadTextFile(path);
+std::optional<MeasuredTable> ReadTable(const std::string& path,
+                                       const std::vector<model::Joint>& joints,
+                                       config::FaultList& faults, TableUse use) {
+  const Result<std::string> text = config::ReadTextFile(path);
   if (!text) {
-    faults.Add({Fault::Severity::kFault, path, 0, "", ReadErrorText(path, text.error())});
+    faults.Add(
+        {config::Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
     return std::nullopt;
   }
   return TableFromCsv(*text, path, joints, faults, use);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::table

@@ -11,7 +11,7 @@
 #include "app/config/fault.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::table {
 
 /// Columns that a table has. Values of columns that are false were not recorded and must not be
 /// used.
@@ -37,11 +37,11 @@ struct MeasuredRow {
   int line = 0;  ///< line number in the file; the header is line 1
   std::string session;
   double t_s = 0;
-  JointVector q;          ///< [rad] or [m]
-  JointVector qd;         ///< [rad/s] or [m/s]
-  JointVector qdd;        ///< [rad/s^2] or [m/s^2]
-  JointVector tau;        ///< [N m] or [N]
-  double q_step_rad = 0;  ///< resolution of the registers that q was read from; 0: negligible
+  model::JointVector q;    ///< [rad] or [m]
+  model::JointVector qd;   ///< [rad/s] or [m/s]
+  model::JointVector qdd;  ///< [rad/s^2] or [m/s^2]
+  model::JointVector tau;  ///< [N m] or [N]
+  double q_step_rad = 0;   ///< resolution of the registers that q was read from; 0: negligible
   double payload_kg = 0;
   double temp_C = 0;
   Vec3 p_WT = Vec3::Zero();  ///< measured tip [m]
@@ -91,11 +91,14 @@ enum class TableUse {
 ///                unknown column and each row that cannot be read, with line and reason
 /// @return        the table; nullopt if the header has a fault
 std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::string& file,
-                                          const std::vector<Joint>& joints, FaultList& faults,
+                                          const std::vector<model::Joint>& joints,
+                                          config::FaultList& faults,
                                           TableUse use = TableUse::kMeasured);
 
 /// Reads and parses a file; a file that cannot be read is a fault.
-std::optional<MeasuredTable> ReadTable(const std::string& path, const std::vector<Joint>& joints,
-                                       FaultList& faults, TableUse use = TableUse::kMeasured);
+std::optional<MeasuredTable> ReadTable(const std::string& path,
+                                       const std::vector<model::Joint>& joints,
+                                       config::FaultList& faults,
+                                       TableUse use = TableUse::kMeasured);
 
-}  // namespace plumbline
+}  // namespace plumbline::table

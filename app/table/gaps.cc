@@ -10,7 +10,7 @@
 
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::table {
 namespace {
 
 constexpr std::size_t kMinSteps = 8;  // to accept a row counter or a regular clock
@@ -95,9 +95,9 @@ void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& 
     if (std::isfinite(interval_s) && interval_s > 0) intervals_s.push_back(interval_s);
   }
   if (intervals_s.size() < kMinSteps) return;
-  const double usual_s = MedianOf(intervals_s);
+  const double usual_s = statistics::MedianOf(intervals_s);
   for (double& interval_s : intervals_s) interval_s = std::abs(interval_s - usual_s);
-  if (kToStandardDeviation * MedianOf(intervals_s) > kRegularClock * usual_s) return;
+  if (kToStandardDeviation * statistics::MedianOf(intervals_s) > kRegularClock * usual_s) return;
   std::size_t places = 0;
   int first_line = 0;
   for (const Step& step : steps) {
@@ -159,16 +159,16 @@ double Interpolated(std::vector<MeasuredRow>& rows, const Neighbours& of, std::s
   return std::lerp(cell(rows[*of.before]), cell(rows[*of.after]), share);
 }
 
-void Warn(MeasuredTable& table, FaultList& faults, int line, const std::string& column,
+void Warn(MeasuredTable& table, config::FaultList& faults, int line, const std::string& column,
           const std::string& what) {
-  faults.Add({Fault::Severity::kWarning, table.file, line, column, what});
+  faults.Add({config::Fault::Severity::kWarning, table.file, line, column, what});
   table.notes.push_back(fmt::format("{} {}", column, what));
 }
 
 /// Interpolates the empty cells of a slowly varying signal.
 /// @return  false if the column has too few values, or none in some session: it then counts as not
 ///          recorded, and all its cells are zero
-bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults,
+bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::FaultList& faults,
               const std::string& column, const Cell& cell, bool over_time) {
   const std::vector<std::size_t> empty = EmptyRows(rows, table, cell);
   if (empty.empty()) return true;
@@ -198,7 +198,7 @@ void DiscardMeasurement(MeasuredRow& row) {
   row.has_point = row.has_range = row.has_orientation = false;
 }
 
-void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults) {
+void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::FaultList& faults) {
   const Cell cell = [](MeasuredRow& row) -> double& { return row.payload_kg; };
   const std::vector<std::size_t> empty = EmptyRows(rows, table, cell);
   if (empty.empty()) return;
@@ -227,8 +227,8 @@ void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList
 
 /// Discards incomplete joint vectors.
 /// @param essential  whether a row without the vector loses its measurement, too
-void FillJoints(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults,
-                const char* column, JointVector MeasuredRow::*vector, bool essential) {
+void FillJoints(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::FaultList& faults,
+                const char* column, model::JointVector MeasuredRow::*vector, bool essential) {
   std::size_t count = 0;
   int line = 0;
   for (MeasuredRow& row : rows) {
@@ -260,7 +260,8 @@ void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table) {
   table.breaks.erase(std::unique(table.breaks.begin(), table.breaks.end()), table.breaks.end());
 }
 
-void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults) {
+void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table,
+                    config::FaultList& faults) {
   RecordedColumns& recorded = table.recorded;
   if (recorded.time) {
     const Cell cell = [](MeasuredRow& row) -> double& { return row.t_s; };
@@ -290,4 +291,4 @@ void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultL
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::table

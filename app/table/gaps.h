@@ -7,7 +7,7 @@
 #include "app/config/fault.h"
 #include "app/table/csv.h"
 
-namespace plumbline {
+namespace plumbline::table {
 
 /// Finds where lines were lost, and adds those places to `table.breaks` and to its notes:
 ///  - an additional column of integers that increases by one in at least half of the steps is a row
@@ -30,9 +30,10 @@ void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table);
 ///  - tau: the row counts as unmeasured, because the joints deflect under their torque;
 ///  - q_step: the largest of the column.
 /// Each repair is reported once for each column, as a warning and in the notes.
-void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table, FaultList& faults);
+void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table,
+                    config::FaultList& faults);
 
 /// Removes an additional column from the rows and the table.
 void DropFurther(std::size_t column, std::vector<MeasuredRow>& rows, MeasuredTable& table);
 
-}  // namespace plumbline
+}  // namespace plumbline::table

@@ -1,9 +1,9 @@
 #include "app/table/measured_point_from_row.h"
 
-namespace plumbline {
+namespace plumbline::table {
 
-MeasuredPoint MeasuredPointFromRow(const MeasuredRow& row, const RecordedColumns& recorded) {
-  MeasuredPoint point;
+model::MeasuredPoint MeasuredPointFromRow(const MeasuredRow& row, const RecordedColumns& recorded) {
+  model::MeasuredPoint point;
   point.q = row.q;
   if (recorded.time) point.t_s = row.t_s;
   if (recorded.qd) point.qd = row.qd;
@@ -18,4 +18,4 @@ MeasuredPoint MeasuredPointFromRow(const MeasuredRow& row, const RecordedColumns
   return point;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::table

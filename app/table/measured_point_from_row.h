@@ -4,10 +4,10 @@
 #include "app/table/csv.h"
 #include "firmware-like/model/measured_point.h"
 
-namespace plumbline {
+namespace plumbline::table {
 
 /// Values that the table did not record or the row lacks are absent.
 /// @param recorded  columns of the row's table
-MeasuredPoint MeasuredPointFromRow(const MeasuredRow& row, const RecordedColumns& recorded);
+model::MeasuredPoint MeasuredPointFromRow(const MeasuredRow& row, const RecordedColumns& recorded);
 
-}  // namespace plumbline
+}  // namespace plumbline::table

@@ -10,7 +10,7 @@
 #include "app/text/nesting.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::text {
 
 /// The parsed value, or the error: "is not JSON", or the line where it is nested too deeply.
 template <typename Json = nlohmann::json>
@@ -30,4 +30,4 @@ Json JsonOrNull(std::string_view text) {
   return json ? std::move(json).value() : Json();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::text

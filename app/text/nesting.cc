@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace plumbline {
+namespace plumbline::text {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
@@ -211,4 +211,4 @@ std::string NestedTooDeepText() {
       kMaxNestingDepth);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::text

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::text {
 
 /// Largest allowed depth of tables and lists: the parts of a table header, those of a dotted key
 /// and the brackets around a value, added up. Files of this product have at most 6.
@@ -25,4 +25,4 @@ std::optional<int> LineNestedTooDeepInJson(std::string_view text);
 /// Error message for such a text, with the remedy.
 std::string NestedTooDeepText();
 
-}  // namespace plumbline
+}  // namespace plumbline::text

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr std::size_t kMaxStartTags = 3;
@@ -46,7 +46,7 @@ std::vector<CornerSet> SetsOf(const std::vector<Observation>& observations) {
 }
 
 /// Whether the corners of some tag are too far from their projections.
-bool HasOutlier(const KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
+bool HasOutlier(const lens::KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
                 double place_sd_m) {
   return std::any_of(sets.begin(), sets.end(), [&](const CornerSet& set) {
     double square = 0;
@@ -62,7 +62,7 @@ bool HasOutlier(const KnownLens& lens, const Pose& X_CK, const std::vector<Corne
 }
 
 /// Index of the tag without which the others agree best.
-std::size_t FindOutlier(const KnownLens& lens, const std::vector<CornerSet>& sets,
+std::size_t FindOutlier(const lens::KnownLens& lens, const std::vector<CornerSet>& sets,
                         const Pose& start) {
   std::size_t outlier = 0;
   double least = std::numeric_limits<double>::infinity();
@@ -75,7 +75,8 @@ std::size_t FindOutlier(const KnownLens& lens, const std::vector<CornerSet>& set
   return outlier;
 }
 
-std::vector<Pose> StartsOf(const KnownLens& lens, const std::vector<Observation>& observations) {
+std::vector<Pose> StartsOf(const lens::KnownLens& lens,
+                           const std::vector<Observation>& observations) {
   std::vector<Pose> starts;
   for (std::size_t i = 0; i < std::min(observations.size(), kMaxStartTags); ++i) {
     const BodyTag& on_body = *observations[i].on_body;
@@ -111,7 +112,7 @@ const Body* TagDatabase::BodyOf(int id) const {
   return nullptr;
 }
 
-std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
+std::optional<SeenBody> LocateBody(const lens::KnownLens& lens, const Body& body,
                                    const std::vector<SeenTag>& tags,
                                    const std::optional<Pose>& previous) {
   std::vector<Observation> observations = ObservationsOf(body, tags);
@@ -144,4 +145,4 @@ std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
   return seen;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

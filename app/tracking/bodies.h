@@ -8,7 +8,7 @@
 #include "app/tracking/tag_detector.h"
 #include "app/tracking/tag_pose.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// A tag on a body K, with the pose of its frame M (see tag_pose.h).
 struct BodyTag {
@@ -60,8 +60,8 @@ struct SeenBody {
 /// without which the others agree best is excluded, as long as two remain. An id detected twice in
 /// the image is not used.
 /// @return  nullopt if none of its tags is visible, or no pose fits
-std::optional<SeenBody> LocateBody(const KnownLens& lens, const Body& body,
+std::optional<SeenBody> LocateBody(const lens::KnownLens& lens, const Body& body,
                                    const std::vector<SeenTag>& tags,
                                    const std::optional<Pose>& previous);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -7,31 +7,32 @@
 
 #include "app/tracking/edge_profile.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 /// Outward deflection of the image of a straight side at its middle [px].
-double BowAtMiddle(const Lens& lens, const Vec2& from, const Vec2& to, const Vec2& normal) {
-  const auto a = NormalisedOfPixel(lens, from), b = NormalisedOfPixel(lens, to);
+double BowAtMiddle(const lens::Lens& lens, const lens::Vec2& from, const lens::Vec2& to,
+                   const lens::Vec2& normal) {
+  const auto a = lens::NormalisedOfPixel(lens, from), b = lens::NormalisedOfPixel(lens, to);
   if (!a || !b) return 0;
   // Evaluated near the middle, where a displacement along the side does not matter.
-  return normal.dot(PixelOfNormalised<double>(lens, 0.5 * (*a + *b)) - 0.5 * (from + to));
+  return normal.dot(lens::PixelOfNormalised<double>(lens, 0.5 * (*a + *b)) - 0.5 * (from + to));
 }
 
 }  // namespace
 
-std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners& rough, int cells,
-                                            const Lens* lens) {
+std::optional<RefinedCorners> RefineCorners(const lens::LumaView& image, const Corners& rough,
+                                            int cells, const lens::Lens* lens) {
   std::array<EdgeFit, 4> fits;
-  std::array<Vec2, 4> direction, normal;
+  std::array<lens::Vec2, 4> direction, normal;
   std::array<double, 4> length{};
   RefinedCorners refined;
   for (Eigen::Index k = 0; k < 4; ++k) {
-    const Vec2 side = rough[(k + 1) % 4] - rough[k];
+    const lens::Vec2 side = rough[(k + 1) % 4] - rough[k];
     length[k] = side.norm();
     if (!(length[k] > 4)) return std::nullopt;
     direction[k] = side / length[k];
-    normal[k] = Vec2(direction[k].y(), -direction[k].x());
+    normal[k] = lens::Vec2(direction[k].y(), -direction[k].x());
   }
   for (Eigen::Index k = 0; k < 4; ++k) {
     // Cell size across this side, at the narrower end of the tag.
@@ -59,9 +60,9 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
     N.row(1) = normal[k] - (a.d1 - a.d0) / length[k] * direction[k];
     if (std::abs(N.determinant()) < 0.1) return std::nullopt;
     const Eigen::Matrix2d inverse = N.inverse();
-    refined.corners[k] = rough[k] + inverse * Vec2(b.d1, a.d0);
+    refined.corners[k] = rough[k] + inverse * lens::Vec2(b.d1, a.d0);
     // The end of side k determines corner k + 1, its start corner k.
-    const Vec2 by_start = inverse.col(1), by_end_of_before = inverse.col(0);
+    const lens::Vec2 by_start = inverse.col(1), by_end_of_before = inverse.col(0);
     const Eigen::Index next = (k + 1) % 4;
     refined.covariance.block<2, 2>(2 * k, 2 * k) +=
         by_start * a.covariance(0, 0) * by_start.transpose() +
@@ -69,7 +70,7 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
     Eigen::Matrix2d N_next;
     N_next.row(0) = normal[k] - (a.d1 - a.d0) / length[k] * direction[k];
     N_next.row(1) = normal[next] - (fits[next].d1 - fits[next].d0) / length[next] * direction[next];
-    const Vec2 by_end = N_next.inverse().col(0);
+    const lens::Vec2 by_end = N_next.inverse().col(0);
     const Eigen::Matrix2d shared = by_start * a.covariance(0, 1) * by_end.transpose();
     refined.covariance.block<2, 2>(2 * k, 2 * next) += shared;
     refined.covariance.block<2, 2>(2 * next, 2 * k) += shared.transpose();
@@ -77,4 +78,4 @@ std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners
   return refined;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

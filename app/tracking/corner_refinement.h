@@ -6,7 +6,7 @@
 #include "app/tracking/quads.h"
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// Covariance of four corners (u0, v0, u1, v1, ..) [px^2]. Neighbouring corners share a side and
 /// are therefore correlated.
@@ -29,7 +29,7 @@ struct RefinedCorners {
 /// @param cells  per side, including the border
 /// @param lens   null if unknown: sides are then assumed to be straight in the image
 /// @return       nullopt if a side has too few pixels or its edge cannot be fitted
-std::optional<RefinedCorners> RefineCorners(const LumaView& image, const Corners& rough, int cells,
-                                            const Lens* lens);
+std::optional<RefinedCorners> RefineCorners(const lens::LumaView& image, const Corners& rough,
+                                            int cells, const lens::Lens* lens);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

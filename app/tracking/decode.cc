@@ -5,7 +5,7 @@
 
 #include "app/tracking/luma_sampling.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
@@ -16,10 +16,10 @@ constexpr int kMaxCells = 11;  // per side, including the surrounding ring
 /// Grey levels of all cells and of a ring around them.
 class Cells {
  public:
-  Cells(const LumaView& image, const Corners& corners, int cells) : cells_(cells) {
+  Cells(const lens::LumaView& image, const Corners& corners, int cells) : cells_(cells) {
     const Mat3 map = MapOfUnitSquare(corners);
     const auto grey_at = [&](double x, double y) {
-      const Vec2 p = Mapped(map, Vec2(x, y) / cells);
+      const lens::Vec2 p = Mapped(map, lens::Vec2(x, y) / cells);
       return GreyAt(image, p.x(), p.y());
     };
     for (int r = -1; r <= cells; ++r) {
@@ -74,8 +74,8 @@ class Cells {
 
 Mat3 MapOfUnitSquare(const Corners& p) {
   // [P. Heckbert, Fundamentals of texture mapping and image warping, 1989, section 2.2.3]
-  const Vec2 sum = p[0] - p[1] + p[2] - p[3];
-  const Vec2 d1 = p[1] - p[2], d2 = p[3] - p[2];
+  const lens::Vec2 sum = p[0] - p[1] + p[2] - p[3];
+  const lens::Vec2 d1 = p[1] - p[2], d2 = p[3] - p[2];
   const double det = d1.x() * d2.y() - d2.x() * d1.y();
   const double g = (sum.x() * d2.y() - d2.x() * sum.y()) / det;
   const double h = (d1.x() * sum.y() - sum.x() * d1.y()) / det;
@@ -85,12 +85,12 @@ Mat3 MapOfUnitSquare(const Corners& p) {
   return map;
 }
 
-Vec2 Mapped(const Mat3& map, const Vec2& point) {
+lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point) {
   const Vec3 q = map * Vec3(point.x(), point.y(), 1);
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-std::optional<DecodedTag> DecodeCells(const LumaView& image, const TagFamily& family,
+std::optional<DecodedTag> DecodeCells(const lens::LumaView& image, const TagFamily& family,
                                       const Corners& corners, double min_contrast) {
   const int n = family.cells();
   const Cells cells(image, corners, n);
@@ -126,4 +126,4 @@ std::optional<DecodedTag> DecodeCells(const LumaView& image, const TagFamily& fa
   return DecodedTag{*code, contrast};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -8,14 +8,14 @@
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// Homography that maps the unit square's corners (0,0), (1,0), (1,1), (0,1) to four points, no
 /// three of which are collinear.
 Mat3 MapOfUnitSquare(const Corners& corners);
 
 /// Applies a homography to a point.
-Vec2 Mapped(const Mat3& map, const Vec2& point);
+lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point);
 
 struct DecodedTag {
   TagCode code;
@@ -27,7 +27,7 @@ struct DecodedTag {
 /// in 14 border cells may be bright, and one in 6 of the surrounding samples dark.
 /// @param min_contrast  [grey levels]
 /// @return              nullopt if the quadrilateral is not a tag of the family
-std::optional<DecodedTag> DecodeCells(const LumaView& image, const TagFamily& family,
+std::optional<DecodedTag> DecodeCells(const lens::LumaView& image, const TagFamily& family,
                                       const Corners& corners, double min_contrast);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

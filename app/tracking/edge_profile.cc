@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr int kParameters = 7;           // d0, d1, log sigma, B, b, A, a
@@ -54,11 +54,11 @@ struct Sample {
   double d, s, grey;  ///< outward distance from the bowed chord [px]; along it (1); grey level
 };
 
-void CollectSamples(const LumaView& image, const EdgeRegion& region, double reach,
+void CollectSamples(const lens::LumaView& image, const EdgeRegion& region, double reach,
                     double from_corner, std::vector<Sample>& samples) {
-  const Vec2 side = region.end - region.start;
+  const lens::Vec2 side = region.end - region.start;
   const double length = side.norm();
-  const Vec2 t = side / length, n(t.y(), -t.x());
+  const lens::Vec2 t = side / length, n(t.y(), -t.x());
   samples.clear();
   // Scan rows or columns, whichever crosses the edge more steeply.
   const bool by_columns = std::abs(t.x()) > std::abs(t.y());
@@ -76,9 +76,9 @@ void CollectSamples(const LumaView& image, const EdgeRegion& region, double reac
     const int to =
         std::min(most[other], static_cast<int>(std::floor(at + across + std::abs(region.bow_px))));
     for (int j = from; j <= to; ++j) {
-      Vec2 p;
+      lens::Vec2 p;
       p[main] = i, p[other] = j;
-      const Vec2 x = p - region.start;
+      const lens::Vec2 x = p - region.start;
       const double along = t.dot(x), s = along / length;
       if (-region.before.dot(x) < from_corner || -region.after.dot(p - region.end) < from_corner)
         continue;
@@ -168,7 +168,7 @@ std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters
 
 }  // namespace
 
-std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region) {
+std::optional<EdgeFit> FitEdge(const lens::LumaView& image, const EdgeRegion& region) {
   const double length = (region.end - region.start).norm();
   static thread_local std::vector<Sample> samples;
   Parameters x = Parameters::Zero();
@@ -185,4 +185,4 @@ std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region) 
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

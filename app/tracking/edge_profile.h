@@ -5,15 +5,15 @@
 
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// Approximate position of an edge. Its bright outside is to the left when going from start to end
 /// as seen in the image (v downwards).
 struct EdgeRegion {
-  Vec2 start, end;     ///< corners [px], accurate to about half a pixel
-  Vec2 before, after;  ///< outward unit normals of the adjacent sides at start and end
-  double cell_px = 0;  ///< width of the dark zone inside and of the bright zone outside
-  double bow_px = 0;   ///< outward deflection of the edge at its middle
+  lens::Vec2 start, end;     ///< corners [px], accurate to about half a pixel
+  lens::Vec2 before, after;  ///< outward unit normals of the adjacent sides at start and end
+  double cell_px = 0;        ///< width of the dark zone inside and of the bright zone outside
+  double bow_px = 0;         ///< outward deflection of the edge at its middle
 };
 
 /// Fitted edge: it passes start and end at the outward distances d0 and d1.
@@ -26,6 +26,6 @@ struct EdgeFit {
 
 /// See corner_refinement.h for the model. Pixels closer to an adjacent side than three times the
 /// blur are excluded.
-std::optional<EdgeFit> FitEdge(const LumaView& image, const EdgeRegion& region);
+std::optional<EdgeFit> FitEdge(const lens::LumaView& image, const EdgeRegion& region);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

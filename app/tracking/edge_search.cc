@@ -7,7 +7,7 @@
 
 #include "app/tracking/luma_sampling.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr int kMaxProfiles = 24, kMinProfiles = 8;
@@ -18,7 +18,7 @@ constexpr int kMaxReach = 8;
 
 /// A straight line n . p = offset, n pointing outwards.
 struct Line {
-  Vec2 normal;
+  lens::Vec2 normal;
   double offset;
 };
 
@@ -33,11 +33,12 @@ struct Step {
   double across, height;
 };
 
-Step SteepestRise(const LumaView& image, const Vec2& at, const Vec2& normal, int reach) {
+Step SteepestRise(const lens::LumaView& image, const lens::Vec2& at, const lens::Vec2& normal,
+                  int reach) {
   std::array<double, 2 * kMaxReach + 4> grey{};
   const int half = reach + 1;
   for (int k = -half; k <= half + 1; ++k) {
-    const Vec2 p = at + (k - 0.5) * normal;
+    const lens::Vec2 p = at + (k - 0.5) * normal;
     grey[k + half] = GreyAt(image, p.x(), p.y());
   }
   // rise(k) is centred at offset k: two pixels outside minus two inside.
@@ -71,12 +72,12 @@ std::optional<std::pair<double, double>> Fit(const std::array<Place, kMaxProfile
   return std::pair{(y - b * x) / n, b};
 }
 
-std::optional<Line> FitLineNear(const LumaView& image, const EdgeSearch& search, const Vec2& from,
-                                const Vec2& to) {
-  const Vec2 direction = (to - from).normalized();
-  const Vec2 normal(direction.y(), -direction.x());
+std::optional<Line> FitLineNear(const lens::LumaView& image, const EdgeSearch& search,
+                                const lens::Vec2& from, const lens::Vec2& to) {
+  const lens::Vec2 direction = (to - from).normalized();
+  const lens::Vec2 normal(direction.y(), -direction.x());
   const double length = (to - from).norm();
-  const Vec2 middle = 0.5 * (from + to);
+  const lens::Vec2 middle = 0.5 * (from + to);
   const int count = std::clamp(static_cast<int>(0.5 * length), kMinProfiles, kMaxProfiles);
   const int reach = std::clamp(static_cast<int>(search.reach_px), 1, kMaxReach);
   std::array<Place, kMaxProfiles> places{};
@@ -109,13 +110,13 @@ std::optional<Line> FitLineNear(const LumaView& image, const EdgeSearch& search,
   const auto kept = std::count_if(places.begin(), places.begin() + count,
                                   [](const Place& place) { return place.used; });
   if (!fit || static_cast<double>(kept) < search.min_share * count) return std::nullopt;
-  const Vec2 turned = (normal - fit->second * direction).normalized();
+  const lens::Vec2 turned = (normal - fit->second * direction).normalized();
   return Line{turned, turned.dot(middle + fit->first * normal)};
 }
 
 }  // namespace
 
-bool SnapToEdges(const LumaView& image, const EdgeSearch& search, Corners& corners) {
+bool SnapToEdges(const lens::LumaView& image, const EdgeSearch& search, Corners& corners) {
   std::array<Line, 4> lines;
   for (int k = 0; k < 4; ++k) {
     const auto line = FitLineNear(image, search, corners[k], corners[(k + 1) % 4]);
@@ -128,11 +129,11 @@ bool SnapToEdges(const LumaView& image, const EdgeSearch& search, Corners& corne
     Eigen::Matrix2d N;
     N << before.normal.transpose(), after.normal.transpose();
     if (std::abs(N.determinant()) < 0.15) return false;
-    snapped[k] = N.inverse() * Vec2(before.offset, after.offset);
+    snapped[k] = N.inverse() * lens::Vec2(before.offset, after.offset);
     if ((snapped[k] - corners[k]).norm() > 3 * search.reach_px) return false;
   }
   corners = snapped;
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

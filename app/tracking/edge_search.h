@@ -4,7 +4,7 @@
 #include "app/tracking/quads.h"
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 struct EdgeSearch {
   double reach_px = 4;     ///< search range on either side of the rough side
@@ -16,6 +16,6 @@ struct EdgeSearch {
 /// 24 profiles across each side, a straight line through them without outliers, and the
 /// intersections of these lines.
 /// @return  true if all four sides follow an edge; otherwise the quadrilateral is not a tag
-bool SnapToEdges(const LumaView& image, const EdgeSearch& search, Corners& corners);
+bool SnapToEdges(const lens::LumaView& image, const EdgeSearch& search, Corners& corners);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -5,10 +5,10 @@
 
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// Grey level at (u, v); positions outside the image are clamped to its border.
-inline double GreyAt(const LumaView& image, double u, double v) {
+inline double GreyAt(const lens::LumaView& image, double u, double v) {
   u = std::clamp(u, 0.0, static_cast<double>(image.width - 1));
   v = std::clamp(v, 0.0, static_cast<double>(image.height - 1));
   const int i = std::min(static_cast<int>(u), image.width - 2);
@@ -19,4 +19,4 @@ inline double GreyAt(const LumaView& image, double u, double v) {
   return (1 - b) * ((1 - a) * upper[0] + a * upper[1]) + b * ((1 - a) * lower[0] + a * lower[1]);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

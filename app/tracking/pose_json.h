@@ -6,7 +6,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 inline nlohmann::ordered_json JsonOfVector(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
@@ -20,4 +20,4 @@ inline nlohmann::ordered_json JsonOfRotation(const Mat3& R) {
   return {q.w(), q.x(), q.y(), q.z()};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

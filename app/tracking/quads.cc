@@ -3,24 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr double kMinShareOfHull = 0.82;  // of the hull's area in the quadrilateral
 constexpr double kMinSide_px = 4;         // of the search image
 constexpr std::size_t kMaxHullPoints = 400;
 
-double Cross(const Vec2& a, const Vec2& b) {
+double Cross(const lens::Vec2& a, const lens::Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
 /// Twice the area of a triangle, positive if a, b, c run clockwise as seen (v downwards).
-double Area2(const Vec2& a, const Vec2& b, const Vec2& c) {
+double Area2(const lens::Vec2& a, const lens::Vec2& b, const lens::Vec2& c) {
   return Cross(b - a, c - a);
 }
 
 /// Adds a point to a hull chain that turns clockwise (sign 1) or counter-clockwise (-1).
-void AddToChain(std::vector<Vec2>& chain, const Vec2& point, double sign) {
+void AddToChain(std::vector<lens::Vec2>& chain, const lens::Vec2& point, double sign) {
   while (chain.size() >= 2 && sign * Area2(chain[chain.size() - 2], chain.back(), point) <= 0) {
     chain.pop_back();
   }
@@ -136,7 +136,7 @@ void QuadFinder::HullOf(const Region& region) {
 bool QuadFinder::LargestQuad(Corners& quad) const {
   const int n = static_cast<int>(hull_.size());
   if (n < 4 || hull_.size() > kMaxHullPoints) return false;
-  const auto at = [&](int i) -> const Vec2& { return hull_[i < n ? i : i - n]; };
+  const auto at = [&](int i) -> const lens::Vec2& { return hull_[i < n ? i : i - n]; };
   double hull_area = 0, best = 0;
   for (int i = 1; i + 1 < n; ++i) hull_area += Area2(hull_[0], hull_[i], hull_[i + 1]);
   int corner[4] = {};
@@ -172,9 +172,9 @@ void QuadFinder::Find(const SearchImage& search, std::vector<Corners>& quads) {
     HullOf(region);
     Corners quad;
     if (!LargestQuad(quad)) continue;
-    for (Vec2& corner : quad) corner = search.ImagePixel(corner.x(), corner.y());
+    for (lens::Vec2& corner : quad) corner = search.ImagePixel(corner.x(), corner.y());
     quads.push_back(quad);
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -6,10 +6,10 @@
 
 #include "app/tracking/threshold.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// Four corners [px], clockwise as seen in the image (v downwards).
-using Corners = std::array<Vec2, 4>;
+using Corners = std::array<lens::Vec2, 4>;
 
 /// Finds the dark regions (4-connected) whose convex hull is nearly a quadrilateral. Only hulls are
 /// examined; SnapToEdges verifies that a hull follows an edge in the image. Reuses its buffers, so
@@ -57,7 +57,7 @@ class QuadFinder {
   std::vector<Run> runs_;
   std::vector<Region> regions_;
   std::vector<Extent> rows_;
-  std::vector<Vec2> right_, left_, hull_;
+  std::vector<lens::Vec2> right_, left_, hull_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -6,7 +6,7 @@
 #include "app/tracking/decode.h"
 #include "app/tracking/tag_pose.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 /// A rotation that takes the z axis to a direction.
@@ -16,7 +16,7 @@ Mat3 RotationOntoDirection(const Vec3& direction) {
 
 /// Least-squares translation p: a corner q = R p_K seen in direction (x, y) gives
 /// p_x - x p_z = x q_z - q_x and p_y - y p_z = y q_z - q_y.
-Vec3 TranslationFor(const Mat3& R, const std::array<Vec2, 4>& normalised,
+Vec3 TranslationFor(const Mat3& R, const std::array<lens::Vec2, 4>& normalised,
                     const std::array<Vec3, 4>& corners) {
   Mat3 normal = Mat3::Zero();
   Vec3 right = Vec3::Zero();
@@ -31,7 +31,7 @@ Vec3 TranslationFor(const Mat3& R, const std::array<Vec2, 4>& normalised,
   return normal.ldlt().solve(right);
 }
 
-double Misfit(const Pose& X, const std::array<Vec2, 4>& normalised,
+double Misfit(const Pose& X, const std::array<lens::Vec2, 4>& normalised,
               const std::array<Vec3, 4>& corners) {
   double sum = 0;
   for (int k = 0; k < 4; ++k) {
@@ -48,14 +48,14 @@ std::array<Vec3, 4> CornersInTag(double side_m) {
   return {Vec3(-h, -h, 0), Vec3(h, -h, 0), Vec3(h, h, 0), Vec3(-h, h, 0)};
 }
 
-std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double side_m) {
+std::vector<Pose> PosesOfSquare(const std::array<lens::Vec2, 4>& normalised, double side_m) {
   Mat3 unit_of_tag;
   unit_of_tag << 1 / side_m, 0, 0.5, 0, 1 / side_m, 0.5, 0, 0, 1;
   Mat3 H = MapOfUnitSquare(normalised) * unit_of_tag;
   if (!H.allFinite() || std::abs(H(2, 2)) < 1e-12) return {};
   H /= H(2, 2);
   // Image of the tag's centre, and the derivative of the homography there.
-  const Vec2 v(H(0, 2), H(1, 2));
+  const lens::Vec2 v(H(0, 2), H(1, 2));
   Eigen::Matrix2d J;
   J << H(0, 0) - H(2, 0) * v.x(), H(0, 1) - H(2, 1) * v.x(), H(1, 0) - H(2, 0) * v.y(),
       H(1, 1) - H(2, 1) * v.y();
@@ -68,7 +68,7 @@ std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double si
   if (!(largest > 1e-12)) return {};
   const Eigen::Matrix2d upper = A / largest;  // upper left 2 x 2 block of the rotation
   const Eigen::Matrix2d rest = Eigen::Matrix2d::Identity() - upper.transpose() * upper;
-  Vec2 b(std::sqrt(std::max(0.0, rest(0, 0))), std::sqrt(std::max(0.0, rest(1, 1))));
+  lens::Vec2 b(std::sqrt(std::max(0.0, rest(0, 0))), std::sqrt(std::max(0.0, rest(1, 1))));
   if (rest(0, 1) < 0) b.y() = -b.y();
 
   const auto corners = CornersInTag(side_m);
@@ -91,4 +91,4 @@ std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double si
   return poses;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

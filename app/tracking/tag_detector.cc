@@ -6,7 +6,7 @@
 #include "app/tracking/decode.h"
 #include "app/tracking/edge_search.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr int kMinImage_px = 12;
@@ -20,7 +20,7 @@ double ShortestSide(const Corners& corners) {
 /// Whether both are the same tag: detected in two parts of the image, or as the inner and outer
 /// outline of its border.
 bool SameTag(const SeenTag& a, const SeenTag& b) {
-  Vec2 between = Vec2::Zero();
+  lens::Vec2 between = lens::Vec2::Zero();
   for (int k = 0; k < 4; ++k) between += 0.25 * (a.corners_px[k] - b.corners_px[k]);
   return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
 }
@@ -40,8 +40,8 @@ TagDetector::TagDetector(TagFamily family, const DetectorSettings& settings)
       threshold_(settings.threshold),
       quads_({.max_regions = settings.max_regions}) {}
 
-void TagDetector::Search(const LumaView& image, const Part& part, bool whole, const Lens* lens,
-                         SeenTags& seen) {
+void TagDetector::Search(const lens::LumaView& image, const Part& part, bool whole,
+                         const lens::Lens* lens, SeenTags& seen) {
   const ImageBox box = WithinImage(part.box, image.size());
   if (std::min(box.width(), box.height()) < kMinImage_px) return;
   MakeSearchImage(image, box, part.shrink, search_);
@@ -80,7 +80,7 @@ void TagDetector::Search(const LumaView& image, const Part& part, bool whole, co
   }
 }
 
-void TagDetector::Detect(const LumaView& image, const Lens* lens, SeenTags& seen) {
+void TagDetector::Detect(const lens::LumaView& image, const lens::Lens* lens, SeenTags& seen) {
   seen.tags.clear();
   seen.limited = false;
   const ImageBox whole{0, 0, image.width, image.height};
@@ -90,8 +90,8 @@ void TagDetector::Detect(const LumaView& image, const Lens* lens, SeenTags& seen
                    [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }
 
-void TagDetector::DetectIn(const LumaView& image, const std::vector<Part>& parts, const Lens* lens,
-                           SeenTags& seen) {
+void TagDetector::DetectIn(const lens::LumaView& image, const std::vector<Part>& parts,
+                           const lens::Lens* lens, SeenTags& seen) {
   seen.tags.clear();
   seen.limited = false;
   for (const Part& part : parts) Search(image, part, false, lens, seen);
@@ -99,4 +99,4 @@ void TagDetector::DetectIn(const LumaView& image, const std::vector<Part>& parts
                    [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -8,7 +8,7 @@
 #include "app/tracking/tag_family.h"
 #include "app/tracking/threshold.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// A detected tag.
 struct SeenTag {
@@ -37,7 +37,7 @@ class TagDetector {
   TagDetector(TagFamily family, const DetectorSettings& settings);
 
   /// Searches the whole image. @param lens  null if unknown; see RefineCorners
-  void Detect(const LumaView& image, const Lens* lens, SeenTags& seen);
+  void Detect(const lens::LumaView& image, const lens::Lens* lens, SeenTags& seen);
 
   /// A part of the image to search, and the reduction factor for it: 1 or 2.
   struct Part {
@@ -45,13 +45,13 @@ class TagDetector {
     int shrink = 2;
   };
   /// Searches only the given parts.
-  void DetectIn(const LumaView& image, const std::vector<Part>& parts, const Lens* lens,
+  void DetectIn(const lens::LumaView& image, const std::vector<Part>& parts, const lens::Lens* lens,
                 SeenTags& seen);
 
   const TagFamily& family() const { return family_; }
 
  private:
-  void Search(const LumaView& image, const Part& part, bool whole, const Lens* lens,
+  void Search(const lens::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
 
   TagFamily family_;
@@ -62,4 +62,4 @@ class TagDetector {
   std::vector<Corners> found_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -8,7 +8,7 @@
 
 #include "app/tracking/tag_codes.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 // Upper bound on the probability that a square of random cells is taken for a tag of the family;
@@ -81,4 +81,4 @@ std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
   return best;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

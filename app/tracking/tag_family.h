@@ -12,7 +12,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 struct TagFamily {
   std::string name;                  ///< as on the command line
@@ -46,4 +46,4 @@ std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read);
 /// The bits read from a tag that is rotated clockwise by a quarter turn.
 std::uint64_t RotatedClockwise(std::uint64_t code, int data_cells);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -6,7 +6,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr int kMaxPoseSteps = 30;
@@ -38,7 +38,7 @@ struct SetDerivatives {
   Eigen::Matrix<double, 8, 3> by_place;  ///< with respect to the set's position in K
 };
 
-std::optional<SetDerivatives> DerivativesOf(const Lens& lens, const CornerSet& set,
+std::optional<SetDerivatives> DerivativesOf(const lens::Lens& lens, const CornerSet& set,
                                             const Eigen::LLT<CornersCovariance>& whitening,
                                             const Pose& X) {
   SetDerivatives d;
@@ -46,15 +46,15 @@ std::optional<SetDerivatives> DerivativesOf(const Lens& lens, const CornerSet& s
     const Vec3 turned = X.R * set.p_K[k];
     const Vec3 p = turned + X.p;
     if (!(p.z() > 1e-6)) return std::nullopt;
-    const Vec2 n = p.head<2>() / p.z();
+    const lens::Vec2 n = p.head<2>() / p.z();
     Eigen::Matrix<double, 2, 3> by_point;
     by_point << 1 / p.z(), 0, -n.x() / p.z(), 0, 1 / p.z(), -n.y() / p.z();
-    by_point = (PixelJacobian(lens, n) * by_point).eval();
+    by_point = (lens::PixelJacobian(lens, n) * by_point).eval();
     d.by_pose.block<2, 3>(2 * k, 0) = by_point;
     d.by_pose.block<2, 3>(2 * k, 3) = -by_point * CrossMatrix(turned);
     d.by_lens.block<2, 9>(2 * k, 0) = PixelByLens(lens, n);
     d.by_place.block<2, 3>(2 * k, 0) = by_point * X.R;
-    d.residual.segment<2>(2 * k) = set.pixels[k] - PixelOfNormalised<double>(lens, n);
+    d.residual.segment<2>(2 * k) = set.pixels[k] - lens::PixelOfNormalised<double>(lens, n);
   }
   const auto L = whitening.matrixL();
   L.solveInPlace(d.by_pose);
@@ -64,7 +64,8 @@ std::optional<SetDerivatives> DerivativesOf(const Lens& lens, const CornerSet& s
   return d;
 }
 
-std::optional<NormalEquations> LinearizeAt(const Lens& lens, const std::vector<CornerSet>& sets,
+std::optional<NormalEquations> LinearizeAt(const lens::Lens& lens,
+                                           const std::vector<CornerSet>& sets,
                                            const Whitening& whitening, const Pose& X) {
   NormalEquations sum;
   for (std::size_t i = 0; i < sets.size(); ++i) {
@@ -81,7 +82,7 @@ std::optional<NormalEquations> LinearizeAt(const Lens& lens, const std::vector<C
 }
 
 /// See PoseEstimate::unit_place_covariance.
-Mat6 UnitPlaceCovariance(const Lens& lens, const std::vector<CornerSet>& sets,
+Mat6 UnitPlaceCovariance(const lens::Lens& lens, const std::vector<CornerSet>& sets,
                          const Whitening& whitening, const Pose& X,
                          const Eigen::LDLT<Mat6>& normal) {
   Mat6 sum = Mat6::Zero();
@@ -100,18 +101,18 @@ Pose ApplyStep(const Pose& X, const Vec6& by) {
 
 }  // namespace
 
-Eigen::Matrix<double, 2, 9> PixelByLens(const Lens& lens, const Vec2& n) {
+Eigen::Matrix<double, 2, 9> PixelByLens(const lens::Lens& lens, const lens::Vec2& n) {
   const double x = n.x(), y = n.y(), r2 = x * x + y * y;
-  const Vec2 undistorted = PixelOfNormalised<double>(lens, n);
+  const lens::Vec2 undistorted = lens::PixelOfNormalised<double>(lens, n);
   Eigen::Matrix<double, 2, 9> J = Eigen::Matrix<double, 2, 9>::Zero();
   J(0, 0) = (undistorted.x() - lens.cx) / lens.fx;
   J(1, 1) = (undistorted.y() - lens.cy) / lens.fy;
   J(0, 2) = J(1, 3) = 1;
-  const Vec2 scale(lens.fx, lens.fy);
+  const lens::Vec2 scale(lens.fx, lens.fy);
   J.col(4) = scale.cwiseProduct(r2 * n);
   J.col(5) = scale.cwiseProduct(r2 * r2 * n);
-  J.col(6) = scale.cwiseProduct(Vec2(2 * x * y, r2 + 2 * y * y));
-  J.col(7) = scale.cwiseProduct(Vec2(r2 + 2 * x * x, 2 * x * y));
+  J.col(6) = scale.cwiseProduct(lens::Vec2(2 * x * y, r2 + 2 * y * y));
+  J.col(7) = scale.cwiseProduct(lens::Vec2(r2 + 2 * x * x, 2 * x * y));
   J.col(8) = scale.cwiseProduct(r2 * r2 * r2 * n);
   return J;
 }
@@ -126,8 +127,8 @@ double AngleBetween(const Pose& a, const Pose& b) {
   return VectorFromRotation(a.R.transpose() * b.R).norm();
 }
 
-std::optional<PoseEstimate> RefinePose(const KnownLens& known, const std::vector<CornerSet>& sets,
-                                       const Pose& start) {
+std::optional<PoseEstimate> RefinePose(const lens::KnownLens& known,
+                                       const std::vector<CornerSet>& sets, const Pose& start) {
   Whitening whitening;
   for (const CornerSet& set : sets) {
     whitening.emplace_back(set.covariance +
@@ -172,7 +173,7 @@ bool PosePair::ambiguous() const {
   return other->chi2 - best.chi2 < kAmbiguityChi2Gain * misfit;
 }
 
-std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<CornerSet>& sets,
+std::optional<PosePair> BestPoses(const lens::KnownLens& lens, const std::vector<CornerSet>& sets,
                                   const std::vector<Pose>& starts) {
   std::vector<PoseEstimate> minima;
   for (const Pose& start : starts) {
@@ -192,17 +193,17 @@ std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<Corne
   return pair;
 }
 
-std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
+std::optional<PosePair> PosesOfTag(const lens::KnownLens& lens, const Corners& pixels,
                                    const CornersCovariance& covariance, double side_m) {
   for (int k = 0; k < 4; ++k) {
-    const Vec2 side = pixels[(k + 1) % 4] - pixels[k];
-    const Vec2 next = pixels[(k + 2) % 4] - pixels[(k + 1) % 4];
+    const lens::Vec2 side = pixels[(k + 1) % 4] - pixels[k];
+    const lens::Vec2 next = pixels[(k + 2) % 4] - pixels[(k + 1) % 4];
     const double turn = side.x() * next.y() - side.y() * next.x();
     if (!(turn > kMinCornerSine * side.norm() * next.norm())) return std::nullopt;
   }
-  std::array<Vec2, 4> normalised;
+  std::array<lens::Vec2, 4> normalised;
   for (int k = 0; k < 4; ++k) {
-    const auto n = NormalisedOfPixel(lens.lens, pixels[k]);
+    const auto n = lens::NormalisedOfPixel(lens.lens, pixels[k]);
     if (!n) return std::nullopt;
     normalised[k] = *n;
   }
@@ -210,4 +211,4 @@ std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
                    PosesOfSquare(normalised, side_m));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/lens/known_lens.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
@@ -51,12 +51,12 @@ Mat3 PointCovariance(const PoseEstimate& estimate, const Vec3& p_KQ);
 /// @param normalised  normalized image coordinates of the corners (1)
 /// @return            the one with the smaller reprojection error first; empty if the corners are
 ///                    degenerate
-std::vector<Pose> PosesOfSquare(const std::array<Vec2, 4>& normalised, double side_m);
+std::vector<Pose> PosesOfSquare(const std::array<lens::Vec2, 4>& normalised, double side_m);
 
 /// Minimizes chi2 from a start by Levenberg-Marquardt.
 /// @return  nullopt unless it converges with every corner in front of the camera
-std::optional<PoseEstimate> RefinePose(const KnownLens& lens, const std::vector<CornerSet>& sets,
-                                       const Pose& start);
+std::optional<PoseEstimate> RefinePose(const lens::KnownLens& lens,
+                                       const std::vector<CornerSet>& sets, const Pose& start);
 
 /// The best pose and, if there is a second minimum, the next best.
 struct PosePair {
@@ -69,11 +69,11 @@ struct PosePair {
 };
 
 /// Refines each start; minima within 3 standard deviations of each other count as one.
-std::optional<PosePair> BestPoses(const KnownLens& lens, const std::vector<CornerSet>& sets,
+std::optional<PosePair> BestPoses(const lens::KnownLens& lens, const std::vector<CornerSet>& sets,
                                   const std::vector<Pose>& starts);
 
 /// Both poses of a single tag. @return  nullopt if its corners are not those of a square, clockwise
-std::optional<PosePair> PosesOfTag(const KnownLens& lens, const Corners& pixels,
+std::optional<PosePair> PosesOfTag(const lens::KnownLens& lens, const Corners& pixels,
                                    const CornersCovariance& covariance, double side_m);
 
 /// Rotation angle between two poses [rad].
@@ -81,6 +81,6 @@ double AngleBetween(const Pose& a, const Pose& b);
 
 /// Derivative of a pixel with respect to the lens parameters [px per unit], in the order of
 /// LensCovariance.
-Eigen::Matrix<double, 2, 9> PixelByLens(const Lens& lens, const Vec2& normalised);
+Eigen::Matrix<double, 2, 9> PixelByLens(const lens::Lens& lens, const lens::Vec2& normalised);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

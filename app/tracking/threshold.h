@@ -7,7 +7,7 @@
 
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// A part of an image: columns u0 <= u < u1, rows v0 <= v < v1.
 struct ImageBox {
@@ -18,7 +18,7 @@ struct ImageBox {
 };
 
 /// The intersection of `box` with an image of that size.
-ImageBox WithinImage(const ImageBox& box, ImageSize size);
+ImageBox WithinImage(const ImageBox& box, lens::ImageSize size);
 
 /// A noise-reduced part of the image: means of 2 x 2 pixels (shrink 2), or full resolution with a
 /// binomial 1-2-1 filter in both directions (shrink 1).
@@ -29,14 +29,15 @@ struct SearchImage {
   std::vector<std::uint8_t> grey, dark;
 
   /// Position in the full image of (x, y) in this one; both have integers at pixel centres.
-  Vec2 ImagePixel(double x, double y) const {
+  lens::Vec2 ImagePixel(double x, double y) const {
     const double half = 0.5 * (shrink - 1);
     return {u0 + shrink * x + half, v0 + shrink * y + half};
   }
 };
 
 /// Fills `search` with a part of the image.
-void MakeSearchImage(const LumaView& image, const ImageBox& box, int shrink, SearchImage& search);
+void MakeSearchImage(const lens::LumaView& image, const ImageBox& box, int shrink,
+                     SearchImage& search);
 
 /// Classifies pixels as dark or bright.
 class Threshold {
@@ -65,4 +66,4 @@ class Threshold {
   std::vector<std::uint8_t> lowest_, highest_, level_;  ///< by tile
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -9,7 +9,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -36,7 +36,8 @@ Json FrameJson(const TrackedFrame& frame) {
   Json tags = Json::array(), bodies = Json::array();
   for (const TrackedTag& tag : frame.tags) {
     Json corners = Json::array();
-    for (const Vec2& corner : tag.seen.corners_px) corners.push_back({corner.x(), corner.y()});
+    for (const lens::Vec2& corner : tag.seen.corners_px)
+      corners.push_back({corner.x(), corner.y()});
     tags.push_back({{"id", tag.seen.id},
                     {"corners_px", corners},
                     {"pose", tag.estimate ? PoseJson(*tag.estimate) : Json(nullptr)},
@@ -79,4 +80,4 @@ std::string TrackText(const TrackedFrame& frame) {
   return text;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

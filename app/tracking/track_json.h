@@ -6,7 +6,7 @@
 
 #include "app/tracking/tracker.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// {"tags": [{"id", "corners_px", "pose", "ambiguous"}], "bodies": [{"name", "pose", "ambiguous",
 /// "tags", "left_out"}]}. pose is {"t_mm", "quaternion_wxyz", "sd": {"t_mm", "rotation_deg"}}: the
@@ -21,4 +21,4 @@ std::string TrackJsonLine(const TrackedFrame& frame, double t_s, std::uint64_t s
 /// A table for people.
 std::string TrackText(const TrackedFrame& frame);
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::tracking {
 namespace {
 
 constexpr double kSmallTag_px = 60;  // smaller tags are searched at full resolution
@@ -19,8 +19,8 @@ double LongestSide(const Corners& corners) {
 }
 
 ImageBox BoxAround(const Corners& corners, double margin) {
-  Vec2 low = corners[0], high = corners[0];
-  for (const Vec2& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+  lens::Vec2 low = corners[0], high = corners[0];
+  for (const lens::Vec2& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
   // Clamped to avoid integer overflow far outside of the image.
   const auto whole = [](double value) {
     return static_cast<int>(std::clamp(std::floor(value), -1e6, 1e6));
@@ -29,7 +29,7 @@ ImageBox BoxAround(const Corners& corners, double margin) {
           whole(high.y() + margin) + 1};
 }
 
-Vec2 CentreOf(const Corners& corners) {
+lens::Vec2 CentreOf(const Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
 
@@ -52,7 +52,7 @@ Corners Tracker::Predicted(const Track& track, double time_s) const {
   return corners;
 }
 
-bool Tracker::SearchPredicted(const LumaView& image, double time_s, const Lens* lens) {
+bool Tracker::SearchPredicted(const lens::LumaView& image, double time_s, const lens::Lens* lens) {
   parts_.clear();
   for (const Track& track : tracks_) {
     const Corners corners = Predicted(track, time_s);
@@ -72,7 +72,7 @@ void Tracker::UpdateTracks(double time_s) {
   std::vector<Track> tracks;
   for (const SeenTag& tag : seen_.tags) {
     Track track{tag.id, tag.corners_px, {}, time_s};
-    track.velocity.fill(Vec2::Zero());
+    track.velocity.fill(lens::Vec2::Zero());
     // If an id is visible twice, each tag continues the nearer track.
     const Track* before = nullptr;
     double nearest = 2 * LongestSide(tag.corners_px);
@@ -90,7 +90,7 @@ void Tracker::UpdateTracks(double time_s) {
   tracks_ = std::move(tracks);
 }
 
-void Tracker::LocateTag(TrackedTag& tag, double time_s, const KnownLens& lens) {
+void Tracker::LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& lens) {
   const auto poses = PosesOfTag(lens, tag.seen.corners_px, tag.seen.covariance, tag.side_m);
   if (!poses) return;
   tag.estimate = poses->best;
@@ -119,7 +119,7 @@ void Tracker::LocateTag(TrackedTag& tag, double time_s, const KnownLens& lens) {
   last_tag_[id] = {tag.estimate->X_CK, tag.ambiguous, time_s};
 }
 
-void Tracker::Locate(double time_s, const KnownLens& lens) {
+void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
   for (const Body& body : database_.bodies) {
     std::optional<Pose> previous;
     const auto last = last_body_.find(body.name);
@@ -137,8 +137,9 @@ void Tracker::Locate(double time_s, const KnownLens& lens) {
   }
 }
 
-const TrackedFrame& Tracker::Update(const LumaView& image, double time_s, const KnownLens* lens) {
-  const Lens* const known = lens != nullptr ? &lens->lens : nullptr;
+const TrackedFrame& Tracker::Update(const lens::LumaView& image, double time_s,
+                                    const lens::KnownLens* lens) {
+  const lens::Lens* const known = lens != nullptr ? &lens->lens : nullptr;
   const bool due = tracks_.empty() || ++frames_since_full_search_ >= settings_.full_search_interval;
   frame_ = {};
   frame_.full_search = due || !SearchPredicted(image, time_s, known);
@@ -155,4 +156,4 @@ const TrackedFrame& Tracker::Update(const LumaView& image, double time_s, const 
   return frame_;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

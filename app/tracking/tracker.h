@@ -9,7 +9,7 @@
 #include "app/tracking/bodies.h"
 #include "app/tracking/tag_detector.h"
 
-namespace plumbline {
+namespace plumbline::tracking {
 
 /// A tag of one frame, with its pose if its size and the lens are known.
 struct TrackedTag {
@@ -47,7 +47,8 @@ class Tracker {
   /// @param time_s  when the image was taken, monotonic
   /// @param lens    null if unknown: only corners are measured
   /// @return        valid until the next call
-  const TrackedFrame& Update(const LumaView& image, double time_s, const KnownLens* lens);
+  const TrackedFrame& Update(const lens::LumaView& image, double time_s,
+                             const lens::KnownLens* lens);
 
   /// Discards all predictions: after a cut, or when the camera reconnects.
   void Forget();
@@ -69,10 +70,10 @@ class Tracker {
   };
 
   Corners Predicted(const Track& track, double time_s) const;
-  bool SearchPredicted(const LumaView& image, double time_s, const Lens* lens);
+  bool SearchPredicted(const lens::LumaView& image, double time_s, const lens::Lens* lens);
   void UpdateTracks(double time_s);
-  void Locate(double time_s, const KnownLens& lens);
-  void LocateTag(TrackedTag& tag, double time_s, const KnownLens& lens);
+  void Locate(double time_s, const lens::KnownLens& lens);
+  void LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& lens);
 
   TagDatabase database_;
   TrackerSettings settings_;
@@ -86,4 +87,4 @@ class Tracker {
   int frames_since_full_search_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::tracking

@@ -3,64 +3,65 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/scene/loaded_tool.h"
 
-namespace plumbline {
+namespace plumbline::view {
 namespace {
 
 constexpr std::uint16_t kRobotUnknown =
     alarm::kRobotMissing | alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong;
 
-bool SameLens(const Lens& a, const Lens& b) {
+bool SameLens(const lens::Lens& a, const lens::Lens& b) {
   return a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy && a.k1 == b.k1 &&
          a.k2 == b.k2 && a.p1 == b.p1 && a.p2 == b.p2 && a.k3 == b.k3;
 }
 
 }  // namespace
 
-std::optional<ToolState> ComputeToolState(const ViewState& state, const ViewModel& model) {
-  const LoadedArm& arm = model.arm;
+std::optional<ToolState> ComputeToolState(const view_link::ViewState& state,
+                                          const ViewModel& model) {
+  const deflection::LoadedArm& arm = model.arm;
   if (state.q.size() != arm.size() || !state.q.allFinite() || !state.payload_kg) {
     return std::nullopt;
   }
-  const Payload payload{*state.payload_kg, state.payload_cog_F};
-  Conditions conditions;
+  const loads::Payload payload{*state.payload_kg, state.payload_cog_F};
+  effects::Conditions conditions;
   conditions.payload_kg = payload.mass_kg;
-  const CellModel& cell = model.config.machine.cell;
+  const model::CellModel& cell = model.config.machine.cell;
   if (cell.domain && cell.domain->time_zero_s) {
     conditions.t_s = state.utc_s - *cell.domain->time_zero_s;
   }
   conditions.temp_C = state.temp_C;
-  LoadedState loaded;
+  deflection::LoadedState loaded;
   if (!arm.AtCommanded(state.q, payload, conditions, loaded)) return std::nullopt;
 
   ToolState tool;
-  tool.bend = BendFieldOf(cell.tool, loaded);
+  tool.bend = scene::BendFieldOf(cell.tool, loaded);
   // An identified offset of the tool frame shifts the whole tool: the tip determines the flange.
   const Pose X_FT{RotationFromVector(loaded.slope_F), arm.X_FT().p + loaded.bend_F};
   tool.X_WF = loaded.X_WT * X_FT.Inverse();
   tool.tip_W = loaded.X_WT.p;
-  Posture unloaded;
+  kinematics::Posture unloaded;
   arm.chain().Evaluate(state.q, unloaded);
   tool.X_WF_nominal = arm.X_WB() * unloaded.X_BF();
   tool.tip_nominal_W = tool.X_WF_nominal * arm.X_FT().p;
   return tool;
 }
 
-const PlacedCarrier* Carriers::Find(const Carrier& carrier) const {
+const PlacedCarrier* Carriers::Find(const scene::Carrier& carrier) const {
   const auto of = [](const std::optional<PlacedCarrier>& placed) {
     return placed ? &*placed : nullptr;
   };
   switch (carrier.kind) {
-    case Carrier::Kind::kWorld:
+    case scene::Carrier::Kind::kWorld:
       return of(world);
-    case Carrier::Kind::kBase:
+    case scene::Carrier::Kind::kBase:
       return of(base);
-    case Carrier::Kind::kFlange:
+    case scene::Carrier::Kind::kFlange:
       return of(flange);
-    case Carrier::Kind::kBody: {
+    case scene::Carrier::Kind::kBody: {
       const auto found = bodies.find(carrier.body);
       return found == bodies.end() ? nullptr : &found->second;
     }
-    case Carrier::Kind::kTag: {
+    case scene::Carrier::Kind::kTag: {
       const auto found = tags.find(carrier.tag);
       return found == tags.end() ? nullptr : &found->second;
     }
@@ -68,9 +69,9 @@ const PlacedCarrier* Carriers::Find(const Carrier& carrier) const {
   return nullptr;
 }
 
-std::optional<Pose> Carriers::InWorld(const Carrier& carrier) const {
-  if (carrier.kind == Carrier::Kind::kWorld) return Pose{};
-  if (carrier.kind == Carrier::Kind::kFlange) {
+std::optional<Pose> Carriers::InWorld(const scene::Carrier& carrier) const {
+  if (carrier.kind == scene::Carrier::Kind::kWorld) return Pose{};
+  if (carrier.kind == scene::Carrier::Kind::kFlange) {
     return tool && !robot_stale ? std::optional(tool->X_WF) : std::nullopt;
   }
   const PlacedCarrier* const placed = Find(carrier);
@@ -78,12 +79,12 @@ std::optional<Pose> Carriers::InWorld(const Carrier& carrier) const {
   return world->X_CK.Inverse() * placed->X_CK;
 }
 
-Carriers CarrierTracker::Update(const ViewState& state, std::size_t camera_number,
+Carriers CarrierTracker::Update(const view_link::ViewState& state, std::size_t camera_number,
                                 const ViewModel* model, double now_s) {
-  const ViewCamera& camera = CameraOf(state, camera_number);
+  const view_link::ViewCamera& camera = view_link::CameraOf(state, camera_number);
   Carriers carriers;
   carriers.lens_stale =
-      !camera.status.configured || camera.status.state != ZoomState::kValid || !camera.lens;
+      !camera.status.configured || camera.status.state != lens::ZoomState::kValid || !camera.lens;
   carriers.image_stale = !camera.image || now_s - camera.image->time_s > kImageFresh_s;
   carriers.robot_stale = (state.alarms & kRobotUnknown) != 0 || state.q.size() == 0;
 
@@ -97,10 +98,10 @@ Carriers CarrierTracker::Update(const ViewState& state, std::size_t camera_numbe
   carriers.focal_px = lens_ ? lens_->fx : 0;
   const double seen_s = camera.image ? camera.image->time_s : now_s;
   if (lens_) {
-    for (const ViewTag& tag : camera.tags) {
+    for (const view_link::ViewTag& tag : camera.tags) {
       if (tag.X_CM && !tag.ambiguous) tags_[tag.id] = {*tag.X_CM, seen_s};
     }
-    for (const ViewBody& body : camera.bodies) {
+    for (const view_link::ViewBody& body : camera.bodies) {
       if (!body.ambiguous) bodies_[body.name] = {body.X_CK, seen_s};
     }
   }
@@ -117,8 +118,8 @@ Carriers CarrierTracker::Update(const ViewState& state, std::size_t camera_numbe
 
   if (model == nullptr) return carriers;
   carriers.tool = ComputeToolState(state, *model);
-  if (const VisionConfig& vision = model->config.vision; !vision.cameras.empty()) {
-    const TagsConfig& tags = vision.tags;
+  if (const config::VisionConfig& vision = model->config.vision; !vision.cameras.empty()) {
+    const config::TagsConfig& tags = vision.tags;
     const auto cell = bodies_.find(tags.cell);
     if (cell != bodies_.end()) {
       world_ = Seen{cell->second.X_CK * tags.X_WK.Inverse(), cell->second.time_s};
@@ -181,4 +182,4 @@ void ShareDetections(std::span<Carriers> cameras) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -12,7 +12,7 @@
 #include "app/view_link/view_state.h"
 #include "firmware-like/scene/bend_field.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 /// Pose of a carrier in the camera frame.
 struct PlacedCarrier {
@@ -24,13 +24,14 @@ struct PlacedCarrier {
 struct ToolState {
   Pose X_WF;          ///< flange, placed so that the drawn tip coincides with the model's tip
   Pose X_WF_nominal;  ///< flange of the unloaded arm, as the controller assumes it
-  BendField bend;
+  scene::BendField bend;
   Vec3 tip_W = Vec3::Zero();          ///< tip of the loaded tool
   Vec3 tip_nominal_W = Vec3::Zero();  ///< tip of the straight tool on X_WF_nominal
 };
 
 /// @return  nullopt if the joints do not fit the model or the payload is unknown
-std::optional<ToolState> ComputeToolState(const ViewState& state, const ViewModel& model);
+std::optional<ToolState> ComputeToolState(const view_link::ViewState& state,
+                                          const ViewModel& model);
 
 /// Carrier poses at one instant, in the frame of one camera.
 struct Carriers {
@@ -45,10 +46,10 @@ struct Carriers {
   bool robot_stale = true;  ///< there is no trusted joint reading
 
   /// @return  null if the carrier has no pose
-  const PlacedCarrier* Find(const Carrier& carrier) const;
+  const PlacedCarrier* Find(const scene::Carrier& carrier) const;
   /// Pose in the measurement frame W.
   /// @return  nullopt if the pose is unknown or stale, or depends on a cell frame that is
-  std::optional<Pose> InWorld(const Carrier& carrier) const;
+  std::optional<Pose> InWorld(const scene::Carrier& carrier) const;
 };
 
 /// Last known carrier poses of one camera. A hidden carrier keeps its pose, becomes stale after
@@ -61,14 +62,15 @@ class CarrierTracker {
   /// @param camera  index in the state
   /// @param model   null if the configuration cannot be read; then only bodies and tags are placed
   /// @param now_s   monotonic clock of this computer
-  Carriers Update(const ViewState& state, std::size_t camera, const ViewModel* model, double now_s);
+  Carriers Update(const view_link::ViewState& state, std::size_t camera, const ViewModel* model,
+                  double now_s);
 
  private:
   struct Seen {
     Pose X_CK;
     double time_s = 0;
   };
-  std::optional<Lens> lens_;
+  std::optional<lens::Lens> lens_;
   std::optional<Seen> world_;
   std::map<std::string, Seen> bodies_;
   std::map<int, Seen> tags_;
@@ -85,4 +87,4 @@ Carriers MergeInMeasurementFrame(std::span<const Carriers> cameras);
 /// are stale neither contribute nor receive.
 void ShareDetections(std::span<Carriers> cameras);
 
-}  // namespace plumbline
+}  // namespace plumbline::view

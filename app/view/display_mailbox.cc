@@ -2,12 +2,13 @@
 
 #include "app/view/silent_daemon.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem) {
   DisplayStatus now;
   now.time_s = facts.now_s;
-  if (facts.state != nullptr) now.state = std::make_shared<const ViewState>(*facts.state);
+  if (facts.state != nullptr)
+    now.state = std::make_shared<const view_link::ViewState>(*facts.state);
   now.link_problem = facts.link_problem;
   now.picture_problem = std::move(picture_problem);
   now.headline = Headline(facts);
@@ -15,10 +16,10 @@ DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_prob
   now.panels = PanelsOf(facts);
   now.viewer_lines = facts.viewer_lines;
   if (facts.model != nullptr) {
-    for (const AssemblyPoint& point : facts.model->config.machine.points) {
+    for (const correction::AssemblyPoint& point : facts.model->config.machine.points) {
       if (!point.name.empty()) now.point_names[point.id] = point.name;
     }
-    for (const Joint& joint : facts.model->config.machine.cell.robot.joints) {
+    for (const model::Joint& joint : facts.model->config.machine.cell.robot.joints) {
       now.joints.push_back(joint.type);
     }
   }
@@ -38,7 +39,7 @@ DisplayStatus WithdrawIfSilent(const DisplayStatus& now, double now_s) {
   if (shown.headline.tone != Tone::kBad) {
     shown.headline = {"NO DAEMON: plumbline-view receives no data from plumblined", Tone::kBad};
   }
-  shown.state = std::make_shared<const ViewState>(*std::move(withdrawn));
+  shown.state = std::make_shared<const view_link::ViewState>(*std::move(withdrawn));
   return shown;
 }
 
@@ -73,4 +74,4 @@ bool DisplayMailbox::PictureRequested(double now_s) const {
   return now_s - requested_s_ < kPictureRequestLifetime_s;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

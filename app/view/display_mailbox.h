@@ -11,22 +11,22 @@
 #include "app/view/status_text.h"
 #include "drivers/display/picture.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 /// What the display shows at one instant, as values, with the state it was derived from.
 struct DisplayStatus {
-  double time_s = 0;                       ///< when it was compiled, monotonic
-  std::shared_ptr<const ViewState> state;  ///< the newest; null: none received yet
-  std::string link_problem;                ///< why no states arrive; empty: they do
-  std::string picture_problem;             ///< why nothing is drawn; empty: it is
+  double time_s = 0;                                  ///< when it was compiled, monotonic
+  std::shared_ptr<const view_link::ViewState> state;  ///< the newest; null: none received yet
+  std::string link_problem;                           ///< why no states arrive; empty: they do
+  std::string picture_problem;                        ///< why nothing is drawn; empty: it is
   PanelLine headline;
   CellHealth health;  ///< as the headline shows it
   std::vector<Panel> panels;
-  std::vector<ViewLine> viewer_lines;      ///< the viewer's own log
-  std::map<int, std::string> point_names;  ///< by point id; named points only
-  std::vector<JointType> joints;           ///< of the displayed model; empty: no model
-  std::vector<MeasuredPair> pairs;         ///< empty: no recent measurement
-  std::vector<double> frames_per_s;        ///< received frame rate of each camera
+  std::vector<view_link::ViewLine> viewer_lines;  ///< the viewer's own log
+  std::map<int, std::string> point_names;         ///< by point id; named points only
+  std::vector<model::JointType> joints;           ///< of the displayed model; empty: no model
+  std::vector<MeasuredPair> pairs;                ///< empty: no recent measurement
+  std::vector<double> frames_per_s;               ///< received frame rate of each camera
 };
 
 /// Withdraws the state if the daemon has become silent since `now` was compiled, which may be long
@@ -37,7 +37,7 @@ DisplayStatus WithdrawIfSilent(const DisplayStatus& now, double now_s);
 DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_problem);
 
 struct DisplayPicture {
-  RgbImage image;
+  display::RgbImage image;
   double time_s = 0;  ///< when it was drawn, monotonic
 };
 
@@ -64,4 +64,4 @@ class DisplayMailbox {
   double requested_s_ = -1e300;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view

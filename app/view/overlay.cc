@@ -7,11 +7,11 @@
 #include <cmath>
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::view {
 namespace {
 
-constexpr Colour kAxis{1.0F, 0.85F, 0.2F, 1}, kTaught{1, 1, 1, 1}, kMissed{1.0F, 0.35F, 0.3F, 1},
-    kHit{0.3F, 1.0F, 0.45F, 1}, kNearColour{1.0F, 0.75F, 0.1F, 1};
+constexpr scene::Colour kAxis{1.0F, 0.85F, 0.2F, 1}, kTaught{1, 1, 1, 1},
+    kMissed{1.0F, 0.35F, 0.3F, 1}, kHit{0.3F, 1.0F, 0.45F, 1}, kNearColour{1.0F, 0.75F, 0.1F, 1};
 constexpr float kNominalOpacity = 0.35F;
 constexpr double kBesideShare = 0.2;  ///< of the image area's width
 constexpr int kCircleCorners = 48;
@@ -19,9 +19,9 @@ constexpr int kCircleCorners = 48;
 class OverlayBuilder {
  public:
   OverlayBuilder(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                 DisplayList& list, std::vector<Label>& labels)
+                 scene::DisplayList& list, std::vector<Label>& labels)
       : state_(*input.facts.state),
-        camera_(CameraOf(state_, k)),
+        camera_(view_link::CameraOf(state_, k)),
         carriers_(input.facts.carriers[k]),
         facts_(input.facts),
         config_(input.config),
@@ -53,8 +53,9 @@ class OverlayBuilder {
 
   void AddBackground() {
     const auto& image = camera_.image;
-    const ImageSize size = image ? ImageSize{image->width, image->height} : ImageSize{1920, 1080};
-    const Lens lens = camera_.lens ? *camera_.lens : PlainLens(size);
+    const lens::ImageSize size =
+        image ? lens::ImageSize{image->width, image->height} : lens::ImageSize{1920, 1080};
+    const lens::Lens lens = camera_.lens ? *camera_.lens : PlainLens(size);
     list_.size = layout_.size;
     list_.pinhole = PinholeIn(layout_.image, lens, size);
     const bool wanted = config_.background && (facts_.table == nullptr || facts_.table->background);
@@ -65,12 +66,12 @@ class OverlayBuilder {
     list_.background.lens = lens;
   }
 
-  std::optional<Vec2> PixelOf(const Vec3& p_C) const {
+  std::optional<lens::Vec2> PixelOf(const Vec3& p_C) const {
     if (!(p_C.z() > 0.02) || !p_C.allFinite()) return std::nullopt;
     return Project<double>(list_.pinhole, p_C);
   }
 
-  void AddLabel(const Vec3& p_C, std::string text, const Colour& colour) {
+  void AddLabel(const Vec3& p_C, std::string text, const scene::Colour& colour) {
     if (const auto pixel = PixelOf(p_C)) {
       labels_.push_back({static_cast<float>(pixel->x()), static_cast<float>(pixel->y()),
                          std::move(text), colour});
@@ -82,17 +83,17 @@ class OverlayBuilder {
     return pixels * std::max(p_C.z(), 0.02) / list_.pinhole.fx;
   }
 
-  void AddLine(std::vector<Vec3> points_C, const Colour& colour, float width_px = 2,
+  void AddLine(std::vector<Vec3> points_C, const scene::Colour& colour, float width_px = 2,
                bool dashed = false, bool in_front = true) {
     list_.lines.push_back({std::move(points_C), colour, width_px, dashed, in_front});
   }
 
-  void AddObjects(const ObjectTable& table) {
+  void AddObjects(const scene::ObjectTable& table) {
     for (std::size_t k = 0; k < table.objects.size() && k < meshes_.size(); ++k) {
-      const SceneObject& object = table.objects[k];
+      const scene::SceneObject& object = table.objects[k];
       const PlacedCarrier* const placed = carriers_.Find(object.on);
       if (!object.visible || meshes_[k] == 0 || placed == nullptr) continue;
-      DrawnMesh mesh;
+      scene::DrawnMesh mesh;
       mesh.mesh = meshes_[k];
       mesh.X_CF = placed->X_CK;
       mesh.X_FO = object.X_KO;
@@ -104,21 +105,21 @@ class OverlayBuilder {
       list_.meshes.push_back(mesh);
       if (object.bends) AddNominal(mesh, object.colour);
     }
-    if (config_.nominal == OverlayConfig::Nominal::kBeside) NameBoth();
+    if (config_.nominal == config::OverlayConfig::Nominal::kBeside) NameBoth();
   }
 
   /// Flange of the unloaded arm, shifted aside if the two tools are drawn beside each other.
   std::optional<Pose> NominalInCamera() const {
     if (!carriers_.world || !carriers_.tool) return std::nullopt;
     Pose X_CF = carriers_.world->X_CK * carriers_.tool->X_WF_nominal;
-    if (config_.nominal == OverlayConfig::Nominal::kBeside) {
+    if (config_.nominal == config::OverlayConfig::Nominal::kBeside) {
       X_CF.p.x() -= LengthOf(kBesideShare * static_cast<double>(layout_.image.width), X_CF.p);
     }
     return X_CF;
   }
 
-  void AddNominal(DrawnMesh mesh, Colour colour) {
-    if (config_.nominal == OverlayConfig::Nominal::kHidden) return;
+  void AddNominal(scene::DrawnMesh mesh, scene::Colour colour) {
+    if (config_.nominal == config::OverlayConfig::Nominal::kHidden) return;
     const auto X_CF = NominalInCamera();
     if (!X_CF) return;
     mesh.X_CF = *X_CF;
@@ -136,23 +137,23 @@ class OverlayBuilder {
     AddLabel(carriers_.flange->X_CK.p, "loaded", kTaught);
   }
 
-  void AddLines(const ObjectTable& table) {
-    for (const SceneLine& line : table.lines) {
+  void AddLines(const scene::ObjectTable& table) {
+    for (const scene::SceneLine& line : table.lines) {
       const PlacedCarrier* const placed = carriers_.Find(line.on);
       if (!line.visible || placed == nullptr || line.points_K.empty()) continue;
       std::vector<Vec3> points_C;
       for (const Vec3& p_K : line.points_K) points_C.push_back(placed->X_CK * p_K);
-      const Colour colour = placed->stale ? Greyed(line.colour) : line.colour;
+      const scene::Colour colour = placed->stale ? Greyed(line.colour) : line.colour;
       AddLabel(points_C.front(), line.name, colour);
       AddLine(std::move(points_C), colour, line.width_px, line.dashed, false);
     }
   }
 
-  void AddClip(const ObjectTable& table) {
+  void AddClip(const scene::ObjectTable& table) {
     if (!table.clip) return;
     const PlacedCarrier* const placed = carriers_.Find(table.clip->on);
     if (placed == nullptr) return;
-    ClipPlane clip;
+    scene::ClipPlane clip;
     clip.normal_C = placed->X_CK.R * table.clip->normal_K;
     clip.distance_m = table.clip->distance_m + clip.normal_C.dot(placed->X_CK.p);
     clip.grid = table.clip->grid;
@@ -166,9 +167,9 @@ class OverlayBuilder {
     if (!(tip_F.norm() > 0)) return;
     const Pose& X_CF = carriers_.flange->X_CK;
     std::vector<Vec3> bent, straight;
-    for (int k = 0; k < kBendStations; ++k) {
-      const Vec3 p_F = static_cast<double>(k) / (kBendStations - 1) * tip_F;
-      const Vec3 moved_F = BentPoint(tool.bend, p_F) - p_F;
+    for (int k = 0; k < scene::kBendStations; ++k) {
+      const Vec3 p_F = static_cast<double>(k) / (scene::kBendStations - 1) * tip_F;
+      const Vec3 moved_F = scene::BentPoint(tool.bend, p_F) - p_F;
       bent.push_back(X_CF * Vec3(p_F + config_.exaggeration * moved_F));
     }
     const Pose X_CF_nominal = carriers_.world->X_CK * tool.X_WF_nominal;
@@ -180,7 +181,7 @@ class OverlayBuilder {
     AddCircle(tip_C, LengthOf(4, tip_C), stale ? Greyed(kAxis) : kAxis);
   }
 
-  void AddCross(const Vec3& p_C, double arm_px, bool upright, const Colour& colour) {
+  void AddCross(const Vec3& p_C, double arm_px, bool upright, const scene::Colour& colour) {
     const double a = LengthOf(arm_px, p_C);
     const Vec3 first = upright ? Vec3(a, 0, 0) : Vec3(a, a, 0) / std::numbers::sqrt2;
     const Vec3 second = upright ? Vec3(0, a, 0) : Vec3(a, -a, 0) / std::numbers::sqrt2;
@@ -189,7 +190,7 @@ class OverlayBuilder {
   }
 
   /// Facing the camera.
-  void AddCircle(const Vec3& p_C, double radius_m, const Colour& colour) {
+  void AddCircle(const Vec3& p_C, double radius_m, const scene::Colour& colour) {
     if (!(p_C.z() > 0) || !(radius_m > 0)) return;
     const Vec3 ahead = p_C.normalized();
     const Vec3 right = Vec3::UnitY().cross(ahead).normalized();
@@ -207,14 +208,17 @@ class OverlayBuilder {
     const Pose& X_CW = carriers_.world->X_CK;
     const Mat3& R_WB = facts_.model->arm.X_WB().R;
     const bool stale = carriers_.world->stale || carriers_.robot_stale;
-    const auto shade = [stale](const Colour& colour) { return stale ? Greyed(colour) : colour; };
+    const auto shade = [stale](const scene::Colour& colour) {
+      return stale ? Greyed(colour) : colour;
+    };
     const double mark_px = 0.4 * static_cast<double>(layout_.em);
-    for (const AssemblyPoint& point : facts_.model->config.machine.points) {
+    for (const correction::AssemblyPoint& point : facts_.model->config.machine.points) {
       const Vec3 p_C = X_CW * point.X_WP.p;
       AddCross(p_C, mark_px, true, shade(kTaught));
       const std::string name = point.name.empty() ? fmt::format("{}", point.id) : point.name;
-      const auto output = std::find_if(state_.points.begin(), state_.points.end(),
-                                       [&](const ViewPoint& one) { return one.id == point.id; });
+      const auto output =
+          std::find_if(state_.points.begin(), state_.points.end(),
+                       [&](const view_link::ViewPoint& one) { return one.id == point.id; });
       if (output == state_.points.end() || !output->valid) {
         AddLabel(p_C, name + ": no correction", shade(kMissed));
         continue;
@@ -238,11 +242,11 @@ class OverlayBuilder {
     if (facts_.now_s - measured->time_s > kMeasuredFresh_s) return;
     const Pose& X_CW = carriers_.world->X_CK;
     for (const MeasuredPair& pair : measured->pairs) {
-      if (!pair.separation || pair.state == Proximity::kApart) continue;
-      const Separation& between = *pair.separation;
-      const bool hits = pair.state == Proximity::kInterference;
+      if (!pair.separation || pair.state == scene::Proximity::kApart) continue;
+      const scene::Separation& between = *pair.separation;
+      const bool hits = pair.state == scene::Proximity::kInterference;
       const Vec3 a_C = X_CW * between.p_a_W, b_C = X_CW * between.p_b_W;
-      const Colour& colour = hits ? kMissed : kNearColour;
+      const scene::Colour& colour = hits ? kMissed : kNearColour;
       AddLine({a_C, b_C}, colour, 3);
       if (hits) AddCircle(a_C, LengthOf(layout_.em, a_C), colour);
       AddLabel(b_C,
@@ -265,27 +269,27 @@ class OverlayBuilder {
     }
   }
 
-  const ViewState& state_;
-  const ViewCamera& camera_;
+  const view_link::ViewState& state_;
+  const view_link::ViewCamera& camera_;
   const Carriers& carriers_;
   const ViewFacts& facts_;
-  const OverlayConfig& config_;
+  const config::OverlayConfig& config_;
   const std::vector<int>& meshes_;
   const std::uint8_t* const pixels_;
   const PictureLayout& layout_;
-  DisplayList& list_;
+  scene::DisplayList& list_;
   std::vector<Label>& labels_;
 };
 
 }  // namespace
 
-Colour Greyed(const Colour& colour) {
+scene::Colour Greyed(const scene::Colour& colour) {
   return {0.55F, 0.55F, 0.55F, 0.5F * colour.a};
 }
 
 void AddOverlay(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                DisplayList& list, std::vector<Label>& labels) {
+                scene::DisplayList& list, std::vector<Label>& labels) {
   OverlayBuilder(input, k, layout, list, labels).Build();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -6,19 +6,19 @@
 #include "app/view/picture_layout.h"
 #include "app/view/status_text.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 /// Text attached to a point of the picture.
 struct Label {
   float x = 0, y = 0;  ///< the labelled point [px]
   std::string text;
-  Colour colour;
+  scene::Colour colour;
 };
 
 /// Input of the overlay. Everything it refers to must outlive the display list.
 struct OverlayInput {
   const ViewFacts& facts;  ///< must contain a state and carriers
-  const OverlayConfig& config;
+  const config::OverlayConfig& config;
   const std::vector<int>& meshes;  ///< renderer's mesh number of each table object; 0: none
   std::vector<const std::uint8_t*> pixels = {};  ///< of each camera's image; null: none
 };
@@ -37,9 +37,9 @@ struct OverlayInput {
 /// what has no pose is not drawn.
 /// @param labels  receives the texts to be placed by AddAnnotations()
 void AddOverlay(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                DisplayList& list, std::vector<Label>& labels);
+                scene::DisplayList& list, std::vector<Label>& labels);
 
 /// Replacement colour for stale objects; keeps half the opacity.
-Colour Greyed(const Colour& colour);
+scene::Colour Greyed(const scene::Colour& colour);
 
-}  // namespace plumbline
+}  // namespace plumbline::view

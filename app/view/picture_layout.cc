@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::view {
 namespace {
 
 constexpr float kLinesOfText = 38, kSmallestText_px = 12;
@@ -11,7 +11,7 @@ constexpr float kColumn_em = 22, kMostColumn = 0.42F;
 constexpr int kMessages = 4;
 
 /// Largest scale at which the whole image fits the area.
-double ScaleIn(const Area& area, ImageSize image) {
+double ScaleIn(const scene::Area& area, lens::ImageSize image) {
   return std::min(static_cast<double>(area.width) / image.width,
                   static_cast<double>(area.height) / image.height);
 }
@@ -22,7 +22,7 @@ bool StartsCharacter(char byte) {
 
 }  // namespace
 
-PictureLayout LayoutOf(ImageSize size) {
+PictureLayout LayoutOf(lens::ImageSize size) {
   PictureLayout layout;
   layout.size = size;
   const auto width = static_cast<float>(size.width), height = static_cast<float>(size.height);
@@ -37,13 +37,14 @@ PictureLayout LayoutOf(ImageSize size) {
   return layout;
 }
 
-std::vector<Area> SplitArea(const Area& area, std::size_t count, ImageSize image, float gap) {
+std::vector<scene::Area> SplitArea(const scene::Area& area, std::size_t count,
+                                   lens::ImageSize image, float gap) {
   const auto n = static_cast<float>(count);
-  Area beside = area, below = area;
+  scene::Area beside = area, below = area;
   beside.width = (area.width - (n - 1) * gap) / n;
   below.height = (area.height - (n - 1) * gap) / n;
   const bool stacked = ScaleIn(below, image) > ScaleIn(beside, image);
-  std::vector<Area> parts(count, stacked ? below : beside);
+  std::vector<scene::Area> parts(count, stacked ? below : beside);
   for (std::size_t k = 0; k < count; ++k) {
     const auto before = static_cast<float>(k);
     if (stacked) parts[k].y += before * (below.height + gap);
@@ -52,13 +53,13 @@ std::vector<Area> SplitArea(const Area& area, std::size_t count, ImageSize image
   return parts;
 }
 
-Lens PinholeIn(const Area& area, const Lens& lens, ImageSize image) {
+lens::Lens PinholeIn(const scene::Area& area, const lens::Lens& lens, lens::ImageSize image) {
   const double s = ScaleIn(area, image);
   const double left =
       static_cast<double>(area.x) + (static_cast<double>(area.width) - s * image.width) / 2;
   const double upper =
       static_cast<double>(area.y) + (static_cast<double>(area.height) - s * image.height) / 2;
-  Lens pinhole;
+  lens::Lens pinhole;
   pinhole.fx = s * lens.fx;
   pinhole.fy = s * lens.fy;
   pinhole.cx = s * (lens.cx + 0.5) + left - 0.5;
@@ -66,8 +67,8 @@ Lens PinholeIn(const Area& area, const Lens& lens, ImageSize image) {
   return pinhole;
 }
 
-Lens PlainLens(ImageSize image) {
-  Lens lens;
+lens::Lens PlainLens(lens::ImageSize image) {
+  lens::Lens lens;
   lens.fx = lens.fy = image.width;
   lens.cx = (image.width - 1) / 2.0;
   lens.cy = (image.height - 1) / 2.0;
@@ -112,4 +113,4 @@ std::vector<std::string> Wrapped(const std::string& text, float height_px, float
   return lines;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -7,12 +7,12 @@
 
 #include "firmware-like/scene/display_list.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 struct PictureLayout {
-  ImageSize size;
+  lens::ImageSize size;
   float em = 16;  ///< height of plain text [px]
-  Area top, image, column, messages;
+  scene::Area top, image, column, messages;
 
   float line() const { return 1.3F * em; }  ///< line spacing [px]
 };
@@ -20,19 +20,20 @@ struct PictureLayout {
 /// Text height is 1/38 of the picture height, at least 12 px. With 1080 lines on a 24-inch display
 /// capitals are then 5.7 mm high, which subtends 10 arc minutes at 2 m: twice what normal vision
 /// resolves.
-PictureLayout LayoutOf(ImageSize size);
+PictureLayout LayoutOf(lens::ImageSize size);
 
 /// Splits the area into equal parts with a gap between them, side by side or stacked, whichever
 /// shows an image of this aspect ratio larger.
-std::vector<Area> SplitArea(const Area& area, std::size_t count, ImageSize image, float gap);
+std::vector<scene::Area> SplitArea(const scene::Area& area, std::size_t count,
+                                   lens::ImageSize image, float gap);
 
 /// The lens without its distortion, scaled so that the whole camera image fits the area and is
 /// centred in it.
 ///   u' + 1/2 = s (u + 1/2) + offset
-Lens PinholeIn(const Area& area, const Lens& lens, ImageSize image);
+lens::Lens PinholeIn(const scene::Area& area, const lens::Lens& lens, lens::ImageSize image);
 
 /// Distortion-free lens for an image whose lens is unknown.
-Lens PlainLens(ImageSize image);
+lens::Lens PlainLens(lens::ImageSize image);
 
 /// Advance width of a text at a height [px]; see Renderer::TextWidth.
 using TextWidth = std::function<float(const std::string&, float)>;
@@ -47,4 +48,4 @@ std::string Elided(const std::string& text, float height_px, float width_px,
 std::vector<std::string> Wrapped(const std::string& text, float height_px, float width_px,
                                  const TextWidth& text_width);
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -8,11 +8,11 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 /// @return  nullopt if malformed or outside the sizes that the layout supports
-inline std::optional<ImageSize> PictureSizeFrom(std::string_view text) {
-  ImageSize size;
+inline std::optional<lens::ImageSize> PictureSizeFrom(std::string_view text) {
+  lens::ImageSize size;
   const char* const end = text.data() + text.size();
   const auto width = std::from_chars(text.data(), end, size.width);
   if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
@@ -28,4 +28,4 @@ inline std::string PictureSizeProblem(const std::string& text) {
   return text + " is not a size between 640x480 and 1920x1080";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -9,13 +9,13 @@
 #include "firmware-like/scene/interference_watch.h"
 #include "firmware-like/status/scene_status.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 struct MeasuredPair {
   std::string a, b;
   int number_a = 0, number_b = 0;  ///< object numbers of the object table
-  Proximity state = Proximity::kApart;
-  std::optional<Separation> separation;  ///< nullopt: an object has no pose or no mesh
+  scene::Proximity state = scene::Proximity::kApart;
+  std::optional<scene::Separation> separation;  ///< nullopt: an object has no pose or no mesh
 };
 
 struct MeasuredDistance {
@@ -32,7 +32,7 @@ struct PlacedPoint {
 
 struct MeasuredSweep {
   std::string name;
-  std::optional<SweepResult> result;
+  std::optional<scene::SweepResult> result;
   std::string other;  ///< the object that is hit or came nearest
 };
 
@@ -47,9 +47,9 @@ struct SceneMeasurements {
 };
 
 /// Summary for the PLC; its `time_s` is not set.
-SceneStatus SceneForPlc(const SceneMeasurements& measured);
+status::SceneStatus SceneForPlc(const SceneMeasurements& measured);
 
 /// Older measurements count as unknown.
 inline constexpr double kMeasuredFresh_s = 1.0;
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -11,16 +11,16 @@
 #include "app/view/silent_daemon.h"
 #include "drivers/display/colour_scale.h"
 
-namespace plumbline {
+namespace plumbline::view {
 namespace {
 
-constexpr Colour kPaper{0.07F, 0.08F, 0.10F, 1}, kBar{0.12F, 0.13F, 0.16F, 1},
+constexpr scene::Colour kPaper{0.07F, 0.08F, 0.10F, 1}, kBar{0.12F, 0.13F, 0.16F, 1},
     kShadow{0.05F, 0.05F, 0.06F, 0.75F}, kStale{1.0F, 0.66F, 0.0F, 1},
     kTitle{0.55F, 0.72F, 0.95F, 1};
 constexpr float kGap_em = 0.3F;            ///< between the images of two cameras
 constexpr std::size_t kMaxUrgentRows = 5;  ///< of one panel, served before other panels' second row
 
-Colour ColourOf(Tone tone) {
+scene::Colour ColourOf(Tone tone) {
   switch (tone) {
     case Tone::kPlain:
       return {0.92F, 0.92F, 0.92F, 1};
@@ -38,14 +38,14 @@ Colour ColourOf(Tone tone) {
 
 class Writer {
  public:
-  Writer(const PictureLayout& layout, const TextWidth& text_width, DisplayList& list)
+  Writer(const PictureLayout& layout, const TextWidth& text_width, scene::DisplayList& list)
       : layout_(layout), text_width_(text_width), list_(list) {}
 
-  void Box(const Area& area, const Colour& colour) {
+  void Box(const scene::Area& area, const scene::Colour& colour) {
     list_.boxes.push_back({area.x, area.y, area.width, area.height, colour});
   }
   /// One line; `y` is its upper edge. Capitals are centred vertically.
-  void Line(float x, float y, float width, const std::string& text, const Colour& colour) {
+  void Line(float x, float y, float width, const std::string& text, const scene::Colour& colour) {
     const std::string fitted = Elided(text, layout_.em, width, text_width_);
     if (fitted.empty()) return;
     list_.texts.push_back({x, y + layout_.em, layout_.em, colour, fitted});
@@ -58,7 +58,7 @@ class Writer {
  private:
   const PictureLayout& layout_;
   const TextWidth& text_width_;
-  DisplayList& list_;
+  scene::DisplayList& list_;
 };
 
 /// A line of a panel, or one piece of an urgent line that was wrapped.
@@ -121,7 +121,7 @@ std::vector<std::size_t> ShareRows(const std::vector<Rows>& panels, std::size_t 
 }
 
 void AddColumn(const std::vector<Panel>& panels, const PictureLayout& layout, Writer& writer) {
-  const Area& column = layout.column;
+  const scene::Area& column = layout.column;
   writer.Box(column, kPaper);
   const float margin = 0.5F * layout.em, width = column.width - 2 * margin;
   const auto room =
@@ -184,7 +184,7 @@ void AddMessages(const ViewFacts& facts, const PictureLayout& layout, Writer& wr
   }
 }
 
-bool Overlap(const Area& a, const Area& b) {
+bool Overlap(const scene::Area& a, const scene::Area& b) {
   return a.x < b.right() && b.x < a.right() && a.y < b.bottom() && b.y < a.bottom();
 }
 
@@ -195,14 +195,14 @@ class Annotations {
       : layout_(layout), image_(layout.image), writer_(writer) {}
 
   /// @return  false if there was no room
-  bool Write(float x, float y, const std::string& text, const Colour& colour) {
+  bool Write(float x, float y, const std::string& text, const scene::Colour& colour) {
     const float pad = 0.3F * layout_.em;
     const float width = std::min(writer_.WidthOf(text) + 1 + 2 * pad, image_.width);
-    Area area{std::clamp(x, image_.x, image_.right() - width), y, width, layout_.line()};
+    scene::Area area{std::clamp(x, image_.x, image_.right() - width), y, width, layout_.line()};
     if (area.y < image_.y) area.y = image_.y;
     for (int moves = 0; moves < 100; ++moves) {
       const auto other = std::find_if(taken_.begin(), taken_.end(),
-                                      [&](const Area& one) { return Overlap(area, one); });
+                                      [&](const scene::Area& one) { return Overlap(area, one); });
       if (other == taken_.end()) break;
       area.y = other->bottom();
     }
@@ -212,16 +212,16 @@ class Annotations {
     writer_.Line(area.x + pad, area.y, area.width - 2 * pad, text, colour);
     return true;
   }
-  void Reserve(const Area& area) { taken_.push_back(area); }
+  void Reserve(const scene::Area& area) { taken_.push_back(area); }
 
  private:
   const PictureLayout& layout_;
-  const Area image_;
+  const scene::Area image_;
   Writer& writer_;
-  std::vector<Area> taken_;
+  std::vector<scene::Area> taken_;
 };
 
-void AddFrame(const Area& area, float width, const Colour& colour, Writer& writer) {
+void AddFrame(const scene::Area& area, float width, const scene::Colour& colour, Writer& writer) {
   writer.Box({area.x, area.y, area.width, width}, colour);
   writer.Box({area.x, area.bottom() - width, area.width, width}, colour);
   writer.Box({area.x, area.y + width, width, area.height - 2 * width}, colour);
@@ -233,16 +233,16 @@ void AddStressScale(const OverlayInput& input, const PictureLayout& layout,
   const Carriers& carriers = input.facts.carriers.front();  // all cameras have the same tool
   if (!input.config.stress || !carriers.tool) return;
   constexpr int kSteps = 24;
-  const Area& image = layout.image;
+  const scene::Area& image = layout.image;
   const float width = 12 * layout.em / kSteps, y = image.bottom() - 2.6F * layout.line();
   const float x = image.x + 0.6F * layout.em;
   for (int k = 0; k < kSteps; ++k) {
     writer.Box({x + static_cast<float>(k) * width, y, width, 0.8F * layout.line()},
-               StressColour((k + 0.5) / kSteps));
+               display::StressColour((k + 0.5) / kSteps));
   }
   annotations.Reserve({x, y, kSteps * width, layout.line()});
   float largest_Pa = 0;
-  for (const BendStation& station : carriers.tool->bend.stations) {
+  for (const scene::BendStation& station : carriers.tool->bend.stations) {
     largest_Pa = std::max(largest_Pa, station.stress_Pa);
   }
   annotations.Write(
@@ -255,7 +255,7 @@ void AddStressScale(const OverlayInput& input, const PictureLayout& layout,
 }  // namespace
 
 void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
-               DisplayList& list) {
+               scene::DisplayList& list) {
   Writer writer(layout, text_width, list);
   AddBar(facts, layout, writer);
   AddColumn(PanelsOf(facts), layout, writer);
@@ -264,15 +264,16 @@ void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWi
 
 void AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
                     const std::vector<Label>& labels, const TextWidth& text_width,
-                    DisplayList& list) {
+                    scene::DisplayList& list) {
   Writer writer(layout, text_width, list);
   Annotations annotations(layout, writer);
-  const Area& image = layout.image;
+  const scene::Area& image = layout.image;
   const float inset = 0.6F * layout.em;
-  const ViewState& state = *input.facts.state;
-  const CameraStatus& status = CameraOf(state, k).status;
-  if (status.name != CameraName::kNone) {
-    annotations.Write(image.x + inset, image.y + inset, CameraNameText(status.name), kTitle);
+  const view_link::ViewState& state = *input.facts.state;
+  const status::CameraStatus& status = view_link::CameraOf(state, k).status;
+  if (status.name != status::CameraName::kNone) {
+    annotations.Write(image.x + inset, image.y + inset, status::CameraNameText(status.name),
+                      kTitle);
   }
   const auto reasons = StaleReasons(input.facts, std::span(&k, 1));
   if (!reasons.empty()) {
@@ -295,10 +296,11 @@ void AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayou
                       fmt::format("deflection exaggerated {:g} times", input.config.exaggeration),
                       kStale);
   }
-  if (status.prompt != BoardPrompt::kNone) {
+  if (status.prompt != lens::BoardPrompt::kNone) {
     annotations.Write(
         image.x + inset, image.y + inset,
-        fmt::format("→ {} ({} views)", BoardPromptText(status.prompt), status.board_views), kStale);
+        fmt::format("→ {} ({} views)", lens::BoardPromptText(status.prompt), status.board_views),
+        kStale);
   }
   AddStressScale(input, layout, annotations, writer);
   for (const Label& label : labels) {
@@ -310,17 +312,19 @@ void AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayou
 
 namespace {
 
-DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layout,
-                           const TextWidth& text_width) {
-  DisplayList list;
+scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layout,
+                                  const TextWidth& text_width) {
+  scene::DisplayList list;
   const std::vector<std::size_t>& shown = input.facts.shown;
-  const auto& first = CameraOf(*input.facts.state, shown.front()).image;
-  const ImageSize size = first ? ImageSize{first->width, first->height} : ImageSize{1920, 1080};
-  const std::vector<Area> parts = SplitArea(layout.image, shown.size(), size, kGap_em * layout.em);
+  const auto& first = view_link::CameraOf(*input.facts.state, shown.front()).image;
+  const lens::ImageSize size =
+      first ? lens::ImageSize{first->width, first->height} : lens::ImageSize{1920, 1080};
+  const std::vector<scene::Area> parts =
+      SplitArea(layout.image, shown.size(), size, kGap_em * layout.em);
   for (std::size_t i = 0; i < shown.size(); ++i) {
     PictureLayout part = layout;
     part.image = parts[i];
-    DisplayList& view = i == 0 ? list : list.beside.emplace_back();
+    scene::DisplayList& view = i == 0 ? list : list.beside.emplace_back();
     if (shown.size() > 1) view.area = part.image;
     std::vector<Label> labels;
     AddOverlay(input, shown[i], part, view, labels);
@@ -332,8 +336,8 @@ DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layou
 
 }  // namespace
 
-DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
-                      const TextWidth& text_width) {
+scene::DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
+                             const TextWidth& text_width) {
   const ViewFacts& facts = input.facts;
   if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
     ViewFacts silent = facts;
@@ -343,13 +347,13 @@ DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,
   return PictureOfState(input, layout, text_width);
 }
 
-DisplayList PictureWithoutState(const ViewFacts& facts, const PictureLayout& layout,
-                                const TextWidth& text_width) {
-  DisplayList list;
+scene::DisplayList PictureWithoutState(const ViewFacts& facts, const PictureLayout& layout,
+                                       const TextWidth& text_width) {
+  scene::DisplayList list;
   list.size = layout.size;
   list.pinhole = PinholeIn(layout.image, PlainLens({1920, 1080}), {1920, 1080});
   AddPanels(facts, layout, text_width, list);
   return list;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

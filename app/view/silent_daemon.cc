@@ -1,26 +1,27 @@
 #include "app/view/silent_daemon.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
-bool DaemonIsSilent(const ViewState& state, const std::string& link_problem, double now_s) {
+bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_problem,
+                    double now_s) {
   const double limit_s = link_problem.empty() ? kDaemonSilent_s : kStateOld_s;
   return now_s - state.now_s > limit_s;
 }
 
-std::optional<ViewState> WithdrawnState(const ViewState& state, const std::string& link_problem,
-                                        double now_s) {
+std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& state,
+                                                   const std::string& link_problem, double now_s) {
   const bool done = state.health.reason == HealthReason::kNoDaemon;
   if (done || !DaemonIsSilent(state, link_problem, now_s)) return std::nullopt;
-  ViewState withdrawn = state;
+  view_link::ViewState withdrawn = state;
   withdrawn.health = HealthOf({.daemon_silent = true});
   withdrawn.data_age_s += now_s - state.now_s;
-  for (ViewPoint& point : withdrawn.points) point.valid = false;
+  for (view_link::ViewPoint& point : withdrawn.points) point.valid = false;
   return withdrawn;
 }
 
-std::string InvalidReason(const ViewPoint& point, const ViewState& state) {
+std::string InvalidReason(const view_link::ViewPoint& point, const view_link::ViewState& state) {
   if (state.health.reason == HealthReason::kNoDaemon) return Describe(state.health.reason);
   return std::string(Describe(point.code));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

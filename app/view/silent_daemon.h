@@ -6,7 +6,7 @@
 
 #include "app/view_link/view_state.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 /// The daemon sends at least five states per second.
 inline constexpr double kStateOld_s = 1.0;      ///< limit once the connection is lost
@@ -14,15 +14,16 @@ inline constexpr double kDaemonSilent_s = 2.0;  ///< limit while connected: the 
 
 /// Whether the daemon has ended or hangs; nothing it reported may then be shown as current.
 /// @param link_problem  why no states arrive; empty: connected
-bool DaemonIsSilent(const ViewState& state, const std::string& link_problem, double now_s);
+bool DaemonIsSilent(const view_link::ViewState& state, const std::string& link_problem,
+                    double now_s);
 
 /// The last state of a silent daemon as page and display may show it: health "no daemon", no point
 /// valid, and the present age of the robot reading.
 /// @return  nullopt while the daemon reports, or if the state is already withdrawn
-std::optional<ViewState> WithdrawnState(const ViewState& state, const std::string& link_problem,
-                                        double now_s);
+std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& state,
+                                                   const std::string& link_problem, double now_s);
 
 /// Why a displayed point has no valid correction.
-std::string InvalidReason(const ViewPoint& point, const ViewState& state);
+std::string InvalidReason(const view_link::ViewPoint& point, const view_link::ViewState& state);
 
-}  // namespace plumbline
+}  // namespace plumbline::view

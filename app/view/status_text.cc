@@ -8,7 +8,7 @@
 #include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::view {
 namespace {
 
 constexpr double kMmPerMetre = 1e3;
@@ -40,37 +40,38 @@ Tone ToneOf(HealthSeverity severity) {
 
 }  // namespace
 
-Tone ToneOf(const ViewPoint& point, const ViewState& state) {
+Tone ToneOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
   if (!point.valid) return Tone::kBad;
   constexpr std::uint16_t kDoubts = warning::kDrift | warning::kModelSetAside;
   const bool doubtful = point.extrapolated || point.differs ||
-                        point.basis == RadiusBasis::kUnknown || (state.warnings & kDoubts) != 0;
+                        point.basis == model::RadiusBasis::kUnknown ||
+                        (state.warnings & kDoubts) != 0;
   if (doubtful) return Tone::kAttention;
-  return point.basis == RadiusBasis::kAssumed ? Tone::kPlain : Tone::kGood;
+  return point.basis == model::RadiusBasis::kAssumed ? Tone::kPlain : Tone::kGood;
 }
 
 namespace {
 
-void AddBits(std::uint16_t word, std::span<const BitMeaning> bits, Tone tone, Panel& panel) {
-  for (const BitMeaning& bit : bits) {
+void AddBits(std::uint16_t word, std::span<const plc::BitMeaning> bits, Tone tone, Panel& panel) {
+  for (const plc::BitMeaning& bit : bits) {
     if ((word & bit.mask) != 0) panel.lines.push_back({bit.meaning, tone});
   }
 }
 
-Panel AlarmPanel(const ViewState& state, const CellHealth& health) {
+Panel AlarmPanel(const view_link::ViewState& state, const CellHealth& health) {
   Panel panel{"Alarms and warnings", {}};
   if (health.severity >= HealthSeverity::kAttention) {
     panel.lines.push_back({std::string("→ ") + RemedyOf(health.reason), ToneOf(health.severity)});
   }
-  AddBits(state.alarms, plc_map::AlarmBits(), Tone::kBad, panel);
-  AddBits(state.warnings, plc_map::WarningBits(), Tone::kAttention, panel);
+  AddBits(state.alarms, plc::registers::AlarmBits(), Tone::kBad, panel);
+  AddBits(state.warnings, plc::registers::WarningBits(), Tone::kAttention, panel);
   if (panel.lines.empty()) panel.lines.push_back({"none", Tone::kGood});
   return panel;
 }
 
 /// "side: " if the cameras have names, else empty.
-std::string CameraPrefix(const ViewCamera& camera) {
-  const std::string name = CameraNameText(camera.status.name);
+std::string CameraPrefix(const view_link::ViewCamera& camera) {
+  const std::string name = status::CameraNameText(camera.status.name);
   return name.empty() ? "" : name + ": ";
 }
 
@@ -79,7 +80,7 @@ using LinesOfCamera = std::vector<PanelLine> (*)(const ViewFacts& facts, std::si
 Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
                 LinesOfCamera lines_of) {
   Panel panel{title, {}};
-  const std::vector<ViewCamera>& cameras = facts.state->cameras;
+  const std::vector<view_link::ViewCamera>& cameras = facts.state->cameras;
   if (cameras.empty()) panel.lines.push_back({without, Tone::kFaded});
   std::vector<PanelLine> rest;
   for (std::size_t k = 0; k < cameras.size(); ++k) {
@@ -94,16 +95,17 @@ Panel OfCameras(const char* title, const ViewFacts& facts, const char* without,
 }
 
 std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
-  const ViewCamera& camera = facts.state->cameras[k];
-  const CameraStatus& status = camera.status;
-  const bool valid = status.state == ZoomState::kValid;
-  const bool in_place = valid && status.reason == ZoomReason::kTagsGood;
+  const view_link::ViewCamera& camera = facts.state->cameras[k];
+  const status::CameraStatus& status = camera.status;
+  const bool valid = status.state == lens::ZoomState::kValid;
+  const bool in_place = valid && status.reason == lens::ZoomReason::kTagsGood;
   std::vector<PanelLine> lines = {
       {in_place ? "valid: tags in place"  // short: must fit one line behind a camera name
-                : fmt::format("{}: {}", ZoomStateText(status.state), ZoomReasonText(status.reason)),
+                : fmt::format("{}: {}", lens::ZoomStateText(status.state),
+                              lens::ZoomReasonText(status.reason)),
        valid ? Tone::kGood : Tone::kAttention}};
-  if (status.prompt != BoardPrompt::kNone) {
-    lines.push_back({"→ " + std::string(BoardPromptText(status.prompt)), Tone::kAttention});
+  if (status.prompt != lens::BoardPrompt::kNone) {
+    lines.push_back({"→ " + std::string(lens::BoardPromptText(status.prompt)), Tone::kAttention});
     lines.push_back({facts.model != nullptr
                          ? fmt::format("{} of {} views recorded", status.board_views,
                                        facts.model->config.vision.board.views)
@@ -137,18 +139,18 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
 }
 
 Panel CorrectionPanel(const ViewFacts& facts) {
-  const ViewState& state = *facts.state;
+  const view_link::ViewState& state = *facts.state;
   Panel panel{"Correction ±radius (95 %), mm", {}};
   const auto name_of = [&](int id) {
     if (facts.model != nullptr) {
-      for (const AssemblyPoint& point : facts.model->config.machine.points) {
+      for (const correction::AssemblyPoint& point : facts.model->config.machine.points) {
         if (point.id == id && !point.name.empty()) return point.name;
       }
     }
     return fmt::format("point {}", id);
   };
   if (state.points.empty()) panel.lines.push_back({"no points", Tone::kFaded});
-  for (const ViewPoint& point : state.points) {
+  for (const view_link::ViewPoint& point : state.points) {
     if (!point.valid) {
       panel.lines.push_back(
           {fmt::format("{}: {}", name_of(point.id), InvalidReason(point, state)), Tone::kBad});
@@ -158,7 +160,7 @@ Panel CorrectionPanel(const ViewFacts& facts) {
         {fmt::format("{}: {:.2f} ±{:.2f} {}{}", name_of(point.id),
                      kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
                      Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
-         ToneOf(point, state)});
+         view::ToneOf(point, state)});
     if (point.differs) {
       panel.lines.push_back(
           {fmt::format("{}: not the taught posture", name_of(point.id)), Tone::kAttention});
@@ -196,7 +198,7 @@ Panel DistancePanel(const ViewFacts& facts) {
     const std::string names = pair.a + " / " + pair.b;
     if (!pair.separation) {
       rest.push_back({names + ": not measured", Tone::kFaded});
-    } else if (pair.state == Proximity::kInterference) {
+    } else if (pair.state == scene::Proximity::kInterference) {
       panel.lines.push_back(
           {pair.separation->touching
                ? fmt::format("{}: INTERFERENCE, {} deep", names, Mm(pair.separation->depth_m))
@@ -204,7 +206,7 @@ Panel DistancePanel(const ViewFacts& facts) {
            Tone::kBad});
     } else {
       rest.push_back({fmt::format("{}: {}", names, Mm(pair.separation->distance_m, 1)),
-                      pair.state == Proximity::kNear ? Tone::kAttention : Tone::kPlain});
+                      pair.state == scene::Proximity::kNear ? Tone::kAttention : Tone::kPlain});
     }
   }
   for (const MeasuredSweep& sweep : measured->sweeps) {
@@ -227,7 +229,7 @@ Panel DistancePanel(const ViewFacts& facts) {
 }
 
 std::vector<PanelLine> CameraLines(const ViewFacts& facts, std::size_t k) {
-  const ViewCamera& camera = facts.state->cameras[k];
+  const view_link::ViewCamera& camera = facts.state->cameras[k];
   std::vector<PanelLine> lines;
   if (!camera.image) {
     lines.push_back({"no image yet", Tone::kAttention});
@@ -243,16 +245,16 @@ std::vector<PanelLine> CameraLines(const ViewFacts& facts, std::size_t k) {
 }
 
 std::vector<PanelLine> TagLines(const ViewFacts& facts, std::size_t k) {
-  const std::vector<ViewTag>& seen = facts.state->cameras[k].tags;
+  const std::vector<view_link::ViewTag>& seen = facts.state->cameras[k].tags;
   std::string text = fmt::format("{} visible", seen.size());
   if (facts.model != nullptr) {
-    const TagsConfig& tags = facts.model->config.vision.tags;
+    const config::TagsConfig& tags = facts.model->config.vision.tags;
     text += tags.threshold ? fmt::format(", threshold {}", *tags.threshold)
                            : std::string(", threshold automatic");
   }
   std::vector<PanelLine> lines = {{text, seen.empty() ? Tone::kAttention : Tone::kPlain}};
   std::string ids;
-  for (const ViewTag& tag : seen) {
+  for (const view_link::ViewTag& tag : seen) {
     ids += fmt::format("{}{}{}", ids.empty() ? "" : " ", tag.id, tag.ambiguous ? "?" : "");
   }
   if (!ids.empty()) lines.push_back({ids, Tone::kFaded});
@@ -263,7 +265,8 @@ Panel ObjectsPanel(const ViewFacts& facts) {
   Panel panel{"Objects", facts.objects};
   if (facts.table != nullptr) {
     const auto shown = std::count_if(
-        facts.table->objects.begin(), facts.table->objects.end(), [&](const SceneObject& object) {
+        facts.table->objects.begin(), facts.table->objects.end(),
+        [&](const scene::SceneObject& object) {
           return object.visible && std::any_of(facts.carriers.begin(), facts.carriers.end(),
                                                [&](const Carriers& camera) {
                                                  return camera.Find(object.on) != nullptr;
@@ -276,8 +279,8 @@ Panel ObjectsPanel(const ViewFacts& facts) {
   return panel;
 }
 
-Panel ModelPanel(const ViewState& state) {
-  const MonitoringStatus& monitoring = state.monitoring;
+Panel ModelPanel(const view_link::ViewState& state) {
+  const status::MonitoringStatus& monitoring = state.monitoring;
   Panel panel{"Model", {}};
   panel.lines.push_back(state.model_version > 0
                             ? PanelLine{fmt::format("version {} in force", state.model_version)}
@@ -321,7 +324,7 @@ std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
 }
 
 std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t k) {
-  const ViewCamera& camera = facts.state->cameras[k];
+  const view_link::ViewCamera& camera = facts.state->cameras[k];
   const Carriers& carriers = facts.carriers[k];
   std::vector<std::string> reasons;
   if (!camera.image) {
@@ -329,9 +332,9 @@ std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t 
   } else if (carriers.image_stale) {
     reasons.push_back("last image " + AgeText(facts.now_s - camera.image->time_s));
   }
-  if (camera.status.state != ZoomState::kValid) {
-    reasons.push_back(fmt::format("lens {}: {}", ZoomStateText(camera.status.state),
-                                  ZoomReasonText(camera.status.reason)));
+  if (camera.status.state != lens::ZoomState::kValid) {
+    reasons.push_back(fmt::format("lens {}: {}", lens::ZoomStateText(camera.status.state),
+                                  lens::ZoomReasonText(camera.status.reason)));
   } else if (camera.image && !camera.lens) {
     reasons.emplace_back("no lens for the image");
   }
@@ -349,7 +352,7 @@ std::vector<std::string> StaleCameraReasons(const ViewFacts& facts, std::size_t 
 std::vector<std::string> StaleReasons(const ViewFacts& facts,
                                       std::span<const std::size_t> cameras) {
   if (facts.state == nullptr) return {};
-  const ViewState& state = *facts.state;
+  const view_link::ViewState& state = *facts.state;
   std::vector<std::string> reasons;
   if (facts.now_s - state.now_s > kStateOld_s) {
     reasons.push_back("last data from plumblined " + AgeText(facts.now_s - state.now_s));
@@ -375,7 +378,7 @@ CellHealth DisplayedHealth(const ViewFacts& facts) {
   const SceneMeasurements* const measured = facts.measured;
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
   const auto touches = [](const MeasuredPair& pair) {
-    return pair.state == Proximity::kInterference;
+    return pair.state == scene::Proximity::kInterference;
   };
   const auto blocked = [](const MeasuredSweep& sweep) {
     return sweep.result && sweep.result->hits;
@@ -393,7 +396,7 @@ CellHealth DisplayedHealth(const ViewFacts& facts) {
 
 PanelLine Headline(const ViewFacts& facts) {
   if (facts.state == nullptr) return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
-  const ViewState& state = *facts.state;
+  const view_link::ViewState& state = *facts.state;
   if (DaemonIsSilent(state, facts.link_problem, facts.now_s)) {
     const std::string why = facts.link_problem.empty()
                                 ? "last data " + AgeText(facts.now_s - state.now_s)
@@ -429,12 +432,13 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts) {
 
 std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count) {
   std::vector<PanelLine> messages;
-  std::vector<ViewLine> lines = facts.viewer_lines;
+  std::vector<view_link::ViewLine> lines = facts.viewer_lines;
   if (facts.state != nullptr) {
     lines.insert(lines.end(), facts.state->lines.begin(), facts.state->lines.end());
   }
-  std::stable_sort(lines.begin(), lines.end(),
-                   [](const ViewLine& a, const ViewLine& b) { return a.utc_s < b.utc_s; });
+  std::stable_sort(
+      lines.begin(), lines.end(),
+      [](const view_link::ViewLine& a, const view_link::ViewLine& b) { return a.utc_s < b.utc_s; });
   for (std::size_t k = lines.size() - std::min(count, lines.size()); k < lines.size(); ++k) {
     const Tone tone = lines[k].level <= 3   ? Tone::kBad
                       : lines[k].level == 4 ? Tone::kAttention
@@ -447,4 +451,4 @@ std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count)
   return messages;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -9,7 +9,7 @@
 #include "app/view/carriers.h"
 #include "app/view/scene_measurements.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 enum class Tone { kPlain, kGood, kAttention, kBad, kFaded };
 
@@ -25,15 +25,15 @@ struct Panel {
 
 /// Everything that the texts and the overlay are derived from.
 struct ViewFacts {
-  const ViewState* state = nullptr;      ///< null: none received yet
-  std::span<const Carriers> carriers;    ///< of each camera of the state; at least one
-  std::vector<std::size_t> shown = {0};  ///< indices of the displayed cameras
+  const view_link::ViewState* state = nullptr;  ///< null: none received yet
+  std::span<const Carriers> carriers;           ///< of each camera of the state; at least one
+  std::vector<std::size_t> shown = {0};         ///< indices of the displayed cameras
   const ViewModel* model = nullptr;
-  const ObjectTable* table = nullptr;
+  const scene::ObjectTable* table = nullptr;
   const SceneMeasurements* measured = nullptr;
-  std::vector<PanelLine> objects;      ///< remarks on the object table and its mesh files
-  std::vector<ViewLine> viewer_lines;  ///< the viewer's own log
-  std::string link_problem;            ///< why no states arrive; empty: they do
+  std::vector<PanelLine> objects;  ///< remarks on the object table and its mesh files
+  std::vector<view_link::ViewLine> viewer_lines;  ///< the viewer's own log
+  std::string link_problem;                       ///< why no states arrive; empty: they do
   double now_s = 0;
   std::vector<double> frames_per_s;  ///< received frame rate of each camera
 };
@@ -43,7 +43,7 @@ struct ViewFacts {
 CellHealth DisplayedHealth(const ViewFacts& facts);
 
 /// Tone of a point: good only if nothing is known that invalidates its stated 95 % radius.
-Tone ToneOf(const ViewPoint& point, const ViewState& state);
+Tone ToneOf(const view_link::ViewPoint& point, const view_link::ViewState& state);
 
 /// The top bar: overall state in one word, with the reason.
 PanelLine Headline(const ViewFacts& facts);
@@ -61,4 +61,4 @@ std::vector<Panel> PanelsOf(const ViewFacts& facts);
 /// The newest `count` log lines of daemon and viewer, oldest first.
 std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count);
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -8,23 +8,24 @@
 #include "app/config/text_file.h"
 #include "app/model_store/model_store.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
-std::optional<ViewModel> ReadViewModel(const std::string& path, int version, FaultList& faults) {
-  std::optional<DaemonConfig> config = ReadDaemonConfig(path, faults);
+std::optional<ViewModel> ReadViewModel(const std::string& path, int version,
+                                       config::FaultList& faults) {
+  std::optional<config::DaemonConfig> config = config::ReadDaemonConfig(path, faults);
   if (!config) return std::nullopt;
   if (version > 0) {
     const std::string file = fmt::format("{}/models/{:04}.toml", config->state_directory, version);
-    const FileSource files = [&](const std::string& name) {
-      return ReadTextFile(name == config->cell_file ? file : name);
+    const config::FileSource files = [&](const std::string& name) {
+      return config::ReadTextFile(name == config->cell_file ? file : name);
     };
-    const Result<std::string> text = ReadTextFile(path);
-    FaultList own;
-    std::optional<DaemonConfig> applied;
-    if (text) applied = DaemonConfigFromText(*text, path, files, own);
+    const Result<std::string> text = config::ReadTextFile(path);
+    config::FaultList own;
+    std::optional<config::DaemonConfig> applied;
+    if (text) applied = config::DaemonConfigFromText(*text, path, files, own);
     if (!applied) {
       faults.Append(own);
-      faults.Add({Fault::Severity::kFault, file, 0, "",
+      faults.Add({config::Fault::Severity::kFault, file, 0, "",
                   fmt::format("model version {} is in force but cannot be read; the tool and the "
                               "assembly points are not drawn",
                               version)});
@@ -32,8 +33,8 @@ std::optional<ViewModel> ReadViewModel(const std::string& path, int version, Fau
     }
     config = std::move(applied);
   }
-  LoadedArm arm(config->machine.cell);
+  deflection::LoadedArm arm(config->machine.cell);
   return ViewModel{std::move(*config), std::move(arm), version};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -8,18 +8,19 @@
 #include "app/config/fault.h"
 #include "firmware-like/deflection/loaded_arm.h"
 
-namespace plumbline {
+namespace plumbline::view {
 
 struct ViewModel {
-  DaemonConfig config;
-  LoadedArm arm;
+  config::DaemonConfig config;
+  deflection::LoadedArm arm;
   int version = 0;  ///< in the model store; 0: the cell file
 };
 
 /// Reads the configuration with the model version that the daemon reports as in force. Writes
 /// nothing: the model store belongs to the daemon.
-/// @param version  ViewState::model_version; 0: the cell file named by the configuration
+/// @param version  view_link::ViewState::model_version; 0: the cell file named by the configuration
 /// @return         nullopt if the configuration, a file it names or that version has a fault
-std::optional<ViewModel> ReadViewModel(const std::string& path, int version, FaultList& faults);
+std::optional<ViewModel> ReadViewModel(const std::string& path, int version,
+                                       config::FaultList& faults);
 
-}  // namespace plumbline
+}  // namespace plumbline::view

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace plumbline {
+namespace plumbline::view_link {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
@@ -23,7 +23,7 @@ static_assert(kMagic.size() + sizeof(Fields) == kSceneMessageBytes);
 
 }  // namespace
 
-SceneMessage EncodeScene(const SceneStatus& scene) {
+SceneMessage EncodeScene(const status::SceneStatus& scene) {
   const Fields fields{scene.interferences, scene.unmeasured,
                       scene.blocked,       static_cast<float>(kMillimetres * scene.smallest_m),
                       scene.object_a,      scene.object_b};
@@ -33,7 +33,7 @@ SceneMessage EncodeScene(const SceneStatus& scene) {
   return message;
 }
 
-std::optional<SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes) {
+std::optional<status::SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes) {
   if (bytes.size() != kSceneMessageBytes) return std::nullopt;
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return std::nullopt;
   Fields fields;
@@ -45,7 +45,7 @@ std::optional<SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes) {
                        (fields.object_a == 0) == (fields.object_b == 0);
   const bool distance_of_nothing = fields.object_a == 0 && fields.smallest_mm != 0;
   if (!counts || !distance || !numbers || distance_of_nothing) return std::nullopt;
-  SceneStatus scene;
+  status::SceneStatus scene;
   scene.interferences = fields.interferences;
   scene.unmeasured = fields.unmeasured;
   scene.blocked = fields.blocked;
@@ -55,4 +55,4 @@ std::optional<SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes) {
   return scene;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

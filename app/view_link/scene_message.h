@@ -8,7 +8,7 @@
 
 #include "firmware-like/status/scene_status.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 
 /// Little-endian: "plumbsc2", interferences (u32), unmeasured (u32), blocked paths (u32), smallest
 /// [mm] (f32), object a (u16), object b (u16).
@@ -16,12 +16,12 @@ inline constexpr std::size_t kSceneMessageBytes = 28;
 using SceneMessage = std::array<std::uint8_t, kSceneMessageBytes>;
 
 /// `scene.time_s` is not sent; the receiver stamps the time of arrival.
-SceneMessage EncodeScene(const SceneStatus& scene);
+SceneMessage EncodeScene(const status::SceneStatus& scene);
 
 /// @return  nullopt if the bytes are not a complete message or a value is implausible: a count
 ///          above kMaxScenePairs, a distance outside 0..1 km, an object number above 9999, or
 ///          object numbers and distance that contradict each other. Never reads beyond `bytes`.
 inline constexpr std::uint32_t kMaxScenePairs = 5000;
-std::optional<SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes);
+std::optional<status::SceneStatus> DecodeScene(std::span<const std::uint8_t> bytes);
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

@@ -20,7 +20,7 @@
 #include "app/view_link/view_publisher.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 namespace {
 
 constexpr std::size_t kMaxMessageBytes = 1 << 21;
@@ -30,7 +30,7 @@ constexpr std::uint64_t kMaxSlotBytes = std::uint64_t{1} << 30;
 /// One message, with the descriptor sent along with it, if any.
 struct Received {
   ssize_t bytes = 0;
-  Descriptor descriptor;
+  os::Descriptor descriptor;
 };
 
 Received ReceiveFrom(int socket, std::vector<char>& message) {
@@ -89,7 +89,7 @@ bool ViewClient::Connect() {
   return true;
 }
 
-bool ViewClient::MapMemory(const Descriptor& memory, std::size_t slot_bytes) {
+bool ViewClient::MapMemory(const os::Descriptor& memory, std::size_t slot_bytes) {
   if (at_ != nullptr) munmap(const_cast<std::uint8_t*>(at_), bytes_);
   at_ = nullptr;
   if (!images_) return true;
@@ -147,7 +147,7 @@ bool ViewClient::CopyImages(View& view) const {
   return true;
 }
 
-void ViewClient::SendScene(const SceneStatus& scene) {
+void ViewClient::SendScene(const status::SceneStatus& scene) {
   if (!socket_) return;
   const SceneMessage message = EncodeScene(scene);
   // No retry: the message would be outdated. Read() detects a lost connection.
@@ -207,4 +207,4 @@ bool ViewClient::Read(double timeout_s, View& view) {
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

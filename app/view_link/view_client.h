@@ -12,7 +12,7 @@
 #include "firmware-like/result.h"
 #include "firmware-like/status/scene_status.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 
 /// A state with the viewer's own copy of its images.
 struct View {
@@ -42,7 +42,7 @@ class ViewClient {
   bool Read(double timeout_s, View& view);
 
   /// Sends the measured scene without waiting; the daemon accepts it only from its own user.
-  void SendScene(const SceneStatus& scene);
+  void SendScene(const status::SceneStatus& scene);
 
   bool connected() const { return static_cast<bool>(socket_); }
   /// Why no states arrive, with a remedy; empty while they do.
@@ -51,13 +51,13 @@ class ViewClient {
  private:
   bool Connect();
   void Disconnect(std::string problem);
-  bool MapMemory(const Descriptor& memory, std::size_t slot_bytes);
+  bool MapMemory(const os::Descriptor& memory, std::size_t slot_bytes);
   bool CopyImages(View& view) const;
   bool CopyImage(const ViewImage& image, View::Pixels& pixels) const;
 
   const std::string path_;
   const bool images_;
-  Descriptor socket_;
+  os::Descriptor socket_;
   const std::uint8_t* at_ = nullptr;
   std::size_t bytes_ = 0, slot_bytes_ = 0;
   int memory_ = 0;  ///< number of the shared memory, counted by this client
@@ -67,4 +67,4 @@ class ViewClient {
   std::string problem_ = "not connected yet";
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

@@ -8,7 +8,7 @@
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -21,7 +21,7 @@ Json NumberJson(double value) {
 }
 
 double NumberOf(const Json& json) {
-  return json.is_null() ? CameraStatus::kNever : json.get<double>();
+  return json.is_null() ? status::CameraStatus::kNever : json.get<double>();
 }
 
 template <typename Vector>
@@ -48,9 +48,9 @@ Vec3 Vec3Of(const Json& json) {
   return v;
 }
 
-JointVector JointsOf(const Json& json) {
-  if (json.size() > kMaxJoints) throw std::out_of_range("too many joints");
-  JointVector q(static_cast<Eigen::Index>(json.size()));
+model::JointVector JointsOf(const Json& json) {
+  if (json.size() > model::kMaxJoints) throw std::out_of_range("too many joints");
+  model::JointVector q(static_cast<Eigen::Index>(json.size()));
   ReadVector(json, q);
   return q;
 }
@@ -77,7 +77,7 @@ template <typename T>
 std::optional<T> OptionalOf(const Json& json) {
   if (json.is_null()) return std::nullopt;
   if constexpr (std::is_integral_v<T>) {
-    return IntegerFromJson<T>(json);
+    return config::IntegerFromJson<T>(json);
   } else {
     return json.get<T>();
   }
@@ -86,7 +86,7 @@ std::optional<T> OptionalOf(const Json& json) {
 /// An enumerator between 0 and `last`.
 template <typename E>
 E EnumOf(const Json& json, E last) {
-  const int number = IntegerFromJson<int>(json);
+  const int number = config::IntegerFromJson<int>(json);
   if (number < 0 || number > static_cast<int>(last)) {
     throw std::out_of_range(fmt::format("{} is outside 0..{}", number, static_cast<int>(last)));
   }
@@ -94,7 +94,7 @@ E EnumOf(const Json& json, E last) {
 }
 
 int IntWithin(const Json& json, int low, int high) {
-  const auto number = IntegerFromJson<std::int64_t>(json);
+  const auto number = config::IntegerFromJson<std::int64_t>(json);
   if (number < low || number > high) {
     throw std::out_of_range(fmt::format("{} is outside {}..{}", number, low, high));
   }
@@ -119,20 +119,20 @@ Json ImageJson(const ViewImage& image) {
 ViewImage ImageOf(const Json& json) {
   ViewImage image;
   image.slot = IntWithin(json.at("slot"), 0, kMaxSlots - 1);
-  image.stamp = IntegerFromJson<std::uint32_t>(json.at("stamp"));
+  image.stamp = config::IntegerFromJson<std::uint32_t>(json.at("stamp"));
   image.width = IntWithin(json.at("width"), 1, kMaxSide_px);
   image.height = IntWithin(json.at("height"), 1, kMaxSide_px);
   image.colour = json.at("colour").get<bool>();
   image.time_s = json.at("time_s").get<double>();
-  image.sequence = IntegerFromJson<std::uint64_t>(json.at("sequence"));
+  image.sequence = config::IntegerFromJson<std::uint64_t>(json.at("sequence"));
   return image;
 }
 
-Json LensJson(const Lens& l) {
+Json LensJson(const lens::Lens& l) {
   return {l.fx, l.fy, l.cx, l.cy, l.k1, l.k2, l.p1, l.p2, l.k3};
 }
 
-Lens LensOf(const Json& json) {
+lens::Lens LensOf(const Json& json) {
   Eigen::Matrix<double, 9, 1> v;
   ReadVector(json, v);
   if (!(v[0] > 0) || !(v[1] > 0)) throw std::out_of_range("a focal length is not positive");
@@ -146,23 +146,25 @@ struct Flag {
   bool Status::*value;
 };
 constexpr std::array kCameraFlags = {
-    Flag<CameraStatus>{"lens_stale", &CameraStatus::lens_stale},
-    Flag<CameraStatus>{"camera_lost", &CameraStatus::camera_lost},
-    Flag<CameraStatus>{"zoom_unknown", &CameraStatus::zoom_unknown},
-    Flag<CameraStatus>{"board_wanted", &CameraStatus::board_wanted},
-    Flag<CameraStatus>{"fiducials_hidden", &CameraStatus::fiducials_hidden},
-    Flag<CameraStatus>{"fiducial_moved", &CameraStatus::fiducial_moved},
-    Flag<CameraStatus>{"store_fault", &CameraStatus::store_fault},
-    Flag<CameraStatus>{"tip_valid", &CameraStatus::tip_valid},
+    Flag<status::CameraStatus>{"lens_stale", &status::CameraStatus::lens_stale},
+    Flag<status::CameraStatus>{"camera_lost", &status::CameraStatus::camera_lost},
+    Flag<status::CameraStatus>{"zoom_unknown", &status::CameraStatus::zoom_unknown},
+    Flag<status::CameraStatus>{"board_wanted", &status::CameraStatus::board_wanted},
+    Flag<status::CameraStatus>{"fiducials_hidden", &status::CameraStatus::fiducials_hidden},
+    Flag<status::CameraStatus>{"fiducial_moved", &status::CameraStatus::fiducial_moved},
+    Flag<status::CameraStatus>{"store_fault", &status::CameraStatus::store_fault},
+    Flag<status::CameraStatus>{"tip_valid", &status::CameraStatus::tip_valid},
 };
 constexpr std::array kMonitoringFlags = {
-    Flag<MonitoringStatus>{"recording", &MonitoringStatus::recording},
-    Flag<MonitoringStatus>{"drift_alarm", &MonitoringStatus::drift_alarm},
-    Flag<MonitoringStatus>{"learning", &MonitoringStatus::learning},
-    Flag<MonitoringStatus>{"reference_refused", &MonitoringStatus::reference_refused},
-    Flag<MonitoringStatus>{"diagnosing", &MonitoringStatus::diagnosing},
-    Flag<MonitoringStatus>{"fault", &MonitoringStatus::fault},
-    Flag<MonitoringStatus>{"storage_unavailable", &MonitoringStatus::storage_unavailable},
+    Flag<status::MonitoringStatus>{"recording", &status::MonitoringStatus::recording},
+    Flag<status::MonitoringStatus>{"drift_alarm", &status::MonitoringStatus::drift_alarm},
+    Flag<status::MonitoringStatus>{"learning", &status::MonitoringStatus::learning},
+    Flag<status::MonitoringStatus>{"reference_refused",
+                                   &status::MonitoringStatus::reference_refused},
+    Flag<status::MonitoringStatus>{"diagnosing", &status::MonitoringStatus::diagnosing},
+    Flag<status::MonitoringStatus>{"fault", &status::MonitoringStatus::fault},
+    Flag<status::MonitoringStatus>{"storage_unavailable",
+                                   &status::MonitoringStatus::storage_unavailable},
 };
 
 template <typename Status, typename Flags>
@@ -174,7 +176,7 @@ void ReadFlags(const Json& json, const Flags& flags, Status& status) {
   for (const auto& flag : flags) status.*flag.value = json.at(flag.name).template get<bool>();
 }
 
-Json CameraStatusJson(const CameraStatus& status) {
+Json CameraStatusJson(const status::CameraStatus& status) {
   Json json = {
       {"configured", status.configured},
       {"name", static_cast<int>(status.name)},
@@ -195,17 +197,17 @@ Json CameraStatusJson(const CameraStatus& status) {
   return json;
 }
 
-CameraStatus CameraStatusOf(const Json& json) {
-  CameraStatus status;
+status::CameraStatus CameraStatusOf(const Json& json) {
+  status::CameraStatus status;
   status.configured = json.at("configured").get<bool>();
-  status.name = EnumOf(json.at("name"), CameraName::kTop);
-  status.state = EnumOf(json.at("state"), ZoomState::kRefused);
-  status.reason = EnumOf(json.at("reason"), ZoomReason::kBoardCancelled);
-  status.prompt = EnumOf(json.at("prompt"), BoardPrompt::kFarther);
-  status.board_views = IntegerFromJson<std::uint16_t>(json.at("board_views"));
+  status.name = EnumOf(json.at("name"), status::CameraName::kTop);
+  status.state = EnumOf(json.at("state"), lens::ZoomState::kRefused);
+  status.reason = EnumOf(json.at("reason"), lens::ZoomReason::kBoardCancelled);
+  status.prompt = EnumOf(json.at("prompt"), lens::BoardPrompt::kFarther);
+  status.board_views = config::IntegerFromJson<std::uint16_t>(json.at("board_views"));
   status.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
   status.focus_counts = OptionalOf<std::int32_t>(json.at("focus_counts"));
-  status.lens_id = IntegerFromJson<std::uint32_t>(json.at("lens_id"));
+  status.lens_id = config::IntegerFromJson<std::uint32_t>(json.at("lens_id"));
   status.zoom_time_s = NumberOf(json.at("zoom_time_s"));
   status.frame_time_s = NumberOf(json.at("frame_time_s"));
   ReadFlags(json, kCameraFlags, status);
@@ -227,7 +229,7 @@ Json CameraJson(const ViewCamera& camera) {
                {"bodies", Json::array()}};
   for (const ViewTag& tag : camera.tags) {
     Json corners = Json::array();
-    for (const Vec2& corner : tag.corners_px) corners.push_back(VectorJson(corner));
+    for (const lens::Vec2& corner : tag.corners_px) corners.push_back(VectorJson(corner));
     json["tags"].push_back({{"id", tag.id},
                             {"corners_px", corners},
                             {"X_CM", tag.X_CM ? PoseJson(*tag.X_CM) : Json(nullptr)},
@@ -249,7 +251,7 @@ ViewCamera CameraOf(const Json& json) {
   if (!json.at("lens").is_null()) camera.lens = LensOf(json.at("lens"));
   for (const Json& entry : ListAt(json, "tags")) {
     ViewTag tag;
-    tag.id = IntegerFromJson<int>(entry.at("id"));
+    tag.id = config::IntegerFromJson<int>(entry.at("id"));
     for (std::size_t k = 0; k < tag.corners_px.size(); ++k) {
       ReadVector(entry.at("corners_px").at(k), tag.corners_px[k]);
     }
@@ -290,21 +292,21 @@ Json PointsJson(const std::vector<ViewPoint>& points) {
 
 ViewPoint PointOf(const Json& json) {
   ViewPoint point;
-  point.id = IntegerFromJson<int>(json.at("id"));
+  point.id = config::IntegerFromJson<int>(json.at("id"));
   point.valid = json.at("valid").get<bool>();
   point.extrapolated = json.at("extrapolated").get<bool>();
-  point.code = EnumOf(json.at("code"), kLastCorrectionCode);
+  point.code = EnumOf(json.at("code"), correction::kLastCorrectionCode);
   point.X_BP_command = PoseOfJson(json.at("X_BP_command"));
   point.translation_B = Vec3Of(json.at("translation_B_m"));
   point.uncertainty_m = NumberOf(json.at("uncertainty_m"));
-  point.basis = EnumOf(json.at("basis"), RadiusBasis::kMeasured);
+  point.basis = EnumOf(json.at("basis"), model::RadiusBasis::kMeasured);
   point.q = JointsOf(ListAt(json, "q"));
   point.taught = json.at("taught").get<bool>();
   point.differs = json.at("differs").get<bool>();
   return point;
 }
 
-Json MonitoringJson(const MonitoringStatus& status) {
+Json MonitoringJson(const status::MonitoringStatus& status) {
   Json json = {{"applied", status.model.applied},
                {"proposed", status.model.proposed},
                {"declared", status.model.declared},
@@ -316,14 +318,14 @@ Json MonitoringJson(const MonitoringStatus& status) {
   return json;
 }
 
-MonitoringStatus MonitoringOf(const Json& json) {
-  MonitoringStatus status;
+status::MonitoringStatus MonitoringOf(const Json& json) {
+  status::MonitoringStatus status;
   ReadFlags(json, kMonitoringFlags, status);
-  status.model.applied = IntegerFromJson<int>(json.at("applied"));
-  status.model.proposed = IntegerFromJson<int>(json.at("proposed"));
-  status.model.declared = IntegerFromJson<int>(json.at("declared"));
-  status.probes = IntegerFromJson<std::uint32_t>(json.at("probes"));
-  status.quarantined = IntegerFromJson<std::uint32_t>(json.at("quarantined"));
+  status.model.applied = config::IntegerFromJson<int>(json.at("applied"));
+  status.model.proposed = config::IntegerFromJson<int>(json.at("proposed"));
+  status.model.declared = config::IntegerFromJson<int>(json.at("declared"));
+  status.probes = config::IntegerFromJson<std::uint32_t>(json.at("probes"));
+  status.quarantined = config::IntegerFromJson<std::uint32_t>(json.at("quarantined"));
   status.drift_statistic = NumberOf(json.at("drift_statistic"));
   status.residual_m = Vec3Of(json.at("residual_m"));
   return status;
@@ -341,14 +343,14 @@ Json CycleJson(const ViewCycle& cycle) {
 ViewCycle CycleOf(const Json& json) {
   ViewCycle cycle{NumberOf(json.at("uptime_s")),
                   NumberOf(json.at("longest_s")),
-                  IntegerFromJson<std::uint64_t>(json.at("cycles")),
-                  IntegerFromJson<std::uint64_t>(json.at("late")),
+                  config::IntegerFromJson<std::uint64_t>(json.at("cycles")),
+                  config::IntegerFromJson<std::uint64_t>(json.at("late")),
                   {}};
   const Json& starts = ListAt(json, "starts");
   if (starts.size() != cycle.starts.counts.size())
     throw std::out_of_range("another number of lateness classes");
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    cycle.starts.counts[k] = IntegerFromJson<std::uint64_t>(starts[k]);
+    cycle.starts.counts[k] = config::IntegerFromJson<std::uint64_t>(starts[k]);
   }
   cycle.starts.sum_s = json.at("starts_sum_s").get<double>();
   return cycle;
@@ -366,7 +368,7 @@ Json LinesJson(const std::vector<ViewLine>& lines) {
 }
 
 ViewState StateOf(const Json& json) {
-  if (const int schema = IntegerFromJson<int>(json.at("schema")); schema != kViewSchema) {
+  if (const int schema = config::IntegerFromJson<int>(json.at("schema")); schema != kViewSchema) {
     throw std::out_of_range(fmt::format(
         "schema {} instead of {}: plumblined and this program are of different versions", schema,
         kViewSchema));
@@ -376,10 +378,10 @@ ViewState StateOf(const Json& json) {
   state.utc_s = json.at("utc_s").get<double>();
   state.version = json.at("version").get<std::string>();
   state.cell = json.at("cell").get<std::string>();
-  state.model_version = IntegerFromJson<int>(json.at("model_version"));
-  state.status = IntegerFromJson<std::uint16_t>(json.at("status"));
-  state.alarms = IntegerFromJson<std::uint16_t>(json.at("alarms"));
-  state.warnings = IntegerFromJson<std::uint16_t>(json.at("warnings"));
+  state.model_version = config::IntegerFromJson<int>(json.at("model_version"));
+  state.status = config::IntegerFromJson<std::uint16_t>(json.at("status"));
+  state.alarms = config::IntegerFromJson<std::uint16_t>(json.at("alarms"));
+  state.warnings = config::IntegerFromJson<std::uint16_t>(json.at("warnings"));
   const auto reason = EnumOf(json.at("health"), kLastHealthReason);
   state.health = {SeverityOf(reason), reason};
   state.data_age_s = NumberOf(json.at("data_age_s"));
@@ -391,11 +393,11 @@ ViewState StateOf(const Json& json) {
   for (const Json& point : ListAt(json, "points")) state.points.push_back(PointOf(point));
   state.monitoring = MonitoringOf(json.at("monitoring"));
   for (const Json& camera : ListAt(json, "cameras")) state.cameras.push_back(CameraOf(camera));
-  if (state.cameras.size() > kMaxCameras) throw std::out_of_range("too many cameras");
+  if (state.cameras.size() > model::kMaxCameras) throw std::out_of_range("too many cameras");
   for (const Json& line : ListAt(json, "lines")) {
-    state.lines.push_back({IntegerFromJson<std::uint64_t>(line.at("number")),
-                           line.at("utc_s").get<double>(), IntegerFromJson<int>(line.at("level")),
-                           line.at("text").get<std::string>()});
+    state.lines.push_back(
+        {config::IntegerFromJson<std::uint64_t>(line.at("number")), line.at("utc_s").get<double>(),
+         config::IntegerFromJson<int>(line.at("level")), line.at("text").get<std::string>()});
   }
   return state;
 }
@@ -428,7 +430,7 @@ std::string JsonOfView(const ViewState& state) {
 
 Result<ViewState> ViewOfJson(std::string_view text) {
   try {
-    const Result<Json> json = JsonFromText<Json>(text);
+    const Result<Json> json = text::JsonFromText<Json>(text);
     if (json) return StateOf(*json);
     return Error{fmt::format(
         "data from plumblined cannot be read: {}; restart plumblined and this program, so that "
@@ -442,4 +444,4 @@ Result<ViewState> ViewOfJson(std::string_view text) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

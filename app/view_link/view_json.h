@@ -7,7 +7,7 @@
 #include "app/view_link/view_state.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 
 /// Incremented with every change that an older reader would misinterpret.
 inline constexpr int kViewSchema = 5;
@@ -19,4 +19,4 @@ std::string JsonOfView(const ViewState& state);
 /// @return  the state, or what is wrong: another schema, a missing or implausible value
 Result<ViewState> ViewOfJson(std::string_view text);
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

@@ -17,7 +17,7 @@
 #include "app/view_link/view_json.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 namespace {
 
 /// Limits the size of a message; a state with many points and log lines fits.
@@ -31,7 +31,7 @@ std::atomic_ref<std::uint32_t> StampIn(std::uint8_t* slot) {
 /// Lets the daemon's group connect. A plain chmod() would follow a symbolic link that replaced the
 /// socket after it was bound.
 bool OpenToGroup(const std::string& path) {
-  const Descriptor at(open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
+  const os::Descriptor at(open(path.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
   if (!at) return false;
   struct stat about {};
   const bool is_socket = fstat(at.get(), &about) == 0 && S_ISSOCK(about.st_mode);
@@ -51,7 +51,7 @@ Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& pa
                              sizeof address.sun_path - 1)};
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  Descriptor made(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  os::Descriptor made(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!made)
     return Error{fmt::format("{}: cannot create a socket: {}", path, std::strerror(errno))};
   struct stat about {};
@@ -64,7 +64,7 @@ Result<std::unique_ptr<ViewPublisher>> ViewPublisher::Open(const std::string& pa
   return std::unique_ptr<ViewPublisher>(new ViewPublisher(path, std::move(made)));
 }
 
-ViewPublisher::ViewPublisher(std::string path, Descriptor socket)
+ViewPublisher::ViewPublisher(std::string path, os::Descriptor socket)
     : path_(std::move(path)), socket_(std::move(socket)) {}
 
 ViewPublisher::~ViewPublisher() {
@@ -98,7 +98,7 @@ bool ViewPublisher::ReceiveScenes(const Viewer& viewer) {
 
 void ViewPublisher::Accept() {
   for (;;) {
-    Descriptor viewer(accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    os::Descriptor viewer(accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!viewer) return;
     if (viewers_.size() >= kMaxViewers) continue;
     setsockopt(viewer.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
@@ -117,7 +117,7 @@ void ViewPublisher::Drop(std::size_t index) {
 bool ViewPublisher::Reserve(std::size_t bytes) {
   if (bytes <= slot_bytes_) return true;
   const std::size_t slot = (bytes + 4095) / 4096 * 4096;
-  Descriptor fresh(memfd_create("plumbline-view", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  os::Descriptor fresh(memfd_create("plumbline-view", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!fresh) return false;
   void* const at =
       ftruncate(fresh.get(), static_cast<off_t>(kSlots * slot)) == 0
@@ -135,7 +135,7 @@ bool ViewPublisher::Reserve(std::size_t bytes) {
   return true;
 }
 
-std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const LumaView& luma,
+std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const lens::LumaView& luma,
                                               const std::uint8_t* bgr) {
   const std::size_t row = static_cast<std::size_t>(luma.width) * (bgr != nullptr ? 3 : 1);
   const auto height = static_cast<std::size_t>(luma.height);
@@ -196,4 +196,4 @@ void ViewPublisher::Send(const ViewState& state) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

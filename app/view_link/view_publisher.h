@@ -15,7 +15,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 
 /// Listens on a Unix socket; the file's mode decides who may connect. Viewers can send one message
 /// only (scene_message.h), and only processes of the daemon's own user. A new viewer receives the
@@ -29,7 +29,7 @@ namespace plumbline {
 class ViewPublisher {
  public:
   static constexpr int kSlotsPerCamera = 3,
-                       kSlots = kSlotsPerCamera * static_cast<int>(kMaxCameras);
+                       kSlots = kSlotsPerCamera * static_cast<int>(model::kMaxCameras);
   static constexpr int kMaxViewers = 8;
 
   /// @param path  of the socket, at most 107 bytes; a leftover socket is replaced
@@ -47,7 +47,8 @@ class ViewPublisher {
   /// @param bgr  the same image in colour, without padding; may be null
   /// @return     its location, with time and sequence left to the caller; nullopt if there is no
   ///             memory for it
-  std::optional<ViewImage> Share(std::size_t camera, const LumaView& luma, const std::uint8_t* bgr);
+  std::optional<ViewImage> Share(std::size_t camera, const lens::LumaView& luma,
+                                 const std::uint8_t* bgr);
   /// Number of the shared memory. When it changes, images shared earlier are gone.
   int memory_number() const { return memory_number_; }
 
@@ -55,31 +56,31 @@ class ViewPublisher {
 
   /// The newest scene message from a viewer of the daemon's own user, stamped with its time of
   /// arrival; nullopt: none yet. Other users' messages and malformed ones are discarded.
-  const std::optional<SceneStatus>& scene() const { return scene_; }
+  const std::optional<status::SceneStatus>& scene() const { return scene_; }
 
  private:
   struct Viewer {
-    Descriptor socket;
+    os::Descriptor socket;
     int memory_sent = -1;         ///< number of the shared memory that it was sent
     bool may_send_scene = false;  ///< it runs as the daemon's own user
   };
-  ViewPublisher(std::string path, Descriptor socket);
+  ViewPublisher(std::string path, os::Descriptor socket);
   bool Reserve(std::size_t bytes);
   void Accept();
   bool SendMemory(Viewer& viewer);
   void Drop(std::size_t index);
 
   const std::string path_;
-  const Descriptor socket_;
+  const os::Descriptor socket_;
   std::vector<Viewer> viewers_;
-  Descriptor memory_;
+  os::Descriptor memory_;
   int memory_number_ = 0;
   std::uint8_t* at_ = nullptr;
   std::size_t slot_bytes_ = 0;
-  std::array<int, kMaxCameras> next_{};  ///< next slot of each camera
+  std::array<int, model::kMaxCameras> next_{};  ///< next slot of each camera
   std::uint32_t stamp_ = 0;
   bool ReceiveScenes(const Viewer& viewer);
-  std::optional<SceneStatus> scene_;
+  std::optional<status::SceneStatus> scene_;
 };
 
 /// Header of a slot; the pixels follow at offset kViewPixels.
@@ -103,4 +104,4 @@ struct ViewMemory {
   std::uint64_t slot_bytes = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

@@ -13,7 +13,7 @@
 #include "firmware-like/status/camera_status.h"
 #include "firmware-like/status/monitoring_status.h"
 
-namespace plumbline {
+namespace plumbline::view_link {
 
 /// Socket of the view link.
 inline std::string ViewSocketOf(const std::string& state_directory) {
@@ -32,7 +32,7 @@ struct ViewImage {
 
 struct ViewTag {
   int id = 0;
-  std::array<Vec2, 4> corners_px;  ///< from the tag's own top left, clockwise as seen upright
+  std::array<lens::Vec2, 4> corners_px;  ///< from the tag's own top left, clockwise as seen upright
   std::optional<Pose> X_CM;
   bool ambiguous = false;
 };
@@ -45,10 +45,10 @@ struct ViewBody {
 
 /// A camera with its status and the detections in its newest image.
 struct ViewCamera {
-  CameraStatus status;
+  status::CameraStatus status;
   std::string serial, mode;
   std::optional<ViewImage> image;  ///< nullopt: no image yet
-  std::optional<Lens> lens;        ///< the lens in use for that image
+  std::optional<lens::Lens> lens;  ///< the lens in use for that image
   std::vector<ViewTag> tags;
   std::vector<ViewBody> bodies;
 };
@@ -65,14 +65,14 @@ struct ViewLine {
 struct ViewPoint {
   int id = 0;
   bool valid = false, extrapolated = false;
-  CorrectionCode code = CorrectionCode::kPending;
+  correction::CorrectionCode code = correction::CorrectionCode::kPending;
   Pose X_BP_command;
   Vec3 translation_B = Vec3::Zero();  ///< command position minus target position [m]
   double uncertainty_m = 0;           ///< 95 % radius of the attained position
-  RadiusBasis basis = RadiusBasis::kUnknown;
-  JointVector q{};       ///< commanded posture [rad] or [m]
-  bool taught = false;   ///< the configuration states the joints at which the point was taught
-  bool differs = false;  ///< the commanded posture is not the taught one
+  model::RadiusBasis basis = model::RadiusBasis::kUnknown;
+  model::JointVector q{};  ///< commanded posture [rad] or [m]
+  bool taught = false;     ///< the configuration states the joints at which the point was taught
+  bool differs = false;    ///< the commanded posture is not the taught one
 };
 
 /// Timing of the machine cycle since the daemon started.
@@ -92,11 +92,11 @@ struct ViewState {
   CellHealth health;
   double data_age_s = 0;  ///< age of the robot reading
   ViewCycle cycle;
-  JointVector q;  ///< last trusted reading [rad] or [m]; may be empty
+  model::JointVector q;  ///< last trusted reading [rad] or [m]; may be empty
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();
   std::vector<ViewPoint> points;  ///< in configured order
-  MonitoringStatus monitoring;
+  status::MonitoringStatus monitoring;
   std::vector<ViewCamera> cameras;  ///< in configured order; empty: no camera configured
   std::vector<ViewLine> lines;      ///< the newest, oldest first
 };
@@ -107,4 +107,4 @@ inline const ViewCamera& CameraOf(const ViewState& state, std::size_t k) {
   return k < state.cameras.size() ? state.cameras[k] : kNone;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_link

@@ -15,7 +15,7 @@
 #include "app/view_process/png_file.h"
 #include "app/view_process/view_entries.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 namespace {
 
 constexpr std::size_t kMaxJobs = 8;  ///< further alarms are logged, without pictures
@@ -33,7 +33,7 @@ bool IsOurs(const std::filesystem::path& file) {
 
 }  // namespace
 
-AlarmPictures::AlarmPictures(std::string folder, AlarmPictureLimits limits, LogSink sink)
+AlarmPictures::AlarmPictures(std::string folder, AlarmPictureLimits limits, log::LogSink sink)
     : folder_(std::move(folder)),
       limits_(limits),
       sink_(std::move(sink)),
@@ -48,7 +48,7 @@ AlarmPictures::~AlarmPictures() {
   thread_.join();
 }
 
-void AlarmPictures::Remember(RgbImage picture, double now_s) {
+void AlarmPictures::Remember(display::RgbImage picture, double now_s) {
   remembered_s_ = now_s;
   if (Enqueue({std::move(picture), after_alarm_, ""})) after_alarm_ = false;
 }
@@ -151,8 +151,8 @@ void AlarmPictures::Write(const std::string& png) {
   if (const auto written = WritePngBytes(file, png); !written) {
     sink_(ViewFault("picture of an alarm not stored: " + written.error()));
   } else {
-    sink_({Event::kAlarmPicture, "picture of an alarm kept: " + file, {{"FILE", file}}});
+    sink_({log::Event::kAlarmPicture, "picture of an alarm kept: " + file, {{"FILE", file}}});
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

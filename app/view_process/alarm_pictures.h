@@ -12,7 +12,7 @@
 #include "app/log/log_entry.h"
 #include "drivers/display/picture.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Limits on the stored alarm pictures; the oldest are deleted first.
 struct AlarmPictureLimits {
@@ -28,14 +28,14 @@ class AlarmPictures {
   static constexpr double kPeriod_s = 1.0;  ///< from one remembered picture to the next
   static constexpr std::size_t kBefore = 3;
 
-  AlarmPictures(std::string folder, AlarmPictureLimits limits, LogSink sink);
+  AlarmPictures(std::string folder, AlarmPictureLimits limits, log::LogSink sink);
   ~AlarmPictures();
   AlarmPictures(const AlarmPictures&) = delete;
   AlarmPictures& operator=(const AlarmPictures&) = delete;
 
   /// Whether the picture that is being drawn should be passed to Remember().
   bool Due(double now_s) const { return after_alarm_ || now_s - remembered_s_ >= kPeriod_s; }
-  void Remember(RgbImage picture, double now_s);
+  void Remember(display::RgbImage picture, double now_s);
 
   /// Takes the alarm word of the newest state. A newly set bit stores the remembered pictures and
   /// the next one.
@@ -44,7 +44,7 @@ class AlarmPictures {
  private:
   /// Either a picture to remember or an alarm to store.
   struct Job {
-    RgbImage picture;
+    display::RgbImage picture;
     bool after_alarm = false;  ///< the first picture after an alarm
     std::string name;          ///< base name of the alarm's files; empty: a picture
   };
@@ -57,7 +57,7 @@ class AlarmPictures {
 
   const std::string folder_;
   const AlarmPictureLimits limits_;
-  const LogSink sink_;
+  const log::LogSink sink_;
   double remembered_s_ = -1e300;
   std::uint16_t alarms_ = 0;
   bool observed_ = false;
@@ -75,4 +75,4 @@ class AlarmPictures {
   std::thread thread_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -2,7 +2,7 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 namespace {
 
 constexpr double kMeasurementTimeout_s = 3;  ///< for a current state and its measurements
@@ -19,7 +19,7 @@ void AwaitMeasured(Viewer& viewer, double meshes_timeout_s) {
   // First the table is read, then its meshes, then the distances are measured.
   const double until_s = MonotonicSeconds() + meshes_timeout_s;
   for (;;) {
-    const ViewFacts& facts = viewer.Facts();
+    const view::ViewFacts& facts = viewer.Facts();
     const bool read = viewer.config().objects_file.empty() ||
                       (viewer.scene()->version > 0 && viewer.scene()->complete);
     const bool measured =
@@ -32,10 +32,10 @@ void AwaitMeasured(Viewer& viewer, double meshes_timeout_s) {
   for (bool newer = false, measured = false;
        !(newer && measured) && MonotonicSeconds() < asked_s + kMeasurementTimeout_s;) {
     newer = viewer.Read(0.05) || newer;
-    const ViewFacts& facts = viewer.Facts();
+    const view::ViewFacts& facts = viewer.Facts();
     measured =
         facts.table == nullptr || (facts.measured != nullptr && facts.measured->time_s >= asked_s);
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -3,7 +3,7 @@
 
 #include "app/view_process/viewer.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// @return  false if no state arrived in time; the viewer's link_problem gives the reason
 bool AwaitState(Viewer& viewer, double timeout_s);
@@ -12,4 +12,4 @@ bool AwaitState(Viewer& viewer, double timeout_s);
 /// and its measurements. Meshes that take longer are left out.
 void AwaitMeasured(Viewer& viewer, double meshes_timeout_s);
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -9,7 +9,7 @@
 
 #include "app/view_process/await_state.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 namespace {
 
 constexpr int kIncomplete = 1, kNoAnswer = 2;
@@ -27,17 +27,17 @@ std::string XyzText(const Vec3& p_W) {
   return fmt::format("({:.2f}, {:.2f}, {:.2f})", 1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z());
 }
 
-const char* StateName(const MeasuredPair& pair) {
+const char* StateName(const view::MeasuredPair& pair) {
   if (!pair.separation) return "not measured";
-  return pair.separation->touching         ? "interference"
-         : pair.state == Proximity::kApart ? "apart"
-                                           : "near";
+  return pair.separation->touching                ? "interference"
+         : pair.state == scene::Proximity::kApart ? "apart"
+                                                  : "near";
 }
 
 /// Builds the text and the JSON form of the report side by side.
 class DistanceReport {
  public:
-  void Add(const MeasuredDistance& one) {
+  void Add(const view::MeasuredDistance& one) {
     nlohmann::json json = {{"name", one.name}, {"distance_mm", nullptr}};
     if (one.distance_m) {
       json["distance_mm"] = 1e3 * *one.distance_m;
@@ -49,12 +49,12 @@ class DistanceReport {
     }
     json_["distances"].push_back(json);
   }
-  void Add(const PlacedPoint& one) {
+  void Add(const view::PlacedPoint& one) {
     json_["points"].push_back(
         {{"name", one.name}, {"xyz_W_mm", one.p_W ? XyzJson(*one.p_W) : nlohmann::json()}});
     one.p_W ? Line(one.name, "at " + XyzText(*one.p_W) + " mm") : Missing(one.name);
   }
-  void Add(const MeasuredPair& one) {
+  void Add(const view::MeasuredPair& one) {
     const std::string name = one.a + " / " + one.b;
     nlohmann::json json = {{"objects", {one.a, one.b}}, {"state", StateName(one)}};
     json["distance_mm"] = json["depth_mm"] = nullptr;
@@ -94,29 +94,29 @@ class DistanceReport {
 }  // namespace
 
 int PrintDistances(const DistanceOptions& options) {
-  FaultList faults;
-  std::optional<ViewModel> model = ReadViewModel(options.config_file, 0, faults);
+  config::FaultList faults;
+  std::optional<view::ViewModel> model = view::ReadViewModel(options.config_file, 0, faults);
   if (!model) {
-    std::cerr << FaultsText(faults);
+    std::cerr << config::FaultsText(faults);
     return kIncomplete;
   }
   if (model->config.overlay.objects_file.empty()) {
     return RefuseDistance(kIncomplete,
                           options.config_file + ": no object table; set objects under [overlay]");
   }
-  Viewer viewer(options.config_file, std::move(*model), [](const LogEntry&) {});
+  Viewer viewer(options.config_file, std::move(*model), [](const log::LogEntry&) {});
   if (!AwaitState(viewer, options.state_wait_s)) {
     return RefuseDistance(kNoAnswer, viewer.Facts().link_problem);
   }
   AwaitMeasured(viewer, options.meshes_wait_s);
-  const ViewFacts& facts = viewer.Facts();
+  const view::ViewFacts& facts = viewer.Facts();
   if (facts.table == nullptr || facts.measured == nullptr) {
     std::string why = "the object table has not been read";
-    for (const PanelLine& line : facts.objects) why += "\n  " + line.text;
+    for (const view::PanelLine& line : facts.objects) why += "\n  " + line.text;
     return RefuseDistance(kIncomplete, why);
   }
-  const SceneMeasurements& measured = *facts.measured;
-  if (facts.now_s - measured.time_s > kMeasuredFresh_s) {
+  const view::SceneMeasurements& measured = *facts.measured;
+  if (facts.now_s - measured.time_s > view::kMeasuredFresh_s) {
     return RefuseDistance(kNoAnswer,
                           "the measurements are outdated: no data arrives from plumblined");
   }
@@ -126,14 +126,14 @@ int PrintDistances(const DistanceOptions& options) {
     return options.names.empty() || left.contains(name);
   };
   DistanceReport report;
-  for (const MeasuredDistance& one : measured.distances) {
+  for (const view::MeasuredDistance& one : measured.distances) {
     if (wanted(one.name)) report.Add(one);
   }
-  for (const MeasuredPair& one : measured.pairs) {
+  for (const view::MeasuredPair& one : measured.pairs) {
     const bool a = wanted(one.a), b = wanted(one.b);
     if (a || b) report.Add(one);
   }
-  for (const PlacedPoint& one : measured.points) {
+  for (const view::PlacedPoint& one : measured.points) {
     if (wanted(one.name)) report.Add(one);
   }
   for (const std::string& name : left) {
@@ -156,4 +156,4 @@ int PrintDistances(const DistanceOptions& options) {
   return report.complete() ? 0 : kIncomplete;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

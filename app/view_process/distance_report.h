@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 struct DistanceOptions {
   std::string config_file;
@@ -18,4 +18,4 @@ struct DistanceOptions {
 ///          an unknown name, or an object without a pose; 2 no daemon, or writing failed
 int PrintDistances(const DistanceOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -7,7 +7,7 @@
 
 #include "app/view_process/view_entries.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 void Drawing::Release(const std::string& why) {
   renderer_.reset();
@@ -22,13 +22,13 @@ bool Drawing::Ready(double now_s) {
   if (renderer_) return true;
   if (now_s - tried_s_ < kRetry_s) return false;
   tried_s_ = now_s;
-  auto context = GlContext::Create();
+  auto context = display::GlContext::Create();
   if (!context) {
     Release("cannot draw: " + context.error());
     return false;
   }
   context_ = std::move(context).value();
-  auto renderer = Renderer::Create(*context_);
+  auto renderer = display::Renderer::Create(*context_);
   if (!renderer) {
     Release("cannot draw: " + renderer.error());
     return false;
@@ -41,11 +41,11 @@ bool Drawing::Ready(double now_s) {
 
 const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneSnapshot>& scene) {
   if (!renderer_ || scene == scene_) return numbers_;
-  std::map<const CheckedMesh*, int> known;
+  std::map<const scene::CheckedMesh*, int> known;
   for (std::size_t k = 0; k < numbers_.size(); ++k) {
     if (numbers_[k] != 0) known[scene_->meshes[k].get()] = numbers_[k];
   }
-  const std::map<const CheckedMesh*, int> before = known;
+  const std::map<const scene::CheckedMesh*, int> before = known;
   std::vector<int> numbers;
   for (const MeshOfObject& mesh : scene->meshes) {
     if (!mesh) {
@@ -73,15 +73,15 @@ const std::vector<int>& Drawing::Meshes(const std::shared_ptr<const SceneSnapsho
   return numbers_;
 }
 
-bool Drawing::Draw(const DisplayList& list) {
+bool Drawing::Draw(const scene::DisplayList& list) {
   if (!renderer_) return false;
-  const DrawResult result = renderer_->Draw(list);
+  const display::DrawResult result = renderer_->Draw(list);
   for (const std::string& remark : renderer_->TakeRemarks()) sink_(ViewNote(remark));
-  if (result == DrawResult::kDrawn) {
+  if (result == display::DrawResult::kDrawn) {
     refused_.clear();
     return true;
   }
-  if (result == DrawResult::kContextLost) {
+  if (result == display::DrawResult::kContextLost) {
     Release("the GPU was reset; meshes and images are loaded again");
     tried_s_ = -1e300;
     return false;
@@ -92,11 +92,11 @@ bool Drawing::Draw(const DisplayList& list) {
   return false;
 }
 
-TextWidth Drawing::text_width() {
+view::TextWidth Drawing::text_width() {
   return [this](const std::string& text, float height_px) {
     return renderer_ ? renderer_->TextWidth(text, height_px)
                      : 0.5F * height_px * static_cast<float>(text.size());
   };
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -12,14 +12,14 @@
 #include "drivers/display/gl_context.h"
 #include "drivers/display/renderer.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Used by one thread.
 class Drawing {
  public:
   static constexpr double kRetry_s = 10;
 
-  explicit Drawing(LogSink sink) : sink_(std::move(sink)) {}
+  explicit Drawing(log::LogSink sink) : sink_(std::move(sink)) {}
 
   /// Creates context and renderer if there are none and an attempt is due. A failure is logged
   /// once.
@@ -31,22 +31,22 @@ class Drawing {
   const std::vector<int>& Meshes(const std::shared_ptr<const SceneSnapshot>& scene);
 
   /// @return  whether a picture was drawn
-  bool Draw(const DisplayList& list);
+  bool Draw(const scene::DisplayList& list);
 
-  Renderer& renderer() { return *renderer_; }
-  TextWidth text_width();
+  display::Renderer& renderer() { return *renderer_; }
+  view::TextWidth text_width();
   const std::string& problem() const { return problem_; }
 
  private:
   void Release(const std::string& why);
 
-  const LogSink sink_;
-  std::unique_ptr<GlContext> context_;
-  std::unique_ptr<Renderer> renderer_;          ///< destroyed before its context
-  std::shared_ptr<const SceneSnapshot> scene_;  ///< whose meshes are loaded
-  std::vector<int> numbers_;                    ///< mesh numbers of its objects
+  const log::LogSink sink_;
+  std::unique_ptr<display::GlContext> context_;
+  std::unique_ptr<display::Renderer> renderer_;  ///< destroyed before its context
+  std::shared_ptr<const SceneSnapshot> scene_;   ///< whose meshes are loaded
+  std::vector<int> numbers_;                     ///< mesh numbers of its objects
   double tried_s_ = -1e300;
   std::string problem_, refused_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

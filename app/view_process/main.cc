@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
       "plumbline-view");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   std::string config = "/etc/plumbline/plumbline.toml";
-  plumbline::SnapshotOptions snapshot;
+  plumbline::view_process::SnapshotOptions snapshot;
   std::string size;
   app.add_option("config,--config", config, "Configuration file of the daemon")
       ->capture_default_str();
@@ -23,14 +23,15 @@ int main(int argc, char** argv) {
   app.add_option("--size", size, "Size of the picture, for example 1280x720")
       ->needs(out)
       ->check([](const std::string& text) {
-        return plumbline::PictureSizeFrom(text) ? "" : plumbline::PictureSizeProblem(text);
+        return plumbline::view::PictureSizeFrom(text) ? ""
+                                                      : plumbline::view::PictureSizeProblem(text);
       });
   app.add_option("--camera", snapshot.camera, "Name of the camera to show, or both")->needs(out);
   bool print_distances = false;
   auto* const distances =
       app.add_flag("--distances", print_distances, "Print distances of the object table and exit")
           ->excludes(out);
-  plumbline::DistanceOptions distance;
+  plumbline::view_process::DistanceOptions distance;
   app.add_option("--name", distance.names, "Name of a distance, point or object; default: all")
       ->needs(distances);
   app.add_flag("--json", snapshot.json, "Print the picture's content, or the distances, as JSON");
@@ -48,10 +49,10 @@ int main(int argc, char** argv) {
   if (print_distances) {
     distance.config_file = config;
     distance.json = snapshot.json;
-    return plumbline::PrintDistances(distance);
+    return plumbline::view_process::PrintDistances(distance);
   }
-  if (snapshot.out.empty()) return plumbline::RunView(config);
+  if (snapshot.out.empty()) return plumbline::view_process::RunView(config);
   snapshot.config_file = config;
-  if (!size.empty()) snapshot.size = *plumbline::PictureSizeFrom(size);
-  return plumbline::TakeSnapshot(snapshot);
+  if (!size.empty()) snapshot.size = *plumbline::view::PictureSizeFrom(size);
+  return plumbline::view_process::TakeSnapshot(snapshot);
 }

@@ -6,7 +6,7 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 bool PageHost::Same(const Settings& a, const Settings& b) {
   // The page uses only the number of joints.
@@ -18,13 +18,13 @@ void PageHost::WarnIfTokenReadable() const {
   struct stat file {};
   if (settings_->page.token.empty() || stat(file_.c_str(), &file) != 0) return;
   if ((file.st_mode & S_IROTH) == 0) return;
-  sink_({Event::kPageFault,
+  sink_({log::Event::kPageFault,
          fmt::format("{0} holds the page's token and is readable by every user of this computer; "
                      "restrict it: chown root:plumbline {0} && chmod 640 {0}",
                      file_)});
 }
 
-void PageHost::Open(const DaemonConfig& config) {
+void PageHost::Open(const config::DaemonConfig& config) {
   Settings settings{config.page, config.state_directory, config.machine.cell.robot.joints};
   if (page_ && Same(*settings_, settings)) return;
   page_.reset();
@@ -44,16 +44,17 @@ void PageHost::Poll(double now_s) {
 
 void PageHost::TryServe() {
   tried_s_ = MonotonicSeconds();
-  PageOptions options;
+  page::PageOptions options;
   options.config = settings_->page;
   options.state_directory = settings_->state_directory;
   options.joints = settings_->joints;
-  Descriptor listener(held_ ? fcntl(held_.get(), F_DUPFD_CLOEXEC, 3) : -1);
-  auto page = Page::Start(std::move(options), shown_, sink_, std::move(listener));
+  os::Descriptor listener(held_ ? fcntl(held_.get(), F_DUPFD_CLOEXEC, 3) : -1);
+  auto page = page::Page::Start(std::move(options), shown_, sink_, std::move(listener));
   if (!page) {
     if (problem_ != page.error()) {
-      sink_({Event::kPageFault, fmt::format("the page is not served: {} (retrying every {:.0f} s)",
-                                            page.error(), kRetry_s)});
+      sink_({log::Event::kPageFault,
+             fmt::format("the page is not served: {} (retrying every {:.0f} s)", page.error(),
+                         kRetry_s)});
     }
     problem_ = page.error();
     return;
@@ -61,14 +62,15 @@ void PageHost::TryServe() {
   problem_.clear();
   page_ = std::move(page).value();
   WarnIfTokenReadable();
-  sink_({Event::kPageServed, fmt::format("the page is served on http://{}/", page_->at().Text())});
+  sink_({log::Event::kPageServed,
+         fmt::format("the page is served on http://{}/", page_->at().Text())});
   const int port = settings_->page.port.value_or(0);
   if (held_ && port != 0 && port != page_->at().port) {
-    sink_({Event::kPageFault,
+    sink_({log::Event::kPageFault,
            fmt::format("page.port is {}, but the service manager's socket listens on {}, which "
                        "is used; set the same port in both (systemctl edit plumbline-view.socket)",
                        port, page_->at().port)});
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -10,7 +10,7 @@
 #include "app/page/page.h"
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Logs to `sink` whether the page is served. A page that cannot be served affects nothing else; it
 /// is retried every kRetry_s, since its address may come up with the network or its port become
@@ -20,37 +20,37 @@ class PageHost {
   static constexpr double kRetry_s = 5;
 
   /// @param held  listening socket from the service manager, kept open; may be invalid
-  PageHost(DisplayMailbox& shown, Descriptor held, LogSink sink)
+  PageHost(view::DisplayMailbox& shown, os::Descriptor held, log::LogSink sink)
       : shown_(shown), held_(std::move(held)), sink_(std::move(sink)) {}
 
   /// Called at start-up and after each reload. A page whose settings changed is closed and opened
   /// again; one that is not served is retried at once.
-  void Open(const DaemonConfig& config);
+  void Open(const config::DaemonConfig& config);
   /// Called on every iteration of the view loop: collects log lines, or retries to serve the page.
   /// @param now_s  monotonic
   void Poll(double now_s);
   /// Null if none is served.
-  const Page* page() const { return page_.get(); }
+  const page::Page* page() const { return page_.get(); }
 
  private:
   /// Settings that the page depends on.
   struct Settings {
-    PageConfig page;
+    config::PageConfig page;
     std::string state_directory;
-    std::vector<Joint> joints;
+    std::vector<model::Joint> joints;
   };
   static bool Same(const Settings& a, const Settings& b);
   void TryServe();
   void WarnIfTokenReadable() const;
 
-  DisplayMailbox& shown_;
-  const Descriptor held_;
-  const LogSink sink_;
+  view::DisplayMailbox& shown_;
+  const os::Descriptor held_;
+  const log::LogSink sink_;
   std::optional<Settings> settings_;  ///< of the last Open()
   std::string file_;                  ///< configuration file
   std::string problem_;               ///< last logged problem; empty: served, or not configured
   double tried_s_ = -1e300;
-  std::unique_ptr<Page> page_;
+  std::unique_ptr<page::Page> page_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -11,9 +11,9 @@
 #include "app/config/text_file.h"
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
-Result<std::string> PngOf(const RgbImage& picture, bool fast) {
+Result<std::string> PngOf(const display::RgbImage& picture, bool fast) {
   const auto width = static_cast<std::size_t>(picture.size.width);
   const auto height = static_cast<std::size_t>(picture.size.height);
   if (width == 0 || height == 0 || picture.rgb.size() != 3 * width * height) {
@@ -38,18 +38,18 @@ Result<std::string> PngOf(const RgbImage& picture, bool fast) {
   return bytes;
 }
 
-Result<void> WritePng(const std::string& file, const RgbImage& picture) {
+Result<void> WritePng(const std::string& file, const display::RgbImage& picture) {
   const Result<std::string> bytes = PngOf(picture);
   if (!bytes) return Error{fmt::format("{}: {}", file, bytes.error())};
-  return WriteTextFile(file, *bytes).transform_error([&file](const std::string& why) {
+  return config::WriteTextFile(file, *bytes).transform_error([&file](const std::string& why) {
     return fmt::format("{}: {}", file, why);
   });
 }
 
 Result<void> WritePngBytes(const std::string& file, std::string_view bytes) {
-  return WriteStateFile(file, bytes).transform_error([&file](const std::string& why) {
-    return fmt::format("{}: {}", file, WriteErrorText(file, why));
+  return config::WriteStateFile(file, bytes).transform_error([&file](const std::string& why) {
+    return fmt::format("{}: {}", file, files::WriteErrorText(file, why));
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

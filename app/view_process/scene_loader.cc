@@ -9,9 +9,10 @@
 #include "app/log/fault_log.h"
 #include "app/view_process/view_entries.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
-SceneLoader::SceneLoader(std::string objects_file, std::optional<TagDatabase> tags, LogSink sink)
+SceneLoader::SceneLoader(std::string objects_file, std::optional<tracking::TagDatabase> tags,
+                         log::LogSink sink)
     : objects_file_(std::move(objects_file)),
       tags_(std::move(tags)),
       sink_(std::move(sink)),
@@ -29,20 +30,21 @@ std::shared_ptr<const SceneSnapshot> SceneLoader::Poll(double now_s) {
 }
 
 bool SceneLoader::PollTable() {
-  const std::optional<TableNews> news = table_file_.Poll();
+  const std::optional<scene::TableNews> news = table_file_.Poll();
   if (!news) return false;
   table_remarks_.clear();
-  for (const Fault& fault : news->faults.All()) {
-    const bool bad = fault.severity == Fault::Severity::kFault;
-    sink_(LogEntryFromFault(fault));
-    table_remarks_.push_back({FaultText(fault), bad ? Tone::kBad : Tone::kAttention});
+  for (const config::Fault& fault : news->faults.All()) {
+    const bool bad = fault.severity == config::Fault::Severity::kFault;
+    sink_(log::LogEntryFromFault(fault));
+    table_remarks_.push_back(
+        {config::FaultText(fault), bad ? view::Tone::kBad : view::Tone::kAttention});
   }
   if (!news->accepted) {
     const bool has_previous = table_file_.table().has_value();
     table_remarks_.insert(table_remarks_.begin(),
                           {has_previous ? "object table has faults: the previous one stays in use"
                                         : "object table has faults: no virtual objects are shown",
-                           Tone::kBad});
+                           view::Tone::kBad});
   }
   return true;
 }
@@ -51,7 +53,7 @@ bool SceneLoader::PollTable() {
 bool SceneLoader::PollMeshes() {
   if (!table_file_.table()) return false;
   std::set<Key> named;
-  for (const SceneObject& object : table_file_.table()->objects) {
+  for (const scene::SceneObject& object : table_file_.table()->objects) {
     named.insert({object.file, object.unit_m});
   }
   const auto before = loaded_.size();
@@ -59,7 +61,7 @@ bool SceneLoader::PollMeshes() {
   bool changed = loaded_.size() != before;
   for (const Key& key : named) {
     LoadedMesh& loaded = loaded_[key];
-    const FileStamp stamp = StampOfFile(key.first);
+    const scene::FileStamp stamp = scene::StampOfFile(key.first);
     const bool due = !loaded.read || *loaded.read != stamp;
     const bool queued = std::find(queue_.begin(), queue_.end(), key) != queue_.end();
     if (!due || queued || (reading_ && *reading_ == key)) continue;
@@ -75,7 +77,7 @@ void SceneLoader::StartReading() {
     queue_.pop_front();
     const auto loaded = loaded_.find(key);
     if (loaded == loaded_.end()) continue;  // no longer named by the table
-    loaded->second.read = StampOfFile(key.first);
+    loaded->second.read = scene::StampOfFile(key.first);
     if (const auto started = reader_.Start(key.first, key.second); !started) {
       loaded->second.problem = started.error();
       sink_(ViewFault(started.error()));
@@ -100,10 +102,10 @@ bool SceneLoader::FinishReading() {
     sink_(ViewFault(loaded->second.problem));
     return true;
   }
-  MeshFile file = std::move(*answer).value();
+  scene::MeshFile file = std::move(*answer).value();
   loaded->second.problem.clear();
   sink_(ViewNote(fmt::format("{}: {} triangles", name, file.checked.mesh.triangles.size())));
-  loaded->second.mesh = std::make_shared<const CheckedMesh>(std::move(file.checked));
+  loaded->second.mesh = std::make_shared<const scene::CheckedMesh>(std::move(file.checked));
   return true;
 }
 
@@ -113,12 +115,12 @@ std::shared_ptr<const SceneSnapshot> SceneLoader::Compose() {
   scene->table = table_file_.table();
   scene->remarks = table_remarks_;
   scene->complete = queue_.empty() && !reading_;
-  if (!scene->complete) scene->remarks.push_back({"reading meshes", Tone::kAttention});
+  if (!scene->complete) scene->remarks.push_back({"reading meshes", view::Tone::kAttention});
   for (const auto& [key, loaded] : loaded_) {
-    if (!loaded.problem.empty()) scene->remarks.push_back({loaded.problem, Tone::kBad});
+    if (!loaded.problem.empty()) scene->remarks.push_back({loaded.problem, view::Tone::kBad});
   }
   if (scene->table) {
-    for (const SceneObject& object : scene->table->objects) {
+    for (const scene::SceneObject& object : scene->table->objects) {
       const auto loaded = loaded_.find({object.file, object.unit_m});
       scene->meshes.push_back(loaded == loaded_.end() ? nullptr : loaded->second.mesh);
     }
@@ -127,4 +129,4 @@ std::shared_ptr<const SceneSnapshot> SceneLoader::Compose() {
   return now_;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

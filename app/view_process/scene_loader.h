@@ -14,17 +14,17 @@
 #include "app/scene/object_table_file.h"
 #include "app/view/status_text.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
-using MeshOfObject = std::shared_ptr<const CheckedMesh>;
+using MeshOfObject = std::shared_ptr<const scene::CheckedMesh>;
 
 /// Immutable snapshot of the scene.
 struct SceneSnapshot {
   std::uint64_t version = 0;  ///< changes with every change of the scene
-  std::optional<ObjectTable> table;
-  std::vector<MeshOfObject> meshes;  ///< of each object of the table; null: not read or refused
-  std::vector<PanelLine> remarks;    ///< problems and progress, for the display
-  bool complete = true;              ///< no mesh is being read
+  std::optional<scene::ObjectTable> table;
+  std::vector<MeshOfObject> meshes;      ///< of each object of the table; null: not read or refused
+  std::vector<view::PanelLine> remarks;  ///< problems and progress, for the display
+  bool complete = true;                  ///< no mesh is being read
 };
 
 /// Used by one thread.
@@ -35,7 +35,8 @@ class SceneLoader {
   /// @param objects_file  empty: no table
   /// @param tags          known tags and bodies, to check the table against; nullopt: no check
   /// @param sink          receives log entries
-  SceneLoader(std::string objects_file, std::optional<TagDatabase> tags, LogSink sink);
+  SceneLoader(std::string objects_file, std::optional<tracking::TagDatabase> tags,
+              log::LogSink sink);
 
   /// Checks the files for changes, at most every kPollPeriod_s, and the mesh reader for results.
   /// @return  the current scene
@@ -44,7 +45,7 @@ class SceneLoader {
  private:
   using Key = std::pair<std::string, double>;  ///< file and unit [m]
   struct LoadedMesh {
-    std::optional<FileStamp> read;  ///< of the file when it was read; nullopt: not yet
+    std::optional<scene::FileStamp> read;  ///< of the file when it was read; nullopt: not yet
     MeshOfObject mesh;
     std::string problem;
   };
@@ -55,16 +56,16 @@ class SceneLoader {
   std::shared_ptr<const SceneSnapshot> Compose();
 
   const std::string objects_file_;
-  const std::optional<TagDatabase> tags_;
-  const LogSink sink_;
-  ObjectTableFile table_file_;
-  MeshReader reader_;
+  const std::optional<tracking::TagDatabase> tags_;
+  const log::LogSink sink_;
+  scene::ObjectTableFile table_file_;
+  scene::MeshReader reader_;
   std::optional<Key> reading_;
   std::deque<Key> queue_;
   std::map<Key, LoadedMesh> loaded_;
-  std::vector<PanelLine> table_remarks_;
+  std::vector<view::PanelLine> table_remarks_;
   double polled_s_ = -1e300;
   std::shared_ptr<const SceneSnapshot> now_ = std::make_shared<SceneSnapshot>();
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

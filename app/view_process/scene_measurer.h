@@ -11,12 +11,12 @@
 #include "app/view/scene_measurements.h"
 #include "app/view_process/scene_loader.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Input of one measurement.
 struct MeasureInput {
   double time_s = 0;  ///< time of the state, monotonic
-  Carriers carriers;
+  view::Carriers carriers;
 };
 
 /// Used by one thread.
@@ -24,38 +24,38 @@ class SceneMeasurer {
  public:
   /// @param near_m  warning distance of pairs that state none [m]
   /// @param sink    receives begin and end of interference and nearness
-  SceneMeasurer(double near_m, LogSink sink) : near_m_(near_m), sink_(std::move(sink)) {}
+  SceneMeasurer(double near_m, log::LogSink sink) : near_m_(near_m), sink_(std::move(sink)) {}
 
   /// Switches to another scene once it is complete; building its trees takes 3 us per triangle.
   void SetScene(std::shared_ptr<const SceneSnapshot> scene);
 
-  SceneMeasurements Measure(const MeasureInput& input, double now_s);
+  view::SceneMeasurements Measure(const MeasureInput& input, double now_s);
   bool idle() const;  ///< the table requests no measurement
 
  private:
   void Build();
-  bool Place(const Carriers& carriers);
-  MeasuredPair MeasurePair(std::size_t index);
-  MeasuredDistance MeasureNamed(const SceneDistance& asked) const;
-  void MeasureSweeps(const Carriers& carriers, double now_s);
-  void LogTransition(const MeasuredPair& pair, Proximity before);
+  bool Place(const view::Carriers& carriers);
+  view::MeasuredPair MeasurePair(std::size_t index);
+  view::MeasuredDistance MeasureNamed(const scene::SceneDistance& asked) const;
+  void MeasureSweeps(const view::Carriers& carriers, double now_s);
+  void LogTransition(const view::MeasuredPair& pair, scene::Proximity before);
   struct Endpoint {
     std::optional<std::size_t> object;  ///< index in `objects`; nullopt: a point
     Vec3 p_W = Vec3::Zero();            ///< position of a point
   };
-  std::optional<Endpoint> ResolveEndpoint(const SceneDistance::End& end) const;
+  std::optional<Endpoint> ResolveEndpoint(const scene::SceneDistance::End& end) const;
   bool Ready(std::size_t object) const { return solid_[object] && placed_[object]; }
 
   const double near_m_;
-  const LogSink sink_;
+  const log::LogSink sink_;
   std::shared_ptr<const SceneSnapshot> scene_;
-  std::unique_ptr<Interference> solids_;
+  std::unique_ptr<scene::Interference> solids_;
   std::vector<std::optional<std::size_t>> solid_;  ///< of each object, its index in `solids_`
   std::vector<bool> placed_;
-  std::vector<InterferenceWatch> watches_;
-  const Carriers* carriers_ = nullptr;  ///< valid while Measure() runs
-  std::vector<MeasuredSweep> sweeps_;
+  std::vector<scene::InterferenceWatch> watches_;
+  const view::Carriers* carriers_ = nullptr;  ///< valid while Measure() runs
+  std::vector<view::MeasuredSweep> sweeps_;
   double sweep_due_s_ = -1e300;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

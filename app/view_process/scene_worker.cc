@@ -9,7 +9,7 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 namespace {
 
 constexpr std::chrono::milliseconds kLongestWait{50};
@@ -17,8 +17,8 @@ constexpr int kMeasuringNice = 10;
 
 }  // namespace
 
-SceneWorker::SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m,
-                         const LogSink& sink)
+SceneWorker::SceneWorker(std::string objects_file, std::optional<tracking::TagDatabase> tags,
+                         double near_m, const log::LogSink& sink)
     : loader_(std::move(objects_file), std::move(tags), sink),
       measurer_(near_m, sink),
       thread_([this] { Run(); }) {}
@@ -45,7 +45,7 @@ std::shared_ptr<const SceneSnapshot> SceneWorker::Scene() const {
   return scene_;
 }
 
-std::shared_ptr<const SceneMeasurements> SceneWorker::Newest() const {
+std::shared_ptr<const view::SceneMeasurements> SceneWorker::Newest() const {
   const std::lock_guard lock(mutex_);
   return measured_;
 }
@@ -72,10 +72,10 @@ void SceneWorker::Run() {
     taken_ = scene;
     if (!input) continue;
     auto measured =
-        std::make_shared<SceneMeasurements>(measurer_.Measure(*input, MonotonicSeconds()));
+        std::make_shared<view::SceneMeasurements>(measurer_.Measure(*input, MonotonicSeconds()));
     const std::lock_guard lock(mutex_);
     measured_ = std::move(measured);
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

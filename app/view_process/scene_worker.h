@@ -11,21 +11,21 @@
 #include "app/view_process/scene_loader.h"
 #include "app/view_process/scene_measurer.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Runs at lower priority than drawing. Measures in the newest submitted state; states submitted
 /// while it is busy replace each other.
 class SceneWorker {
  public:
-  SceneWorker(std::string objects_file, std::optional<TagDatabase> tags, double near_m,
-              const LogSink& sink);
+  SceneWorker(std::string objects_file, std::optional<tracking::TagDatabase> tags, double near_m,
+              const log::LogSink& sink);
   ~SceneWorker();
   SceneWorker(const SceneWorker&) = delete;
   SceneWorker& operator=(const SceneWorker&) = delete;
 
   void Submit(MeasureInput input);
   std::shared_ptr<const SceneSnapshot> Scene() const;
-  std::shared_ptr<const SceneMeasurements> Newest() const;  ///< null: no measurement yet
+  std::shared_ptr<const view::SceneMeasurements> Newest() const;  ///< null: no measurement yet
 
  private:
   void Run();
@@ -38,8 +38,8 @@ class SceneWorker {
   bool end_ = false;
   std::optional<MeasureInput> input_;
   std::shared_ptr<const SceneSnapshot> scene_ = std::make_shared<SceneSnapshot>();
-  std::shared_ptr<const SceneMeasurements> measured_;
+  std::shared_ptr<const view::SceneMeasurements> measured_;
   std::thread thread_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

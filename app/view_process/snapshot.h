@@ -6,11 +6,11 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 struct SnapshotOptions {
   std::string config_file, out;
-  ImageSize size{1280, 720};
+  lens::ImageSize size{1280, 720};
   std::string camera;  ///< name, or "both"; empty: as configured
   bool json = false;
   double state_wait_s = 5, meshes_wait_s = 60;
@@ -21,4 +21,4 @@ struct SnapshotOptions {
 ///          writing failed
 int TakeSnapshot(const SnapshotOptions& options);
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

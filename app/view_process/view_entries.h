@@ -5,14 +5,14 @@
 
 #include "app/log/log_entry.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
-inline LogEntry ViewFault(const std::string& text) {
-  return {Event::kViewFault, text, {{"ABOUT", text}}};
+inline log::LogEntry ViewFault(const std::string& text) {
+  return {log::Event::kViewFault, text, {{"ABOUT", text}}};
 }
 
-inline LogEntry ViewNote(const std::string& text) {
-  return {Event::kViewNote, text, {{"ABOUT", text}}};
+inline log::LogEntry ViewNote(const std::string& text) {
+  return {log::Event::kViewNote, text, {{"ABOUT", text}}};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

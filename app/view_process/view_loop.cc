@@ -17,7 +17,7 @@
 #include "app/view_process/page_host.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 namespace {
 
 constexpr double kStateWait_s = 0.05, kScreenWait_s = 0.02;
@@ -26,29 +26,30 @@ constexpr double kUnseenPeriod_s = 1.0;   ///< between pictures that nobody sees
 constexpr double kSharedPeriod_s = 0.1;   ///< between pictures for the page
 constexpr double kStatusPeriod_s = 0.2;   ///< between updates of the page's status
 constexpr double kTrimPeriod_s = 3;       ///< between malloc_trim() calls
-constexpr ImageSize kWithoutDisplay{1280, 720};
+constexpr lens::ImageSize kWithoutDisplay{1280, 720};
 
-const char* KindOf(OverlayConfig::Display display) {
-  return display == OverlayConfig::Display::kKms           ? "kms"
-         : display == OverlayConfig::Display::kFramebuffer ? "framebuffer"
-                                                           : "none";
+const char* KindOf(config::OverlayConfig::Display display) {
+  return display == config::OverlayConfig::Display::kKms           ? "kms"
+         : display == config::OverlayConfig::Display::kFramebuffer ? "framebuffer"
+                                                                   : "none";
 }
 
 }  // namespace
 
-ViewLoop::ViewLoop(const std::string& config_file, ViewModel model, DisplayMailbox& shown)
-    : viewer_(config_file, std::move(model), Log),
-      drawing_(Log),
+ViewLoop::ViewLoop(const std::string& config_file, view::ViewModel model,
+                   view::DisplayMailbox& shown)
+    : viewer_(config_file, std::move(model), log::Log),
+      drawing_(log::Log),
       alarms_(std::make_unique<AlarmPictures>(viewer_.state_directory() + "/alarms",
-                                              AlarmPictureLimits{}, Log)),
+                                              AlarmPictureLimits{}, log::Log)),
       shown_(shown) {
   OpenDisplay();
 }
 
 void ViewLoop::OpenDisplay() {
-  const OverlayConfig& config = viewer_.config();
-  DisplayConnection connection;
-  const ImageSize size = config.size.value_or(ImageSize{0, 0});
+  const config::OverlayConfig& config = viewer_.config();
+  display::DisplayConnection connection;
+  const lens::ImageSize size = config.size.value_or(lens::ImageSize{0, 0});
   connection.kms.size = size;
   connection.none.size = config.size.value_or(kWithoutDisplay);
   if (!config.device.empty()) {
@@ -56,27 +57,28 @@ void ViewLoop::OpenDisplay() {
     connection.framebuffer.device = config.device;
   }
   display_.reset();
-  auto made = MakeDisplay(KindOf(config.display), connection);
+  auto made = display::MakeDisplay(KindOf(config.display), connection);
   if (made) {
     display_ = std::move(made).value();
   } else {
-    Log({Event::kDisplayLost, made.error()});
+    log::Log({log::Event::kDisplayLost, made.error()});
   }
 }
 
-void ViewLoop::LogDisplayState(DisplayResult result) {
-  if (result == DisplayResult::kReady || result == DisplayResult::kShown) {
-    if (!display_problem_.empty()) Log({Event::kDisplayBack, "the display shows pictures again"});
+void ViewLoop::LogDisplayState(display::DisplayResult result) {
+  if (result == display::DisplayResult::kReady || result == display::DisplayResult::kShown) {
+    if (!display_problem_.empty())
+      log::Log({log::Event::kDisplayBack, "the display shows pictures again"});
     display_problem_.clear();
-  } else if (result == DisplayResult::kLost) {
+  } else if (result == display::DisplayResult::kLost) {
     const std::string problem(display_->problem());
-    if (problem != display_problem_) Log({Event::kDisplayLost, problem});
+    if (problem != display_problem_) log::Log({log::Event::kDisplayLost, problem});
     display_problem_ = problem;
   }
 }
 
 bool ViewLoop::on_screen() const {
-  return viewer_.config().display != OverlayConfig::Display::kNone && display_ &&
+  return viewer_.config().display != config::OverlayConfig::Display::kNone && display_ &&
          display_problem_.empty();
 }
 
@@ -86,18 +88,18 @@ bool ViewLoop::Due(double now_s) const {
   return now_s - drawn_s_ >= (fresh_ ? kSharedPeriod_s : kMaxPictureAge_s);
 }
 
-void ViewLoop::DrawOne(ImageSize size, bool show) {
+void ViewLoop::DrawOne(lens::ImageSize size, bool show) {
   const double now_s = MonotonicSeconds();
   drawn_s_ = now_s;
   fresh_ = false;
   if (!drawing_.Ready(now_s)) return;
-  const ViewFacts& facts = viewer_.Facts();
-  const PictureLayout layout = LayoutOf(size);
+  const view::ViewFacts& facts = viewer_.Facts();
+  const view::PictureLayout layout = view::LayoutOf(size);
   const std::vector<int>& meshes = drawing_.Meshes(viewer_.scene());
-  const OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels()};
-  const bool drawn = drawing_.Draw(facts.state != nullptr
-                                       ? PictureOf(input, layout, drawing_.text_width())
-                                       : PictureWithoutState(facts, layout, drawing_.text_width()));
+  const view::OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels()};
+  const bool drawn = drawing_.Draw(
+      facts.state != nullptr ? view::PictureOf(input, layout, drawing_.text_width())
+                             : view::PictureWithoutState(facts, layout, drawing_.text_width()));
   if (!drawn) return;
   if (show) LogDisplayState(display_->Show(drawing_.renderer()));
   if (now_s - trimmed_s_ >= kTrimPeriod_s) {
@@ -107,10 +109,11 @@ void ViewLoop::DrawOne(ImageSize size, bool show) {
   const bool keep = alarms_->Due(now_s);
   const bool share = shown_.PictureRequested(now_s) && now_s - shared_s_ >= kSharedPeriod_s;
   if (!keep && !share) return;
-  RgbImage picture = drawing_.renderer().ReadBack();
+  display::RgbImage picture = drawing_.renderer().ReadBack();
   if (share) {
     shared_s_ = now_s;
-    shown_.Publish(std::make_shared<const DisplayPicture>(DisplayPicture{picture, now_s}));
+    shown_.Publish(
+        std::make_shared<const view::DisplayPicture>(view::DisplayPicture{picture, now_s}));
   }
   if (keep) alarms_->Remember(std::move(picture), now_s);
 }
@@ -129,31 +132,31 @@ void ViewLoop::RunOnce() {
   PublishStatus(MonotonicSeconds());
   const bool due = Due(MonotonicSeconds());
   // A lost display is polled until it is back.
-  DisplayResult screen = DisplayResult::kLost;
+  display::DisplayResult screen = display::DisplayResult::kLost;
   if (display_ && (due || !on_screen())) {
     screen = display_->Wait(kScreenWait_s);
     LogDisplayState(screen);
   }
-  if (!due || screen == DisplayResult::kBusy) return;
+  if (!due || screen == display::DisplayResult::kBusy) return;
   // A newer state may have arrived while the display was busy.
   if (viewer_.Read(0)) HandleState();
   const double wait_s = WaitForNextFrame_s(MonotonicSeconds());
   if (wait_s > 0 && viewer_.Read(wait_s)) HandleState();
-  const bool ready = screen == DisplayResult::kReady;
+  const bool ready = screen == display::DisplayResult::kReady;
   DrawOne(ready ? display_->size() : viewer_.config().size.value_or(kWithoutDisplay), ready);
 }
 
 void ViewLoop::HandleState() {
   fresh_ = true;
-  const ViewState& state = viewer_.view().state;
+  const view_link::ViewState& state = viewer_.view().state;
   alarms_->Observe(state.alarms, state.utc_s);
 }
 
 void ViewLoop::PublishStatus(double now_s) {
   if (now_s - status_s_ < kStatusPeriod_s) return;
   status_s_ = now_s;
-  shown_.Publish(std::make_shared<const DisplayStatus>(
-      MakeDisplayStatus(viewer_.Facts(), drawing_.problem())));
+  shown_.Publish(std::make_shared<const view::DisplayStatus>(
+      view::MakeDisplayStatus(viewer_.Facts(), drawing_.problem())));
 }
 
 void ViewLoop::Reload() {
@@ -169,38 +172,39 @@ void KeepHeapSmall() {
 
 int RunView(const std::string& config_file) {
   KeepHeapSmall();
-  const int signals = OpenSignalDescriptor();
-  FaultList faults;
-  std::optional<ViewModel> model = ReadViewModel(config_file, 0, faults);
-  LogFaults(faults);
+  const int signals = service::OpenSignalDescriptor();
+  config::FaultList faults;
+  std::optional<view::ViewModel> model = view::ReadViewModel(config_file, 0, faults);
+  log::LogFaults(faults);
   if (!model) {
-    Log({Event::kNotStarted,
+    log::Log(
+        {log::Event::kNotStarted,
          fmt::format("not started: {} has the faults logged above; fix them and run 'plumbline "
                      "check' to verify",
                      config_file)});
     return 1;
   }
-  ServiceManager manager;
-  DisplayMailbox shown;
-  PageHost page(shown, manager.TakeSocket("http"), Log);
-  const DaemonConfig config = model->config;
+  service::ServiceManager manager;
+  view::DisplayMailbox shown;
+  PageHost page(shown, manager.TakeSocket("http"), log::Log);
+  const config::DaemonConfig config = model->config;
   ViewLoop loop(config_file, std::move(*model), shown);
-  Log({Event::kViewStarted, fmt::format("plumbline-view {}", PLUMBLINE_VERSION)});
+  log::Log({log::Event::kViewStarted, fmt::format("plumbline-view {}", PLUMBLINE_VERSION)});
   page.Open(config);
   for (;;) {
     signalfd_siginfo info{};
     if (read(signals, &info, sizeof info) == sizeof info) {
       if (info.ssi_signo != SIGHUP) break;
       loop.Reload();
-      FaultList ignored;  // already logged by Reload()
-      if (const auto fresh = ReadDaemonConfig(config_file, ignored)) page.Open(*fresh);
+      config::FaultList ignored;  // already logged by Reload()
+      if (const auto fresh = config::ReadDaemonConfig(config_file, ignored)) page.Open(*fresh);
     }
     loop.RunOnce();
     page.Poll(MonotonicSeconds());
-    FlushLog();
+    log::FlushLog();
   }
-  FlushLog(true);
+  log::FlushLog(true);
   return 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

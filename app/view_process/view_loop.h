@@ -10,7 +10,7 @@
 #include "app/view_process/viewer.h"
 #include "drivers/display/registry.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Draws when there is a new state and the display is ready, so that an image is visible one
 /// drawing and one refresh after it was taken. While the display is busy, newer states replace
@@ -19,14 +19,14 @@ namespace plumbline {
 /// a second for the alarm pictures.
 class ViewLoop {
  public:
-  ViewLoop(const std::string& config_file, ViewModel model, DisplayMailbox& shown);
+  ViewLoop(const std::string& config_file, view::ViewModel model, view::DisplayMailbox& shown);
 
   /// One iteration, at most about 50 ms.
   void RunOnce();
   /// Reads the configuration again and reopens the display.
   void Reload();
   /// State of the newest picture. Call from the thread that calls RunOnce().
-  const ViewState& state() const { return viewer_.view().state; }
+  const view_link::ViewState& state() const { return viewer_.view().state; }
   /// When drawing the newest picture started. Call from the same thread.
   double drawing_started_s() const { return drawn_s_; }
 
@@ -36,15 +36,15 @@ class ViewLoop {
   bool on_screen() const;
   bool Due(double now_s) const;
   double WaitForNextFrame_s(double now_s) const;
-  void DrawOne(ImageSize size, bool show);
-  void LogDisplayState(DisplayResult result);
+  void DrawOne(lens::ImageSize size, bool show);
+  void LogDisplayState(display::DisplayResult result);
   void PublishStatus(double now_s);
 
   Viewer viewer_;
   Drawing drawing_;
   std::unique_ptr<AlarmPictures> alarms_;
-  DisplayMailbox& shown_;
-  std::unique_ptr<Display> display_;
+  view::DisplayMailbox& shown_;
+  std::unique_ptr<display::Display> display_;
   std::string display_problem_;  ///< empty: it shows pictures, or was not used yet
   bool fresh_ = false;           ///< there is a state that has not been drawn
   double drawn_s_ = -1e300, trimmed_s_ = 0;
@@ -60,4 +60,4 @@ void KeepHeapSmall();
 /// @return  the exit code: 0 stopped by a signal, 1 faults in the configuration
 int RunView(const std::string& config_file);
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -9,25 +9,25 @@
 #include "app/view_process/view_entries.h"
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 namespace {
 
 constexpr double kRateShare = 0.1;  ///< weight of the newest interval in the mean frame rate
 
-std::optional<TagDatabase> TagsOf(const ViewModel& model) {
+std::optional<tracking::TagDatabase> TagsOf(const view::ViewModel& model) {
   if (model.config.vision.cameras.empty()) return std::nullopt;
   return model.config.vision.tags.database;
 }
 
 }  // namespace
 
-Viewer::Viewer(std::string config_file, ViewModel model, LogSink sink)
+Viewer::Viewer(std::string config_file, view::ViewModel model, log::LogSink sink)
     : config_file_(std::move(config_file)),
       sink_(std::move(sink)),
       model_(std::move(model)),
       overlay_(model_->config.overlay),
       state_directory_(model_->config.state_directory),
-      client_(ViewSocketOf(state_directory_)) {
+      client_(view_link::ViewSocketOf(state_directory_)) {
   StartSceneWorker();
 }
 
@@ -40,14 +40,14 @@ bool Viewer::Read(double timeout_s) {
   const bool came = client_.Read(timeout_s, view_);
   const std::string& problem = client_.problem();
   const bool lost = !came && !problem.empty() && !client_.connected();
-  if (lost && link_problem_.empty()) sink_({Event::kViewLinkLost, problem});
+  if (lost && link_problem_.empty()) sink_({log::Event::kViewLinkLost, problem});
   if (came && !link_problem_.empty())
-    sink_({Event::kViewLinkBack, "receiving data from plumblined again"});
+    sink_({log::Event::kViewLinkBack, "receiving data from plumblined again"});
   if (lost) link_problem_ = problem;
   if (!came) return false;
   link_problem_.clear();
   has_state_ = true;
-  const ViewState& state = view_.state;
+  const view_link::ViewState& state = view_.state;
   const bool other_points = PointsChanged(state);
   if (other_points) refused_version_ = -1;
   if (!model_ || model_->version != state.model_version) {
@@ -68,7 +68,7 @@ bool Viewer::Read(double timeout_s) {
 void Viewer::CountFrames() {
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
     CameraTrack& track = tracks_[k];
-    const auto& image = CameraOf(view_.state, k).image;
+    const auto& image = view_link::CameraOf(view_.state, k).image;
     if (!image || image->sequence == track.sequence) continue;
     const double interval_s = image->time_s - track.image_s;
     const double count = static_cast<double>(image->sequence - track.sequence);
@@ -90,35 +90,35 @@ double Viewer::image_interval_s() const {
 void Viewer::UpdateCarriers(double now_s) {
   carriers_.clear();
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
-    const ViewModel* const model = model_ ? &*model_ : nullptr;
+    const view::ViewModel* const model = model_ ? &*model_ : nullptr;
     carriers_.push_back(tracks_[k].memory.Update(view_.state, k, model, now_s));
   }
-  in_W_ = MergeInMeasurementFrame(carriers_);
-  ShareDetections(carriers_);
+  in_W_ = view::MergeInMeasurementFrame(carriers_);
+  view::ShareDetections(carriers_);
 }
 
 std::vector<const std::uint8_t*> Viewer::Pixels() const {
   std::vector<const std::uint8_t*> pixels;
-  for (const View::Pixels& image : view_.pixels) {
+  for (const view_link::View::Pixels& image : view_.pixels) {
     pixels.push_back(image.bytes.empty() ? nullptr : image.bytes.data());
   }
   return pixels;
 }
 
 void Viewer::SendScene() {
-  const std::shared_ptr<const SceneMeasurements> newest = worker_->Newest();
+  const std::shared_ptr<const view::SceneMeasurements> newest = worker_->Newest();
   if (!newest || newest == sent_ || newest->pairs.empty()) return;
   sent_ = newest;
-  client_.SendScene(SceneForPlc(*newest));
+  client_.SendScene(view::SceneForPlc(*newest));
 }
 
 /// Whether the daemon's target points differ from before, which means that its configuration was
 /// edited.
-bool Viewer::PointsChanged(const ViewState& state) {
+bool Viewer::PointsChanged(const view_link::ViewState& state) {
   constexpr double kSame_m = 1e-6;
   std::map<int, std::optional<Vec3>> now_B;
   bool other = false;
-  for (const ViewPoint& point : state.points) {
+  for (const view_link::ViewPoint& point : state.points) {
     const auto before = points_B_.find(point.id);
     std::optional<Vec3> target_B;
     if (point.valid) target_B = point.X_BP_command.p - point.translation_B;
@@ -137,11 +137,11 @@ bool Viewer::PointsChanged(const ViewState& state) {
 
 void Viewer::LoadModel(int version) {
   if (version == refused_version_) return;
-  FaultList faults;
-  std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
+  config::FaultList faults;
+  std::optional<view::ViewModel> fresh = view::ReadViewModel(config_file_, version, faults);
   if (!fresh) {
     refused_version_ = version;
-    for (const Fault& fault : faults.All()) sink_(LogEntryFromFault(fault));
+    for (const config::Fault& fault : faults.All()) sink_(log::LogEntryFromFault(fault));
     model_.reset();  // never draw the tool of another model version
     return;
   }
@@ -152,12 +152,12 @@ void Viewer::LoadModel(int version) {
 }
 
 void Viewer::Reload() {
-  FaultList faults;
+  config::FaultList faults;
   const int version = has_state_ ? view_.state.model_version : 0;
-  std::optional<ViewModel> fresh = ReadViewModel(config_file_, version, faults);
-  for (const Fault& fault : faults.All()) sink_(LogEntryFromFault(fault));
+  std::optional<view::ViewModel> fresh = view::ReadViewModel(config_file_, version, faults);
+  for (const config::Fault& fault : faults.All()) sink_(log::LogEntryFromFault(fault));
   if (!fresh) {
-    sink_({Event::kNotReloaded,
+    sink_({log::Event::kNotReloaded,
            "configuration not reloaded; the previous one stays in force. Fix the faults logged "
            "above"});
     return;
@@ -166,10 +166,10 @@ void Viewer::Reload() {
   model_ = std::move(fresh);
   overlay_ = model_->config.overlay;
   StartSceneWorker();
-  sink_({Event::kReloaded, fmt::format("configuration {} reloaded", config_file_)});
+  sink_({log::Event::kReloaded, fmt::format("configuration {} reloaded", config_file_)});
 }
 
-const ViewFacts& Viewer::Facts() {
+const view::ViewFacts& Viewer::Facts() {
   scene_ = worker_->Scene();
   measured_ = worker_->Newest();
   facts_ = {};
@@ -179,7 +179,7 @@ const ViewFacts& Viewer::Facts() {
   facts_.table = scene_->table ? &*scene_->table : nullptr;
   facts_.measured = measured_.get();
   facts_.model = model_ ? &*model_ : nullptr;
-  for (const LogLine& line : RecentLog()) {
+  for (const log::LogLine& line : log::RecentLog()) {
     facts_.viewer_lines.push_back(
         {line.number, line.utc_s, static_cast<int>(line.level), line.text});
   }
@@ -191,7 +191,8 @@ const ViewFacts& Viewer::Facts() {
   facts_.shown.clear();
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
     facts_.frames_per_s.push_back(tracks_[k].frames_per_s);
-    const bool other = overlay_.camera && CameraOf(view_.state, k).status.name != *overlay_.camera;
+    const bool other =
+        overlay_.camera && view_link::CameraOf(view_.state, k).status.name != *overlay_.camera;
     if (!other) facts_.shown.push_back(k);
   }
   // After a reload the daemon may not have the configured camera until it is restarted.
@@ -199,4 +200,4 @@ const ViewFacts& Viewer::Facts() {
   return facts_;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

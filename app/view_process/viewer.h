@@ -12,13 +12,13 @@
 #include "app/view_link/view_client.h"
 #include "app/view_process/scene_worker.h"
 
-namespace plumbline {
+namespace plumbline::view_process {
 
 /// Receives states and provides everything a picture is drawn from. Used by one thread.
 class Viewer {
  public:
   /// @param model  configuration read from `config_file`, with the cell file as its model
-  Viewer(std::string config_file, ViewModel model, LogSink sink);
+  Viewer(std::string config_file, view::ViewModel model, log::LogSink sink);
 
   /// Waits up to `timeout_s` for a newer state.
   /// @return  whether one arrived
@@ -27,12 +27,12 @@ class Viewer {
   void Reload();
 
   /// Input of the status texts; valid until the next call of a member function.
-  const ViewFacts& Facts();
-  const View& view() const { return view_; }
+  const view::ViewFacts& Facts();
+  const view_link::View& view() const { return view_; }
   /// Mean interval between states with a new image; infinite if there are none.
   double image_interval_s() const;
   bool has_state() const { return has_state_; }
-  const OverlayConfig& config() const { return overlay_; }
+  const config::OverlayConfig& config() const { return overlay_; }
   /// Pixels of the newest state's images, for OverlayInput.
   std::vector<const std::uint8_t*> Pixels() const;
   std::shared_ptr<const SceneSnapshot> scene() const { return scene_; }
@@ -40,36 +40,36 @@ class Viewer {
 
  private:
   void LoadModel(int version);
-  bool PointsChanged(const ViewState& state);
+  bool PointsChanged(const view_link::ViewState& state);
   void StartSceneWorker();
   void SendScene();
 
   const std::string config_file_;
-  const LogSink sink_;
-  std::optional<ViewModel> model_;
+  const log::LogSink sink_;
+  std::optional<view::ViewModel> model_;
   std::map<int, std::optional<Vec3>> points_B_;  ///< the daemon's target positions by point id
   int refused_version_ = -1;  ///< model version that could not be read; not retried until SIGHUP
-  OverlayConfig overlay_;
+  config::OverlayConfig overlay_;
   std::string state_directory_;
-  ViewClient client_;
-  View view_;
+  view_link::ViewClient client_;
+  view_link::View view_;
   bool has_state_ = false;
   std::string link_problem_;
   void UpdateCarriers(double now_s);
   void CountFrames();
 
   struct CameraTrack {  ///< per-camera data carried from state to state
-    CarrierTracker memory;
+    view::CarrierTracker memory;
     double image_s = 0, frames_per_s = 0;
     std::uint64_t sequence = 0;
   };
   std::vector<CameraTrack> tracks_;
-  std::vector<Carriers> carriers_;  ///< of each camera; at least one
-  Carriers in_W_;                   ///< merged in the measurement frame
+  std::vector<view::Carriers> carriers_;  ///< of each camera; at least one
+  view::Carriers in_W_;                   ///< merged in the measurement frame
   std::optional<SceneWorker> worker_;
   std::shared_ptr<const SceneSnapshot> scene_ = std::make_shared<SceneSnapshot>();
-  std::shared_ptr<const SceneMeasurements> measured_, sent_;
-  ViewFacts facts_;
+  std::shared_ptr<const view::SceneMeasurements> measured_, sent_;
+  view::ViewFacts facts_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::view_process

@@ -1,6 +1,6 @@
 #include "drivers/camera/camera.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 std::string_view CameraResultText(CameraResult result) {
   switch (result) {
@@ -20,4 +20,4 @@ std::string_view CameraResultText(CameraResult result) {
   return "unknown";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

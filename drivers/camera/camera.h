@@ -8,7 +8,7 @@
 
 #include "firmware-like/lens/luma_view.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 enum class CameraResult : std::uint8_t {
   kFrame,     ///< a frame newer than the previous one
@@ -24,8 +24,8 @@ std::string_view CameraResultText(CameraResult result);
 
 /// One frame.
 struct CameraFrame {
-  LumaView luma;      ///< owned by the camera, valid until its next call
-  double time_s = 0;  ///< monotonic time of exposure; the driver decides which line it refers to
+  lens::LumaView luma;  ///< owned by the camera, valid until its next call
+  double time_s = 0;    ///< monotonic time of exposure; the driver decides which line it refers to
   std::uint64_t sequence = 0;  ///< ascending; a gap means frames were lost before reaching us
 };
 
@@ -62,4 +62,4 @@ class Camera {
   virtual const std::vector<std::uint8_t>* Bgr() { return nullptr; }
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

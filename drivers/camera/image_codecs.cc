@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 /// The message of the dynamic loader names the missing library: the module or one of its
@@ -28,4 +28,4 @@ Result<ImageCodecs> OpenImageCodecs(const std::string& path) {
   return ImageCodecs{reinterpret_cast<ReadGreyImage*>(read)};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

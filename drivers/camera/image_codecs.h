@@ -9,7 +9,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Callback that receives a decoded image: luma, 8 bits, row by row, no padding. The pixels are
 /// owned by the module and valid during the call only.
@@ -33,4 +33,4 @@ struct ImageCodecs {
 /// @return  its functions, or which library is missing, the consequence and the remedy
 Result<ImageCodecs> OpenImageCodecs(const std::string& path);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -6,7 +6,7 @@
 
 /// The only function of the module, see plumbline::ReadGreyImage. Does not throw.
 extern "C" __attribute__((visibility("default"))) const char* plumbline_read_grey_image_1(
-    const char* path, plumbline::TakeGreyImage* take, void* image) {
+    const char* path, plumbline::camera::TakeGreyImage* take, void* image) {
   cv::Mat grey;
   try {
     grey = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
@@ -20,5 +20,7 @@ extern "C" __attribute__((visibility("default"))) const char* plumbline_read_gre
 }
 
 // The programs look this function up by name.
-static_assert(std::string_view(plumbline::kReadGreyImageName) == "plumbline_read_grey_image_1");
-static_assert(std::is_same_v<decltype(plumbline_read_grey_image_1), plumbline::ReadGreyImage>);
+static_assert(std::string_view(plumbline::camera::kReadGreyImageName) ==
+              "plumbline_read_grey_image_1");
+static_assert(
+    std::is_same_v<decltype(plumbline_read_grey_image_1), plumbline::camera::ReadGreyImage>);

@@ -10,7 +10,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/files/package_paths.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 namespace fs = std::filesystem;
 namespace {
@@ -32,7 +32,7 @@ bool HasJpegSignature(std::istream& file) {
 
 /// The codec module, loaded by the first caller, or why it cannot be loaded.
 const Result<ImageCodecs>& InstalledCodecs() {
-  static const Result<ImageCodecs> codecs = OpenImageCodecs(SiblingModule(kImageCodecsFile));
+  static const Result<ImageCodecs> codecs = OpenImageCodecs(files::SiblingModule(kImageCodecsFile));
   return codecs;
 }
 
@@ -51,7 +51,7 @@ void Take(void* image, int width, int height, const std::uint8_t* grey) {
 Result<GreyImage> ReadImage(const std::string& path) {
   std::error_code why;
   const std::uintmax_t bytes = fs::file_size(path, why);
-  if (why) return Error{ReadErrorText(path, why.message())};
+  if (why) return Error{files::ReadErrorText(path, why.message())};
   if (bytes > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::ifstream file(path, std::ios::binary);
   if (HasJpegSignature(file)) return ReadJpeg(file);
@@ -70,4 +70,4 @@ std::optional<Error> MissingImageCodecs() {
   return InstalledCodecs().failure();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

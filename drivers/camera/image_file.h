@@ -8,7 +8,7 @@
 #include "drivers/camera/image_folder.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and whatever else OpenCV supports. Colour
 /// is converted to grey, 16 bits to 8; an orientation tag is ignored. Fails for files above 256 MB,
@@ -20,4 +20,4 @@ Result<GreyImage> ReadImage(const std::string& path);
 /// installation, not of the images. nullopt otherwise.
 std::optional<Error> MissingImageCodecs();
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <filesystem>
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 namespace fs = std::filesystem;
@@ -61,4 +61,4 @@ Result<std::vector<std::string>> ListImageNames(const std::string& folder) {
   return names;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

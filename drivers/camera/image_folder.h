@@ -7,18 +7,18 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// A grey image in memory.
 struct GreyImage {
   std::vector<std::uint8_t> grey;  ///< row by row, no padding
   int width = 0, height = 0;
 
-  LumaView View() const { return {grey.data(), width, height, width}; }
+  lens::LumaView View() const { return {grey.data(), width, height, width}; }
 };
 
 /// Names of the image files in a folder, selected by extension, in natural order: frame2 before
 /// frame10.
 Result<std::vector<std::string>> ListImageNames(const std::string& folder);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -9,7 +9,7 @@
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 enum class JpegColour : std::uint8_t {
   kLuma,  ///< one byte per pixel; chroma is not decoded
@@ -21,8 +21,8 @@ enum class JpegColour : std::uint8_t {
 /// arithmetic coding, and for any damage (libjpeg would continue with grey). Extra bytes between
 /// segments are ignored, since many cameras send some.
 /// @return an error if there are no pixels; the contents of `pixels` are then unspecified
-Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size, JpegColour colour,
-                        std::vector<std::uint8_t>& pixels);
+Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, lens::ImageSize size,
+                        JpegColour colour, std::vector<std::uint8_t>& pixels);
 
 /// Decodes a JPEG file of any kind that libjpeg supports, including progressive, as luma, up to 100
 /// megapixels. An orientation tag is not applied, because a lens model refers to the sensor. Fails
@@ -30,4 +30,4 @@ Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, ImageSize size, Jpe
 /// @return an error if there are no pixels; the contents of `image` are then unspecified
 Result<void> DecodeJpegFile(std::span<const std::uint8_t> bytes, GreyImage& image);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -9,7 +9,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr int kMaxSide_px = 16384;
@@ -65,14 +65,14 @@ Result<GreyImage> GreyFromPgm(std::string_view bytes) {
 Result<GreyImage> ReadPgm(const std::string& path) {
   std::error_code why;
   const std::uintmax_t size = std::filesystem::file_size(path, why);
-  if (why) return Error{ReadErrorText(path, why.message())};
+  if (why) return Error{files::ReadErrorText(path, why.message())};
   if (size > std::uintmax_t{256} << 20) return Error{"larger than 256 MB"};
   std::string bytes(size, '\0');
   std::ifstream file(path, std::ios::binary);
   if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    return Error{ReadErrorText(path, "shorter than its reported size, or no access")};
+    return Error{files::ReadErrorText(path, "shorter than its reported size, or no access")};
   }
   return GreyFromPgm(bytes);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

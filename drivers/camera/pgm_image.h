@@ -7,7 +7,7 @@
 #include "drivers/camera/image_folder.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Parses a binary 8-bit PGM: "P5", width, height and 255 as text with comments, one white space,
 /// the pixels row by row. Trailing bytes are ignored. Pure.
@@ -17,4 +17,4 @@ Result<GreyImage> GreyFromPgm(std::string_view bytes);
 /// although it hardly ever replays a recording.
 Result<GreyImage> ReadPgm(const std::string& path);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -7,7 +7,7 @@
 
 #include "drivers/camera/jpeg_image.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr std::ptrdiff_t kMaxRowBytes = std::ptrdiff_t{64} * kMaxImageSide_px;
@@ -95,15 +95,16 @@ std::string FourccText(std::uint32_t fourcc) {
   return text;
 }
 
-Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer) {
+Result<lens::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer) {
   const auto [width, height] = image.size;
   if (image.format == PixelFormat::kMjpeg) {
     const auto decoded = DecodeJpeg(image.bytes, image.size, JpegColour::kLuma, buffer);
     if (!decoded) return decoded.failure();
-    return LumaView{buffer.data(), width, height, width};
+    return lens::LumaView{buffer.data(), width, height, width};
   }
   if (const auto why = LayoutFault(image)) return *why;
-  if (!IsPacked(image.format)) return LumaView{image.bytes.data(), width, height, image.stride};
+  if (!IsPacked(image.format))
+    return lens::LumaView{image.bytes.data(), width, height, image.stride};
   buffer.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const std::size_t first = image.format == PixelFormat::kYuyv ? 0 : 1;
   for (int v = 0; v < height; ++v) {
@@ -111,7 +112,7 @@ Result<LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer
     std::uint8_t* to = buffer.data() + static_cast<std::ptrdiff_t>(v) * width;
     for (int x = 0; x < width; ++x) to[x] = from[2 * static_cast<std::size_t>(x) + first];
   }
-  return LumaView{buffer.data(), width, height, width};
+  return lens::LumaView{buffer.data(), width, height, width};
 }
 
 Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
@@ -147,4 +148,4 @@ Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

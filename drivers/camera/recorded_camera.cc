@@ -10,7 +10,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 namespace fs = std::filesystem;
@@ -19,7 +19,8 @@ constexpr std::uintmax_t kMaxListBytes = std::uintmax_t{64} << 20;
 
 Result<std::vector<SequenceFrame>> FramesOfFolder(const std::string& folder, double rate_hz) {
   const auto names = ListImageNames(folder);
-  if (!names) return Error{fmt::format("{}: {}", folder, ReadErrorText(folder, names.error()))};
+  if (!names)
+    return Error{fmt::format("{}: {}", folder, files::ReadErrorText(folder, names.error()))};
   if (names->empty()) {
     return Error{fmt::format("{}: contains no images (png, jpg, bmp, tif, pgm)", folder)};
   }
@@ -38,8 +39,8 @@ Result<std::vector<SequenceFrame>> FramesOfFile(const std::string& path) {
   std::ostringstream text;
   if (!why) text << file.rdbuf();
   if (why || !file) {
-    return Error{fmt::format("{}: {}", path,
-                             ReadErrorText(path, why ? why.message() : "it cannot be read"))};
+    return Error{fmt::format(
+        "{}: {}", path, files::ReadErrorText(path, why ? why.message() : "it cannot be read"))};
   }
   auto frames = SequenceFromCsv(text.str());
   if (!frames) return Error{fmt::format("{}: {}", path, frames.error())};
@@ -93,7 +94,7 @@ CameraResult RecordedCamera::Show(std::size_t n, CameraFrame& frame) {
     problem_ = fmt::format("{}: {}", recorded.file, image.error());
     return CameraResult::kUnusable;
   }
-  const ImageSize size = image->View().size();
+  const lens::ImageSize size = image->View().size();
   if (!size_) {
     size_ = size;
     if (identity_.mode.empty()) {
@@ -134,4 +135,4 @@ CameraResult RecordedCamera::Read(double timeout_s, CameraFrame& frame) {
   return Show(next_++, frame);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

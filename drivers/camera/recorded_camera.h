@@ -12,7 +12,7 @@
 #include "drivers/clock.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct RecordedCameraOptions {
   std::string path =
@@ -59,9 +59,9 @@ class RecordedCamera : public Camera {
   std::optional<double> start_s_;
   std::size_t next_ = 0;  ///< next frame to return
   GreyImage image_;
-  std::optional<ImageSize> size_;
+  std::optional<lens::ImageSize> size_;
   CameraIdentity identity_;
   std::string problem_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

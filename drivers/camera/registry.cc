@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 using Device = Result<std::unique_ptr<Camera>>;
@@ -38,4 +38,4 @@ Result<std::unique_ptr<Camera>> MakeCamera(std::string_view kind,
   return Error{fmt::format("camera \"{}\" is not one of {}", kind, fmt::join(CameraKinds(), ", "))};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -11,7 +11,7 @@
 #include "drivers/clock.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Settings of all kinds; each uses its own part.
 struct CameraConnection {
@@ -27,4 +27,4 @@ std::vector<std::string_view> CameraKinds();
 Result<std::unique_ptr<Camera>> MakeCamera(std::string_view kind,
                                            const CameraConnection& connection);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 std::string_view CutLine(std::string_view& rest) {
@@ -54,4 +54,4 @@ Result<std::vector<SequenceFrame>> SequenceFromCsv(std::string_view csv) {
   return frames;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

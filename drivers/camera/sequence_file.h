@@ -7,7 +7,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct SequenceFrame {
   double t_s = 0;    ///< time since the start of the recording
@@ -19,4 +19,4 @@ struct SequenceFrame {
 /// @return at least one frame, or the first fault with its line
 Result<std::vector<SequenceFrame>> SequenceFromCsv(std::string_view csv);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -14,7 +14,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr double kSilenceTimeout_s = 5;   // a streaming camera sends something within this time
@@ -26,7 +26,7 @@ std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
     return Error{"v4l2 camera: no device configured. List the cameras with plumbline cameras."};
   const auto [width, height] = o.mode.size;
   const auto is_side = [](int side) { return side >= 1 && side <= kMaxImageSide_px; };
-  if (o.mode.size != ImageSize{} && !(is_side(width) && is_side(height))) {
+  if (o.mode.size != lens::ImageSize{} && !(is_side(width) && is_side(height))) {
     return Error{fmt::format("v4l2 camera: {} x {} px is not a valid size", width, height)};
   }
   if (!(o.mode.rate_hz >= 0.01 && o.mode.rate_hz <= 1000)) {
@@ -89,7 +89,7 @@ Result<void> V4l2Camera::Open() {
   path_ = device->path;
   fd_.Reset(open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
-    return Error{OpenErrorText(errno, kCameraDevice)};
+    return Error{files::OpenErrorText(errno, files::kCameraDevice)};
   }
   if (auto set = SetMode(*device); !set) return set;
   for (std::string& remark : ApplySettings(fd_.get(), options_.settings)) {
@@ -179,7 +179,7 @@ bool V4l2Camera::WaitForFrame(double deadline_s) const {
   return (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) == 0;
 }
 
-void V4l2Camera::FillFrame(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame) {
+void V4l2Camera::FillFrame(const V4l2Frame& taken, const lens::LumaView& luma, CameraFrame& frame) {
   const double now_s = clock_();
   double time_s = taken.time_s.value_or(now_s);
   if (!(time_s <= now_s && time_s >= now_s - kMaxTimestampAge_s)) time_s = now_s;
@@ -235,4 +235,4 @@ CameraResult V4l2Camera::Read(double timeout_s, CameraFrame& frame) {
   return CameraResult::kNoFrame;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

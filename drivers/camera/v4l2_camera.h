@@ -18,7 +18,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct V4l2CameraOptions {
   std::string device;  ///< path or name of the camera, see SelectV4l2Device()
@@ -54,11 +54,11 @@ class V4l2Camera : public Camera {
   CameraResult Disconnect(const std::string& why);
   /// Waits for a frame until the deadline. @return false if the device is gone
   bool WaitForFrame(double deadline_s) const;
-  void FillFrame(const V4l2Frame& taken, const LumaView& luma, CameraFrame& frame);
+  void FillFrame(const V4l2Frame& taken, const lens::LumaView& luma, CameraFrame& frame);
 
   const V4l2CameraOptions options_;
   const Clock clock_;
-  Descriptor fd_;  ///< must outlive stream_
+  os::Descriptor fd_;  ///< must outlive stream_
   BackOff back_off_;
   std::string path_;            ///< of the open device, or the configured selector
   RawImage raw_;                ///< negotiated format, size and stride; bytes of the last frame
@@ -83,4 +83,4 @@ class V4l2Camera : public Camera {
 std::uint64_t NextSequence(std::uint64_t last, std::optional<std::uint32_t> driver_last,
                            std::uint32_t driver_now);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

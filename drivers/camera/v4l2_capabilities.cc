@@ -8,12 +8,12 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 Result<V4l2Capabilities> QueryV4l2Capabilities(const V4l2Device& device) {
-  const Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
-  if (!fd) return Error{OpenErrorText(errno, kCameraDevice)};
+  const os::Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  if (!fd) return Error{files::OpenErrorText(errno, files::kCameraDevice)};
   return V4l2Capabilities{ModesOf(fd.get()), ControlsOf(fd.get())};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -8,7 +8,7 @@
 #include "drivers/camera/v4l2_modes.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 struct V4l2Capabilities {
   std::vector<V4l2Mode> modes;
@@ -19,4 +19,4 @@ struct V4l2Capabilities {
 /// it.
 Result<V4l2Capabilities> QueryV4l2Capabilities(const V4l2Device& device);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

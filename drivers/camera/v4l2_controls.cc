@@ -11,7 +11,7 @@
 
 #include "drivers/ioctl.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 /// A control and its unit. V4L2_CID_EXPOSURE_ABSOLUTE counts 0.1 ms and the colour temperature
@@ -131,4 +131,4 @@ std::vector<V4l2Control> ControlsOf(int fd) {
   return controls;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

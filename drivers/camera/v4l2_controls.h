@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Settings to apply; absent ones are left unchanged. The automatic of every setting that is
 /// applied is switched off. Autofocus is always switched off, because focusing changes the lens
@@ -32,4 +32,4 @@ std::vector<std::string> ApplySettings(int fd, const CameraSettings& settings);
 /// Controls of the device with their ranges.
 std::vector<V4l2Control> ControlsOf(int fd);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -17,7 +17,7 @@
 #include "drivers/ioctl.h"
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 namespace fs = std::filesystem;
@@ -54,10 +54,10 @@ std::string TextOf(const unsigned char (&field)[kSize]) {
 
 /// Queries the device. @return whether it captures images; nullopt if it cannot be queried
 std::optional<bool> QueryDevice(V4l2Device& device) {
-  const Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  const os::Descriptor fd(open(device.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   v4l2_capability capability{};
   if (!fd || IoctlAgain(fd.get(), VIDIOC_QUERYCAP, &capability) != 0) {
-    device.problem = OpenErrorText(errno, kCameraDevice);
+    device.problem = files::OpenErrorText(errno, files::kCameraDevice);
     return std::nullopt;
   }
   device.name = TextOf(capability.card);
@@ -166,4 +166,4 @@ Result<V4l2Device> SelectV4l2Device(std::string_view selector,
   return meant.front();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -7,7 +7,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// Root directories of the kernel's video devices; replaced in tests.
 struct DeviceTree {
@@ -50,4 +50,4 @@ std::string StableName(const V4l2Device& device, const std::vector<V4l2Device>& 
 Result<V4l2Device> SelectV4l2Device(std::string_view selector,
                                     const std::vector<V4l2Device>& devices);
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

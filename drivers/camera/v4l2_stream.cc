@@ -10,7 +10,7 @@
 
 #include "drivers/ioctl.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr std::uint32_t kMaxBuffers = 32;  // limit of the kernel
@@ -111,4 +111,4 @@ V4l2StreamResult V4l2Stream::TakeNewest(V4l2Frame& frame) {
   return damaged ? V4l2StreamResult::kDamaged : V4l2StreamResult::kNotReady;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -10,7 +10,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 
 /// A frame in a memory-mapped buffer.
 struct V4l2Frame {
@@ -56,4 +56,4 @@ class V4l2Stream {
   std::optional<std::uint32_t> dequeued_;  ///< buffer of the last frame
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr float kEmpty = 0.13F;  ///< grey level without an image
@@ -36,11 +36,11 @@ void main() {
 )";
 
 /// Lens that scales an image without a lens to fit into the picture.
-Lens FittingLens(ImageSize image, const Lens& pinhole, ImageSize picture) {
+lens::Lens FittingLens(lens::ImageSize image, const lens::Lens& pinhole, lens::ImageSize picture) {
   const double scale = std::min(static_cast<double>(picture.width) / image.width,
                                 static_cast<double>(picture.height) / image.height);
   // Picture pixel u sees image pixel (u - (W - 1)/2) / scale + (w - 1)/2.
-  Lens lens;
+  lens::Lens lens;
   lens.fx = pinhole.fx / scale;
   lens.fy = pinhole.fy / scale;
   lens.cx = (pinhole.cx - (picture.width - 1) / 2.0) / scale + (image.width - 1) / 2.0;
@@ -50,7 +50,7 @@ Lens FittingLens(ImageSize image, const Lens& pinhole, ImageSize picture) {
 
 }  // namespace
 
-double LargestRadiusSquared(const Lens& lens) {
+double LargestRadiusSquared(const lens::Lens& lens) {
   constexpr double kMost = 100, kStep = 1.002;
   double r2 = 1e-3;
   while (r2 < kMost) {
@@ -69,8 +69,8 @@ Result<BackgroundPass> BackgroundPass::Create() {
   return pass;
 }
 
-void BackgroundPass::Load(const Background& background, Image& image) {
-  const LumaView& luma = background.luma;
+void BackgroundPass::Load(const scene::Background& background, Image& image) {
+  const lens::LumaView& luma = background.luma;
   const bool colour = background.bgr != nullptr;
   const bool fits = luma.size() == image.size && colour == image.colour;
   if (fits && image.sequence == background.sequence) return;
@@ -99,11 +99,11 @@ void BackgroundPass::Load(const Background& background, Image& image) {
   image.sequence = background.sequence;
 }
 
-Result<void> BackgroundPass::Draw(const Background& background, const Lens& pinhole, ImageSize size,
-                                  std::size_t view) {
+Result<void> BackgroundPass::Draw(const scene::Background& background, const lens::Lens& pinhole,
+                                  lens::ImageSize size, std::size_t view) {
   glClearColor(kEmpty, kEmpty, kEmpty, 1);
   glClear(GL_COLOR_BUFFER_BIT);
-  const LumaView& luma = background.luma;
+  const lens::LumaView& luma = background.luma;
   if (luma.data == nullptr) return {};
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
@@ -111,7 +111,7 @@ Result<void> BackgroundPass::Draw(const Background& background, const Lens& pinh
       luma.stride < luma.width) {
     return Error{"the camera image has a size that cannot be drawn"};
   }
-  const Lens lens = background.lens.value_or(FittingLens(luma.size(), pinhole, size));
+  const lens::Lens lens = background.lens.value_or(FittingLens(luma.size(), pinhole, size));
   if (images_.size() <= view) images_.resize(view + 1);
   Load(background, images_[view]);
   const auto f = [](double value) { return static_cast<GLfloat>(value); };
@@ -134,4 +134,4 @@ Result<void> BackgroundPass::Draw(const Background& background, const Lens& pinh
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

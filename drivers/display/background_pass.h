@@ -7,7 +7,7 @@
 #include "drivers/display/gl_objects.h"
 #include "firmware-like/scene/display_list.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// For the centre of each pixel (u, v) of the picture
 ///   n = ((u - cx) / fx, (v - cy) / fy)             with the pinhole of the picture
@@ -21,17 +21,17 @@ class BackgroundPass {
 
   /// @param view  index of the camera view in the picture; each has its own texture
   /// @return an error if there is no image; the background is then grey
-  Result<void> Draw(const Background& background, const Lens& pinhole, ImageSize size,
-                    std::size_t view = 0);
+  Result<void> Draw(const scene::Background& background, const lens::Lens& pinhole,
+                    lens::ImageSize size, std::size_t view = 0);
 
  private:
   struct Image {
     GlTexture texture;
     std::optional<std::uint64_t> sequence;
-    ImageSize size;
+    lens::ImageSize size;
     bool colour = false;
   };
-  static void Load(const Background& background, Image& image);
+  static void Load(const scene::Background& background, Image& image);
 
   GlProgram program_;
   GlVertexArray empty_array_;  ///< the vertex shader computes the corners
@@ -40,6 +40,6 @@ class BackgroundPass {
 
 /// Square of the largest normalised radius up to which the distorted radius increases; beyond it
 /// the polynomial folds back. At most 100.
-double LargestRadiusSquared(const Lens& lens);
+double LargestRadiusSquared(const lens::Lens& lens);
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 /// Converts Oklab to linear sRGB.
@@ -26,7 +26,7 @@ float EncodedSrgb(double linear) {
 
 }  // namespace
 
-Colour StressColour(double fraction) {
+scene::Colour StressColour(double fraction) {
   const double t = fraction > 0 ? std::min(fraction, 1.0) : 0.0;
   const double lightness = 0.30 + 0.63 * t;
   const double hue = (285 - 180 * t) * std::numbers::pi / 180;
@@ -39,4 +39,4 @@ Colour StressColour(double fraction) {
   return {EncodedSrgb(linear.x()), EncodedSrgb(linear.y()), EncodedSrgb(linear.z()), 1};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -6,7 +6,7 @@
 #include "drivers/display/no_display.h"
 #include "drivers/display/pace.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 std::string_view DisplayResultText(DisplayResult result) {
   switch (result) {
@@ -52,4 +52,4 @@ DisplayResult NoDisplay::Show(DrawnPicture&) {
   return DisplayResult::kShown;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

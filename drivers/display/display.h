@@ -6,7 +6,7 @@
 
 #include "drivers/display/picture.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 enum class DisplayResult : std::uint8_t {
   kReady,         ///< from Wait(): a picture of size() can be shown
@@ -35,7 +35,7 @@ class Display {
   virtual DisplayResult Wait(double timeout_s) = 0;
 
   /// Picture size that the screen accepts; valid after kReady.
-  virtual ImageSize size() const = 0;
+  virtual lens::ImageSize size() const = 0;
 
   /// Shows a picture without waiting for the screen. @return kShown, kBusy, kLost or kSizeMismatch
   virtual DisplayResult Show(DrawnPicture& picture) = 0;
@@ -45,4 +45,4 @@ class Display {
   virtual std::string_view problem() const = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

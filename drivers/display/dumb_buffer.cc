@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <cstring>
 
-namespace plumbline {
+namespace plumbline::display {
 
-Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, ImageSize size) {
+Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, lens::ImageSize size) {
   std::unique_ptr<DumbBuffer> buffer(new DumbBuffer(card));
   const auto failed = [](const char* what) {
     return Error{
@@ -52,4 +52,4 @@ DumbBuffer::~DumbBuffer() {
   drmIoctl(card_, DRM_IOCTL_MODE_DESTROY_DUMB, &gone);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -8,13 +8,13 @@
 #include "drivers/display/pixel_packing.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// XRGB, 32 bits per pixel, mapped for writing.
 class DumbBuffer {
  public:
   /// @param card  open card; must outlive the buffer
-  static Result<std::unique_ptr<DumbBuffer>> Make(int card, ImageSize size);
+  static Result<std::unique_ptr<DumbBuffer>> Make(int card, lens::ImageSize size);
   ~DumbBuffer();
   DumbBuffer(const DumbBuffer&) = delete;
   DumbBuffer& operator=(const DumbBuffer&) = delete;
@@ -32,4 +32,4 @@ class DumbBuffer {
   std::size_t bytes_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

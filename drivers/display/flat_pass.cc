@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr int kInitialAtlas_px = 256, kMaxAtlas_px = 2048;
@@ -126,7 +126,7 @@ const FlatPass::AtlasEntry* FlatPass::Find(char32_t code_point, int size_px) {
 }
 
 void FlatPass::AddRectangle(float x, float y, float width, float height, float s, float t,
-                            bool glyph, const Colour& colour) {
+                            bool glyph, const scene::Colour& colour) {
   const float ds = glyph ? width : 0, dt = glyph ? height : 0;
   const auto corner = [&](float right, float down) {
     vertices_.push_back({x + right * width, y + down * height, s + right * ds, t + down * dt,
@@ -140,7 +140,7 @@ void FlatPass::AddRectangle(float x, float y, float width, float height, float s
   corner(0, 1);
 }
 
-void FlatPass::AddText(const DrawnText& text) {
+void FlatPass::AddText(const scene::DrawnText& text) {
   if (!std::isfinite(text.x) || !std::isfinite(text.y)) return;
   const int size_px = WholeSize(text.height_px);
   float pen = std::round(text.x);
@@ -181,13 +181,13 @@ void FlatPass::Upload() {
   changed_ = false;
 }
 
-void FlatPass::Draw(const DisplayList& list) {
+void FlatPass::Draw(const scene::DisplayList& list) {
   if (full_) ClearAtlas(atlas_width_);
   vertices_.clear();
-  for (const DrawnBox& box : list.boxes) {
+  for (const scene::DrawnBox& box : list.boxes) {
     AddRectangle(box.x, box.y, box.width, box.height, 1, 1, false, box.colour);
   }
-  for (const DrawnText& text : list.texts) AddText(text);
+  for (const scene::DrawnText& text : list.texts) AddText(text);
   if (vertices_.empty()) return;
   Upload();
   program_.Use();
@@ -206,4 +206,4 @@ void FlatPass::Draw(const DisplayList& list) {
   glDisable(GL_BLEND);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

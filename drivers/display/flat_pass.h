@@ -12,7 +12,7 @@
 #include "drivers/display/gl_objects.h"
 #include "firmware-like/scene/display_list.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Glyphs are cached in an atlas texture when they are first drawn in a size. The atlas grows from
 /// 256 to 2048 pixels of width; if it is full the remaining glyphs of that picture are missing, and
@@ -22,7 +22,7 @@ class FlatPass {
   /// @param font  nullopt: boxes only
   static Result<FlatPass> Create(std::optional<Font> font);
 
-  void Draw(const DisplayList& list);
+  void Draw(const scene::DisplayList& list);
 
   /// Advance width of a text [px]; 0 without a font.
   float TextWidth(const std::string& text, float height_px);
@@ -43,8 +43,8 @@ class FlatPass {
   bool MakeRoom(int width, int height);
   void ClearAtlas(int width);
   void AddRectangle(float x, float y, float width, float height, float s, float t, bool glyph,
-                    const Colour& colour);
-  void AddText(const DrawnText& text);
+                    const scene::Colour& colour);
+  void AddText(const scene::DrawnText& text);
   void Upload();
 
   std::optional<Font> font_;
@@ -60,4 +60,4 @@ class FlatPass {
   bool changed_ = false, full_ = false;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

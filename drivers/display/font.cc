@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::display {
 
 void Font::Close::operator()(FT_LibraryRec_* library) const {
   FT_Done_FreeType(library);
@@ -97,4 +97,4 @@ std::u32string CodePointsFromUtf8(std::string_view utf8) {
   return code_points;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

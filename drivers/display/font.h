@@ -14,7 +14,7 @@
 struct FT_LibraryRec_;
 struct FT_FaceRec_;
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Paths of DejaVu Sans on Debian (fonts-dejavu-core) and on other distributions.
 std::vector<std::string> DefaultFontPaths();
@@ -52,4 +52,4 @@ class Font {
 /// Decodes UTF-8; each invalid byte becomes U+FFFD. Pure.
 std::u32string CodePointsFromUtf8(std::string_view utf8);
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -14,7 +14,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 FramebufferDisplay::FramebufferDisplay(FramebufferOptions options, Clock clock, Sleep sleep)
     : options_(std::move(options)), clock_(clock), sleep_(sleep) {}
@@ -61,7 +61,7 @@ std::string FramebufferDisplay::ReadMode(Mode& mode) const {
 std::string FramebufferDisplay::Open() {
   fd_.Reset(open(options_.device.c_str(), O_RDWR | O_CLOEXEC));
   if (!fd_) {
-    return OpenErrorText(errno, kDisplayDevice);
+    return files::OpenErrorText(errno, files::kDisplayDevice);
   }
   if (std::string why = ReadMode(mode_); !why.empty()) return why;
   void* memory =
@@ -113,4 +113,4 @@ DisplayResult FramebufferDisplay::Show(DrawnPicture& picture) {
   return DisplayResult::kShown;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

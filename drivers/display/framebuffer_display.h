@@ -13,7 +13,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 struct FramebufferOptions {
   std::string device = "/dev/fb0";
@@ -31,7 +31,7 @@ class FramebufferDisplay : public Display {
   ~FramebufferDisplay() override;
 
   DisplayResult Wait(double timeout_s) override;
-  ImageSize size() const override { return layout_.size; }
+  lens::ImageSize size() const override { return layout_.size; }
   DisplayResult Show(DrawnPicture& picture) override;
   std::string_view problem() const override { return problem_; }
 
@@ -52,7 +52,7 @@ class FramebufferDisplay : public Display {
   const FramebufferOptions options_;
   const Clock clock_;
   const Sleep sleep_;
-  Descriptor fd_;
+  os::Descriptor fd_;
   Mode mode_;
   PixelLayout layout_;
   std::uint8_t* memory_ = nullptr;
@@ -61,4 +61,4 @@ class FramebufferDisplay : public Display {
   std::string problem_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

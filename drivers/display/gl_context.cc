@@ -9,7 +9,7 @@
 #include <array>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 /// Searches a space-separated list of extensions.
@@ -125,4 +125,4 @@ bool GlContext::Lost() {
   return lost_;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -6,7 +6,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Current on the thread that creates it, which is the only one that may use it. Everything is
 /// drawn into framebuffer objects. At most one context at a time, because the EGL display is shared
@@ -44,4 +44,4 @@ class GlContext {
   std::string egl_extensions_, description_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

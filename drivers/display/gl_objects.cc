@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr const char* kShaderHead =
@@ -67,4 +67,4 @@ std::string GlProblem() {
   return fmt::format("OpenGL error 0x{:04x}", error);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -9,7 +9,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Owns one object name; generated on first use.
 template <auto kGenerate, auto kDelete>
@@ -71,4 +71,4 @@ class GlProgram {
 /// Text of the first OpenGL error since the last call; empty: none.
 std::string GlProblem();
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -12,7 +12,7 @@
 
 #include "drivers/files/open_failure.h"
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 /// Callback of libdrm for a page-flip event.
@@ -38,7 +38,7 @@ Result<std::unique_ptr<Display>> KmsDisplay::Create(const KmsOptions& options, C
 std::string KmsDisplay::Open() {
   card_.Reset(open(options_.card.c_str(), O_RDWR | O_CLOEXEC));
   if (!card_) {
-    return OpenErrorText(errno, kDisplayDevice);
+    return files::OpenErrorText(errno, files::kDisplayDevice);
   }
   if (drmSetClientCap(card_.get(), DRM_CLIENT_CAP_UNIVERSAL_PLANES, 1) != 0 ||
       drmSetClientCap(card_.get(), DRM_CLIENT_CAP_ATOMIC, 1) != 0) {
@@ -122,4 +122,4 @@ DisplayResult KmsDisplay::Show(DrawnPicture& picture) {
   return DisplayResult::kShown;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -14,12 +14,12 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 struct KmsOptions {
   std::string card = "/dev/dri/card0";
   std::string connector = {};  ///< "HDMI-A-1"; empty: the first one with a monitor
-  ImageSize size{0, 0};        ///< of the mode; {0, 0}: the preferred one
+  lens::ImageSize size{0, 0};  ///< of the mode; {0, 0}: the preferred one
 };
 
 /// Double-buffered and free of tearing. An unplugged monitor is detected within half a second and
@@ -35,7 +35,7 @@ class KmsDisplay : public Display {
                                                  Sleep sleep = SleepSeconds);
 
   DisplayResult Wait(double timeout_s) override;
-  ImageSize size() const override { return output_ ? output_->size() : ImageSize{}; }
+  lens::ImageSize size() const override { return output_ ? output_->size() : lens::ImageSize{}; }
   DisplayResult Show(DrawnPicture& picture) override;
   std::string_view problem() const override { return problem_; }
 
@@ -49,7 +49,7 @@ class KmsDisplay : public Display {
   const KmsOptions options_;
   const Clock clock_;
   const Sleep sleep_;
-  Descriptor card_;  ///< must outlive output_ and buffers_
+  os::Descriptor card_;  ///< must outlive output_ and buffers_
   std::optional<KmsOutput> output_;
   std::array<std::unique_ptr<DumbBuffer>, 2> buffers_;
   std::size_t next_ = 0;  ///< back buffer
@@ -60,4 +60,4 @@ class KmsDisplay : public Display {
   std::string problem_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

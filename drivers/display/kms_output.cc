@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 template <auto kFree>
@@ -74,14 +74,14 @@ std::optional<std::uint32_t> PrimaryPlaneOf(int card, int crtc_index) {
 }
 
 /// First mode of the requested size, otherwise the preferred mode.
-drmModeModeInfo ChooseMode(const drmModeConnector& connector, ImageSize wanted) {
+drmModeModeInfo ChooseMode(const drmModeConnector& connector, lens::ImageSize wanted) {
   drmModeModeInfo chosen = connector.modes[0];
   for (int i = connector.count_modes - 1; i >= 0; --i) {
     if ((connector.modes[i].type & DRM_MODE_TYPE_PREFERRED) != 0) chosen = connector.modes[i];
   }
   for (int i = connector.count_modes - 1; i >= 0; --i) {
     const drmModeModeInfo& mode = connector.modes[i];
-    if (ImageSize{mode.hdisplay, mode.vdisplay} == wanted) chosen = mode;
+    if (lens::ImageSize{mode.hdisplay, mode.vdisplay} == wanted) chosen = mode;
   }
   return chosen;
 }
@@ -118,7 +118,8 @@ std::string FindProperties(int card, KmsOutput& output) {
 
 }  // namespace
 
-Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector_name, ImageSize size) {
+Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector_name,
+                                  lens::ImageSize size) {
   const DrmResources resources(drmModeGetResources(card));
   if (!resources) return Error{"has no mode setting"};
   std::string seen;
@@ -186,4 +187,4 @@ int FlipTo(int card, const KmsOutput& output, std::uint32_t framebuffer, bool wi
   return result < 0 ? -result : 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -8,7 +8,7 @@
 
 #include "drivers/display/projection.h"
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr const char* kLineVertex = R"(
@@ -91,7 +91,7 @@ bool ClipAgainstPlane(Vec3& a, Vec3& b, double at_a, double at_b) {
 }
 
 /// Clips a segment to its visible part. Returns false if nothing is visible.
-bool ClipSegment(const std::optional<ClipPlane>& clip, Vec3& a, Vec3& b) {
+bool ClipSegment(const std::optional<scene::ClipPlane>& clip, Vec3& a, Vec3& b) {
   if (!a.allFinite() || !b.allFinite()) return false;
   const double nearest = 1.01 * static_cast<double>(kNearPlane_m);
   if (!ClipAgainstPlane(a, b, a.z() - nearest, b.z() - nearest)) return false;
@@ -125,7 +125,7 @@ Result<LinePass> LinePass::Create() {
   return pass;
 }
 
-void LinePass::AddLine(const DisplayList& list, const DrawnLine& line) {
+void LinePass::AddLine(const scene::DisplayList& list, const scene::DrawnLine& line) {
   const float half_width = std::max(line.width_px, 1.0F) / 2;
   const float margin = half_width + 1;
   const float dash = line.dashed ? 4 * std::max(line.width_px, 1.0F) : 0;
@@ -133,19 +133,19 @@ void LinePass::AddLine(const DisplayList& list, const DrawnLine& line) {
   for (std::size_t i = 1; i < line.points_C.size(); ++i) {
     Vec3 a = line.points_C[i - 1], b = line.points_C[i];
     if (!ClipSegment(list.clip, a, b)) continue;
-    const Vec2 from = Project(list.pinhole, a), to = Project(list.pinhole, b);
+    const lens::Vec2 from = Project(list.pinhole, a), to = Project(list.pinhole, b);
     // Far outside the picture single precision would lose the direction of the segment.
     if (from.cwiseAbs().maxCoeff() > 1e6 || to.cwiseAbs().maxCoeff() > 1e6) continue;
     const double length = (to - from).norm();
-    const Vec2 along = length > 0 ? Vec2((to - from) / length) : Vec2(1, 0);
-    const Vec2 across(-along.y(), along.x());
+    const lens::Vec2 along = length > 0 ? lens::Vec2((to - from) / length) : lens::Vec2(1, 0);
+    const lens::Vec2 across(-along.y(), along.x());
     const float depth_from = line.always_in_front ? 0 : DepthOf(kLineDepthScale * a.z());
     const float depth_to = line.always_in_front ? 0 : DepthOf(kLineDepthScale * b.z());
     const auto corner = [&](bool end, double side) {
       const double s = end ? length + static_cast<double>(margin) : -static_cast<double>(margin);
       const double t = side * static_cast<double>(margin);
-      const Vec2 p = from + s * along + t * across;
-      const Colour& c = line.colour;
+      const lens::Vec2 p = from + s * along + t * across;
+      const scene::Colour& c = line.colour;
       vertices_.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
                            end ? depth_to : depth_from, static_cast<float>(s),
                            static_cast<float>(t), static_cast<float>(length),
@@ -163,7 +163,7 @@ void LinePass::AddLine(const DisplayList& list, const DrawnLine& line) {
   }
 }
 
-void LinePass::DrawVertices(const DisplayList& list) {
+void LinePass::DrawVertices(const scene::DisplayList& list) {
   if (vertices_.empty()) return;
   line_program_.Use();
   glUniform2f(line_program_.UniformLocation("u_size"), static_cast<float>(list.size.width),
@@ -176,8 +176,8 @@ void LinePass::DrawVertices(const DisplayList& list) {
   glBindVertexArray(0);
 }
 
-void LinePass::DrawGrid(const DisplayList& list) {
-  const ClipPlane& clip = *list.clip;
+void LinePass::DrawGrid(const scene::DisplayList& list) {
+  const scene::ClipPlane& clip = *list.clip;
   const double length = clip.normal_C.norm();
   if (!(length > 0) || !std::isfinite(length) || !std::isfinite(clip.distance_m)) return;
   const Vec3 normal = clip.normal_C / length;
@@ -185,7 +185,7 @@ void LinePass::DrawGrid(const DisplayList& list) {
   const Vec3f first = (beside - normal.dot(beside) * normal).normalized().cast<float>();
   const Vec3f second = normal.cast<float>().cross(first);
   const auto f = [](double value) { return static_cast<GLfloat>(value); };
-  const Lens& pinhole = list.pinhole;
+  const lens::Lens& pinhole = list.pinhole;
   grid_program_.Use();
   glUniform4f(grid_program_.UniformLocation("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
               f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
@@ -198,7 +198,7 @@ void LinePass::DrawGrid(const DisplayList& list) {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void LinePass::Draw(const DisplayList& list) {
+void LinePass::Draw(const scene::DisplayList& list) {
   glEnable(GL_BLEND);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
@@ -206,7 +206,7 @@ void LinePass::Draw(const DisplayList& list) {
   if (list.clip && list.clip->grid) DrawGrid(list);
   for (const bool in_front : {false, true}) {
     vertices_.clear();
-    for (const DrawnLine& line : list.lines) {
+    for (const scene::DrawnLine& line : list.lines) {
       if (line.always_in_front == in_front) AddLine(list, line);
     }
     if (in_front) glDisable(GL_DEPTH_TEST);
@@ -216,4 +216,4 @@ void LinePass::Draw(const DisplayList& list) {
   glDisable(GL_BLEND);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

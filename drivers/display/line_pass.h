@@ -6,7 +6,7 @@
 #include "drivers/display/gl_objects.h"
 #include "firmware-like/scene/display_list.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Each segment is an antialiased rectangle with round caps; dashes continue across segments. Lines
 /// are drawn 1/1000 closer than they are so that a line on a surface is visible. Segments behind
@@ -20,7 +20,7 @@ class LinePass {
   static Result<LinePass> Create();
 
   /// Draws against the depth buffer left by the meshes.
-  void Draw(const DisplayList& list);
+  void Draw(const scene::DisplayList& list);
 
  private:
   struct Vertex {
@@ -30,9 +30,9 @@ class LinePass {
     float r, g, b, a;
   };
 
-  void AddLine(const DisplayList& list, const DrawnLine& line);
-  void DrawVertices(const DisplayList& list);
-  void DrawGrid(const DisplayList& list);
+  void AddLine(const scene::DisplayList& list, const scene::DrawnLine& line);
+  void DrawVertices(const scene::DisplayList& list);
+  void DrawGrid(const scene::DisplayList& list);
 
   GlProgram line_program_, grid_program_;
   GlVertexArray array_, empty_array_;
@@ -40,4 +40,4 @@ class LinePass {
   std::vector<Vertex> vertices_;  ///< member to reuse its memory
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

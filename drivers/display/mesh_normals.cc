@@ -5,7 +5,7 @@
 #include <numeric>
 #include <tuple>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr float kCosCrease = 0.766F;  // 40 degrees
@@ -34,11 +34,11 @@ struct TrianglesAround {
   std::vector<std::uint32_t> first, triangles;
 };
 
-TrianglesAround TrianglesAroundPositions(const TriangleMesh& mesh,
+TrianglesAround TrianglesAroundPositions(const scene::TriangleMesh& mesh,
                                          const std::vector<std::uint32_t>& position) {
   TrianglesAround around;
   around.first.assign(position.size() + 1, 0);
-  for (const Triangle& triangle : mesh.triangles) {
+  for (const scene::Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t vertex : triangle) ++around.first[position[vertex] + 1];
   }
   std::partial_sum(around.first.begin(), around.first.end(), around.first.begin());
@@ -61,7 +61,7 @@ std::array<std::int16_t, 4> PackedNormal(const Vec3f& normal) {
 
 }  // namespace
 
-LitMesh ComputeNormals(const TriangleMesh& mesh) {
+LitMesh ComputeNormals(const scene::TriangleMesh& mesh) {
   const std::vector<std::uint32_t> position = PositionIndices(mesh.vertices_O);
   const TrianglesAround around = TrianglesAroundPositions(mesh, position);
   std::vector<Vec3f> area(mesh.triangles.size()), unit(mesh.triangles.size());
@@ -108,4 +108,4 @@ LitMesh ComputeNormals(const TriangleMesh& mesh) {
   return lit;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

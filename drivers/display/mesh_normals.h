@@ -7,7 +7,7 @@
 
 #include "firmware-like/scene/triangle_mesh.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Vertex in the layout used by the GPU.
 struct LitVertex {
@@ -19,13 +19,13 @@ struct LitVertex {
 struct LitMesh {
   std::vector<LitVertex> vertices;
   std::vector<std::uint32_t> source;  ///< index of the original vertex, per vertex
-  std::vector<Triangle> triangles;
+  std::vector<scene::Triangle> triangles;
 };
 
 /// Computes area-weighted normals that are smooth where neighbouring triangles meet at less than 40
 /// degrees and split at sharper edges. Vertices with identical coordinates count as one, as STL
 /// files require. If more than 64 triangles share a vertex each keeps its own normal. A degenerate
 /// triangle gets the normal z; it is not visible.
-LitMesh ComputeNormals(const TriangleMesh& mesh);
+LitMesh ComputeNormals(const scene::TriangleMesh& mesh);
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -7,12 +7,12 @@
 #include "drivers/display/mesh_normals.h"
 #include "drivers/display/projection.h"
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr int kStressColours = 256;
 
-static_assert(kBendStations == 33, "the shader assumes it");
+static_assert(scene::kBendStations == 33, "the shader assumes it");
 
 constexpr const char* kMeshVertex = R"(
 layout(location = 0) in vec3 a_p_O;
@@ -86,7 +86,7 @@ Eigen::Matrix4f MatrixOf(const Pose& X, double scale) {
   return matrix;
 }
 
-bool IsFinite(const DrawnMesh& drawn) {
+bool IsFinite(const scene::DrawnMesh& drawn) {
   return drawn.X_CF.R.allFinite() && drawn.X_CF.p.allFinite() && drawn.X_FO.R.allFinite() &&
          drawn.X_FO.p.allFinite() && std::isfinite(drawn.scale);
 }
@@ -104,7 +104,7 @@ Result<MeshPass> MeshPass::Create() {
   }
   std::vector<std::uint8_t> scale;
   for (int i = 0; i < kStressColours; ++i) {
-    const Colour colour = StressColour(i / (kStressColours - 1.0));
+    const scene::Colour colour = StressColour(i / (kStressColours - 1.0));
     for (const float c : {colour.r, colour.g, colour.b}) {
       scale.push_back(static_cast<std::uint8_t>(std::lround(255 * c)));
     }
@@ -118,12 +118,12 @@ Result<MeshPass> MeshPass::Create() {
   return pass;
 }
 
-Result<int> MeshPass::Load(const TriangleMesh& mesh) {
+Result<int> MeshPass::Load(const scene::TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return Error{"the mesh has no triangles"};
   if (mesh.triangles.size() > kMaxTriangles) {
     return Error{"the mesh has more than 5 million triangles. Simplify it."};
   }
-  for (const Triangle& triangle : mesh.triangles) {
+  for (const scene::Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t vertex : triangle) {
       if (vertex >= mesh.vertices_O.size())
         return Error{"a triangle of the mesh refers to a vertex that does not exist"};
@@ -137,7 +137,7 @@ Result<int> MeshPass::Load(const TriangleMesh& mesh) {
                lit.vertices.data(), GL_STATIC_DRAW);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, *loaded.indices);
   glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-               static_cast<GLsizeiptr>(lit.triangles.size() * sizeof(Triangle)),
+               static_cast<GLsizeiptr>(lit.triangles.size() * sizeof(scene::Triangle)),
                lit.triangles.data(), GL_STATIC_DRAW);
   const auto offset = [](std::size_t bytes) { return reinterpret_cast<const void*>(bytes); };
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(LitVertex),
@@ -155,19 +155,20 @@ Result<int> MeshPass::Load(const TriangleMesh& mesh) {
   return next_++;
 }
 
-const GlProgram& MeshPass::ProgramFor(const DisplayList& list, const DrawnMesh& drawn) const {
+const GlProgram& MeshPass::ProgramFor(const scene::DisplayList& list,
+                                      const scene::DrawnMesh& drawn) const {
   return programs_[(drawn.by_stress && !drawn.occludes ? 1U : 0U) + (list.clip ? 2U : 0U)];
 }
 
-void MeshPass::SetUniforms(const GlProgram& program, const DisplayList& list,
-                           const DrawnMesh& drawn) {
+void MeshPass::SetUniforms(const GlProgram& program, const scene::DisplayList& list,
+                           const scene::DrawnMesh& drawn) {
   program.Use();
   const Eigen::Matrix4f clip = ClipOfCamera(list.pinhole, list.size);
   const Eigen::Matrix4f X_CF = MatrixOf(drawn.X_CF, 1), X_FO = MatrixOf(drawn.X_FO, drawn.scale);
   glUniformMatrix4fv(program.UniformLocation("u_clip"), 1, GL_FALSE, clip.data());
   glUniformMatrix4fv(program.UniformLocation("u_X_CF"), 1, GL_FALSE, X_CF.data());
   glUniformMatrix4fv(program.UniformLocation("u_X_FO"), 1, GL_FALSE, X_FO.data());
-  const Colour& c = drawn.colour;
+  const scene::Colour& c = drawn.colour;
   glUniform4f(program.UniformLocation("u_colour"), c.r, c.g, c.b, c.a);
   if (list.clip) {
     const Vec3f normal = list.clip->normal_C.cast<float>();
@@ -180,17 +181,17 @@ void MeshPass::SetUniforms(const GlProgram& program, const DisplayList& list,
   glUniform1f(program.UniformLocation("u_exaggeration"), static_cast<float>(list.exaggeration));
   glUniform1f(program.UniformLocation("u_per_stress"),
               list.stress_full_Pa > 0 ? static_cast<float>(1 / list.stress_full_Pa) : 0);
-  std::array<Eigen::Vector4f, std::size_t{2} * kBendStations> stations;
-  for (int i = 0; i < kBendStations; ++i) {
+  std::array<Eigen::Vector4f, std::size_t{2} * scene::kBendStations> stations;
+  for (int i = 0; i < scene::kBendStations; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const BendStation& station = list.bend.stations[k];
+    const scene::BendStation& station = list.bend.stations[k];
     stations[2 * k] << station.d_F, static_cast<float>(list.bend.StationZ(i));
     stations[2 * k + 1] << station.r_F, station.stress_Pa;
   }
-  glUniform4fv(program.UniformLocation("u_station"), 2 * kBendStations, stations[0].data());
+  glUniform4fv(program.UniformLocation("u_station"), 2 * scene::kBendStations, stations[0].data());
 }
 
-void MeshPass::DrawOne(const DisplayList& list, const DrawnMesh& drawn) {
+void MeshPass::DrawOne(const scene::DisplayList& list, const scene::DrawnMesh& drawn) {
   const auto found = meshes_.find(drawn.mesh);
   if (found == meshes_.end() || !IsFinite(drawn)) return;
   SetUniforms(ProgramFor(list, drawn), list, drawn);
@@ -210,25 +211,26 @@ void MeshPass::DrawOne(const DisplayList& list, const DrawnMesh& drawn) {
   glDisable(GL_BLEND);
 }
 
-void MeshPass::Draw(const DisplayList& list) {
+void MeshPass::Draw(const scene::DisplayList& list) {
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glDisable(GL_BLEND);
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, *stress_colours_);
-  for (const DrawnMesh& drawn : list.meshes) {
+  for (const scene::DrawnMesh& drawn : list.meshes) {
     if (drawn.occludes) DrawOne(list, drawn);
   }
-  for (const DrawnMesh& drawn : list.meshes) {
+  for (const scene::DrawnMesh& drawn : list.meshes) {
     if (!drawn.occludes && drawn.colour.a >= 1) DrawOne(list, drawn);
   }
-  for (const DrawnMesh& drawn : list.meshes) {
+  for (const scene::DrawnMesh& drawn : list.meshes) {
     if (!drawn.occludes && drawn.colour.a < 1) DrawOne(list, drawn);
   }
   glBindVertexArray(0);
 }
 
-std::vector<Vec3f> MeshPass::TransformedVertices(const DisplayList& list, const DrawnMesh& drawn) {
+std::vector<Vec3f> MeshPass::TransformedVertices(const scene::DisplayList& list,
+                                                 const scene::DrawnMesh& drawn) {
   const auto found = meshes_.find(drawn.mesh);
   if (found == meshes_.end()) return {};
   Loaded& mesh = found->second;
@@ -258,4 +260,4 @@ std::vector<Vec3f> MeshPass::TransformedVertices(const DisplayList& list, const 
   return placed;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

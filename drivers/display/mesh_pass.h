@@ -11,7 +11,7 @@
 #include "firmware-like/scene/display_list.h"
 #include "firmware-like/scene/triangle_mesh.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// For each vertex, in single precision
 ///   p_C = X_CF B(X_FO (scale p_O)),  B(p) = p + e (BentPoint(bend, p) - p)
@@ -25,17 +25,18 @@ class MeshPass {
 
   /// Uploads a mesh. Fails without triangles, with more than kMaxTriangles, or with an index that
   /// is out of range. @return its number for DrawnMesh
-  Result<int> Load(const TriangleMesh& mesh);
+  Result<int> Load(const scene::TriangleMesh& mesh);
   void Drop(int mesh) { meshes_.erase(mesh); }
   bool Knows(int mesh) const { return meshes_.contains(mesh); }
 
   /// Draws occluders, then opaque meshes, then transparent ones in list order. Meshes that are not
   /// loaded, or whose pose is not finite, are skipped.
-  void Draw(const DisplayList& list);
+  void Draw(const scene::DisplayList& list);
 
   /// Vertices of one mesh in C [m] as transformed by the vertex shader, in the order of its
   /// TriangleMesh, read back from the GPU; a vertex without a triangle is (0, 0, 0).
-  std::vector<Vec3f> TransformedVertices(const DisplayList& list, const DrawnMesh& drawn);
+  std::vector<Vec3f> TransformedVertices(const scene::DisplayList& list,
+                                         const scene::DrawnMesh& drawn);
 
  private:
   struct Loaded {
@@ -46,9 +47,10 @@ class MeshPass {
     std::vector<std::uint32_t> source;
   };
 
-  const GlProgram& ProgramFor(const DisplayList& list, const DrawnMesh& drawn) const;
-  void SetUniforms(const GlProgram& program, const DisplayList& list, const DrawnMesh& drawn);
-  void DrawOne(const DisplayList& list, const DrawnMesh& drawn);
+  const GlProgram& ProgramFor(const scene::DisplayList& list, const scene::DrawnMesh& drawn) const;
+  void SetUniforms(const GlProgram& program, const scene::DisplayList& list,
+                   const scene::DrawnMesh& drawn);
+  void DrawOne(const scene::DisplayList& list, const scene::DrawnMesh& drawn);
 
   std::array<GlProgram, 4> programs_;  ///< bit 0: coloured by stress, bit 1: clipped
   GlTexture stress_colours_;
@@ -56,4 +58,4 @@ class MeshPass {
   int next_ = 1;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -7,10 +7,10 @@
 #include "drivers/display/display.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 struct NoDisplayOptions {
-  ImageSize size{1280, 720};
+  lens::ImageSize size{1280, 720};
   double rate_hz = 30;
 };
 
@@ -22,7 +22,7 @@ class NoDisplay : public Display {
                                                  Sleep sleep = SleepSeconds);
 
   DisplayResult Wait(double timeout_s) override;
-  ImageSize size() const override { return options_.size; }
+  lens::ImageSize size() const override { return options_.size; }
   DisplayResult Show(DrawnPicture& picture) override;
   std::string_view problem() const override { return problem_; }
 
@@ -36,4 +36,4 @@ class NoDisplay : public Display {
   std::string_view problem_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

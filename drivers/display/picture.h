@@ -7,12 +7,12 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Red, green, blue and an unused fourth byte; row by row from the top, no padding.
 struct PictureView {
   const std::uint8_t* rgbx = nullptr;
-  ImageSize size;
+  lens::ImageSize size;
 
   const std::uint8_t* row(int v) const {
     return rgbx + static_cast<std::ptrdiff_t>(v) * size.width * 4;
@@ -27,7 +27,7 @@ class DrawnPicture {
   DrawnPicture& operator=(const DrawnPicture&) = delete;
   virtual ~DrawnPicture() = default;
 
-  virtual ImageSize size() const = 0;  ///< {0, 0}: nothing was drawn yet
+  virtual lens::ImageSize size() const = 0;  ///< {0, 0}: nothing was drawn yet
 
   /// Reads `count` rows starting at `first`; valid until the next call. Waits until rendering is
   /// complete.
@@ -49,7 +49,7 @@ void ReadInStrips(DrawnPicture& picture, Take take) {
 /// Image for files: red, green, blue; row by row from the top, no padding.
 struct RgbImage {
   std::vector<std::uint8_t> rgb;
-  ImageSize size;
+  lens::ImageSize size;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

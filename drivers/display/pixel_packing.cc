@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 using ColourTable = std::array<std::uint32_t, 256>;
@@ -95,4 +95,4 @@ void PackDrawn(DrawnPicture& picture, const PixelLayout& layout, std::span<std::
   });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -9,7 +9,7 @@
 #include "drivers/display/picture.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Bit field of one colour in a pixel word; the offset counts from the lowest bit.
 struct ColourBits {
@@ -19,7 +19,7 @@ struct ColourBits {
 
 /// Pixel layout of a framebuffer: words of 16 or 32 bits in native byte order.
 struct PixelLayout {
-  ImageSize size;
+  lens::ImageSize size;
   std::size_t stride = 0;  ///< bytes from one row to the next
   unsigned bits = 32;      ///< bits per pixel
   ColourBits red{16, 8}, green{8, 8}, blue{0, 8};
@@ -37,4 +37,4 @@ void PackPicture(const PictureView& picture, const PixelLayout& layout,
 /// Same, reading the picture from the renderer.
 void PackDrawn(DrawnPicture& picture, const PixelLayout& layout, std::span<std::uint8_t> memory);
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -5,7 +5,7 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Distance of the near plane [m]. There is no far plane.
 inline constexpr float kNearPlane_m = 0.02F;
@@ -14,7 +14,7 @@ inline constexpr float kNearPlane_m = 0.02F;
 /// and row 0 of the framebuffer is the top row:
 ///   x_clip / w = 2 (u + 1/2) / width - 1,  y_clip / w = 2 (v + 1/2) / height - 1,
 ///   z_clip / w = 1 - 2 nearest / Z,  w = Z
-inline Eigen::Matrix4f ClipOfCamera(const Lens& pinhole, ImageSize size) {
+inline Eigen::Matrix4f ClipOfCamera(const lens::Lens& pinhole, lens::ImageSize size) {
   Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
   P(0, 0) = 2 * pinhole.fx / size.width;
   P(0, 2) = 2 * (pinhole.cx + 0.5) / size.width - 1;
@@ -26,4 +26,4 @@ inline Eigen::Matrix4f ClipOfCamera(const Lens& pinhole, ImageSize size) {
   return P.cast<float>();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

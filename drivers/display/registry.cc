@@ -5,7 +5,7 @@
 
 #include <array>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 using MadeDisplay = Result<std::unique_ptr<Display>>;
@@ -40,4 +40,4 @@ Result<std::unique_ptr<Display>> MakeDisplay(std::string_view kind,
       fmt::format("display \"{}\" is not one of {}", kind, fmt::join(DisplayKinds(), ", "))};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -12,7 +12,7 @@
 #include "drivers/display/no_display.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 /// Settings of all kinds; each uses its own part.
 struct DisplayConnection {
@@ -29,4 +29,4 @@ std::vector<std::string_view> DisplayKinds();
 Result<std::unique_ptr<Display>> MakeDisplay(std::string_view kind,
                                              const DisplayConnection& connection);
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::display {
 namespace {
 
 constexpr int kMaxPicture_px = 8192;
@@ -43,12 +43,12 @@ Result<std::unique_ptr<Renderer>> Renderer::Create(GlContext& context,
   return renderer;
 }
 
-std::string Renderer::CheckList(const DisplayList& list) const {
+std::string Renderer::CheckList(const scene::DisplayList& list) const {
   const auto& [width, height] = list.size;
   if (width < 1 || height < 1 || width > kMaxPicture_px || height > kMaxPicture_px) {
     return fmt::format("a picture of {} x {} pixels cannot be drawn", width, height);
   }
-  const Lens& pinhole = list.pinhole;
+  const lens::Lens& pinhole = list.pinhole;
   if (!(pinhole.fx > 0) || !(pinhole.fy > 0) || !std::isfinite(pinhole.fx + pinhole.fy) ||
       !std::isfinite(pinhole.cx + pinhole.cy)) {
     return "the focal length of the picture is not positive";
@@ -56,7 +56,7 @@ std::string Renderer::CheckList(const DisplayList& list) const {
   return "";
 }
 
-bool Renderer::Resize(ImageSize size) {
+bool Renderer::Resize(lens::ImageSize size) {
   if (size == size_) return true;
   glBindRenderbuffer(GL_RENDERBUFFER, *colour_);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, size.width, size.height);
@@ -66,12 +66,12 @@ bool Renderer::Resize(ImageSize size) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, *colour_);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, *depth_);
   const bool complete = glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
-  size_ = complete ? size : ImageSize{};
+  size_ = complete ? size : lens::ImageSize{};
   return complete;
 }
 
 /// Draws one camera view into its area. @param index  of the view in the picture
-void Renderer::DrawView(const DisplayList& view, std::size_t index) {
+void Renderer::DrawView(const scene::DisplayList& view, std::size_t index) {
   if (view.area) {
     const auto pixel = [](float edge) { return static_cast<GLint>(std::lround(edge)); };
     glEnable(GL_SCISSOR_TEST);
@@ -82,7 +82,7 @@ void Renderer::DrawView(const DisplayList& view, std::size_t index) {
   glClear(GL_DEPTH_BUFFER_BIT);
   const auto drawn = background_.Draw(view.background, view.pinhole, view.size, index);
   if (!drawn) Remark(drawn.error());
-  for (const DrawnMesh& mesh : view.meshes) {
+  for (const scene::DrawnMesh& mesh : view.meshes) {
     if (!meshes_.Knows(mesh.mesh)) Remark(fmt::format("mesh {} is not loaded", mesh.mesh));
   }
   meshes_.Draw(view);
@@ -90,9 +90,9 @@ void Renderer::DrawView(const DisplayList& view, std::size_t index) {
   glDisable(GL_SCISSOR_TEST);
 }
 
-DrawResult Renderer::Draw(const DisplayList& list) {
+DrawResult Renderer::Draw(const scene::DisplayList& list) {
   problem_ = CheckList(list);
-  for (const DisplayList& view : list.beside) {
+  for (const scene::DisplayList& view : list.beside) {
     if (problem_.empty())
       problem_ =
           view.size == list.size ? CheckList(view) : "the views of the picture differ in size";
@@ -127,7 +127,7 @@ PictureView Renderer::ReadRows(int first, int count) {
 }
 
 RgbImage Renderer::ReadBack() {
-  const auto pixels = [](ImageSize size) {
+  const auto pixels = [](lens::ImageSize size) {
     return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   };
   RgbImage image{.rgb = std::vector<std::uint8_t>(3 * pixels(size_)), .size = size_};
@@ -140,7 +140,8 @@ RgbImage Renderer::ReadBack() {
   return image;
 }
 
-std::vector<Vec3f> Renderer::TransformedVertices(const DisplayList& list, const DrawnMesh& drawn) {
+std::vector<Vec3f> Renderer::TransformedVertices(const scene::DisplayList& list,
+                                                 const scene::DrawnMesh& drawn) {
   if (!CheckList(list).empty() || !Resize(list.size)) return {};
   glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);  // without a framebuffer OpenGL draws nothing
   return meshes_.TransformedVertices(list, drawn);
@@ -160,4 +161,4 @@ std::vector<std::string> Renderer::TakeRemarks() {
   return std::exchange(remarks_, {});
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::display

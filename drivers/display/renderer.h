@@ -15,7 +15,7 @@
 #include "drivers/display/picture.h"
 #include "firmware-like/scene/display_list.h"
 
-namespace plumbline {
+namespace plumbline::display {
 
 enum class DrawResult : std::uint8_t {
   kDrawn,
@@ -35,16 +35,16 @@ class Renderer : public DrawnPicture {
   static Result<std::unique_ptr<Renderer>> Create(GlContext& context,
                                                   const RendererOptions& options = {});
   /// @return  the number of the mesh for DrawnMesh, or why it cannot be loaded
-  Result<int> LoadMesh(const TriangleMesh& mesh) { return meshes_.Load(mesh); }
+  Result<int> LoadMesh(const scene::TriangleMesh& mesh) { return meshes_.Load(mesh); }
   void DropMesh(int mesh) { meshes_.Drop(mesh); }
 
   /// Draws into an internal framebuffer. Everything `list` points to must live until Draw()
   /// returns.
-  DrawResult Draw(const DisplayList& list);
+  DrawResult Draw(const scene::DisplayList& list);
   /// Error of the last Draw() that did not return kDrawn.
   const std::string& problem() const { return problem_; }
 
-  ImageSize size() const override { return size_; }
+  lens::ImageSize size() const override { return size_; }
   PictureView ReadRows(int first, int count) override;
   RgbImage ReadBack();
 
@@ -52,7 +52,8 @@ class Renderer : public DrawnPicture {
     return flat_.TextWidth(text, height_px);
   }
   /// See MeshPass. Empty if the list cannot be drawn.
-  std::vector<Vec3f> TransformedVertices(const DisplayList& list, const DrawnMesh& drawn);
+  std::vector<Vec3f> TransformedVertices(const scene::DisplayList& list,
+                                         const scene::DrawnMesh& drawn);
 
   /// Warnings since the last call about parts that are missing in the pictures: the font, a mesh
   /// that is not loaded, the camera image. Each is reported once.
@@ -61,9 +62,9 @@ class Renderer : public DrawnPicture {
  private:
   Renderer(GlContext& context, BackgroundPass background, MeshPass meshes, LinePass lines,
            FlatPass flat);
-  std::string CheckList(const DisplayList& list) const;
-  bool Resize(ImageSize size);
-  void DrawView(const DisplayList& view, std::size_t index);
+  std::string CheckList(const scene::DisplayList& list) const;
+  bool Resize(lens::ImageSize size);
+  void DrawView(const scene::DisplayList& view, std::size_t index);
   void Remark(const std::string& remark);
 
   GlContext& context_;
@@ -73,10 +74,10 @@ class Renderer : public DrawnPicture {
   FlatPass flat_;
   GlFramebuffer framebuffer_;
   GlRenderbuffer colour_, depth_;
-  ImageSize size_;
+  lens::ImageSize size_;
   std::vector<std::uint8_t> pixels_;
   std::string problem_;
   std::vector<std::string> remarks_, reported_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::display

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace plumbline {
+namespace plumbline::files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -171,4 +171,4 @@ std::string OpenErrorText(int error, const DeviceKind& kind) {
   return fmt::format("cannot be opened: {}; {}", ReasonOf(error), remedy);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::files

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::files {
 
 /// Remedy for a file or folder that cannot be read, from what is at `path` now: it names a missing
 /// folder, the owner of an inaccessible one, or the group that grants access. To be appended to a
@@ -43,4 +43,4 @@ inline constexpr DeviceKind kGpioChip{"plumbline", "check `chip` with gpiodetect
 /// @param error  errno of the attempt
 std::string OpenErrorText(int error, const DeviceKind& kind);
 
-}  // namespace plumbline
+}  // namespace plumbline::files

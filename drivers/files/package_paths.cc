@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace plumbline {
+namespace plumbline::files {
 
 std::string ProgramFolder() {
   std::error_code error;
@@ -15,4 +15,4 @@ std::string SiblingModule(const std::string& name) {
   return (prefix / "lib/plumbline" / name).string();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::files

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::files {
 
 /// The folder of the running program; /usr/bin if it cannot be determined.
 std::string ProgramFolder();
@@ -22,4 +22,4 @@ inline constexpr const char* kRestoreProgram =
     "it belongs beside this program: `sudo apt install --reinstall plumbline` restores it; in a "
     "checkout, ./dev build creates it";
 
-}  // namespace plumbline
+}  // namespace plumbline::files

@@ -126,7 +126,7 @@ void RtuSlave::Run() {
 bool RtuSlave::OpenDevice() {
   line_.Reset(::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!line_ || !ConfigureLine(line_.get(), options_)) {
-    Disconnect(OpenErrorText(errno, kSerialLine));
+    Disconnect(files::OpenErrorText(errno, files::kSerialLine));
     return false;
   }
   receiver_.Clear();

@@ -75,7 +75,7 @@ class RtuSlave {
   const double silence_s_;
   RequestHandler& handler_;
   RtuReceiver receiver_;
-  Descriptor line_, stop_;
+  os::Descriptor line_, stop_;
   bool loss_reported_ = false;
   AtomicCounters counters_;
   ThreadHeartbeat heartbeat_;

@@ -16,7 +16,7 @@ constexpr std::int64_t kClientTimeout_ns = 1'000'000'000;  // to complete a fram
 
 }  // namespace
 
-void TcpConnection::Open(Descriptor socket, const IpAddress& address, std::int64_t now_ns) {
+void TcpConnection::Open(os::Descriptor socket, const IpAddress& address, std::int64_t now_ns) {
   client_ = {address, PeerPort(socket.get())};
   socket_ = std::move(socket);
   has_requested_ = sending_ = false;

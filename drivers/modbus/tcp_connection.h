@@ -27,7 +27,7 @@ class TcpConnection {
   };
 
   /// Takes ownership of a non-blocking socket.
-  void Open(Descriptor socket, const IpAddress& address, std::int64_t now_ns);
+  void Open(os::Descriptor socket, const IpAddress& address, std::int64_t now_ns);
   /// Shuts the connection down, also for other holders of its descriptor.
   void Close();
   /// Closes only this descriptor; the connection stays open if another process holds it.
@@ -63,7 +63,7 @@ class TcpConnection {
 
   void Answer(const TcpFrame& frame, RequestHandler& handler, std::uint8_t unit_id);
 
-  Descriptor socket_;
+  os::Descriptor socket_;
   Client client_;
   bool has_requested_ = false, sending_ = false;
   std::int64_t last_request_ns_ = 0;

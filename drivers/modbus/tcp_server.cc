@@ -47,8 +47,8 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
     if (std::find(allow.begin(), allow.end(), *address) == allow.end()) allow.push_back(*address);
   }
   if (options.max_clients < 1) return Error{"max_clients is below 1"};
-  auto listener = inherited.listener ? Result(TcpListener(std::move(inherited.listener)))
-                                     : TcpListener::Open(options.address, options.port);
+  auto listener = inherited.listener ? Result(os::TcpListener(std::move(inherited.listener)))
+                                     : os::TcpListener::Open(options.address, options.port);
   if (!listener) return listener.failure();
   std::unique_ptr<TcpServer> server(
       new TcpServer(options, std::move(allow), std::move(listener).value(), handler));
@@ -62,7 +62,7 @@ Result<std::unique_ptr<TcpServer>> TcpServer::Start(const TcpServerOptions& opti
 }
 
 TcpServer::TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow,
-                     TcpListener listener, RequestHandler& handler)
+                     os::TcpListener listener, RequestHandler& handler)
     : handler_(handler),
       unit_id_(options.unit_id),
       allow_(std::move(allow)),
@@ -108,19 +108,19 @@ TcpServerCounters TcpServer::counters() const {
           .requests = get(counters_.requests)};
 }
 
-std::vector<Descriptor> TcpServer::TakeOffered() {
-  std::vector<Descriptor> taken;
+std::vector<os::Descriptor> TcpServer::TakeOffered() {
+  std::vector<os::Descriptor> taken;
   for (std::atomic<int>& slot : offered_) {
     if (slot.load(std::memory_order_relaxed) < 0) continue;
-    if (Descriptor copy(slot.exchange(-1)); copy) taken.push_back(std::move(copy));
+    if (os::Descriptor copy(slot.exchange(-1)); copy) taken.push_back(std::move(copy));
   }
   return taken;
 }
 
 /// Called before the thread runs. Requests sent in the meantime wait in the sockets.
-void TcpServer::TakeOver(std::vector<Descriptor> connections) {
+void TcpServer::TakeOver(std::vector<os::Descriptor> connections) {
   now_ns_ = Now_ns();
-  for (Descriptor& connection : connections) {
+  for (os::Descriptor& connection : connections) {
     const int fd = connection.get();
     sockaddr_storage peer{};
     socklen_t size = sizeof peer;
@@ -157,9 +157,9 @@ void TcpServer::Run() {
   }
 }
 
-Descriptor TcpServer::Accept(IpAddress& peer) const {
+os::Descriptor TcpServer::Accept(IpAddress& peer) const {
   sockaddr_storage from{};
-  Descriptor socket = listener_.Accept(from);
+  os::Descriptor socket = listener_.Accept(from);
   peer = IpAddressFromSocket(from);
   return socket;
 }
@@ -167,7 +167,7 @@ Descriptor TcpServer::Accept(IpAddress& peer) const {
 void TcpServer::AcceptNewcomers() {
   for (int i = 0; i < kAcceptsPerRound; ++i) {
     IpAddress peer;
-    if (Descriptor socket = Accept(peer)) {
+    if (os::Descriptor socket = Accept(peer)) {
       if (!Admit(socket, peer)) Add(counters_.refused, 1);
     } else if (errno == EMFILE || errno == ENFILE) {
       RefuseForLackOfDescriptors();
@@ -182,7 +182,7 @@ void TcpServer::AcceptNewcomers() {
 }
 
 /// @return true if the socket was assigned to a slot; otherwise the caller still owns it
-bool TcpServer::Admit(Descriptor& socket, const IpAddress& address) {
+bool TcpServer::Admit(os::Descriptor& socket, const IpAddress& address) {
   if (!allow_.empty() && std::find(allow_.begin(), allow_.end(), address) == allow_.end()) {
     ReportEvent(TcpServerEvent::Kind::kNotAllowed, address);
     return false;
@@ -238,7 +238,7 @@ TcpConnection* TcpServer::ChooseEvicted(const IpAddress& newcomer) {
 void TcpServer::RefuseForLackOfDescriptors() {
   spare_.Reset();
   IpAddress peer;
-  Descriptor socket = Accept(peer);
+  os::Descriptor socket = Accept(peer);
   const bool accepted = static_cast<bool>(socket);
   if (accepted) {
     Add(counters_.refused, 1);
@@ -290,7 +290,7 @@ void TcpServer::Offer(const TcpConnection& client) {
 }
 
 void TcpServer::Withdraw(const TcpConnection& client) {
-  const Descriptor closed(offered_[SlotOf(client)].exchange(-1));
+  const os::Descriptor closed(offered_[SlotOf(client)].exchange(-1));
 }
 
 std::size_t TcpServer::SlotOf(const TcpConnection& client) const {

@@ -53,8 +53,8 @@ struct TcpServerOptions {
 
 /// Sockets kept open across a restart of the daemon.
 struct InheritedSockets {
-  Descriptor listener{};                  ///< used instead of opening a new socket
-  std::vector<Descriptor> connections{};  ///< client connections to continue
+  os::Descriptor listener{};                  ///< used instead of opening a new socket
+  std::vector<os::Descriptor> connections{};  ///< client connections to continue
 };
 
 struct TcpServerCounters {
@@ -78,7 +78,7 @@ class TcpServer {
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
 
-  const TcpEndpoint& endpoint() const { return listener_.endpoint(); }
+  const os::TcpEndpoint& endpoint() const { return listener_.endpoint(); }
   int port() const { return endpoint().port; }
   /// May be called from any thread.
   TcpServerCounters counters() const;
@@ -88,17 +88,17 @@ class TcpServer {
   /// call. The holder keeps them open across a restart so that the next server can inherit them. A
   /// connection that this server closes is shut down for the holder, too. Call from one thread
   /// only.
-  std::vector<Descriptor> TakeOffered();
+  std::vector<os::Descriptor> TakeOffered();
 
  private:
-  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, TcpListener listener,
+  TcpServer(const TcpServerOptions& options, std::vector<IpAddress> allow, os::TcpListener listener,
             RequestHandler& handler);
 
   void Run();
-  void TakeOver(std::vector<Descriptor> connections);
+  void TakeOver(std::vector<os::Descriptor> connections);
   void AcceptNewcomers();
-  Descriptor Accept(IpAddress& peer) const;
-  bool Admit(Descriptor& socket, const IpAddress& address);
+  os::Descriptor Accept(IpAddress& peer) const;
+  bool Admit(os::Descriptor& socket, const IpAddress& address);
   TcpConnection* FindSlot(const IpAddress& newcomer);
   TcpConnection* ChooseEvicted(const IpAddress& newcomer);
   void RefuseForLackOfDescriptors();
@@ -126,9 +126,9 @@ class TcpServer {
   const bool offers_connections_;
   std::vector<TcpConnection> clients_;
   std::vector<std::atomic<int>> offered_;  ///< per slot: duplicate not taken yet; -1: none
-  const TcpListener listener_;
-  const Descriptor epoll_, wake_;
-  Descriptor spare_;
+  const os::TcpListener listener_;
+  const os::Descriptor epoll_, wake_;
+  os::Descriptor spare_;
   std::int64_t now_ns_ = 0;       ///< time of this pass
   std::int64_t earliest_ns_ = 0;  ///< lower bound of all deadlines; 0: none
   std::int64_t listen_again_ns_ = 0;

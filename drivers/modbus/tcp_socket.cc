@@ -64,7 +64,7 @@ std::array<char, 46> IpAddressText(const IpAddress& address) {
 
 std::string TextOf(const Client& client) {
   if (client == Client()) return "the serial line";
-  return TcpEndpoint{IpAddressText(client.address).data(), client.port}.Text();
+  return os::TcpEndpoint{IpAddressText(client.address).data(), client.port}.Text();
 }
 
 std::uint16_t PeerPort(int fd) {

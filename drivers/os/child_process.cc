@@ -15,7 +15,7 @@
 
 #include "drivers/clock.h"
 
-namespace plumbline {
+namespace plumbline::os {
 namespace {
 
 constexpr double kPollPeriod_s = 1e-3;
@@ -164,4 +164,4 @@ std::string FindProgram(const std::string& name) {
   return "";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::os

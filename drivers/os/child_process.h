@@ -10,7 +10,7 @@
 
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::os {
 
 /// How a program is started. It inherits the environment and nothing else from this process: only
 /// the listed descriptors, and no blocked signals.
@@ -72,4 +72,4 @@ class ChildProcess {
 /// Path of a program; a name without a slash is searched in PATH. Empty if not found.
 std::string FindProgram(const std::string& name);
 
-}  // namespace plumbline
+}  // namespace plumbline::os

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::os {
 
 /// Owns one descriptor of the process, or none (-1). Closing leaves errno as it was, so that an
 /// early return can still report why the call before it failed.
@@ -46,4 +46,4 @@ class Descriptor {
   int fd_ = -1;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::os

@@ -10,7 +10,7 @@
 
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::os {
 
 /// Writes all of `text`, repeating partial writes. @return  false with errno set on failure
 inline bool WriteAll(int fd, std::string_view text) {
@@ -35,4 +35,4 @@ inline bool SyncFolder(const std::string& path) {
   return folder && fsync(folder.get()) == 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::os

@@ -14,7 +14,7 @@
 #include "drivers/clock.h"
 #include "drivers/os/descriptor.h"
 
-namespace plumbline {
+namespace plumbline::os {
 namespace {
 
 struct Pipe {
@@ -126,4 +126,4 @@ Result<ProgramRun> RunProgram(const std::vector<std::string>& arguments, std::st
   return run;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::os

@@ -8,7 +8,7 @@
 #include "drivers/os/child_process.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::os {
 
 struct RunLimits {
   double time_s = 60;
@@ -30,4 +30,4 @@ struct ProgramRun {
 Result<ProgramRun> RunProgram(const std::vector<std::string>& arguments, std::string_view input,
                               const RunLimits& limits = {});
 
-}  // namespace plumbline
+}  // namespace plumbline::os

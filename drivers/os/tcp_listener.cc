@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::os {
 namespace {
 
 Error CannotListen(const std::string& place, int reason, const char* if_privileged) {
@@ -86,4 +86,4 @@ Descriptor TcpListener::Accept(sockaddr_storage& peer) const {
       accept4(fd(), reinterpret_cast<sockaddr*>(&peer), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::os

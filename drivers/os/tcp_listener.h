@@ -8,7 +8,7 @@
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::os {
 
 /// One end of a TCP connection.
 struct TcpEndpoint {
@@ -50,4 +50,4 @@ class TcpListener {
   TcpEndpoint endpoint_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::os

@@ -8,7 +8,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 using Source = const MapSource&;
@@ -16,7 +16,7 @@ using Source = const MapSource&;
 constexpr double kMaxAge_ms = 65535;  // also reported when the event never happened
 using enum FieldType;
 
-const CameraStatus& Camera(Source s) {
+const status::CameraStatus& Camera(Source s) {
   return *s.camera;
 }
 
@@ -26,8 +26,8 @@ double Age_ms(Source s, double time_s) {
 }
 
 double TipRadius_mm(Source s) {
-  return kMmPerMetre *
-         RadiusHolding95Percent(Camera(s).tip_covariance_W + Camera(s).tip_tag_covariance_W);
+  return kMmPerMetre * deflection::RadiusHolding95Percent(Camera(s).tip_covariance_W +
+                                                          Camera(s).tip_tag_covariance_W);
 }
 
 template <int K>
@@ -53,7 +53,7 @@ const std::array kCameraFields = {
     MapField{501, kU16, "camera_reason", "code", "reason for the state, see below",
              [](Source s) { return static_cast<double>(Camera(s).reason); }},
     MapField{502, kU16, "camera_bits", "bits", "camera word, see below",
-             [](Source s) -> double { return plc_map::CameraWord(Camera(s)); }},
+             [](Source s) -> double { return registers::CameraWord(Camera(s)); }},
     MapField{503, kU16, "board_prompt", "code",
              "what the operator should do with the calibration board, see below",
              [](Source s) { return static_cast<double>(Camera(s).prompt); }},
@@ -88,7 +88,7 @@ const std::array kCameraFields = {
              [](Source s) { return Age_ms(s, Camera(s).tip_time_s); }},
     MapField{523, kU16, "tip_validity", "bits",
              "bit 0 valid: the lens is valid and the tool was at standstill",
-             [](Source s) -> double { return Camera(s).tip_valid ? plc_map::kValid : 0; }},
+             [](Source s) -> double { return Camera(s).tip_valid ? registers::kValid : 0; }},
     MapField{524, kU16, "camera_name", "code", "0 none, 1 side, 2 rear, 3 front, 4 top",
              [](Source s) { return static_cast<double>(Camera(s).name); }},
 };
@@ -117,17 +117,17 @@ const std::array kBodyFields = {
 
 struct CameraBit {
   BitMeaning bit;
-  bool CameraStatus::*flag;
+  bool status::CameraStatus::*flag;
 };
 constexpr std::array kCameraFlags = {
     CameraBit{{1 << 0, "lens not valid: do not use what this camera measures"},
-              &CameraStatus::lens_stale},
-    CameraBit{{1 << 1, "camera lost: no frames arrive"}, &CameraStatus::camera_lost},
-    CameraBit{{1 << 2, "zoom position unknown"}, &CameraStatus::zoom_unknown},
-    CameraBit{{1 << 3, "calibration board required"}, &CameraStatus::board_wanted},
-    CameraBit{{1 << 4, "reference tags not visible"}, &CameraStatus::fiducials_hidden},
-    CameraBit{{1 << 5, "a reference tag has moved"}, &CameraStatus::fiducial_moved},
-    CameraBit{{1 << 6, "lenses cannot be stored"}, &CameraStatus::store_fault},
+              &status::CameraStatus::lens_stale},
+    CameraBit{{1 << 1, "camera lost: no frames arrive"}, &status::CameraStatus::camera_lost},
+    CameraBit{{1 << 2, "zoom position unknown"}, &status::CameraStatus::zoom_unknown},
+    CameraBit{{1 << 3, "calibration board required"}, &status::CameraStatus::board_wanted},
+    CameraBit{{1 << 4, "reference tags not visible"}, &status::CameraStatus::fiducials_hidden},
+    CameraBit{{1 << 5, "a reference tag has moved"}, &status::CameraStatus::fiducial_moved},
+    CameraBit{{1 << 6, "lenses cannot be stored"}, &status::CameraStatus::store_fault},
 };
 constexpr auto kCameraBits = [] {
   std::array<BitMeaning, kCameraFlags.size()> bits{};
@@ -137,19 +137,19 @@ constexpr auto kCameraBits = [] {
 
 }  // namespace
 
-std::span<const MapField> plc_map::CameraFields() {
+std::span<const MapField> registers::CameraFields() {
   return kCameraFields;
 }
-std::span<const MapField> plc_map::BodyFields() {
+std::span<const MapField> registers::BodyFields() {
   return kBodyFields;
 }
-std::span<const BitMeaning> plc_map::CameraBits() {
+std::span<const BitMeaning> registers::CameraBits() {
   return kCameraBits;
 }
-std::uint16_t plc_map::CameraWord(const CameraStatus& camera) {
+std::uint16_t registers::CameraWord(const status::CameraStatus& camera) {
   int word = 0;
   for (const CameraBit& bit : kCameraFlags) word |= camera.*bit.flag ? bit.bit.mask : 0;
   return static_cast<std::uint16_t>(word);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -5,7 +5,7 @@
 
 #include "drivers/modbus/word_order.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 using modbus::WordOrder;
@@ -27,8 +27,8 @@ Integer Saturate(double value) {
 PlcEncoder::PlcEncoder(const PlcConvention& convention, std::vector<std::uint16_t> point_ids)
     : convention_(convention), point_ids_(std::move(point_ids)), postures_(point_ids_.size()) {
   const std::size_t points = point_ids_.size();
-  registers_.resize(points == 0 ? plc_map::kPoints
-                                : plc_map::kPostures + plc_map::kPostureSize * points);
+  registers_.resize(points == 0 ? registers::kPoints
+                                : registers::kPostures + registers::kPostureSize * points);
 }
 
 void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
@@ -70,18 +70,19 @@ void PlcEncoder::Put(std::uint16_t address, FieldType type, double value) {
 const std::vector<std::uint16_t>& PlcEncoder::Encode(const Snapshot& snapshot,
                                                      const PlcEnvironment& environment) {
   MapSource source{snapshot, environment, convention_};
-  for (const MapField& field : plc_map::Fields())
+  for (const MapField& field : registers::Fields())
     Put(field.address, field.type, field.value(source));
   for (std::size_t k = 0; k < environment.cameras.size(); ++k) EncodeCamera(source, k);
-  for (const MapField& field : plc_map::SceneFields())
+  for (const MapField& field : registers::SceneFields())
     Put(field.address, field.type, field.value(source));
-  registers_[plc_map::kResultCrc] = CrcOfRegisters(
-      std::span(registers_).subspan(plc_map::kResult, plc_map::kResultCrc - plc_map::kResult));
+  registers_[registers::kResultCrc] =
+      CrcOfRegisters(std::span(registers_)
+                         .subspan(registers::kResult, registers::kResultCrc - registers::kResult));
   for (std::size_t k = 0; k < point_ids_.size() && k < snapshot.points.size(); ++k) {
     source.point = &snapshot.points[k];
     source.point_id = point_ids_[k];
-    const std::size_t base = plc_map::kPoints + plc_map::kPointSize * k;
-    for (const MapField& field : plc_map::PointFields()) {
+    const std::size_t base = registers::kPoints + registers::kPointSize * k;
+    for (const MapField& field : registers::PointFields()) {
       Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
     }
     EncodePosture(source, k);
@@ -93,19 +94,19 @@ void PlcEncoder::EncodePosture(const MapSource& source, std::size_t k) {
   const Posture current = {source.point->valid, source.point->solutions};
   if (postures_[k] == current) return;
   postures_[k] = current;
-  const std::size_t base = plc_map::kPostures + plc_map::kPostureSize * k;
-  for (const MapField& field : plc_map::PostureFields()) {
+  const std::size_t base = registers::kPostures + registers::kPostureSize * k;
+  for (const MapField& field : registers::PostureFields()) {
     Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
   }
 }
 
 void PlcEncoder::CopyTo(std::vector<std::uint16_t>& image) const {
   image.resize(registers_.size());
-  const std::size_t points_end = plc_map::kPoints + plc_map::kPointSize * point_ids_.size();
+  const std::size_t points_end = registers::kPoints + registers::kPointSize * point_ids_.size();
   std::copy_n(registers_.begin(), points_end, image.begin());
   if (point_ids_.empty()) return;
-  std::copy(registers_.begin() + plc_map::kPostures, registers_.end(),
-            image.begin() + plc_map::kPostures);
+  std::copy(registers_.begin() + registers::kPostures, registers_.end(),
+            image.begin() + registers::kPostures);
 }
 
 void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {
@@ -113,13 +114,13 @@ void PlcEncoder::EncodeCamera(MapSource source, std::size_t camera) {
   const auto put = [&](const MapField& field, std::size_t base) {
     Put(static_cast<std::uint16_t>(base + field.address), field.type, field.value(source));
   };
-  const std::size_t offset = plc_map::kCameraStride * camera;
-  for (const MapField& field : plc_map::CameraFields()) put(field, offset);
-  std::size_t base = plc_map::kBodies + offset;
-  for (const CameraStatus::Body& body : source.camera->bodies) {
+  const std::size_t offset = registers::kCameraStride * camera;
+  for (const MapField& field : registers::CameraFields()) put(field, offset);
+  std::size_t base = registers::kBodies + offset;
+  for (const status::CameraStatus::Body& body : source.camera->bodies) {
     source.body = &body;
-    for (const MapField& field : plc_map::BodyFields()) put(field, base);
-    base += plc_map::kBodySize;
+    for (const MapField& field : registers::BodyFields()) put(field, base);
+    base += registers::kBodySize;
   }
 }
 
@@ -162,4 +163,4 @@ std::uint16_t CrcOfRegisters(std::span<const std::uint16_t> registers) {
   return crc;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -6,7 +6,7 @@
 
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 
 /// Encodes snapshots into a register image according to the register map. The image is retained
 /// between calls: a value that is not finite leaves its registers unchanged. Allocates only in the
@@ -53,11 +53,11 @@ double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::s
 /// is marked invalid.
 /// @param window  kCommandsSize registers
 /// @param coils   kCoilsSize coils
-PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
-                                   std::span<const std::uint8_t> coils,
-                                   const PlcConvention& convention);
+model::PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> window,
+                                          std::span<const std::uint8_t> coils,
+                                          const PlcConvention& convention);
 
 /// Modbus CRC-16 over registers, high byte of each register first.
 std::uint16_t CrcOfRegisters(std::span<const std::uint16_t> registers);
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

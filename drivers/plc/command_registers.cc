@@ -4,7 +4,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 constexpr double kMetrePerScaled = 1e-4, kRadianPerScaled = 1e-3, kMetrePerFine = 1e-6;
@@ -16,7 +16,7 @@ class CommandWindow {
       : window_(window), little_word_first_(little_word_first) {}
 
   double Value(const CommandField& field) const {
-    const auto offset = static_cast<std::size_t>(field.address - plc_map::kCommands);
+    const auto offset = static_cast<std::size_t>(field.address - registers::kCommands);
     return ValueOfField(field.type, window_, offset, little_word_first_);
   }
   std::uint16_t Word(const CommandField& field) const {
@@ -32,10 +32,11 @@ class CommandWindow {
 };
 
 /// Decodes the pose, or the measured tip of a probe, and marks the pose valid if it is plausible.
-void ReadPose(const CommandWindow& window, const PlcConvention& convention, PlcCommand& command) {
+void ReadPose(const CommandWindow& window, const PlcConvention& convention,
+              model::PlcCommand& command) {
   Vec3 position_m, angles;
   OrientationConvention orientation = convention.orientation;
-  if (command.code == PlcCommandCode::kCorrectPoseScaled) {
+  if (command.code == model::PlcCommandCode::kCorrectPoseScaled) {
     position_m = kMetrePerScaled * window.Vector(CommandNamed("command_x_scaled"),
                                                  CommandNamed("command_y_scaled"),
                                                  CommandNamed("command_z_scaled"));
@@ -52,24 +53,24 @@ void ReadPose(const CommandWindow& window, const PlcConvention& convention, PlcC
   command.pose_valid = position_m.allFinite() && angles.allFinite() && position_m.norm() < 1e3 &&
                        angles.norm() < 100;
   if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
-  if (command.code == PlcCommandCode::kProbe && position_m.allFinite()) {
+  if (command.code == model::PlcCommandCode::kProbe && position_m.allFinite()) {
     command.probe_W = position_m;
   }
 }
 
 }  // namespace
 
-std::span<const CommandField> plc_map::Commands() {
+std::span<const CommandField> registers::Commands() {
   return kCommandFields;
 }
 
-PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registers,
-                                   std::span<const std::uint8_t> coils,
-                                   const PlcConvention& convention) {
+model::PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registers,
+                                          std::span<const std::uint8_t> coils,
+                                          const PlcConvention& convention) {
   const CommandWindow window(registers, convention.little_word_first);
-  PlcCommand command;
+  model::PlcCommand command;
   command.sequence = window.Word(CommandNamed("command_sequence"));
-  command.code = static_cast<PlcCommandCode>(window.Word(CommandNamed("command_code")));
+  command.code = static_cast<model::PlcCommandCode>(window.Word(CommandNamed("command_code")));
   command.point_id = window.Word(CommandNamed("command_point"));
   command.camera = window.Word(CommandNamed("command_camera"));
   command.heartbeat = window.Word(CommandNamed("plc_heartbeat"));
@@ -79,7 +80,7 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registers,
   if (!(payload_kg <= 0))
     command.payload_kg = payload_kg;  // passes NaN on, which the machine refuses
   ReadPose(window, convention, command);
-  if (command.code == PlcCommandCode::kProbeFine) {
+  if (command.code == model::PlcCommandCode::kProbeFine) {
     command.probe_W =
         kMetrePerFine * window.Vector(CommandNamed("probe_x_fine"), CommandNamed("probe_y_fine"),
                                       CommandNamed("probe_z_fine"));
@@ -87,4 +88,4 @@ PlcCommand PlcCommandFromRegisters(std::span<const std::uint16_t> registers,
   return command;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -7,7 +7,7 @@
 
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 
 inline constexpr std::array kCommandFields = {
     CommandField{
@@ -62,4 +62,4 @@ consteval CommandField CommandNamed(std::string_view name) {
   throw std::invalid_argument("no such command register");
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -5,7 +5,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 using Source = const MapSource&;
@@ -19,15 +19,15 @@ double InRegisterUnit(Source s, int joint, double value) {
 
 template <int K>
 double PostureJoint(Source s) {
-  const JointVector& q = s.point->correction.q;
+  const model::JointVector& q = s.point->correction.q;
   return K < q.size() ? InRegisterUnit(s, K, q[K]) : 0;
 }
 
 double PostureBits(Source s) {
-  const PointPosture& posture = s.point->posture;
-  int bits = s.point->valid ? plc_map::kPostureValid : 0;
-  if (posture.taught) bits |= plc_map::kPostureTaught;
-  if (posture.differs) bits |= plc_map::kPostureDiffers;
+  const correction::PointPosture& posture = s.point->posture;
+  int bits = s.point->valid ? registers::kPostureValid : 0;
+  if (posture.taught) bits |= registers::kPostureTaught;
+  if (posture.differs) bits |= registers::kPostureDiffers;
   return bits;
 }
 
@@ -56,7 +56,7 @@ const std::array kPostureFields = {
     MapField{26, kFloat, "posture_limit_distance", "deg",
              "distance of that joint from its limit (mm if prismatic); 0 if no joint has limits",
              [](Source s) {
-               const JointDistance& limit = s.point->posture.limit;
+               const correction::JointDistance& limit = s.point->posture.limit;
                return limit.joint < 0 ? 0 : InRegisterUnit(s, limit.joint, limit.distance);
              }},
     MapField{28, kFloat, "posture_singular_value", "",
@@ -66,18 +66,18 @@ const std::array kPostureFields = {
 };
 
 constexpr std::array kPostureBits = {
-    BitMeaning{plc_map::kPostureValid, "valid"},
-    BitMeaning{plc_map::kPostureTaught, "near_deg is configured"},
-    BitMeaning{plc_map::kPostureDiffers, "the posture differs from near_deg"},
+    BitMeaning{registers::kPostureValid, "valid"},
+    BitMeaning{registers::kPostureTaught, "near_deg is configured"},
+    BitMeaning{registers::kPostureDiffers, "the posture differs from near_deg"},
 };
 
 }  // namespace
 
-std::span<const MapField> plc_map::PostureFields() {
+std::span<const MapField> registers::PostureFields() {
   return kPostureFields;
 }
-std::span<const BitMeaning> plc_map::PostureBits() {
+std::span<const BitMeaning> registers::PostureBits() {
   return kPostureBits;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -6,14 +6,14 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 using enum FieldType;
 
 using Source = const MapSource&;
 
-const Correction& ResultCorrection(Source s) {
+const correction::Correction& ResultCorrection(Source s) {
   return s.snapshot.result.correction;
 }
 
@@ -25,25 +25,25 @@ bool FitsInt16(const Pose& X) {
   return (X.p.array().abs() * 1e4 < 32767.5).all();
 }
 
-int BasisBits(const Correction& correction) {
-  return static_cast<int>(correction.basis) << plc_map::kBasisShift;
+int BasisBits(const correction::Correction& correction) {
+  return static_cast<int>(correction.basis) << registers::kBasisShift;
 }
 
 double ResultBits(Source s) {
   const CommandResult& result = s.snapshot.result;
-  int bits = result.valid ? plc_map::kValid : 0;
-  if (result.correction.extrapolated) bits |= plc_map::kExtrapolated;
-  const bool holds_pose = result.valid || result.code == CorrectionCode::kOk ||
-                          result.code == CorrectionCode::kProbeQuarantined;
-  if (holds_pose && FitsInt16(result.correction.X_BP_command)) bits |= plc_map::kFitsInt16;
+  int bits = result.valid ? registers::kValid : 0;
+  if (result.correction.extrapolated) bits |= registers::kExtrapolated;
+  const bool holds_pose = result.valid || result.code == correction::CorrectionCode::kOk ||
+                          result.code == correction::CorrectionCode::kProbeQuarantined;
+  if (holds_pose && FitsInt16(result.correction.X_BP_command)) bits |= registers::kFitsInt16;
   return bits | BasisBits(result.correction);
 }
 
 double PointBits(Source s) {
-  int bits = s.point->valid ? plc_map::kValid : 0;
-  if (s.point->correction.extrapolated) bits |= plc_map::kExtrapolated;
-  if (s.point->ever_valid) bits |= plc_map::kEverValid;
-  if (s.point->posture.differs) bits |= plc_map::kPointPostureDiffers;
+  int bits = s.point->valid ? registers::kValid : 0;
+  if (s.point->correction.extrapolated) bits |= registers::kExtrapolated;
+  if (s.point->ever_valid) bits |= registers::kEverValid;
+  if (s.point->posture.differs) bits |= registers::kPointPostureDiffers;
   return bits | BasisBits(s.point->correction);
 }
 
@@ -111,7 +111,7 @@ double ProbeResidualScaled(Source s) {
 
 double InputBits(Source s) {
   const Snapshot& snapshot = s.snapshot;
-  const RobotState& reading = snapshot.reading;
+  const model::RobotState& reading = snapshot.reading;
   int bits = snapshot.input_fault == InputFault::kOk ? 1 : 0;
   if (reading.X_BT && reading.X_BT->p.allFinite() && reading.X_BT->R.allFinite()) bits |= 2;
   if (snapshot.payload_valid) bits |= 4;
@@ -119,16 +119,16 @@ double InputBits(Source s) {
   return bits;
 }
 
-double Number(CorrectionCode code) {
+double Number(correction::CorrectionCode code) {
   return static_cast<double>(code);
 }
 
 const std::array kMapFields = {
     // 0-9 identity
     MapField{0, kU16, "magic", "", "always 0x504C (\"PL\"): identifies Plumbline",
-             [](Source) -> double { return plc_map::kMagic; }},
+             [](Source) -> double { return registers::kMagic; }},
     MapField{1, kU16, "map_version", "", "version of this register map",
-             [](Source) -> double { return plc_map::kVersion; }},
+             [](Source) -> double { return registers::kVersion; }},
     MapField{2, kU16, "word_order", "",
              "order of the two words of a 32-bit value: 0 ABCD (high word first), 1 CDAB (low word "
              "first)",
@@ -322,7 +322,9 @@ const std::array kMapFields = {
              "model waits for approval, 3 the drift reference is being collected, 4 diagnosis "
              "running, 5 journal or diagnosis failed, 6 probes in quarantine, 7 drift reference "
              "rejected: its probes disagree, 8 state directory cannot be written",
-             [](Source s) -> double { return plc_map::MonitoringWord(s.environment.monitoring); }},
+             [](Source s) -> double {
+               return registers::MonitoringWord(s.environment.monitoring);
+             }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
              [](Source s) -> double { return s.environment.monitoring.model.applied; }},
     MapField{402, kU16, "model_proposed", "",
@@ -444,11 +446,11 @@ const char* NameOf(FieldType type) {
   return "?";
 }
 
-std::span<const MapField> plc_map::Fields() {
+std::span<const MapField> registers::Fields() {
   return kMapFields;
 }
-std::span<const MapField> plc_map::PointFields() {
+std::span<const MapField> registers::PointFields() {
   return kPointFields;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

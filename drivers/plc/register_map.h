@@ -12,7 +12,7 @@
 #include "firmware-like/status/monitoring_status.h"
 #include "firmware-like/status/scene_status.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 
 /// Encoding of a value in its registers.
 enum class FieldType { kU16, kI16, kU32, kI32, kFloat, kU64 };
@@ -41,10 +41,10 @@ struct PlcEnvironment {
   double longest_cycle_s = 0;  ///< since the daemon started
   std::uint32_t overruns = 0;
   double now_s = 0;  ///< monotonic time of the encoding
-  MonitoringStatus monitoring;
+  status::MonitoringStatus monitoring;
   PlcMasters masters;
-  std::array<CameraStatus, kMaxCameras> cameras;
-  SceneStatus scene;
+  std::array<status::CameraStatus, model::kMaxCameras> cameras;
+  status::SceneStatus scene;
 };
 
 /// Representation of orientations and 32-bit values in the map.
@@ -60,8 +60,8 @@ struct MapSource {
   const PlcConvention& convention;
   const PointResult* point = nullptr;  ///< the point whose block is encoded
   std::uint16_t point_id = 0;
-  const CameraStatus* camera = nullptr;      ///< the camera whose block is encoded
-  const CameraStatus::Body* body = nullptr;  ///< the body whose block is encoded
+  const status::CameraStatus* camera = nullptr;      ///< the camera whose block is encoded
+  const status::CameraStatus::Body* body = nullptr;  ///< the body whose block is encoded
 };
 
 /// One entry. `value` returns it in `unit`; if it is not finite the registers are left unchanged.
@@ -89,7 +89,7 @@ struct BitMeaning {
   const char* meaning;
 };
 
-namespace plc_map {
+namespace registers {
 inline constexpr std::uint16_t kMagic = 0x504C;  ///< "PL"
 inline constexpr std::uint16_t kVersion = 1;
 inline constexpr std::uint16_t kStateSize = 26;  ///< identity and state, from address 0
@@ -125,8 +125,8 @@ inline constexpr std::uint16_t kFitsInt16 = 1 << 3;     ///< the position fits t
 inline constexpr int kBasisShift = 4;  ///< bits 4-5: RadiusBasis of the 95 % radius
 inline constexpr std::uint16_t kBasisMask = 3 << kBasisShift;
 /// Basis encoded in a validity register.
-constexpr RadiusBasis BasisOf(int validity) {
-  return static_cast<RadiusBasis>((validity & kBasisMask) >> kBasisShift);
+constexpr model::RadiusBasis BasisOf(int validity) {
+  return static_cast<model::RadiusBasis>((validity & kBasisMask) >> kBasisShift);
 }
 /// Point block: the posture differs from the taught one, `near_deg`.
 inline constexpr std::uint16_t kPointPostureDiffers = 1 << 6;
@@ -154,17 +154,17 @@ std::span<const MapField> SceneFields();
 /// Bits of the camera word, register 502.
 std::span<const BitMeaning> CameraBits();
 /// Encodes register 502.
-std::uint16_t CameraWord(const CameraStatus& camera);
+std::uint16_t CameraWord(const status::CameraStatus& camera);
 /// Encodes register 400, the monitoring state.
-std::uint16_t MonitoringWord(const MonitoringStatus& monitoring);
+std::uint16_t MonitoringWord(const status::MonitoringStatus& monitoring);
 /// Decodes the flags of register 400; members that the word does not contain keep their defaults.
-MonitoringStatus MonitoringFlagsFromWord(std::uint16_t word);
+status::MonitoringStatus MonitoringFlagsFromWord(std::uint16_t word);
 /// Bits of the status, alarm and warning words, in ascending order.
 std::span<const BitMeaning> StatusBits();
 std::span<const BitMeaning> AlarmBits();
 std::span<const BitMeaning> WarningBits();
 /// Registers of the command window, in ascending order.
 std::span<const CommandField> Commands();
-}  // namespace plc_map
+}  // namespace registers
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -6,7 +6,7 @@
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/length.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 using Source = const MapSource&;
@@ -14,7 +14,7 @@ using Source = const MapSource&;
 using enum FieldType;
 constexpr double kMaxSceneAge_ms = 65535, kUnknownDistance_mm = -1;
 
-const SceneStatus& Scene(Source s) {
+const status::SceneStatus& Scene(Source s) {
   return s.environment.scene;
 }
 
@@ -66,8 +66,8 @@ const std::array kSceneFields = {
 
 }  // namespace
 
-std::span<const MapField> plc_map::SceneFields() {
+std::span<const MapField> registers::SceneFields() {
   return kSceneFields;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

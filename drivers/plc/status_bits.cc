@@ -3,7 +3,7 @@
 
 #include "drivers/plc/register_map.h"
 
-namespace plumbline {
+namespace plumbline::plc {
 namespace {
 
 constexpr std::array kStatusBits = {
@@ -56,23 +56,23 @@ constexpr std::array kWarningBits = {
 
 struct MonitoringBit {
   std::uint16_t mask;
-  bool MonitoringStatus::*flag;
+  bool status::MonitoringStatus::*flag;
 };
 constexpr std::array kMonitoringFlags = {
-    MonitoringBit{1 << 0, &MonitoringStatus::recording},
-    MonitoringBit{1 << 1, &MonitoringStatus::drift_alarm},
-    MonitoringBit{1 << 3, &MonitoringStatus::learning},
-    MonitoringBit{1 << 4, &MonitoringStatus::diagnosing},
-    MonitoringBit{1 << 5, &MonitoringStatus::fault},
-    MonitoringBit{1 << 7, &MonitoringStatus::reference_refused},
-    MonitoringBit{1 << 8, &MonitoringStatus::storage_unavailable},
+    MonitoringBit{1 << 0, &status::MonitoringStatus::recording},
+    MonitoringBit{1 << 1, &status::MonitoringStatus::drift_alarm},
+    MonitoringBit{1 << 3, &status::MonitoringStatus::learning},
+    MonitoringBit{1 << 4, &status::MonitoringStatus::diagnosing},
+    MonitoringBit{1 << 5, &status::MonitoringStatus::fault},
+    MonitoringBit{1 << 7, &status::MonitoringStatus::reference_refused},
+    MonitoringBit{1 << 8, &status::MonitoringStatus::storage_unavailable},
 };
 // These two repeat the counters in registers 402 and 422 as bits.
 constexpr int kProposalWaiting = 1 << 2, kQuarantined = 1 << 6;
 
 }  // namespace
 
-std::uint16_t plc_map::MonitoringWord(const MonitoringStatus& monitoring) {
+std::uint16_t registers::MonitoringWord(const status::MonitoringStatus& monitoring) {
   int word = 0;
   for (const MonitoringBit& bit : kMonitoringFlags) word |= monitoring.*bit.flag ? bit.mask : 0;
   if (monitoring.proposal_waiting()) word |= kProposalWaiting;
@@ -80,20 +80,20 @@ std::uint16_t plc_map::MonitoringWord(const MonitoringStatus& monitoring) {
   return static_cast<std::uint16_t>(word);
 }
 
-MonitoringStatus plc_map::MonitoringFlagsFromWord(std::uint16_t word) {
-  MonitoringStatus monitoring;
+status::MonitoringStatus registers::MonitoringFlagsFromWord(std::uint16_t word) {
+  status::MonitoringStatus monitoring;
   for (const MonitoringBit& bit : kMonitoringFlags) monitoring.*bit.flag = (word & bit.mask) != 0;
   return monitoring;
 }
 
-std::span<const BitMeaning> plc_map::StatusBits() {
+std::span<const BitMeaning> registers::StatusBits() {
   return kStatusBits;
 }
-std::span<const BitMeaning> plc_map::AlarmBits() {
+std::span<const BitMeaning> registers::AlarmBits() {
   return kAlarmBits;
 }
-std::span<const BitMeaning> plc_map::WarningBits() {
+std::span<const BitMeaning> registers::WarningBits() {
   return kWarningBits;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::plc

@@ -10,7 +10,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -61,8 +61,8 @@ std::vector<std::pair<std::string, RegisterValue>> NamedValues(const RobotProfil
 }
 
 std::optional<std::string> FaultOf(const RobotProfile& profile) {
-  if (profile.joints.empty() || profile.joints.size() > kMaxJoints) {
-    return fmt::format("{} joints; must be 1..{}", profile.joints.size(), kMaxJoints);
+  if (profile.joints.empty() || profile.joints.size() > model::kMaxJoints) {
+    return fmt::format("{} joints; must be 1..{}", profile.joints.size(), model::kMaxJoints);
   }
   for (const RegisterBlock& block : profile.blocks) {
     if (block.count < 1 || block.count > kMaxRegistersOfRead || block.first < 0 ||
@@ -236,20 +236,20 @@ double RobotCodec::Temperature(Words words) const {
   return hottest_joint_ ? largest : sum / static_cast<double>(temperatures_.size());
 }
 
-RobotMode RobotCodec::Mode(Words words) const {
+model::RobotMode RobotCodec::Mode(Words words) const {
   for (const BitField& field : mode_bits_) {
     const bool set = ((words[static_cast<std::size_t>(field.index)] >> field.bit) & 1) != 0;
     if (set == field.when) return field.mode;
   }
-  if (!mode_value_) return RobotMode::kUnknown;
+  if (!mode_value_) return model::RobotMode::kUnknown;
   const double raw = Raw(*mode_value_, words);
   for (const ModeSignal::Meaning& meaning : meanings_) {
     if (static_cast<double>(meaning.value) == raw) return meaning.mode;
   }
-  return RobotMode::kUnknown;
+  return model::RobotMode::kUnknown;
 }
 
-void RobotCodec::RobotStateFromRegisters(Words words, RobotState& state) const {
+void RobotCodec::RobotStateFromRegisters(Words words, model::RobotState& state) const {
   state.q.resize(joint_count());
   for (int i = 0; i < joint_count(); ++i) {
     state.q[i] = JointValue(joints_[static_cast<std::size_t>(i)], words);
@@ -283,4 +283,4 @@ std::optional<std::uint32_t> RobotCodec::RefreshCounter(Words words) const {
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(Raw(*sequence_, words)));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -9,7 +9,7 @@
 #include "drivers/robot/profile.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// True if one of the blocks contains all words of the value.
 bool IsRead(const std::vector<RegisterBlock>& blocks, const RegisterValue& value);
@@ -31,7 +31,8 @@ class RobotCodec {
   ///   value = scale raw + offset;  kPi: value - 2 pi if value > pi;
   ///   kRevolutions: value + 2 pi turns
   /// @param words  word_count() words, the blocks in order
-  void RobotStateFromRegisters(std::span<const std::uint16_t> words, RobotState& state) const;
+  void RobotStateFromRegisters(std::span<const std::uint16_t> words,
+                               model::RobotState& state) const;
 
   /// The controller's own refresh counter; nullopt if the profile has none.
   std::optional<std::uint32_t> RefreshCounter(std::span<const std::uint16_t> words) const;
@@ -58,7 +59,7 @@ class RobotCodec {
     int index = 0;
     int bit = 0;
     bool when = true;
-    RobotMode mode = RobotMode::kUnknown;
+    model::RobotMode mode = model::RobotMode::kUnknown;
   };
   using Words = std::span<const std::uint16_t>;
 
@@ -71,7 +72,7 @@ class RobotCodec {
   static double JointValue(const JointField& joint, Words words);
   static Pose PoseValue(const PoseField& pose, Words words);
   double Temperature(Words words) const;
-  RobotMode Mode(Words words) const;
+  model::RobotMode Mode(Words words) const;
 
   std::vector<RegisterBlock> blocks_;
   int word_count_ = 0;
@@ -91,4 +92,4 @@ class RobotCodec {
   std::vector<ModeSignal::Meaning> meanings_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -3,7 +3,7 @@
 #include <netdb.h>
 #include <sys/socket.h>
 
-namespace plumbline {
+namespace plumbline::robot {
 
 const char* ResolveFailure(const std::string& host) {
   addrinfo hints{};
@@ -24,4 +24,4 @@ bool IsAddress(const std::string& host) {
   return true;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// Reason why `host` (a name or an address) cannot be resolved, a static string; nullptr if it can.
 /// May block on a name server.
@@ -12,4 +12,4 @@ const char* ResolveFailure(const std::string& host);
 /// True if `host` is a numeric address, so that no name server is needed.
 bool IsAddress(const std::string& host);
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

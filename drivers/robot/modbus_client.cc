@@ -11,7 +11,7 @@
 
 #include "drivers/robot/host_name.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 constexpr double kMaxFrame_bits = 256 * 11;
@@ -178,4 +178,4 @@ void ModbusClient::Close() {
   wait_s_ = std::min(2 * wait_s_, kMaxWait_s);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -18,7 +18,7 @@
 
 struct _modbus;  // libmodbus' modbus_t  NOLINT(bugprone-reserved-identifier)
 
-namespace plumbline {
+namespace plumbline::robot {
 
 struct TcpAddress {
   std::string host;  ///< name or address; resolved for each connection attempt
@@ -103,4 +103,4 @@ class ModbusClient {
   std::size_t problem_size_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

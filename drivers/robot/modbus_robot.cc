@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 std::string_view FitText(PushFit fit) {
@@ -72,7 +72,7 @@ LinkResult ModbusRobot::Refuse(LinkResult result, std::string_view text) {
   return result;
 }
 
-LinkResult ModbusRobot::Read(RobotState& state) {
+LinkResult ModbusRobot::Read(model::RobotState& state) {
   client_problem_ = true;
   if (const LinkResult result = client_.Connect(); result != LinkResult::kOk) return result;
   std::span<std::uint16_t> rest(words_);
@@ -90,7 +90,7 @@ LinkResult ModbusRobot::Read(RobotState& state) {
   return LinkResult::kOk;
 }
 
-void ModbusRobot::NoteReading(RobotState& state) {
+void ModbusRobot::NoteReading(model::RobotState& state) {
   const std::optional<std::uint32_t> refresh = codec_.RefreshCounter(words_);
   if (sequence_ == 0 || !refresh || refresh != refresh_) {
     timestamp_s_ = clock_();
@@ -213,4 +213,4 @@ LinkResult ModbusRobot::WriteSlot(const PushPoint& point, std::span<const std::u
   return LinkResult::kOk;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -10,7 +10,7 @@
 #include "drivers/robot/push_gate.h"
 #include "drivers/robot/robot.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// Read() sends one request per block of the profile. Push() writes one slot: sequence 0, id and
 /// pose, then reads them back, compares, and only then writes the next sequence. A robot program
@@ -21,7 +21,7 @@ class ModbusRobot : public RobotDevice {
                                                      ModbusClient client, const PushLimits& limits,
                                                      Clock clock);
 
-  LinkResult Read(RobotState& state) override;
+  LinkResult Read(model::RobotState& state) override;
   LinkResult Push(std::span<const PushPoint> points) override;
   LinkResult WithdrawAll(double within_s) override;
   std::string_view problem() const override;
@@ -30,7 +30,7 @@ class ModbusRobot : public RobotDevice {
   ModbusRobot(RobotCodec codec, const RobotProfile& profile, ModbusClient client,
               const PushLimits& limits, Clock clock);
 
-  void NoteReading(RobotState& state);
+  void NoteReading(model::RobotState& state);
   LinkResult WritePoint(const PushPoint& point);
   LinkResult WriteSlot(const PushPoint& point, std::span<const std::uint16_t> wanted);
   LinkResult Withdraw(int slot);
@@ -59,4 +59,4 @@ class ModbusRobot : public RobotDevice {
   bool client_problem_ = true;  ///< problem() is the client's
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

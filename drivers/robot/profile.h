@@ -14,7 +14,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/robot_state.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// The four Modbus tables; the value is the function code that reads the table.
 enum class RegisterTable : std::uint8_t { kCoil = 1, kDiscrete = 2, kHolding = 3, kInput = 4 };
@@ -90,7 +90,7 @@ struct PoseSignal {
 struct ModeSignal {
   struct Meaning {
     int value = 0;
-    RobotMode mode = RobotMode::kUnknown;
+    model::RobotMode mode = model::RobotMode::kUnknown;
 
     bool operator==(const Meaning&) const = default;
   };
@@ -99,7 +99,7 @@ struct ModeSignal {
     int address = 0;
     int bit = 0;       ///< 0: least significant
     bool when = true;  ///< bit state that indicates the mode
-    RobotMode mode = RobotMode::kUnknown;
+    model::RobotMode mode = model::RobotMode::kUnknown;
 
     bool operator==(const Bit&) const = default;
   };
@@ -151,4 +151,4 @@ struct RobotProfile {
   bool operator==(const RobotProfile&) const = default;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -7,7 +7,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 /// Writes one number at `place`; false if it does not fit the type.
@@ -83,4 +83,4 @@ PushFit RegistersFromPush(const PushProfile& profile, const PushPoint& point,
   return PushFit::kFits;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

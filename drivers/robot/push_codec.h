@@ -6,7 +6,7 @@
 
 #include "drivers/robot/profile.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// Corrected point for the controller: the command pose of the TCP for which the loaded tool lands
 /// on the assembly point.
@@ -30,4 +30,4 @@ PushFit RegistersFromPush(const PushProfile& profile, const PushPoint& point,
 /// True if the slots lie within the address space and their fields do not overlap.
 bool IsSound(const PushProfile& profile);
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::robot {
 
 PushGate::PushGate(int slots, const PushLimits& limits)
     : limits_(limits), slots_(static_cast<std::size_t>(slots)) {}
@@ -87,4 +87,4 @@ void PushGate::Reset() {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

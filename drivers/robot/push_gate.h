@@ -7,7 +7,7 @@
 
 #include "drivers/robot/push_codec.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 struct PushLimits {
   bool enabled = false;
@@ -76,4 +76,4 @@ class PushGate {
   int last_slot_ = -1;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

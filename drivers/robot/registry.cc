@@ -8,7 +8,7 @@
 
 #include "drivers/robot/modbus_robot.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 using Device = Result<std::unique_ptr<RobotDevice>>;
@@ -64,4 +64,4 @@ Result<std::unique_ptr<RobotDevice>> MakeRobot(std::string_view transport,
                            fmt::join(RobotTransports(), ", "))};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -13,7 +13,7 @@
 #include "drivers/robot/robot.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// Settings of all transports; each uses its own part.
 struct RobotConnection {
@@ -36,4 +36,4 @@ std::vector<std::string_view> RobotTransports();
 Result<std::unique_ptr<RobotDevice>> MakeRobot(std::string_view transport,
                                                const RobotConnection& connection);
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::robot {
 
 Result<std::unique_ptr<RobotDevice>> ReplayRobot::Create(ReplayRows replay, Clock clock) {
   if (replay.rows.empty()) return Error{"replay: no rows"};
@@ -27,7 +27,7 @@ Result<std::unique_ptr<RobotDevice>> ReplayRobot::Create(ReplayRows replay, Cloc
 ReplayRobot::ReplayRobot(ReplayRows replay, Clock clock)
     : replay_(std::move(replay)), clock_(clock) {}
 
-LinkResult ReplayRobot::Read(RobotState& state) {
+LinkResult ReplayRobot::Read(model::RobotState& state) {
   const double now_s = clock_();
   if (!start_s_) start_s_ = now_s;
   const auto count = static_cast<double>(replay_.rows.size());
@@ -36,14 +36,14 @@ LinkResult ReplayRobot::Read(RobotState& state) {
       replay_.loop ? std::fmod(elapsed_rows, count) : std::min(elapsed_rows, count - 1);
   const ReplayRow& row = replay_.rows[static_cast<std::size_t>(place)];
 
-  state = RobotState{};
+  state = model::RobotState{};
   state.timestamp_s = now_s;
   state.sequence = ++sequence_;
   state.q = row.q;
   state.payload_kg = row.payload_kg;
   state.payload_cog_F = row.payload_cog_F;
   state.temp_C = row.temp_C;
-  state.mode = RobotMode::kRunning;
+  state.mode = model::RobotMode::kRunning;
   return LinkResult::kOk;
 }
 
@@ -52,4 +52,4 @@ LinkResult ReplayRobot::Push(std::span<const PushPoint> /*points*/) {
   return LinkResult::kPushRefused;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

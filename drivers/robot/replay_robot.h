@@ -8,11 +8,11 @@
 #include "drivers/robot/robot.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// One recorded row; all rows have the same number of joints.
 struct ReplayRow {
-  JointVector q;  ///< [rad] or [m]
+  model::JointVector q;  ///< [rad] or [m]
   std::optional<double> payload_kg;
   std::optional<Vec3> payload_cog_F;
   std::optional<double> temp_C;
@@ -39,7 +39,7 @@ class ReplayRobot : public RobotDevice {
   /// rate that is not positive.
   static Result<std::unique_ptr<RobotDevice>> Create(ReplayRows replay, Clock clock);
 
-  LinkResult Read(RobotState& state) override;
+  LinkResult Read(model::RobotState& state) override;
   LinkResult Push(std::span<const PushPoint> points) override;
   LinkResult WithdrawAll(double /*within_s*/) override { return LinkResult::kOk; }
   std::string_view problem() const override { return problem_; }
@@ -54,4 +54,4 @@ class ReplayRobot : public RobotDevice {
   std::string_view problem_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -1,6 +1,6 @@
 #include "drivers/robot/robot.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 std::string_view LinkResultText(LinkResult result) {
   switch (result) {
@@ -24,4 +24,4 @@ std::string_view LinkResultText(LinkResult result) {
   return "unknown";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

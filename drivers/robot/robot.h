@@ -9,7 +9,7 @@
 #include "drivers/robot/push_codec.h"
 #include "firmware-like/model/robot_state.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 enum class LinkResult : std::uint8_t {
   kOk,
@@ -36,7 +36,7 @@ class RobotDevice {
 
   /// Reads one state. `state` is complete if kOk is returned and unchanged otherwise. Its timestamp
   /// and sequence do not advance while the controller's own refresh counter does not.
-  virtual LinkResult Read(RobotState& state) = 0;
+  virtual LinkResult Read(model::RobotState& state) = 0;
 
   /// Writes the next point that is due: at most one slot per call, round-robin.
   virtual LinkResult Push(std::span<const PushPoint> points) = 0;
@@ -50,4 +50,4 @@ class RobotDevice {
   virtual std::string_view problem() const = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -5,7 +5,7 @@
 
 #include "drivers/real_time.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 void ShortText::Assign(std::string_view text) {
   size = std::min(text.size(), characters.size());
@@ -65,7 +65,7 @@ bool RobotLink::WaitForState(std::chrono::steady_clock::time_point deadline) {
   return served && served_ >= wanted && status_.connected;
 }
 
-RobotState RobotLink::Latest() const {
+model::RobotState RobotLink::Latest() const {
   const std::lock_guard lock(mutex_);
   return latest_;
 }
@@ -82,7 +82,7 @@ void RobotLink::QueuePush(std::span<const PushPoint> points) {
 }
 
 void RobotLink::Run() {
-  RobotState state;
+  model::RobotState state;
   std::array<PushPoint, kMaxPushPoints> points;
   while (true) {
     std::uint64_t request = 0;
@@ -110,7 +110,8 @@ void RobotLink::Run() {
   NotePush(device_->WithdrawAll(kWithdrawal_s));
 }
 
-void RobotLink::NoteReading(LinkResult result, const RobotState& state, std::uint64_t request) {
+void RobotLink::NoteReading(LinkResult result, const model::RobotState& state,
+                            std::uint64_t request) {
   const bool good = result == LinkResult::kOk;
   {
     const std::lock_guard lock(mutex_);
@@ -143,4 +144,4 @@ void RobotLink::PublishStatus() {
   published_status_.Publish();
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

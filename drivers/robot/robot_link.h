@@ -19,7 +19,7 @@
 #include "drivers/robot/robot.h"
 #include "drivers/thread_heartbeat.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 inline constexpr std::size_t kMaxPushPoints = 64;
 inline constexpr double kWithdrawal_s = 1;  ///< time limit for withdrawing the slots in Stop()
@@ -73,7 +73,7 @@ class RobotLink {
   /// Waits until the last request was served. Returns true if its reading succeeded.
   bool WaitForState(std::chrono::steady_clock::time_point deadline);
 
-  RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
+  model::RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
   RobotLinkStatus Status() const;
   /// Heartbeat, incremented before each reading and each push, which their time-outs bound.
   const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
@@ -84,7 +84,7 @@ class RobotLink {
 
  private:
   void Run();
-  void NoteReading(LinkResult result, const RobotState& state, std::uint64_t request);
+  void NoteReading(LinkResult result, const model::RobotState& state, std::uint64_t request);
   void NotePush(LinkResult result);
   void PublishStatus();
 
@@ -103,10 +103,10 @@ class RobotLink {
   bool stop_ = false;
   std::uint64_t requested_ = 0;
   std::uint64_t served_ = 0;
-  RobotState latest_;
+  model::RobotState latest_;
   RobotLinkStatus status_;
   std::array<PushPoint, kMaxPushPoints> queued_;
   std::size_t queued_count_ = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -10,7 +10,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/zoom/registry.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 constexpr int kMaxEdgesPerReading = 1000;  // bounds a reading if the line chatters endlessly
@@ -44,7 +44,7 @@ ZoomResult GpioZoom::Disconnect(const std::string& why) {
 bool GpioZoom::Open() {
   chip_ = gpiod_chip_open_lookup(options_.chip.c_str());
   if (chip_ == nullptr) {
-    Disconnect("the chip " + OpenErrorText(errno, kGpioChip));
+    Disconnect("the chip " + files::OpenErrorText(errno, files::kGpioChip));
     return false;
   }
   line_ = gpiod_chip_get_line(chip_, static_cast<unsigned>(options_.line));
@@ -67,7 +67,7 @@ bool GpioZoom::Open() {
   return true;
 }
 
-ZoomResult GpioZoom::Read(ZoomReading& reading) {
+ZoomResult GpioZoom::Read(lens::ZoomReading& reading) {
   if (line_ == nullptr) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
@@ -87,9 +87,9 @@ ZoomResult GpioZoom::Read(ZoomReading& reading) {
   }
   back_off_.Well();
   const double now_s = clock_();
-  reading = ZoomReading{};
+  reading = lens::ZoomReading{};
   reading.moved = debounce_.TakeMoved(now_s) || std::exchange(just_opened_, false);
-  reading.motion = debounce_.Moving(now_s) ? LensMotion::kMoving : LensMotion::kSettled;
+  reading.motion = debounce_.Moving(now_s) ? lens::LensMotion::kMoving : lens::LensMotion::kSettled;
   reading.time_s = now_s;
   return ZoomResult::kOk;
 }
@@ -106,4 +106,4 @@ const ZoomKind kGpioKind{
     .remedy = "the udev rule 65-plumbline.rules grants access: run udevadm trigger",
     .period_s = kQuickZoomPeriod_s};
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -11,7 +11,7 @@
 struct gpiod_chip;
 struct gpiod_line;
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 struct GpioOptions {
   std::string chip;  ///< for example /dev/gpiochip0, or a chip's label
@@ -29,7 +29,7 @@ class GpioZoom : public ZoomSensor {
   static Result<std::unique_ptr<ZoomSensor>> Create(const GpioOptions& options, Clock clock);
   ~GpioZoom() override;
 
-  ZoomResult Read(ZoomReading& reading) override;
+  ZoomResult Read(lens::ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
 
  private:
@@ -50,4 +50,4 @@ class GpioZoom : public ZoomSensor {
 /// Zoom kind "gpio".
 extern const ZoomKind kGpioKind;
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 /// @param report  must contain the field
@@ -75,7 +75,7 @@ std::optional<std::string> FaultOf(const HidProfile& profile) {
 }
 
 HidAnswer ReadingFromReport(const HidExchange& exchange, std::span<const std::uint8_t> report,
-                            ZoomReading& reading) {
+                            lens::ZoomReading& reading) {
   if (report.empty()) return HidAnswer::kShort;
   if (exchange.answer_id && report[0] != *exchange.answer_id) return HidAnswer::kOther;
   if (report.size() < static_cast<std::size_t>(exchange.answer_bytes)) return HidAnswer::kShort;
@@ -92,7 +92,7 @@ HidAnswer ReadingFromReport(const HidExchange& exchange, std::span<const std::ui
         reading.focus_counts = value;
         break;
       case HidField::Meaning::kMoving:
-        reading.motion = value != 0 ? LensMotion::kMoving : LensMotion::kSettled;
+        reading.motion = value != 0 ? lens::LensMotion::kMoving : lens::LensMotion::kSettled;
         break;
       case HidField::Meaning::kDigitalZoom:
         reading.digital_zoom = value != 0;
@@ -105,4 +105,4 @@ HidAnswer ReadingFromReport(const HidExchange& exchange, std::span<const std::ui
   return HidAnswer::kRead;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

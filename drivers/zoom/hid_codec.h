@@ -13,7 +13,7 @@
 
 #include "firmware-like/lens/zoom_reading.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 inline constexpr int kMaxHidReportBytes = 64;  ///< full-speed USB, including the report id
 
@@ -61,6 +61,6 @@ enum class HidAnswer : std::uint8_t {
 /// Decodes a report into `reading`, which is changed only if kRead is returned.
 /// @param exchange  of a profile without fault
 HidAnswer ReadingFromReport(const HidExchange& exchange, std::span<const std::uint8_t> report,
-                            ZoomReading& reading);
+                            lens::ZoomReading& reading);
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -10,7 +10,7 @@
 
 #include "drivers/zoom/registry.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 using Report = std::array<std::uint8_t, kMaxHidReportBytes + 1>;
@@ -60,13 +60,13 @@ bool HidZoom::Open() {
   return false;
 }
 
-ZoomResult HidZoom::Read(ZoomReading& reading) {
+ZoomResult HidZoom::Read(lens::ZoomReading& reading) {
   const double deadline_s = clock_() + options_.timeout_s;
   if (device_ == nullptr) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
   }
-  ZoomReading found;
+  lens::ZoomReading found;
   for (const HidExchange& exchange : options_.profile.exchanges) {
     const ZoomResult result = exchange.send.empty() ? Receive(exchange, deadline_s, found)
                                                     : Query(exchange, deadline_s, found);
@@ -78,7 +78,8 @@ ZoomResult HidZoom::Read(ZoomReading& reading) {
   return ZoomResult::kOk;
 }
 
-ZoomResult HidZoom::Query(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
+ZoomResult HidZoom::Query(const HidExchange& exchange, double deadline_s,
+                          lens::ZoomReading& reading) {
   Report report;
   int size = 0;
   while ((size = hid_read_timeout(device_, report.data(), report.size(), 0)) > 0) {
@@ -113,7 +114,8 @@ ZoomResult HidZoom::Query(const HidExchange& exchange, double deadline_s, ZoomRe
 }
 
 /// Takes all pending reports; waits only for the first.
-ZoomResult HidZoom::Receive(const HidExchange& exchange, double deadline_s, ZoomReading& reading) {
+ZoomResult HidZoom::Receive(const HidExchange& exchange, double deadline_s,
+                            lens::ZoomReading& reading) {
   bool received_now = false, moved = false;
   for (;;) {
     const double left_s = deadline_s - clock_();
@@ -154,4 +156,4 @@ const ZoomKind kHidKind{
     .device = [](const ZoomConnection&) { return Result<std::string>(""); },
     .period_s = kQuickZoomPeriod_s};
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -10,7 +10,7 @@
 
 struct hid_device_;  // hidapi's hid_device
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 struct HidOptions {
   HidProfile profile;
@@ -27,21 +27,21 @@ class HidZoom : public ZoomSensor {
   static Result<std::unique_ptr<ZoomSensor>> Create(HidOptions options, Clock clock);
   ~HidZoom() override;
 
-  ZoomResult Read(ZoomReading& reading) override;
+  ZoomResult Read(lens::ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
 
  private:
   HidZoom(HidOptions options, Clock clock);
   bool Open();
-  ZoomResult Query(const HidExchange& exchange, double deadline_s, ZoomReading& reading);
-  ZoomResult Receive(const HidExchange& exchange, double deadline_s, ZoomReading& reading);
+  ZoomResult Query(const HidExchange& exchange, double deadline_s, lens::ZoomReading& reading);
+  ZoomResult Receive(const HidExchange& exchange, double deadline_s, lens::ZoomReading& reading);
   ZoomResult Fail(ZoomResult result, const std::string& why);
 
   const HidOptions options_;
   const Clock clock_;
   hid_device_* device_ = nullptr;
   BackOff back_off_;
-  ZoomReading received_;  ///< last report of an unsolicited device
+  lens::ZoomReading received_;  ///< last report of an unsolicited device
   bool has_received_ = false;
   std::string problem_;
 };
@@ -49,4 +49,4 @@ class HidZoom : public ZoomSensor {
 /// Zoom kind "hid".
 extern const ZoomKind kHidKind;
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -1,7 +1,7 @@
 // Debouncing of a "lens moved" input. Pure.
 #pragma once
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 /// Decides from time-stamped edges whether the line was active for long enough. A burst starts with
 /// a rising edge and continues across gaps shorter than `debounce_s`, so that a bouncing contact or
@@ -45,4 +45,4 @@ class LineDebounce {
   double fell_s_ = -1e300;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 constexpr std::array<const ZoomKind*, 5> kKinds = {
@@ -22,4 +22,4 @@ const ZoomKind* FindZoomKind(std::string_view name) {
   return found == kKinds.end() ? nullptr : *found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

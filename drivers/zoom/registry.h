@@ -11,7 +11,7 @@
 #include "drivers/zoom/v4l2_zoom.h"
 #include "drivers/zoom/visca_zoom.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 /// Settings of all kinds; each uses its own part.
 struct ZoomConnection {
@@ -29,4 +29,4 @@ std::span<const ZoomKind* const> ZoomKinds();
 /// Finds a kind by name; nullptr if there is none.
 const ZoomKind* FindZoomKind(std::string_view name);
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

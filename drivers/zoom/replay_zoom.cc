@@ -10,7 +10,7 @@
 
 #include "drivers/zoom/registry.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 constexpr std::array<std::string_view, 7> kColumns = {
@@ -50,7 +50,8 @@ bool PutField(std::size_t column, std::string_view text, ZoomRow& row) {
   if (column == 2) row.reading.focus_counts = number;
   if (column <= 2) return true;
   if (number != 0 && number != 1) return false;
-  if (column == 3) row.reading.motion = number == 1 ? LensMotion::kMoving : LensMotion::kSettled;
+  if (column == 3)
+    row.reading.motion = number == 1 ? lens::LensMotion::kMoving : lens::LensMotion::kSettled;
   if (column == 4) row.reading.digital_zoom = number == 1;
   if (column == 5) row.reading.moved = number == 1;
   if (column == 6) row.lost = number == 1;
@@ -106,7 +107,7 @@ Result<std::unique_ptr<ZoomSensor>> ReplayZoom::Create(std::vector<ZoomRow> rows
   return std::unique_ptr<ZoomSensor>(new ReplayZoom(std::move(rows), clock));
 }
 
-ZoomResult ReplayZoom::Read(ZoomReading& reading) {
+ZoomResult ReplayZoom::Read(lens::ZoomReading& reading) {
   const double now_s = clock_();
   if (!start_s_) start_s_ = now_s;
   const double due_s = rows_.front().t_s + std::max(0.0, now_s - *start_s_);
@@ -133,4 +134,4 @@ const ZoomKind kReplayZoomKind{
     .device = [](const ZoomConnection&) { return Result<std::string>(""); },
     .period_s = kQuickZoomPeriod_s};
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

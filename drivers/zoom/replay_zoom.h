@@ -10,12 +10,12 @@
 #include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 struct ZoomRow {
-  double t_s = 0;       ///< time since the start of the recording
-  ZoomReading reading;  ///< its time_s is unused
-  bool lost = false;    ///< the sensor did not answer
+  double t_s = 0;             ///< time since the start of the recording
+  lens::ZoomReading reading;  ///< its time_s is unused
+  bool lost = false;          ///< the sensor did not answer
 };
 
 /// Parses a table with the columns t_s (ascending) and zoom_counts and optionally focus_counts,
@@ -30,7 +30,7 @@ class ReplayZoom : public ZoomSensor {
   /// Fails without rows or if the times do not ascend.
   static Result<std::unique_ptr<ZoomSensor>> Create(std::vector<ZoomRow> rows, Clock clock);
 
-  ZoomResult Read(ZoomReading& reading) override;
+  ZoomResult Read(lens::ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
 
  private:
@@ -46,4 +46,4 @@ class ReplayZoom : public ZoomSensor {
 /// Zoom kind "replay".
 extern const ZoomKind kReplayZoomKind;
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

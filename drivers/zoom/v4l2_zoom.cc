@@ -15,7 +15,7 @@
 #include "drivers/ioctl.h"
 #include "drivers/zoom/registry.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 bool HasControl(int fd, std::uint32_t id) {
@@ -27,7 +27,7 @@ bool HasControl(int fd, std::uint32_t id) {
 
 }  // namespace
 
-bool ReadingFromEvent(const v4l2_event& event, ZoomReading& reading) {
+bool ReadingFromEvent(const v4l2_event& event, lens::ZoomReading& reading) {
   if (event.type != V4L2_EVENT_CTRL || (event.u.ctrl.changes & V4L2_EVENT_CTRL_CH_VALUE) == 0) {
     return false;
   }
@@ -69,7 +69,7 @@ bool V4l2Zoom::Subscribe(std::uint32_t control) const {
 bool V4l2Zoom::Open() {
   std::string path = options_.device;
   if (!path.starts_with('/')) {  // a camera name: its device node may have changed
-    const auto camera = SelectV4l2Device(path, ListV4l2Devices());
+    const auto camera = camera::SelectV4l2Device(path, camera::ListV4l2Devices());
     if (!camera) {
       Disconnect(camera.error());
       return false;
@@ -78,14 +78,14 @@ bool V4l2Zoom::Open() {
   }
   fd_.Reset(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!fd_) {
-    Disconnect(OpenErrorText(errno, kCameraDevice));
+    Disconnect(files::OpenErrorText(errno, files::kCameraDevice));
     return false;
   }
   if (!HasControl(fd_.get(), V4L2_CID_ZOOM_ABSOLUTE)) {
     Disconnect("has no zoom control. Check with v4l2-ctl --list-ctrls.");
     return false;
   }
-  last_ = ZoomReading{};
+  last_ = lens::ZoomReading{};
   has_focus_ = HasControl(fd_.get(), V4L2_CID_FOCUS_ABSOLUTE);
   // Errors are ignored: a camera without events is polled.
   Subscribe(V4L2_CID_ZOOM_ABSOLUTE);
@@ -104,7 +104,7 @@ bool V4l2Zoom::ReadControls() {
   return true;
 }
 
-ZoomResult V4l2Zoom::Read(ZoomReading& reading) {
+ZoomResult V4l2Zoom::Read(lens::ZoomReading& reading) {
   if (!fd_) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
     if (!Open()) return ZoomResult::kLost;
@@ -135,11 +135,11 @@ const ZoomKind kV4l2ZoomKind{
     .make = [](const ZoomConnection& to) { return V4l2Zoom::Create(to.v4l2, to.clock); },
     .identity = [](const ZoomConnection& to) { return to.v4l2.device; },
     .device = [](const ZoomConnection& to) -> Result<std::string> {
-      const auto device = SelectV4l2Device(to.v4l2.device, ListV4l2Devices());
+      const auto device = camera::SelectV4l2Device(to.v4l2.device, camera::ListV4l2Devices());
       if (!device) return device.failure();
       return device->path;
     },
     .remedy = "plug in the camera; add the user to the group video",
     .period_s = kQuickZoomPeriod_s};
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -10,7 +10,7 @@
 
 struct v4l2_event;
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 struct V4l2ZoomOptions {
   std::string device;      ///< path or camera name, see SelectV4l2Device()
@@ -18,7 +18,7 @@ struct V4l2ZoomOptions {
 };
 
 /// Decodes a zoom or focus change from an event into `reading`. @return true if it was one
-bool ReadingFromEvent(const v4l2_event& event, ZoomReading& reading);
+bool ReadingFromEvent(const v4l2_event& event, lens::ZoomReading& reading);
 
 /// Subscribes to changes of V4L2_CID_ZOOM_ABSOLUTE, and of FOCUS_ABSOLUTE if the camera has it.
 /// Read() returns at the first change, or after the time-out with the controls read again, because
@@ -29,7 +29,7 @@ class V4l2Zoom : public ZoomSensor {
   /// Fails for a time-out outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(const V4l2ZoomOptions& options, Clock clock);
 
-  ZoomResult Read(ZoomReading& reading) override;
+  ZoomResult Read(lens::ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
 
  private:
@@ -42,14 +42,14 @@ class V4l2Zoom : public ZoomSensor {
 
   const V4l2ZoomOptions options_;
   const Clock clock_;
-  Descriptor fd_;
+  os::Descriptor fd_;
   BackOff back_off_;
   bool has_focus_ = false;
-  ZoomReading last_;
+  lens::ZoomReading last_;
   std::string problem_;
 };
 
 /// Zoom kind "v4l2".
 extern const ZoomKind kV4l2ZoomKind;
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

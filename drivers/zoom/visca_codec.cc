@@ -119,7 +119,7 @@ std::optional<std::int32_t> PositionFrom(const Reply& reply) {
   return FourNibbles(reply.bytes.data() + 2);
 }
 
-bool LensBlockFrom(const Reply& reply, ZoomReading& reading) {
+bool LensBlockFrom(const Reply& reply, lens::ZoomReading& reading) {
   if (reply.kind != Reply::Kind::kAnswer || reply.size != kLensBlockBytes) return false;
   const auto zoom = FourNibbles(reply.bytes.data() + 2);
   const auto focus = FourNibbles(reply.bytes.data() + 8);
@@ -127,7 +127,8 @@ bool LensBlockFrom(const Reply& reply, ZoomReading& reading) {
   reading.zoom_counts = zoom;
   reading.focus_counts = focus;
   reading.digital_zoom = (reply.bytes[13] & 0x02) != 0;
-  reading.motion = (reply.bytes[14] & 0x01) != 0 ? LensMotion::kMoving : LensMotion::kSettled;
+  reading.motion =
+      (reply.bytes[14] & 0x01) != 0 ? lens::LensMotion::kMoving : lens::LensMotion::kSettled;
   return true;
 }
 

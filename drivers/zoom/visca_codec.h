@@ -77,6 +77,6 @@ std::optional<std::int32_t> PositionFrom(const Reply& reply);
 /// zoom counts as on if it is enabled, because the block does not report whether it is active right
 /// now.
 /// @return  false if the reply is not a lens block; `reading` is then unchanged
-bool LensBlockFrom(const Reply& reply, ZoomReading& reading);
+bool LensBlockFrom(const Reply& reply, lens::ZoomReading& reading);
 
 }  // namespace plumbline::visca

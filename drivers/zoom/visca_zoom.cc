@@ -15,7 +15,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/zoom/registry.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 using visca::Reply;
@@ -87,7 +87,7 @@ ZoomResult ViscaZoom::Disconnect(const std::string& why) {
 bool ViscaZoom::Open() {
   fd_.Reset(open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!fd_ || !ConfigureLine(fd_.get(), options_.baud)) {
-    Disconnect(OpenErrorText(errno, kSerialLine));
+    Disconnect(files::OpenErrorText(errno, files::kSerialLine));
     return false;
   }
   receiver_.Clear();
@@ -95,7 +95,7 @@ bool ViscaZoom::Open() {
   return true;
 }
 
-ZoomResult ViscaZoom::Read(ZoomReading& reading) {
+ZoomResult ViscaZoom::Read(lens::ZoomReading& reading) {
   const double deadline_s = clock_() + options_.timeout_s;
   if (!fd_) {
     if (!back_off_.Due(clock_())) return ZoomResult::kWaiting;
@@ -103,7 +103,7 @@ ZoomResult ViscaZoom::Read(ZoomReading& reading) {
   }
   ZoomResult result = Drain();
   if (result == ZoomResult::kOk && !addressed_) result = AssignAddresses(deadline_s);
-  ZoomReading found;
+  lens::ZoomReading found;
   if (result == ZoomResult::kOk) result = ReadLens(found, deadline_s);
   if (result != ZoomResult::kOk) {
     if (result != ZoomResult::kRefused) addressed_ = false;
@@ -148,7 +148,7 @@ ZoomResult ViscaZoom::AssignAddresses(double deadline_s) {
   return ZoomResult::kOk;
 }
 
-ZoomResult ViscaZoom::ReadLens(ZoomReading& reading, double deadline_s) {
+ZoomResult ViscaZoom::ReadLens(lens::ZoomReading& reading, double deadline_s) {
   if (has_block_) {
     Reply answer;
     const ZoomResult result =
@@ -257,4 +257,4 @@ const ZoomKind kViscaKind{
     .device = [](const ZoomConnection& to) { return Result<std::string>(to.visca.device); },
     .remedy = "plug in the adapter; add the user to the group dialout"};
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -9,7 +9,7 @@
 #include "drivers/zoom/zoom_kind.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 struct ViscaOptions {
   std::string device;      ///< for example /dev/serial/by-id/...
@@ -32,7 +32,7 @@ class ViscaZoom : public ZoomSensor {
   /// A missing device is not an error here.
   static Result<std::unique_ptr<ZoomSensor>> Create(const ViscaOptions& options, Clock clock);
 
-  ZoomResult Read(ZoomReading& reading) override;
+  ZoomResult Read(lens::ZoomReading& reading) override;
   std::string_view problem() const override { return problem_; }
 
  private:
@@ -40,7 +40,7 @@ class ViscaZoom : public ZoomSensor {
   bool Open();
   ZoomResult Drain();
   ZoomResult AssignAddresses(double deadline_s);
-  ZoomResult ReadLens(ZoomReading& reading, double deadline_s);
+  ZoomResult ReadLens(lens::ZoomReading& reading, double deadline_s);
   ZoomResult QueryPosition(const visca::Request& request, double deadline_s,
                            std::optional<std::int32_t>& counts);
   /// Sends a request and waits for an answer of `length` bytes, or for kAddressed if `length` is 0.
@@ -53,7 +53,7 @@ class ViscaZoom : public ZoomSensor {
 
   const ViscaOptions options_;
   const Clock clock_;
-  Descriptor fd_;
+  os::Descriptor fd_;
   BackOff back_off_;
   visca::Receiver receiver_;
   bool addressed_ = false;
@@ -64,4 +64,4 @@ class ViscaZoom : public ZoomSensor {
 /// Zoom kind "visca".
 extern const ZoomKind kViscaKind;
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -1,6 +1,6 @@
 #include "drivers/zoom/zoom.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 std::string_view ZoomResultText(ZoomResult result) {
   switch (result) {
@@ -20,4 +20,4 @@ std::string_view ZoomResultText(ZoomResult result) {
   return "unknown";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

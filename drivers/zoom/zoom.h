@@ -8,7 +8,7 @@
 #include "drivers/clock.h"
 #include "firmware-like/lens/zoom_reading.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 /// Default reading period [s]: a change is detected within 0.2 s.
 inline constexpr double kZoomPeriod_s = 0.1;
@@ -38,11 +38,11 @@ class ZoomSensor {
   virtual ~ZoomSensor() = default;
 
   /// Reads once. `reading` is complete if kOk is returned and unchanged otherwise.
-  virtual ZoomResult Read(ZoomReading& reading) = 0;
+  virtual ZoomResult Read(lens::ZoomReading& reading) = 0;
 
   /// Error of the last call that did not return kOk, with its location and the remedy; unchanged
   /// while Read() returns kWaiting, valid until the next call.
   virtual std::string_view problem() const = 0;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -8,7 +8,7 @@
 #include "drivers/zoom/zoom.h"
 #include "firmware-like/result.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 
 struct ZoomConnection;
 
@@ -25,4 +25,4 @@ struct ZoomKind {
   double period_s = kZoomPeriod_s;  ///< reading period, unless configured
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

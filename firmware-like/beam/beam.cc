@@ -5,23 +5,23 @@
 #include <cmath>
 #include <cstddef>
 
-namespace plumbline {
+namespace plumbline::beam {
 namespace {
 
 /// Loads closer to a node than this act on the node; as a share of the beam's length.
 constexpr double kAtNode = 1e-12;
 
-PlaneElement ElementAlongX(const ToolSegment& element, BeamTheory theory) {
-  const Section& section = element.section;
+PlaneElement ElementAlongX(const model::ToolSegment& element, model::BeamTheory theory) {
+  const model::Section& section = element.section;
   const double shear_stiffness_N =
       section.shear_x * element.material.ShearModulus() * section.area_m2;
-  return {
-      .length_m = element.length_m,
-      .stiffness_Nm2 = element.material.youngs_modulus_Pa * section.iy_m4,
-      .shear_compliance_per_N = theory == BeamTheory::kTimoshenko ? 1 / shear_stiffness_N : 0.0};
+  return {.length_m = element.length_m,
+          .stiffness_Nm2 = element.material.youngs_modulus_Pa * section.iy_m4,
+          .shear_compliance_per_N =
+              theory == model::BeamTheory::kTimoshenko ? 1 / shear_stiffness_N : 0.0};
 }
 
-PlaneElement ElementAlongY(ToolSegment element, BeamTheory theory) {
+PlaneElement ElementAlongY(model::ToolSegment element, model::BeamTheory theory) {
   std::swap(element.section.ix_m4, element.section.iy_m4);
   std::swap(element.section.shear_x, element.section.shear_y);
   return ElementAlongX(element, theory);
@@ -58,15 +58,15 @@ int BeamSolution::ElementAt(double z_m) const {
   return static_cast<int>(outboard - node_z_.begin()) - 1;
 }
 
-Beam::Beam(const Tool& tool, int elements_per_segment)
+Beam::Beam(const model::Tool& tool, int elements_per_segment)
     : Beam(tool, std::vector<int>(tool.segments.size(), elements_per_segment)) {}
 
-Beam::Beam(const Tool& tool, const std::vector<int>& elements_of_segment) {
+Beam::Beam(const model::Tool& tool, const std::vector<int>& elements_of_segment) {
   assert(!tool.segments.empty() && elements_of_segment.size() == tool.segments.size());
   unloaded_.node_z_.push_back(0);
   double root_m = 0;
   for (std::size_t i = 0; i < tool.segments.size(); ++i) {
-    ToolSegment element = tool.segments[i];
+    model::ToolSegment element = tool.segments[i];
     const int count = elements_of_segment[i];
     assert(count > 0 && element.length_m > 0 && element.section.area_m2 > 0);
     assert(element.material.youngs_modulus_Pa > 0);
@@ -90,7 +90,7 @@ Beam::Beam(const Tool& tool, const std::vector<int>& elements_of_segment) {
 /// Adds weight and inertia of the beam itself: w = rho A (g - a - alpha x (0, 0, z)).
 void Beam::AddField(BeamSolution& solution, const BeamLoads& loads) {
   for (std::size_t e = 0; e < solution.elements_.size(); ++e) {
-    const ToolSegment& element = solution.elements_[e];
+    const model::ToolSegment& element = solution.elements_[e];
     const double mass_kg_m = element.material.density_kg_m3 * element.section.area_m2;
     const Vec3 growth = -loads.angular_acceleration_F.cross(Vec3::UnitZ());
     const Vec3 at_start = loads.g_F - loads.acceleration_F + solution.node_z_[e] * growth;
@@ -138,4 +138,4 @@ BeamSolution Beam::Solve(const BeamLoads& loads) const {
   return solution;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

@@ -13,7 +13,7 @@
 #include "firmware-like/beam/plane_bending.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::beam {
 
 /// A force [N] and a moment [N m] acting on the section at z, in F.
 struct PointLoad {
@@ -55,7 +55,7 @@ struct SectionState {
 /// Solution of a beam under one set of loads.
 class BeamSolution {
  public:
-  const std::vector<ToolSegment>& elements() const { return elements_; }
+  const std::vector<model::ToolSegment>& elements() const { return elements_; }
   int node_count() const { return static_cast<int>(elements_.size()) + 1; }
   double NodeZ(int node) const { return node_z_[static_cast<std::size_t>(node)]; }
 
@@ -86,7 +86,7 @@ class BeamSolution {
     std::vector<PlaneState> ends;
   };
 
-  std::vector<ToolSegment> elements_;
+  std::vector<model::ToolSegment> elements_;
   std::vector<double> node_z_;
   std::array<Plane, 2> planes_;  ///< x-z (u = d_x, theta = r_y), y-z (u = d_y, theta = -r_x)
 };
@@ -96,9 +96,9 @@ class BeamSolution {
 class Beam {
  public:
   /// @param tool  not rigid, with at least one segment
-  Beam(const Tool& tool, int elements_per_segment);
+  Beam(const model::Tool& tool, int elements_per_segment);
   /// @param elements_of_segment  one positive count for each segment of the tool
-  Beam(const Tool& tool, const std::vector<int>& elements_of_segment);
+  Beam(const model::Tool& tool, const std::vector<int>& elements_of_segment);
 
   double Length() const { return unloaded_.node_z_.back(); }
 
@@ -112,4 +112,4 @@ class Beam {
   BeamSolution unloaded_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

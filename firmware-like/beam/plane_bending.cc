@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cstddef>
 
-namespace plumbline {
+namespace plumbline::beam {
 namespace {
 
 using BeamMatrix2 = Eigen::Matrix<BeamReal, 2, 2>;
@@ -125,4 +125,4 @@ std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& element
   return ends;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

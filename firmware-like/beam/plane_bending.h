@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::beam {
 
 /// One element in one plane.
 struct PlaneElement {
@@ -70,4 +70,4 @@ std::vector<PlaneState> SolveCantilever(const std::vector<PlaneElement>& element
                                         const std::vector<PlaneLoad>& loads,
                                         const std::vector<Eigen::Vector2d>& node_loads);
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

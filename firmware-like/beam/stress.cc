@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-namespace plumbline {
+namespace plumbline::beam {
 namespace {
 
 constexpr int kStations = 10;
@@ -46,7 +46,7 @@ std::vector<double> StressStations(const BeamSolution& solution, int element) {
 
 }  // namespace
 
-std::optional<SectionStress> StressOf(const Section& section, const SectionState& state) {
+std::optional<SectionStress> StressOf(const model::Section& section, const SectionState& state) {
   if (section.reach_x_m <= 0 || section.reach_y_m <= 0) return std::nullopt;
   const double along_x_Pa = std::abs(state.moment_F.y()) * section.reach_x_m / section.iy_m4;
   const double along_y_Pa = std::abs(state.moment_F.x()) * section.reach_y_m / section.ix_m4;
@@ -59,7 +59,7 @@ std::optional<SectionStress> StressOf(const Section& section, const SectionState
 }
 
 ElementStress StressInElement(const BeamSolution& solution, int element) {
-  const Section& section = solution.elements()[static_cast<std::size_t>(element)].section;
+  const model::Section& section = solution.elements()[static_cast<std::size_t>(element)].section;
   ElementStress found;
   found.largest_moment = found.largest_shear = solution.InElement(element, 0);
   for (const double s_m : StressStations(solution, element)) {
@@ -88,4 +88,4 @@ LargestStress LargestStressOf(const BeamSolution& solution) {
   return largest;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

@@ -6,7 +6,7 @@
 
 #include "firmware-like/beam/beam.h"
 
-namespace plumbline {
+namespace plumbline::beam {
 
 /// Stress in one section; magnitudes without sign.
 struct SectionStress {
@@ -21,7 +21,7 @@ struct SectionStress {
 /// Normal and shear stress peak at different fibres, so within beam theory the von Mises value is
 /// an upper bound. Stress concentrations at notches, welds and the clamp are not included.
 /// @return nullopt if the outermost fibre of the section is unknown
-std::optional<SectionStress> StressOf(const Section& section, const SectionState& state);
+std::optional<SectionStress> StressOf(const model::Section& section, const SectionState& state);
 
 /// The most loaded section of an element.
 struct ElementStress {
@@ -46,4 +46,4 @@ struct LargestStress {
 };
 LargestStress LargestStressOf(const BeamSolution& solution);
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

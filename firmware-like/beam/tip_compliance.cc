@@ -2,9 +2,9 @@
 
 #include "firmware-like/beam/beam.h"
 
-namespace plumbline {
+namespace plumbline::beam {
 
-TipCompliance TipComplianceOf(const Tool& tool, int elements_per_segment) {
+TipCompliance TipComplianceOf(const model::Tool& tool, int elements_per_segment) {
   TipCompliance compliance;
   if (tool.rigid) return compliance;
   const Beam beam(tool, elements_per_segment);
@@ -26,4 +26,4 @@ TipCompliance TipComplianceOf(const Tool& tool, int elements_per_segment) {
   return compliance;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

@@ -3,7 +3,7 @@
 
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::beam {
 
 /// Tip displacement and rotation vector of the tool, [d; r] in F.
 ///   [d; r] = C_wrench [F; M] + C_gravity g
@@ -29,6 +29,6 @@ struct TipCompliance {
 
 /// Computes the compliance of a tool. One element per segment is enough, because node values do not
 /// depend on the number of elements.
-TipCompliance TipComplianceOf(const Tool& tool, int elements_per_segment = 1);
+TipCompliance TipComplianceOf(const model::Tool& tool, int elements_per_segment = 1);
 
-}  // namespace plumbline
+}  // namespace plumbline::beam

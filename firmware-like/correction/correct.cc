@@ -4,7 +4,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/kinematics/inverse.h"
 
-namespace plumbline {
+namespace plumbline::correction {
 namespace {
 
 int Restarts(BranchSearch search) {
@@ -25,22 +25,24 @@ Pose PointOfTip(const Pose& X_BT, const Vec3& p_TP) {
 
 /// Solves for the joints that bring the tool point to the target.
 template <typename Tip>
-CorrectionCode Solve(const Chain& chain, const PoseTarget& target, const Tip& tip,
-                     const JointVector& seed, BranchSearch search, JointVector& theta,
-                     InverseOutcome& outcome) {
+CorrectionCode Solve(const kinematics::Chain& chain, const kinematics::PoseTarget& target,
+                     const Tip& tip, const model::JointVector& seed, BranchSearch search,
+                     model::JointVector& theta, kinematics::InverseOutcome& outcome) {
   if (search == BranchSearch::kNone) {
     constexpr int kIterations = 40;
     theta = seed;
-    outcome = SolvePose(chain, target, tip, kIterations, theta);
+    outcome = kinematics::SolvePose(chain, target, tip, kIterations, theta);
     if (!outcome.converged) return CorrectionCode::kUnreachable;
-    return WrapIntoLimits(chain, seed, theta) ? CorrectionCode::kOk : CorrectionCode::kJointLimit;
+    return kinematics::WrapIntoLimits(chain, seed, theta) ? CorrectionCode::kOk
+                                                          : CorrectionCode::kJointLimit;
   }
-  switch (SolvePoseOnNearestBranch(chain, target, tip, Restarts(search), seed, theta, outcome)) {
-    case BranchOutcome::kFound:
+  switch (kinematics::SolvePoseOnNearestBranch(chain, target, tip, Restarts(search), seed, theta,
+                                               outcome)) {
+    case kinematics::BranchOutcome::kFound:
       return CorrectionCode::kOk;
-    case BranchOutcome::kOnlyOutsideLimits:
+    case kinematics::BranchOutcome::kOnlyOutsideLimits:
       return CorrectionCode::kJointLimit;
-    case BranchOutcome::kNone:
+    case kinematics::BranchOutcome::kNone:
       return CorrectionCode::kUnreachable;
   }
   return CorrectionCode::kNotConverged;
@@ -96,12 +98,12 @@ const char* Describe(CorrectionCode code) {
   return "?";
 }
 
-Corrector::Corrector(const CellModel& cell, const CorrectionLimits& limits)
+Corrector::Corrector(const model::CellModel& cell, const CorrectionLimits& limits)
     : cell_(cell), arm_(cell), limits_(limits) {}
 
-void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
-                        const Conditions& conditions, const JointVector& seed, BranchSearch search,
-                        Correction& correction) const {
+void Corrector::Correct(const AssemblyPoint& point, const loads::Payload& payload,
+                        const effects::Conditions& conditions, const model::JointVector& seed,
+                        BranchSearch search, Correction& correction) const {
   const Pose X_BP = arm_.X_WB().Inverse() * point.X_WP;
   if (arm_.torques_missing()) {
     correction.code = CorrectionCode::kTorquesUnknown;
@@ -112,14 +114,14 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
     correction.code = CorrectionCode::kUnreachable;
     return;
   }
-  LoadedState state;
-  const auto loaded_point = [&](const JointVector& theta, Posture& posture) {
+  deflection::LoadedState state;
+  const auto loaded_point = [&](const model::JointVector& theta, kinematics::Posture& posture) {
     arm_.AtActual(theta, payload, conditions, state);
     posture = state.posture;
     return PointOfTip(state.X_BT, point.p_TP);
   };
-  JointVector theta;
-  InverseOutcome outcome;
+  model::JointVector theta;
+  kinematics::InverseOutcome outcome;
   correction.code = Solve(arm_.chain(), {X_BP, point.orientation_free}, loaded_point, seed, search,
                           theta, outcome);
   correction.iterations = outcome.iterations;
@@ -129,13 +131,13 @@ void Corrector::Correct(const AssemblyPoint& point, const Payload& payload,
 }
 
 void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientation_free,
-                              const Payload& payload, const Conditions& conditions,
-                              const JointVector& theta, Correction& correction) const {
-  const PoseTarget target{X_BP, orientation_free};
-  LoadedState state;
+                              const loads::Payload& payload, const effects::Conditions& conditions,
+                              const model::JointVector& theta, Correction& correction) const {
+  const kinematics::PoseTarget target{X_BP, orientation_free};
+  deflection::LoadedState state;
   arm_.AtActual(theta, payload, conditions, state);
   const Pose X_BP_reached = PointOfTip(state.X_BT, p_TP);
-  const Vec6 error = PoseError(target, X_BP_reached);
+  const Vec6 error = kinematics::PoseError(target, X_BP_reached);
   correction.residual_m = error.head<3>().norm();
   correction.residual_rad = error.tail<3>().norm();
   correction.q = theta - state.sag;
@@ -144,12 +146,12 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   const Mat3& R_target = orientation_free ? X_BP_reached.R : X_BP.R;
   correction.translation_B = correction.X_BP_command.p - X_BP.p;
   correction.rotation_B = VectorFromRotation(correction.X_BP_command.R * R_target.transpose());
-  correction.extrapolated =
-      OutsideDomain(cell_, correction.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
+  correction.extrapolated = deflection::OutsideDomain(cell_, correction.q, payload.mass_kg,
+                                                      conditions.temp_C, conditions.t_s);
 
-  Jacobian jacobian;
+  kinematics::Jacobian jacobian;
   arm_.chain().JacobianAt(state.posture, X_BP_reached.p, jacobian);
-  correction.singular_value = SmallestSingularValue(jacobian, target.rows());
+  correction.singular_value = kinematics::SmallestSingularValue(jacobian, target.rows());
   if (!arm_.chain().WithinLimits(correction.q)) {
     correction.code = CorrectionCode::kJointLimit;
   } else if (correction.singular_value < limits_.min_singular_value) {
@@ -160,23 +162,24 @@ void Corrector::CheckSolution(const Pose& X_BP, const Vec3& p_TP, bool orientati
   }
 }
 
-void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-                               const Conditions& conditions, const JointVector& seed,
-                               BranchSearch search, Correction& landing) const {
+void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::Payload& payload,
+                               const effects::Conditions& conditions,
+                               const model::JointVector& seed, BranchSearch search,
+                               Correction& landing) const {
   if (arm_.torques_missing()) {
     landing.code = CorrectionCode::kTorquesUnknown;
     return;
   }
-  const auto unloaded_point = [&](const JointVector& q, Posture& posture) {
+  const auto unloaded_point = [&](const model::JointVector& q, kinematics::Posture& posture) {
     arm_.chain().Evaluate(q, posture);
     return PointOfTip(posture.X_BF() * arm_.X_FT(), p_TP);
   };
-  InverseOutcome outcome;
+  kinematics::InverseOutcome outcome;
   landing.code =
       Solve(arm_.chain(), {X_BP, false}, unloaded_point, seed, search, landing.q, outcome);
   landing.iterations = outcome.iterations;
   if (landing.code != CorrectionCode::kOk) return;
-  LoadedState state;
+  deflection::LoadedState state;
   if (!arm_.AtCommanded(landing.q, payload, conditions, state)) {
     landing.code = CorrectionCode::kNotConverged;
     return;
@@ -184,10 +187,10 @@ void Corrector::PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload
   landing.X_BP_command = PointOfTip(state.X_BT, p_TP);
   landing.translation_B = landing.X_BP_command.p - X_BP.p;
   landing.rotation_B = VectorFromRotation(landing.X_BP_command.R * X_BP.R.transpose());
-  landing.extrapolated =
-      OutsideDomain(cell_, landing.q, payload.mass_kg, conditions.temp_C, conditions.t_s);
+  landing.extrapolated = deflection::OutsideDomain(cell_, landing.q, payload.mass_kg,
+                                                   conditions.temp_C, conditions.t_s);
   landing.residual_m = outcome.residual_m;
   landing.residual_rad = outcome.residual_rad;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::correction

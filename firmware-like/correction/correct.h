@@ -7,7 +7,7 @@
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/model/radius_basis.h"
 
-namespace plumbline {
+namespace plumbline::correction {
 
 /// Result code of a correction or a command. The numbers are those of the register map.
 enum class CorrectionCode : std::uint8_t {
@@ -42,8 +42,8 @@ const char* Describe(CorrectionCode code);
 struct CorrectionLimits {
   double max_translation_m = 0.05;
   double max_rotation_rad = 0.05;
-  double min_singular_value = 0.02;  ///< of the tip Jacobian, metres and radians mixed
-  DeclaredDeviation deviation;       ///< uncertainty of the declared deflections
+  double min_singular_value = 0.02;    ///< of the tip Jacobian, metres and radians mixed
+  model::DeclaredDeviation deviation;  ///< uncertainty of the declared deflections
 };
 
 /// A corrected point, or the code that explains why there is none.
@@ -51,13 +51,13 @@ struct Correction {
   CorrectionCode code = CorrectionCode::kPending;
   bool extrapolated = false;  ///< outside the domain of the model's fit
   int iterations = 0;
-  JointVector q;                      ///< commanded joints [rad] or [m]
+  model::JointVector q;               ///< commanded joints [rad] or [m]
   Pose X_BP_command;                  ///< command pose of the unloaded tool point, in B
   Vec3 translation_B = Vec3::Zero();  ///< command minus target position [m]
   Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from target to command [rad]
   double uncertainty_m = 0;           ///< 95 % radius of the loaded tool point; set by Machine
-  RadiusBasis basis = RadiusBasis::kUnknown;  ///< basis of that radius
-  double residual_m = 0;                      ///< of the solver at the solution
+  model::RadiusBasis basis = model::RadiusBasis::kUnknown;  ///< basis of that radius
+  double residual_m = 0;                                    ///< of the solver at the solution
   double residual_rad = 0;
   double singular_value = 0;  ///< of the tip Jacobian at q, see SmallestSingularValue()
 };
@@ -71,33 +71,34 @@ enum class BranchSearch { kNone, kBrief, kThorough };
 /// the work is bounded.
 class Corrector {
  public:
-  Corrector(const CellModel& cell, const CorrectionLimits& limits);
+  Corrector(const model::CellModel& cell, const CorrectionLimits& limits);
 
-  const LoadedArm& arm() const { return arm_; }
+  const deflection::LoadedArm& arm() const { return arm_; }
 
   /// Computes the correction of a point.
   /// @param conditions  inputs of the cell's effects: temperature, time, approach
   /// @param seed        joint positions near the desired solution [rad] or [m], shape (n)
   /// @param search      effort for finding the branch nearest to the seed
   /// @param correction  out; if `code` is not kOk, other members may be unset
-  void Correct(const AssemblyPoint& point, const Payload& payload, const Conditions& conditions,
-               const JointVector& seed, BranchSearch search, Correction& correction) const;
+  void Correct(const AssemblyPoint& point, const loads::Payload& payload,
+               const effects::Conditions& conditions, const model::JointVector& seed,
+               BranchSearch search, Correction& correction) const;
 
   /// Forward prediction: the attained pose of the loaded tool point when the pose X_BP is
   /// commanded. `landing.X_BP_command` is that attained pose, and translation and rotation are
   /// attained minus command.
-  void PredictLanding(const Pose& X_BP, const Vec3& p_TP, const Payload& payload,
-                      const Conditions& conditions, const JointVector& seed, BranchSearch search,
-                      Correction& landing) const;
+  void PredictLanding(const Pose& X_BP, const Vec3& p_TP, const loads::Payload& payload,
+                      const effects::Conditions& conditions, const model::JointVector& seed,
+                      BranchSearch search, Correction& landing) const;
 
  private:
   void CheckSolution(const Pose& X_BP_target, const Vec3& p_TP, bool orientation_free,
-                     const Payload& payload, const Conditions& conditions, const JointVector& theta,
-                     Correction& correction) const;
+                     const loads::Payload& payload, const effects::Conditions& conditions,
+                     const model::JointVector& theta, Correction& correction) const;
 
-  CellModel cell_;
-  LoadedArm arm_;
+  model::CellModel cell_;
+  deflection::LoadedArm arm_;
   CorrectionLimits limits_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::correction

@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::correction {
 namespace {
 
-double BoundOf(const Chain& chain, int joint) {
-  return chain.type(joint) == JointType::kPrismatic ? kTaughtBound_m : kTaughtBound_rad;
+double BoundOf(const kinematics::Chain& chain, int joint) {
+  return chain.type(joint) == model::JointType::kPrismatic ? kTaughtBound_m : kTaughtBound_rad;
 }
 
 }  // namespace
 
-JointDistance FarthestFromTaught(const Chain& chain, const JointVector& taught,
-                                 const JointVector& q) {
+JointDistance FarthestFromTaught(const kinematics::Chain& chain, const model::JointVector& taught,
+                                 const model::JointVector& q) {
   JointDistance farthest;
   double share = -1;
   for (int i = 0; i < chain.size(); ++i) {
@@ -25,11 +25,11 @@ JointDistance FarthestFromTaught(const Chain& chain, const JointVector& taught,
   return farthest;
 }
 
-bool IsOtherPosture(const Chain& chain, const JointDistance& farthest) {
+bool IsOtherPosture(const kinematics::Chain& chain, const JointDistance& farthest) {
   return farthest.joint >= 0 && farthest.distance > BoundOf(chain, farthest.joint);
 }
 
-JointDistance NearestLimit(const Chain& chain, const JointVector& q) {
+JointDistance NearestLimit(const kinematics::Chain& chain, const model::JointVector& q) {
   JointDistance nearest;
   for (int i = 0; i < chain.size(); ++i) {
     const double distance = std::min(q[i] - chain.lower()[i], chain.upper()[i] - q[i]);
@@ -39,7 +39,8 @@ JointDistance NearestLimit(const Chain& chain, const JointVector& q) {
   return nearest;
 }
 
-PointPosture PointPostureAt(const Chain& chain, const AssemblyPoint& point, const JointVector& q) {
+PointPosture PointPostureAt(const kinematics::Chain& chain, const AssemblyPoint& point,
+                            const model::JointVector& q) {
   PointPosture posture;
   posture.taught = point.near_q.has_value();
   posture.differs =
@@ -48,4 +49,4 @@ PointPosture PointPostureAt(const Chain& chain, const AssemblyPoint& point, cons
   return posture;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::correction

@@ -5,7 +5,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::correction {
 
 /// A posture differs from the taught one if a revolute joint differs by more than this [rad].
 /// Deflection, a point moved by centimetres and an imprecise pendant reading change a joint by a
@@ -24,15 +24,15 @@ struct JointDistance {
 };
 
 /// The joint whose change from `taught` to `q` is largest relative to its bound.
-JointDistance FarthestFromTaught(const Chain& chain, const JointVector& taught,
-                                 const JointVector& q);
+JointDistance FarthestFromTaught(const kinematics::Chain& chain, const model::JointVector& taught,
+                                 const model::JointVector& q);
 
 /// True if that change exceeds the bound of the joint.
-bool IsOtherPosture(const Chain& chain, const JointDistance& farthest);
+bool IsOtherPosture(const kinematics::Chain& chain, const JointDistance& farthest);
 
 /// The joint nearest to one of its limits, radians and metres treated alike; negative beyond the
 /// limit. `joint` is -1 if no joint has limits.
-JointDistance NearestLimit(const Chain& chain, const JointVector& q);
+JointDistance NearestLimit(const kinematics::Chain& chain, const model::JointVector& q);
 
 /// Assessment of the posture selected for a configured point.
 struct PointPosture {
@@ -42,6 +42,7 @@ struct PointPosture {
 };
 
 /// @param q  commanded joints [rad] or [m]
-PointPosture PointPostureAt(const Chain& chain, const AssemblyPoint& point, const JointVector& q);
+PointPosture PointPostureAt(const kinematics::Chain& chain, const AssemblyPoint& point,
+                            const model::JointVector& q);
 
-}  // namespace plumbline
+}  // namespace plumbline::correction

@@ -10,7 +10,7 @@
 
 #include "firmware-like/statistics/random_sequence.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 namespace {
 
 constexpr double kUndeclaredInstrument_m = 5e-5;
@@ -19,7 +19,7 @@ constexpr double kConfidence = 0.95;
 /// Fills a row with one quantile from each of equally likely strata, in random order: one column of
 /// a Latin hypercube [McKay, Beckman & Conover, Technometrics 21 (1979) 239].
 template <typename Derived>
-void Stratify(RandomSequence& random, Eigen::ArrayBase<Derived>& row) {
+void Stratify(statistics::RandomSequence& random, Eigen::ArrayBase<Derived>& row) {
   const auto count = static_cast<std::size_t>(row.size());
   std::vector<std::size_t> order(count);
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -31,21 +31,21 @@ void Stratify(RandomSequence& random, Eigen::ArrayBase<Derived>& row) {
 }
 
 template <typename Derived>
-void DrawNormal(RandomSequence& random, Eigen::ArrayBase<Derived>&& row) {
+void DrawNormal(statistics::RandomSequence& random, Eigen::ArrayBase<Derived>&& row) {
   Stratify(random, row);
   for (Eigen::Index k = 0; k < row.size(); ++k) row(k) = Eigen::numext::ndtri(row(k));
 }
 
 template <typename Rows>
-void DrawNormals(RandomSequence& random, Rows& rows) {
+void DrawNormals(statistics::RandomSequence& random, Rows& rows) {
   for (Eigen::Index i = 0; i < rows.rows(); ++i) DrawNormal(random, rows.row(i));
 }
 
 }  // namespace
 
-AssumedError::AssumedError(const CellModel& cell, const LoadedArm& arm, double deflection_sd)
+AssumedError::AssumedError(const model::CellModel& cell, const LoadedArm& arm, double deflection_sd)
     : priors_(PriorsOf(cell, arm)),
-      declared_(JointVector::Zero(arm.size())),
+      declared_(model::JointVector::Zero(arm.size())),
       instrument_sd_m_(cell.measurement.sigma_m.value_or(kUndeclaredInstrument_m)) {
   const int n = arm.size();
   for (Rows* rows : {&compliance_, &share_, &mass_change_, &centre_}) {
@@ -53,7 +53,7 @@ AssumedError::AssumedError(const CellModel& cell, const LoadedArm& arm, double d
   }
   load_.setZero(5, Eigen::NoChange);
 
-  RandomSequence random(2);
+  statistics::RandomSequence random(2);
   Row common;
   DrawNormal(random, common.row(0));
   DrawNormal(random, rated_.row(0));
@@ -132,10 +132,10 @@ void AssumedError::DrawLoad(const LoadedArm& arm, const LoadStatement& load) {
 
 void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, const Vec3& p_B,
                              const Vec3& g_B) {
-  using I = Influence<double>;
-  const Posture& posture = state.posture;
+  using I = effects::Influence<double>;
+  const kinematics::Posture& posture = state.posture;
   const Pose& X_BF = posture.X_BF();
-  Jacobian jacobian;
+  kinematics::Jacobian jacobian;
   arm.chain().JacobianAt(posture, p_B, jacobian);
   for (int j = 0; j < arm.size(); ++j) {
     const auto k = static_cast<std::size_t>(j);
@@ -150,7 +150,7 @@ void AssumedError::AddJoints(const LoadedArm& arm, const LoadedState& state, con
     const Vec3& axis = posture.axis_B[k];
     const auto torque = [&](const Vec3& r_B) { return axis.dot(r_B.cross(g_B)); };
     torque_.setConstant(0);
-    if (arm.chain().type(j) != JointType::kRevolute) {
+    if (arm.chain().type(j) != model::JointType::kRevolute) {
       const double along = axis.dot(g_B);
       for (int l = j; l < arm.size(); ++l) torque_ += along * mass_change_.row(l);
       torque_ += along * load_change_.row(0);
@@ -190,7 +190,7 @@ void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
                            const LoadStatement& load, const Vec3& p_TP, const Vec3& g_F) {
   const Mat3& R_BF = state.posture.X_BF().R;
   if (arm.bends()) {
-    const TipCompliance& tip = arm.tip_compliance();
+    const beam::TipCompliance& tip = arm.tip_compliance();
     const double factor = state.tool.bend_factor;
     const auto bend = [&](const Vec3& force_F, const Vec3& moment_F) -> Vec3 {
       const Vec6 both =
@@ -232,7 +232,7 @@ void AssumedError::AddTool(const LoadedArm& arm, const LoadedState& state,
 void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
                            const LoadStatement& load, const Vec3& p_B, const Vec3& g_B) {
   if (!priors_.base_compliance_rad_per_Nm) return;
-  const Posture& posture = state.posture;
+  const kinematics::Posture& posture = state.posture;
   Vec3 moment_kg_m = Vec3::Zero();
   for (int l = 0; l < arm.size(); ++l) {
     const auto k = static_cast<std::size_t>(l);
@@ -245,8 +245,9 @@ void AssumedError::AddBase(const LoadedArm& arm, const LoadedState& state,
 }
 
 AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState& state,
-                                        const LoadStatement& load, const Conditions& conditions,
-                                        const Vec3& p_TP, const Mat3& covariance_W) {
+                                        const LoadStatement& load,
+                                        const effects::Conditions& conditions, const Vec3& p_TP,
+                                        const Mat3& covariance_W) {
   influence_ = arm.EffectsAt(arm.ConditionsAt(conditions.q, conditions));
   const Vec3 p_B = state.X_BT * p_TP;
   const Vec3& g_F = state.tool.g_F;
@@ -277,4 +278,4 @@ AssumedError::Estimate AssumedError::At(const LoadedArm& arm, const LoadedState&
   return {std::sqrt(square_[static_cast<Eigen::Index>(place)]), all > 0 ? undeclared / all : 0};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -4,7 +4,7 @@
 #include "firmware-like/deflection/load_statement.h"
 #include "firmware-like/deflection/priors.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// Samples the error of the declared model's tip with a fixed set of random numbers, so that the
 /// same posture always has the same radius. For each draw of all parameters,
@@ -24,7 +24,7 @@ namespace plumbline {
 /// The draws form a Latin hypercube; with other draws the radius varies by about 2 %.
 class AssumedError {
  public:
-  AssumedError(const CellModel& cell, const LoadedArm& arm, double deflection_sd);
+  AssumedError(const model::CellModel& cell, const LoadedArm& arm, double deflection_sd);
 
   struct Estimate {
     double radius_m = 0;          ///< contains 95 % of the draws
@@ -35,7 +35,7 @@ class AssumedError {
   /// @param covariance_W  tip covariance due to the effects' parameters [m^2], see EffectCovariance
   /// @param p_TP          tool point in the tip frame [m]
   Estimate At(const LoadedArm& arm, const LoadedState& state, const LoadStatement& load,
-              const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
+              const effects::Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
 
   const DeflectionPriors& priors() const { return priors_; }
 
@@ -55,7 +55,7 @@ class AssumedError {
                const Vec3& p_B, const Vec3& g_B);
 
   DeflectionPriors priors_;
-  JointVector declared_;  ///< compliances [rad/(N m)]; 0 where none is declared
+  model::JointVector declared_;  ///< compliances [rad/(N m)]; 0 where none is declared
   double instrument_sd_m_;
 
   // Drawn once. Standard normal, except compliance_, mass_change_, rated_, uniform_, root_tilt_,
@@ -70,11 +70,11 @@ class AssumedError {
   Errors normal_, covered_;  ///< for the instrument, and for the covariance of the effects
 
   // Scratch memory of At().
-  Influence<double> influence_;  ///< of the cell's effects
+  effects::Influence<double> influence_;  ///< of the cell's effects
   Load load_change_;
   Row torque_;
   Errors undeclared_, declared_error_;
   Row square_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

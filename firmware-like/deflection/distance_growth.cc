@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::deflection {
 namespace {
 
-std::span<const JointVector> FittedPoses(const Domain* domain) {
+std::span<const model::JointVector> FittedPoses(const model::Domain* domain) {
   if (domain == nullptr || !domain->distant_sigma_m) return {};
   return domain->poses;
 }
@@ -16,7 +16,8 @@ double Squared(double value) {
 
 }  // namespace
 
-DistanceGrowth::DistanceGrowth(const Chain& chain, const Vec3& tip_F, const Domain* domain)
+DistanceGrowth::DistanceGrowth(const kinematics::Chain& chain, const Vec3& tip_F,
+                               const model::Domain* domain)
     : distance_(chain, tip_F, FittedPoses(domain)) {
   if (distance_.empty()) return;
   distant_m2_ = Squared(*domain->distant_sigma_m);
@@ -25,9 +26,9 @@ DistanceGrowth::DistanceGrowth(const Chain& chain, const Vec3& tip_F, const Doma
   fades_ = declared_m2_ > 0 && distant_m2_ > 0;
 }
 
-double DistanceGrowth::Gained(const JointVector& q) const {
+double DistanceGrowth::Gained(const model::JointVector& q) const {
   if (distance_.empty()) return 0;
   return distant_m2_ * std::max(0.0, Squared(distance_.Of(q)) - reach2_);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

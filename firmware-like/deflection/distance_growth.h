@@ -5,7 +5,7 @@
 #include "firmware-like/kinematics/pose_distance.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// The error of a correction grows with the distance from the fitted poses. With d the distance
 /// from those poses (pose_distance.h) and r the reach (Domain::reach),
@@ -23,26 +23,26 @@ namespace plumbline {
 class DistanceGrowth {
  public:
   /// @param domain  of the cell; null where it has none: share 1, no added variance
-  DistanceGrowth(const Chain& chain, const Vec3& tip_F, const Domain* domain);
+  DistanceGrowth(const kinematics::Chain& chain, const Vec3& tip_F, const model::Domain* domain);
 
   /// Share of the correction that is applied at q.
-  double Share(const JointVector& q) const { return fades_ ? ShareAt(Gained(q)) : 1; }
+  double Share(const model::JointVector& q) const { return fades_ ? ShareAt(Gained(q)) : 1; }
   /// Variance on one axis that the distance of q adds [m^2].
-  double Variance(const JointVector& q) const {
+  double Variance(const model::JointVector& q) const {
     const double gained_m2 = Gained(q);
     return fades_ ? ShareAt(gained_m2) * gained_m2 : gained_m2;
   }
   bool fades() const { return fades_; }
 
  private:
-  double Gained(const JointVector& q) const;
+  double Gained(const model::JointVector& q) const;
   double ShareAt(double gained_m2) const { return declared_m2_ / (declared_m2_ + gained_m2); }
 
-  PoseDistance distance_;
+  kinematics::PoseDistance distance_;
   double distant_m2_ = 0;   ///< per square radian
   double reach2_ = 0;       ///< [rad^2]
   double declared_m2_ = 0;  ///< S^2
   bool fades_ = false;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -5,7 +5,7 @@
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/deflection/structure.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// exp([v]x) to third order. For rotations of milliradians the truncation error is below 1e-12.
 template <typename T>
@@ -41,8 +41,9 @@ bool IsActive(const ceres::Jet<double, kWidth>& value) {
 /// Position in W that a camera at X_WC with the errors in `influence` reports for a point; see
 /// effects/camera_*.h. Unchanged if the point is not in front of the camera.
 template <typename T>
-Vec3Of<T> ReadByCamera(const Pose& X_WC, const Influence<T>& influence, const Vec3Of<T>& p_W) {
-  using I = Influence<T>;
+Vec3Of<T> ReadByCamera(const Pose& X_WC, const effects::Influence<T>& influence,
+                       const Vec3Of<T>& p_W) {
+  using I = effects::Influence<T>;
   const Mat3Of<T> R = X_WC.R.cast<T>();
   const Vec3Of<T> c = X_WC.p.cast<T>();
   Vec3Of<T> p_C = R.transpose() * (p_W - c);
@@ -60,16 +61,17 @@ Vec3Of<T> ReadByCamera(const Pose& X_WC, const Influence<T>& influence, const Ve
 
 /// Applies the structural deflections of all joints to X_BT, from the outermost joint inwards.
 template <typename T>
-PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta,
-                                   const Influence<T>& influence, const Vec3Of<T>& g_B,
+PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const effects::JointVectorOf<T>& theta,
+                                   const effects::Influence<T>& influence, const Vec3Of<T>& g_B,
                                    const LoadedStateOf<T>& state) const {
-  OutboardMassesOf<T> outboard;
-  JointVectorOf<T> tau;
+  loads::OutboardMassesOf<T> outboard;
+  effects::JointVectorOf<T> tau;
   loads_.Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
   for (int i = size() - 1; i >= 0; --i) {
     const auto motions = StructureMotions<T>(chain_, state.posture, outboard, g_B, i, theta[i]);
     for (std::size_t k = 0; k < motions.size(); ++k) {
-      const auto entry = static_cast<typename Influence<T>::JointEntry>(kStructureEntries[k]);
+      const auto entry =
+          static_cast<typename effects::Influence<T>::JointEntry>(kStructureEntries[k]);
       const T& size = influence.Joint(entry, i);
       const Mat3Of<T> R = SmallRotation<T>(size * motions[k].turn);
       X_BT.p = motions[k].centre + R * (X_BT.p - motions[k].centre) + size * motions[k].shift;
@@ -80,13 +82,14 @@ PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta
 }
 
 template <typename T>
-void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
-                          const Influence<T>* influence, const JointVector& measured_tau,
-                          LoadedStateOf<T>& state) const {
-  using I = Influence<T>;
+void LoadedArm::Equations(const effects::JointVectorOf<T>& theta,
+                          const loads::PayloadOf<T>& payload,
+                          const effects::Influence<T>* influence,
+                          const model::JointVector& measured_tau, LoadedStateOf<T>& state) const {
+  using I = effects::Influence<T>;
   PoseOf<T> X_WB{X_WB_.R.cast<T>(), X_WB_.p.cast<T>()};
   Vec3Of<T> g_B = g_B_.cast<T>();
-  PayloadOf<T> load = payload;
+  loads::PayloadOf<T> load = payload;
   if (influence != nullptr) {
     X_WB.R = RotationFromRpy<T>(base_rpy_.cast<T>() + influence->Vector(I::kBaseRollPitchYaw));
     const Vec3Of<T> tilt_W((*influence)[I::kBaseTilt], (*influence)[I::kBaseTilt + 1], T(0));
@@ -180,4 +183,4 @@ void LoadedArm::Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& pay
   if (!ranges_) state.p_read_W *= 1.0 + (*influence)[I::kScale];
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -5,7 +5,7 @@
 #include "firmware-like/deflection/assumed_error.h"
 #include "firmware-like/effects/open_moment.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 namespace {
 
 /// Share of the mean square error beyond which the radius grows by more than a tenth: 1 - 1 /
@@ -14,14 +14,15 @@ constexpr double kShareThatMatters = 0.17;
 
 /// Covariance for conditions that may lie before or after an event, because the event's time is
 /// uncertain: the displacement caused by the event must lie within the 95 % radius.
-Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                                 const Conditions& conditions) {
+Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const model::JointVector& q,
+                                 const loads::Payload& payload,
+                                 const effects::Conditions& conditions) {
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
-  for (const ActiveEffect& effect : arm.effects()) {
-    const auto open = AmbiguousTimeOfEvent(effect, conditions);
+  for (const effects::ActiveEffect& effect : arm.effects()) {
+    const auto open = effects::AmbiguousTimeOfEvent(effect, conditions);
     if (!open) continue;
-    Conditions before = conditions, after = conditions;
+    effects::Conditions before = conditions, after = conditions;
     (open->is_row ? before.row : before.t_s) = open->between.low;
     (open->is_row ? after.row : after.t_s) = open->between.high;
     LoadedState earlier, later;
@@ -35,8 +36,8 @@ Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const JointVector& q, con
 
 }  // namespace
 
-LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
-                                       const DeclaredDeviation& deviation)
+LandingUncertainty::LandingUncertainty(const model::CellModel& cell, const LoadedArm& arm,
+                                       const model::DeclaredDeviation& deviation)
     : fitted_(cell.domain.has_value()),
       as_validated_(fitted_ && cell.domain->as_validated),
       held_out_(fitted_ && cell.domain->residual_sigma_m.has_value()),
@@ -51,9 +52,10 @@ LandingUncertainty::LandingUncertainty(const CellModel& cell, const LoadedArm& a
 LandingUncertainty::~LandingUncertainty() = default;
 LandingUncertainty::LandingUncertainty(LandingUncertainty&&) noexcept = default;
 
-StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
-                                    const LoadStatement& load, const Conditions& conditions,
-                                    bool extrapolated, const Vec3& p_TP) {
+model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::JointVector& q,
+                                           const LoadStatement& load,
+                                           const effects::Conditions& conditions, bool extrapolated,
+                                           const Vec3& p_TP) {
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W =
       covariance_share_ * EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
@@ -62,23 +64,27 @@ StatedRadius LandingUncertainty::At(const LoadedArm& arm, const JointVector& q,
   const double grown_m2 = held_out_ ? arm.growth().Variance(q) : 0;
   const double variance_m2 = residual_sigma_m_ * residual_sigma_m_ + grown_m2;
   const Mat3 covariance = effects_W + variance_m2 * Mat3::Identity();
-  const RadiusBasis basis = tested_ ? RadiusBasis::kMeasured : RadiusBasis::kPropagated;
-  const StatedRadius inside{RadiusHolding95Percent(covariance),
-                            as_validated_ ? basis : RadiusBasis::kAssumed};
+  const model::RadiusBasis basis =
+      tested_ ? model::RadiusBasis::kMeasured : model::RadiusBasis::kPropagated;
+  const model::StatedRadius inside{RadiusHolding95Percent(covariance),
+                                   as_validated_ ? basis : model::RadiusBasis::kAssumed};
   if (!extrapolated && as_validated_) return inside;
-  const StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());
-  return {std::hypot(inside.radius_m, outside.radius_m), Weakest(inside.basis, outside.basis)};
+  const model::StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());
+  return {std::hypot(inside.radius_m, outside.radius_m),
+          model::Weakest(inside.basis, outside.basis)};
 }
 
-StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const JointVector& q,
-                                         const LoadStatement& load, const Conditions& conditions,
-                                         const Vec3& p_TP, const Mat3& covariance_W) {
-  Conditions moment = conditions;
+model::StatedRadius LandingUncertainty::Assumed(const LoadedArm& arm, const model::JointVector& q,
+                                                const LoadStatement& load,
+                                                const effects::Conditions& conditions,
+                                                const Vec3& p_TP, const Mat3& covariance_W) {
+  effects::Conditions moment = conditions;
   moment.q = q;
   const AssumedError::Estimate error = assumed_->At(arm, state_, load, moment, p_TP, covariance_W);
-  if (!assumed_->priors().complete) return {error.radius_m, RadiusBasis::kUnknown};
+  if (!assumed_->priors().complete) return {error.radius_m, model::RadiusBasis::kUnknown};
   const bool propagated = deviation_stated_ && error.undeclared_share < kShareThatMatters;
-  return {error.radius_m, propagated ? RadiusBasis::kPropagated : RadiusBasis::kAssumed};
+  return {error.radius_m,
+          propagated ? model::RadiusBasis::kPropagated : model::RadiusBasis::kAssumed};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -7,7 +7,7 @@
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/model/radius_basis.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 class AssumedError;
 
@@ -38,8 +38,8 @@ class AssumedError;
 /// microseconds.
 class LandingUncertainty {
  public:
-  LandingUncertainty(const CellModel& cell, const LoadedArm& arm,
-                     const DeclaredDeviation& deviation);
+  LandingUncertainty(const model::CellModel& cell, const LoadedArm& arm,
+                     const model::DeclaredDeviation& deviation);
   ~LandingUncertainty();
   LandingUncertainty(LandingUncertainty&&) noexcept;
 
@@ -50,12 +50,14 @@ class LandingUncertainty {
   /// @param p_TP          tool point in the tip frame [m]; the covariance of a fitted model is
   ///                      always that of the tip
   /// @return              not known() if the loaded posture does not converge
-  StatedRadius At(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
-                  const Conditions& conditions, bool extrapolated, const Vec3& p_TP = Vec3::Zero());
+  model::StatedRadius At(const LoadedArm& arm, const model::JointVector& q,
+                         const LoadStatement& load, const effects::Conditions& conditions,
+                         bool extrapolated, const Vec3& p_TP = Vec3::Zero());
 
  private:
-  StatedRadius Assumed(const LoadedArm& arm, const JointVector& q, const LoadStatement& load,
-                       const Conditions& conditions, const Vec3& p_TP, const Mat3& covariance_W);
+  model::StatedRadius Assumed(const LoadedArm& arm, const model::JointVector& q,
+                              const LoadStatement& load, const effects::Conditions& conditions,
+                              const Vec3& p_TP, const Mat3& covariance_W);
 
   bool fitted_;
   bool as_validated_;
@@ -69,4 +71,4 @@ class LandingUncertainty {
   LoadedState state_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -5,17 +5,17 @@
 
 #include "firmware-like/loads/gravity.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 struct LoadStatement {
-  Payload modelled;               ///< used by the model
+  loads::Payload modelled;        ///< used by the model
   std::optional<double> mass_kg;  ///< stated by the robot, the configuration or a table
   bool centre_stated = false;     ///< the centre of gravity was stated
 
   /// A payload whose mass and centre of gravity were both stated.
-  static LoadStatement Stated(const Payload& payload) {
+  static LoadStatement Stated(const loads::Payload& payload) {
     return {payload, payload.mass_kg, payload.mass_kg > 0};
   }
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -5,7 +5,7 @@
 #include "firmware-like/deflection/equations.h"
 #include "firmware-like/geometry/rotation.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 namespace {
 
 constexpr double kSettled_rad = 1e-12;
@@ -13,17 +13,19 @@ constexpr int kMostPasses = 50;
 
 }  // namespace
 
-template void LoadedArm::Equations<double>(const JointVector&, const Payload&,
-                                           const Influence<double>*, const JointVector&,
-                                           LoadedStateOf<double>&) const;
-template void LoadedArm::Equations<Dual>(const JointVectorOf<Dual>&, const PayloadOf<Dual>&,
-                                         const Influence<Dual>*, const JointVector&,
-                                         LoadedStateOf<Dual>&) const;
+template void LoadedArm::Equations<double>(const model::JointVector&, const loads::Payload&,
+                                           const effects::Influence<double>*,
+                                           const model::JointVector&, LoadedStateOf<double>&) const;
+template void LoadedArm::Equations<effects::Dual>(const effects::JointVectorOf<effects::Dual>&,
+                                                  const loads::PayloadOf<effects::Dual>&,
+                                                  const effects::Influence<effects::Dual>*,
+                                                  const model::JointVector&,
+                                                  LoadedStateOf<effects::Dual>&) const;
 
-LoadedArm::LoadedArm(const CellModel& cell)
+LoadedArm::LoadedArm(const model::CellModel& cell)
     : chain_(cell.robot),
       loads_(cell),
-      tip_compliance_(TipComplianceOf(cell.tool)),
+      tip_compliance_(beam::TipComplianceOf(cell.tool)),
       X_WB_(cell.robot.X_WB),
       X_FT_{Mat3::Identity(), cell.tool.tcp_F},
       base_rpy_(RollPitchYawFromRotation(cell.robot.X_WB.R)),
@@ -32,9 +34,9 @@ LoadedArm::LoadedArm(const CellModel& cell)
       beam_tip_F_(0, 0, cell.tool.Length()),
       bends_(!cell.tool.rigid),
       compliance_(chain_.size()),
-      effects_(ActiveEffectsOf(cell)),
+      effects_(effects::ActiveEffectsOf(cell)),
       growth_(chain_, cell.tool.tcp_F, cell.domain ? &*cell.domain : nullptr),
-      ranges_(cell.measurement.kind == MeasurementKind::kRange) {
+      ranges_(cell.measurement.kind == model::MeasurementKind::kRange) {
   for (int i = 0; i < chain_.size(); ++i) {
     compliance_[i] =
         cell.robot.joints[static_cast<std::size_t>(i)].compliance_rad_per_Nm.value_or(0.0);
@@ -42,45 +44,45 @@ LoadedArm::LoadedArm(const CellModel& cell)
     torques_missing_ = torques_missing_ || !loads_.known(i);
     centres_guessed_ = centres_guessed_ || loads_.guessed(i);
   }
-  for (const ActiveEffect& effect : effects_) {
-    const EffectTraits& traits = effect.term.effect->traits();
-    const bool by_weight = traits.Needs(Signal::kWeight, effect.term.word);
-    if (!by_weight && !traits.Needs(Signal::kTorques, effect.term.word)) continue;
-    for (const TermParameter& parameter : effect.term.parameters) {
+  for (const effects::ActiveEffect& effect : effects_) {
+    const effects::EffectTraits& traits = effect.term.effect->traits();
+    const bool by_weight = traits.Needs(effects::Signal::kWeight, effect.term.word);
+    if (!by_weight && !traits.Needs(effects::Signal::kTorques, effect.term.word)) continue;
+    for (const effects::TermParameter& parameter : effect.term.parameters) {
       const int joint = std::max(0, parameter.joint);  // no joint: weight of the whole arm
       bool& missing = by_weight ? torques_missing_ : effect_torques_missing_;
       missing = missing || !loads_.known(joint);
       centres_guessed_ = centres_guessed_ || loads_.guessed(joint);
     }
   }
-  for (const ToolSegment& segment : cell.tool.segments) {
+  for (const model::ToolSegment& segment : cell.tool.segments) {
     shear_m_per_N_ +=
         segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
   }
   X_WC_ = cell.measurement.X_WC;
-  declared_ = DeclaredConditions(cell);
+  declared_ = effects::DeclaredConditions(cell);
 }
 
-Influence<double> LoadedArm::EffectsAt(const Conditions& moment) const {
-  Influence<double> influence;
+effects::Influence<double> LoadedArm::EffectsAt(const effects::Conditions& moment) const {
+  effects::Influence<double> influence;
   if (effects_.empty()) return influence;
-  AddEffects(effects_, moment, influence);
+  effects::AddEffects(effects_, moment, influence);
   const double share = growth_.Share(moment.q);
   if (share < 1) influence.Scale(share);
   return influence;
 }
 
-void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
-                         const Conditions& conditions, LoadedState& state) const {
+void LoadedArm::AtActual(const model::JointVector& theta, const loads::Payload& payload,
+                         const effects::Conditions& conditions, LoadedState& state) const {
   if (effects_.empty()) {
     Equations<double>(theta, payload, nullptr, conditions.tau, state);
     state.X_BT = X_WB_.Inverse() * state.X_WT;
     return;
   }
   // Effects depend on the command q = theta - s, which depends on the effects: iterate.
-  Conditions moment = ConditionsAt(theta, conditions);
+  effects::Conditions moment = ConditionsAt(theta, conditions);
   for (int pass = 0; pass < 6; ++pass) {
-    const Influence<double> influence = EffectsAt(moment);
+    const effects::Influence<double> influence = EffectsAt(moment);
     Equations<double>(theta, payload, &influence, conditions.tau, state);
     const double change = (theta - state.sag - moment.q).cwiseAbs().maxCoeff();
     moment.q = theta - state.sag;
@@ -89,30 +91,31 @@ void LoadedArm::AtActual(const JointVector& theta, const Payload& payload,
   state.X_BT = X_WB_.Inverse() * state.X_WT;
 }
 
-bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
-                            const Conditions& conditions, LoadedState& state) const {
+bool LoadedArm::AtCommanded(const model::JointVector& q, const loads::Payload& payload,
+                            const effects::Conditions& conditions, LoadedState& state) const {
   bool settled = false;
   if (effects_.empty()) {
     settled = AtCommanded(q, payload, nullptr, conditions.tau, state);
   } else {
-    const Influence<double> influence = EffectsAt(ConditionsAt(q, conditions));
+    const effects::Influence<double> influence = EffectsAt(ConditionsAt(q, conditions));
     settled = AtCommanded(q, payload, &influence, conditions.tau, state);
   }
   state.X_BT = X_WB_.Inverse() * state.X_WT;
   return settled;
 }
 
-bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
-                            const Influence<double>* influence, const JointVector& measured_tau,
+bool LoadedArm::AtCommanded(const model::JointVector& q, const loads::Payload& payload,
+                            const effects::Influence<double>* influence,
+                            const model::JointVector& measured_tau,
                             LoadedStateOf<double>& state) const {
   // The deflection jumps by the gap where the torque changes sign. If the load balances between
   // both sides of a gap, no posture satisfies the equations exactly, and the iteration stays within
   // the gap.
   double gap = 0;
   for (int i = 0; influence != nullptr && i < size(); ++i) {
-    gap = std::max(gap, std::abs(influence->Joint(Influence<double>::kLoadGap, i)));
+    gap = std::max(gap, std::abs(influence->Joint(effects::Influence<double>::kLoadGap, i)));
   }
-  JointVector theta = q;
+  model::JointVector theta = q;
   constexpr int kWholePasses = kMostPasses / 2;
   double change = 0;
   for (int pass = 0; pass < kMostPasses; ++pass) {
@@ -125,8 +128,9 @@ bool LoadedArm::AtCommanded(const JointVector& q, const Payload& payload,
   return change < 2.5 * gap;
 }
 
-Conditions LoadedArm::ConditionsAt(const JointVector& q, const Conditions& conditions) const {
-  Conditions moment = conditions;
+effects::Conditions LoadedArm::ConditionsAt(const model::JointVector& q,
+                                            const effects::Conditions& conditions) const {
+  effects::Conditions moment = conditions;
   moment.q = q;
   moment.robot = declared_.robot;
   moment.reference_temperature_C = declared_.reference_temperature_C;
@@ -134,21 +138,22 @@ Conditions LoadedArm::ConditionsAt(const JointVector& q, const Conditions& condi
   return moment;
 }
 
-Pose LoadedArm::UnloadedTip(const JointVector& q) const {
-  Posture posture;
+Pose LoadedArm::UnloadedTip(const model::JointVector& q) const {
+  kinematics::Posture posture;
   chain_.Evaluate(q, posture);
   return posture.X_BF() * X_FT_;
 }
 
-CellModel CellOfSession(const CellModel& cell, const std::string& id) {
-  CellModel of_session = cell;
+model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id) {
+  model::CellModel of_session = cell;
   if (cell.sessions.empty()) return of_session;
-  const auto known = std::find_if(cell.sessions.begin(), cell.sessions.end(),
-                                  [&](const SessionFrames& session) { return session.id == id; });
-  const SessionFrames& frames = known == cell.sessions.end() ? cell.sessions.back() : *known;
+  const auto known =
+      std::find_if(cell.sessions.begin(), cell.sessions.end(),
+                   [&](const model::SessionFrames& session) { return session.id == id; });
+  const model::SessionFrames& frames = known == cell.sessions.end() ? cell.sessions.back() : *known;
   of_session.robot.X_WB = frames.X_WB;
   if (frames.tip_F) of_session.tool.tcp_F = *frames.tip_F;
   return of_session;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -8,14 +8,14 @@
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// Loads on the tool in one posture, effects included; they determine the deflection of every
 /// section.
 template <typename T>
 struct ToolLoadOf {
   Vec3Of<T> g_F = Vec3Of<T>::Zero();  ///< gravity in the flange frame [m/s^2]
-  PayloadOf<T> payload;
+  loads::PayloadOf<T> payload;
   T bend_factor = T(1);                  ///< factor on the bending of the declared beam
   T shear = T(0);                        ///< 1/kappa of shear in addition to the declared beam
   Vec3Of<T> root_F = Vec3Of<T>::Zero();  ///< rotation vector of the flange coupling [rad]
@@ -24,9 +24,9 @@ struct ToolLoadOf {
 /// State of the loaded arm in one posture.
 template <typename T>
 struct LoadedStateOf {
-  PostureOf<T> posture;                   ///< frames of the deflected arm in B
-  JointVectorOf<T> tau;                   ///< gravity torques [N m]
-  JointVectorOf<T> sag;                   ///< joint deflections s [rad], effects included
+  kinematics::PostureOf<T> posture;       ///< frames of the deflected arm in B
+  effects::JointVectorOf<T> tau;          ///< gravity torques [N m]
+  effects::JointVectorOf<T> sag;          ///< joint deflections s [rad], effects included
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
   ToolLoadOf<T> tool;                     ///< the loads that cause bend_F and slope_F
@@ -61,10 +61,10 @@ struct LoadedState : LoadedStateOf<double> {
 class LoadedArm {
  public:
   /// @param cell  validated by the configuration reader
-  explicit LoadedArm(const CellModel& cell);
+  explicit LoadedArm(const model::CellModel& cell);
 
-  const Chain& chain() const { return chain_; }
-  const GravityLoads& loads() const { return loads_; }
+  const kinematics::Chain& chain() const { return chain_; }
+  const loads::GravityLoads& loads() const { return loads_; }
   const Pose& X_WB() const { return X_WB_; }
   const Pose& X_FT() const { return X_FT_; }  ///< tip of the unloaded tool
   int size() const { return chain_.size(); }
@@ -75,7 +75,7 @@ class LoadedArm {
   bool read_by_camera() const { return X_WC_.has_value(); }
   /// True if ranges are measured; `p_read_W` then contains no error of the instrument.
   bool read_by_range() const { return ranges_; }
-  const TipCompliance& tip_compliance() const { return tip_compliance_; }
+  const beam::TipCompliance& tip_compliance() const { return tip_compliance_; }
   const Vec3& beam_tip_F() const { return beam_tip_F_; }  ///< reference point of payload moments
 
   /// True if a joint is compliant, as declared or by an effect, but its torque is unknown because
@@ -87,29 +87,29 @@ class LoadedArm {
   /// True if a compliant joint carries a link whose centre of mass is not declared.
   bool centres_guessed() const { return centres_guessed_; }
 
-  const std::vector<ActiveEffect>& effects() const { return effects_; }
+  const std::vector<effects::ActiveEffect>& effects() const { return effects_; }
   /// What the distance from the fitted poses makes of the effects.
   const DistanceGrowth& growth() const { return growth_; }
   /// The sum of the cell's effects at `moment`, in the share that its distance from the fitted
   /// poses leaves. Allocates nothing.
-  Influence<double> EffectsAt(const Conditions& moment) const;
+  effects::Influence<double> EffectsAt(const effects::Conditions& moment) const;
 
   /// State of the arm at *actual* joint positions theta = q + s. The command that leads there is
   /// theta - state.sag. Does not allocate.
   /// @param conditions  inputs of the cell's effects; q is determined here
-  void AtActual(const JointVector& theta, const Payload& payload, const Conditions& conditions,
-                LoadedState& state) const;
+  void AtActual(const model::JointVector& theta, const loads::Payload& payload,
+                const effects::Conditions& conditions, LoadedState& state) const;
 
   /// State of the arm *commanded* to q; solves theta = q + s(theta) to 1e-12 rad by fixed-point
   /// iteration.
   /// @return false if the iteration does not converge (an arm softer than any real one)
-  [[nodiscard]] bool AtCommanded(const JointVector& q, const Payload& payload,
-                                 const Conditions& conditions, LoadedState& state) const;
+  [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
+                                 const effects::Conditions& conditions, LoadedState& state) const;
 
   /// The same with the effects already accumulated; null: no effects.
-  [[nodiscard]] bool AtCommanded(const JointVector& q, const Payload& payload,
-                                 const Influence<double>* influence,
-                                 const JointVector& measured_tau,
+  [[nodiscard]] bool AtCommanded(const model::JointVector& q, const loads::Payload& payload,
+                                 const effects::Influence<double>* influence,
+                                 const model::JointVector& measured_tau,
                                  LoadedStateOf<double>& state) const;
 
   /// The model equations at actual joint positions theta, for double and dual numbers.
@@ -117,27 +117,28 @@ class LoadedArm {
   /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be
   ///                      empty
   template <typename T>
-  void Equations(const JointVectorOf<T>& theta, const PayloadOf<T>& payload,
-                 const Influence<T>* influence, const JointVector& measured_tau,
+  void Equations(const effects::JointVectorOf<T>& theta, const loads::PayloadOf<T>& payload,
+                 const effects::Influence<T>* influence, const model::JointVector& measured_tau,
                  LoadedStateOf<T>& state) const;
 
   /// The tip pose including tilting bearings and bending links, in the posture of `state`.
   /// @param g_B  gravity in B [m/s^2]
   template <typename T>
-  PoseOf<T> WithStructure(PoseOf<T> X_BT, const JointVectorOf<T>& theta,
-                          const Influence<T>& influence, const Vec3Of<T>& g_B,
+  PoseOf<T> WithStructure(PoseOf<T> X_BT, const effects::JointVectorOf<T>& theta,
+                          const effects::Influence<T>& influence, const Vec3Of<T>& g_B,
                           const LoadedStateOf<T>& state) const;
 
   /// Tip pose in B without load and deflection, as computed by the controller.
-  Pose UnloadedTip(const JointVector& q) const;
+  Pose UnloadedTip(const model::JointVector& q) const;
 
   /// Copy of `conditions` with q and the values declared by the cell filled in.
-  Conditions ConditionsAt(const JointVector& q, const Conditions& conditions) const;
+  effects::Conditions ConditionsAt(const model::JointVector& q,
+                                   const effects::Conditions& conditions) const;
 
  private:
-  Chain chain_;
-  GravityLoads loads_;
-  TipCompliance tip_compliance_;
+  kinematics::Chain chain_;
+  loads::GravityLoads loads_;
+  beam::TipCompliance tip_compliance_;
   Pose X_WB_, X_FT_;
   Vec3 base_rpy_;
   Vec3 g_W_;
@@ -148,16 +149,16 @@ class LoadedArm {
   bool torques_missing_ = false;
   bool effect_torques_missing_ = false;
   bool centres_guessed_ = false;
-  JointVector compliance_;
-  std::vector<ActiveEffect> effects_;
+  model::JointVector compliance_;
+  std::vector<effects::ActiveEffect> effects_;
   DistanceGrowth growth_;
   std::optional<Pose> X_WC_;  ///< pose of the measuring camera
   bool ranges_;               ///< ranges are measured, not positions
-  Conditions declared_;
+  effects::Conditions declared_;
 };
 
 /// The cell with base and tip of one session. The cell is returned unchanged if it has no sessions;
 /// an unknown `id` selects the last session.
-CellModel CellOfSession(const CellModel& cell, const std::string& id);
+model::CellModel CellOfSession(const model::CellModel& cell, const std::string& id);
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -7,7 +7,7 @@
 
 #include "firmware-like/statistics/random_sequence.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 namespace {
 
 constexpr int kPostures = 400;
@@ -34,21 +34,21 @@ ClassFigures FiguresOf(ArmClass arm_class) {
 }
 
 /// Vector from the joint's axis to the end of its link, in the link's DH frame.
-Vec3 LinkVector(const Robot& robot, int joint) {
+Vec3 LinkVector(const model::Robot& robot, int joint) {
   const auto k = static_cast<std::size_t>(joint);
-  if (robot.convention == DhConvention::kDistal) {
-    const Joint& own = robot.joints[k];
+  if (robot.convention == model::DhConvention::kDistal) {
+    const model::Joint& own = robot.joints[k];
     const double ca = std::cos(own.alpha_rad), sa = std::sin(own.alpha_rad);
     return {own.a_m, sa * own.d_m, ca * own.d_m};
   }
   if (k + 1 == robot.joints.size()) return Vec3::Zero();
-  const Joint& next = robot.joints[k + 1];
+  const model::Joint& next = robot.joints[k + 1];
   return {next.a_m, -std::sin(next.alpha_rad) * next.d_m, std::cos(next.alpha_rad) * next.d_m};
 }
 
 /// Midpoint of the link, in the link's DH frame.
-Vec3 MiddleOfLink(const Robot& robot, int joint) {
-  const double half = robot.convention == DhConvention::kDistal ? -0.5 : 0.5;
+Vec3 MiddleOfLink(const model::Robot& robot, int joint) {
+  const double half = robot.convention == model::DhConvention::kDistal ? -0.5 : 0.5;
   return half * LinkVector(robot, joint);
 }
 
@@ -59,14 +59,14 @@ struct Roles {
   int elbow = -1;  // none
 };
 
-Roles RolesOf(const Chain& chain) {
-  Posture zero;
-  chain.Evaluate(JointVector::Zero(chain.size()), zero);
+Roles RolesOf(const kinematics::Chain& chain) {
+  kinematics::Posture zero;
+  chain.Evaluate(model::JointVector::Zero(chain.size()), zero);
   const auto parallel = [&](int a, int b) {
     return std::abs(zero.axis_B[static_cast<std::size_t>(a)].dot(
                zero.axis_B[static_cast<std::size_t>(b)])) > kParallel;
   };
-  const auto turns = [&](int i) { return chain.type(i) == JointType::kRevolute; };
+  const auto turns = [&](int i) { return chain.type(i) == model::JointType::kRevolute; };
   Roles roles;
   int first = 0;
   while (first < chain.size() && !turns(first)) ++first;
@@ -85,7 +85,7 @@ Roles RolesOf(const Chain& chain) {
 /// Fills in the link masses; undeclared ones in proportion to the declared ones. If no mass is
 /// declared, only the proportions are meaningful.
 /// @return  true if at least half of the mass lifted by the shoulder is declared
-bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors) {
+bool FillLinks(const model::Robot& robot, const Roles& roles, DeflectionPriors& priors) {
   constexpr double kBase = 0.30, kUpperArm = 0.35, kForearm = 0.20, kWrist = 0.15;
   const int n = robot.size();
   const int elbow = roles.elbow >= 0 ? roles.elbow : n;
@@ -97,7 +97,7 @@ bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors)
   };
   double known_kg = 0, known_share = 0, lifted_share = 0, all_lifted_share = 0;
   for (int i = 0; i < n; ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
     if (i >= roles.shoulder) all_lifted_share += share(i);
     if (joint.link_mass_kg.value_or(0) <= 0) continue;
     known_kg += *joint.link_mass_kg;
@@ -106,13 +106,14 @@ bool FillLinks(const Robot& robot, const Roles& roles, DeflectionPriors& priors)
   }
   const double arm_kg = known_kg > 0 ? known_kg / known_share : 1.0;
   for (int i = 0; i < n; ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
     DeflectionPriors::Link& link = priors.links[static_cast<std::size_t>(i)];
     link.com_L = joint.link_com_m.value_or(MiddleOfLink(robot, i));
     if (!joint.link_com_m) link.com_sd_L = 0.2 * LinkVector(robot, i);
     // The model puts an undeclared centre at the frame of a proximal (mdh) joint; see
     // loads/gravity.
-    if (joint.link_mass_kg && !joint.link_com_m && robot.convention == DhConvention::kProximal) {
+    if (joint.link_mass_kg && !joint.link_com_m &&
+        robot.convention == model::DhConvention::kProximal) {
       link.com_shift_L = link.com_L;
     }
     link.mass_kg = joint.link_mass_kg.value_or(share(i) * arm_kg);
@@ -132,23 +133,24 @@ struct TorqueSample {
   }
 };
 
-TorqueSample SampleTorques(const Robot& robot, const Chain& chain, const DeflectionPriors& priors) {
+TorqueSample SampleTorques(const model::Robot& robot, const kinematics::Chain& chain,
+                           const DeflectionPriors& priors) {
   const int n = chain.size();
   const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
-  RandomSequence random(1);
+  statistics::RandomSequence random(1);
   TorqueSample sample{Eigen::MatrixXd::Zero(kPostures, n), Eigen::MatrixXd::Zero(kPostures, n)};
-  JointVector q(n);
-  Posture posture;
+  model::JointVector q(n);
+  kinematics::Posture posture;
   for (int row = 0; row < kPostures; ++row) {
     for (int i = 0; i < n; ++i) {
-      const double most = chain.type(i) == JointType::kRevolute ? std::numbers::pi : 1.0;
+      const double most = chain.type(i) == model::JointType::kRevolute ? std::numbers::pi : 1.0;
       const double low = std::max(chain.lower()[i], -most), high = std::min(chain.upper()[i], most);
       q[i] = low < high ? low + random.Uniform() * (high - low) : low;
     }
     chain.Evaluate(q, posture);
     for (int j = 0; j < n; ++j) {
       const auto k = static_cast<std::size_t>(j);
-      if (chain.type(j) != JointType::kRevolute) {
+      if (chain.type(j) != model::JointType::kRevolute) {
         sample.unit(row, j) = posture.axis_B[k].dot(g_B);
         continue;
       }
@@ -180,17 +182,17 @@ ArmClass ClassOf(int joints, double shoulder_Nm) {
 }
 
 /// True if the cell, or one of its effects, declares the compliance of this joint.
-bool Declares(const Joint& joint, const Influence<double>& effects, int i) {
-  using I = Influence<double>;
+bool Declares(const model::Joint& joint, const effects::Influence<double>& effects, int i) {
+  using I = effects::Influence<double>;
   return joint.compliance_rad_per_Nm || effects.Joint(I::kCompliance, i) != 0 ||
          effects.Joint(I::kHardening, i) != 0;
 }
 
 }  // namespace
 
-DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
-  const Robot& robot = cell.robot;
-  const Chain& chain = arm.chain();
+DeflectionPriors PriorsOf(const model::CellModel& cell, const LoadedArm& arm) {
+  const model::Robot& robot = cell.robot;
+  const kinematics::Chain& chain = arm.chain();
   const int n = chain.size();
   const Roles roles = RolesOf(chain);
   DeflectionPriors priors;
@@ -221,7 +223,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
 
   const double shoulder_Nm = sample.Largest(roles.shoulder, priors.rated_payload_kg);
   int revolute = 0;
-  for (int i = 0; i < n; ++i) revolute += chain.type(i) == JointType::kRevolute ? 1 : 0;
+  for (int i = 0; i < n; ++i) revolute += chain.type(i) == model::JointType::kRevolute ? 1 : 0;
   priors.arm_class = ClassOf(revolute, shoulder_Nm);
   priors.complete = lifts || robot.g_W.isZero(0);
   const ClassFigures figures = FiguresOf(priors.arm_class);
@@ -232,13 +234,13 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
   const double shoulder_compliance =
       figures.shoulder_rad.median / std::max({1e-9, shoulder_Nm, lifts ? 0.0 : typical_Nm});
 
-  Influence<double> effects;
-  AddEffects(arm.effects(), arm.ConditionsAt(JointVector::Zero(n), {}), effects);
+  effects::Influence<double> effects;
+  effects::AddEffects(arm.effects(), arm.ConditionsAt(model::JointVector::Zero(n), {}), effects);
   const Vec3 g_B = robot.X_WB.R.transpose() * robot.g_W;
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
     if (Declares(robot.joints[k], effects, i)) continue;
-    if (chain.type(i) != JointType::kRevolute) {
+    if (chain.type(i) != model::JointType::kRevolute) {
       priors.complete = priors.complete && sample.LargestPull(i) <= 1e-3 * g_B.norm();
       continue;
     }
@@ -255,7 +257,7 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
           LogNormal{shoulder_compliance / ratio.median, std::hypot(shoulder_sigma, ratio.sigma_ln)};
     }
   }
-  using I = Influence<double>;
+  using I = effects::Influence<double>;
   if (effects[I::kRootCompliance] == 0) priors.root_tilt_rad = LogNormal{0.5e-3, 0.7};
   if (effects[I::kPedestalCompliance] == 0) {
     priors.base_compliance_rad_per_Nm =
@@ -264,4 +266,4 @@ DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm) {
   return priors;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -6,7 +6,7 @@
 
 #include "firmware-like/deflection/loaded_arm.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// A positive quantity known to an order of magnitude: its logarithm is normal.
 struct LogNormal {
@@ -69,7 +69,7 @@ struct DeflectionPriors {
   bool complete = true;
 
   /// [rad/(N m)]; empty: declared by the cell or by one of its effects, or prismatic.
-  std::array<std::optional<LogNormal>, kMaxJoints> compliance;
+  std::array<std::optional<LogNormal>, model::kMaxJoints> compliance;
   double common_sigma_ln = 0;  ///< part of every compliance's sigma_ln that is common to the arm
 
   struct Link {
@@ -80,13 +80,13 @@ struct DeflectionPriors {
     /// com_L minus the centre that the model assumes for a mass declared without a centre [m].
     Vec3 com_shift_L = Vec3::Zero();
   };
-  std::array<Link, kMaxJoints> links;
+  std::array<Link, model::kMaxJoints> links;
 
   std::optional<LogNormal> root_tilt_rad;  ///< under the moment that the coupling is sized for
   std::optional<LogNormal> base_compliance_rad_per_Nm;
 };
 
 /// Determines the priors of a cell. Samples 400 postures; not for the control cycle.
-DeflectionPriors PriorsOf(const CellModel& cell, const LoadedArm& arm);
+DeflectionPriors PriorsOf(const model::CellModel& cell, const LoadedArm& arm);
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -8,13 +8,14 @@
 
 #include "firmware-like/deflection/equations.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 namespace {
 
-using I = Influence<double>;
+using I = effects::Influence<double>;
 /// Wide enough for the joints of most arms, if every wanted entry has a closed form.
 using NarrowDual = ceres::Jet<double, 8>;
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints, kMaxJoints>;
+using Square =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, model::kMaxJoints, model::kMaxJoints>;
 
 /// Joint entries that act only through the deflection s; the tip depends on them only via the
 /// posture.
@@ -48,12 +49,12 @@ bool ActsOnReadingOnly(int entry) {
 /// True for an entry whose derivative has a closed form: structural deflection of a joint, tilt of
 /// the base, and the errors of ranges, which do not affect a position.
 bool HasClosedForm(int entry) {
-  return (entry >= I::kBearing * kMaxJoints && entry < I::kFirst) ||
+  return (entry >= I::kBearing * model::kMaxJoints && entry < I::kFirst) ||
          (entry >= I::kBaseTilt && entry < I::kTip) || entry >= I::kRangeZero;
 }
 
 bool WantsStructure(const InfluenceSet& wanted) {
-  for (int entry = I::kBearing * kMaxJoints; entry < I::kFirst; ++entry) {
+  for (int entry = I::kBearing * model::kMaxJoints; entry < I::kFirst; ++entry) {
     if (wanted[static_cast<std::size_t>(entry)]) return true;
   }
   return false;
@@ -74,9 +75,9 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
                 std::array<int, I::kSize>& entries) {
   int count = 0;
   for (int entry = 0; entry < I::kSize; ++entry) {
-    const bool of_joint = entry < I::kJointEntries * kMaxJoints;
-    if (entry < kSagEntries * kMaxJoints) continue;
-    if (of_joint && entry % kMaxJoints >= arm.size()) continue;
+    const bool of_joint = entry < I::kJointEntries * model::kMaxJoints;
+    if (entry < kSagEntries * model::kMaxJoints) continue;
+    if (of_joint && entry % model::kMaxJoints >= arm.size()) continue;
     if (HasClosedForm(entry) || (!arm.read_by_camera() && ActsOnReadingOnly(entry))) continue;
     if (wanted[static_cast<std::size_t>(entry)]) entries[static_cast<std::size_t>(count++)] = entry;
   }
@@ -84,13 +85,13 @@ int DualEntries(const LoadedArm& arm, const InfluenceSet& wanted,
 }
 
 /// Factor by which an instrument other than a camera enlarges the reported position.
-double Enlargement(const LoadedArm& arm, const Influence<double>& influence) {
+double Enlargement(const LoadedArm& arm, const effects::Influence<double>& influence) {
   return arm.read_by_range() ? 1 : 1 + influence[I::kScale];
 }
 
 /// Closed forms without a measuring camera: p = (1 + scale) (p_WB + R_WB (... + R_BF tip)); scale
 /// is 0 for ranges.
-void AddReadingEntries(const LoadedArm& arm, const Influence<double>& influence,
+void AddReadingEntries(const LoadedArm& arm, const effects::Influence<double>& influence,
                        const InfluenceSet& wanted, Sensitivity& sensitivity) {
   const double enlarged = Enlargement(arm, influence);
   const LoadedStateOf<double>& state = sensitivity.state;
@@ -103,7 +104,7 @@ void AddReadingEntries(const LoadedArm& arm, const Influence<double>& influence,
 }
 
 /// d (reported position) / d (position of the tip).
-Mat3 ReadingPerPlace(const LoadedArm& arm, const Influence<double>& influence,
+Mat3 ReadingPerPlace(const LoadedArm& arm, const effects::Influence<double>& influence,
                      const Sensitivity& sensitivity) {
   if (arm.read_by_camera()) return sensitivity.dp.middleCols<3>(I::kBase);
   return Enlargement(arm, influence) * Mat3::Identity();
@@ -125,7 +126,7 @@ Vec3 RotationDerivative(const Mat3Of<T>& R, int variable) {
 }
 
 /// A tilt rotates the arm rigidly, while gravity rotates the opposite way in B; first order.
-void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
+void AddTiltEntries(const LoadedArm& arm, const effects::Influence<double>& influence,
                     const InfluenceSet& wanted, Sensitivity& sensitivity) {
   const Mat3 reading = ReadingPerPlace(arm, influence, sensitivity);
   const Vec3 arm_W = sensitivity.state.X_WT.p - arm.X_WB().p - influence.Vector(I::kBase);
@@ -140,16 +141,16 @@ void AddTiltEntries(const LoadedArm& arm, const Influence<double>& influence,
 
 /// Each structural deflection moves the tip rigidly; the motion is then rotated by the structure
 /// further inboard, by the lean and by the base.
-void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
-                         const Influence<double>& influence, const InfluenceSet& wanted,
+void AddStructureEntries(const LoadedArm& arm, const model::JointVector& theta,
+                         const effects::Influence<double>& influence, const InfluenceSet& wanted,
                          Sensitivity& sensitivity) {
-  constexpr std::size_t kMost = kMaxJoints * kStructureEntries.size();
+  constexpr std::size_t kMost = model::kMaxJoints * kStructureEntries.size();
   const LoadedStateOf<double>& state = sensitivity.state;
   const Pose& X_BF = state.posture.X_BF();
   Mat3 R_BT = X_BF.R * SmallRotation<double>(state.slope_F);
   Vec3 p_B = X_BF * Vec3(arm.X_FT().p + influence.Vector(I::kTip) + state.bend_F);
-  OutboardMassesOf<double> outboard;
-  JointVector tau;
+  loads::OutboardMassesOf<double> outboard;
+  model::JointVector tau;
   const Vec3 g_B = X_BF.R * state.tool.g_F;
   arm.loads().Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
   Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost> columns(3, kMost), turns(3, kMost);
@@ -166,7 +167,7 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
         columns.leftCols(count) = (R * columns.leftCols(count)).eval();
         turns.leftCols(count) = (R * turns.leftCols(count)).eval();
       }
-      entries[static_cast<std::size_t>(count)] = kStructureEntries[k] * kMaxJoints + i;
+      entries[static_cast<std::size_t>(count)] = kStructureEntries[k] * model::kMaxJoints + i;
       columns.col(count) = motions[k].turn.cross(lever) + motions[k].shift;
       turns.col(count++) = motions[k].turn;
       p_B = motions[k].centre + lever + size * motions[k].shift;
@@ -185,8 +186,8 @@ void AddStructureEntries(const LoadedArm& arm, const JointVector& theta,
 }
 
 /// Adds the entries with closed forms, and clears entries that were only their ingredients.
-void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
-                    const Influence<double>& influence, const InfluenceSet& wanted,
+void AddClosedForms(const LoadedArm& arm, const model::JointVector& theta,
+                    const effects::Influence<double>& influence, const InfluenceSet& wanted,
                     const InfluenceSet& ingredients, Sensitivity& sensitivity) {
   if (WantsStructure(wanted)) AddStructureEntries(arm, theta, influence, wanted, sensitivity);
   AddTiltEntries(arm, influence, wanted, sensitivity);
@@ -200,28 +201,28 @@ void AddClosedForms(const LoadedArm& arm, const JointVector& theta,
 
 /// Partial derivatives of tip and deflection, combined by the implicit function theorem.
 struct PartialDerivatives {
-  Eigen::Matrix<double, 3, kMaxJoints> p_theta, r_theta;
+  Eigen::Matrix<double, 3, model::kMaxJoints> p_theta, r_theta;
   Square s_theta;
-  Eigen::Matrix<double, kMaxJoints, I::kSize> s_x =
-      Eigen::Matrix<double, kMaxJoints, I::kSize>::Zero();
+  Eigen::Matrix<double, model::kMaxJoints, I::kSize> s_x =
+      Eigen::Matrix<double, model::kMaxJoints, I::kSize>::Zero();
 };
 
 /// Derivatives with respect to theta and to `entries` by dual numbers of type T, processed in
 /// batches of T's width. The derivatives of the tip with respect to the entries are stored in
 /// `sensitivity`.
 template <typename T>
-void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload& payload,
-                   const Influence<double>& influence, const JointVector& measured_tau,
-                   std::span<const int> entries, bool with_turn, PartialDerivatives& partial,
-                   Sensitivity& sensitivity) {
+void Differentiate(const LoadedArm& arm, const model::JointVector& theta,
+                   const loads::Payload& payload, const effects::Influence<double>& influence,
+                   const model::JointVector& measured_tau, std::span<const int> entries,
+                   bool with_turn, PartialDerivatives& partial, Sensitivity& sensitivity) {
   constexpr int kWidth = T::DIMENSION;
   const int n = arm.size();
   const int variables = n + static_cast<int>(entries.size());
-  const PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>()};
+  const loads::PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>()};
   LoadedStateOf<T> state;
   for (int first = 0; first < variables; first += kWidth) {
-    JointVectorOf<T> theta_dual = theta.cast<T>();
-    Influence<T> influence_dual;
+    effects::JointVectorOf<T> theta_dual = theta.cast<T>();
+    effects::Influence<T> influence_dual;
     for (int k = 0; k < I::kSize; ++k) influence_dual[k].a = influence[k];
     const int count = std::min(kWidth, variables - first);
     for (int k = 0; k < count; ++k) {
@@ -254,12 +255,13 @@ void Differentiate(const LoadedArm& arm, const JointVector& theta, const Payload
 
 }  // namespace
 
-bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                   const Influence<double>& influence, const JointVector& measured_tau,
-                   const InfluenceSet& wanted, Sensitivity& sensitivity, bool with_turn) {
+bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q, const loads::Payload& payload,
+                   const effects::Influence<double>& influence,
+                   const model::JointVector& measured_tau, const InfluenceSet& wanted,
+                   Sensitivity& sensitivity, bool with_turn) {
   if (!arm.AtCommanded(q, payload, &influence, measured_tau, sensitivity.state)) return false;
   const int n = arm.size();
-  const JointVector theta = q + sensitivity.state.sag;
+  const model::JointVector theta = q + sensitivity.state.sag;
   sensitivity.p_W = sensitivity.state.p_read_W;
   sensitivity.dp.setZero();
   sensitivity.dr.setZero();
@@ -271,14 +273,14 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   PartialDerivatives partial;
   partial.s_theta.resize(n, n);
   const bool few = n + dual_entries <= NarrowDual::DIMENSION;
-  const auto differentiate = few ? Differentiate<NarrowDual> : Differentiate<Dual>;
+  const auto differentiate = few ? Differentiate<NarrowDual> : Differentiate<effects::Dual>;
   differentiate(arm, theta, payload, influence, measured_tau, entries, with_turn, partial,
                 sensitivity);
   for (int i = 0; i < n; ++i) {
     const double tau = measured_tau.size() > i ? measured_tau[i] : sensitivity.state.tau[i];
     const double compliance = arm.compliance(i) + influence.Joint(I::kCompliance, i);
     for (int kind = 0; kind < kSagEntries; ++kind) {
-      const int entry = kind * kMaxJoints + i;
+      const int entry = kind * model::kMaxJoints + i;
       if (!wanted[static_cast<std::size_t>(entry)]) continue;
       partial.s_x(i, entry) = SagDerivative(kind, compliance, influence.Joint(I::kTorque, i), tau);
     }
@@ -294,10 +296,10 @@ bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& pa
   return true;
 }
 
-bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                   const Influence<double>& influence, const JointVector& measured_tau,
-                   Sensitivity& sensitivity) {
+bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q, const loads::Payload& payload,
+                   const effects::Influence<double>& influence,
+                   const model::JointVector& measured_tau, Sensitivity& sensitivity) {
   return SensitivityAt(arm, q, payload, influence, measured_tau, InfluenceSet{}.set(), sensitivity);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -5,14 +5,14 @@
 
 #include "firmware-like/deflection/loaded_arm.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// A subset of the entries of Influence.
-using InfluenceSet = std::bitset<Influence<double>::kSize>;
+using InfluenceSet = std::bitset<effects::Influence<double>::kSize>;
 
 /// Predicted measurement and its derivatives.
 struct Sensitivity {
-  using Gradient = Eigen::Matrix<double, 3, Influence<double>::kSize>;
+  using Gradient = Eigen::Matrix<double, 3, effects::Influence<double>::kSize>;
 
   Vec3 p_W = Vec3::Zero();  ///< tip position reported by the instrument [m]
   /// d p_W / d influence, including the change of the deflected posture; zero for joints that the
@@ -31,14 +31,16 @@ struct Sensitivity {
 /// @param wanted     entries whose derivative is required; the columns of the others are zero
 /// @param with_turn  also compute dr
 /// @return           false if the posture does not converge
-[[nodiscard]] bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                                 const Influence<double>& influence,
-                                 const JointVector& measured_tau, const InfluenceSet& wanted,
+[[nodiscard]] bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q,
+                                 const loads::Payload& payload,
+                                 const effects::Influence<double>& influence,
+                                 const model::JointVector& measured_tau, const InfluenceSet& wanted,
                                  Sensitivity& sensitivity, bool with_turn = false);
 
 /// The same for every entry.
-[[nodiscard]] bool SensitivityAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                                 const Influence<double>& influence,
-                                 const JointVector& measured_tau, Sensitivity& sensitivity);
+[[nodiscard]] bool SensitivityAt(const LoadedArm& arm, const model::JointVector& q,
+                                 const loads::Payload& payload,
+                                 const effects::Influence<double>& influence,
+                                 const model::JointVector& measured_tau, Sensitivity& sensitivity);
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -9,7 +9,7 @@
 #include "firmware-like/kinematics/chain.h"
 #include "firmware-like/loads/gravity.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// Motion of everything outboard per unit of its influence entry: a rotation about `centre`, then a
 /// translation. In B.
@@ -24,8 +24,9 @@ struct OutboardMotionOf {
 /// moves relative to the link, then the link moves with the carriage in its guide, then with the
 /// bearing or beam.
 inline constexpr std::array kStructureEntries = {
-    Influence<double>::kLinkTorsion, Influence<double>::kLinkBending,
-    Influence<double>::kGuideTiltX, Influence<double>::kGuideTiltY, Influence<double>::kBearing};
+    effects::Influence<double>::kLinkTorsion, effects::Influence<double>::kLinkBending,
+    effects::Influence<double>::kGuideTiltX, effects::Influence<double>::kGuideTiltY,
+    effects::Influence<double>::kBearing};
 
 /// Motion of the end of a cantilever per unit of L / (E I), under the moments at its root and its
 /// tip. The moment decreases linearly from root to tip.
@@ -73,8 +74,8 @@ OutboardMotionOf<T> GuideMotion(const Vec3Of<T>& carriage, const Vec3Of<T>& acro
 /// @param theta  actual position of the joint [rad] or [m]
 template <typename T>
 std::array<OutboardMotionOf<T>, kStructureEntries.size()> StructureMotions(
-    const Chain& chain, const PostureOf<T>& posture, const OutboardMassesOf<T>& outboard,
-    const Vec3Of<T>& g_B, int joint, const T& theta) {
+    const kinematics::Chain& chain, const kinematics::PostureOf<T>& posture,
+    const loads::OutboardMassesOf<T>& outboard, const Vec3Of<T>& g_B, int joint, const T& theta) {
   const auto i = static_cast<std::size_t>(joint);
   const auto moment = [&](std::size_t beyond, const Vec3Of<T>& about) {
     return Vec3Of<T>((outboard[beyond].kg_m - outboard[beyond].kg * about).cross(g_B));
@@ -86,7 +87,7 @@ std::array<OutboardMotionOf<T>, kStructureEntries.size()> StructureMotions(
   OutboardMotionOf<T> torsion, guide_x, guide_y, bearing;
   const T length2 = link.squaredNorm();
   if (length2 > T(1e-12)) torsion = {link * (link.dot(M_end) / length2), end, Vec3Of<T>::Zero()};
-  if (chain.type(joint) == JointType::kRevolute) {
+  if (chain.type(joint) == model::JointType::kRevolute) {
     bearing = {M_start - axis * axis.dot(M_start), start, Vec3Of<T>::Zero()};
   } else {
     using std::abs;
@@ -106,14 +107,14 @@ std::array<OutboardMotionOf<T>, kStructureEntries.size()> StructureMotions(
 
 /// True if any structural entry is nonzero.
 template <typename T>
-bool StructureYields(const Influence<T>& influence, int joints) {
+bool StructureYields(const effects::Influence<T>& influence, int joints) {
   for (const auto entry : kStructureEntries) {
     for (int joint = 0; joint < joints; ++joint) {
-      const auto same = static_cast<typename Influence<T>::JointEntry>(entry);
+      const auto same = static_cast<typename effects::Influence<T>::JointEntry>(entry);
       if (!(influence.Joint(same, joint) == T(0))) return true;
     }
   }
   return false;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -6,32 +6,33 @@
 #include "firmware-like/deflection/sensitivity.h"
 #include "firmware-like/statistics/chi_square.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double resolution) {
-  Jacobian jacobian;
+  kinematics::Jacobian jacobian;
   arm.chain().JacobianAt(state.posture, state.X_BT.p, jacobian);
   return resolution * resolution / 12 * jacobian.topRows<3>() * jacobian.topRows<3>().transpose();
 }
 
 namespace {
 
-bool HasCovariance(const ActiveEffect& active) {
+bool HasCovariance(const effects::ActiveEffect& active) {
   return active.covariance.rows() == static_cast<Eigen::Index>(active.values.size());
 }
 
 /// Writes d(influence)/d(parameter) of one effect to `slopes` and adds its nonzero entries to
 /// `touched`.
-void SlopesOf(const ActiveEffect& active, const Conditions& moment, std::span<Dual> values,
-              Eigen::Ref<Eigen::MatrixXd> slopes, InfluenceSet& touched) {
+void SlopesOf(const effects::ActiveEffect& active, const effects::Conditions& moment,
+              std::span<effects::Dual> values, Eigen::Ref<Eigen::MatrixXd> slopes,
+              InfluenceSet& touched) {
   const auto count = static_cast<int>(values.size());
-  for (int first = 0; first < count; first += kDualWidth) {
-    for (std::size_t k = 0; k < values.size(); ++k) values[k] = Dual(active.values[k]);
-    const int last = std::min(count, first + kDualWidth);
+  for (int first = 0; first < count; first += effects::kDualWidth) {
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = effects::Dual(active.values[k]);
+    const int last = std::min(count, first + effects::kDualWidth);
     for (int k = first; k < last; ++k) values[static_cast<std::size_t>(k)].v[k - first] = 1;
-    Influence<Dual> slope;
+    effects::Influence<effects::Dual> slope;
     active.term.effect->Add(active.term, values, moment, slope);
-    for (int entry = 0; entry < Influence<double>::kSize; ++entry) {
+    for (int entry = 0; entry < effects::Influence<double>::kSize; ++entry) {
       for (int k = first; k < last; ++k) {
         slopes(entry, k) = slope[entry].v[k - first];
         if (slopes(entry, k) != 0) touched.set(static_cast<std::size_t>(entry));
@@ -44,7 +45,7 @@ void SlopesOf(const ActiveEffect& active, const Conditions& moment, std::span<Du
 
 EffectScratch::EffectScratch(const LoadedArm& arm) {
   std::size_t most = 0, all = 0;
-  for (const ActiveEffect& active : arm.effects()) {
+  for (const effects::ActiveEffect& active : arm.effects()) {
     most = std::max(most, active.values.size());
     all += active.values.size();
   }
@@ -54,23 +55,24 @@ EffectScratch::EffectScratch(const LoadedArm& arm) {
   weighted.resize(3, static_cast<Eigen::Index>(most));
 }
 
-Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                      const Conditions& conditions) {
+Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
+                      const loads::Payload& payload, const effects::Conditions& conditions) {
   EffectScratch scratch(arm);
   return EffectCovariance(arm, q, payload, conditions, scratch);
 }
 
-Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                      const Conditions& conditions, EffectScratch& scratch) {
+Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
+                      const loads::Payload& payload, const effects::Conditions& conditions,
+                      EffectScratch& scratch) {
   Mat3 covariance = Mat3::Zero();
   if (arm.effects().empty()) return covariance;
-  Conditions moment = arm.ConditionsAt(q, conditions);
-  const Influence<double> influence = arm.EffectsAt(moment);
+  effects::Conditions moment = arm.ConditionsAt(q, conditions);
+  const effects::Influence<double> influence = arm.EffectsAt(moment);
   InfluenceSet touched;
   Eigen::Index at = 0;
-  for (const ActiveEffect& active : arm.effects()) {
+  for (const effects::ActiveEffect& active : arm.effects()) {
     if (!HasCovariance(active)) continue;
-    moment.t_s = TimeSeen(active, conditions.t_s);
+    moment.t_s = effects::TimeSeen(active, conditions.t_s);
     const auto count = static_cast<Eigen::Index>(active.values.size());
     SlopesOf(active, moment, std::span(scratch.values.data(), active.values.size()),
              scratch.slopes.middleCols(at, count), touched);
@@ -82,7 +84,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload&
     return covariance;
   }
   at = 0;
-  for (const ActiveEffect& active : arm.effects()) {
+  for (const effects::ActiveEffect& active : arm.effects()) {
     if (!HasCovariance(active)) continue;
     const auto count = static_cast<Eigen::Index>(active.values.size());
     auto columns = scratch.columns.leftCols(count);
@@ -101,7 +103,8 @@ double RadiusHolding95Percent(const Mat3& covariance) {
   if (trace <= 0) return 0;
   const double trace_of_square = covariance.squaredNorm();
   const double freedom = trace * trace / trace_of_square;
-  return std::sqrt(trace / freedom * ChiSquareQuantileNear(kNormal95, freedom));
+  return std::sqrt(trace / freedom *
+                   statistics::ChiSquareQuantileNear(statistics::kNormal95, freedom));
 }
 
 namespace {
@@ -109,7 +112,7 @@ namespace {
 /// True for a load that is not one of the few measured ones. With measurements at only two loads, a
 /// deflection proportional to the load, one with its square, and a clearance that any load takes up
 /// fit equally well, but differ between these loads.
-bool BetweenLevels(const Domain& domain, double payload_kg) {
+bool BetweenLevels(const model::Domain& domain, double payload_kg) {
   constexpr double kSameLoad = 0.05;  // of the range of the loads
   const std::vector<double>& levels = domain.payload_levels_kg;
   if (levels.size() < 2) return false;
@@ -120,23 +123,25 @@ bool BetweenLevels(const Domain& domain, double payload_kg) {
 
 }  // namespace
 
-bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
-                   std::optional<double> temp_C, std::optional<double> t_s) {
+bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
+                   std::optional<double> payload_kg, std::optional<double> temp_C,
+                   std::optional<double> t_s) {
   for (int i = 0; i < cell.robot.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    const Joint& joint = cell.robot.joints[k];
-    const Interval interval = cell.domain ? cell.domain->q[k] : Interval{joint.min, joint.max};
+    const model::Joint& joint = cell.robot.joints[k];
+    const model::Interval interval =
+        cell.domain ? cell.domain->q[k] : model::Interval{joint.min, joint.max};
     if (!interval.Contains(q[i])) return true;
   }
   if (!cell.domain) return false;
-  const auto outside = [](const std::optional<Interval>& seen, std::optional<double> value) {
+  const auto outside = [](const std::optional<model::Interval>& seen, std::optional<double> value) {
     return seen && value && !seen->Contains(*value);
   };
-  for (const WrittenEffect& effect : cell.effects) {
+  for (const model::WrittenEffect& effect : cell.effects) {
     if (outside(effect.seen_t_s, t_s)) return true;
   }
   return outside(cell.domain->payload_kg, payload_kg) || outside(cell.domain->temp_C, temp_C) ||
          (payload_kg && BetweenLevels(*cell.domain, *payload_kg));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -5,7 +5,7 @@
 
 #include "firmware-like/deflection/loaded_arm.h"
 
-namespace plumbline {
+namespace plumbline::deflection {
 
 /// Covariance of the tip in B [m^2] due to the resolution of the joint registers: uniform within a
 /// step, variance resolution^2 / 12.
@@ -15,9 +15,9 @@ Mat3 ReadingCovariance(const LoadedArm& arm, const LoadedState& state, double re
 /// Scratch memory for EffectCovariance, sized for the effects of one arm.
 struct EffectScratch {
   explicit EffectScratch(const LoadedArm& arm);
-  std::vector<Dual> values;
+  std::vector<effects::Dual> values;
   /// d(influence)/d(parameter), one column per parameter of all effects in turn.
-  Eigen::Matrix<double, Influence<double>::kSize, Eigen::Dynamic> slopes;
+  Eigen::Matrix<double, effects::Influence<double>::kSize, Eigen::Dynamic> slopes;
   Eigen::Matrix<double, 3, Eigen::Dynamic> columns, weighted;
 };
 
@@ -27,11 +27,12 @@ struct EffectScratch {
 /// effect e and the share that the distance from the fitted poses leaves (distance_growth.h).
 /// An effect without a covariance contributes nothing. Zero if the deflected posture does not
 /// converge.
-Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                      const Conditions& conditions);
+Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
+                      const loads::Payload& payload, const effects::Conditions& conditions);
 /// The same without allocation.
-Mat3 EffectCovariance(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-                      const Conditions& conditions, EffectScratch& scratch);
+Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
+                      const loads::Payload& payload, const effects::Conditions& conditions,
+                      EffectScratch& scratch);
 
 /// Radius [m] of the sphere that contains 95 % of a zero-mean normal error with covariance C [m^2].
 /// |e|^2 is approximated by a chi^2_nu with a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite
@@ -41,7 +42,8 @@ double RadiusHolding95Percent(const Mat3& covariance);
 
 /// True if q, payload or temperature lie outside the domain of the model's fit, or the time outside
 /// that of a time-dependent effect. Without a domain: true if q is outside the joint limits.
-bool OutsideDomain(const CellModel& cell, const JointVector& q, std::optional<double> payload_kg,
-                   std::optional<double> temp_C, std::optional<double> t_s = std::nullopt);
+bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
+                   std::optional<double> payload_kg, std::optional<double> temp_C,
+                   std::optional<double> t_s = std::nullopt);
 
-}  // namespace plumbline
+}  // namespace plumbline::deflection

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/approach_lag.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ApproachLagFormula {
@@ -32,4 +32,4 @@ const Effect& ApproachLag() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,10 +3,10 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// s_i -= value_i (last move of joint i)   [formats.md]. Unit: 1, the fraction of the move that is
 /// still to come. Valid if the waiting time after each move is the same.
 const Effect& ApproachLag();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

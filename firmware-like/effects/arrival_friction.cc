@@ -1,6 +1,6 @@
 #include "firmware-like/effects/arrival_friction.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ArrivalFrictionFormula {
@@ -36,4 +36,4 @@ const Effect& ArrivalFriction() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

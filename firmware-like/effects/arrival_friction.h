@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Coulomb friction in a loaded gear grows with the load, mu |tau|, and opposes the motion with
 /// which the joint arrives. It winds up the drive train until the controller considers the target
@@ -13,4 +13,4 @@ namespace plumbline {
 /// compliance. Valid as `following_error`, of which this is the load-dependent part.
 const Effect& ArrivalFriction();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

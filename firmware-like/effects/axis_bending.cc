@@ -1,6 +1,6 @@
 #include "firmware-like/effects/axis_bending.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct AxisBendingFormula {
@@ -13,7 +13,7 @@ struct AxisBendingFormula {
             .parameters = {{.name = "q#",
                             .unit = "1/(N m^2)",
                             .plausible = {0, 1e-3},
-                            .only = JointType::kPrismatic}},
+                            .only = model::JointType::kPrismatic}},
             .needs = {Signal::kWeight},
             .confused_with = {"joint_compliance", "link_bending", "gear_ratio", "link_geometry",
                               "bearing_tilt"},
@@ -36,4 +36,4 @@ const Effect& AxisBending() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

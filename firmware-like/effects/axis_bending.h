@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The beam of a prismatic joint i, extended by x = |q_i| along its axis u, bends under the weight
 /// beyond it, with force F and moment M at the carriage (origin of the joint's frame):
@@ -13,4 +13,4 @@ namespace plumbline {
 /// and a beam of constant section that is clamped where q_i = 0. Needs link masses.
 const Effect& AxisBending();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

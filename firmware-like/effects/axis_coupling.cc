@@ -1,6 +1,6 @@
 #include "firmware-like/effects/axis_coupling.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct AxisCouplingFormula {
@@ -35,4 +35,4 @@ const Effect& AxisCoupling() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The drive of an outer axis runs through the inner ones: bevel gears of a wrist, hollow shafts, a
 /// parallelogram. If the controller's decoupling ratio is wrong by the value, joint i turns with
@@ -13,4 +13,4 @@ namespace plumbline {
 /// every inner joint is at its controller zero. If q_j hardly varies, equivalent to joint_offset.
 const Effect& AxisCoupling();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

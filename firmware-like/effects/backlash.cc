@@ -1,6 +1,6 @@
 #include "firmware-like/effects/backlash.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct BacklashFormula {
@@ -42,4 +42,4 @@ const Effect& Backlash() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// value_i is half the gap [rad]   [formats.md; Whitney, Lozinski & Rourke 1986, J. Dyn. Syst.
 /// Meas. Control 108(1)]. `by` states what holds the joint at one flank:
@@ -13,4 +13,4 @@ namespace plumbline {
 /// zero, where the joint may lie anywhere in its gap.
 const Effect& Backlash();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

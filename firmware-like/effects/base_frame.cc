@@ -1,6 +1,6 @@
 #include "firmware-like/effects/base_frame.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct BaseFrameFormula {
@@ -41,4 +41,4 @@ const Effect& BaseFrame() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The base moves by (x, y, z) in W, and (roll, pitch, yaw) are added to its declared angles:
 ///   X_WB = (R = Rz(yaw) Ry(pitch) Rx(roll), p = p_WB + (x, y, z))
@@ -12,4 +12,4 @@ namespace plumbline {
 /// away from pitch = 90 deg.
 const Effect& BaseFrame();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/base_tilt.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct BaseTiltFormula {
@@ -34,4 +34,4 @@ const Effect& BaseTilt() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

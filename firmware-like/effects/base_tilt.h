@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The base rotates about its origin by value times the inclinometer reading, columns tilt_x_deg
 /// and tilt_y_deg: rotations about x and y of W. Unit: 1; a base that rotates exactly as the
@@ -11,4 +11,4 @@ namespace plumbline {
 /// without the columns.
 const Effect& BaseTilt();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/bearing_tilt.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct BearingTiltFormula {
@@ -14,7 +14,7 @@ struct BearingTiltFormula {
         .parameters = {{.name = "q#",
                         .unit = "rad/(N m)",
                         .plausible = {0, 2e-5},
-                        .only = JointType::kRevolute,
+                        .only = model::JointType::kRevolute,
                         .not_of_first = true}},
         .needs = {Signal::kWeight},
         .confused_with = {"link_bending", "joint_compliance", "pedestal_compliance",
@@ -38,4 +38,4 @@ const Effect& BearingTilt() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

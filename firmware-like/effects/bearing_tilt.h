@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Everything outboard of a revolute joint i rotates about the point o_i of its axis by
 ///   phi = value_i (M_i - axis (axis . M_i))             [rad/(N m)]
@@ -15,4 +15,4 @@ namespace plumbline {
 /// pedestal_compliance.
 const Effect& BearingTilt();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/camera_lens.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct CameraLensFormula {
@@ -31,4 +31,4 @@ const Effect& CameraLens() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The actual k1 exceeds the calibrated one (OpenCV's first radial coefficient) by the value. With
 /// r^2 = (X^2 + Y^2) / Z^2, a ray appears at (1 + k1 r^2) times its angle, and a body there appears
@@ -15,4 +15,4 @@ namespace plumbline {
 /// camera_zoom and camera_tag_size by poses both near the centre and at the edge of the image.
 const Effect& CameraLens();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

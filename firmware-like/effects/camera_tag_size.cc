@@ -1,6 +1,6 @@
 #include "firmware-like/effects/camera_tag_size.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct CameraTagSizeFormula {
@@ -31,4 +31,4 @@ const Effect& CameraTagSize() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The camera scales distances by the configured tag size. If that is (1 + scale) times the actual
 /// size, the tip appears further away along its ray:
@@ -15,4 +15,4 @@ namespace plumbline {
 /// known base, scale |c| above the noise does.
 const Effect& CameraTagSize();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

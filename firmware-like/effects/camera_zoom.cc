@@ -1,6 +1,6 @@
 #include "firmware-like/effects/camera_zoom.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct CameraZoomFormula {
@@ -45,4 +45,4 @@ const Effect& CameraZoom() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// A body of known size is imaged with the focal length f, but its pose is solved with f (1 +
 /// scale). Its image position beside the optical axis is consistent for every depth, X = x Z / f,
@@ -20,4 +20,4 @@ namespace plumbline {
 /// depth.
 const Effect& CameraZoom();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

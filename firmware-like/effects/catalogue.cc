@@ -5,7 +5,7 @@
 
 #include "firmware-like/effects/empirical.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// In the order of the table in the file-format description. A new effect needs only its line here
 /// and its two files.
@@ -73,4 +73,4 @@ const Effect* FindEffect(std::string_view id) {
   return found == catalogue.end() ? nullptr : *found;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -6,7 +6,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// All physical effects, in the order of the table in the file-format description, which is also
 /// the order of summation. Configuration, compensation, diagnosis and report all use this list.
@@ -15,4 +15,4 @@ std::span<const Effect* const> Catalogue();
 /// Looks up an effect by id, in the catalogue or "empirical"; null if there is none.
 const Effect* FindEffect(std::string_view id);
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

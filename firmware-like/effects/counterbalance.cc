@@ -2,12 +2,12 @@
 
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct CounterbalanceFormula {
   enum Parameter { kAmplitude, kPhase };
-  static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
+  static constexpr model::Interval kCircle{-std::numbers::pi, std::numbers::pi};
 
   static EffectTraits Traits() {
     return {.id = "counterbalance",
@@ -42,4 +42,4 @@ const Effect& Counterbalance() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

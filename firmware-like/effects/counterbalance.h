@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// tau_i += amplitude sin(q_i + phase), a torque that moves the arm only through that joint's
 /// compliance, declared or fitted. Units: N m, rad. An absent phase is 0. Over the same data
@@ -11,4 +11,4 @@ namespace plumbline {
 /// whose lever is short compared with its length.
 const Effect& Counterbalance();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

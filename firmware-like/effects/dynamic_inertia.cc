@@ -1,6 +1,6 @@
 #include "firmware-like/effects/dynamic_inertia.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct DynamicInertiaFormula {
@@ -32,4 +32,4 @@ const Effect& DynamicInertia() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

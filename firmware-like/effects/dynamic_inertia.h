@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// s_i -= value_i qdd_i, value_i = compliance times inertia = 1 / (natural frequency)^2
 /// [formats.md; Spong 1987, J. Dyn. Syst. Meas. Control 109(4)]. Unit: s^2. Adds nothing if
@@ -11,4 +11,4 @@ namespace plumbline {
 /// constant inertia.
 const Effect& DynamicInertia();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::effects {
 
 bool IsEventTime(const ParameterSpec& spec) {
   return spec.role == ParameterRole::kShape && (spec.name == "time" || spec.name == "row");
@@ -16,10 +16,10 @@ bool IsOfJointAndLink(const ParameterSpec& spec) {
   return spec.name.find("link#") != std::string_view::npos;
 }
 
-std::uint32_t PrismaticJoints(const Robot& robot) {
+std::uint32_t PrismaticJoints(const model::Robot& robot) {
   std::uint32_t bits = 0;
   for (std::size_t k = 0; k < robot.joints.size(); ++k) {
-    if (robot.joints[k].type == JointType::kPrismatic) bits |= std::uint32_t{1} << k;
+    if (robot.joints[k].type == model::JointType::kPrismatic) bits |= std::uint32_t{1} << k;
   }
   return bits;
 }
@@ -36,7 +36,7 @@ std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int 
   return HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_unit : spec.unit;
 }
 
-const Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint) {
+const model::Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint) {
   return HasOtherUnit(spec, prismatic, joint) ? spec.prismatic_plausible : spec.plausible;
 }
 
@@ -51,4 +51,4 @@ bool EffectTraits::Needs(Signal signal, std::string_view word) const {
          });
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -13,7 +13,7 @@
 #include "firmware-like/effects/influence.h"
 #include "firmware-like/geometry/angle.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Dual number with kDualWidth derivatives, for identification by automatic differentiation.
 inline constexpr int kDualWidth = 16;
@@ -55,7 +55,7 @@ struct ParameterSpec {
   /// For a size, the values that a sound machine can have, in file units; an explanation beyond
   /// them is implausible. For a shape, the search range. For an inverse parameter, infinity is
   /// plausible too.
-  Interval plausible{-1e300, 1e300};
+  model::Interval plausible{-1e300, 1e300};
   ParameterRole role = ParameterRole::kSize;
   std::string_view words{};  ///< for kWord: comma-separated choices; the first one is the default
   bool inverse = false;      ///< the SI value is 1 / (file value); absent means infinite (kappa)
@@ -64,11 +64,11 @@ struct ParameterSpec {
   double (*value_of_linear)(double linear) = nullptr;
   /// Offered between parallel axes only; elsewhere other parameters are equivalent.
   bool parallel_axes_only = false;
-  std::optional<JointType> only{};  ///< for joints of this type only
-  bool not_of_first = false;        ///< not for the first joint, where another effect is equivalent
+  std::optional<model::JointType> only{};  ///< for joints of this type only
+  bool not_of_first = false;  ///< not for the first joint, where another effect is equivalent
   /// Unit and range for prismatic joints, if they differ; to_SI is the same.
   std::string_view prismatic_unit{};
-  Interval prismatic_plausible{};
+  model::Interval prismatic_plausible{};
 };
 
 /// True for the event time (`time` or `row`) from which an effect acts: a threshold without
@@ -94,10 +94,10 @@ struct TermParameter {
 class Effect;
 
 /// The prismatic joints of a robot as bits; see EffectTerm.
-std::uint32_t PrismaticJoints(const Robot& robot);
+std::uint32_t PrismaticJoints(const model::Robot& robot);
 /// Unit and plausible range of a parameter for one joint.
 std::string_view UnitOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
-const Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
+const model::Interval& PlausibleOf(const ParameterSpec& spec, std::uint32_t prismatic, int joint);
 
 /// An effect with the parameters in use. The numeric values are stored separately, in SI units and
 /// in this order. A kWord parameter has no entry in `parameters`; `word` holds its choice.
@@ -199,4 +199,4 @@ T ValueOfSame(const EffectTerm& term, std::span<const T> values, std::size_t k, 
   return otherwise;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 /// Position of a value in an ascending sequence: element `below` has weight 1 - part, the next one
@@ -76,7 +76,7 @@ struct EmpiricalFormula {
   enum Parameter { kBaseX, kTipX = kBaseX + 3, kTurn = kTipX + 3, kToolBending };
 
   static EffectTraits Traits() {
-    constexpr Interval kFactor{0, 2};
+    constexpr model::Interval kFactor{0, 2};
     return {
         .id = "empirical",
         .meaning = "the error follows a recorded signal, without a known physical cause",
@@ -166,4 +166,4 @@ std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen:
   return {};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

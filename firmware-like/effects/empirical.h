@@ -4,7 +4,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Adds value_k n_k(driver) to carrier k, with n piecewise linear between nodes and constant beyond
 /// the first and last node. There is one parameter per carrier, named after it:
@@ -30,4 +30,4 @@ double EmpiricalNodeToSI(const TermParameter& parameter);
 std::string EmpiricalFault(const std::vector<std::string>& drivers, const Eigen::MatrixXd& nodes,
                            std::size_t parameters);
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// True if the event time of a term, its `time` [s] or `row`, has been reached under these
 /// conditions.
@@ -19,4 +19,4 @@ bool HasHappened(const EffectTerm& term, std::span<const T> values, const Condit
   return false;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/following_error.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct FollowingErrorFormula {
@@ -34,4 +34,4 @@ const Effect& FollowingError() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// In a synchronised point-to-point move all joints start and arrive together, so joint i runs at a
 /// fixed fraction of the leading joint's speed:
@@ -16,4 +16,4 @@ namespace plumbline {
 /// enough to reach it.
 const Effect& FollowingError();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,15 +2,15 @@
 
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct GearPeriodicFormula {
   enum Parameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
-  static constexpr Interval kCircle{-std::numbers::pi, std::numbers::pi};
+  static constexpr model::Interval kCircle{-std::numbers::pi, std::numbers::pi};
   // No wheel of a gear train turns slower than its joint. Below half a cycle per turn, a sine is
   // indistinguishable from an offset and a slope.
-  static constexpr Interval kCycleRange{0.5, 400};
+  static constexpr model::Interval kCycleRange{0.5, 400};
 
   static ParameterSpec Amplitude(std::string_view name) {
     return {.name = name,
@@ -69,4 +69,4 @@ const Effect& GearPeriodic() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// s_i += sum over terms of amplitude sin(cycles q_i + phase), with the commanded q_i in rad
 /// [Whitney, Lozinski & Rourke 1986, J. Dyn. Syst. Meas. Control 108(1); strain-wave gears: Tuttle
@@ -12,4 +12,4 @@ namespace plumbline {
 /// Equivalent to counterbalance at one cycle.
 const Effect& GearPeriodic();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/gear_ratio.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct GearRatioFormula {
@@ -34,4 +34,4 @@ const Effect& GearRatio() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/gravity_direction.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct GravityDirectionFormula {
@@ -29,4 +29,4 @@ const Effect& GravityDirection() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

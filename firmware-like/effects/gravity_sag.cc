@@ -4,20 +4,21 @@
 #include <array>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 /// For each link, the frame that rotates with its joint, with z along the joint's axis, in B.
-void TurnedFrames(const Robot& robot, const JointVector& q, std::array<Mat3, kMaxJoints>& R_BK) {
+void TurnedFrames(const model::Robot& robot, const model::JointVector& q,
+                  std::array<Mat3, model::kMaxJoints>& R_BK) {
   Mat3 R = Mat3::Identity();
   for (std::size_t k = 0; k < robot.joints.size(); ++k) {
-    const Joint& joint = robot.joints[k];
-    const bool turns = joint.type == JointType::kRevolute;
+    const model::Joint& joint = robot.joints[k];
+    const bool turns = joint.type == model::JointType::kRevolute;
     const double count = turns ? joint.sign * q[static_cast<Eigen::Index>(k)] : 0;
     const Mat3 turn =
         Eigen::AngleAxisd(joint.theta_offset_rad + count, Vec3::UnitZ()).toRotationMatrix();
     const Mat3 twist = Eigen::AngleAxisd(joint.alpha_rad, Vec3::UnitX()).toRotationMatrix();
-    if (robot.convention == DhConvention::kProximal) {
+    if (robot.convention == model::DhConvention::kProximal) {
       R_BK[k] = R * twist * turn;
       R = R_BK[k];
     } else {
@@ -39,15 +40,15 @@ struct GravitySagFormula {
             .parameters = {{.name = "q#",
                             .unit = "rad/(N m)",
                             .plausible = {0, 2e-4},
-                            .only = JointType::kRevolute},
+                            .only = model::JointType::kRevolute},
                            {.name = "q#_link#_x",
                             .unit = "rad",
                             .plausible = {-0.05, 0.05},
-                            .only = JointType::kRevolute},
+                            .only = model::JointType::kRevolute},
                            {.name = "q#_link#_y",
                             .unit = "rad",
                             .plausible = {-0.05, 0.05},
-                            .only = JointType::kRevolute}},
+                            .only = model::JointType::kRevolute}},
             .needs = {Signal::kNoTorques},
             .confused_with = {"gear_periodic", "counterbalance", "joint_offset", "link_geometry",
                               "gear_ratio"},
@@ -58,9 +59,9 @@ struct GravitySagFormula {
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
     if (!conditions.robot || conditions.q.size() != conditions.robot->size()) return;
-    std::array<Mat3, kMaxJoints> R_BK;
+    std::array<Mat3, model::kMaxJoints> R_BK;
     TurnedFrames(*conditions.robot, conditions.q, R_BK);
-    const Robot& robot = *conditions.robot;
+    const model::Robot& robot = *conditions.robot;
     const Vec3 down_B = robot.X_WB.R.transpose() * robot.g_W.normalized();
     for (std::size_t k = 0; k < values.size(); ++k) {
       const TermParameter& parameter = term.parameters[k];
@@ -85,4 +86,4 @@ const Effect& GravitySag() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// For arms without declared link masses: the torque of an unknown weight, expressed by its gravity
 /// regressors. With z_i the joint's axis, g gravity and a_k one of the two directions across the
@@ -20,4 +20,4 @@ namespace plumbline {
 /// joint, which is not modelled.
 const Effect& GravitySag();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/guide_play.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct GuidePlayFormula {
@@ -13,11 +13,11 @@ struct GuidePlayFormula {
             .parameters = {{.name = "q#_x",
                             .unit = "rad",
                             .plausible = {0, 2e-3},
-                            .only = JointType::kPrismatic},
+                            .only = model::JointType::kPrismatic},
                            {.name = "q#_y",
                             .unit = "rad",
                             .plausible = {0, 2e-3},
-                            .only = JointType::kPrismatic}},
+                            .only = model::JointType::kPrismatic}},
             .needs = {Signal::kWeight},
             .confused_with = {"axis_bending", "bearing_tilt", "backlash", "link_geometry",
                               "joint_offset", "base_frame", "link_bending", "pedestal_compliance"},
@@ -43,4 +43,4 @@ const Effect& GuidePlay() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

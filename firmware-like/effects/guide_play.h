@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The carriage of a prismatic joint i rests tilted in the play of its guide, on the side to which
 /// the weight tips it. Everything beyond it rotates about the origin o_i of the joint's frame by
@@ -31,4 +31,4 @@ namespace plumbline {
 /// Selecting a Radial Clearance].
 const Effect& GuidePlay();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,18 +2,18 @@
 
 #include "firmware-like/model/joint_columns.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
-const JointVector& ValuesOf(const Conditions& conditions, JointQuantity quantity) {
+const model::JointVector& ValuesOf(const Conditions& conditions, model::JointQuantity quantity) {
   switch (quantity) {
-    case JointQuantity::kPosition:
+    case model::JointQuantity::kPosition:
       return conditions.q;
-    case JointQuantity::kVelocity:
+    case model::JointQuantity::kVelocity:
       return conditions.qd;
-    case JointQuantity::kAcceleration:
+    case model::JointQuantity::kAcceleration:
       return conditions.qdd;
-    case JointQuantity::kTorque:
+    case model::JointQuantity::kTorque:
       return conditions.tau;
   }
   return conditions.q;
@@ -26,8 +26,8 @@ std::optional<double> Conditions::Signal(std::string_view column) const {
   if (column == "temp_C") return temp_C;
   if (column == "payload_kg") return payload_kg;
   if (column == "row") return row;
-  if (const std::optional<JointColumn> known = JointColumnFromName(column)) {
-    const JointVector& values = ValuesOf(*this, known->form->quantity);
+  if (const std::optional<model::JointColumn> known = model::JointColumnFromName(column)) {
+    const model::JointVector& values = ValuesOf(*this, known->form->quantity);
     if (known->joint >= values.size()) return std::nullopt;
     return values[known->joint] * known->form->from_SI;
   }
@@ -43,12 +43,12 @@ double ShareOfMove(const Conditions& conditions, int joint) {
   return leading > 0 ? conditions.last_move[joint] / leading : 0;
 }
 
-Conditions DeclaredConditions(const CellModel& cell) {
+Conditions DeclaredConditions(const model::CellModel& cell) {
   Conditions conditions;
-  conditions.robot = std::make_shared<const Robot>(cell.robot);
+  conditions.robot = std::make_shared<const model::Robot>(cell.robot);
   conditions.reference_temperature_C = cell.measurement.reference_temperature_C;
   conditions.camera = cell.measurement.X_WC.has_value();
   return conditions;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

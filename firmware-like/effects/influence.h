@@ -9,11 +9,11 @@
 
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// One value per joint, of number type T.
 template <typename T>
-using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, model::kMaxJoints, 1>;
 
 /// Changes to the declared arm; all entries are zero if no effect acts. Effects read the conditions
 /// and *add* to their entries; the arm's equations (deflection/loaded_arm.h) read the sum. Stored
@@ -44,7 +44,7 @@ class Influence {
     kJointEntries
   };
   enum Entry {
-    kFirst = kJointEntries * kMaxJoints,
+    kFirst = kJointEntries * model::kMaxJoints,
     kGravityTurnX = kFirst,  ///< rotation of gravity about the axes x, y of W [rad]
     kGravityTurnY,
     kPayloadMass,                       ///< added to the payload [kg]
@@ -66,8 +66,10 @@ class Influence {
     kSize = kRangeAnchor + 3
   };
 
-  T& Joint(JointEntry entry, int joint) { return values_[entry * kMaxJoints + joint]; }
-  const T& Joint(JointEntry entry, int joint) const { return values_[entry * kMaxJoints + joint]; }
+  T& Joint(JointEntry entry, int joint) { return values_[entry * model::kMaxJoints + joint]; }
+  const T& Joint(JointEntry entry, int joint) const {
+    return values_[entry * model::kMaxJoints + joint];
+  }
   T& operator[](int entry) { return values_[entry]; }
   const T& operator[](int entry) const { return values_[entry]; }
   /// Every entry times a factor.
@@ -88,12 +90,13 @@ struct RecordedValue {
 /// Conditions at one instant, filled once per row. An empty vector or an absent value was not
 /// recorded; effects that need it add nothing, and the diagnosis does not consider them.
 struct Conditions {
-  JointVector q;          ///< commanded [rad] or [m]
-  JointVector qd;         ///< [rad/s]
-  JointVector qdd;        ///< [rad/s^2]
-  JointVector last_move;  ///< change of q since the previous row in execution order [rad] or [m]
-  JointVector approach;   ///< sign of each joint's last nonzero move: -1, 0 (unknown), +1
-  JointVector tau;        ///< measured joint torques [N m]
+  model::JointVector q;    ///< commanded [rad] or [m]
+  model::JointVector qd;   ///< [rad/s]
+  model::JointVector qdd;  ///< [rad/s^2]
+  model::JointVector
+      last_move;  ///< change of q since the previous row in execution order [rad] or [m]
+  model::JointVector approach;  ///< sign of each joint's last nonzero move: -1, 0 (unknown), +1
+  model::JointVector tau;       ///< measured joint torques [N m]
   double payload_kg = 0;
   std::optional<double> t_s;
   std::optional<double> temp_C;
@@ -101,7 +104,7 @@ struct Conditions {
   std::vector<RecordedValue> further;  ///< recorded columns without a predefined meaning
 
   // Declared by the cell and constant; see DeclaredConditions.
-  std::shared_ptr<const Robot> robot;  ///< as declared; its base may be that of a session
+  std::shared_ptr<const model::Robot> robot;  ///< as declared; its base may be that of a session
   std::optional<double> reference_temperature_C;
   bool camera = false;  ///< a camera with a declared pose in W measures
 
@@ -116,6 +119,6 @@ struct Conditions {
 double ShareOfMove(const Conditions& conditions, int joint);
 
 /// Conditions with only the values declared by the cell filled in.
-Conditions DeclaredConditions(const CellModel& cell);
+Conditions DeclaredConditions(const model::CellModel& cell);
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/joint_compliance.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct JointComplianceFormula {
@@ -44,4 +44,4 @@ const Effect& JointCompliance() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

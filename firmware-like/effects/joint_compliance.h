@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// s_i += value_i tau_i, with tau_i the gravity torque about the joint, or the measured one if the
 /// arm has torque sensors   [formats.md; Spong 1987, J. Dyn. Syst. Meas. Control 109(4)]. Unit:
@@ -13,4 +13,4 @@ namespace plumbline {
 /// positive.
 const Effect& JointCompliance();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

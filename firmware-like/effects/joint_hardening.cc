@@ -1,6 +1,6 @@
 #include "firmware-like/effects/joint_hardening.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct JointHardeningFormula {
@@ -33,4 +33,4 @@ const Effect& JointHardening() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

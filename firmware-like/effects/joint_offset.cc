@@ -1,6 +1,6 @@
 #include "firmware-like/effects/joint_offset.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct JointOffsetFormula {
@@ -31,4 +31,4 @@ const Effect& JointOffset() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

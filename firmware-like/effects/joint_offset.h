@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// s_i += value_i, the same in every posture   [Whitney, Lozinski & Rourke 1986, J. Dyn. Syst.
 /// Meas. Control 108(1)]. Unit: rad; m for a prismatic joint. The first joint's offset acts like a
@@ -11,4 +11,4 @@ namespace plumbline {
 /// that frame is estimated too.
 const Effect& JointOffset();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/latency.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct LatencyFormula {
@@ -31,4 +31,4 @@ const Effect& Latency() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,11 +3,11 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// s_i -= time qd_i, the same time for all joints   [formats.md]: the measurement shows the arm
 /// where it was `time` ago. Unit: s. Adds nothing if velocities are unknown. Valid if qd hardly
 /// changes within `time`.
 const Effect& Latency();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/link_bending.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct LinkBendingFormula {
@@ -35,4 +35,4 @@ const Effect& LinkBending() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

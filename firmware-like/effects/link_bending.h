@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Link i is a cantilever of length L along e, from the axis of joint i to that of the next joint
 /// (the last link: to the flange). M_root is the moment of the weight outboard of joint i about the
@@ -18,4 +18,4 @@ namespace plumbline {
 /// both directions; adds nothing if L is zero. Needs link masses.
 const Effect& LinkBending();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

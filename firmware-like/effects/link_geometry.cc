@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct LinkGeometryFormula {
@@ -46,4 +46,4 @@ const Effect& LinkGeometry() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// a_i, d_i and alpha_i of the DH table are increased by their values   [Denavit & Hartenberg 1955,
 /// J. Appl. Mech. 22; calibrated in this way by Nubiola & Bonev 2013, Robot. Comput.-Integr. Manuf.
@@ -11,4 +11,4 @@ namespace plumbline {
 /// next, and alpha is not a suitable parameter; the rank of the measured poses decides.
 const Effect& LinkGeometry();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

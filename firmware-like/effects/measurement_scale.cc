@@ -1,6 +1,6 @@
 #include "firmware-like/effects/measurement_scale.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct MeasurementScaleFormula {
@@ -28,4 +28,4 @@ const Effect& MeasurementScale() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The instrument reads (1 + scale) times the position   [formats.md]; for ranges, (1 + scale)
 /// times the distance from the anchor (range_anchor.h). Unit: 1. The arm itself is not affected, so
@@ -11,4 +11,4 @@ namespace plumbline {
 /// lengths all differ by the same ratio.
 const Effect& MeasurementScale();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

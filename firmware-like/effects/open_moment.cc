@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::effects {
 
 std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effect,
                                                        const Conditions& conditions) {
@@ -14,11 +14,11 @@ std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effec
     const bool is_row = spec.name == "row";
     const std::optional<double>& now = is_row ? conditions.row : conditions.t_s;
     const double half = std::sqrt(3 * effect.covariance(at, at));
-    const Interval between{effect.values[k] - half, effect.values[k] + half};
+    const model::Interval between{effect.values[k] - half, effect.values[k] + half};
     if (now && *now > between.low && *now < between.high)
       return AmbiguousEventTime{is_row, between};
   }
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -5,12 +5,12 @@
 
 #include "firmware-like/effects/written.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Span of an event that is only known to lie between two rows.
 struct AmbiguousEventTime {
   bool is_row = false;  ///< in row numbers, otherwise in seconds
-  Interval between;
+  model::Interval between;
 };
 
 /// The span around an event time that its standard deviation leaves open, if the conditions lie
@@ -19,4 +19,4 @@ struct AmbiguousEventTime {
 std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effect,
                                                        const Conditions& conditions);
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 /// Removes a number without leading zeros from the front of the text and returns it; 0 if there is
@@ -91,4 +91,4 @@ std::vector<std::string_view> Choices(std::string_view words) {
   return choices;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

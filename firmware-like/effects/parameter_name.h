@@ -8,7 +8,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The parameter with that name, words included; nullopt if the effect has no such parameter or the
 /// joint is not in 1..joint_count. A second number is a term index from 2, a joint inboard of the
@@ -25,4 +25,4 @@ std::optional<int> JointFromScope(std::string_view scope, int joint_count);
 /// Splits the choices of a word: "load,move" gives load and move.
 std::vector<std::string_view> Choices(std::string_view words);
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

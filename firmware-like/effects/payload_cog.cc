@@ -1,6 +1,6 @@
 #include "firmware-like/effects/payload_cog.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct PayloadCogFormula {
@@ -33,4 +33,4 @@ const Effect& PayloadCog() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

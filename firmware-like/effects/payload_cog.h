@@ -3,10 +3,10 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The payload's centre of gravity moves by (x, y, z) in F   [formats.md]. File unit: mm. Has no
 /// effect without a payload.
 const Effect& PayloadCog();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

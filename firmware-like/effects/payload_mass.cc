@@ -1,6 +1,6 @@
 #include "firmware-like/effects/payload_mass.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct PayloadMassFormula {
@@ -35,4 +35,4 @@ const Effect& PayloadMass() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

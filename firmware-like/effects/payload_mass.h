@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// m becomes m (1 + scale) + constant, in every row including those without payload   [formats.md].
 /// Units: 1, kg. The scale represents a wrong unit or load cell, the constant a gripper or hose
@@ -11,4 +11,4 @@ namespace plumbline {
 /// tool.
 const Effect& PayloadMass();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

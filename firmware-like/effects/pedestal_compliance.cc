@@ -1,6 +1,6 @@
 #include "firmware-like/effects/pedestal_compliance.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct PedestalComplianceFormula {
@@ -30,4 +30,4 @@ const Effect& PedestalCompliance() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

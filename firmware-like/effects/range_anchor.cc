@@ -1,6 +1,6 @@
 #include "firmware-like/effects/range_anchor.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct RangeAnchorFormula {
@@ -31,4 +31,4 @@ const Effect& RangeAnchor() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

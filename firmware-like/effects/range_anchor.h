@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// Ranges are measured from anchor_mm + (x, y, z) in W:
 ///   range = (1 + measurement_scale) |p_WT - anchor - shift| + range_zero
@@ -11,4 +11,4 @@ namespace plumbline {
 /// way (base_frame). Needs [measurement] kind = "range".
 const Effect& RangeAnchor();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

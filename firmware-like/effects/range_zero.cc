@@ -1,6 +1,6 @@
 #include "firmware-like/effects/range_zero.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct RangeZeroFormula {
@@ -29,4 +29,4 @@ const Effect& RangeZero() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

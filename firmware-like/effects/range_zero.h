@@ -3,11 +3,11 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// A measured range is too long by the value: the wire's exit point from its drum, or the prism
 /// offset of a distance meter. File unit: mm. Changes the reading, not the arm. Needs [measurement]
 /// kind = "range".
 const Effect& RangeZero();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,7 +2,7 @@
 
 #include "firmware-like/effects/event_moment.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct StepEventFormula {
@@ -45,4 +45,4 @@ const Effect& StepEvent() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

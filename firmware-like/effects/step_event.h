@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// From the event on (t_s >= time, or row >= row with the first row being 1), the base in W (frame
 /// = base) or the tip in F (frame = tool) is displaced by (x, y, z). File units: s, 1, mm. Adds
@@ -11,4 +11,4 @@ namespace plumbline {
 /// must be searched.
 const Effect& StepEvent();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/thermal_drift.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ThermalDriftFormula {
@@ -42,4 +42,4 @@ const Effect& ThermalDrift() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

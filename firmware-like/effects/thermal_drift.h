@@ -3,11 +3,11 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The base moves by (x, y, z) (1 - exp(-t / time_constant)) in W, with t the time of the row [s].
 /// File units: mm, s. Adds nothing without a time constant, or if the time is unknown. Valid for
 /// one warm-up that started at t = 0.
 const Effect& ThermalDrift();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

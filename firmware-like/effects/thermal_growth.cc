@@ -1,6 +1,6 @@
 #include "firmware-like/effects/thermal_growth.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ThermalGrowthFormula {
@@ -21,7 +21,7 @@ struct ThermalGrowthFormula {
     const double warmer_K = *conditions.temp_C - *conditions.reference_temperature_C;
     for (const T& alpha : values) {
       int joint = 0;
-      for (const Joint& link : conditions.robot->joints) {
+      for (const model::Joint& link : conditions.robot->joints) {
         influence.Joint(Influence<T>::kLengthA, joint) += alpha * (warmer_K * link.a_m);
         influence.Joint(Influence<T>::kOffsetD, joint) += alpha * (warmer_K * link.d_m);
         ++joint;
@@ -37,4 +37,4 @@ const Effect& ThermalGrowth() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

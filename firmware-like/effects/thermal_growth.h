@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// a_i and d_i are multiplied by 1 + alpha (T - T_ref), with T the row's temp_C and T_ref the
 /// cell's reference temperature; centres of mass and the tool are unchanged   [formats.md]. Unit:
@@ -11,4 +11,4 @@ namespace plumbline {
 /// arm that has the sensor's temperature everywhere.
 const Effect& ThermalGrowth();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,7 +2,7 @@
 
 #include "firmware-like/effects/event_moment.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct TiltEventFormula {
@@ -39,4 +39,4 @@ const Effect& TiltEvent() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

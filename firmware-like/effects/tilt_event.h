@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// From the event on (t_s >= time, or row >= row with the first row being 1), the base is rotated
 /// about its origin by x about the x axis and y about the y axis of W: slipped anchor bolts, a
@@ -12,4 +12,4 @@ namespace plumbline {
 /// derivative and must be searched.
 const Effect& TiltEvent();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

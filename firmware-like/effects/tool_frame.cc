@@ -1,6 +1,6 @@
 #include "firmware-like/effects/tool_frame.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ToolFrameFormula {
@@ -34,4 +34,4 @@ const Effect& ToolFrame() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,11 +3,11 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The tip moves by (x, y, z) in F, in addition to the bending. A nuisance if the cell declares the
 /// tool as unknown, an effect if known. File unit: mm. Only the tip moves; masses and the bending
 /// of the tool stay as declared.
 const Effect& ToolFrame();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/tool_root_compliance.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ToolRootComplianceFormula {
@@ -30,4 +30,4 @@ const Effect& ToolRootCompliance() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,11 +3,11 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The coupling rotates by value times the transverse moment at the root, of the payload at its
 /// centre of gravity and of the tool body at mid length (without the mount). The tip moves by that
 /// rotation x (0, 0, L) [formats.md]. Unit: rad/(N m). Valid as long as the seat does not open.
 const Effect& ToolRootCompliance();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -1,6 +1,6 @@
 #include "firmware-like/effects/tool_shear.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 struct ToolShearFormula {
@@ -28,4 +28,4 @@ const Effect& ToolShear() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

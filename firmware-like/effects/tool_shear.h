@@ -3,7 +3,7 @@
 
 #include "firmware-like/effects/effect.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// The tip moves by F L / (kappa G A) across the tool, with F the transverse force of the payload
 /// [Gere & Timoshenko, Mechanics of Materials; kappa: Cowper 1966, J. Appl. Mech. 33(2)]. Unit: 1.
@@ -12,4 +12,4 @@ namespace plumbline {
 /// with Timoshenko theory already includes its shear; this effect adds to it.
 const Effect& ToolShear();
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 /// The ratio for a relative change of the bending: 1/(1 + ratio) = 1 - linear, limited to a
@@ -45,4 +45,4 @@ const Effect& ToolStiffness() {
   return effect;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -7,7 +7,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 const ParameterSpec& SpecOf(const EffectTerm& term, const TermParameter& parameter) {
@@ -49,10 +49,10 @@ Eigen::VectorXd FilePerSI(const EffectTerm& term, const std::vector<double>& val
 
 /// The stored covariance, or a diagonal one from the standard deviations; empty if neither is
 /// complete.
-Eigen::MatrixXd CovarianceInFileUnits(const WrittenEffect& written) {
+Eigen::MatrixXd CovarianceInFileUnits(const model::WrittenEffect& written) {
   if (written.covariance.size() > 0) return written.covariance;
   std::vector<double> variances;
-  for (const EffectParameter& parameter : written.parameters) {
+  for (const model::EffectParameter& parameter : written.parameters) {
     if (!parameter.word.empty()) continue;
     if (!parameter.sd) return {};
     variances.push_back(*parameter.sd * *parameter.sd);
@@ -64,7 +64,7 @@ Eigen::MatrixXd CovarianceInFileUnits(const WrittenEffect& written) {
 
 }  // namespace
 
-ActiveEffect ActiveFromWritten(const WrittenEffect& written, const CellModel& cell) {
+ActiveEffect ActiveFromWritten(const model::WrittenEffect& written, const model::CellModel& cell) {
   ActiveEffect active;
   const Effect* effect = FindEffect(written.id);
   assert(effect != nullptr);
@@ -76,7 +76,7 @@ ActiveEffect ActiveFromWritten(const WrittenEffect& written, const CellModel& ce
   active.seen_t_s = written.seen_t_s;
   const ParameterSpec* word_spec = WordSpecOf(traits);
   if (word_spec != nullptr) active.term.word = CataloguedWord(*word_spec, {});
-  for (const EffectParameter& parameter : written.parameters) {
+  for (const model::EffectParameter& parameter : written.parameters) {
     const auto found = ParameterFromName(traits, parameter.name, cell.robot.size());
     assert(found);
     const ParameterSpec& spec = SpecOf(active.term, *found);
@@ -95,18 +95,19 @@ ActiveEffect ActiveFromWritten(const WrittenEffect& written, const CellModel& ce
   return active;
 }
 
-std::vector<ActiveEffect> ActiveEffectsOf(const CellModel& cell) {
+std::vector<ActiveEffect> ActiveEffectsOf(const model::CellModel& cell) {
   std::vector<ActiveEffect> effects;
-  for (const WrittenEffect& written : cell.effects) {
+  for (const model::WrittenEffect& written : cell.effects) {
     effects.push_back(ActiveFromWritten(written, cell));
   }
   return effects;
 }
 
-WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixXd& covariance_SI) {
+model::WrittenEffect WrittenFromActive(const ActiveEffect& active,
+                                       const Eigen::MatrixXd& covariance_SI) {
   const EffectTerm& term = active.term;
   const EffectTraits& traits = term.effect->traits();
-  WrittenEffect written;
+  model::WrittenEffect written;
   written.id = traits.id;
   written.drivers = term.drivers;
   written.nodes = term.nodes;
@@ -119,7 +120,7 @@ WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixX
   for (std::size_t k = 0; k < active.values.size(); ++k) {
     const TermParameter& parameter = term.parameters[k];
     const ParameterSpec& spec = SpecOf(term, parameter);
-    EffectParameter& file = written.parameters.emplace_back();
+    model::EffectParameter& file = written.parameters.emplace_back();
     file.name = NameFromParameter(traits, parameter);
     file.value = FileFromSI(spec, active.values[k]);
     file.unit = UnitOf(spec, term.prismatic, parameter.joint);
@@ -128,7 +129,7 @@ WrittenEffect WrittenFromActive(const ActiveEffect& active, const Eigen::MatrixX
     if (parameter.joint >= 0) joints.push_back(parameter.joint);
   }
   if (const ParameterSpec* spec = WordSpecOf(traits)) {
-    EffectParameter& file = written.parameters.emplace_back();
+    model::EffectParameter& file = written.parameters.emplace_back();
     file.name = spec->name;
     file.word = CataloguedWord(*spec, term.word);
   }
@@ -169,4 +170,4 @@ void AddEffects(std::span<const ActiveEffect> effects, const Conditions& conditi
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::kinematics {
 
-Chain::Chain(const Robot& robot)
+Chain::Chain(const model::Robot& robot)
     : convention_(robot.convention), size_(robot.size()), lower_(size_), upper_(size_) {
-  assert(size_ >= 1 && size_ <= kMaxJoints);
+  assert(size_ >= 1 && size_ <= model::kMaxJoints);
   for (int i = 0; i < size_; ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
     links_[static_cast<std::size_t>(i)] = {joint.type,
                                            joint.a_m,
                                            joint.d_m,
@@ -21,13 +21,13 @@ Chain::Chain(const Robot& robot)
     lower_[i] = joint.min;
     upper_[i] = joint.max;
     reach_m_ += std::hypot(joint.a_m, joint.d_m);
-    if (joint.type == JointType::kPrismatic) {
+    if (joint.type == model::JointType::kPrismatic) {
       reach_m_ += std::max(std::abs(joint.min), std::abs(joint.max));
     }
   }
 }
 
-bool Chain::WithinLimits(const JointVector& q, double margin) const {
+bool Chain::WithinLimits(const model::JointVector& q, double margin) const {
   return ((q.array() >= lower_.array() - margin) && (q.array() <= upper_.array() + margin)).all();
 }
 
@@ -36,7 +36,7 @@ void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacob
   for (int i = 0; i < size_; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Vec3& axis = posture.axis_B[k];
-    if (links_[k].type == JointType::kRevolute) {
+    if (links_[k].type == model::JointType::kRevolute) {
       jacobian.col(i).head<3>() = axis.cross(p_BQ - posture.point_B[k]);
       jacobian.col(i).tail<3>() = axis;
     } else {
@@ -46,4 +46,4 @@ void Chain::JacobianAt(const Posture& posture, const Vec3& p_BQ, Jacobian& jacob
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::kinematics

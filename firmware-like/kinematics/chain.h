@@ -7,19 +7,20 @@
 
 #include "firmware-like/effects/influence.h"
 
-namespace plumbline {
+namespace plumbline::kinematics {
 
 /// Jacobian, 6 x n, in B: rows 0-2 linear velocity of a point [m/rad], rows 3-5 angular velocity
 /// [rad/rad].
-using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
+using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, model::kMaxJoints>;
 
 /// Link frames and joint axes in one posture, all expressed in B.
 template <typename T>
 struct PostureOf {
   int size = 0;
-  std::array<PoseOf<T>, kMaxJoints> X_BL;     ///< DH frame of link i
-  std::array<Vec3Of<T>, kMaxJoints> axis_B;   ///< axis of joint i, in the direction of positive q_i
-  std::array<Vec3Of<T>, kMaxJoints> point_B;  ///< a point on that axis [m]
+  std::array<PoseOf<T>, model::kMaxJoints> X_BL;  ///< DH frame of link i
+  std::array<Vec3Of<T>, model::kMaxJoints>
+      axis_B;  ///< axis of joint i, in the direction of positive q_i
+  std::array<Vec3Of<T>, model::kMaxJoints> point_B;  ///< a point on that axis [m]
 
   /// The flange F is the frame of the last link.
   const PoseOf<T>& X_BF() const { return X_BL[static_cast<std::size_t>(size - 1)]; }
@@ -35,13 +36,13 @@ using Posture = PostureOf<double>;
 class Chain {
  public:
   /// @param robot  with 1..kMaxJoints joints, as checked by the configuration reader
-  explicit Chain(const Robot& robot);
+  explicit Chain(const model::Robot& robot);
 
   int size() const { return size_; }
-  JointType type(int joint) const { return links_[static_cast<std::size_t>(joint)].type; }
-  const JointVector& lower() const { return lower_; }  ///< joint limits [rad] or [m]
-  const JointVector& upper() const { return upper_; }
-  bool WithinLimits(const JointVector& q, double margin = 0) const;
+  model::JointType type(int joint) const { return links_[static_cast<std::size_t>(joint)].type; }
+  const model::JointVector& lower() const { return lower_; }  ///< joint limits [rad] or [m]
+  const model::JointVector& upper() const { return upper_; }
+  bool WithinLimits(const model::JointVector& q, double margin = 0) const;
 
   /// Upper bound of the distance between the flange and the origin of B [m].
   double Reach() const { return reach_m_; }
@@ -52,8 +53,9 @@ class Chain {
   ///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
   /// null for the table as declared
   template <typename T>
-  void Evaluate(const JointVectorOf<T>& q, const Influence<T>* change, PostureOf<T>& posture) const;
-  void Evaluate(const JointVector& q, Posture& posture) const {
+  void Evaluate(const effects::JointVectorOf<T>& q, const effects::Influence<T>* change,
+                PostureOf<T>& posture) const;
+  void Evaluate(const model::JointVector& q, Posture& posture) const {
     Evaluate<double>(q, nullptr, posture);
   }
 
@@ -62,19 +64,19 @@ class Chain {
 
  private:
   struct Link {
-    JointType type;
+    model::JointType type;
     double a, d, alpha, offset, sign, cos_alpha, sin_alpha;
   };
 
-  DhConvention convention_;
+  model::DhConvention convention_;
   int size_;
-  std::array<Link, kMaxJoints> links_;
-  JointVector lower_, upper_;
+  std::array<Link, model::kMaxJoints> links_;
+  model::JointVector lower_, upper_;
   double reach_m_ = 0;
 };
 
 template <typename T>
-void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
+void Chain::Evaluate(const effects::JointVectorOf<T>& q, const effects::Influence<T>* change,
                      PostureOf<T>& posture) const {
   using std::cos, std::sin;
   posture.size = size_;
@@ -83,23 +85,23 @@ void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
     const Link& link = links_[i];
     const int joint = static_cast<int>(i);
     const T count = link.sign * q[joint];
-    const bool turns = link.type == JointType::kRevolute;
+    const bool turns = link.type == model::JointType::kRevolute;
     const T theta = turns ? T(link.offset + count) : T(link.offset);
     T a(link.a), d = turns ? T(link.d) : T(link.d + count);
     T ca(link.cos_alpha), sa(link.sin_alpha), cb(1), sb(0);
     if (change != nullptr) {
-      a += change->Joint(Influence<T>::kLengthA, joint);
-      d += change->Joint(Influence<T>::kOffsetD, joint);
-      const T alpha = link.alpha + change->Joint(Influence<T>::kTwistAlpha, joint);
+      a += change->Joint(effects::Influence<T>::kLengthA, joint);
+      d += change->Joint(effects::Influence<T>::kOffsetD, joint);
+      const T alpha = link.alpha + change->Joint(effects::Influence<T>::kTwistAlpha, joint);
       ca = cos(alpha);
       sa = sin(alpha);
-      const T& beta = change->Joint(Influence<T>::kTwistBeta, joint);
+      const T& beta = change->Joint(effects::Influence<T>::kTwistBeta, joint);
       cb = cos(beta);
       sb = sin(beta);
     }
     const T c = cos(theta), s = sin(theta), zero(0);
     PoseOf<T> X;  // pose of this link frame in the previous one
-    if (convention_ == DhConvention::kDistal) {
+    if (convention_ == model::DhConvention::kDistal) {
       posture.axis_B[i] = link.sign * X_BL.R.col(2);
       posture.point_B[i] = X_BL.p;
       X.R << c, -s * ca, s * sa, s, c * ca, -c * sa, zero, sa, ca;
@@ -117,11 +119,11 @@ void Chain::Evaluate(const JointVectorOf<T>& q, const Influence<T>* change,
     }
     X_BL = X_BL * X;
     posture.X_BL[i] = X_BL;
-    if (convention_ == DhConvention::kProximal) {
+    if (convention_ == model::DhConvention::kProximal) {
       posture.axis_B[i] = link.sign * X_BL.R.col(2);
       posture.point_B[i] = X_BL.p;
     }
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::kinematics

@@ -5,7 +5,7 @@
 #include <array>
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::kinematics {
 namespace {
 
 using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
@@ -25,7 +25,7 @@ double RadicalInverse(int index, int base) {
 
 }  // namespace
 
-JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error) {
+model::JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error) {
   const auto J = jacobian.topRows(rows);
   const double damping = std::min(1e-3, 1e-2 * error.squaredNorm()) + 1e-14;
   Gram gram(rows, rows);
@@ -34,10 +34,10 @@ JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& err
   return J.transpose() * gram.llt().solve(error.head(rows));
 }
 
-bool WrapIntoLimits(const Chain& chain, const JointVector& seed, JointVector& theta) {
+bool WrapIntoLimits(const Chain& chain, const model::JointVector& seed, model::JointVector& theta) {
   bool inside = true;
   for (int i = 0; i < chain.size(); ++i) {
-    if (chain.type(i) == JointType::kRevolute) {
+    if (chain.type(i) == model::JointType::kRevolute) {
       theta[i] -= kTurn * std::round((theta[i] - seed[i]) / kTurn);
       if (theta[i] > chain.upper()[i] && std::isfinite(chain.upper()[i])) {
         theta[i] -= kTurn * std::ceil((theta[i] - chain.upper()[i]) / kTurn);
@@ -50,11 +50,12 @@ bool WrapIntoLimits(const Chain& chain, const JointVector& seed, JointVector& th
   return inside;
 }
 
-JointVector RestartPosture(const Chain& chain, const JointVector& seed, int index) {
-  constexpr std::array<int, kMaxJoints> kPrimes = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
+model::JointVector RestartPosture(const Chain& chain, const model::JointVector& seed, int index) {
+  constexpr std::array<int, model::kMaxJoints> kPrimes = {2,  3,  5,  7,  11, 13,
+                                                          17, 19, 23, 29, 31, 37};
   constexpr int kMirrored = 8;
   const int n = chain.size();
-  JointVector start = seed;
+  model::JointVector start = seed;
   if (index < kMirrored && n == 6) {
     // The branches of an arm with a spherical wrist: flipped wrist, flipped elbow, arm turned by
     // half a turn about axis 1.
@@ -84,4 +85,4 @@ double SmallestSingularValue(const Jacobian& jacobian, int rows) {
                                                                  : 0;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::kinematics

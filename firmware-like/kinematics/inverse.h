@@ -6,7 +6,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::kinematics {
 
 /// Target pose of the tip, with or without its orientation.
 struct PoseTarget {
@@ -40,7 +40,7 @@ inline constexpr double kInverseTolerance = 1e-9;  // [m] and [rad]
 ///   step = J^T (J J^T + damping)^-1 error      J: the first `rows` rows of the Jacobian
 /// Far from the target, the damping bounds the steps near singular postures; close to the target it
 /// is far below the smallest singular value that a correction may have.
-JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error);
+model::JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& error);
 
 /// Solves tip(theta) = target by damped Newton iteration from a seed. The tip is a function
 ///   Pose tip(const JointVector& theta, Posture& posture)
@@ -50,7 +50,7 @@ JointVector DampedNewtonStep(const Jacobian& jacobian, int rows, const Vec6& err
 /// @return       `converged` is false after max_iterations or at a singular posture
 template <typename Tip>
 InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip& tip,
-                         int max_iterations, JointVector& theta) {
+                         int max_iterations, model::JointVector& theta) {
   constexpr double kLargestStep = 0.5;  // [rad] or [m] in one iteration
   InverseOutcome outcome;
   const int rows = target.rows();
@@ -65,7 +65,7 @@ InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip
       break;
     }
     chain.JacobianAt(posture, X_BT.p, jacobian);
-    JointVector step = DampedNewtonStep(jacobian, rows, error);
+    model::JointVector step = DampedNewtonStep(jacobian, rows, error);
     const double largest = step.cwiseAbs().maxCoeff();
     if (!std::isfinite(largest)) break;
     if (largest > kLargestStep) step *= kLargestStep / largest;
@@ -78,11 +78,11 @@ InverseOutcome SolvePose(const Chain& chain, const PoseTarget& target, const Tip
 
 /// Shifts every revolute joint by whole turns into its limits and as close to the seed as possible.
 /// @return false if a joint remains outside its limits
-bool WrapIntoLimits(const Chain& chain, const JointVector& seed, JointVector& theta);
+bool WrapIntoLimits(const Chain& chain, const model::JointVector& seed, model::JointVector& theta);
 
 /// Start posture number `index` of a fixed sequence that covers the joint ranges. The first eight
 /// mirror the seed's wrist and elbow; the others form a Halton sequence [Halton 1960].
-JointVector RestartPosture(const Chain& chain, const JointVector& seed, int index);
+model::JointVector RestartPosture(const Chain& chain, const model::JointVector& seed, int index);
 
 /// Outcome of a search over branches.
 enum class BranchOutcome { kFound, kOnlyOutsideLimits, kNone };
@@ -92,14 +92,14 @@ enum class BranchOutcome { kFound, kOnlyOutsideLimits, kNone };
 /// @param theta  out: the solution [rad] or [m]; unchanged for BranchOutcome::kNone
 template <typename Tip>
 BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& target, const Tip& tip,
-                                       int restarts, const JointVector& seed, JointVector& theta,
-                                       InverseOutcome& outcome) {
+                                       int restarts, const model::JointVector& seed,
+                                       model::JointVector& theta, InverseOutcome& outcome) {
   constexpr int kIterations = 40;
   BranchOutcome best = BranchOutcome::kNone;
   double best_change = 0;
   int iterations = 0;
   for (int start = -1; start < restarts; ++start) {
-    JointVector candidate = start < 0 ? seed : RestartPosture(chain, seed, start);
+    model::JointVector candidate = start < 0 ? seed : RestartPosture(chain, seed, start);
     const InverseOutcome tried = SolvePose(chain, target, tip, kIterations, candidate);
     iterations += tried.iterations;
     if (!tried.converged) continue;
@@ -123,4 +123,4 @@ BranchOutcome SolvePoseOnNearestBranch(const Chain& chain, const PoseTarget& tar
 /// of (J J^T)^-1; at least 1/sqrt(6) of the true value. 0 at a singular posture.
 double SmallestSingularValue(const Jacobian& jacobian, int rows);
 
-}  // namespace plumbline
+}  // namespace plumbline::kinematics

@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::kinematics {
 namespace {
 
 /// Squared distance of the tip from each revolute axis, summed over the postures [m^2].
-JointVector SquaredLevers(const Chain& chain, const Vec3& tip_F,
-                          std::span<const JointVector> poses) {
-  JointVector squares = JointVector::Zero(chain.size());
+model::JointVector SquaredLevers(const Chain& chain, const Vec3& tip_F,
+                                 std::span<const model::JointVector> poses) {
+  model::JointVector squares = model::JointVector::Zero(chain.size());
   Posture posture;
   Jacobian jacobian;
-  for (const JointVector& q : poses) {
+  for (const model::JointVector& q : poses) {
     chain.Evaluate(q, posture);
     chain.JacobianAt(posture, posture.X_BF() * tip_F, jacobian);
     for (int j = 0; j < chain.size(); ++j) {
-      if (chain.type(j) == JointType::kRevolute)
+      if (chain.type(j) == model::JointType::kRevolute)
         squares[j] += jacobian.col(j).head<3>().squaredNorm();
     }
   }
@@ -26,14 +26,14 @@ JointVector SquaredLevers(const Chain& chain, const Vec3& tip_F,
 }  // namespace
 
 PoseDistance::PoseDistance(const Chain& chain, const Vec3& tip_F,
-                           std::span<const JointVector> poses)
+                           std::span<const model::JointVector> poses)
     : weights_(chain.size()), features_(2 * chain.size(), static_cast<Eigen::Index>(poses.size())) {
-  const JointVector squares = SquaredLevers(chain, tip_F, poses);
+  const model::JointVector squares = SquaredLevers(chain, tip_F, poses);
   const double count = std::max(1.0, static_cast<double>(poses.size()));
   const double sum_m2 = squares.sum() > 0 ? squares.sum() / count : 1;
   for (int j = 0; j < chain.size(); ++j) {
     types_.push_back(chain.type(j));
-    const bool turns = types_.back() == JointType::kRevolute;
+    const bool turns = types_.back() == model::JointType::kRevolute;
     weights_[j] = std::sqrt((turns ? squares[j] / count : 1) / sum_m2);
   }
   for (std::size_t k = 0; k < poses.size(); ++k) {
@@ -41,20 +41,20 @@ PoseDistance::PoseDistance(const Chain& chain, const Vec3& tip_F,
   }
 }
 
-PoseDistance::Feature PoseDistance::FeatureOf(const JointVector& q) const {
+PoseDistance::Feature PoseDistance::FeatureOf(const model::JointVector& q) const {
   Feature feature(2 * q.size());
   for (Eigen::Index j = 0; j < q.size(); ++j) {
-    const bool turns = types_[static_cast<std::size_t>(j)] == JointType::kRevolute;
+    const bool turns = types_[static_cast<std::size_t>(j)] == model::JointType::kRevolute;
     feature[2 * j] = weights_[j] * (turns ? std::cos(q[j]) : q[j]);
     feature[2 * j + 1] = turns ? weights_[j] * std::sin(q[j]) : 0;
   }
   return feature;
 }
 
-double PoseDistance::Of(const JointVector& q) const {
+double PoseDistance::Of(const model::JointVector& q) const {
   if (empty()) return 0;
   const Feature feature = FeatureOf(q);
   return std::sqrt((features_.colwise() - feature).colwise().squaredNorm().minCoeff());
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::kinematics

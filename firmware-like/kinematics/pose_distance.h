@@ -6,7 +6,7 @@
 
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::kinematics {
 
 /// Root-mean-square joint difference, each joint weighted by how far it moves the tip:
 ///   d^2(q, p) = sum_j r_j^2 (2 sin((q_j - p_j) / 2))^2 / sum_j r_j^2
@@ -20,25 +20,25 @@ class PoseDistance {
  public:
   /// @param tip_F  tip in the flange frame [m]
   /// @param poses  measured postures [rad] or [m], each of shape (n)
-  PoseDistance(const Chain& chain, const Vec3& tip_F, std::span<const JointVector> poses);
+  PoseDistance(const Chain& chain, const Vec3& tip_F, std::span<const model::JointVector> poses);
 
   bool empty() const { return features_.cols() == 0; }
 
   /// Distance of q from the nearest posture of the set [rad]; 0 if the set is empty. Does not
   /// allocate; takes about a nanosecond per posture and joint.
-  double Of(const JointVector& q) const;
+  double Of(const model::JointVector& q) const;
 
   /// Feature vectors whose Euclidean distance is d, one column per posture of the set.
   const Eigen::MatrixXd& features() const { return features_; }
 
  private:
-  using Feature = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * kMaxJoints>;
+  using Feature = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 2 * model::kMaxJoints>;
 
-  Feature FeatureOf(const JointVector& q) const;
+  Feature FeatureOf(const model::JointVector& q) const;
 
-  std::vector<JointType> types_;
-  JointVector weights_;  ///< r_j / sqrt(sum of squares); of a prismatic joint [1/m]
+  std::vector<model::JointType> types_;
+  model::JointVector weights_;  ///< r_j / sqrt(sum of squares); of a prismatic joint [1/m]
   Eigen::MatrixXd features_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::kinematics

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// The numbers are those of the register map and must not change. Left, right, upper and lower
 /// refer to the image.
@@ -58,4 +58,4 @@ constexpr std::string_view BoardPromptText(BoardPrompt prompt) {
   return "?";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -3,7 +3,7 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Number of lens parameters, in the order of Lens: fx, fy, cx, cy [px], k1, k2, p1, p2, k3 (1).
 inline constexpr int kLensParameters = 9;
@@ -16,4 +16,4 @@ struct KnownLens {
   ImageSize size{};  ///< size of the calibration images; 0 x 0: unknown
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -1,6 +1,6 @@
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr int kMostSteps = 20;
@@ -34,4 +34,4 @@ std::optional<Vec2> NormalisedOfPixel(const Lens& lens, const Vec2& pixel) {
   return std::nullopt;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

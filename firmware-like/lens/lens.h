@@ -9,7 +9,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 template <typename T>
 using Vec2Of = Eigen::Matrix<T, 2, 1>;
@@ -63,4 +63,4 @@ std::optional<Vec2> NormalisedOfPixel(const Lens& lens, const Vec2& pixel);
 /// Derivative of the pixel with respect to the normalised coordinates [px], shape (2, 2).
 Eigen::Matrix2d PixelJacobian(const Lens& lens, const Vec2& n);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 /// The interpolated values: logarithms of the focal lengths, the other parameters unchanged.
@@ -237,4 +237,4 @@ std::vector<std::int32_t> LensCurve::Propose(std::int32_t lowest, std::int32_t h
   return proposed;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

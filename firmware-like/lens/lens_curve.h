@@ -7,7 +7,7 @@
 
 #include "firmware-like/lens/known_lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 LensVector VectorOfLens(const Lens& lens);
 Lens LensOfVector(const LensVector& values);
@@ -89,4 +89,4 @@ class LensCurve {
   std::vector<LensVector> error_;           ///< per interval: error of the values at its middle
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -6,7 +6,7 @@
 
 #include "firmware-like/lens/lens.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// 8-bit luma, stored row by row; pixel (0, 0) is the top-left one. Valid as long as the owner's
 /// buffer.
@@ -19,4 +19,4 @@ struct LumaView {
   ImageSize size() const { return {width, height}; }
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

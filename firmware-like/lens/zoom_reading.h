@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace plumbline {
+namespace plumbline::lens {
 
 enum class LensMotion : std::uint8_t {
   kUnknown,  ///< not reported by the device
@@ -22,4 +22,4 @@ struct ZoomReading {
   double time_s = 0;   ///< monotonic time of the response
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -270,4 +270,4 @@ std::string_view ZoomReasonText(ZoomReason reason) {
   return "?";
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

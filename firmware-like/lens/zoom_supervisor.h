@@ -8,7 +8,7 @@
 
 #include "firmware-like/lens/zoom_reading.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Validity of the lens. Measurements are allowed in kValid only; in every other state the overlay
 /// and measured points are stale.
@@ -159,4 +159,4 @@ class ZoomSupervisor {
 std::string_view ZoomStateText(ZoomState state);
 std::string_view ZoomReasonText(ZoomReason reason);
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 
 #include "firmware-like/kinematics/chain.h"
 
-namespace plumbline {
+namespace plumbline::loads {
 
 /// Load carried in addition to the tool.
 template <typename T>
@@ -27,7 +27,7 @@ struct MassOf {
 
 /// Entry k: everything outboard of joint k, including its own link. Entry n: tool and payload.
 template <typename T>
-using OutboardMassesOf = std::array<MassOf<T>, kMaxJoints + 1>;
+using OutboardMassesOf = std::array<MassOf<T>, model::kMaxJoints + 1>;
 
 /// Largest plausible payload [kg]; larger values in files, registers and commands are rejected.
 inline constexpr double kMaxPayload_kg = 5000;
@@ -41,7 +41,7 @@ class GravityLoads {
  public:
   /// If a link has no declared centre of mass, the midpoint of its DH offset is used (see
   /// guessed()).
-  explicit GravityLoads(const CellModel& cell);
+  explicit GravityLoads(const model::CellModel& cell);
 
   /// True if every link from that joint (0..n-1) outwards has a declared mass, so that tau_i is
   /// known.
@@ -59,8 +59,9 @@ class GravityLoads {
   /// @param outboard  out: the masses outboard of each joint; may be null
   /// @return          moment of the whole weight about the origin of B, in B [N m]
   template <typename T>
-  Vec3Of<T> Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B, const PayloadOf<T>& payload,
-                    JointVectorOf<T>& tau, OutboardMassesOf<T>* outboard = nullptr) const;
+  Vec3Of<T> Torques(const kinematics::PostureOf<T>& posture, const Vec3Of<T>& g_B,
+                    const PayloadOf<T>& payload, effects::JointVectorOf<T>& tau,
+                    OutboardMassesOf<T>* outboard = nullptr) const;
 
  private:
   struct LinkMass {
@@ -68,7 +69,7 @@ class GravityLoads {
     Vec3 com_L;
   };
   std::vector<LinkMass> links_;
-  std::vector<JointType> types_;
+  std::vector<model::JointType> types_;
   double tool_mass_kg_ = 0;
   Vec3 tool_com_F_ = Vec3::Zero();
   Vec3 tool_body_kg_m_ = Vec3::Zero();
@@ -77,8 +78,8 @@ class GravityLoads {
 };
 
 template <typename T>
-Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_B,
-                                const PayloadOf<T>& payload, JointVectorOf<T>& tau,
+Vec3Of<T> GravityLoads::Torques(const kinematics::PostureOf<T>& posture, const Vec3Of<T>& g_B,
+                                const PayloadOf<T>& payload, effects::JointVectorOf<T>& tau,
                                 OutboardMassesOf<T>* outboard) const {
   tau.resize(posture.size);
   // Mass and first moment of everything outboard of the joint suffice, because gravity is uniform.
@@ -96,7 +97,7 @@ Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_
     mass_kg += links_[k].mass_kg;
     moment_kg_m += links_[k].mass_kg * (posture.X_BL[k] * com_L);
     if (outboard != nullptr) (*outboard)[k] = {mass_kg, moment_kg_m};
-    if (types_[k] == JointType::kRevolute) {
+    if (types_[k] == model::JointType::kRevolute) {
       const Vec3Of<T> arm_kg_m = moment_kg_m - mass_kg * posture.point_B[k];
       tau[i] = posture.axis_B[k].dot(arm_kg_m.cross(g_B));
     } else {
@@ -106,4 +107,4 @@ Vec3Of<T> GravityLoads::Torques(const PostureOf<T>& posture, const Vec3Of<T>& g_
   return moment_kg_m.cross(g_B);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::loads

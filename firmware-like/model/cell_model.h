@@ -9,7 +9,7 @@
 #include "firmware-like/geometry/pose.h"
 #include "firmware-like/model/section.h"
 
-namespace plumbline {
+namespace plumbline::model {
 
 /// Largest number of joints; fixes the storage of everything used in the control cycle.
 inline constexpr int kMaxJoints = 12;
@@ -172,4 +172,4 @@ struct CellModel {
   std::optional<Domain> domain;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::model

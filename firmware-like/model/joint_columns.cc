@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace plumbline {
+namespace plumbline::model {
 namespace {
 
 /// The joint number between prefix and "_unit", made 0-based; nullopt if the name does not match.
@@ -44,4 +44,4 @@ bool ResemblesJointColumn(std::string_view name) {
   return std::any_of(kJointColumnForms.begin(), kJointColumnForms.end(), opens);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model

@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::model {
 
 enum class JointQuantity { kPosition, kVelocity, kAcceleration, kTorque };
 
@@ -71,4 +71,4 @@ std::optional<JointColumn> JointColumnFromName(std::string_view name);
 /// True if the name was probably meant as a joint column: a known prefix followed by a digit.
 bool ResemblesJointColumn(std::string_view name);
 
-}  // namespace plumbline
+}  // namespace plumbline::model

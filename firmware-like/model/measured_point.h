@@ -6,7 +6,7 @@
 
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::model {
 
 /// Used by the cycle's probes, the journal and tables of measured points; in SI units. Values that
 /// were not recorded are absent (joint vectors: empty), never zero. W is the instrument's frame.
@@ -25,4 +25,4 @@ struct MeasuredPoint {
   std::optional<Eigen::Quaterniond> orientation_W;  ///< of the tip, unit length
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::model

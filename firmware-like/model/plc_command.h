@@ -7,7 +7,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::model {
 
 /// Largest number of cameras used at the same time.
 inline constexpr std::size_t kMaxCameras = 2;
@@ -44,4 +44,4 @@ struct PlcCommand {
   bool manual = false;               ///< the PLC reports manual operation
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::model

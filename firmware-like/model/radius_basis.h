@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace plumbline {
+namespace plumbline::model {
 
 /// Basis of an expanded uncertainty, weakest first. The numbers are those of the register map.
 enum class RadiusBasis : std::uint8_t {
@@ -48,4 +48,4 @@ constexpr RadiusBasis Weakest(RadiusBasis a, RadiusBasis b) {
   return std::min(a, b);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model

@@ -6,7 +6,7 @@
 
 #include "firmware-like/model/cell_model.h"
 
-namespace plumbline {
+namespace plumbline::model {
 
 enum class RobotMode : std::uint8_t {
   kUnknown,
@@ -35,4 +35,4 @@ struct RobotState {
   RobotMode mode = RobotMode::kUnknown;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::model

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-namespace plumbline {
+namespace plumbline::model {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -140,4 +140,4 @@ Section SectionFromMoments(double area_m2, double ix_m4, double iy_m4) {
   return {.area_m2 = area_m2, .ix_m4 = ix_m4, .iy_m4 = iy_m4};
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model

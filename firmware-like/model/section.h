@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-namespace plumbline {
+namespace plumbline::model {
 
 /// A cross-section in the plane normal to the tool's z axis, with width along x and height along y.
 /// `ix_m4` (about x) resists bending along y; `iy_m4` (about y) resists bending along x.
@@ -51,7 +51,7 @@ Section IBeamSection(double height_m, double width_m, double web_m, double flang
 Section SectionFromMoments(double area_m2, double ix_m4, double iy_m4);
 
 /// Looks up a material by name ("steel", "aluminium_6061", ...); nullopt if it is not listed. The
-/// list with its sources is in beam/materials.h.
+/// list with its sources is in materials.h.
 std::optional<Material> MaterialByName(std::string_view name);
 
-}  // namespace plumbline
+}  // namespace plumbline::model

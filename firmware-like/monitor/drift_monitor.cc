@@ -7,7 +7,7 @@
 
 #include "firmware-like/statistics/median.h"
 
-namespace plumbline {
+namespace plumbline::monitor {
 namespace {
 
 constexpr double kMedianOfChiSquare3 = 2.3659738843753377;
@@ -127,13 +127,14 @@ void DriftMonitor::Learn(const Vec3& residual_m) {
   Vec3& median = median_m_;
   for (int k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) values[i] = learned_[i][k];
-    median[k] = MedianOf(std::span(values).first(static_cast<std::size_t>(count)));
+    median[k] = statistics::MedianOf(std::span(values).first(static_cast<std::size_t>(count)));
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
     values[i] = (learned_[i] - median).squaredNorm();
   }
   if (count >= kFewestForScatter) {
-    UseScatter(MedianOf(std::span(values).first(static_cast<std::size_t>(count))), count);
+    UseScatter(statistics::MedianOf(std::span(values).first(static_cast<std::size_t>(count))),
+               count);
   }
 
   fault_ = FaultOfReference();
@@ -187,7 +188,7 @@ void DriftMonitor::LearnScatter(const Vec3& residual_m) {
   for (std::size_t i = 0; i + 1 < count; ++i) {
     values[i] = (learned_[i + 1] - learned_[i]).squaredNorm() / 2;
   }
-  UseScatter(MedianOf(values), kScatterProbes - 1);
+  UseScatter(statistics::MedianOf(values), kScatterProbes - 1);
 }
 
 void DriftMonitor::UseScatter(double median_square_m2, int count) {
@@ -202,4 +203,4 @@ void DriftMonitor::UseScatter(double median_square_m2, int count) {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::monitor

@@ -7,7 +7,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::monitor {
 
 /// Largest number of reference probes; fixes the storage.
 inline constexpr int kMaxReferenceProbes = 100;
@@ -131,4 +131,4 @@ class DriftMonitor {
   std::optional<DriftAlarm> alarm_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::monitor

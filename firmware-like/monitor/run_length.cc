@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::monitor {
 namespace {
 
 constexpr int kStates = 120;
@@ -121,4 +121,4 @@ MonitorDesign MonitorDesignFor(const MonitorRequirements& requirements,
   return design;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::monitor

@@ -5,7 +5,7 @@
 
 #include "firmware-like/monitor/drift_monitor.h"
 
-namespace plumbline {
+namespace plumbline::monitor {
 
 /// Requirements on the drift monitor of a cell.
 struct MonitorRequirements {
@@ -38,4 +38,4 @@ double MeanRunLength(const MonitorDesign& design, double offset, double outlier_
 MonitorDesign MonitorDesignFor(
     const MonitorRequirements& requirements, const std::function<void()>& step = [] {});
 
-}  // namespace plumbline
+}  // namespace plumbline::monitor

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plumbline {
+namespace plumbline::scene {
 
 Vec3 BentPoint(const BendField& field, const Vec3& p_F) {
   const double length = field.length_m;
@@ -25,4 +25,4 @@ Vec3 BentPoint(const BendField& field, const Vec3& p_F) {
   return p_F + d + r.cross(p_F - Vec3(0, 0, z));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -6,7 +6,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Number of stations along the tool. The field stores the displacement d and the rotation vector r
 /// of the tool's sections at stations along z of the flange frame F, the axis of the tool:
@@ -41,4 +41,4 @@ struct BendField {
 /// Position of a point of the bent tool; both in F [m]. The vertex shader computes the same.
 Vec3 BentPoint(const BendField& field, const Vec3& p_F);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

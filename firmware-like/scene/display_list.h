@@ -11,7 +11,7 @@
 #include "firmware-like/lens/luma_view.h"
 #include "firmware-like/scene/bend_field.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 struct Colour {
   float r = 1, g = 1, b = 1, a = 1;  ///< 0..1, not premultiplied
@@ -19,10 +19,10 @@ struct Colour {
 
 /// The camera image, undistorted when it is drawn.
 struct Background {
-  LumaView luma;                      ///< without data: plain colour
+  lens::LumaView luma;                ///< without data: plain colour
   const std::uint8_t* bgr = nullptr;  ///< the same image in colour, rows not padded; null: grey
   std::uint64_t sequence = 0;         ///< unchanged: the same image, no upload needed
-  std::optional<Lens> lens;           ///< nullopt: drawn without undistortion
+  std::optional<lens::Lens> lens;     ///< nullopt: drawn without undistortion
 };
 
 /// A mesh, identified by the number the renderer returned on loading. A point p_O is drawn at
@@ -76,9 +76,9 @@ struct DrawnText {
 
 /// One picture: a camera view with boxes and texts on top.
 struct DisplayList {
-  ImageSize size;            ///< of the picture [px]
+  lens::ImageSize size;      ///< of the picture [px]
   std::optional<Area> area;  ///< area of the camera view; nullopt: the whole picture
-  Lens pinhole;              ///< projection of the camera view; distortion terms are zero
+  lens::Lens pinhole;        ///< projection of the camera view; distortion terms are zero
   Background background;
   BendField bend;
   double exaggeration = 1;    ///< factor on d and r of `bend`
@@ -93,4 +93,4 @@ struct DisplayList {
   std::vector<DisplayList> beside;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace plumbline {
+namespace plumbline::scene {
 
 std::optional<Proximity> InterferenceWatch::Update(std::optional<double> distance_m) {
   measured_ = distance_m && std::isfinite(*distance_m);
@@ -20,4 +20,4 @@ std::optional<Proximity> InterferenceWatch::Update(std::optional<double> distanc
   return now;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-namespace plumbline {
+namespace plumbline::scene {
 
 enum class Proximity { kApart, kNear, kInterference };
 
@@ -33,4 +33,4 @@ class InterferenceWatch {
   bool measured_ = false;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -7,13 +7,13 @@
 #include "firmware-like/beam/beam.h"
 #include "firmware-like/beam/stress.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 using StationPlaces = std::array<double, kBendStations>;
 
 /// Evenly spaced positions, with the nearest free station moved to each joint between segments.
-StationPlaces PlacesOfStations(const Tool& tool, double length_m) {
+StationPlaces PlacesOfStations(const model::Tool& tool, double length_m) {
   StationPlaces z{};
   const double step_m = length_m / (kBendStations - 1);
   for (int i = 0; i < kBendStations; ++i) z[static_cast<std::size_t>(i)] = i * step_m;
@@ -32,9 +32,9 @@ StationPlaces PlacesOfStations(const Tool& tool, double length_m) {
 }
 
 /// Integral of ds / (G A) from the root to z.
-double ShearCompliance(const Tool& tool, double z_m) {
+double ShearCompliance(const model::Tool& tool, double z_m) {
   double sum_m_per_N = 0, start_m = 0;
-  for (const ToolSegment& segment : tool.segments) {
+  for (const model::ToolSegment& segment : tool.segments) {
     const double in_it_m = std::clamp(z_m - start_m, 0.0, segment.length_m);
     sum_m_per_N += in_it_m / (segment.material.ShearModulus() * segment.section.area_m2);
     start_m += segment.length_m;
@@ -43,32 +43,33 @@ double ShearCompliance(const Tool& tool, double z_m) {
 }
 
 /// The larger von Mises stress of the two sides of a section.
-double StressAt(const BeamSolution& solution, double z_m) {
+double StressAt(const beam::BeamSolution& solution, double z_m) {
   double largest_Pa = 0;
   const int inboard = solution.ElementAt(z_m);
   for (const int element : {inboard, inboard + 1}) {
     if (element + 1 >= solution.node_count()) continue;
-    const ToolSegment& segment = solution.elements()[static_cast<std::size_t>(element)];
+    const model::ToolSegment& segment = solution.elements()[static_cast<std::size_t>(element)];
     const double s_m = z_m - solution.NodeZ(element);
     if (s_m < -1e-9 * segment.length_m) continue;  // the outboard element starts further out
-    const SectionState state = solution.InElement(element, std::clamp(s_m, 0.0, segment.length_m));
-    if (const auto stress = StressOf(segment.section, state)) {
+    const beam::SectionState state =
+        solution.InElement(element, std::clamp(s_m, 0.0, segment.length_m));
+    if (const auto stress = beam::StressOf(segment.section, state)) {
       largest_Pa = std::max(largest_Pa, stress->von_mises_Pa);
     }
   }
   return largest_Pa;
 }
 
-void AddBeam(const Tool& tool, const ToolLoadOf<double>& load, const StationPlaces& z,
-             BendField& field) {
-  const Beam beam(tool, 1);
-  const PointMass payload{
+void AddBeam(const model::Tool& tool, const deflection::ToolLoadOf<double>& load,
+             const StationPlaces& z, BendField& field) {
+  const beam::Beam beam(tool, 1);
+  const beam::PointMass payload{
       .mass_kg = load.payload.mass_kg, .z_m = beam.Length(), .cog_F = load.payload.cog_F};
-  const BeamSolution solution = beam.Solve({.masses = {payload}, .g_F = load.g_F});
+  const beam::BeamSolution solution = beam.Solve({.masses = {payload}, .g_F = load.g_F});
   Vec3 shear_N = load.shear * load.payload.mass_kg * load.g_F;
   shear_N.z() = 0;
   for (std::size_t i = 0; i < z.size(); ++i) {
-    const SectionState section = solution.At(z[i]);
+    const beam::SectionState section = solution.At(z[i]);
     const Vec3 d = load.bend_factor * section.d_F + ShearCompliance(tool, z[i]) * shear_N +
                    load.root_F.cross(Vec3(0, 0, z[i]));
     field.stations[i].d_F = d.cast<float>();
@@ -79,7 +80,7 @@ void AddBeam(const Tool& tool, const ToolLoadOf<double>& load, const StationPlac
 
 }  // namespace
 
-BendField BendFieldOf(const Tool& tool, const LoadedState& state) {
+BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state) {
   BendField field;
   const bool seat_yields = !state.tool.root_F.isZero(0);
   if (tool.rigid && !(seat_yields && tool.tcp_F.z() > 0)) return field;
@@ -97,4 +98,4 @@ BendField BendFieldOf(const Tool& tool, const LoadedState& state) {
   return field;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -4,7 +4,7 @@
 #include "firmware-like/deflection/loaded_arm.h"
 #include "firmware-like/scene/bend_field.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Computes displacement and rotation of every section of the loaded tool:
 ///   d(z) = factor d_beam(z) + shear F integral_0^z ds / (G A) + root x (0, 0, z)
@@ -26,6 +26,6 @@ namespace plumbline {
 /// 0.
 /// @param tool   tool of the cell that `state` belongs to
 /// @param state  converged state from LoadedArm
-BendField BendFieldOf(const Tool& tool, const LoadedState& state);
+BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

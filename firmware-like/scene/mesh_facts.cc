@@ -5,7 +5,7 @@
 #include <string>
 #include <tuple>
 
-namespace plumbline {
+namespace plumbline::scene {
 namespace {
 
 /// Positions beyond this are outside any cell, and their squares overflow a float [m].
@@ -192,4 +192,4 @@ Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m) {
   return checked;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

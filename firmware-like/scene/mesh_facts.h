@@ -8,7 +8,7 @@
 #include "firmware-like/result.h"
 #include "firmware-like/scene/triangle_mesh.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Orientation of the triangles of a closed surface.
 enum class Facing { kOutwards, kInwards, kMixed, kNotClosed };
@@ -51,4 +51,4 @@ inline constexpr double kNoArea = 1e-7;
 ///                corner that is not finite or too far away, or if no triangle has an area
 Result<CheckedMesh> CheckMesh(TriangleMesh raw, double unit_m);
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -7,7 +7,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::scene {
 
 /// Vertex indices, counter-clockwise when seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
@@ -19,4 +19,4 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::scene

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <unsupported/Eigen/SpecialFunctions>
 
-namespace plumbline {
+namespace plumbline::statistics {
 
 double ChiSquareTail(double value, double freedom) {
   return value <= 0 ? 1.0 : Eigen::numext::igammac(freedom / 2, value / 2);
@@ -25,4 +25,4 @@ double ChiSquareQuantileNear(double normal, double freedom) {
   return freedom * root * root * root;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::statistics

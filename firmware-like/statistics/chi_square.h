@@ -1,7 +1,7 @@
 // Tail probabilities and quantiles of the chi-squared distribution.
 #pragma once
 
-namespace plumbline {
+namespace plumbline::statistics {
 
 /// P(chi^2 > value) for the given degrees of freedom; 1 for value <= 0.
 double ChiSquareTail(double value, double freedom);
@@ -20,4 +20,4 @@ double ChiSquareQuantileNear(double normal, double freedom);
 /// z for a one-sided tail of 5 %.
 inline constexpr double kNormal95 = 1.6448536269514722;
 
-}  // namespace plumbline
+}  // namespace plumbline::statistics

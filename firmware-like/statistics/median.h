@@ -5,7 +5,7 @@
 #include <cassert>
 #include <span>
 
-namespace plumbline {
+namespace plumbline::statistics {
 
 /// Median of the values; for an even count the mean of the two middle ones. Does not allocate.
 /// @param values  at least one, no NaN; reordered by the call
@@ -17,4 +17,4 @@ inline double MedianOf(std::span<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::statistics

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace plumbline {
+namespace plumbline::statistics {
 
 /// SplitMix64 [Steele, Lea & Flood, OOPSLA 2014]. The same seed gives the same numbers on every
 /// platform.
@@ -28,4 +28,4 @@ class RandomSequence {
   std::uint64_t state_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::statistics

@@ -10,7 +10,7 @@
 #include "firmware-like/lens/board_prompt.h"
 #include "firmware-like/lens/zoom_supervisor.h"
 
-namespace plumbline {
+namespace plumbline::status {
 
 /// Viewing position of a camera; identifies it among the cell's cameras.
 enum class CameraName : std::uint8_t { kNone, kSide, kRear, kFront, kTop };
@@ -33,8 +33,8 @@ struct CameraStatus {
 
   bool configured = false;
   CameraName name = CameraName::kNone;
-  ZoomState state = ZoomState::kUnknown;
-  ZoomReason reason = ZoomReason::kNoReading;
+  lens::ZoomState state = lens::ZoomState::kUnknown;
+  lens::ZoomReason reason = lens::ZoomReason::kNoReading;
   bool lens_stale = false;        ///< measurements of this camera must not be used
   bool camera_lost = false;       ///< no frames arrive
   bool zoom_unknown = false;      ///< the zoom sensor does not respond
@@ -42,7 +42,7 @@ struct CameraStatus {
   bool fiducials_hidden = false;  ///< the reference tags are not visible
   bool fiducial_moved = false;    ///< a reference tag is not where it was declared; see the log
   bool store_fault = false;       ///< lenses cannot be stored; see the log
-  BoardPrompt prompt = BoardPrompt::kNone;
+  lens::BoardPrompt prompt = lens::BoardPrompt::kNone;
   std::uint16_t board_views = 0;  ///< board views accepted in this capture
   std::optional<std::int32_t> zoom_counts, focus_counts;
   std::uint32_t lens_id = 0;  ///< id in the lens store; 0: no lens, or not stored
@@ -56,4 +56,4 @@ struct CameraStatus {
   std::array<Body, kMaxBodies> bodies;  ///< in the order of the tag file
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::status

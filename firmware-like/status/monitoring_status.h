@@ -5,7 +5,7 @@
 
 #include "firmware-like/geometry/pose.h"
 
-namespace plumbline {
+namespace plumbline::status {
 
 /// Versions of the cell model, and the origin of the one in force. Version 0: none.
 struct ModelStatus {
@@ -32,4 +32,4 @@ struct MonitoringStatus {
   bool proposal_waiting() const { return model.proposed != 0; }
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::status

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace plumbline {
+namespace plumbline::status {
 
 /// Computed by plumbline-view in the deflected state, for the pairs listed in its object table.
 struct SceneStatus {
@@ -19,4 +19,4 @@ struct SceneStatus {
   bool FreshAt(double now_s) const { return now_s - time_s <= kFresh_s; }
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::status

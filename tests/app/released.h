@@ -17,7 +17,7 @@ inline void WriteReleased(const std::string& folder, int schema, const std::stri
       FileText("tests/app/" + folder + "/released/schema_" + std::to_string(schema) + ".sql");
   INFO(folder << ": no dump of schema " << schema);
   REQUIRE_FALSE(dump.empty());
-  auto database = Database::Open(path, Database::Mode::kWrite);
+  auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   REQUIRE(database);
   INFO(database.value().Problem());
   REQUIRE(database.value().Run(dump.c_str()));
@@ -26,7 +26,7 @@ inline void WriteReleased(const std::string& folder, int schema, const std::stri
 
 /// Makes it a file of a version that is still to come.
 inline void MakeNewer(const std::string& path, int schema) {
-  auto database = Database::Open(path, Database::Mode::kWrite);
+  auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   REQUIRE(database);
   REQUIRE(database.value().Run(("PRAGMA user_version=" + std::to_string(schema)).c_str()));
 }

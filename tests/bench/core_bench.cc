@@ -76,12 +76,13 @@ void Row(const char* what, double ours, double peer, const char* unit, double ta
 }
 
 struct Case {
-  AssemblyPoint point;
-  JointVector taught;
+  correction::AssemblyPoint point;
+  model::JointVector taught;
 };
 
 /// Points across the cell that have a correction.
-std::vector<Case> Cases(const CellModel& cell, const Corrector& corrector, std::size_t count) {
+std::vector<Case> Cases(const model::CellModel& cell, const correction::Corrector& corrector,
+                        std::size_t count) {
   std::mt19937 random(1);
   std::vector<Case> cases;
   while (cases.size() < count) {
@@ -90,10 +91,10 @@ std::vector<Case> Cases(const CellModel& cell, const Corrector& corrector, std::
     c.point.id = static_cast<int>(cases.size()) + 1;
     c.point.near_q = c.taught;
     c.point.X_WP = cell.robot.X_WB * corrector.arm().UnloadedTip(c.taught);
-    Correction correction;
-    corrector.Correct(c.point, {60, *cell.payload_cog_F}, {}, c.taught, BranchSearch::kNone,
-                      correction);
-    if (correction.code == CorrectionCode::kOk) cases.push_back(c);
+    correction::Correction correction;
+    corrector.Correct(c.point, {60, *cell.payload_cog_F}, {}, c.taught,
+                      correction::BranchSearch::kNone, correction);
+    if (correction.code == correction::CorrectionCode::kOk) cases.push_back(c);
   }
   return cases;
 }
@@ -101,31 +102,32 @@ std::vector<Case> Cases(const CellModel& cell, const Corrector& corrector, std::
 }  // namespace
 
 int main() {
-  const CellModel cell = test::HeavyArm();
-  const Corrector corrector(cell, {});
-  const Payload payload{60, *cell.payload_cog_F};
+  const model::CellModel cell = test::HeavyArm();
+  const correction::Corrector corrector(cell, {});
+  const loads::Payload payload{60, *cell.payload_cog_F};
   const std::vector<Case> cases = Cases(cell, corrector, 100);
 
   fmt::print("| what | ours | peer | ratio | target | met |\n|---|---|---|---|---|---|\n");
   // Starts from the taught joints, as in the first cycle; the peer solves the same poses for a
   // rigid arm from joints that are off by about the deflection.
   std::vector<double> ours, peer;
-  const LoadedArm& arm = corrector.arm();
-  const auto rigid_tip = [&](const JointVector& q, Posture& posture) {
+  const deflection::LoadedArm& arm = corrector.arm();
+  const auto rigid_tip = [&](const model::JointVector& q, kinematics::Posture& posture) {
     arm.chain().Evaluate(q, posture);
     return posture.X_BF() * arm.X_FT();
   };
   for (int round = 0; round < 200; ++round) {
     const double start = Now_us();
     for (const Case& c : cases) {
-      Correction correction;
-      corrector.Correct(c.point, payload, {}, c.taught, BranchSearch::kNone, correction);
+      correction::Correction correction;
+      corrector.Correct(c.point, payload, {}, c.taught, correction::BranchSearch::kNone,
+                        correction);
     }
     const double middle = Now_us();
     for (const Case& c : cases) {
-      JointVector q = c.taught.array() + 3e-3;
+      model::JointVector q = c.taught.array() + 3e-3;
       const Pose X_BT = cell.robot.X_WB.Inverse() * c.point.X_WP;
-      if (!SolvePose(arm.chain(), {X_BT}, rigid_tip, 40, q).converged) return 1;
+      if (!kinematics::SolvePose(arm.chain(), {X_BT}, rigid_tip, 40, q).converged) return 1;
     }
     ours.push_back((middle - start) / static_cast<double>(cases.size()));
     peer.push_back((Now_us() - middle) / static_cast<double>(cases.size()));
@@ -142,7 +144,7 @@ int main() {
   }
   Machine machine(config);
   machine.Prepare();
-  PlcEncoder encoder({}, ids);
+  plc::PlcEncoder encoder({}, ids);
   MachineInput input;
   input.robot.q = cases[0].taught;
   input.robot.payload_kg = 60;
@@ -156,7 +158,7 @@ int main() {
     ++input.robot.sequence;
     input.robot.payload_kg = 55 + 5 * std::sin(0.01 * cycle);
     input.command.sequence = static_cast<std::uint16_t>(cycle / 10);
-    input.command.code = PlcCommandCode::kCorrectPoint;
+    input.command.code = model::PlcCommandCode::kCorrectPoint;
     input.command.point_id = static_cast<std::uint16_t>(1 + cycle / 10 % 100);
     const std::uint64_t before = allocations;
     const double start = CpuTime_us();

@@ -17,14 +17,14 @@
 #include "drivers/display/projection.h"
 #include "drivers/display/renderer.h"
 #include "firmware-like/beam/beam.h"
-#include "firmware-like/beam/materials.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/model/materials.h"
 #include "firmware-like/scene/loaded_tool.h"
 
 namespace plumbline {
 namespace {
 
-constexpr ImageSize kPicture{1920, 1080};
+constexpr lens::ImageSize kPicture{1920, 1080};
 
 /// CPU time of all threads, independent of other load on the machine.
 double Milliseconds(const std::function<void()>& work) {
@@ -45,9 +45,9 @@ double Median(std::vector<double> values) {
 }
 
 /// A round bar along z with 50,000 triangles.
-TriangleMesh Bar(double radius_m, double length_m) {
+scene::TriangleMesh Bar(double radius_m, double length_m) {
   constexpr int kRings = 250, kAround = 100;
-  TriangleMesh mesh;
+  scene::TriangleMesh mesh;
   for (int i = 0; i <= kRings; ++i) {
     for (int k = 0; k < kAround; ++k) {
       const double angle = 2 * std::numbers::pi * k / kAround;
@@ -71,8 +71,8 @@ TriangleMesh Bar(double radius_m, double length_m) {
 /// Peer: the distorted image and the straight mesh with the same light, nothing else.
 class PlainPicture {
  public:
-  explicit PlainPicture(const TriangleMesh& mesh) : lit_(ComputeNormals(mesh)) {
-    image_program_ = GlProgram::Build(
+  explicit PlainPicture(const scene::TriangleMesh& mesh) : lit_(display::ComputeNormals(mesh)) {
+    image_program_ = display::GlProgram::Build(
                          "out vec2 at; void main() { vec2 c = vec2(gl_VertexID == 1 ? 3.0 : -1.0, "
                          "gl_VertexID == 2 ? 3.0 : -1.0); at = 0.5 * c + 0.5; "
                          "gl_Position = vec4(c, 0.0, 1.0); }",
@@ -80,7 +80,7 @@ class PlainPicture {
                          "colour = vec4(texture(u_pixels, at).rrr, 1.0); }")
                          .value();
     mesh_program_ =
-        GlProgram::Build(
+        display::GlProgram::Build(
             "layout(location = 0) in vec3 p; layout(location = 1) in vec3 n; uniform mat4 u_pose; "
             "uniform mat4 u_clip; out float light; void main() { vec4 q = u_pose * vec4(p, 1.0); "
             "vec3 m = normalize(mat3(u_pose) * n); light = 0.25 + 0.5 * abs(dot(m, "
@@ -101,21 +101,22 @@ class PlainPicture {
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glBindVertexArray(*array_);
     glBindBuffer(GL_ARRAY_BUFFER, *vertices_);
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(lit_.vertices.size() * sizeof(LitVertex)),
+    glBufferData(GL_ARRAY_BUFFER,
+                 static_cast<GLsizeiptr>(lit_.vertices.size() * sizeof(display::LitVertex)),
                  lit_.vertices.data(), GL_STATIC_DRAW);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, *indices_);
     glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-                 static_cast<GLsizeiptr>(lit_.triangles.size() * sizeof(Triangle)),
+                 static_cast<GLsizeiptr>(lit_.triangles.size() * sizeof(scene::Triangle)),
                  lit_.triangles.data(), GL_STATIC_DRAW);
-    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(LitVertex), nullptr);
-    glVertexAttribPointer(1, 3, GL_SHORT, GL_TRUE, sizeof(LitVertex),
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(display::LitVertex), nullptr);
+    glVertexAttribPointer(1, 3, GL_SHORT, GL_TRUE, sizeof(display::LitVertex),
                           reinterpret_cast<const void*>(sizeof(Vec3f)));
     glEnableVertexAttribArray(0);
     glEnableVertexAttribArray(1);
     pixels_.resize(std::size_t{4} * kPicture.width * kPicture.height);
   }
 
-  void Draw(const std::vector<std::uint8_t>& grey, const DisplayList& list) {
+  void Draw(const std::vector<std::uint8_t>& grey, const scene::DisplayList& list) {
     glBindFramebuffer(GL_FRAMEBUFFER, *framebuffer_);
     glViewport(0, 0, kPicture.width, kPicture.height);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -128,12 +129,12 @@ class PlainPicture {
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glEnable(GL_DEPTH_TEST);
     mesh_program_.Use();
-    const DrawnMesh& drawn = list.meshes[0];
+    const scene::DrawnMesh& drawn = list.meshes[0];
     Eigen::Matrix4f pose = Eigen::Matrix4f::Identity();
     pose.topLeftCorner<3, 3>() = drawn.X_CF.R.cast<float>();
     pose.topRightCorner<3, 1>() = drawn.X_CF.p.cast<float>();
     glUniformMatrix4fv(mesh_program_.UniformLocation("u_pose"), 1, GL_FALSE, pose.data());
-    const Eigen::Matrix4f clip = ClipOfCamera(list.pinhole, list.size);
+    const Eigen::Matrix4f clip = display::ClipOfCamera(list.pinhole, list.size);
     glUniformMatrix4fv(mesh_program_.UniformLocation("u_clip"), 1, GL_FALSE, clip.data());
     glUniform4f(mesh_program_.UniformLocation("u_colour"), 1, 0.5F, 0, 1);
     glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * lit_.triangles.size()), GL_UNSIGNED_INT,
@@ -143,27 +144,27 @@ class PlainPicture {
   }
 
  private:
-  LitMesh lit_;
-  GlProgram image_program_, mesh_program_;
-  GlFramebuffer framebuffer_;
-  GlRenderbuffer colour_, depth_;
-  GlTexture image_;
-  GlVertexArray array_;
-  GlBuffer vertices_, indices_;
+  display::LitMesh lit_;
+  display::GlProgram image_program_, mesh_program_;
+  display::GlFramebuffer framebuffer_;
+  display::GlRenderbuffer colour_, depth_;
+  display::GlTexture image_;
+  display::GlVertexArray array_;
+  display::GlBuffer vertices_, indices_;
   std::vector<std::uint8_t> pixels_;
 };
 
 /// Largest deviation of a vertex from the finite elements of the beam [mm].
-double BendError(Renderer& renderer, const DisplayList& list, const TriangleMesh& mesh,
-                 const BeamSolution& beam) {
-  const DrawnMesh& drawn = list.meshes[0];
+double BendError(display::Renderer& renderer, const scene::DisplayList& list,
+                 const scene::TriangleMesh& mesh, const beam::BeamSolution& beam) {
+  const scene::DrawnMesh& drawn = list.meshes[0];
   const std::vector<Vec3f> placed = renderer.TransformedVertices(list, drawn);
   const double length_m = beam.NodeZ(beam.node_count() - 1);
   double worst_m = placed.empty() ? 1 : 0;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Vec3 p_F = mesh.vertices_O[i].cast<double>();
     const double z = std::clamp(p_F.z(), 0.0, length_m);
-    const SectionState section = beam.At(z);
+    const beam::SectionState section = beam.At(z);
     const Vec3 bent_F = p_F + section.d_F + section.r_F.cross(p_F - Vec3(0, 0, z));
     worst_m = std::max(worst_m, (placed[i].cast<double>() - drawn.X_CF * bent_F).norm());
   }
@@ -176,32 +177,32 @@ int Run(bool quick) {
   CPU_SET(sched_getcpu(), &one);
   sched_setaffinity(0, sizeof one, &one);
   setenv("LP_NUM_THREADS", "1", 1);  // read when the context is created
-  auto context = GlContext::Create();
+  auto context = display::GlContext::Create();
   if (!context) {
     fmt::print("SKIPPED: {}\n", context.error());
     return 0;
   }
-  auto renderer = Renderer::Create(**context);
+  auto renderer = display::Renderer::Create(**context);
   if (!renderer) {
     fmt::print("the renderer cannot be created: {}\n", renderer.error());
     return 1;
   }
 
-  Tool tool;
+  model::Tool tool;
   tool.rigid = false;
-  tool.segments = {{1.2, SquareTubeSection(0.06, 0.004), *MaterialByName("steel")}};
-  LoadedState state;
+  tool.segments = {{1.2, model::SquareTubeSection(0.06, 0.004), *model::MaterialByName("steel")}};
+  deflection::LoadedState state;
   state.tool.g_F = Vec3(9.8, 0, 0);
   state.tool.payload = {60, Vec3(0, 0.05, 1.3)};
-  const BeamSolution beam =
-      Beam(tool, 4).Solve({.masses = {{60, 1.2, Vec3(0, 0.05, 1.3)}}, .g_F = state.tool.g_F});
+  const beam::BeamSolution beam =
+      beam::Beam(tool, 4).Solve({.masses = {{60, 1.2, Vec3(0, 0.05, 1.3)}}, .g_F = state.tool.g_F});
 
-  const TriangleMesh mesh = Bar(0.15, 1.2);
+  const scene::TriangleMesh mesh = Bar(0.15, 1.2);
   std::vector<std::uint8_t> grey(std::size_t{1920} * 1080);
   for (std::size_t i = 0; i < grey.size(); ++i) {
     grey[i] = static_cast<std::uint8_t>((i / 1920 / 4 + i % 1920 / 4) % 256);
   }
-  DisplayList list;
+  scene::DisplayList list;
   list.size = kPicture;
   list.pinhole = {.fx = 1700, .fy = 1700, .cx = 959.5, .cy = 539.5};
   list.background.luma = {grey.data(), 1920, 1080, 1920};
@@ -209,8 +210,8 @@ int Run(bool quick) {
   list.background.lens->k1 = -0.2;
   list.background.lens->k2 = 0.05;
   list.background.lens->p1 = 1e-3;
-  list.bend = BendFieldOf(tool, state);
-  DrawnMesh drawn;
+  list.bend = scene::BendFieldOf(tool, state);
+  scene::DrawnMesh drawn;
   drawn.mesh = (*renderer)->LoadMesh(mesh).value();
   drawn.X_CF.R = RotationFromRollPitchYaw(Vec3(0.1, 1.4, 0.2));
   drawn.X_CF.p = Vec3(-0.6, 0, 1.6);
@@ -221,8 +222,8 @@ int Run(bool quick) {
 
   const auto draw_ours = [&] {
     ++list.background.sequence;
-    if ((*renderer)->Draw(list) != DrawResult::kDrawn) std::abort();
-    ReadInStrips(**renderer, [](int, const PictureView&) {});
+    if ((*renderer)->Draw(list) != display::DrawResult::kDrawn) std::abort();
+    display::ReadInStrips(**renderer, [](int, const display::PictureView&) {});
   };
   const auto draw_plain = [&] { plain.Draw(grey, list); };
   std::vector<double> ours_ms, plain_ms;

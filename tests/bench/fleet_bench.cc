@@ -99,42 +99,42 @@ struct Counter {
 };
 
 /// Two points move every minute, an alarm is raised and cleared every two minutes.
-ViewState StateAt(double time_s) {
-  ViewState state;
+view_link::ViewState StateAt(double time_s) {
+  view_link::ViewState state;
   state.utc_s = 1.8e9 + time_s;
   state.model_version = 3;
   state.status = status::kReady | status::kRobotLink;
-  state.q = JointVector::Constant(6, 0.3);
+  state.q = model::JointVector::Constant(6, 0.3);
   state.payload_kg = 60;
   state.temp_C = 24.5;
   const int minute = static_cast<int>(time_s / 60);
   if (minute % 2 == 1 && time_s - 60 * minute < 20) state.alarms = alarm::kRobotStale;
   for (int k = 0; k < kPoints; ++k) {
-    ViewPoint point;
+    view_link::ViewPoint point;
     point.id = k + 1;
     point.valid = true;
-    point.code = CorrectionCode::kOk;
+    point.code = correction::CorrectionCode::kOk;
     if (k < 2) point.translation_B.x() = 1e-3 * minute;
     state.points.push_back(point);
   }
   return state;
 }
 
-std::vector<Message> MessagesOfOneHour() {
-  MqttConfig config;
-  FleetCell cell{"bench", "cell", "bench", std::vector<Joint>(6), {}};
-  ChangeDetector changes(config, cell, "");
-  std::vector<Message> messages;
+std::vector<fleet::Message> MessagesOfOneHour() {
+  config::MqttConfig config;
+  fleet::FleetCell cell{"bench", "cell", "bench", std::vector<model::Joint>(6), {}};
+  fleet::ChangeDetector changes(config, cell, "");
+  std::vector<fleet::Message> messages;
   int probes = 0;
   for (double time_s = 0; time_s < kHour_s; time_s += kFeedPeriod_s) {
-    for (Message& message : changes.Update(StateAt(time_s), time_s)) {
+    for (fleet::Message& message : changes.Update(StateAt(time_s), time_s)) {
       messages.push_back(std::move(message));
     }
     if (time_s < kHour_s * probes / kProbesPerHour) continue;
-    ProbeRow probe;
+    fleet::ProbeRow probe;
     probe.id = ++probes;
     probe.measured_W = probe.predicted_W = Vec3::Zero();
-    messages.push_back({MessageKind::kProbe, 1, ProbeBody(probe)});
+    messages.push_back({fleet::MessageKind::kProbe, 1, fleet::ProbeBody(probe)});
   }
   return messages;
 }
@@ -194,15 +194,15 @@ int main(int argc, char** argv) {
   mosquitto_subscribe(client, nullptr, "+/bench/+/#", 1);
   SleepSeconds(0.5);
 
-  const std::vector<Message> messages = MessagesOfOneHour();
+  const std::vector<fleet::Message> messages = MessagesOfOneHour();
   std::size_t bytes = 0;
   std::filesystem::create_directories(folder + "/state/fleet");
   {
-    auto queue = FleetQueue::Open(folder + "/state/fleet/queue.sqlite", 64'000'000);
+    auto queue = fleet::FleetQueue::Open(folder + "/state/fleet/queue.sqlite", 64'000'000);
     if (!queue || !queue.value().Append(messages, "")) return 1;
     std::ofstream lines(folder + "/lines");
-    for (const QueuedMessage& one : queue.value().Next(0, messages.size()).value()) {
-      const std::string text = MessageText(queue.value().stream(), one);
+    for (const fleet::QueuedMessage& one : queue.value().Next(0, messages.size()).value()) {
+      const std::string text = fleet::MessageText(queue.value().stream(), one);
       bytes += text.size();
       lines << text << "\n";
     }
@@ -214,7 +214,7 @@ int main(int argc, char** argv) {
   const double peer_s = counter.newest_s - counter.first_s;
   peer.Wait();
 
-  auto publisher = ViewPublisher::Open(ViewSocketOf(folder + "/state"));
+  auto publisher = view_link::ViewPublisher::Open(view_link::ViewSocketOf(folder + "/state"));
   if (!publisher) return 1;
   std::ifstream shipped(argv[2]);
   std::ofstream(folder + "/plumbline.toml")
@@ -259,7 +259,7 @@ int main(int argc, char** argv) {
   fmt::print("| capacity of a 64 MB queue at that rate | {:.1f} days | | |\n",
              64e6 /
                  (static_cast<double>(bytes) +
-                  FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
+                  fleet::FleetQueue::kRowBytes * static_cast<double>(messages.size())) /
                  24);
   fmt::print("| CPU time when idle, checking 5 states a second | {:.2f} % of a core | | |\n",
              100 * cpu_share);

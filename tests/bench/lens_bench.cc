@@ -17,7 +17,7 @@ using namespace plumbline;
 
 namespace {
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr lens::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
 /// CPU time of this thread, independent of other load on the machine.
@@ -47,13 +47,13 @@ double PercentWithin2(const std::vector<double>& z) {
 }
 
 /// Errors of all corners [px]; the board may be detected rotated by 180 degrees.
-void AddErrors(const std::vector<Vec2>& found, const std::vector<bool>& seen,
-               const std::vector<Vec2>& truth, std::vector<double>& errors) {
+void AddErrors(const std::vector<lens::Vec2>& found, const std::vector<bool>& seen,
+               const std::vector<lens::Vec2>& truth, std::vector<double>& errors) {
   std::array<std::vector<double>, 2> both;
   for (const bool turned : {false, true}) {
     for (std::size_t k = 0; k < truth.size(); ++k) {
       if (!seen[k]) continue;
-      const Vec2 error = found[k] - truth[turned ? truth.size() - 1 - k : k];
+      const lens::Vec2 error = found[k] - truth[turned ? truth.size() - 1 - k : k];
       both[turned].push_back(error.x());
       both[turned].push_back(error.y());
     }
@@ -63,17 +63,17 @@ void AddErrors(const std::vector<Vec2>& found, const std::vector<bool>& seen,
 }
 
 void BoardCorners(int frames) {
-  const Board board;
+  const lens::Board board;
   Capture capture;
   capture.views = frames;
   std::vector<double> ours, theirs, our_errors, their_errors;
   int found = 0, peer_found = 0, k = 0;
   for (const DrawnView& view : DrawViews(capture, board, 77)) {
     const renderer::Image image = renderer::Render(view.camera, {view.sheet}, {}, 500 + k++);
-    const std::vector<Vec2> truth = TrueCorners(view, board);
+    const std::vector<lens::Vec2> truth = TrueCorners(view, board);
     double start = CpuTime_ms();
     const auto corners =
-        DetectBoard({image.grey.data(), image.width, image.height, image.width}, board);
+        lens::DetectBoard({image.grey.data(), image.width, image.height, image.width}, board);
     ours.push_back(CpuTime_ms() - start);
     if (corners) {
       ++found;
@@ -87,7 +87,7 @@ void BoardCorners(int frames) {
     theirs.push_back(CpuTime_ms() - start);
     if (!peer) continue;
     ++peer_found;
-    std::vector<Vec2> pixels;
+    std::vector<lens::Vec2> pixels;
     pixels.reserve(points.size());
     for (const cv::Point2f& p : points) pixels.emplace_back(p.x, p.y);
     AddErrors(pixels, std::vector<bool>(pixels.size(), true), truth, their_errors);
@@ -99,15 +99,16 @@ void BoardCorners(int frames) {
       frames, Median(theirs) / Median(ours), Rms(our_errors) / Rms(their_errors));
 }
 
-double OpenCvSolve(const Board& board, const std::vector<BoardView>& views, double& fx) {
+double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>& views,
+                   double& fx) {
   std::vector<std::vector<cv::Point3f>> objects;
   std::vector<std::vector<cv::Point2f>> images;
-  for (const BoardView& view : views) {
+  for (const lens::BoardView& view : views) {
     objects.emplace_back();
     images.emplace_back();
     for (int k = 0; k < board.corners(); ++k) {
       if (!view.seen[k]) continue;
-      const Vec2 c = board.Corner(k);
+      const lens::Vec2 c = board.Corner(k);
       objects.back().emplace_back(static_cast<float>(c.x()), static_cast<float>(c.y()), 0.0F);
       images.back().emplace_back(static_cast<float>(view.corners_px[k].x()),
                                  static_cast<float>(view.corners_px[k].y()));
@@ -122,7 +123,7 @@ double OpenCvSolve(const Board& board, const std::vector<BoardView>& views, doub
 }
 
 void Solve(int seeds) {
-  const Board board;
+  const lens::Board board;
   for (const double f : {1700.0, 5000.0, 12000.0}) {
     for (const auto kind : {Capture::Kind::kVaried, Capture::Kind::kBurst}) {
       Capture capture;
@@ -134,7 +135,7 @@ void Solve(int seeds) {
         const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
         const renderer::Camera truth = renderer::ZoomLens(f);
         double start = CpuTime_ms();
-        const auto fit = FitLens(board, views, kSize);
+        const auto fit = lens::FitLens(board, views, kSize);
         ours.push_back(CpuTime_ms() - start);
         if (!fit) {
           fmt::print("f {}, seed {}: {}\n", f, seed, fit.error());
@@ -143,11 +144,12 @@ void Solve(int seeds) {
         errors.push_back(100 * (fit->shared[kFx] / truth.fx - 1));
         z.push_back((fit->shared[kFx] - truth.fx) / std::sqrt(fit->covariance(kFx, kFx)));
         start = CpuTime_ms();
-        const LensCalibration c = CalibrateLens(board, views, kSize);
+        const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
         whole.push_back(CpuTime_ms() - start);
-        image_z.push_back(LargestDifference(TrueLens(truth), c.lens, kSize) / c.uncertainty.max_px);
+        image_z.push_back(lens::LargestDifference(TrueLens(truth), c.lens, kSize) /
+                          c.uncertainty.max_px);
         if (const auto mrcal =
-                SolveWithMrcal(board, views, kSize, LensFromShared(fit->shared), fit->X_CK)) {
+                SolveWithMrcal(board, views, kSize, lens::LensFromShared(fit->shared), fit->X_CK)) {
           mrcal_errors.push_back(100 * (mrcal->lens.fx / truth.fx - 1));
           mrcal_z.push_back((mrcal->lens.fx - truth.fx) / mrcal->fx_sd);
           our_errors_there.push_back(errors.back());
@@ -178,11 +180,12 @@ void Solve(int seeds) {
 }
 
 /// Uncertainty under the assumption that the lens did not move [px].
-double ClaimedByViews(const Board& board, const std::vector<BoardView>& views) {
-  const auto fit = FitLens(board, views, kSize);
+double ClaimedByViews(const lens::Board& board, const std::vector<lens::BoardView>& views) {
+  const auto fit = lens::FitLens(board, views, kSize);
   if (!fit) return 1e9;
-  const LensMatrix covariance = fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  return ProjectionUncertaintyOf(LensFromShared(fit->shared), covariance, kSize).max_px;
+  const lens::LensMatrix covariance =
+      fit->covariance.topLeftCorner<lens::kLensCount, lens::kLensCount>();
+  return lens::ProjectionUncertaintyOf(lens::LensFromShared(fit->shared), covariance, kSize).max_px;
 }
 
 /// Acceptance of varied views, bursts, bowed boards and moving lenses.
@@ -202,7 +205,7 @@ void Acceptance(int runs) {
                         {"jumping lens", Capture::Kind::kVaried, 0, 0, 0.01},
                         {"jump at any frame", Capture::Kind::kVaried, 0, 0, 0.01, true},
                         {"identical views", Capture::Kind::kSame, 0, 0, 0}};
-  const Board board;
+  const lens::Board board;
   int all = 0, all_false = 0;
   for (const Kind& kind : kinds) {
     int accepted = 0, false_accepted = 0, bad = 0, bad_rejected = 0, good = 0, good_accepted = 0;
@@ -219,27 +222,27 @@ void Acceptance(int runs) {
       if (kind.any_frame) capture.step_at = 0.5 + 0.4 * U(random);
       const std::uint64_t seed = 20000 + run;
       const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
-      const LensCalibration c = CalibrateLens(board, views, kSize);
-      Lens truth = TrueLens(renderer::ZoomLens(capture.f));
+      const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
+      lens::Lens truth = TrueLens(renderer::ZoomLens(capture.f));
       if (kind.any_frame) {
         truth.fx *= 1 + capture.step;
         truth.fy *= 1 + capture.step;
       }
-      const double error = c.lens.fx > 0 ? LargestDifference(truth, c.lens, kSize) : 1e9;
+      const double error = c.lens.fx > 0 ? lens::LargestDifference(truth, c.lens, kSize) : 1e9;
       const double claimed = c.uncertainty.max_px;
       const bool lens_still = kind.creep == 0 && kind.step == 0;
       accepted += c.accepted;
       if (c.accepted && (error > 5 * claimed || (error > 3 * claimed && error > 0.3)))
         ++false_accepted;
-      if (error > 3 * CalibrationOptions{}.acceptable_px) {
+      if (error > 3 * lens::CalibrationOptions{}.acceptable_px) {
         ++bad;
         bad_rejected += !c.accepted;
-      } else if (lens_still && claimed < CalibrationOptions{}.acceptable_px) {
+      } else if (lens_still && claimed < lens::CalibrationOptions{}.acceptable_px) {
         ++good;
         good_accepted += c.accepted;
       }
       claimed_by_views +=
-          lens_still && ClaimedByViews(board, views) < CalibrationOptions{}.acceptable_px;
+          lens_still && ClaimedByViews(board, views) < lens::CalibrationOptions{}.acceptable_px;
       ++all;
     }
     all_false += false_accepted;
@@ -256,10 +259,10 @@ void Acceptance(int runs) {
 /// Adversarial frames: noise, stripes, fine chessboards of all sizes, boards in clutter. Every
 /// tenth is also searched for the other kinds of board.
 void Adversarial(int frames) {
-  const Board board;
-  const Board others[] = {{9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
-                          {11, 7, 0.020, BoardKind::kCircles, 0.012, {}},
-                          {4, 11, 0.020, BoardKind::kAsymmetricCircles, 0.015, {}}};
+  const lens::Board board;
+  const lens::Board others[] = {{9, 6, 0.020, lens::BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
+                                {11, 7, 0.020, lens::BoardKind::kCircles, 0.012, {}},
+                                {4, 11, 0.020, lens::BoardKind::kAsymmetricCircles, 0.015, {}}};
   double worst_other = 0;
   std::mt19937_64 random(4);
   std::vector<std::uint8_t> image(std::size_t{1920} * 1080);
@@ -287,13 +290,13 @@ void Adversarial(int frames) {
       }
     }
     const double start = CpuTime_ms();
-    static_cast<void>(DetectBoard({image.data(), 1920, 1080, 1920}, board));
+    static_cast<void>(lens::DetectBoard({image.data(), 1920, 1080, 1920}, board));
     times.push_back(CpuTime_ms() - start);
     worst = std::max(worst, times.back());
     if (k % 10 != k / 10 % 10) continue;  // cycles through the kinds of frame
-    for (const Board& other : others) {
+    for (const lens::Board& other : others) {
       const double then = CpuTime_ms();
-      static_cast<void>(DetectBoard({image.data(), 1920, 1080, 1920}, other));
+      static_cast<void>(lens::DetectBoard({image.data(), 1920, 1080, 1920}, other));
       worst_other = std::max(worst_other, CpuTime_ms() - then);
     }
   }

@@ -44,15 +44,15 @@ void Delays(int runs) {
       for (const double probes_per_day : {1.0, 24.0, 1440.0}) {
         for (const int reference : {0, 20}) {
           for (const double outliers : {0.0, 0.05}) {
-            MonitorRequirements wish;
+            monitor::MonitorRequirements wish;
             wish.sigma_m = 1e-3 * sigma_mm;
             wish.probes_per_day = probes_per_day;
             wish.reference_probes = reference;
-            const MonitorDesign design = MonitorDesignFor(wish);
+            const monitor::MonitorDesign design = monitor::MonitorDesignFor(wish);
             std::vector<int> delays;
             for (int run = 0; run < runs; ++run) {
               Residuals residuals(static_cast<unsigned>(run), wish.sigma_m, outliers);
-              DriftMonitor monitor(design);
+              monitor::DriftMonitor monitor(design);
               const Vec3 step_m = 1e-3 * step_mm * residuals.Direction();
               for (int i = 0; i < reference + 30; ++i) monitor.Update(residuals.Next());
               if (monitor.alarm()) continue;  // false alarms are counted below
@@ -80,8 +80,8 @@ void Delays(int runs) {
 }
 
 /// Median delay in probes for a 0.3 mm step in random directions, after learning from this scatter.
-int MedianDelay(const MonitorDesign& design, double sigma_m, double outliers) {
-  DriftMonitor monitor(design);
+int MedianDelay(const monitor::MonitorDesign& design, double sigma_m, double outliers) {
+  monitor::DriftMonitor monitor(design);
   Residuals residuals(7, sigma_m, outliers);
   std::vector<int> delays;
   for (int run = 0; run < 501; ++run) {
@@ -99,10 +99,10 @@ int MedianDelay(const MonitorDesign& design, double sigma_m, double outliers) {
 void FalseAlarms(double probes_per_day, int years, double true_over_declared) {
   for (const int reference : {0, 20}) {
     for (const double outliers : {0.0, 0.02, 0.05}) {
-      MonitorRequirements wish;
+      monitor::MonitorRequirements wish;
       wish.probes_per_day = probes_per_day;
       wish.reference_probes = reference;
-      DriftMonitor monitor(MonitorDesignFor(wish));
+      monitor::DriftMonitor monitor(monitor::MonitorDesignFor(wish));
       const double sigma_m = true_over_declared * wish.sigma_m;
       Residuals residuals(99, sigma_m, outliers);
       int alarms = 0, worst = 0, at_most_one = 0;

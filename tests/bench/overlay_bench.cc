@@ -29,10 +29,10 @@ constexpr int kPlateTag = 40;
 const Vec3 kPlate_T(0.05, -0.04, 0.0);  ///< centre of the tag, on a plate at the tip
 
 /// Reference tags of 120 mm around the field of view at different depths.
-Body ReferenceTags() {
+tracking::Body ReferenceTags() {
   const Vec3 places[] = {{-0.55, -0.28, 0.00}, {0.55, -0.26, 0.20}, {0.52, 0.28, 0.02},
                          {-0.54, 0.27, 0.18},  {0.00, -0.30, 0.30}, {-0.1, 0.30, 0.25}};
-  Body cell{"cell", {}};
+  tracking::Body cell{"cell", {}};
   for (int k = 0; k < 6; ++k) {
     cell.tags.push_back(
         {k,
@@ -52,7 +52,7 @@ Eigen::Isometry3d Isometry(const Pose& X) {
 struct Rms {
   double squares = 0, largest = 0;
   int count = 0;
-  void Add(const Vec2& off) {
+  void Add(const lens::Vec2& off) {
     squares += off.squaredNorm();
     largest = std::max(largest, off.norm());
     ++count;
@@ -69,7 +69,7 @@ struct Results {
 /// One posture, one image.
 class Scene {
  public:
-  Scene(const ViewModel& model, const virtual_cell::World& world, std::uint64_t seed)
+  Scene(const view::ViewModel& model, const virtual_cell::World& world, std::uint64_t seed)
       : model_(model), random_(seed), time_s_(static_cast<double>(seed)) {
     std::uniform_real_distribution<double> u(-1, 1);
     q_.resize(6);
@@ -90,9 +90,9 @@ class Scene {
     X_WK_ = Pose{kFacing.transpose(), X_WT_ * kPlate_T + Vec3(0, 0.15, 0)};
 
     camera_ = renderer::ZoomLens(kFocal_px);
-    const TagFamily family = TagFamilyOfName("36h11").value();
+    const tracking::TagFamily family = tracking::TagFamilyOfName("36h11").value();
     std::vector<renderer::Sheet> sheets;
-    for (const BodyTag& tag : ReferenceTags().tags) {
+    for (const tracking::BodyTag& tag : ReferenceTags().tags) {
       sheets.push_back(
           test::TagSheet(family, tag.id, tag.side_m, Isometry(X_CW_ * X_WK_ * tag.X_KM)));
     }
@@ -100,29 +100,30 @@ class Scene {
     image_ = renderer::Render(camera_, sheets, {}, seed);
   }
 
-  void Measure(Renderer& renderer, Results& results) {
-    ViewModel model = model_;
+  void Measure(display::Renderer& renderer, Results& results) {
+    view::ViewModel model = model_;
     model.config.vision.cameras.resize(1);
     model.config.vision.tags.cell = "cell";
     model.config.vision.tags.X_WK = X_WK_;
-    TagDatabase database;
+    tracking::TagDatabase database;
     database.bodies = {ReferenceTags()};
-    Tracker tracker(TagFamilyOfName("36h11").value(), database, {});
-    KnownLens lens;
+    tracking::Tracker tracker(tracking::TagFamilyOfName("36h11").value(), database, {});
+    lens::KnownLens lens;
     lens.lens = test::LensOfCamera(camera_);
-    const TrackedFrame& seen = tracker.Update(test::ViewOf(image_), 0, &lens);
+    const tracking::TrackedFrame& seen = tracker.Update(test::ViewOf(image_), 0, &lens);
     const auto started = std::chrono::steady_clock::now();
-    ViewState state;
+    view_link::ViewState state;
     state.now_s = time_s_ + 0.01;
     state.q = q_;
     state.payload_kg = payload_kg_;
     state.payload_cog_F = *model.config.machine.cell.payload_cog_F;
     state.cameras.resize(1);
     state.cameras[0].status.configured = true;
-    state.cameras[0].status.state = ZoomState::kValid;
+    state.cameras[0].status.state = lens::ZoomState::kValid;
     state.cameras[0].lens = lens.lens;
-    state.cameras[0].image = ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
-    for (const SeenBody& body : seen.bodies) {
+    state.cameras[0].image =
+        view_link::ViewImage{0, 1, camera_.width, camera_.height, false, time_s_, 1};
+    for (const tracking::SeenBody& body : seen.bodies) {
       state.cameras[0].bodies.push_back({body.body->name, body.estimate.X_CK, false});
     }
     ++results.scenes;
@@ -130,27 +131,27 @@ class Scene {
       ++results.lost;
       return;
     }
-    CarrierTracker memory;
-    const Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
+    view::CarrierTracker memory;
+    const view::Carriers carriers = memory.Update(state, 0, &model, time_s_ + 0.02);
     const int mesh = *renderer.LoadMesh(PlateMesh(model));
-    ViewFacts facts;
+    view::ViewFacts facts;
     facts.state = &state;
     facts.carriers = std::span(&carriers, 1);
     facts.model = &model;
     facts.now_s = time_s_ + 0.02;
-    ObjectTable table;
-    SceneObject plate;
-    plate.on.kind = Carrier::Kind::kFlange;
+    scene::ObjectTable table;
+    scene::SceneObject plate;
+    plate.on.kind = scene::Carrier::Kind::kFlange;
     plate.bends = true;
     table.objects = {plate};
     facts.table = &table;
-    PictureLayout layout;  // the image fills the picture
+    view::PictureLayout layout;  // the image fills the picture
     layout.size = {camera_.width, camera_.height};
     layout.image = {0, 0, static_cast<float>(camera_.width), static_cast<float>(camera_.height)};
-    DisplayList list;
-    std::vector<Label> labels;
-    AddOverlay({facts, model.config.overlay, {mesh}, {image_.grey.data()}}, 0, layout, list,
-               labels);
+    scene::DisplayList list;
+    std::vector<view::Label> labels;
+    view::AddOverlay({facts, model.config.overlay, {mesh}, {image_.grey.data()}}, 0, layout, list,
+                     labels);
     results.compose_s +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     Compare(renderer, list, carriers, results);
@@ -163,8 +164,8 @@ class Scene {
   Pose X_CM() const { return X_CW_ * X_WT_ * Pose{R_TP_, kPlate_T}; }
 
   /// Corners of the tag in the flange frame of the unloaded tool.
-  TriangleMesh PlateMesh(const ViewModel& model) const {
-    TriangleMesh mesh;
+  scene::TriangleMesh PlateMesh(const view::ViewModel& model) const {
+    scene::TriangleMesh mesh;
     for (const Eigen::Vector3d& corner : test::TagCorners(kSide_m)) {
       const Vec3 p_T = R_TP_ * corner + kPlate_T;
       mesh.vertices_O.push_back((model.arm.X_FT().p + p_T).cast<float>());
@@ -173,20 +174,20 @@ class Scene {
     return mesh;
   }
 
-  Vec2 TruePixel(const Eigen::Vector3d& p_C) const {
+  lens::Vec2 TruePixel(const Eigen::Vector3d& p_C) const {
     renderer::Camera straight = camera_;
     for (double& term : straight.distortion) term = 0;
     return renderer::PixelOf(straight, p_C);
   }
 
-  void Compare(Renderer& renderer, const DisplayList& list, const Carriers& carriers,
-               Results& results) const {
+  void Compare(display::Renderer& renderer, const scene::DisplayList& list,
+               const view::Carriers& carriers, Results& results) const {
     const auto corners = test::TagCorners(kSide_m);
     const auto placed = renderer.TransformedVertices(list, list.meshes.at(0));
-    const ToolState& tool = *carriers.tool;
+    const view::ToolState& tool = *carriers.tool;
     const Pose X_CF_nominal = carriers.world->X_CK * tool.X_WF_nominal;
-    const TriangleMesh plate = PlateMesh(model_);
-    std::vector<Vec2> truth;
+    const scene::TriangleMesh plate = PlateMesh(model_);
+    std::vector<lens::Vec2> truth;
     for (std::size_t k = 0; k < 4; ++k) {
       truth.push_back(TruePixel(Isometry(X_CM()) * corners[k]));
       results.overlay.Add(Project<double>(list.pinhole, placed.at(k).cast<double>()) - truth[k]);
@@ -197,27 +198,27 @@ class Scene {
     results.deflection_m += (tool.tip_W - tool.tip_nominal_W).norm();
 
     // The background alone: detect the tag corners in it.
-    DisplayList plain = list;
+    scene::DisplayList plain = list;
     plain.meshes.clear();
     plain.lines.clear();
-    if (renderer.Draw(plain) != DrawResult::kDrawn) return;
-    const RgbImage picture = renderer.ReadBack();
+    if (renderer.Draw(plain) != display::DrawResult::kDrawn) return;
+    const display::RgbImage picture = renderer.ReadBack();
     std::vector<std::uint8_t> grey(picture.rgb.size() / 3);
     for (std::size_t k = 0; k < grey.size(); ++k) grey[k] = picture.rgb[3 * k + 1];
-    TagDetector detector(TagFamilyOfName("36h11").value(), {});
-    SeenTags seen;
+    tracking::TagDetector detector(tracking::TagFamilyOfName("36h11").value(), {});
+    tracking::SeenTags seen;
     detector.Detect({grey.data(), picture.size.width, picture.size.height, picture.size.width},
                     &list.pinhole, seen);
-    for (const SeenTag& tag : seen.tags) {
+    for (const tracking::SeenTag& tag : seen.tags) {
       if (tag.id != kPlateTag) continue;
       for (std::size_t k = 0; k < 4; ++k) results.background.Add(tag.corners_px[k] - truth[k]);
     }
   }
 
-  const ViewModel& model_;
+  const view::ViewModel& model_;
   std::mt19937_64 random_;
   const double time_s_;  ///< time of the image
-  JointVector q_;
+  model::JointVector q_;
   double payload_kg_ = 0;
   Pose X_WT_, X_CW_, X_WK_;
   Mat3 R_TP_;
@@ -231,20 +232,20 @@ const Mat3 Scene::kFacing = (Mat3() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
 
 int main(int argc, char** argv) {
   const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
-  const auto context = GlContext::Create();
+  const auto context = display::GlContext::Create();
   if (!context) {
     fmt::print("overlay: not measured: {}\n", context.error());
     return 0;
   }
-  const auto renderer = Renderer::Create(**context);
+  const auto renderer = display::Renderer::Create(**context);
   if (!renderer) {
     fmt::print("overlay: not measured: {}\n", renderer.error());
     return 1;
   }
-  FaultList faults;
-  const auto model = ReadViewModel("tests/virtual_cell/demo/plumbline.toml", 0, faults);
+  config::FaultList faults;
+  const auto model = view::ReadViewModel("tests/virtual_cell/demo/plumbline.toml", 0, faults);
   if (!model) {
-    fmt::print("{}", FaultsText(faults));
+    fmt::print("{}", config::FaultsText(faults));
     return 1;
   }
   const virtual_cell::World world(

@@ -40,19 +40,19 @@ void BenchRow(const char* what, double ours, double peer, double target) {
 }
 
 /// A wavy, non-convex sphere of 50,244 triangles.
-TriangleMesh Wavy() {
-  TriangleMesh mesh = test::Sphere(0.3F, 160, 158);
+scene::TriangleMesh Wavy() {
+  scene::TriangleMesh mesh = test::Sphere(0.3F, 160, 158);
   for (Vec3f& p : mesh.vertices_O) {
     p *= 1 + 0.03F * std::sin(40 * p.x()) * std::sin(40 * p.y()) * std::sin(40 * p.z());
   }
   return mesh;
 }
 
-BendField Hanging(float tip_m) {
-  BendField field;
+scene::BendField Hanging(float tip_m) {
+  scene::BendField field;
   field.length_m = 1;
   for (std::size_t i = 0; i < field.stations.size(); ++i) {
-    const float z = static_cast<float>(i) / (kBendStations - 1);
+    const float z = static_cast<float>(i) / (scene::kBendStations - 1);
     field.stations[i].d_F = {tip_m * z * z, 0, 0};
     field.stations[i].r_F = {0, 2 * tip_m * z, 0};
   }
@@ -61,9 +61,9 @@ BendField Hanging(float tip_m) {
 
 using Model = fcl::BVHModel<fcl::OBBRSSd>;
 
-void Build(Model& model, const std::vector<Vec3>& vertices, const TriangleMesh& mesh) {
+void Build(Model& model, const std::vector<Vec3>& vertices, const scene::TriangleMesh& mesh) {
   std::vector<fcl::Triangle> triangles;
-  for (const Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  for (const scene::Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
   model.beginModel();
   model.addSubModel(vertices, triangles);
   model.endModel();
@@ -76,10 +76,11 @@ fcl::Transform3d TransformOf(const Pose& X) {
   return transform;
 }
 
-std::vector<Vec3> BentVertices(const TriangleMesh& mesh, const Pose& X_FO, const BendField& field) {
+std::vector<Vec3> BentVertices(const scene::TriangleMesh& mesh, const Pose& X_FO,
+                               const scene::BendField& field) {
   std::vector<Vec3> bent;
   for (const Vec3f& p : mesh.vertices_O) {
-    bent.push_back(BentPoint(field, X_FO * Vec3(p.cast<double>())));
+    bent.push_back(scene::BentPoint(field, X_FO * Vec3(p.cast<double>())));
   }
   return bent;
 }
@@ -93,13 +94,13 @@ struct Times {
 int main(int argc, char** argv) {
   const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
   const int rounds = quick ? 20 : 200;
-  const auto checked = CheckMesh(Wavy(), 1);
+  const auto checked = scene::CheckMesh(Wavy(), 1);
   if (!checked) return 1;
-  const TriangleMesh& mesh = checked->mesh;
+  const scene::TriangleMesh& mesh = checked->mesh;
   const Pose X_FO{Mat3::Identity(), Vec3(0, 0, 0.5)};
-  const BendField field = Hanging(0.02F);
+  const scene::BendField field = Hanging(0.02F);
 
-  Interference scene;
+  scene::Interference scene;
   double start = CpuTime_ms();
   const std::size_t a = scene.Add(*checked, X_FO, 1, true);
   const double ours_build = CpuTime_ms() - start;
@@ -132,12 +133,12 @@ int main(int argc, char** argv) {
         away = moving ? Vec3(away + 2e-3 * any()).normalized() : any().normalized();
         place = moving ? Vec3(place + 2e-3 * any()) : any();
         const Pose X_WF{RotationFromRollPitchYaw(rpy), place};
-        const Vec3 middle = X_WF * BentPoint(field, Vec3(0, 0, 0.5));
+        const Vec3 middle = X_WF * scene::BentPoint(field, Vec3(0, 0, 0.5));
         const Pose X_Wb{RotationFromRollPitchYaw(-rpy), middle + (0.6 + 1e-3 * gap_mm) * away};
         scene.Place(a, X_WF);
         scene.Place(b, X_Wb);
         start = CpuTime_ms();
-        const Separation found = scene.Measure(a, b, false);
+        const scene::Separation found = scene.Measure(a, b, false);
         times.ours.push_back(CpuTime_ms() - start);
         start = CpuTime_ms();
         fcl::CollisionResultd crossing;
@@ -165,7 +166,7 @@ int main(int argc, char** argv) {
   }
   std::vector<double> ours, peer;
   for (int round = 0; round < (quick ? 5 : 30); ++round) {
-    const BendField other = Hanging(round % 2 == 0 ? 0.01F : 0.02F);
+    const scene::BendField other = Hanging(round % 2 == 0 ? 0.01F : 0.02F);
     start = CpuTime_ms();
     scene.Bend(other);
     ours.push_back(CpuTime_ms() - start);

@@ -85,7 +85,8 @@ struct Peers {
       apriltag_detection_t* tag = nullptr;
       zarray_get(found, i, &tag);
       Corners corners;  // AprilTag: anticlockwise from the bottom left, offset by half a pixel
-      for (int c = 0; c < 4; ++c) corners[c] = Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
+      for (int c = 0; c < 4; ++c)
+        corners[c] = lens::Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
       seen.emplace_back(tag->id, corners);
     }
     apriltag_detections_destroy(found);
@@ -101,38 +102,38 @@ struct Peers {
     for (std::size_t i = 0; i < ids.size(); ++i) {
       Corners corners;  // ArUco: rotated by 180 degrees
       for (int c = 0; c < 4; ++c)
-        corners[c] = Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
+        corners[c] = lens::Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
       seen.emplace_back(ids[i], corners);
     }
     return seen;
   }
 };
 
-Seen SeenBy(const SeenTags& tags) {
+Seen SeenBy(const tracking::SeenTags& tags) {
   Seen seen;
-  for (const SeenTag& tag : tags.tags) seen.emplace_back(tag.id, tag.corners_px);
+  for (const tracking::SeenTag& tag : tags.tags) seen.emplace_back(tag.id, tag.corners_px);
   return seen;
 }
 
 void SixTagScenes(const char* name, const renderer::Conditions& light, double side_px, int scenes,
                   int times) {
   static const Peers peers;
-  const TagFamily family = *TagFamilyOfName("36h11");
+  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
   Score ours, tracked, april, aruco;
   for (int s = 0; s < scenes; ++s) {
     const test::TagScene scene =
         test::SixTags(family, renderer::ZoomLens(1500 + 400 * (s % 10)), side_px, 0.8, 1000 + s);
     renderer::Image image = renderer::Render(scene.camera, scene.sheets, light, s);
-    const LumaView view = test::ViewOf(image);
-    const Lens lens = test::LensOfCamera(scene.camera);
-    TagDetector detector(family, {});
-    SeenTags seen;
+    const lens::LumaView view = test::ViewOf(image);
+    const lens::Lens lens = test::LensOfCamera(scene.camera);
+    tracking::TagDetector detector(family, {});
+    tracking::SeenTags seen;
     ours.ms += Median_ms(times, [&] { detector.Detect(view, &lens, seen); });
     ours.Add(scene, SeenBy(seen));
-    TagDatabase database;
+    tracking::TagDatabase database;
     database.default_side_m = scene.side_m;
-    Tracker tracker(family, database, {.full_search_interval = 1 << 30});
-    const KnownLens known{lens};
+    tracking::Tracker tracker(family, database, {.full_search_interval = 1 << 30});
+    const lens::KnownLens known{lens};
     double t = 0;
     tracker.Update(view, t, &known);
     bool whole = false;
@@ -157,7 +158,7 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
   row("OpenCV ArUco, sub-pixel", aruco);
 }
 
-Vec2 Middle(const Corners& corners) {
+lens::Vec2 Middle(const Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
 
@@ -168,8 +169,8 @@ double SigmaOfSpread(int count) {
 
 /// Tip 300 mm from a body of six tags (400 x 200 mm) at 1.5 m, f 5000.
 void TipOfBody(int scenes) {
-  const TagFamily family = *TagFamilyOfName("36h11");
-  Body body{"gripper", {}};
+  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+  tracking::Body body{"gripper", {}};
   for (int k = 0; k < 6; ++k) {
     body.tags.push_back(
         {k + 1, 0.08, {Mat3::Identity(), Vec3((k % 3 - 1) * 0.16, (k < 3 ? -0.06 : 0.06), 0)}});
@@ -184,17 +185,17 @@ void TipOfBody(int scenes) {
     const Eigen::Isometry3d X = test::FacingPose(
         {0.02 * uniform(random), 0.01 * uniform(random), 1.5 + 0.05 * uniform(random)},
         0.35 * uniform(random), 3 * uniform(random), 0.15 * uniform(random));
-    for (const BodyTag& tag : body.tags) {
+    for (const tracking::BodyTag& tag : body.tags) {
       Eigen::Isometry3d X_KM = Eigen::Isometry3d::Identity();
       X_KM.translation() = tag.X_KM.p;
       scene.Add(family, tag.id, X * X_KM);
     }
     const auto image = renderer::Render(scene.camera, scene.sheets, {}, s);
-    const KnownLens lens{test::LensOfCamera(scene.camera)};
-    TagDetector detector(family, {});
-    SeenTags seen;
+    const lens::KnownLens lens{test::LensOfCamera(scene.camera)};
+    tracking::TagDetector detector(family, {});
+    tracking::SeenTags seen;
     detector.Detect(test::ViewOf(image), &lens.lens, seen);
-    const auto located = LocateBody(lens, body, seen.tags, std::nullopt);
+    const auto located = tracking::LocateBody(lens, body, seen.tags, std::nullopt);
     if (!located) continue;
     const Vec3 tip(0, 0, 0.3);
     const Vec3 error = located->estimate.X_CK * tip - X * tip;
@@ -202,7 +203,8 @@ void TipOfBody(int scenes) {
         Eigen::AngleAxisd(located->estimate.X_CK.R.transpose() * X.linear()).angle();
     squares += error.squaredNorm();
     turns += turn * turn;
-    whitened += error.dot(PointCovariance(located->estimate, tip).ldlt().solve(error)) / 3;
+    whitened +=
+        error.dot(tracking::PointCovariance(located->estimate, tip).ldlt().solve(error)) / 3;
     ++seen_count;
   }
   fmt::print(
@@ -216,23 +218,23 @@ void TipOfBody(int scenes) {
 /// Single tags of 80 mm, 120 px, tilted by 20 to 60 degrees, where the covariance bound is
 /// meaningful.
 void SingleTags(int scenes) {
-  const TagFamily family = *TagFamilyOfName("36h11");
+  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
   double squares = 0, bound = 0, whitened = 0;
   int count = 0, ambiguous = 0, flips = 0;
   for (int s = 0; s < scenes; ++s) {
     const auto scene = test::SixTags(family, renderer::ZoomLens(2500), 120, 1.0, 5000 + s);
     const auto image = renderer::Render(scene.camera, scene.sheets, {}, s);
-    const KnownLens lens{test::LensOfCamera(scene.camera)};
-    TagDetector detector(family, {});
-    SeenTags seen;
+    const lens::KnownLens lens{test::LensOfCamera(scene.camera)};
+    tracking::TagDetector detector(family, {});
+    tracking::SeenTags seen;
     detector.Detect(test::ViewOf(image), &lens.lens, seen);
-    for (const SeenTag& tag : seen.tags) {
+    for (const tracking::SeenTag& tag : seen.tags) {
       for (std::size_t k = 0; k < scene.ids.size(); ++k) {
         const Eigen::Isometry3d& X = scene.sheets[k].X_CK;
         if (tag.id != scene.ids[k] || std::abs(X.linear()(2, 2)) > 0.94) continue;
         // Two tags in a scene may have the same id.
         if ((Middle(tag.corners_px) - Middle(scene.corners[k])).norm() > 6) continue;
-        const auto poses = PosesOfTag(lens, tag.corners_px, tag.covariance, scene.side_m);
+        const auto poses = tracking::PosesOfTag(lens, tag.corners_px, tag.covariance, scene.side_m);
         if (!poses) continue;
         if (poses->ambiguous()) ++ambiguous;
         const Pose& found = poses->best.X_CK;
@@ -255,7 +257,7 @@ void SingleTags(int scenes) {
 
 /// Worst time over adversarial frames: noise, checkers of every size, bars, random blocks.
 void SlowFrames(int frames) {
-  TagDetector detector(*TagFamilyOfName("36h11"), {});
+  tracking::TagDetector detector(*tracking::TagFamilyOfName("36h11"), {});
   std::mt19937_64 random(9);
   std::vector<std::uint8_t> grey(std::size_t{1920} * 1080);
   double worst = 0;
@@ -275,7 +277,7 @@ void SlowFrames(int frames) {
                         : 255 * (h >> 63));
       }
     }
-    SeenTags seen;
+    tracking::SeenTags seen;
     const double start = CpuTime_ms();
     detector.Detect({grey.data(), 1920, 1080, 1920}, nullptr, seen);
     worst = std::max(worst, CpuTime_ms() - start);

@@ -25,7 +25,7 @@ int RunViewer(const std::string& config_file) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  KeepHeapSmall();
+  view_process::KeepHeapSmall();
   const int ended = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   test::FakeCard card;
   card.modes = {{1920, 1080}};
@@ -34,15 +34,15 @@ int RunViewer(const std::string& config_file) {
   const std::string mine = config_file + ".view";
   std::ofstream(mine) << text.replace(text.find(kCard), kCard.size(), card.path);
 
-  DisplayMailbox shown;
+  view::DisplayMailbox shown;
   std::optional<ShownFrame> committed;  // since frame_s
   double frame_s = 0;
   std::uint64_t sequence = 0;
-  const ViewLoop* drawing = nullptr;
+  const view_process::ViewLoop* drawing = nullptr;
   card.on_commit = [&] {
     committed.reset();
     if (drawing == nullptr || drawing->state().cameras.empty()) return;
-    const ViewState& state = drawing->state();
+    const view_link::ViewState& state = drawing->state();
     const auto& image = state.cameras.front().image;
     if (!image || image->sequence == sequence) return;
     sequence = image->sequence;
@@ -63,11 +63,11 @@ int RunViewer(const std::string& config_file) {
       card.Refresh();
     }
   });
-  FaultList faults;
-  auto model = ReadViewModel(mine, 0, faults);
-  if (!model) fmt::print(stderr, "{}", FaultsText(faults));
+  config::FaultList faults;
+  auto model = view::ReadViewModel(mine, 0, faults);
+  if (!model) fmt::print(stderr, "{}", config::FaultsText(faults));
   if (model) {
-    ViewLoop loop(mine, std::move(*model), shown);
+    view_process::ViewLoop loop(mine, std::move(*model), shown);
     drawing = &loop;
     signalfd_siginfo info{};
     while (read(ended, &info, sizeof info) != sizeof info) loop.RunOnce();

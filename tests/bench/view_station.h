@@ -61,7 +61,7 @@ class ViewStation {
     for (int k = 0; k < cameras; ++k) tables += AddCamera(k == 0 ? "side" : "rear", k);
     std::ofstream(folder + "/bodies.toml") << test::TagsText();
     std::ofstream(folder + "/ball.obj")
-        << test::MeshFileText(test::Sphere(0.1F, 160, 158), MeshFormat::kObj);
+        << test::MeshFileText(test::Sphere(0.1F, 160, 158), scene::MeshFormat::kObj);
     std::ofstream(folder + "/objects.toml")
         << "schema = 1\n[[object]]\nnumber = 1\nname = \"fixture\"\nfile = \"ball.obj\"\n"
            "unit = \"m\"\non = { body = \"cell\" }\n[[object]]\nnumber = 2\nname = \"part\"\n"
@@ -120,8 +120,8 @@ class ViewStation {
 
   /// Start lateness of the control cycle so far, as counted by the daemon. Connects only briefly.
   LatenessHistogram Starts() const {
-    ViewClient client(ViewSocketOf(folder_ + "/state"), false);
-    View view;
+    view_link::ViewClient client(view_link::ViewSocketOf(folder_ + "/state"), false);
+    view_link::View view;
     for (const double until_s = MonotonicSeconds() + 5; MonotonicSeconds() < until_s;) {
       if (client.Read(0.1, view)) return view.state.cycle.starts;
     }
@@ -136,8 +136,8 @@ class ViewStation {
   std::string AddCamera(const std::string& name, int k) {
     const renderer::Camera camera = renderer::ZoomLens(1700);
     const std::string serial = name + " camera";
-    auto store = LensStore::Open(folder_ + "/state/lenses.sqlite");
-    LensEntry lens;
+    auto store = lens_store::LensStore::Open(folder_ + "/state/lenses.sqlite");
+    lens_store::LensEntry lens;
     lens.key = {serial, "test mode", 0, 0};
     lens.lens = TrueLens(camera);
     lens.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;

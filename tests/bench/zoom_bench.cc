@@ -19,15 +19,15 @@ constexpr int kHere = 4000, kThere = 6000;
 constexpr double kAnswer_s = 0.004;  ///< answer time of a HID bridge: two reports each way
 
 /// In-process substitute for a HID lens or V4L2 control that only models the answer time.
-class FastSensor : public ZoomSensor {
+class FastSensor : public zoom::ZoomSensor {
  public:
   explicit FastSensor(const std::atomic<int>& zoom) : zoom_(zoom) {}
-  ZoomResult Read(ZoomReading& reading) override {
+  zoom::ZoomResult Read(lens::ZoomReading& reading) override {
     std::this_thread::sleep_for(std::chrono::duration<double>(kAnswer_s));
     reading = {};
     reading.zoom_counts = zoom_;
     reading.time_s = MonotonicSeconds();
-    return ZoomResult::kOk;
+    return zoom::ZoomResult::kOk;
   }
   std::string_view problem() const override { return {}; }
 
@@ -37,9 +37,9 @@ class FastSensor : public ZoomSensor {
 
 /// Fills the state directory with a lens for both zooms and a matching image.
 void MakeState(const std::string& folder) {
-  auto store = LensStore::Open(folder + "/lenses.sqlite");
+  auto store = lens_store::LensStore::Open(folder + "/lenses.sqlite");
   for (const int zoom : {kHere, kThere}) {
-    LensEntry entry;
+    lens_store::LensEntry entry;
     entry.key = {"bench", "mode", zoom, std::nullopt};
     entry.lens = TrueLens(renderer::ZoomLens(2600));
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
@@ -52,7 +52,7 @@ void MakeState(const std::string& folder) {
       test::DrawCell(renderer::ZoomLens(2600), test::CellInCamera(), test::GripperInCamera()));
 }
 
-bool Await(CameraLink& link, bool stale, double timeout_s) {
+bool Await(camera::CameraLink& link, bool stale, double timeout_s) {
   const double give_up_s = MonotonicSeconds() + timeout_s;
   while (MonotonicSeconds() < give_up_s) {
     if (link.status.Read()->lens_stale == stale) return true;
@@ -61,27 +61,27 @@ bool Await(CameraLink& link, bool stale, double timeout_s) {
   return false;
 }
 
-void Measure(const char* name, std::unique_ptr<ZoomSensor> sensor, double period_s,
+void Measure(const char* name, std::unique_ptr<zoom::ZoomSensor> sensor, double period_s,
              std::atomic<int>& zoom, int changes, double limit_ms) {
   std::vector<double> waits_ms;
   {
     const test::TemporaryFolder state;
     MakeState(state.path());
-    VisionConfig vision;
-    CameraConfig& config = vision.cameras.emplace_back();
+    config::VisionConfig vision;
+    config::CameraConfig& config = vision.cameras.emplace_back();
     config.kind = "recorded";
     config.connection.recorded = {state.path() + "/frames", 20, true, true, "bench", "mode"};
     config.zoom.period_s = period_s;
     config.zoom.supervision.settle_s = 0.05;
     vision.tags.database.bodies = {test::CellTags(), test::GripperBody()};
-    auto devices = MakeCameraDevices(config, vision.tags);
+    auto devices = camera::MakeCameraDevices(config, vision.tags);
     if (!devices) std::abort();
     devices.value().zoom = std::move(sensor);
-    CameraLink link;
-    const auto sink = [](const LogEntry&) {};
-    CameraStores stores(state.path(), test::CellTags(), sink);
-    CameraSupervisor watch(config, vision, std::move(devices).value(), stores, "/bin/false", link,
-                           sink);
+    camera::CameraLink link;
+    const auto sink = [](const log::LogEntry&) {};
+    camera::CameraStores stores(state.path(), test::CellTags(), sink);
+    camera::CameraSupervisor watch(config, vision, std::move(devices).value(), stores, "/bin/false",
+                                   link, sink);
     watch.Start();
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> phase_s(0, 0.12);
@@ -115,10 +115,10 @@ int main(int argc, char** argv) {
     std::this_thread::sleep_for(std::chrono::milliseconds(22));  // 5 + 16 bytes at 9600 baud
     return test::BlockOf(zoom, 0, false, false);
   }));
-  ViscaOptions options;
+  zoom::ViscaOptions options;
   options.device = camera.device();
-  auto visca = ViscaZoom::Create(options, MonotonicSeconds);
+  auto visca = zoom::ViscaZoom::Create(options, MonotonicSeconds);
   if (!visca) std::abort();
-  Measure("VISCA at 10 Hz, pty, 22 ms per answer", std::move(visca).value(), kZoomPeriod_s, zoom,
-          changes, 250);
+  Measure("VISCA at 10 Hz, pty, 22 ms per answer", std::move(visca).value(), zoom::kZoomPeriod_s,
+          zoom, changes, 250);
 }

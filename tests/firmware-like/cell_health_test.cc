@@ -10,10 +10,10 @@ using namespace plumbline;
 
 TEST_CASE("health shows the most severe reason that applies") {
   HealthInputs facts;
-  facts.weakest_basis = RadiusBasis::kMeasured;
+  facts.weakest_basis = model::RadiusBasis::kMeasured;
   CHECK(HealthOf(facts) == CellHealth{});
 
-  facts.weakest_basis = RadiusBasis::kAssumed;
+  facts.weakest_basis = model::RadiusBasis::kAssumed;
   CHECK(HealthOf(facts) == CellHealth{HealthSeverity::kNotice, HealthReason::kRadiusAssumed});
 
   facts.warnings = warning::kDrift;
@@ -40,7 +40,8 @@ TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is se
   CHECK(HealthOf({.alarms = 0xFF, .daemon_silent = true}) ==
         CellHealth{HealthSeverity::kAlarm, HealthReason::kNoDaemon});
   CHECK(HealthOf({.extrapolating = true}).reason == HealthReason::kExtrapolating);
-  CHECK(HealthOf({.weakest_basis = RadiusBasis::kUnknown}).severity == HealthSeverity::kAttention);
+  CHECK(HealthOf({.weakest_basis = model::RadiusBasis::kUnknown}).severity ==
+        HealthSeverity::kAttention);
   CHECK(HealthOf({.radius_too_large = true}) ==
         CellHealth{HealthSeverity::kAttention, HealthReason::kRadiusTooLarge});
   CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);

@@ -22,18 +22,18 @@ struct LongRun {
     input.robot.payload_kg = 60;
     input.probes_recorded = true;
   }
-  static JointVector Taught() {
-    JointVector q(6);
+  static model::JointVector Taught() {
+    model::JointVector q(6);
     q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
     return q;
   }
   static MachineConfig Config() {
     MachineConfig config;
     config.cell = test::HeavyArm();
-    AssemblyPoint point;
+    correction::AssemblyPoint point;
     point.id = 7;
     point.near_q = Taught();
-    point.X_WP = config.cell.robot.X_WB * LoadedArm(config.cell).UnloadedTip(Taught());
+    point.X_WP = config.cell.robot.X_WB * deflection::LoadedArm(config.cell).UnloadedTip(Taught());
     config.points = {point};
     return config;
   }
@@ -60,20 +60,21 @@ TEST_CASE("16-bit and 32-bit counters wrap around without losing a cycle") {
   ++last;
   std::uint16_t command = 65500;
   int executed = 0, probes = 0;
-  LoadedState state;
-  const LoadedArm arm(run.machine.config().cell);
+  deflection::LoadedState state;
+  const deflection::LoadedArm arm(run.machine.config().cell);
   REQUIRE(arm.AtCommanded(run.input.robot.q, {60, *run.machine.config().cell.payload_cog_F}, {},
                           state));
   const Vec3 tip_W = state.p_read_W;
   for (int k = 0; k < 70000; ++k) {
     if (k % 500 == 0) {  // 140 commands, through 65535 and 0
-      run.input.command.code = PlcCommandCode::kProbe;
+      run.input.command.code = model::PlcCommandCode::kProbe;
       run.input.command.probe_W = tip_W;
       run.input.command.sequence = ++command;
     }
     const Snapshot& snapshot = run.Cycle(0.01);
     probes += snapshot.probe_taken;
-    executed += snapshot.result.sequence == command && snapshot.result.code == CorrectionCode::kOk;
+    executed += snapshot.result.sequence == command &&
+                snapshot.result.code == correction::CorrectionCode::kOk;
     REQUIRE(snapshot.points[0].valid);
     REQUIRE(snapshot.points[0].sequence == static_cast<std::uint16_t>(last + 1));
     REQUIRE(snapshot.alarms == 0);

@@ -14,7 +14,7 @@ constexpr double kPeriod_s = 0.01;
 /// A machine with two points and a robot that is read in every cycle.
 struct Cell {
   MachineConfig config;
-  JointVector taught{6};
+  model::JointVector taught{6};
   std::optional<Machine> machine;
   MachineInput input;
 
@@ -22,12 +22,12 @@ struct Cell {
     taught << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
     config.cell = test::HeavyArm();
     for (int id : {7, 9}) {
-      JointVector q = taught;
+      model::JointVector q = taught;
       q[0] += 0.1 * id;
-      AssemblyPoint point;
+      correction::AssemblyPoint point;
       point.id = id;
       point.near_q = q;
-      point.X_WP = config.cell.robot.X_WB * LoadedArm(config.cell).UnloadedTip(q);
+      point.X_WP = config.cell.robot.X_WB * deflection::LoadedArm(config.cell).UnloadedTip(q);
       config.points.push_back(point);
     }
     input.robot.q = taught;
@@ -37,9 +37,9 @@ struct Cell {
 
   /// Predicted loaded tip with the robot at its taught joints.
   Vec3 PredictedTip() const {
-    LoadedState state;
-    REQUIRE(
-        LoadedArm(config.cell).AtCommanded(taught, {60, *config.cell.payload_cog_F}, {}, state));
+    deflection::LoadedState state;
+    REQUIRE(deflection::LoadedArm(config.cell)
+                .AtCommanded(taught, {60, *config.cell.payload_cog_F}, {}, state));
     return state.p_read_W;
   }
   const Snapshot& Next() {
@@ -81,7 +81,7 @@ TEST_CASE("with a trusted robot every point is corrected and refreshed each cycl
 
 TEST_CASE("a point without taught joints uses the branch nearest to the robot") {
   Cell cell;
-  for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
+  for (correction::AssemblyPoint& point : cell.config.points) point.near_q.reset();
   const Snapshot& snapshot = cell.Running();
   CHECK(snapshot.points[0].valid);
   CHECK(snapshot.points[1].valid);
@@ -95,7 +95,7 @@ TEST_CASE("posture of a point: difference from the taught one, nearest limit, si
   const Snapshot& snapshot = cell.Running();
   REQUIRE(snapshot.points[0].valid);
   REQUIRE(snapshot.points[1].valid);
-  const PointPosture& taught = snapshot.points[0].posture;
+  const correction::PointPosture& taught = snapshot.points[0].posture;
   CHECK(taught.taught);
   CHECK_FALSE(taught.differs);
   CHECK(snapshot.points[1].posture.differs);
@@ -115,7 +115,7 @@ TEST_CASE(
     "joints without limits are ignored for the nearest limit; without any limits there is none") {
   Cell cell;
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  for (Joint& joint : cell.config.cell.robot.joints) {
+  for (model::Joint& joint : cell.config.cell.robot.joints) {
     joint.min = -kNone;
     joint.max = kNone;
   }
@@ -125,12 +125,12 @@ TEST_CASE(
 TEST_CASE("a preview returns what the cycle will find") {
   Cell cell;
   Machine preview(cell.config);
-  const Correction seen =
+  const correction::Correction seen =
       preview.Preview(cell.config.points[0], {60, *cell.config.cell.payload_cog_F},
-                      *cell.config.points[0].near_q, BranchSearch::kThorough);
+                      *cell.config.points[0].near_q, correction::BranchSearch::kThorough);
   const PointResult& found = cell.Running().points[0];
   REQUIRE(found.valid);
-  CHECK(seen.code == CorrectionCode::kOk);
+  CHECK(seen.code == correction::CorrectionCode::kOk);
   CHECK(seen.X_BP_command.p.isApprox(found.correction.X_BP_command.p, 1e-9));
   CHECK(seen.uncertainty_m == Approx(found.correction.uncertainty_m));
   CHECK(seen.basis == found.correction.basis);
@@ -138,9 +138,9 @@ TEST_CASE("a preview returns what the cycle will find") {
 
 TEST_CASE("unreachable points do not block the branch search of later ones") {
   Cell cell;
-  for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
+  for (correction::AssemblyPoint& point : cell.config.points) point.near_q.reset();
   for (const int id : {1, 2, 3}) {
-    AssemblyPoint far;
+    correction::AssemblyPoint far;
     far.id = id;
     far.X_WP.p = Vec3(50, 0, 0);
     cell.config.points.insert(cell.config.points.begin(), far);
@@ -152,16 +152,16 @@ TEST_CASE("unreachable points do not block the branch search of later ones") {
   for (int k = 0; k < 300; ++k) {
     cell.Next();
     for (const std::size_t far : {0, 1, 2}) {
-      REQUIRE(snapshot.points[far].code == CorrectionCode::kUnreachable);
+      REQUIRE(snapshot.points[far].code == correction::CorrectionCode::kUnreachable);
     }
     REQUIRE((snapshot.alarms & alarm::kPointRefused) != 0);
-    REQUIRE(snapshot.first_error == CorrectionCode::kUnreachable);
+    REQUIRE(snapshot.first_error == correction::CorrectionCode::kUnreachable);
   }
 }
 
 TEST_CASE("a refused point without a branch is retried within about a second") {
   Cell cell;
-  for (AssemblyPoint& point : cell.config.points) point.near_q.reset();
+  for (correction::AssemblyPoint& point : cell.config.points) point.near_q.reset();
   const double loaded_m = cell.Running().points[0].correction.translation_B.norm();
   cell.input.robot.payload_kg = 0;
   const double empty_m = cell.Next().points[0].correction.translation_B.norm();
@@ -169,7 +169,7 @@ TEST_CASE("a refused point without a branch is retried within about a second") {
   cell.machine.reset();
   cell.input.robot.payload_kg = 60;
   for (int k = 0; k < 1000; ++k) cell.Next();
-  REQUIRE(cell.Next().points[0].code == CorrectionCode::kTooLarge);
+  REQUIRE(cell.Next().points[0].code == correction::CorrectionCode::kTooLarge);
   cell.input.robot.payload_kg = 0;
   for (int k = 0; k < 101; ++k) cell.Next();
   CHECK(cell.Next().points[0].valid);
@@ -187,11 +187,12 @@ TEST_CASE(
     for (int k = 0; k < cycles; ++k) cell.Next();
     return cell.Next().points[0].code;
   };
-  REQUIRE(with(60, 1) == CorrectionCode::kOk);
-  REQUIRE(with(3000, 100) !=
-          CorrectionCode::kOk);  // unreachable under this load; the search interval grows
-  REQUIRE(with(60, 0) == CorrectionCode::kOk);
-  CHECK(with(61, 2) == CorrectionCode::kOk);
+  REQUIRE(with(60, 1) == correction::CorrectionCode::kOk);
+  REQUIRE(
+      with(3000, 100) !=
+      correction::CorrectionCode::kOk);  // unreachable under this load; the search interval grows
+  REQUIRE(with(60, 0) == correction::CorrectionCode::kOk);
+  CHECK(with(61, 2) == correction::CorrectionCode::kOk);
 }
 
 TEST_CASE("stale input withdraws validity; the values remain") {
@@ -203,7 +204,7 @@ TEST_CASE("stale input withdraws validity; the values remain") {
   CHECK((snapshot.alarms & alarm::kRobotStale) != 0);
   CHECK((snapshot.status & status::kReady) == 0);
   CHECK_FALSE(snapshot.points[0].valid);
-  CHECK(snapshot.points[0].code == CorrectionCode::kNoRobot);
+  CHECK(snapshot.points[0].code == correction::CorrectionCode::kNoRobot);
   CHECK((snapshot.points[0].correction.X_BP_command.p - before).norm() < 1e-8);
   CHECK(cell.Running().points[0].valid);
 }
@@ -217,13 +218,13 @@ TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
   SECTION("unknown payload: refused with its own code and alarm") {
     cell.input.robot.payload_kg.reset();
     const Snapshot& snapshot = cell.Next();
-    CHECK(snapshot.points[0].code == CorrectionCode::kPayloadUnknown);
+    CHECK(snapshot.points[0].code == correction::CorrectionCode::kPayloadUnknown);
     CHECK((snapshot.alarms & alarm::kPayloadUnknown) != 0);
   }
   SECTION("implausible values are rejected") {
     for (const double mass_kg : {-1.0, 1e6, std::nan("")}) {
       cell.input.robot.payload_kg = mass_kg;
-      CHECK(cell.Next().points[0].code == CorrectionCode::kPayloadUnknown);
+      CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
     }
   }
   SECTION("fixed") {
@@ -242,7 +243,7 @@ TEST_CASE("the payload comes from the robot, from a table, or is fixed") {
     cell.input.robot.tool_number = 1;
     CHECK(correction_of(cell.Next()) < 0.9 * at_60);
     cell.input.robot.tool_number = 3;
-    CHECK(cell.Next().points[0].code == CorrectionCode::kPayloadUnknown);
+    CHECK(cell.Next().points[0].code == correction::CorrectionCode::kPayloadUnknown);
   }
   SECTION("a point may state its own payload") {
     cell.config.points[0].payload_kg = 60;
@@ -270,10 +271,10 @@ TEST_CASE(
     "a command is executed once per sequence number; its result is frozen until acknowledged") {
   Cell cell;
   // Registers are 0 at start-up; without a new sequence number there is no command.
-  cell.input.command.code = PlcCommandCode::kCorrectPoint;
+  cell.input.command.code = model::PlcCommandCode::kCorrectPoint;
   cell.input.command.point_id = 9;
   CHECK_FALSE(cell.Running().result.valid);
-  CHECK(cell.Next().result.code == CorrectionCode::kPending);
+  CHECK(cell.Next().result.code == correction::CorrectionCode::kPending);
 
   cell.input.command.sequence = 42;
   const CommandResult first = cell.Next().result;
@@ -291,7 +292,7 @@ TEST_CASE(
     CHECK(later.correction.X_BP_command.p == first.correction.X_BP_command.p);
   }
   SECTION("acknowledged") {
-    cell.input.command.code = PlcCommandCode::kAcknowledge;
+    cell.input.command.code = model::PlcCommandCode::kAcknowledge;
     cell.input.command.sequence = 43;
     const CommandResult later = cell.Next().result;
     CHECK_FALSE(later.valid);
@@ -305,7 +306,7 @@ TEST_CASE(
     CHECK(later.correction.X_BP_command.p == first.correction.X_BP_command.p);
   }
   SECTION("a pose command with its own payload") {
-    cell.input.command.code = PlcCommandCode::kCorrectPose;
+    cell.input.command.code = model::PlcCommandCode::kCorrectPose;
     cell.input.command.pose_valid = true;
     cell.input.command.X_BP = cell.config.cell.robot.X_WB.Inverse() * cell.config.points[1].X_WP;
     cell.input.command.payload_kg = 60;
@@ -320,7 +321,7 @@ TEST_CASE(
     std::uint16_t sequence = 100;
     const auto refused = [&](auto change) {
       cell.input.command = {};
-      cell.input.command.code = PlcCommandCode::kCorrectPoint;
+      cell.input.command.code = model::PlcCommandCode::kCorrectPoint;
       cell.input.command.point_id = 9;
       change(cell.input.command);
       cell.input.command.sequence = ++sequence;
@@ -329,18 +330,20 @@ TEST_CASE(
       CHECK(result.sequence == sequence);
       return result.code;
     };
-    CHECK(refused([](PlcCommand& c) { c.point_id = 8; }) == CorrectionCode::kUnknownPoint);
-    CHECK(refused([](PlcCommand& c) { c.code = static_cast<PlcCommandCode>(77); }) ==
-          CorrectionCode::kBadCommand);
-    CHECK(refused([](PlcCommand& c) { c.code = PlcCommandCode::kCorrectPose; }) ==
-          CorrectionCode::kBadCommand);
-    CHECK(refused([](PlcCommand& c) { c.payload_kg = std::nan(""); }) ==
-          CorrectionCode::kBadCommand);
-    CHECK(refused([](PlcCommand& c) { c.payload_kg = 1e9; }) == CorrectionCode::kBadCommand);
-    CHECK(refused([](PlcCommand& c) {
-            c.code = PlcCommandCode::kProbe;
+    CHECK(refused([](model::PlcCommand& c) { c.point_id = 8; }) ==
+          correction::CorrectionCode::kUnknownPoint);
+    CHECK(refused([](model::PlcCommand& c) { c.code = static_cast<model::PlcCommandCode>(77); }) ==
+          correction::CorrectionCode::kBadCommand);
+    CHECK(refused([](model::PlcCommand& c) { c.code = model::PlcCommandCode::kCorrectPose; }) ==
+          correction::CorrectionCode::kBadCommand);
+    CHECK(refused([](model::PlcCommand& c) { c.payload_kg = std::nan(""); }) ==
+          correction::CorrectionCode::kBadCommand);
+    CHECK(refused([](model::PlcCommand& c) { c.payload_kg = 1e9; }) ==
+          correction::CorrectionCode::kBadCommand);
+    CHECK(refused([](model::PlcCommand& c) {
+            c.code = model::PlcCommandCode::kProbe;
             c.payload_kg = std::nan("");
-          }) == CorrectionCode::kBadCommand);
+          }) == correction::CorrectionCode::kBadCommand);
   }
 }
 
@@ -348,10 +351,10 @@ TEST_CASE("a probe is recorded once, together with the model's prediction") {
   Cell cell;
   cell.input.probes_recorded = true;
   cell.Running();
-  PlcCommand& command = cell.input.command;
-  command.code = PlcCommandCode::kProbe;
-  const LoadedArm arm(cell.config.cell);
-  LoadedState state;
+  model::PlcCommand& command = cell.input.command;
+  command.code = model::PlcCommandCode::kProbe;
+  const deflection::LoadedArm arm(cell.config.cell);
+  deflection::LoadedState state;
   REQUIRE(arm.AtCommanded(cell.taught, {60, *cell.config.cell.payload_cog_F}, {}, state));
   const Vec3 predicted_W = state.X_WT.p;
   const Vec3 miss_W(1e-3, -2e-3, 3e-3);
@@ -385,16 +388,17 @@ TEST_CASE("a probe is recorded once, together with the model's prediction") {
   struct Refusal {
     const char* name;
     void (*spoil)(Cell& cell);
-    CorrectionCode code;
+    correction::CorrectionCode code;
   };
   const Refusal refusals[] = {
       {"probes not recorded", [](Cell& c) { c.input.probes_recorded = false; },
-       CorrectionCode::kNotRecorded},
+       correction::CorrectionCode::kNotRecorded},
       {"not a number", [](Cell& c) { c.input.command.probe_W.reset(); },
-       CorrectionCode::kBadCommand},
+       correction::CorrectionCode::kBadCommand},
       {"no payload", [](Cell& c) { c.input.robot.payload_kg.reset(); },
-       CorrectionCode::kPayloadUnknown},
-      {"robot not trusted", [](Cell& c) { c.input.robot.q[0] = 99; }, CorrectionCode::kNoRobot},
+       correction::CorrectionCode::kPayloadUnknown},
+      {"robot not trusted", [](Cell& c) { c.input.robot.q[0] = 99; },
+       correction::CorrectionCode::kNoRobot},
   };
   for (const Refusal& refusal : refusals) {
     DYNAMIC_SECTION(refusal.name) {
@@ -407,7 +411,7 @@ TEST_CASE("a probe is recorded once, together with the model's prediction") {
     }
   }
   SECTION("a monitor restart is forwarded once") {
-    command.code = PlcCommandCode::kRestartMonitor;
+    command.code = model::PlcCommandCode::kRestartMonitor;
     command.sequence = 4;
     CHECK(cell.Next().monitor_restart);
     CHECK_FALSE(cell.Next().monitor_restart);
@@ -425,10 +429,10 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
   Cell cell;
   cell.Running();
   cell.input.probes_recorded = true;
-  PlcCommand& command = cell.input.command;
-  command.code = PlcCommandCode::kProbeByCamera;
+  model::PlcCommand& command = cell.input.command;
+  command.code = model::PlcCommandCode::kProbeByCamera;
   command.sequence = 1;
-  CHECK(cell.Next().result.code == CorrectionCode::kNoCamera);
+  CHECK(cell.Next().result.code == correction::CorrectionCode::kNoCamera);
   CHECK((cell.Next().status & status::kLensCalibrated) == 0);
 
   CameraInput& camera = cell.input.cameras[0];
@@ -447,7 +451,7 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
   CHECK_FALSE(cell.Next().probe_taken);
 
   SECTION("a probe measured by the PLC has no covariance") {
-    command.code = PlcCommandCode::kProbe;
+    command.code = model::PlcCommandCode::kProbe;
     command.probe_W = cell.PredictedTip();
     command.sequence = 3;
     REQUIRE(cell.Next().probe_taken);
@@ -456,17 +460,19 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
   struct Refusal {
     const char* name;
     void (*spoil)(Cell& cell);
-    CorrectionCode code;
+    correction::CorrectionCode code;
   };
   const Refusal refusals[] = {
-      {"stale", [](Cell& c) { c.input.cameras[0].lens_valid = false; }, CorrectionCode::kLensStale},
+      {"stale", [](Cell& c) { c.input.cameras[0].lens_valid = false; },
+       correction::CorrectionCode::kLensStale},
       {"moving", [](Cell& c) { c.input.cameras[0].tip_valid = false; },
-       CorrectionCode::kTipNotSeen},
-      {"old", [](Cell& c) { c.input.cameras[0].tip_time_s -= 1; }, CorrectionCode::kTipNotSeen},
+       correction::CorrectionCode::kTipNotSeen},
+      {"old", [](Cell& c) { c.input.cameras[0].tip_time_s -= 1; },
+       correction::CorrectionCode::kTipNotSeen},
       {"no number", [](Cell& c) { c.input.cameras[0].tip.p_W.x() = NAN; },
-       CorrectionCode::kTipNotSeen},
+       correction::CorrectionCode::kTipNotSeen},
       {"probes not recorded", [](Cell& c) { c.input.probes_recorded = false; },
-       CorrectionCode::kNotRecorded},
+       correction::CorrectionCode::kNotRecorded},
   };
   for (const Refusal& refusal : refusals) {
     DYNAMIC_SECTION(refusal.name) {
@@ -478,18 +484,18 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
     }
   }
   SECTION("a calibration is started and cancelled once each") {
-    command.code = PlcCommandCode::kStartCalibration;
+    command.code = model::PlcCommandCode::kStartCalibration;
     command.sequence = 5;
     CHECK(cell.Next().calibration_requests[0] == CalibrationRequest::kStart);
     CHECK(cell.Next().calibration_requests[0] == CalibrationRequest::kNone);
-    command.code = PlcCommandCode::kCancelCalibration;
+    command.code = model::PlcCommandCode::kCancelCalibration;
     command.sequence = 6;
     CHECK(cell.Next().calibration_requests[0] == CalibrationRequest::kCancel);
     camera.configured = false;
     command.sequence = 7;
     const Snapshot& refused = cell.Next();
     CHECK(refused.calibration_requests[0] == CalibrationRequest::kNone);
-    CHECK(refused.result.code == CorrectionCode::kNoCamera);
+    CHECK(refused.result.code == correction::CorrectionCode::kNoCamera);
   }
 }
 
@@ -497,8 +503,8 @@ TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
   Cell cell;
   cell.Running();
   cell.input.probes_recorded = true;
-  PlcCommand& command = cell.input.command;
-  command.code = PlcCommandCode::kProbeByCamera;
+  model::PlcCommand& command = cell.input.command;
+  command.code = model::PlcCommandCode::kProbeByCamera;
   for (CameraInput& camera : cell.input.cameras) {
     camera.configured = camera.lens_valid = camera.tip_valid = true;
     camera.tip_time_s = cell.input.now_s;
@@ -526,7 +532,7 @@ TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
     CHECK((taken.status & status::kLensCalibrated) == 0);
     command.camera = 1;
     command.sequence = 3;
-    CHECK(cell.Next().result.code == CorrectionCode::kLensStale);
+    CHECK(cell.Next().result.code == correction::CorrectionCode::kLensStale);
   }
   SECTION("one is selected; a third does not exist") {
     command.camera = 1;
@@ -534,14 +540,14 @@ TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
     CHECK(*cell.Next().probe.measured_W == side.tip.p_W);
     command.camera = 3;
     command.sequence = 3;
-    CHECK(cell.Next().result.code == CorrectionCode::kNoCamera);
+    CHECK(cell.Next().result.code == correction::CorrectionCode::kNoCamera);
   }
   SECTION("they contradict each other") {
     rear.tip.p_W.x() += 0.002;
     command.sequence = 2;
     taken = cell.Next();
     CHECK_FALSE(taken.probe_taken);
-    CHECK(taken.result.code == CorrectionCode::kCamerasDisagree);
+    CHECK(taken.result.code == correction::CorrectionCode::kCamerasDisagree);
     rear.tip.tag_covariance_W =
         4e-7 * Mat3::Identity();  // explained by errors in the tag positions
     command.sequence = 3;
@@ -549,20 +555,26 @@ TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
   }
   SECTION("calibration of the requesting camera, of all if none requests it, of the selected one") {
     using Order = CalibrationRequest;
-    const auto orders = [&](PlcCommandCode code, std::uint16_t camera) {
+    const auto orders = [&](model::PlcCommandCode code, std::uint16_t camera) {
       command.code = code;
       command.camera = camera;
       ++command.sequence;
       return cell.Next().calibration_requests;
     };
-    using Orders = std::array<Order, kMaxCameras>;
-    CHECK(orders(PlcCommandCode::kStartCalibration, 0) == Orders{Order::kStart, Order::kStart});
-    CHECK(orders(PlcCommandCode::kStartCalibration, 2) == Orders{Order::kNone, Order::kStart});
+    using Orders = std::array<Order, model::kMaxCameras>;
+    CHECK(orders(model::PlcCommandCode::kStartCalibration, 0) ==
+          Orders{Order::kStart, Order::kStart});
+    CHECK(orders(model::PlcCommandCode::kStartCalibration, 2) ==
+          Orders{Order::kNone, Order::kStart});
     rear.board_wanted = true;
-    CHECK(orders(PlcCommandCode::kStartCalibration, 0) == Orders{Order::kNone, Order::kStart});
-    CHECK(orders(PlcCommandCode::kStartCalibration, 1) == Orders{Order::kStart, Order::kNone});
-    CHECK(orders(PlcCommandCode::kCancelCalibration, 0) == Orders{Order::kCancel, Order::kCancel});
-    CHECK(orders(PlcCommandCode::kCancelCalibration, 3) == Orders{Order::kNone, Order::kNone});
+    CHECK(orders(model::PlcCommandCode::kStartCalibration, 0) ==
+          Orders{Order::kNone, Order::kStart});
+    CHECK(orders(model::PlcCommandCode::kStartCalibration, 1) ==
+          Orders{Order::kStart, Order::kNone});
+    CHECK(orders(model::PlcCommandCode::kCancelCalibration, 0) ==
+          Orders{Order::kCancel, Order::kCancel});
+    CHECK(orders(model::PlcCommandCode::kCancelCalibration, 3) ==
+          Orders{Order::kNone, Order::kNone});
   }
 }
 
@@ -575,13 +587,13 @@ TEST_CASE("points whose branches are searched in the background are pending indi
   CHECK(snapshot.input_fault == InputFault::kOk);
   for (const PointResult& point : snapshot.points) {
     CHECK_FALSE(point.valid);
-    CHECK(point.code == CorrectionCode::kPending);
+    CHECK(point.code == correction::CorrectionCode::kPending);
   }
   CHECK(snapshot.alarms == 0);  // nothing is refused
   CHECK((snapshot.status & status::kReady) == 0);
   cell.machine->SetTaughtBranch(1, searching.FindTaughtBranch(1));
   cell.Next();
-  CHECK(snapshot.points[0].code == CorrectionCode::kPending);
+  CHECK(snapshot.points[0].code == correction::CorrectionCode::kPending);
   CHECK(snapshot.points[1].valid);
   SECTION("the cycle continues from the branch found") {
     cell.machine->SetTaughtBranch(0, searching.FindTaughtBranch(0));
@@ -603,9 +615,11 @@ TEST_CASE("a probe is refused with kStorageUnavailable if the disk is not writab
   Cell cell;
   cell.Running();
   cell.input.storage_unavailable = GENERATE(false, true);
-  const CorrectionCode why = cell.input.storage_unavailable ? CorrectionCode::kStorageUnavailable
-                                                            : CorrectionCode::kNotRecorded;
-  for (const PlcCommandCode code : {PlcCommandCode::kProbe, PlcCommandCode::kRestartMonitor}) {
+  const correction::CorrectionCode why = cell.input.storage_unavailable
+                                             ? correction::CorrectionCode::kStorageUnavailable
+                                             : correction::CorrectionCode::kNotRecorded;
+  for (const model::PlcCommandCode code :
+       {model::PlcCommandCode::kProbe, model::PlcCommandCode::kRestartMonitor}) {
     cell.input.command.code = code;
     cell.input.command.probe_W = Vec3(1, 2, 3);
     ++cell.input.command.sequence;
@@ -621,7 +635,7 @@ TEST_CASE("a new configuration continues from the values of the previous one") {
   Cell cell;
   cell.Running();
   cell.input.command.sequence = 42;
-  cell.input.command.code = PlcCommandCode::kCorrectPoint;
+  cell.input.command.code = model::PlcCommandCode::kCorrectPoint;
   cell.input.command.point_id = 9;
   cell.input.command.acknowledge = true;
   cell.input.command.heartbeat = 5;
@@ -662,7 +676,7 @@ TEST_CASE("a new configuration continues from the values of the previous one") {
     cell.input.command.sequence = 43;
     const CommandResult result = cell.Next().result;
     CHECK(result.sequence == 43);
-    CHECK(result.code == CorrectionCode::kNoRobot);
+    CHECK(result.code == correction::CorrectionCode::kNoRobot);
   }
 }
 
@@ -670,7 +684,7 @@ TEST_CASE("with the same robot link, the points of a new model are valid in its 
   Cell cell;
   // More points without taught joints than one cycle may search.
   for (int id = 20; id < 28; ++id) {
-    AssemblyPoint point = cell.config.points[0];
+    correction::AssemblyPoint point = cell.config.points[0];
     point.id = id;
     point.near_q.reset();
     point.X_WP.p.z() += 0.005 * (id - 20);
@@ -704,7 +718,8 @@ TEST_CASE("with the same robot link, the points of a new model are valid in its 
     CHECK(after.points[k].valid);
     CHECK(after.points[k].sequence == before.points[former].sequence + 1);
     // The new model's value in the previous posture.
-    const Correction &now = after.points[k].correction, &was = before.points[former].correction;
+    const correction::Correction &now = after.points[k].correction,
+                                 &was = before.points[former].correction;
     CHECK((now.X_BP_command.p - was.X_BP_command.p).norm() > 1e-4);
     CHECK((now.q - was.q).cwiseAbs().maxCoeff() < 0.05);
   }
@@ -733,8 +748,9 @@ TEST_CASE("with the same link, a robot that was not trusted is not trusted under
 }
 
 TEST_CASE("results of probes and of a monitor restart survive a new configuration") {
-  for (const PlcCommandCode code :
-       {PlcCommandCode::kProbe, PlcCommandCode::kProbeFine, PlcCommandCode::kRestartMonitor}) {
+  for (const model::PlcCommandCode code :
+       {model::PlcCommandCode::kProbe, model::PlcCommandCode::kProbeFine,
+        model::PlcCommandCode::kRestartMonitor}) {
     CAPTURE(static_cast<int>(code));
     Cell cell;
     cell.input.probes_recorded = true;
@@ -743,7 +759,7 @@ TEST_CASE("results of probes and of a monitor restart survive a new configuratio
     cell.input.command.probe_W = cell.PredictedTip();
     cell.input.command.sequence = 77;
     const Snapshot before = cell.Next();
-    REQUIRE(before.result.code == CorrectionCode::kOk);
+    REQUIRE(before.result.code == correction::CorrectionCode::kOk);
     REQUIRE(before.probe_taken != before.monitor_restart);
 
     Machine next(cell.config);
@@ -756,7 +772,7 @@ TEST_CASE("results of probes and of a monitor restart survive a new configuratio
       CHECK_FALSE(after.monitor_restart);
       CHECK(after.result.command == code);
       CHECK(after.result.sequence == 77);
-      CHECK(after.result.code == CorrectionCode::kOk);
+      CHECK(after.result.code == correction::CorrectionCode::kOk);
       CHECK(after.result.unix_ms == before.result.unix_ms);
       CHECK(after.result.correction.translation_B == before.result.correction.translation_B);
       CHECK(after.probe.sequence == before.probe.sequence);
@@ -774,7 +790,7 @@ namespace {
 struct ProbingCell : Cell {
   ProbingCell() {
     input.probes_recorded = true;
-    input.command.code = PlcCommandCode::kProbe;
+    input.command.code = model::PlcCommandCode::kProbe;
     Running();
   }
   const Snapshot& Probe(const Vec3& measured_W) {
@@ -816,7 +832,7 @@ TEST_CASE("an implausible probe is refused, counted and not forwarded") {
   for (const Nonsense& one : nonsense) {
     CAPTURE(one.name);
     const Snapshot& snapshot = cell.Probe(one.measured_W);
-    CHECK(snapshot.result.code == CorrectionCode::kProbeImplausible);
+    CHECK(snapshot.result.code == correction::CorrectionCode::kProbeImplausible);
     CHECK_FALSE(snapshot.probe_taken);
     CHECK(snapshot.probes.fault == one.fault);
     CHECK(snapshot.probes.measured_W == one.measured_W);
@@ -825,7 +841,7 @@ TEST_CASE("an implausible probe is refused, counted and not forwarded") {
   }
   const Snapshot& taken = cell.Probe(tip_W + Vec3(0, 0, -0.02));
   CHECK(taken.probe_taken);
-  CHECK(taken.result.code == CorrectionCode::kOk);
+  CHECK(taken.result.code == correction::CorrectionCode::kOk);
   CHECK_FALSE(taken.probe.quarantined);
   CHECK(taken.probes.fault == ProbeFault::kNone);
   CHECK(taken.probes.refused == refused);
@@ -833,18 +849,18 @@ TEST_CASE("an implausible probe is refused, counted and not forwarded") {
 
 TEST_CASE("fine-integer and camera probes are checked against the same bounds") {
   ProbingCell cell;
-  cell.input.command.code = PlcCommandCode::kProbeFine;
-  CHECK(cell.Probe(Vec3::Zero()).result.code == CorrectionCode::kProbeImplausible);
-  cell.input.command.code = PlcCommandCode::kProbeByCamera;
+  cell.input.command.code = model::PlcCommandCode::kProbeFine;
+  CHECK(cell.Probe(Vec3::Zero()).result.code == correction::CorrectionCode::kProbeImplausible);
+  cell.input.command.code = model::PlcCommandCode::kProbeByCamera;
   CameraInput& camera = cell.input.cameras[0];
   camera.configured = camera.lens_valid = camera.tip_valid = true;
   camera.tip.covariance_W = 1e-8 * Mat3::Identity();
   camera.tip_time_s = cell.input.now_s;
   camera.tip.p_W = Vec3(0, 0, 40);
-  CHECK(cell.Probe({}).result.code == CorrectionCode::kProbeImplausible);
+  CHECK(cell.Probe({}).result.code == correction::CorrectionCode::kProbeImplausible);
   camera.tip.p_W = cell.PredictedTip() + Vec3(0.4, 0, 0);
   const Snapshot& kept = cell.Probe({});
-  CHECK(kept.result.code == CorrectionCode::kProbeQuarantined);
+  CHECK(kept.result.code == correction::CorrectionCode::kProbeQuarantined);
   CHECK(kept.probe.quarantined);
   REQUIRE(kept.probe.covariance_W);
   CHECK(kept.probe.cameras == 1);
@@ -862,7 +878,7 @@ TEST_CASE("a probe that contradicts the model is forwarded as quarantined") {
   const Snapshot& kept = cell.Probe(tip_W + miss_W);
   REQUIRE(kept.probe_taken);
   CHECK(kept.probe.quarantined);
-  CHECK(kept.result.code == CorrectionCode::kProbeQuarantined);
+  CHECK(kept.result.code == correction::CorrectionCode::kProbeQuarantined);
   CHECK_FALSE(kept.result.valid);
   const Mat3 R_WB = cell.config.cell.robot.X_WB.R;
   CHECK((R_WB * kept.result.correction.translation_B - miss_W).norm() < 1e-12);
@@ -873,14 +889,14 @@ TEST_CASE("a probe is refused while a joint moves, and recorded at standstill") 
   ProbingCell cell;
   const Vec3 tip_W = cell.PredictedTip();
   const auto code = [&] { return cell.Probe(tip_W).result.code; };
-  REQUIRE(code() == CorrectionCode::kOk);
+  REQUIRE(code() == correction::CorrectionCode::kOk);
   const auto stand = [&](double seconds) {
     for (double t = 0; t < seconds; t += kPeriod_s) cell.Next();
   };
   SECTION("a motion, and its end") {
     for (int k = 0; k < 10; ++k) {
       cell.input.robot.q[1] += 1e-3;
-      CHECK(code() == CorrectionCode::kRobotMoving);
+      CHECK(code() == correction::CorrectionCode::kRobotMoving);
     }
     CHECK_FALSE(cell.Next().probes.standstill);
     CHECK(cell.Next().probes.fault == ProbeFault::kRobotMoving);
@@ -889,34 +905,34 @@ TEST_CASE("a probe is refused while a joint moves, and recorded at standstill") 
     cell.input.robot.q[1] -= 10e-3;
     stand(0.25);
     CHECK(cell.Next().probes.standstill);
-    CHECK(code() == CorrectionCode::kOk);
+    CHECK(code() == correction::CorrectionCode::kOk);
   }
   SECTION("slow creep accumulates") {
     int moving = 0;
     for (int k = 0; k < 100; ++k) {
       cell.input.robot.q[0] += 1e-5;  // 1 mrad/s, a tenth of the threshold per reading
-      moving += code() == CorrectionCode::kRobotMoving ? 1 : 0;
+      moving += code() == correction::CorrectionCode::kRobotMoving ? 1 : 0;
     }
     CHECK(moving > 85);
   }
   SECTION("jitter of a servo that holds its position is tolerated") {
     for (int k = 0; k < 50; ++k) {
       cell.input.robot.q[2] += k % 2 == 0 ? 4e-5 : -4e-5;
-      CHECK(code() == CorrectionCode::kOk);
+      CHECK(code() == correction::CorrectionCode::kOk);
     }
   }
   SECTION("coarse registers: one step is no motion, two are") {
     cell.input.robot.q_resolution = 1e-3;
     cell.input.robot.q[3] += 1e-3;
-    CHECK(code() == CorrectionCode::kOk);
+    CHECK(code() == correction::CorrectionCode::kOk);
     cell.input.robot.q[3] += 1e-3;
-    CHECK(code() == CorrectionCode::kRobotMoving);
+    CHECK(code() == correction::CorrectionCode::kRobotMoving);
   }
   SECTION("motion is detected on a controller that refreshes every 0.1 s") {
     int refused = 0;
     for (int k = 0; k < 100; ++k) {
       if (k % 10 == 0) cell.input.robot.q[0] += 5e-3;
-      refused += code() == CorrectionCode::kRobotMoving ? 1 : 0;
+      refused += code() == correction::CorrectionCode::kRobotMoving ? 1 : 0;
     }
     CHECK(refused == 100);
   }
@@ -933,7 +949,7 @@ TEST_CASE("with the same link, standstill detection continues under a new model"
   next.ResumeFrom(*cell.machine, Machine::RobotLinkContinuity::kKept);
   CHECK(next.snapshot().probes.standstill != moving);
   cell.machine.emplace(std::move(next));
-  CHECK((cell.Probe(tip_W).result.code == CorrectionCode::kRobotMoving) == moving);
+  CHECK((cell.Probe(tip_W).result.code == correction::CorrectionCode::kRobotMoving) == moving);
   for (double t = 0; t < 0.25; t += kPeriod_s) cell.Next();
   CHECK(cell.Next().probes.standstill);
 }
@@ -942,21 +958,21 @@ TEST_CASE("before the journal is open a probe is pending; without a journal it i
   ProbingCell cell;
   cell.input.probes_recorded = false;
   cell.input.probes_pending = true;
-  CHECK(cell.Probe(cell.PredictedTip()).result.code == CorrectionCode::kPending);
-  cell.input.command.code = PlcCommandCode::kRestartMonitor;
-  CHECK(cell.Probe({}).result.code == CorrectionCode::kPending);
+  CHECK(cell.Probe(cell.PredictedTip()).result.code == correction::CorrectionCode::kPending);
+  cell.input.command.code = model::PlcCommandCode::kRestartMonitor;
+  CHECK(cell.Probe({}).result.code == correction::CorrectionCode::kPending);
   CHECK_FALSE(cell.Next().monitor_restart);
   cell.input.probes_pending = false;
-  CHECK(cell.Probe({}).result.code == CorrectionCode::kNotRecorded);
+  CHECK(cell.Probe({}).result.code == correction::CorrectionCode::kNotRecorded);
 }
 
 TEST_CASE("a refused command does not return the pose of the previous one") {
   Cell cell;
   cell.Running();
-  PlcCommand& command = cell.input.command;
+  model::PlcCommand& command = cell.input.command;
   const auto good = [&] {
     command = {};
-    command.code = PlcCommandCode::kCorrectPoint;
+    command.code = model::PlcCommandCode::kCorrectPoint;
     command.point_id = 9;
     command.sequence = static_cast<std::uint16_t>(cell.Next().result.sequence + 1);
     const CommandResult result = cell.Next().result;
@@ -964,7 +980,7 @@ TEST_CASE("a refused command does not return the pose of the previous one") {
     REQUIRE(result.correction.uncertainty_m > 0);
     ++command.sequence;
   };
-  const auto refused = [&](CorrectionCode code) {
+  const auto refused = [&](correction::CorrectionCode code) {
     const CommandResult result = cell.Next().result;
     CHECK(result.sequence == command.sequence);
     CHECK(result.command == command.code);
@@ -973,38 +989,38 @@ TEST_CASE("a refused command does not return the pose of the previous one") {
   };
   good();
   command.point_id = 8;
-  refused(CorrectionCode::kUnknownPoint);
+  refused(correction::CorrectionCode::kUnknownPoint);
   good();
-  command.code = static_cast<PlcCommandCode>(77);
-  refused(CorrectionCode::kBadCommand);
+  command.code = static_cast<model::PlcCommandCode>(77);
+  refused(correction::CorrectionCode::kBadCommand);
   good();
   command.payload_kg = 1e9;
-  refused(CorrectionCode::kBadCommand);
+  refused(correction::CorrectionCode::kBadCommand);
   good();
-  command.code = PlcCommandCode::kCorrectPose;
+  command.code = model::PlcCommandCode::kCorrectPose;
   command.pose_valid = true;
   command.X_BP.p = Vec3(50, 0, 0);
-  refused(CorrectionCode::kUnreachable);
+  refused(correction::CorrectionCode::kUnreachable);
   good();
-  command.code = PlcCommandCode::kProbe;
-  refused(CorrectionCode::kNotRecorded);
+  command.code = model::PlcCommandCode::kProbe;
+  refused(correction::CorrectionCode::kNotRecorded);
   good();
-  command.code = PlcCommandCode::kStartCalibration;
-  refused(CorrectionCode::kNoCamera);
+  command.code = model::PlcCommandCode::kStartCalibration;
+  refused(correction::CorrectionCode::kNoCamera);
   good();
   cell.input.robot.q[0] = 99;
-  refused(CorrectionCode::kNoRobot);
+  refused(correction::CorrectionCode::kNoRobot);
 }
 
 TEST_CASE("a pose command in metres or with an empty position is refused") {
   Cell cell;
   cell.Running();
   const Pose X_BP = cell.config.cell.robot.X_WB.Inverse() * cell.config.points[1].X_WP;
-  PlcCommand& command = cell.input.command;
+  model::PlcCommand& command = cell.input.command;
   std::uint16_t sequence = 200;
-  for (const PlcCommandCode code :
-       {PlcCommandCode::kCorrectPose, PlcCommandCode::kCorrectPoseScaled,
-        PlcCommandCode::kPredictLanding}) {
+  for (const model::PlcCommandCode code :
+       {model::PlcCommandCode::kCorrectPose, model::PlcCommandCode::kCorrectPoseScaled,
+        model::PlcCommandCode::kPredictLanding}) {
     CAPTURE(static_cast<int>(code));
     const auto result_of = [&](const Vec3& p_B) {
       command = {};
@@ -1015,10 +1031,10 @@ TEST_CASE("a pose command in metres or with an empty position is refused") {
       command.sequence = ++sequence;
       return cell.Next().result;
     };
-    CHECK(result_of(X_BP.p).code == CorrectionCode::kOk);
+    CHECK(result_of(X_BP.p).code == correction::CorrectionCode::kOk);
     for (const Vec3& p_B : {Vec3(1e-3 * X_BP.p), Vec3(Vec3::Zero())}) {
       const CommandResult refused = result_of(p_B);
-      CHECK(refused.code == CorrectionCode::kBadCommand);
+      CHECK(refused.code == correction::CorrectionCode::kBadCommand);
       CheckNoPose(refused);
     }
   }
@@ -1028,12 +1044,12 @@ TEST_CASE("a gantry pose near the base origin is not mistaken for metres") {
   const Vec3 near_origin(1e-3, 2e-3, -1e-3);
   ProbeBounds bounds;
   bounds.reach_m = 3;
-  Robot robot;
+  model::Robot robot;
   robot.joints.resize(3);
-  robot.joints[0].type = JointType::kRevolute;
+  robot.joints[0].type = model::JointType::kRevolute;
   CHECK(IsZeroOrInMetres(robot, bounds, near_origin));
   CHECK_FALSE(IsZeroOrInMetres(robot, bounds, Vec3(0.01, 0, 0)));
-  robot.joints[0].type = JointType::kPrismatic;
+  robot.joints[0].type = model::JointType::kPrismatic;
   CHECK_FALSE(IsZeroOrInMetres(robot, bounds, near_origin));
 }
 
@@ -1070,9 +1086,9 @@ TEST_CASE("a temperature of NaN counts as absent") {
 
 TEST_CASE("a missing centre of mass is a warning for a compliant joint, not for a rigid arm") {
   Cell cell;
-  for (Joint& joint : cell.config.cell.robot.joints) joint.link_com_m.reset();
+  for (model::Joint& joint : cell.config.cell.robot.joints) joint.link_com_m.reset();
   CHECK((cell.Running().warnings & warning::kMassCentresGuessed) != 0);
-  for (Joint& joint : cell.config.cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  for (model::Joint& joint : cell.config.cell.robot.joints) joint.compliance_rad_per_Nm.reset();
   cell.machine.reset();
   CHECK((cell.Running().warnings & warning::kMassCentresGuessed) == 0);
 }
@@ -1090,77 +1106,78 @@ TEST_CASE("an identified model states its own uncertainty, not the declared devi
   Cell cell;
   const double declared_m = cell.Running().points[0].correction.uncertainty_m;
   cell.machine.reset();
-  WrittenEffect effect;
+  model::WrittenEffect effect;
   effect.id = "joint_compliance";
   effect.scope = {"q2"};
   effect.parameters = {{"q2", 2e-7, 3e-9, "rad/(N m)", ""}};
   cell.config.cell.effects = {effect};
   cell.config.cell.domain.emplace();
-  for (const Joint& joint : cell.config.cell.robot.joints) {
+  for (const model::Joint& joint : cell.config.cell.robot.joints) {
     cell.config.cell.domain->q.push_back({joint.min, joint.max});
   }
   cell.config.cell.domain->residual_sigma_m = 3e-5;
-  const LoadedArm arm(cell.config.cell);
-  const Payload payload{60, *cell.config.cell.payload_cog_F};
-  const auto expected_m = [&](const JointVector& q) {
-    return RadiusHolding95Percent(EffectCovariance(arm, q, payload, {}) + 9e-10 * Mat3::Identity());
+  const deflection::LoadedArm arm(cell.config.cell);
+  const loads::Payload payload{60, *cell.config.cell.payload_cog_F};
+  const auto expected_m = [&](const model::JointVector& q) {
+    return deflection::RadiusHolding95Percent(deflection::EffectCovariance(arm, q, payload, {}) +
+                                              9e-10 * Mat3::Identity());
   };
   const Snapshot& snapshot = cell.Running();
   for (const PointResult& point : snapshot.points) {
     CHECK(point.correction.uncertainty_m == Approx(expected_m(point.correction.q)).epsilon(1e-6));
-    CHECK(point.correction.basis == RadiusBasis::kMeasured);
+    CHECK(point.correction.basis == model::RadiusBasis::kMeasured);
   }
   CHECK(snapshot.points[0].correction.uncertainty_m < 0.2 * declared_m);
   CHECK(snapshot.points[0].correction.uncertainty_m > 2 * 3e-5);
 
   cell.input.probes_recorded = true;
-  cell.input.command.code = PlcCommandCode::kProbe;
+  cell.input.command.code = model::PlcCommandCode::kProbe;
   cell.input.command.probe_W = cell.PredictedTip();
   cell.input.command.sequence = 5;
   CHECK(cell.Next().result.correction.uncertainty_m ==
         Approx(expected_m(cell.taught)).epsilon(1e-6));
-  CHECK(cell.Next().result.correction.basis == RadiusBasis::kMeasured);
+  CHECK(cell.Next().result.correction.basis == model::RadiusBasis::kMeasured);
 }
 
 TEST_CASE("the radius of one payload is not reported for another") {
   Cell cell;
   cell.config.points.resize(1);
-  const AssemblyPoint point = cell.config.points[0];
+  const correction::AssemblyPoint point = cell.config.points[0];
   for (int id = 2; id <= 100; ++id) {
     cell.config.points.push_back(point);
     cell.config.points.back().id = id;
   }
   const double light_m = cell.Running().points[50].correction.uncertainty_m;
   for (int k = 0; k < 100; ++k) cell.Next();
-  CHECK(cell.Next().points[50].correction.basis == RadiusBasis::kAssumed);
+  CHECK(cell.Next().points[50].correction.basis == model::RadiusBasis::kAssumed);
   cell.input.robot.payload_kg = *cell.input.robot.payload_kg + 60;
   const Snapshot& changed = cell.Next();  // before all radii can be refreshed
   int waiting = 0;
   for (const PointResult& one : changed.points) {
-    waiting += one.correction.basis == RadiusBasis::kUnknown ? 1 : 0;
+    waiting += one.correction.basis == model::RadiusBasis::kUnknown ? 1 : 0;
   }
   CHECK(waiting > 50);
   CHECK(changed.health.reason == HealthReason::kRadiusUnknown);
   for (int k = 0; k < 10; ++k) cell.Next();
-  CHECK(cell.Next().points[50].correction.basis == RadiusBasis::kAssumed);
+  CHECK(cell.Next().points[50].correction.basis == model::RadiusBasis::kAssumed);
   CHECK(cell.Next().points[50].correction.uncertainty_m > 1.2 * light_m);
 }
 
 TEST_CASE("time-dependent effects start at the model's time zero and hold their last value") {
   Cell cell;
   cell.input.probes_recorded = true;
-  cell.input.command.code = PlcCommandCode::kProbe;
+  cell.input.command.code = model::PlcCommandCode::kProbe;
   cell.input.command.probe_W = cell.PredictedTip();
-  WrittenEffect effect;
+  model::WrittenEffect effect;
   effect.id = "empirical";
   effect.parameters = {{"base_x", 1, std::nullopt, "1", ""}};
   effect.drivers = {"t_s"};
   effect.nodes.resize(2, 2);
   effect.nodes << 0, 0, 1000, 10;  // 10 mm in 1000 s
-  effect.seen_t_s = Interval{100, 600};
+  effect.seen_t_s = model::Interval{100, 600};
   cell.config.cell.effects = {effect};
   cell.config.cell.domain.emplace();
-  for (const Joint& joint : cell.config.cell.robot.joints) {
+  for (const model::Joint& joint : cell.config.cell.robot.joints) {
     cell.config.cell.domain->q.push_back({joint.min, joint.max});
   }
   cell.config.cell.domain->time_zero_s = 1.8e9;
@@ -1169,7 +1186,7 @@ TEST_CASE("time-dependent effects start at the model's time zero and hold their 
     cell.input.utc_s = utc_s;
     ++cell.input.command.sequence;
     const Snapshot& snapshot = cell.Next();
-    CHECK(snapshot.result.code == CorrectionCode::kOk);
+    CHECK(snapshot.result.code == correction::CorrectionCode::kOk);
     return std::pair(snapshot.probe.predicted_W.x(), snapshot.result.correction.extrapolated);
   };
   const auto [at_200, outside_200] = probed(1.8e9 + 200);
@@ -1185,7 +1202,7 @@ TEST_CASE("time-dependent effects start at the model's time zero and hold their 
 TEST_CASE("a point is recomputed whenever one of its inputs has changed") {
   Cell cell;
   cell.config.payload.source = PayloadPolicy::Source::kRobot;
-  WrittenEffect time, warmth;
+  model::WrittenEffect time, warmth;
   time.id = warmth.id = "empirical";
   time.parameters = {{"base_x", 1, 0.05, "1", ""}};
   warmth.parameters = {{"base_y", 1, 0.05, "1", ""}};
@@ -1197,7 +1214,7 @@ TEST_CASE("a point is recomputed whenever one of its inputs has changed") {
   warmth.nodes << 20, 0, 40, 4;  // 0.2 mm a kelvin
   cell.config.cell.effects = {time, warmth};
   cell.config.cell.domain.emplace();
-  for (const Joint& joint : cell.config.cell.robot.joints) {
+  for (const model::Joint& joint : cell.config.cell.robot.joints) {
     cell.config.cell.domain->q.push_back({joint.min, joint.max});
   }
   cell.config.cell.domain->time_zero_s = 1.8e9;

@@ -11,14 +11,14 @@ using namespace plumbline;
 namespace {
 
 struct Stream {
-  CellModel cell = test::HeavyArm();
-  LoadedArm arm{cell};
+  model::CellModel cell = test::HeavyArm();
+  deflection::LoadedArm arm{cell};
   PlausibilityFilter filter{PlausibilityLimits{}};
-  RobotState state;
+  model::RobotState state;
   double now_s = 100;
 
   Stream() {
-    state.q = JointVector::Zero(6);
+    state.q = model::JointVector::Zero(6);
     state.q[4] = 0.5;
   }
 
@@ -49,23 +49,26 @@ TEST_CASE("implausible readings are rejected, and trust returns automatically") 
   struct Case {
     const char* name;
     InputFault fault;
-    std::function<void(RobotState&)> spoil;
+    std::function<void(model::RobotState&)> spoil;
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Case cases[] = {
-      {"a joint is not a number", InputFault::kNotFinite, [&](RobotState& s) { s.q[2] = nan; }},
-      {"a joint is infinite", InputFault::kNotFinite, [&](RobotState& s) { s.q[2] = 1 / 0.0; }},
-      {"a joint outside its limits", InputFault::kJointLimit, [](RobotState& s) { s.q[4] = 2.3; }},
-      {"a joint jumps", InputFault::kJump, [](RobotState& s) { s.q[0] += 0.5; }},
+      {"a joint is not a number", InputFault::kNotFinite,
+       [&](model::RobotState& s) { s.q[2] = nan; }},
+      {"a joint is infinite", InputFault::kNotFinite,
+       [&](model::RobotState& s) { s.q[2] = 1 / 0.0; }},
+      {"a joint outside its limits", InputFault::kJointLimit,
+       [](model::RobotState& s) { s.q[4] = 2.3; }},
+      {"a joint jumps", InputFault::kJump, [](model::RobotState& s) { s.q[0] += 0.5; }},
       {"a joint is missing", InputFault::kJointCount,
-       [](RobotState& s) { s.q = JointVector::Zero(5); }},
+       [](model::RobotState& s) { s.q = model::JointVector::Zero(5); }},
       {"the tool pose is not a number", InputFault::kNotFinite,
-       [&](RobotState& s) {
+       [&](model::RobotState& s) {
          s.X_BT = Pose();
          s.X_BT->p.x() = nan;
        }},
       {"the tool pose is 10 m away", InputFault::kTcpMismatch,
-       [](RobotState& s) {
+       [](model::RobotState& s) {
          s.X_BT = Pose();
          s.X_BT->p.x() = 10;
        }},
@@ -74,7 +77,7 @@ TEST_CASE("implausible readings are rejected, and trust returns automatically") 
     CAPTURE(c.name);
     Stream stream;
     REQUIRE(stream.Trusted() == InputFault::kOk);
-    const RobotState good = stream.state;
+    const model::RobotState good = stream.state;
     c.spoil(stream.state);
     CHECK(stream.Next() == c.fault);
     const auto sequence = stream.state.sequence;
@@ -113,7 +116,7 @@ TEST_CASE("a reading becomes stale, and fresh ones must regain trust") {
 
 TEST_CASE("the reported tool pose is compared with forward kinematics according to the profile") {
   Stream stream;
-  Posture posture;
+  kinematics::Posture posture;
   stream.arm.chain().Evaluate(stream.state.q, posture);
   const Pose X_BF = posture.X_BF();
   SECTION("no pose reported: not checked") {

@@ -10,9 +10,10 @@ namespace plumbline::test {
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 
-inline Joint MakeJoint(double a, double alpha_deg, double d, double offset_deg, double min_deg,
-                       double max_deg, double mass_kg, const Vec3& com, double compliance) {
-  Joint joint;
+inline model::Joint MakeJoint(double a, double alpha_deg, double d, double offset_deg,
+                              double min_deg, double max_deg, double mass_kg, const Vec3& com,
+                              double compliance) {
+  model::Joint joint;
   joint.a_m = a;
   joint.alpha_rad = alpha_deg * kDegree;
   joint.d_m = d;
@@ -25,8 +26,8 @@ inline Joint MakeJoint(double a, double alpha_deg, double d, double offset_deg, 
   return joint;
 }
 
-inline CellModel HeavyArm() {
-  CellModel cell;
+inline model::CellModel HeavyArm() {
+  model::CellModel cell;
   cell.robot.name = "heavy";
   cell.robot.X_WB.p = Vec3(0.4, -0.2, 0.1);
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3::UnitZ()).toRotationMatrix();
@@ -37,9 +38,9 @@ inline CellModel HeavyArm() {
                        MakeJoint(0, -90, 0, 0, -125, 125, 30, {0, 0, 0.02}, 2.5e-6),
                        MakeJoint(0, 0, 0.21, 0, -350, 350, 15, {0, 0, -0.03}, 4e-6)};
   cell.robot.joints[0].sign = -1;
-  ToolSegment segment;
+  model::ToolSegment segment;
   segment.length_m = 1.0;
-  segment.section = SquareTubeSection(0.08, 0.005);
+  segment.section = model::SquareTubeSection(0.08, 0.005);
   segment.material = {70e9, 0.33, 2700};
   cell.tool.rigid = false;
   cell.tool.segments = {segment};
@@ -50,10 +51,10 @@ inline CellModel HeavyArm() {
 }
 
 /// Joint positions within the limits, with the wrist away from its singular posture.
-inline JointVector RandomPosture(const CellModel& cell, std::mt19937& random) {
-  JointVector q(cell.robot.size());
+inline model::JointVector RandomPosture(const model::CellModel& cell, std::mt19937& random) {
+  model::JointVector q(cell.robot.size());
   for (int i = 0; i < q.size(); ++i) {
-    const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+    const model::Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
     q[i] = std::uniform_real_distribution(0.9 * joint.min, 0.9 * joint.max)(random);
   }
   if (q.size() == 6 && std::abs(q[4]) < 0.3) q[4] += q[4] < 0 ? -0.3 : 0.3;

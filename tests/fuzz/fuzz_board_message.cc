@@ -23,15 +23,15 @@ bool Equal(const Bytes& made, std::span<const std::uint8_t> given) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::span bytes(data, size);
-  if (const auto request = DecodeRequest(bytes)) {
+  if (const auto request = camera::DecodeRequest(bytes)) {
     Require(!FaultOf(request->board) && request->width > 0 && request->height > 0);
-    Require(Equal(EncodeRequest(*request), bytes));
+    Require(Equal(camera::EncodeRequest(*request), bytes));
   }
-  const auto answer = DecodeResponse(bytes);
+  const auto answer = camera::DecodeResponse(bytes);
   if (!answer) return 0;
-  Require(Equal(EncodeResponse(*answer), bytes));
+  Require(Equal(camera::EncodeResponse(*answer), bytes));
   if (!*answer) return 0;
-  const BoardView& view = answer->value();
+  const lens::BoardView& view = answer->value();
   Require(view.corners_px.size() == view.seen.size() && view.blur_px >= 0);
   for (std::size_t k = 0; k < view.seen.size(); ++k) {
     Require(!view.seen[k] || view.corners_px[k].allFinite());

@@ -24,54 +24,55 @@ bool IsRotation(const Mat3& R) {
 }
 
 void Zoom(std::string_view text) {
-  const auto rows = ZoomRowsFromCsv(text);
+  const auto rows = zoom::ZoomRowsFromCsv(text);
   if (!rows) return Require(!rows.error().empty());
   bool ascend = true;
   for (std::size_t k = 0; k < rows->size(); ++k) {
     Require(std::isfinite((*rows)[k].t_s));
     ascend = ascend && (k == 0 || (*rows)[k].t_s > (*rows)[k - 1].t_s);
   }
-  auto sensor = ReplayZoom::Create(*rows, [] { return 1000.0; });
+  auto sensor = zoom::ReplayZoom::Create(*rows, [] { return 1000.0; });
   Require(sensor.ok() == (ascend && !rows->empty()));
   if (!sensor) return;
-  ZoomReading reading;
-  const ZoomResult result = sensor.value()->Read(reading);
-  Require(result == (rows->front().lost ? ZoomResult::kTimeout : ZoomResult::kOk));
+  lens::ZoomReading reading;
+  const zoom::ZoomResult result = sensor.value()->Read(reading);
+  Require(result == (rows->front().lost ? zoom::ZoomResult::kTimeout : zoom::ZoomResult::kOk));
 }
 
 void LensText(std::string_view text) {
-  const auto file = LensFromJson(text);
+  const auto file = lens::LensFromJson(text);
   if (!file) return Require(!file.error().empty());
   Require(file->size.width > 0 && file->size.height > 0);
-  Require(VectorOfLens(file->lens).allFinite() && file->lens.fx > 0 && file->lens.fy > 0);
+  Require(lens::VectorOfLens(file->lens).allFinite() && file->lens.fx > 0 && file->lens.fy > 0);
   Require(file->covariance.allFinite() && file->covariance.diagonal().minCoeff() >= 0);
 }
 
 void Bodies(std::string_view text) {
-  FaultList faults;
-  const auto database = TagDatabaseFromText(text, "bodies.toml", faults);
+  config::FaultList faults;
+  const auto database = config::TagDatabaseFromText(text, "bodies.toml", faults);
   Require(database.has_value() != faults.HasFaults());
   if (!database) return;
-  for (const Body& body : database->bodies) {
+  for (const tracking::Body& body : database->bodies) {
     Require(!body.name.empty());
-    for (const BodyTag& tag : body.tags) {
+    for (const tracking::BodyTag& tag : body.tags) {
       Require(tag.id >= 0 && tag.side_m > 0 && tag.X_KM.p.allFinite() && IsRotation(tag.X_KM.R));
     }
   }
 }
 
 void Marks(std::string_view text) {
-  const Body cell{"cell", {{3, 0.06, {}}, {4, 0.06, {Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
-  const auto memories = TagBaselinesFromJson(std::string(text), cell);
+  const tracking::Body cell{"cell",
+                            {{3, 0.06, {}}, {4, 0.06, {Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
+  const auto memories = camera::TagBaselinesFromJson(std::string(text), cell);
   if (!memories) return Require(!memories.error().empty());
   for (const auto& [lens, memory] : *memories) {
     Require(IsRotation(memory.X_CK.R) && memory.X_CK.p.allFinite());
     for (const auto& [id, tag] : memory.tags) {
-      for (const Vec2& residual : tag.residual_px) Require(residual.allFinite());
+      for (const lens::Vec2& residual : tag.residual_px) Require(residual.allFinite());
       Require(tag.covariance.allFinite() && tag.covariance.diagonal().minCoeff() >= 0);
     }
   }
-  const auto again = TagBaselinesFromJson(TagBaselinesJson(*memories, cell), cell);
+  const auto again = camera::TagBaselinesFromJson(camera::TagBaselinesJson(*memories, cell), cell);
   Require(again.ok() && again->size() == memories->size());
 }
 

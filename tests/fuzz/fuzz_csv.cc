@@ -10,24 +10,25 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  std::vector<plumbline::Joint> joints(1 + data[0] % 3);
-  if (joints.size() == 2) joints[1].type = plumbline::JointType::kPrismatic;
+  std::vector<plumbline::model::Joint> joints(1 + data[0] % 3);
+  if (joints.size() == 2) joints[1].type = plumbline::model::JointType::kPrismatic;
   std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
-  plumbline::FaultList faults;
-  const auto table = plumbline::TableFromCsv(text, "measured.csv", joints, faults);
+  plumbline::config::FaultList faults;
+  const auto table = plumbline::table::TableFromCsv(text, "measured.csv", joints, faults);
   if (table.has_value() == faults.HasFaults()) std::abort();
   if (!table) return 0;
   // No line is dropped silently: every line except the header is a row or has a warning.
   const auto ends = std::count(text.begin(), text.end(), '\n');
   const auto lines = ends + (text.back() == '\n' ? 0 : 1);
   const auto& unreadable = table->unreadable_lines;
-  const auto unmeasured = std::count_if(
-      table->unmeasured.begin(), table->unmeasured.end(), [&](const plumbline::MeasuredRow& row) {
-        return !std::binary_search(unreadable.begin(), unreadable.end(), row.line);
-      });
+  const auto unmeasured =
+      std::count_if(table->unmeasured.begin(), table->unmeasured.end(),
+                    [&](const plumbline::table::MeasuredRow& row) {
+                      return !std::binary_search(unreadable.begin(), unreadable.end(), row.line);
+                    });
   const auto told = table->rows.size() + unreadable.size() + static_cast<std::size_t>(unmeasured);
   if (static_cast<std::size_t>(lines) != told + 1) std::abort();
-  for (const plumbline::MeasuredRow& row : table->rows) {
+  for (const plumbline::table::MeasuredRow& row : table->rows) {
     if (!row.q.allFinite() || !row.p_WT.allFinite() || !std::isfinite(row.t_s)) std::abort();
   }
   return 0;

@@ -19,25 +19,25 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-bool Inside(const Vec2& p, const LumaView& image) {
+bool Inside(const lens::Vec2& p, const lens::LumaView& image) {
   return p.x() > -1 && p.y() > -1 && p.x() < image.width && p.y() < image.height;
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::array<Board, 4> boards = {{
-      {4, 3, 0.010, BoardKind::kChessboard, 0, {}},
-      {4, 3, 0.020, BoardKind::kCharuco, 0.015, "aruco-4x4-50"},
-      {4, 3, 0.020, BoardKind::kCircles, 0.012, {}},
-      {3, 5, 0.020, BoardKind::kAsymmetricCircles, 0.015, {}},
+  static const std::array<lens::Board, 4> boards = {{
+      {4, 3, 0.010, lens::BoardKind::kChessboard, 0, {}},
+      {4, 3, 0.020, lens::BoardKind::kCharuco, 0.015, "aruco-4x4-50"},
+      {4, 3, 0.020, lens::BoardKind::kCircles, 0.012, {}},
+      {3, 5, 0.020, lens::BoardKind::kAsymmetricCircles, 0.015, {}},
   }};
-  static const TagFamily family = TagFamilyOfName("aruco-4x4-50").value();
+  static const tracking::TagFamily family = tracking::TagFamilyOfName("aruco-4x4-50").value();
   if (size <= kHeader) return 0;
   // Each input byte becomes a square of pixels.
   const int columns = 1 + data[1] % 96, rows = 1 + data[2] % 96, enlarged = 1 + data[3] % 16;
-  const LumaView image_size{nullptr, std::min(kSide, columns * enlarged),
-                            std::min(kSide, rows * enlarged), 0};
+  const lens::LumaView image_size{nullptr, std::min(kSide, columns * enlarged),
+                                  std::min(kSide, rows * enlarged), 0};
   std::vector<std::uint8_t> pixels;
   for (int v = 0; v < image_size.height; ++v) {
     for (int u = 0; u < image_size.width; ++u) {
@@ -45,10 +45,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       pixels.push_back(data[kHeader + at % (size - kHeader)]);
     }
   }
-  const LumaView image{pixels.data(), image_size.width, image_size.height, image_size.width};
+  const lens::LumaView image{pixels.data(), image_size.width, image_size.height, image_size.width};
   if (data[0] % 5 < 4) {
-    const Board& board = boards[data[0] % 5];
-    const auto view = DetectBoard(image, board);
+    const lens::Board& board = boards[data[0] % 5];
+    const auto view = lens::DetectBoard(image, board);
     if (!view) {
       Require(!view.error().empty());
       return 0;
@@ -60,13 +60,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     return 0;
   }
-  static TagDetector detector(family, {});
-  SeenTags seen;
+  static tracking::TagDetector detector(family, {});
+  tracking::SeenTags seen;
   detector.Detect(image, nullptr, seen);
-  for (const SeenTag& tag : seen.tags) {
+  for (const tracking::SeenTag& tag : seen.tags) {
     Require(tag.id >= 0 && static_cast<std::size_t>(tag.id) < family.codes.size());
     Require(tag.covariance.allFinite());
-    for (const Vec2& corner : tag.corners_px) Require(Inside(corner, image));
+    for (const lens::Vec2& corner : tag.corners_px) Require(Inside(corner, image));
   }
   return 0;
 }

@@ -40,16 +40,16 @@ bytes = 1
 mask = 2
 )";
 
-void Decode(const HidProfile& profile, const std::uint8_t* data, std::size_t size) {
+void Decode(const zoom::HidProfile& profile, const std::uint8_t* data, std::size_t size) {
   if (FaultOf(profile)) std::abort();  // the reader accepted what the codec rejects
   while (size > 0) {
     const std::size_t length = std::min<std::size_t>(data[0], size - 1);
-    for (const HidExchange& exchange : profile.exchanges) {
-      ZoomReading reading;
-      const HidAnswer answer = ReadingFromReport(exchange, {data + 1, length}, reading);
+    for (const zoom::HidExchange& exchange : profile.exchanges) {
+      lens::ZoomReading reading;
+      const zoom::HidAnswer answer = zoom::ReadingFromReport(exchange, {data + 1, length}, reading);
       const bool told = reading.zoom_counts || reading.focus_counts || reading.digital_zoom ||
-                        reading.moved || reading.motion != LensMotion::kUnknown;
-      if (told && answer != HidAnswer::kRead) std::abort();
+                        reading.moved || reading.motion != lens::LensMotion::kUnknown;
+      if (told && answer != zoom::HidAnswer::kRead) std::abort();
     }
     data += 1 + length;
     size -= 1 + length;
@@ -59,14 +59,14 @@ void Decode(const HidProfile& profile, const std::uint8_t* data, std::size_t siz
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  FaultList faults;
-  static const auto fixed = HidProfileFromText(kProfile, "fixed", faults);
+  config::FaultList faults;
+  static const auto fixed = config::HidProfileFromText(kProfile, "fixed", faults);
   if (!fixed) std::abort();
   Decode(*fixed, data, size);
   const std::uint8_t* end = std::find(data, data + size, std::uint8_t{0});
   const auto length = static_cast<std::size_t>(end - data);
   const std::string_view text(reinterpret_cast<const char*>(data), length);
-  if (const auto profile = HidProfileFromText(text, "fuzz", faults)) {
+  if (const auto profile = config::HidProfileFromText(text, "fuzz", faults)) {
     if (length < size) Decode(*profile, end + 1, size - length - 1);
   }
   return 0;

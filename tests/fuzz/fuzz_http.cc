@@ -17,36 +17,36 @@ constexpr const char* kToken = "0123456789abcdef";
 constexpr const char* kSecret = "the cell nobody may know";
 
 struct Served {
-  DisplayMailbox shown;
-  std::unique_ptr<Page> page;
+  view::DisplayMailbox shown;
+  std::unique_ptr<page::Page> page;
 
   Served() {
-    auto state = std::make_shared<ViewState>();
+    auto state = std::make_shared<view_link::ViewState>();
     state->cell = kSecret;
     state->now_s = MonotonicSeconds() + 1e9;  // never stale
-    auto now = std::make_shared<DisplayStatus>();
+    auto now = std::make_shared<view::DisplayStatus>();
     now->state = state;
-    shown.Publish(std::shared_ptr<const DisplayStatus>(now));
-    PageOptions options;
+    shown.Publish(std::shared_ptr<const view::DisplayStatus>(now));
+    page::PageOptions options;
     options.config.token = kToken;
     options.state_directory = "/nonexistent";
-    auto started = Page::Start(options, shown, [](const LogEntry&) {});
+    auto started = page::Page::Start(options, shown, [](const log::LogEntry&) {});
     if (!started) std::abort();
     page = std::move(started).value();
   }
 
   std::string AnswerTo(std::string_view head) {
-    ParsedRequest parsed = ParseRequest(head);
+    page::ParsedRequest parsed = page::ParseRequest(head);
     if (parsed.refusal != 0) return parsed.why;
     const std::string& method = parsed.request.method;
     if (!parsed.request.path.starts_with('/') && (method == "GET" || method == "HEAD"))
       std::abort();
     parsed.request.peer = "192.0.2.1";
-    HttpResponse response;
+    page::HttpResponse response;
     page->Answer(parsed.request, response);
-    const std::string answer = HeadOf(response);
+    const std::string answer = page::HeadOf(response);
     // A request must not inject a header.
-    if (EndOfHead(answer) != answer.size()) std::abort();
+    if (page::EndOfHead(answer) != answer.size()) std::abort();
     return answer + response.body;
   }
 };
@@ -54,7 +54,7 @@ struct Served {
 /// True if the bytes may contain the token: plain, as a cookie, or %-encoded.
 bool MayKnow(const std::string& bytes) {
   return bytes.find(kToken) != std::string::npos ||
-         bytes.find(CookieValueOf(kToken)) != std::string::npos ||
+         bytes.find(page::CookieValueOf(kToken)) != std::string::npos ||
          bytes.find('%') != std::string::npos;
 }
 
@@ -63,18 +63,19 @@ bool MayKnow(const std::string& bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Served served;
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  if (const auto end = EndOfHead(bytes)) {
-    if (*end > size || EndOfHead(bytes.substr(0, *end), *end - 1) != end) std::abort();
+  if (const auto end = page::EndOfHead(bytes)) {
+    if (*end > size || page::EndOfHead(bytes.substr(0, *end), *end - 1) != end) std::abort();
     const std::string written = served.AnswerTo(bytes.substr(0, *end));
     if (!MayKnow(bytes) && written.find(kSecret) != std::string::npos) std::abort();
     if (written.find(kToken) != std::string::npos) std::abort();
   }
-  static_cast<void>(HostOf(bytes));
-  if (const auto host = HostOf(bytes); host && host->find('/') != std::string::npos) std::abort();
-  if (ReportKindOf(bytes) != ReportKind::kNone && bytes.find('/') != std::string::npos)
+  static_cast<void>(page::HostOf(bytes));
+  if (const auto host = page::HostOf(bytes); host && host->find('/') != std::string::npos)
     std::abort();
-  if (const auto cookie = CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
+  if (page::ReportKindOf(bytes) != page::ReportKind::kNone && bytes.find('/') != std::string::npos)
     std::abort();
-  if (const auto bearer = BearerOf(bytes); bearer && bearer->empty()) std::abort();
+  if (const auto cookie = page::CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
+    std::abort();
+  if (const auto bearer = page::BearerOf(bytes); bearer && bearer->empty()) std::abort();
   return 0;
 }

@@ -21,8 +21,8 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-Database Opened(const char* schema) {
-  auto database = Database::Open(":memory:", Database::Mode::kWrite);
+sqlite::Database Opened(const char* schema) {
+  auto database = sqlite::Database::Open(":memory:", sqlite::Database::Mode::kWrite);
   Require(database.ok() && database.value().Run(schema));
   return std::move(database).value();
 }
@@ -32,7 +32,7 @@ class Values {
  public:
   explicit Values(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
 
-  void BindNext(Statement& statement, int index) {
+  void BindNext(sqlite::Statement& statement, int index) {
     switch (Number<std::uint8_t>() % 4) {
       case 0:
         return statement.Bind(index, std::optional<double>());
@@ -60,43 +60,43 @@ class Values {
   std::span<const std::uint8_t> rest_;
 };
 
-void Judge(const LensEntry& entry) {
+void Judge(const lens_store::LensEntry& entry) {
   Require(!FaultOf(entry));
-  Require(!OpenCvYaml(entry).empty() && !OpenCvXml(entry).empty());
-  static Database store = Opened(kLensSchema);
+  Require(!lens_store::OpenCvYaml(entry).empty() && !lens_store::OpenCvXml(entry).empty());
+  static sqlite::Database store = Opened(lens_store::kLensSchema);
   Require(store.Run("BEGIN"));
   {
-    Statement insert(store.get(), kInsertLens);
-    Require(InsertLens(insert, entry));
-    Statement select(store.get(), kSelectLens);
+    sqlite::Statement insert(store.get(), lens_store::kInsertLens);
+    Require(lens_store::InsertLens(insert, entry));
+    sqlite::Statement select(store.get(), lens_store::kSelectLens);
     Require(select.Step() == SQLITE_ROW);
-    const auto again = ReadLensEntry(select);
-    Require(again && ChecksumOf(*again) == ChecksumOf(entry));
+    const auto again = lens_store::ReadLensEntry(select);
+    Require(again && lens_store::ChecksumOf(*again) == lens_store::ChecksumOf(entry));
   }
   Require(store.Run("ROLLBACK"));
-  LensNode other{0, entry.lens, entry.covariance};
+  lens::LensNode other{0, entry.lens, entry.covariance};
   other.zoom_counts = entry.key.zoom_counts > 0 ? 0 : 16384;
-  const LensCurve curve({{entry.key.zoom_counts, entry.lens, entry.covariance}, other});
+  const lens::LensCurve curve({{entry.key.zoom_counts, entry.lens, entry.covariance}, other});
   if (const auto at = curve.At(8192)) Require(!std::isnan(at->lens.fx));
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static Database rows = Opened(
+  static sqlite::Database rows = Opened(
       "CREATE TABLE lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx,"
       " fy, cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners,"
       " checksum, uncertainty_px, id INTEGER PRIMARY KEY)");
   Require(rows.Run("DELETE FROM lens"));
   Values values({data, size});
-  Statement insert(rows.get(), kInsertLens);
+  sqlite::Statement insert(rows.get(), lens_store::kInsertLens);
   for (int column = 1; column <= 24; ++column) values.BindNext(insert, column);
   Require(insert.Run());
-  Statement select(rows.get(), kSelectLens);
+  sqlite::Statement select(rows.get(), lens_store::kSelectLens);
   Require(select.Step() == SQLITE_ROW);
-  const auto views = DecodeViews({data, size});
-  if (views) Require(DecodeViews(EncodeViews(*views)).ok());
-  if (const auto entry = ReadLensEntry(select)) Judge(*entry);
-  if (const auto entry = ReadLensValues(select)) Judge(*entry);
+  const auto views = lens_store::DecodeViews({data, size});
+  if (views) Require(lens_store::DecodeViews(lens_store::EncodeViews(*views)).ok());
+  if (const auto entry = lens_store::ReadLensEntry(select)) Judge(*entry);
+  if (const auto entry = lens_store::ReadLensValues(select)) Judge(*entry);
   return 0;
 }

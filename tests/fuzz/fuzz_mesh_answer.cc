@@ -8,25 +8,25 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace plumbline;
-  const MeshLimits limits{.triangles = 100};
-  const auto answer = DecodeMeshResponse({data, size}, limits);
+  const scene::MeshLimits limits{.triangles = 100};
+  const auto answer = scene::DecodeMeshResponse({data, size}, limits);
   if (!answer) return 0;
-  if (size > LargestMeshAnswer(limits)) std::abort();
+  if (size > scene::LargestMeshAnswer(limits)) std::abort();
   if (!*answer) {
     if (answer->error().empty()) std::abort();
     return 0;
   }
   // A complete answer encodes to the same bytes, unless a text contained unprintable characters.
-  if (EncodeMeshResponse(*answer).size() != size) std::abort();
-  RawMesh raw = answer->value();
-  const auto checked = CheckMesh(std::move(raw.mesh), 1e-3);
+  if (scene::EncodeMeshResponse(*answer).size() != size) std::abort();
+  scene::RawMesh raw = answer->value();
+  const auto checked = scene::CheckMesh(std::move(raw.mesh), 1e-3);
   if (!checked) return 0;
-  const MeshFacts& facts = checked->facts;
+  const scene::MeshFacts& facts = checked->facts;
   if (facts.triangles == 0 || facts.parts == 0 || facts.ends.empty()) std::abort();
   for (const Vec3f& p : checked->mesh.vertices_O) {
     if (!p.allFinite()) std::abort();
   }
-  for (const Triangle& triangle : checked->mesh.triangles) {
+  for (const scene::Triangle& triangle : checked->mesh.triangles) {
     for (const std::uint32_t i : triangle) {
       if (i >= facts.vertices) std::abort();
     }

@@ -27,12 +27,12 @@ int Number(const std::uint8_t* data) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static std::vector<std::uint8_t> luma, bgr;
   if (size < kHeader) return 0;
-  RawImage image;
-  image.format = static_cast<PixelFormat>(data[0] % kPixelFormats);
+  camera::RawImage image;
+  image.format = static_cast<camera::PixelFormat>(data[0] % camera::kPixelFormats);
   image.size = {Number(data + 1) & kSide, Number(data + 3) & kSide};
   image.stride = Number(data + 5) - 256;
   image.bytes = {data + kHeader, size - kHeader};
-  const auto view = LumaOf(image, luma);
+  const auto view = camera::LumaOf(image, luma);
   if (view) {
     Require(view->size() == image.size && view->stride >= view->width);
     unsigned all = 0;
@@ -43,9 +43,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } else {
     Require(!view.error().empty());
   }
-  const bool converted = BgrOf(image, bgr).ok();
+  const bool converted = camera::BgrOf(image, bgr).ok();
   // A JPEG may be damaged only in its chroma, or have a colour space without luma.
-  if (image.format != PixelFormat::kMjpeg) Require(view.ok() == converted);
+  if (image.format != camera::PixelFormat::kMjpeg) Require(view.ok() == converted);
   if (converted) {
     const auto pixels =
         static_cast<std::size_t>(image.size.width) * static_cast<std::size_t>(image.size.height);

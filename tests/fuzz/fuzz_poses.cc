@@ -7,11 +7,11 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  std::vector<plumbline::Joint> joints(data[0] % 4);
-  if (joints.size() > 1) joints[1].type = plumbline::JointType::kPrismatic;
+  std::vector<plumbline::model::Joint> joints(data[0] % 4);
+  if (joints.size() > 1) joints[1].type = plumbline::model::JointType::kPrismatic;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
-  plumbline::FaultList faults;
-  const auto poses = plumbline::RobotPosesFromCsv(text, "poses.csv", joints, faults);
+  plumbline::config::FaultList faults;
+  const auto poses = plumbline::hand_eye::RobotPosesFromCsv(text, "poses.csv", joints, faults);
   if (poses.has_value() == faults.HasFaults()) std::abort();
   if (!poses) return 0;
   for (const auto& [image, pose] : *poses) {

@@ -11,7 +11,7 @@
 
 namespace {
 
-using plumbline::RobotProfile;
+using plumbline::robot::RobotProfile;
 
 /// Fixed profile with every kind of value, so that decoding is reached immediately.
 constexpr std::string_view kProfile = R"(schema = 1
@@ -77,33 +77,33 @@ angle_step_mrad = 1.0
 convention = "abc"
 )";
 
-void Decode(const RobotProfile& profile, const std::uint8_t* data, std::size_t size) {
-  const auto codec = plumbline::RobotCodec::Create(profile);
+void Decode(const robot::RobotProfile& profile, const std::uint8_t* data, std::size_t size) {
+  const auto codec = plumbline::robot::RobotCodec::Create(profile);
   if (!codec) std::abort();  // the reader accepted what the codec rejects
   std::vector<std::uint16_t> words(static_cast<std::size_t>(codec->word_count()));
   for (std::size_t i = 0; i < words.size() && size > 1; ++i) {
     const std::size_t at = 2 * i % (size - 1);
     words[i] = static_cast<std::uint16_t>(data[at] << 8 | data[at + 1]);
   }
-  plumbline::RobotState state;
+  plumbline::model::RobotState state;
   codec->RobotStateFromRegisters(words, state);
   static_cast<void>(codec->RefreshCounter(words));
   if (!profile.push || !state.X_BT) return;
-  plumbline::PushPoint point;
+  plumbline::robot::PushPoint point;
   point.X_BT = *state.X_BT;
   std::vector<std::uint16_t> slot(static_cast<std::size_t>(profile.push->stride));
-  static_cast<void>(plumbline::RegistersFromPush(*profile.push, point, 1, slot));
+  static_cast<void>(plumbline::robot::RegistersFromPush(*profile.push, point, 1, slot));
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  plumbline::FaultList faults;
-  static const auto fixed = plumbline::RobotProfileFromText(kProfile, "fixed", faults);
+  plumbline::config::FaultList faults;
+  static const auto fixed = plumbline::config::RobotProfileFromText(kProfile, "fixed", faults);
   if (!fixed) std::abort();
   Decode(*fixed, data, size);
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  if (const auto profile = plumbline::RobotProfileFromText(text, "fuzz", faults)) {
+  if (const auto profile = plumbline::config::RobotProfileFromText(text, "fuzz", faults)) {
     Decode(*profile, data, size);
   }
   return 0;

@@ -63,9 +63,9 @@ int DepthOf(const toml::node& node) {
 
 /// One part of a header may mean two levels: an array of tables and its last table.
 void CompareDepth(std::string_view text) {
-  if (plumbline::LineNestedTooDeepInToml(text)) return;
+  if (plumbline::text::LineNestedTooDeepInToml(text)) return;
   try {
-    if (DepthOf(toml::parse(text)) > 2 * plumbline::kMaxNestingDepth) std::abort();
+    if (DepthOf(toml::parse(text)) > 2 * plumbline::text::kMaxNestingDepth) std::abort();
   } catch (const toml::parse_error&) {
     return;
   }
@@ -77,31 +77,32 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const std::string_view text(reinterpret_cast<const char*>(data) + 1, size - 1);
   CompareDepth(text);
-  plumbline::FaultList faults;
+  plumbline::config::FaultList faults;
   bool read = false;
   switch (data[0] % 8) {
     case 0:
-      read = plumbline::CellFromText(text, "cell.toml", faults).has_value();
+      read = plumbline::config::CellFromText(text, "cell.toml", faults).has_value();
       break;
     case 1:
-      read = plumbline::DaemonConfigFromText(text, "plumbline.toml", File, "/", faults).has_value();
+      read = plumbline::config::DaemonConfigFromText(text, "plumbline.toml", File, "/", faults)
+                 .has_value();
       break;
     case 2:
-      read = plumbline::RobotProfileFromText(text, "profile.toml", faults).has_value();
+      read = plumbline::config::RobotProfileFromText(text, "profile.toml", faults).has_value();
       break;
     case 3: {
-      plumbline::TagDatabase tags;
+      plumbline::tracking::TagDatabase tags;
       tags.tags.push_back({17, 0.05});
-      read = plumbline::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
+      read = plumbline::scene::ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
       break;
     }
     case 4:
-      read = plumbline::HidProfileFromText(text, "zoom.toml", faults).has_value();
+      read = plumbline::config::HidProfileFromText(text, "zoom.toml", faults).has_value();
       break;
     default:
-      read = plumbline::TagDatabaseFromText(text, "bodies.toml", faults).has_value();
+      read = plumbline::config::TagDatabaseFromText(text, "bodies.toml", faults).has_value();
   }
   // Either a value or a fault, never both or neither.
   if (read == faults.HasFaults()) std::abort();
-  return plumbline::FaultsText(faults).empty() && !read ? 1 : 0;
+  return plumbline::config::FaultsText(faults).empty() && !read ? 1 : 0;
 }

@@ -21,28 +21,29 @@ void Require(bool condition) {
 }
 
 void TakeScene(std::span<const std::uint8_t> bytes) {
-  const auto scene = DecodeScene(bytes);
+  const auto scene = view_link::DecodeScene(bytes);
   if (!scene) return;
-  Require(scene->interferences <= kMaxScenePairs && scene->unmeasured <= kMaxScenePairs);
+  Require(scene->interferences <= view_link::kMaxScenePairs &&
+          scene->unmeasured <= view_link::kMaxScenePairs);
   Require(scene->smallest_m >= 0 && scene->smallest_m <= 1000);
   Require((scene->object_a == 0) == (scene->object_b == 0));
-  const auto again = DecodeScene(EncodeScene(*scene));
+  const auto again = view_link::DecodeScene(view_link::EncodeScene(*scene));
   Require(again && again->interferences == scene->interferences &&
           again->object_a == scene->object_a && again->object_b == scene->object_b &&
           std::abs(again->smallest_m - scene->smallest_m) <= 1e-6 * scene->smallest_m);
 }
 
 void TakeState(std::string_view text) {
-  const auto state = ViewOfJson(text);
+  const auto state = view_link::ViewOfJson(text);
   if (!state) {
     Require(!state.error().empty());
     return;
   }
-  for (const ViewCamera& camera : state->cameras) {
+  for (const view_link::ViewCamera& camera : state->cameras) {
     if (camera.lens) Require(camera.lens->fx > 0 && camera.lens->fy > 0);
     if (camera.image) Require(camera.image->width > 0 && camera.image->slot >= 0);
   }
-  Require(ViewOfJson(JsonOfView(*state)).ok());
+  Require(view_link::ViewOfJson(view_link::JsonOfView(*state)).ok());
 }
 
 }  // namespace

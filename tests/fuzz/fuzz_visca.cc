@@ -20,7 +20,7 @@ void Judge(const visca::Reply& reply) {
   if (reply.kind == Kind::kError) Require(visca::ErrorText(reply.error) != nullptr);
   const auto counts = visca::PositionFrom(reply);
   Require(!counts || (reply.kind == Kind::kAnswer && *counts >= 0 && *counts <= 0xFFFF));
-  ZoomReading reading;
+  lens::ZoomReading reading;
   const bool block = visca::LensBlockFrom(reply, reading);
   Require(block == reading.zoom_counts.has_value());
   Require(!block || (*reading.zoom_counts <= 0xFFFF && *reading.focus_counts <= 0xFFFF));

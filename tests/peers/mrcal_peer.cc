@@ -40,8 +40,8 @@ struct Problem {
   int states() const { return mrcal_num_states(1, 0, views(), 0, 0, views(), selected, &model); }
 };
 
-Problem ProblemOf(const Board& board, std::span<const BoardView> views, ImageSize size,
-                  const Lens& start, std::span<const Pose> X_CK) {
+Problem ProblemOf(const lens::Board& board, std::span<const lens::BoardView> views,
+                  lens::ImageSize size, const lens::Lens& start, std::span<const Pose> X_CK) {
   Problem p;
   p.intrinsics = {start.fx, start.fy, start.cx, start.cy, start.k1,
                   start.k2, start.p1, start.p2, start.k3};
@@ -131,9 +131,9 @@ bool HasMrcal() {
   return true;
 }
 
-std::optional<MrcalFit> SolveWithMrcal(const Board& board, std::span<const BoardView> views,
-                                       ImageSize size, const Lens& start,
-                                       std::span<const Pose> X_CK) {
+std::optional<MrcalFit> SolveWithMrcal(const lens::Board& board,
+                                       std::span<const lens::BoardView> views, lens::ImageSize size,
+                                       const lens::Lens& start, std::span<const Pose> X_CK) {
   Problem p = ProblemOf(board, views, size, start, X_CK);
   const mrcal_stats_t stats = mrcal_optimize(
       nullptr, 0, nullptr, 0, p.intrinsics.data(), nullptr, p.poses.data(), nullptr, &p.warp, 1, 0,
@@ -159,8 +159,8 @@ bool HasMrcal() {
   return false;
 }
 
-std::optional<MrcalFit> SolveWithMrcal(const Board&, std::span<const BoardView>, ImageSize,
-                                       const Lens&, std::span<const Pose>) {
+std::optional<MrcalFit> SolveWithMrcal(const lens::Board&, std::span<const lens::BoardView>,
+                                       lens::ImageSize, const lens::Lens&, std::span<const Pose>) {
   return std::nullopt;
 }
 

@@ -10,7 +10,7 @@
 namespace plumbline {
 
 struct MrcalFit {
-  Lens lens;
+  lens::Lens lens;
   double fx_sd =
       0;  ///< claimed, its way: by the noise of the observations as the residuals tell it
 };
@@ -19,9 +19,9 @@ struct MrcalFit {
 /// poses, a board that may be bowed, regularisation, no outliers), from the lens and the poses
 /// given.
 /// @return  nothing where the build has no mrcal, or where it does not solve
-std::optional<MrcalFit> SolveWithMrcal(const Board& board, std::span<const BoardView> views,
-                                       ImageSize size, const Lens& start,
-                                       std::span<const Pose> X_CK);
+std::optional<MrcalFit> SolveWithMrcal(const lens::Board& board,
+                                       std::span<const lens::BoardView> views, lens::ImageSize size,
+                                       const lens::Lens& start, std::span<const Pose> X_CK);
 
 /// Whether the build found it.
 bool HasMrcal();

@@ -25,12 +25,12 @@ renderer::Camera SmallCamera() {
 }
 
 bool KeepLenses(const std::string& file) {
-  auto store = LensStore::Open(file);
+  auto store = lens_store::LensStore::Open(file);
   if (!store) return false;
   for (const int zoom : kZooms) {
-    LensEntry entry;
+    lens_store::LensEntry entry;
     entry.key = {"RIG0001", "GREY 640x480@2", zoom, 0};
-    entry.lens = TrueLens(SmallCamera());
+    entry.lens = lens::TrueLens(SmallCamera());
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {640, 480};
     entry.board = "none";

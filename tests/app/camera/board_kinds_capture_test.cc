@@ -10,6 +10,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::camera;
+
 namespace {
 
 /// Disables the deadline: speed is not tested here.
@@ -17,7 +19,7 @@ double StoppedClock() {
   return 0;
 }
 
-Result<BoardView> Await(BoardWorker& worker) {
+Result<lens::BoardView> Await(BoardWorker& worker) {
   for (int wait = 0; wait < 6000; ++wait) {
     if (auto answer = worker.Poll()) return *std::move(answer);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -25,7 +27,7 @@ Result<BoardView> Await(BoardWorker& worker) {
   return Error{"the test's patience ended"};
 }
 
-LumaView ViewOf(const renderer::Image& image) {
+lens::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 
@@ -46,12 +48,12 @@ renderer::Camera Small(renderer::Camera camera) {
 TEST_CASE(
     "every kind of board: following the prompts gives a lens as accurate as its stated "
     "uncertainty") {
-  const Board boards[] = {{17, 11, 0.010},
-                          {9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
-                          {11, 7, 0.020, BoardKind::kCircles, 0.012, {}},
-                          {4, 11, 0.020, BoardKind::kAsymmetricCircles, 0.015, {}}};
+  const lens::Board boards[] = {{17, 11, 0.010},
+                                {9, 6, 0.020, lens::BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
+                                {11, 7, 0.020, lens::BoardKind::kCircles, 0.012, {}},
+                                {4, 11, 0.020, lens::BoardKind::kAsymmetricCircles, 0.015, {}}};
   const renderer::Camera camera = Small(renderer::ZoomLens(2200));
-  for (const Board& board : boards) {
+  for (const lens::Board& board : boards) {
     CAPTURE(WordsOf(board));
     BoardWorker worker(PLUMBLINE, StoppedClock);
     BoardSettings settings;
@@ -61,16 +63,16 @@ TEST_CASE(
     std::uint64_t frame = 0;
     std::string misses;
     for (; frame < 120 && session.state() == BoardSession::State::kCapturing; ++frame) {
-      BoardPrompt prompt = session.prompt();
-      if (prompt == BoardPrompt::kShowBoard || prompt == BoardPrompt::kHoldStill) {
-        prompt = static_cast<BoardPrompt>(3 + frame % 4);
+      lens::BoardPrompt prompt = session.prompt();
+      if (prompt == lens::BoardPrompt::kShowBoard || prompt == lens::BoardPrompt::kHoldStill) {
+        prompt = static_cast<lens::BoardPrompt>(3 + frame % 4);
       }
       const renderer::Image image = test::DrawBoard(camera, board, prompt, frame + 1, 0.25);
       REQUIRE(worker.Submit(ViewOf(image), board));
       auto found = Await(worker);
       const double time_s = static_cast<double>(frame);
       if (found) {
-        BoardView view = std::move(found).value();
+        lens::BoardView view = std::move(found).value();
         view.time_s = time_s;
         session.Take(std::move(view));
       } else {
@@ -80,8 +82,8 @@ TEST_CASE(
     }
     CAPTURE(frame, session.kept(), session.rejection(), misses, session.reasons());
     REQUIRE(session.state() == BoardSession::State::kAccepted);
-    const LensCalibration& solved = *session.calibration();
-    const double wrong = LargestDifference(solved.lens, TrueLens(camera), solved.size);
+    const lens::LensCalibration& solved = *session.calibration();
+    const double wrong = lens::LargestDifference(solved.lens, lens::TrueLens(camera), solved.size);
     CHECK(wrong < 4 * solved.uncertainty.max_px);
     CHECK(worker.failures() == 0);
   }

@@ -5,10 +5,12 @@
 
 using namespace plumbline;
 
+using namespace plumbline::camera;
+
 TEST_CASE("requests and responses survive a round trip") {
-  for (const Board& board :
-       {Board{}, Board{9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
-        Board{4, 11, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}}}) {
+  for (const lens::Board& board :
+       {lens::Board{}, lens::Board{9, 6, 0.02, lens::BoardKind::kCharuco, 0.015, "aruco-5x5-100"},
+        lens::Board{4, 11, 0.02, lens::BoardKind::kAsymmetricCircles, 0.015, {}}}) {
     const auto read = DecodeRequest(EncodeRequest({1920, 1080, board}));
     REQUIRE(read);
     CHECK(read->width == 1920);
@@ -16,36 +18,37 @@ TEST_CASE("requests and responses survive a round trip") {
     CHECK(read->board.family == board.family);
   }
   CHECK_FALSE(DecodeRequest(
-      EncodeRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "no family"}})));
-  CHECK_FALSE(DecodeRequest(EncodeRequest({640, 480, {9, 6, 0.02, BoardKind::kCircles, 0, {}}})));
+      EncodeRequest({640, 480, {9, 6, 0.02, lens::BoardKind::kCharuco, 0.015, "no family"}})));
+  CHECK_FALSE(
+      DecodeRequest(EncodeRequest({640, 480, {9, 6, 0.02, lens::BoardKind::kCircles, 0, {}}})));
 
-  BoardView view;
+  lens::BoardView view;
   view.blur_px = 0.9;
   view.corners_px = {{1.5, 2.5}, {NAN, 7}, {-3, 4}};
   view.seen = {true, false, true};
-  const auto answer = DecodeResponse(EncodeResponse(Result<BoardView>(view)));
+  const auto answer = DecodeResponse(EncodeResponse(Result<lens::BoardView>(view)));
   REQUIRE(answer);
   REQUIRE(answer->ok());
   CHECK((*answer)->seen == view.seen);
   CHECK((*answer)->corners_px[2] == view.corners_px[2]);
   CHECK((*answer)->blur_px == 0.9);
   view.blur_px = -1;
-  CHECK_FALSE(DecodeResponse(EncodeResponse(Result<BoardView>(view))));
-  const auto none = DecodeResponse(EncodeResponse(Result<BoardView>(Error{"no chessboard"})));
+  CHECK_FALSE(DecodeResponse(EncodeResponse(Result<lens::BoardView>(view))));
+  const auto none = DecodeResponse(EncodeResponse(Result<lens::BoardView>(Error{"no chessboard"})));
   REQUIRE(none);
   CHECK(none->error() == "no chessboard");
 }
 
 TEST_CASE("truncated or corrupted messages are refused or decode to valid values") {
-  BoardView view;
-  view.corners_px.assign(187, Vec2(10, 20));
+  lens::BoardView view;
+  view.corners_px.assign(187, lens::Vec2(10, 20));
   view.seen.assign(187, true);
-  const Bytes sound = EncodeResponse(Result<BoardView>(view));
+  const Bytes sound = EncodeResponse(Result<lens::BoardView>(view));
   for (std::size_t length = 1; length < sound.size(); ++length) {
     CHECK_FALSE(DecodeResponse(std::span(sound).first(length)));
   }
   const Bytes request =
-      EncodeRequest({640, 480, {9, 6, 0.02, BoardKind::kCharuco, 0.015, "aruco-5x5-100"}});
+      EncodeRequest({640, 480, {9, 6, 0.02, lens::BoardKind::kCharuco, 0.015, "aruco-5x5-100"}});
   for (std::size_t length = 0; length < request.size(); ++length) {
     CHECK_FALSE(DecodeRequest(std::span(request).first(length)));
   }

@@ -12,6 +12,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using plumbline::test::TemporaryFolder;
 
 namespace {
@@ -23,7 +25,7 @@ double OwnClock() {
   return now_s;
 }
 
-Result<BoardView> Await(BoardWorker& worker) {
+Result<lens::BoardView> Await(BoardWorker& worker) {
   for (int wait = 0; wait < 12000; ++wait) {
     if (auto answer = worker.Poll()) return *std::move(answer);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -31,12 +33,12 @@ Result<BoardView> Await(BoardWorker& worker) {
   return Error{"the test's patience ended"};
 }
 
-renderer::Image DrawnBoard(const Board& board) {
-  const DrawnView view = DrawViews({}, board, 3).front();
+renderer::Image DrawnBoard(const lens::Board& board) {
+  const lens::DrawnView view = DrawViews({}, board, 3).front();
   return renderer::Render(view.camera, {view.sheet}, {}, 1);
 }
 
-LumaView ViewOf(const renderer::Image& image) {
+lens::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 
@@ -44,7 +46,7 @@ LumaView ViewOf(const renderer::Image& image) {
 
 TEST_CASE("the board is found by the worker process, in frames of changing size") {
   BoardWorker worker(PLUMBLINE, OwnClock);
-  const Board board;
+  const lens::Board board;
   CHECK(worker.idle());
   CHECK_FALSE(worker.Poll());
   const std::vector<std::uint8_t> black(64 * 48, 0);
@@ -71,7 +73,7 @@ TEST_CASE("a worker that does not respond is killed at the deadline and replaced
   chmod(program.c_str(), 0755);
   now_s = 0;
   BoardWorker worker(program, OwnClock);
-  const Board board;
+  const lens::Board board;
   const renderer::Image image = DrawnBoard(board);
   REQUIRE(worker.Submit(ViewOf(image), board));
   now_s = BoardWorker::kStartupDeadline_s - 1;
@@ -92,7 +94,7 @@ TEST_CASE("a worker that does not respond is killed at the deadline and replaced
 }
 
 TEST_CASE("a program that cannot be started, or exits, is reported") {
-  const Board board;
+  const lens::Board board;
   const std::vector<std::uint8_t> black(64 * 48, 0);
   for (const char* program : {"/nonexistent/plumbline", "/bin/true"}) {
     BoardWorker worker(program, MonotonicSeconds);

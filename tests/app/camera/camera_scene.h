@@ -20,7 +20,7 @@ inline Eigen::Isometry3d IsometryOf(const Pose& X) {
 }
 
 /// A gripper with three tags and its tip 150 mm to the side.
-inline Body GripperBody() {
+inline tracking::Body GripperBody() {
   return {"gripper",
           {{20, 0.06, {Mat3::Identity(), Vec3(-0.1, -0.02, 0)}},
            {21, 0.06, {Mat3::Identity(), Vec3(0.1, -0.03, 0.01)}},
@@ -35,23 +35,25 @@ inline Pose GripperInCamera() {
 
 inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK,
                                 const Pose& X_CT) {
-  const TagFamily family = TagFamilyOfName("36h11").value();
+  const tracking::TagFamily family = tracking::TagFamilyOfName("36h11").value();
   std::vector<renderer::Sheet> sheets;
-  for (const BodyTag& tag : CellTags().tags) {
+  for (const tracking::BodyTag& tag : CellTags().tags) {
     sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CK * tag.X_KM)));
   }
-  for (const BodyTag& tag : GripperBody().tags) {
+  for (const tracking::BodyTag& tag : GripperBody().tags) {
     sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CT * tag.X_KM)));
   }
   return renderer::Render(camera, sheets, {}, 1);
 }
 
 /// The board roughly where the prompt asks for it. @param roll_rad  largest random roll, as by hand
-inline renderer::Image DrawBoard(const renderer::Camera& camera, const Board& board,
-                                 BoardPrompt prompt, std::uint64_t seed, double roll_rad = 0) {
+inline renderer::Image DrawBoard(const renderer::Camera& camera, const lens::Board& board,
+                                 lens::BoardPrompt prompt, std::uint64_t seed,
+                                 double roll_rad = 0) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> U(-1, 1);
-  Pose X = PoseOfPrompt(prompt, board, TrueLens(camera), {camera.width, camera.height});
+  Pose X =
+      camera::PoseOfPrompt(prompt, board, lens::TrueLens(camera), {camera.width, camera.height});
   X.R = X.R * RotationFromVector(0.1 * Vec3(U(random), U(random), U(random)));
   X.p *= 1.08 + 0.06 * U(random);
   const Vec3 centre = X * Vec3(board.Centre().x(), board.Centre().y(), 0);
@@ -88,9 +90,9 @@ class ShownImage {
 /// The tag file of this cell.
 inline std::string TagsText() {
   std::string text = "schema = 1\n";
-  for (const Body& body : {CellTags(), GripperBody()}) {
+  for (const tracking::Body& body : {CellTags(), GripperBody()}) {
     text += "[[body]]\nname = \"" + body.name + "\"\n";
-    for (const BodyTag& tag : body.tags) {
+    for (const tracking::BodyTag& tag : body.tags) {
       const Vec3 p = 1e3 * tag.X_KM.p;
       const Vec3 rpy = 180 / std::numbers::pi * RollPitchYawFromRotation(tag.X_KM.R);
       const auto list = [](const Vec3& v) {

@@ -11,21 +11,23 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using namespace plumbline::test;
 
 namespace {
 
 constexpr int kWaits = 6000;  // of 10 ms: a minute, for a busy machine
 
-class SettableZoom : public ZoomSensor {
+class SettableZoom : public zoom::ZoomSensor {
  public:
   explicit SettableZoom(const std::atomic<int>& zoom) : zoom_(zoom) {}
-  ZoomResult Read(ZoomReading& reading) override {
-    if (zoom_ < 0) return ZoomResult::kTimeout;
+  zoom::ZoomResult Read(lens::ZoomReading& reading) override {
+    if (zoom_ < 0) return zoom::ZoomResult::kTimeout;
     reading = {};
     reading.zoom_counts = zoom_;
     reading.time_s = MonotonicSeconds();
-    return ZoomResult::kOk;
+    return zoom::ZoomResult::kOk;
   }
   std::string_view problem() const override { return "no reading"; }
 
@@ -48,20 +50,20 @@ struct Bench {
   std::optional<CameraStores> stores;
   std::optional<CameraSupervisor> supervisor;
 
-  explicit Bench(double patience_s, ImageSize lens_size = {1920, 1080}) {
+  explicit Bench(double patience_s, lens::ImageSize lens_size = {1920, 1080}) {
     ShowCell();
     {
-      auto store = LensStore::Open(folder.path() + "/lenses.sqlite");
-      LensEntry entry;
+      auto store = lens_store::LensStore::Open(folder.path() + "/lenses.sqlite");
+      lens_store::LensEntry entry;
       entry.key = {"test camera", "mode", 100, std::nullopt};
-      entry.lens = TrueLens(renderer::ZoomLens(2600));
+      entry.lens = lens::TrueLens(renderer::ZoomLens(2600));
       entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
       entry.size = lens_size;
       entry.utc = "2026-01-01T00:00:00Z";
       REQUIRE(store.value().Append(entry));
     }
-    VisionConfig vision;
-    CameraConfig& config = vision.cameras.emplace_back();
+    config::VisionConfig vision;
+    config::CameraConfig& config = vision.cameras.emplace_back();
     config.kind = "recorded";
     config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
     config.zoom.period_s = 0.02;
@@ -72,7 +74,7 @@ struct Bench {
     auto devices = MakeCameraDevices(config, vision.tags);
     REQUIRE(devices);
     devices.value().zoom = std::make_unique<SettableZoom>(zoom);
-    const auto sink = [this](const LogEntry& entry) {
+    const auto sink = [this](const log::LogEntry& entry) {
       const std::lock_guard lock(mutex);
       log.push_back(entry.text);
     };
@@ -84,7 +86,7 @@ struct Bench {
   void ShowCell() const {
     image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
   }
-  bool Becomes(ZoomState state) {
+  bool Becomes(lens::ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {
       if (link.status.Read()->state == state) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -110,14 +112,14 @@ struct Bench {
 TEST_CASE(
     "camera unplugged during a capture: refused with the reason, the stored lens is unaffected") {
   Bench bench(1.5);
-  REQUIRE(bench.Becomes(ZoomState::kValid));
+  REQUIRE(bench.Becomes(lens::ZoomState::kValid));
   bench.zoom = 5000;
-  REQUIRE(bench.Becomes(ZoomState::kStale));
+  REQUIRE(bench.Becomes(lens::ZoomState::kStale));
   SECTION("after the first frames") {
     ++bench.link.start_board;
-    REQUIRE(bench.Becomes(ZoomState::kCalibrating));
+    REQUIRE(bench.Becomes(lens::ZoomState::kCalibrating));
     bench.image.Hide();
-    REQUIRE(bench.Becomes(ZoomState::kRefused));
+    REQUIRE(bench.Becomes(lens::ZoomState::kRefused));
     CHECK(bench.Says("camera: calibration refused: n"));
     CHECK(bench.Says("no frame from the camera"));
   }
@@ -125,7 +127,7 @@ TEST_CASE(
     bench.image.Hide();
     REQUIRE(bench.Says("frame.pgm"));
     ++bench.link.start_board;
-    REQUIRE(bench.Becomes(ZoomState::kRefused));
+    REQUIRE(bench.Becomes(lens::ZoomState::kRefused));
     CHECK(bench.Says("camera: calibration refused: no frame from the camera within 2 s"));
   }
   const auto status = bench.link.status.Read();
@@ -134,10 +136,10 @@ TEST_CASE(
   // Reconnected, and back at the calibrated zoom: the stored lens is in use again.
   bench.ShowCell();
   bench.zoom = 100;
-  REQUIRE(bench.Becomes(ZoomState::kValid));
+  REQUIRE(bench.Becomes(lens::ZoomState::kValid));
   CHECK(bench.link.status.Read()->lens_id == 1);
   CHECK(bench.Says("camera back after"));
-  auto store = LensStore::Open(bench.folder.path() + "/lenses.sqlite");
+  auto store = lens_store::LensStore::Open(bench.folder.path() + "/lenses.sqlite");
   CHECK(*store.value().Count() == 1);
 }
 
@@ -152,12 +154,12 @@ TEST_CASE("nothing is measured in images of another size than the lens") {
   SECTION("the lens was calibrated at another size in the same mode") {
     Bench bench(60, {1280, 720});
     REQUIRE(bench.Says("images are 1920 x 1080 px, but the lens was calibrated at 1280 x 720 px"));
-    REQUIRE(bench.Becomes(ZoomState::kStale));
+    REQUIRE(bench.Becomes(lens::ZoomState::kStale));
     CHECK_FALSE(bench.link.status.Read()->bodies[1].valid);
   }
   SECTION("the image size changes") {
     Bench bench(60);
-    REQUIRE(bench.Becomes(ZoomState::kValid));
+    REQUIRE(bench.Becomes(lens::ZoomState::kValid));
     CHECK(bodies_become_valid(bench, true));
     renderer::Camera small = renderer::ZoomLens(2600);
     small.width = 640;
@@ -177,17 +179,17 @@ TEST_CASE(
   const ShownImage image(folder.path());
   image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
   {
-    auto store = LensStore::Open(folder.path() + "/lenses.sqlite");
-    LensEntry entry;
+    auto store = lens_store::LensStore::Open(folder.path() + "/lenses.sqlite");
+    lens_store::LensEntry entry;
     entry.key = {"test camera", "mode", 100, std::nullopt};
-    entry.lens = TrueLens(renderer::ZoomLens(2600));
+    entry.lens = lens::TrueLens(renderer::ZoomLens(2600));
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {1920, 1080};
     entry.utc = "2026-01-01T00:00:00Z";
     REQUIRE(store.value().Append(entry));
   }
-  VisionConfig vision;
-  CameraConfig& config = vision.cameras.emplace_back();
+  config::VisionConfig vision;
+  config::CameraConfig& config = vision.cameras.emplace_back();
   config.kind = "recorded";
   config.connection.recorded = {folder.path() + "/frames", 20, true, true, "test camera", "mode"};
   config.zoom.period_s = 0.02;
@@ -200,29 +202,29 @@ TEST_CASE(
   std::atomic<int> zoom{100};
   devices.value().zoom = std::make_unique<SettableZoom>(zoom);
   CameraLink link;
-  const auto sink = [](const LogEntry&) {};
+  const auto sink = [](const log::LogEntry&) {};
   CameraStores stores(folder.path(), CellTags(), sink);
   CameraSupervisor supervisor(config, vision, std::move(devices).value(), stores, "/bin/false",
                               link, sink);
   supervisor.Start();
-  const auto becomes = [&](ZoomState state) {
+  const auto becomes = [&](lens::ZoomState state) {
     for (int wait = 0; wait < kWaits; ++wait) {
       if (link.status.Read()->state == state) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return false;
   };
-  REQUIRE(becomes(ZoomState::kValid));
+  REQUIRE(becomes(lens::ZoomState::kValid));
   CHECK(link.status.Read()->lens_id == 1);
   zoom = 5000;
-  REQUIRE(becomes(ZoomState::kStale));
+  REQUIRE(becomes(lens::ZoomState::kStale));
   CHECK(link.status.Read()->board_wanted);
   ++link.start_board;
-  REQUIRE(becomes(ZoomState::kCalibrating));
+  REQUIRE(becomes(lens::ZoomState::kCalibrating));
   ++link.cancel_board;
-  REQUIRE(becomes(ZoomState::kStale));
+  REQUIRE(becomes(lens::ZoomState::kStale));
   zoom = 100;
-  REQUIRE(becomes(ZoomState::kValid));
+  REQUIRE(becomes(lens::ZoomState::kValid));
   ++link.start_board;
   supervisor.Stop();
 }

@@ -5,6 +5,8 @@
 #include "tests/app/camera/reference_tag_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using namespace plumbline::test;
 
 namespace {
@@ -12,19 +14,20 @@ namespace {
 /// A LensSupervisor with a simulated clock, cell and gripper.
 struct Rig {
   std::vector<std::string> log;
-  Body cell = CellTags();
-  Body gripper{"gripper",
-               {{20, 0.06, {Mat3::Identity(), Vec3(-0.1, 0, 0)}},
-                {21, 0.06, {Mat3::Identity(), Vec3(0.1, 0.05, 0.01)}}}};
+  tracking::Body cell = CellTags();
+  tracking::Body gripper{"gripper",
+                         {{20, 0.06, {Mat3::Identity(), Vec3(-0.1, 0, 0)}},
+                          {21, 0.06, {Mat3::Identity(), Vec3(0.1, 0.05, 0.01)}}}};
   Pose X_CK = CellInCamera();
   Pose X_CT{Mat3::Identity(), Vec3(0.05, 0.02, 1.45)};
-  Lens real = TagSceneLens();
+  lens::Lens real = TagSceneLens();
   double now_s = 100;
   std::int32_t zoom = 4000;
   std::uint64_t image_number = 0;
   LensSupervisor supervisor;
 
-  Rig() : supervisor(Settings(), [this](const LogEntry& entry) { log.push_back(entry.text); }) {}
+  Rig()
+      : supervisor(Settings(), [this](const log::LogEntry& entry) { log.push_back(entry.text); }) {}
 
   LensSupervisorSettings Settings() const {
     LensSupervisorSettings settings;
@@ -37,7 +40,7 @@ struct Rig {
   }
   void Reading(double after_s = 0.1) {
     now_s += after_s;
-    ZoomReading reading;
+    lens::ZoomReading reading;
     reading.zoom_counts = zoom;
     reading.time_s = now_s;
     supervisor.OnZoomReading(reading, now_s);
@@ -45,7 +48,7 @@ struct Rig {
   void Stand() {
     for (int k = 0; k < 6; ++k) Reading();
   }
-  static std::shared_ptr<ActiveLens> LensOf(const Lens& lens, std::int64_t id) {
+  static std::shared_ptr<ActiveLens> LensOf(const lens::Lens& lens, std::int64_t id) {
     auto in_use = std::make_shared<ActiveLens>();
     in_use->known.lens = lens;
     in_use->known.covariance.diagonal() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
@@ -65,17 +68,18 @@ struct Rig {
     Reading(0.05);
     const FrameContext context = supervisor.frame_context();
     if (!context.lens) return false;
-    std::vector<SeenTag> seen;
+    std::vector<tracking::SeenTag> seen;
     if (!hidden) seen = ObserveTags(real, cell, X_CK, 0.05, 2 * ++image_number);
-    for (const SeenTag& tag : ObserveTags(real, gripper, X_CT, 0.05, 2 * image_number + 1)) {
+    for (const tracking::SeenTag& tag :
+         ObserveTags(real, gripper, X_CT, 0.05, 2 * image_number + 1)) {
       seen.push_back(tag);
     }
     const TagCheck check =
         CheckReferenceTags(*context.lens, context.baseline.get(), cell, seen, 0.5);
     const bool changed = supervisor.OnTagCheck(check, context, now_s - 0.01, now_s);
-    std::vector<SeenBody> bodies;
-    for (const Body* body : {&cell, &gripper}) {
-      if (auto located = LocateBody(context.lens->known, *body, seen, std::nullopt)) {
+    std::vector<tracking::SeenBody> bodies;
+    for (const tracking::Body* body : {&cell, &gripper}) {
+      if (auto located = tracking::LocateBody(context.lens->known, *body, seen, std::nullopt)) {
         bodies.push_back(*located);
       }
     }
@@ -86,7 +90,7 @@ struct Rig {
     Stand();
     Load(LensOf(real, 7));
     Image();
-    REQUIRE(supervisor.state() == ZoomState::kValid);
+    REQUIRE(supervisor.state() == lens::ZoomState::kValid);
     for (int k = 0; k < 4; ++k) Image();
   }
   bool Says(const std::string& text) const {
@@ -105,7 +109,7 @@ TEST_CASE("from the first sensor reading to bodies and tip in the measurement fr
   CHECK(rig.supervisor.Status().camera_lost);
   rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);
   rig.Valid();
-  const CameraStatus status = rig.supervisor.Status();
+  const status::CameraStatus status = rig.supervisor.Status();
   CHECK_FALSE(status.lens_stale);
   CHECK_FALSE(status.camera_lost);
   CHECK_FALSE(status.zoom_unknown);
@@ -127,8 +131,8 @@ TEST_CASE("a changed zoom reading invalidates everything; a known lens restores 
   rig.Valid();
   rig.zoom = 5000;
   rig.Reading();
-  CameraStatus status = rig.supervisor.Status();
-  CHECK(status.state == ZoomState::kMoving);
+  status::CameraStatus status = rig.supervisor.Status();
+  CHECK(status.state == lens::ZoomState::kMoving);
   CHECK(rig.supervisor.Status().lens_stale);
   CHECK_FALSE(status.tip_valid);
   CHECK_FALSE(status.bodies[0].valid);
@@ -139,7 +143,7 @@ TEST_CASE("a changed zoom reading invalidates everything; a known lens restores 
   rig.real.fy *= 1.2;
   rig.Load(Rig::LensOf(rig.real, 8));
   rig.Image();
-  CHECK(rig.supervisor.Status().state == ZoomState::kValid);
+  CHECK(rig.supervisor.Status().state == lens::ZoomState::kValid);
   CHECK(rig.supervisor.Status().lens_id == 8);
 }
 
@@ -158,11 +162,11 @@ TEST_CASE("results from before a zoom motion are ignored") {
   TagCheck good;
   good.verdict = TagVerdict::kGood;
   rig.supervisor.OnTagCheck(good, of_eight, lookup_time_s, rig.now_s);  // an image from before
-  CHECK(rig.supervisor.state() == ZoomState::kVerifying);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kVerifying);
   rig.supervisor.OnTagCheck(good, context, rig.now_s, rig.now_s);  // with another lens
-  CHECK(rig.supervisor.state() == ZoomState::kVerifying);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kVerifying);
   rig.supervisor.OnTagCheck(good, of_eight, rig.now_s, rig.now_s);
-  CHECK(rig.supervisor.state() == ZoomState::kValid);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
 }
 
 TEST_CASE(
@@ -171,15 +175,15 @@ TEST_CASE(
   rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);
   rig.Stand();
   rig.Load(nullptr);
-  CHECK(rig.supervisor.state() == ZoomState::kStale);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kStale);
   CHECK(rig.supervisor.frame_context().search_for_board);
   CHECK_FALSE(rig.supervisor.frame_context().needs_lens);
-  CHECK(rig.supervisor.Status().prompt == BoardPrompt::kShowBoard);
+  CHECK(rig.supervisor.Status().prompt == lens::BoardPrompt::kShowBoard);
   CHECK(rig.supervisor.Status().board_wanted);
   REQUIRE(rig.supervisor.StartBoard(rig.now_s));
   const double began_s = rig.now_s;
-  rig.supervisor.OnBoardProgress(BoardPrompt::kTiltLeft, 3, rig.now_s += 0.5);
-  CHECK(rig.supervisor.Status().prompt == BoardPrompt::kTiltLeft);
+  rig.supervisor.OnBoardProgress(lens::BoardPrompt::kTiltLeft, 3, rig.now_s += 0.5);
+  CHECK(rig.supervisor.Status().prompt == lens::BoardPrompt::kTiltLeft);
   CHECK(rig.supervisor.Status().board_views == 3);
   CHECK(rig.Says("tilt the board's left edge"));
   rig.Reading();
@@ -189,23 +193,23 @@ TEST_CASE(
     CHECK(rig.supervisor.Status().lens_id == 9);
     CHECK(rig.Image());  // a baseline is set for the new lens
     CHECK_FALSE(rig.Image());
-    CHECK(rig.supervisor.state() == ZoomState::kValid);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
     CHECK(rig.supervisor.Status().board_views == 0);
   }
   SECTION("refused with reasons; the board is still requested") {
     rig.supervisor.OnBoardRefused({"the board is not what it should be"}, rig.now_s);
-    CHECK(rig.supervisor.state() == ZoomState::kRefused);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kRefused);
     CHECK(rig.supervisor.frame_context().search_for_board);
     CHECK(rig.Says("calibration refused: the board is not what it should be"));
   }
   SECTION("cancelled") {
     rig.supervisor.CancelBoard(rig.now_s);
-    CHECK(rig.supervisor.state() == ZoomState::kStale);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kStale);
   }
   SECTION("the zoom moved during the capture: the result is not used") {
     rig.zoom = 100;
     rig.Reading();
-    CHECK(rig.supervisor.state() == ZoomState::kMoving);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kMoving);
     CHECK_FALSE(rig.supervisor.OnBoardAccepted(*Rig::LensOf(rig.real, 0), began_s, rig.now_s));
     CHECK_FALSE(rig.supervisor.StartBoard(rig.now_s));
     CHECK(rig.Says("calibration cannot start now: the zoom changed"));
@@ -222,7 +226,7 @@ TEST_CASE("a valid lens remains in use if a new calibration is refused") {
   rig.supervisor.OnBoardRefused({"blurred"}, rig.now_s);
   CHECK(rig.supervisor.frame_context().lens->id == 7);
   rig.Image();
-  CHECK(rig.supervisor.state() == ZoomState::kValid);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
 }
 
 TEST_CASE(
@@ -230,10 +234,10 @@ TEST_CASE(
   Rig rig;
   rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);
   rig.Valid();
-  const Lens before = rig.real;
+  const lens::Lens before = rig.real;
   SECTION("hidden") {
     for (int k = 0; k < 10; ++k) rig.Image(true);
-    CHECK(rig.supervisor.state() == ZoomState::kValid);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
     CHECK_FALSE(rig.supervisor.Status().tip_valid);  // the cell is not visible
   }
   SECTION("drift") {
@@ -243,7 +247,7 @@ TEST_CASE(
     CHECK_FALSE(rig.supervisor.Status().tip_valid);  // in doubt, so nothing is measured
     CHECK_FALSE(rig.Image());
     CHECK(rig.Image());
-    CHECK(rig.supervisor.state() == ZoomState::kValid);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
     CHECK(rig.supervisor.frame_context().lens->known.lens.fx ==
           Approx(1.002 * before.fx).epsilon(3e-4));
     CHECK(rig.Says("the zoom drifted"));
@@ -254,7 +258,7 @@ TEST_CASE(
     rig.X_CK.p.x() += 0.01;
     rig.X_CT.p.x() += 0.01;
     for (int k = 0; k < 8; ++k) rig.Image();
-    CHECK(rig.supervisor.state() == ZoomState::kValid);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
     CHECK(rig.Says("the camera was moved by"));
     CHECK(rig.supervisor.frame_context().lens->known.lens.fx == before.fx);
     CHECK(rig.supervisor.Status().tip_valid);
@@ -263,9 +267,9 @@ TEST_CASE(
     rig.real.k1 += 0.2;
     rig.real.cx += 30;
     for (int k = 0; k < 2; ++k) rig.Image();
-    CHECK(rig.supervisor.state() == ZoomState::kValid);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
     rig.Image();
-    CHECK(rig.supervisor.state() == ZoomState::kStale);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kStale);
     CHECK(rig.supervisor.Status().board_wanted);
     CHECK(rig.Says("neither a drift"));
     const std::size_t lines = rig.log.size();
@@ -273,7 +277,7 @@ TEST_CASE(
     CHECK(rig.log.size() == lines);  // logged once
     rig.real = before;
     for (int k = 0; k < 3; ++k) rig.Image();
-    CHECK(rig.supervisor.state() == ZoomState::kValid);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
   }
 }
 
@@ -284,7 +288,7 @@ TEST_CASE(
   rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);
   rig.Valid();
   const auto read = [&](bool digital) {
-    ZoomReading reading;
+    lens::ZoomReading reading;
     reading.zoom_counts = rig.zoom;
     reading.digital_zoom = digital;
     rig.now_s += 0.1;
@@ -292,10 +296,11 @@ TEST_CASE(
     rig.supervisor.OnZoomReading(reading, rig.now_s);
   };
   read(true);
-  CHECK(rig.supervisor.state() == ZoomState::kRefused);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kRefused);
   CHECK(rig.supervisor.Status().lens_stale);
   CHECK_FALSE(rig.supervisor.Status().tip_valid);
-  CHECK(rig.Says("camera refused: " + std::string(ZoomReasonText(ZoomReason::kDigitalZoom))));
+  CHECK(rig.Says("camera refused: " +
+                 std::string(lens::ZoomReasonText(lens::ZoomReason::kDigitalZoom))));
   CHECK_FALSE(rig.supervisor.StartBoard(rig.now_s));
   CHECK(rig.Says("calibration cannot start now"));
   const std::size_t lines = rig.log.size();
@@ -307,14 +312,15 @@ TEST_CASE(
 
 TEST_CASE("invalid sensor replies: zoom unknown, with the driver's message") {
   for (const auto& [result, message] :
-       {std::pair{ZoomResult::kProtocol, "an answer of 2 bytes is too short"},
-        {ZoomResult::kTimeout, "no answer, but camera 3 answered. Check camera.zoom.address."},
-        {ZoomResult::kRefused, "reports an error: not executable (41)"}}) {
+       {std::pair{zoom::ZoomResult::kProtocol, "an answer of 2 bytes is too short"},
+        {zoom::ZoomResult::kTimeout,
+         "no answer, but camera 3 answered. Check camera.zoom.address."},
+        {zoom::ZoomResult::kRefused, "reports an error: not executable (41)"}}) {
     Rig rig;
     rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);
     rig.Valid();
     for (int k = 0; k < 30; ++k) rig.supervisor.OnSensorFault(result, message, rig.now_s += 0.1);
-    CHECK(rig.supervisor.state() == ZoomState::kUnknown);
+    CHECK(rig.supervisor.state() == lens::ZoomState::kUnknown);
     CHECK(rig.supervisor.Status().zoom_unknown);
     CHECK_FALSE(rig.supervisor.Status().tip_valid);
     CHECK(rig.Says(message));
@@ -326,10 +332,11 @@ TEST_CASE("sensor and camera lost and restored: logged once each") {
   rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);
   rig.Valid();
   for (int k = 0; k < 30; ++k) {
-    rig.supervisor.OnSensorFault(k % 2 == 0 ? ZoomResult::kTimeout : ZoomResult::kWaiting,
-                                 "no answer of camera 1; cable?", rig.now_s += 0.1);
+    rig.supervisor.OnSensorFault(
+        k % 2 == 0 ? zoom::ZoomResult::kTimeout : zoom::ZoomResult::kWaiting,
+        "no answer of camera 1; cable?", rig.now_s += 0.1);
   }
-  CHECK(rig.supervisor.state() == ZoomState::kUnknown);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kUnknown);
   CHECK(rig.supervisor.Status().zoom_unknown);
   CHECK(std::count_if(rig.log.begin(), rig.log.end(), [](const std::string& line) {
           return line.find("cable?") != std::string::npos;
@@ -352,9 +359,9 @@ TEST_CASE("a lens found late, after the verification timed out, is still used") 
   Rig rig;
   rig.Stand();
   for (int k = 0; k < 60; ++k) rig.Reading();  // longer than the verification timeout
-  CHECK(rig.supervisor.state() == ZoomState::kStale);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kStale);
   CHECK(rig.supervisor.frame_context().needs_lens);
   rig.Load(Rig::LensOf(rig.real, 7));
   rig.Image();
-  CHECK(rig.supervisor.state() == ZoomState::kValid);
+  CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
 }

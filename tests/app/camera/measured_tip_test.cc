@@ -6,13 +6,15 @@
 #include "tests/app/camera/reference_tag_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using namespace plumbline::test;
 
 namespace {
 
 /// A gripper with six tags on 400 x 200 mm and its tip 300 mm to the side.
-Body Gripper() {
-  Body body{"gripper", {}};
+tracking::Body Gripper() {
+  tracking::Body body{"gripper", {}};
   for (int k = 0; k < 6; ++k) {
     body.tags.push_back(
         {20 + k,
@@ -27,29 +29,29 @@ const Pose kCellInW{RotationFromRollPitchYaw(Vec3(0.3, -0.2, 1.1)), Vec3(1, 2, 0
 }  // namespace
 
 TEST_CASE("the tip error matches the stated covariance, including the lens error") {
-  const Body cell = CellTags(4), gripper = Gripper();
+  const tracking::Body cell = CellTags(4), gripper = Gripper();
   const Pose X_CK = CellInCamera();
   const Pose X_CT{RotationFromRollPitchYaw(Vec3(-0.2, 0.25, 0.4)), Vec3(-0.1, 0.05, 1.5)};
   const Vec3 truth = kCellInW * (X_CK.Inverse() * (X_CT * kTip));
-  LensCovariance lens_covariance = LensCovariance::Zero();
+  lens::LensCovariance lens_covariance = lens::LensCovariance::Zero();
   lens_covariance.diagonal() << 4, 4, 9, 9, 1e-6, 1e-6, 1e-10, 1e-10, 0;
   constexpr int kSeeds = 400;
   double chi2 = 0, squares = 0, apart = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal(0, 1);
-    KnownLens known{TagSceneLens(), lens_covariance};
-    Lens real = known.lens;
+    lens::KnownLens known{TagSceneLens(), lens_covariance};
+    lens::Lens real = known.lens;
     real.fx += 2 * normal(random);
     real.fy += 2 * normal(random);
     real.cx += 3 * normal(random);
     real.cy += 3 * normal(random);
     real.k1 += 1e-3 * normal(random);
     auto seen = ObserveTags(real, cell, X_CK, 0.05, 10 * seed);
-    for (const SeenTag& tag : ObserveTags(real, gripper, X_CT, 0.05, 10 * seed + 1))
+    for (const tracking::SeenTag& tag : ObserveTags(real, gripper, X_CT, 0.05, 10 * seed + 1))
       seen.push_back(tag);
-    const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
-    const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
+    const auto cell_seen = tracking::LocateBody(known, cell, seen, std::nullopt);
+    const auto tool_seen = tracking::LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
     const CameraPoint tip =
         MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip, lens_covariance, 0);
@@ -66,7 +68,7 @@ TEST_CASE("the tip error matches the stated covariance, including the lens error
 TEST_CASE("errors of the tags' declared places are stated and are not reduced by averaging") {
   // The tags are displaced from their declared places, differently in each run.
   constexpr double kCellSd_m = 3e-4, kToolSd_m = 1e-4;
-  Body cell = CellTags(4), gripper = Gripper();
+  tracking::Body cell = CellTags(4), gripper = Gripper();
   cell.place_sd_m = kCellSd_m;
   gripper.place_sd_m = kToolSd_m;
   const Pose X_CK = CellInCamera();
@@ -77,20 +79,20 @@ TEST_CASE("errors of the tags' declared places are stated and are not reduced by
   for (int run = 1; run <= kRuns; ++run) {
     std::mt19937_64 random(run);
     std::normal_distribution<double> normal(0, 1);
-    const auto moved = [&](Body body, double sd_m) {
-      for (BodyTag& tag : body.tags) {
+    const auto moved = [&](tracking::Body body, double sd_m) {
+      for (tracking::BodyTag& tag : body.tags) {
         tag.X_KM.p += sd_m * Vec3(normal(random), normal(random), normal(random));
       }
       return body;
     };
-    const KnownLens known{TagSceneLens(), LensCovariance::Zero()};
+    const lens::KnownLens known{TagSceneLens(), lens::LensCovariance::Zero()};
     auto seen = ObserveTags(known.lens, moved(cell, kCellSd_m), X_CK, 0.05, 10 * run);
-    for (const SeenTag& tag :
+    for (const tracking::SeenTag& tag :
          ObserveTags(known.lens, moved(gripper, kToolSd_m), X_CT, 0.05, 10 * run + 1)) {
       seen.push_back(tag);
     }
-    const auto cell_seen = LocateBody(known, cell, seen, std::nullopt);
-    const auto tool_seen = LocateBody(known, gripper, seen, std::nullopt);
+    const auto cell_seen = tracking::LocateBody(known, cell, seen, std::nullopt);
+    const auto tool_seen = tracking::LocateBody(known, gripper, seen, std::nullopt);
     REQUIRE((cell_seen && tool_seen));
     REQUIRE((cell_seen->left_out.empty() && tool_seen->left_out.empty()));
     const CameraPoint tip = MeasurePoint(cell_seen->estimate, tool_seen->estimate, kCellInW, kTip,
@@ -104,13 +106,13 @@ TEST_CASE("errors of the tags' declared places are stated and are not reduced by
 }
 
 TEST_CASE("the placement error of a single tag is that of its body") {
-  const KnownLens known{TagSceneLens(), LensCovariance::Zero()};
-  const Body one{"one", {{7, 0.08, {Mat3::Identity(), Vec3::Zero()}}}};
+  const lens::KnownLens known{TagSceneLens(), lens::LensCovariance::Zero()};
+  const tracking::Body one{"one", {{7, 0.08, {Mat3::Identity(), Vec3::Zero()}}}};
   const Pose X{RotationFromRollPitchYaw(Vec3(0.4, 0.3, 0.1)), Vec3(0, 0, 1)};
   const auto located =
-      LocateBody(known, one, ObserveTags(known.lens, one, X, 0, 1), std::optional(X));
+      tracking::LocateBody(known, one, ObserveTags(known.lens, one, X, 0, 1), std::optional(X));
   REQUIRE(located);
-  Mat6 expected = Mat6::Zero();
+  tracking::Mat6 expected = tracking::Mat6::Zero();
   expected.topLeftCorner<3, 3>().setIdentity();
   CHECK((located->estimate.unit_place_covariance - expected).cwiseAbs().maxCoeff() < 1e-6);
 }

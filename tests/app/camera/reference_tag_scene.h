@@ -10,10 +10,10 @@
 namespace plumbline::test {
 
 /// Tags of 60 mm around the field of view: 600 x 300 mm, at depths within 200 mm.
-inline Body CellTags(int count = 5) {
+inline tracking::Body CellTags(int count = 5) {
   const Vec3 places[] = {{-0.30, -0.16, 0.00}, {0.30, -0.15, 0.20}, {0.29, 0.16, 0.02},
                          {-0.31, 0.15, 0.18},  {0.02, -0.17, 0.10}, {0.0, 0.17, 0.05}};
-  Body cell{"cell", {}};
+  tracking::Body cell{"cell", {}};
   for (int k = 0; k < count; ++k) {
     cell.tags.push_back(
         {k, 0.06, {RotationFromRollPitchYaw(Vec3(0.1 * k, -0.05 * k, 0.02 * k)), places[k]}});
@@ -26,25 +26,26 @@ inline Pose CellInCamera() {
   return {RotationFromRollPitchYaw(Vec3(0.12, -0.08, 0.02)), Vec3(0.01, -0.02, 1.6)};
 }
 
-inline Lens TagSceneLens() {
+inline lens::Lens TagSceneLens() {
   return LensOfCamera(renderer::ZoomLens(2600));
 }
 
 /// Tag detections with independent corner noise.
-inline std::vector<SeenTag> ObserveTags(const Lens& lens, const Body& cell, const Pose& X_CK,
-                                        double noise_px, std::uint64_t seed) {
+inline std::vector<tracking::SeenTag> ObserveTags(const lens::Lens& lens,
+                                                  const tracking::Body& cell, const Pose& X_CK,
+                                                  double noise_px, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, noise_px);
-  std::vector<SeenTag> seen;
-  for (const BodyTag& declared : cell.tags) {
-    SeenTag tag;
+  std::vector<tracking::SeenTag> seen;
+  for (const tracking::BodyTag& declared : cell.tags) {
+    tracking::SeenTag tag;
     tag.id = declared.id;
-    const auto corners = CornersInTag(declared.side_m);
+    const auto corners = tracking::CornersInTag(declared.side_m);
     for (std::size_t k = 0; k < 4; ++k) {
       tag.corners_px[k] = Project<double>(lens, X_CK * (declared.X_KM * corners[k])) +
-                          Vec2(noise(random), noise(random));
+                          lens::Vec2(noise(random), noise(random));
     }
-    tag.covariance = noise_px * noise_px * CornersCovariance::Identity();
+    tag.covariance = noise_px * noise_px * tracking::CornersCovariance::Identity();
     seen.push_back(tag);
   }
   return seen;

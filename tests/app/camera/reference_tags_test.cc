@@ -6,6 +6,8 @@
 #include "tests/app/camera/reference_tag_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using namespace plumbline::test;
 
 namespace {
@@ -17,30 +19,31 @@ const TagCheckSettings kNoFloor{2e-4, 0};
 /// Reference tags whose declared places are wrong by `place_sd_m`, and the baseline from a first
 /// image.
 struct Scene {
-  Body declared = CellTags();
-  Body real = declared;
+  tracking::Body declared = CellTags();
+  tracking::Body real = declared;
   Pose X_CK = CellInCamera();
-  KnownLens lens{TagSceneLens(), LensCovariance::Zero()};
+  lens::KnownLens lens{TagSceneLens(), lens::LensCovariance::Zero()};
   TagBaseline baseline;
   std::uint64_t seed;
 
   explicit Scene(std::uint64_t number, double place_sd_m = 2e-4) : seed(number) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> wrong(0, place_sd_m);
-    for (BodyTag& tag : real.tags) {
+    for (tracking::BodyTag& tag : real.tags) {
       tag.X_KM.p += Vec3(wrong(random), wrong(random), wrong(random));
     }
     baseline = BaselineAt(lens, declared, See(lens.lens, X_CK, 1), X_CK);
   }
-  std::vector<SeenTag> See(const Lens& now, const Pose& X, std::uint64_t check) const {
+  std::vector<tracking::SeenTag> See(const lens::Lens& now, const Pose& X,
+                                     std::uint64_t check) const {
     return ObserveTags(now, real, X, kNoise_px, 1000 * seed + check);
   }
-  TagJudgement Judge(const std::vector<SeenTag>& seen) const {
+  TagJudgement Judge(const std::vector<tracking::SeenTag>& seen) const {
     return JudgeReferenceTags(lens, declared, seen, &baseline, kNoFloor);
   }
 };
 
-Lens Zoomed(Lens lens, double share) {
+lens::Lens Zoomed(lens::Lens lens, double share) {
   lens.fx *= 1 + share;
   lens.fy *= 1 + share;
   return lens;
@@ -73,7 +76,7 @@ TEST_CASE("a zoom drift is recognized; its size is within its stated uncertainty
     others += judgement.verdict != TagVerdict::kZoomDrifted ? 1 : 0;
     const double z = (judgement.log_focal - std::log1p(share)) / judgement.log_focal_sd;
     squares += z * z;
-    const KnownLens drifted =
+    const lens::KnownLens drifted =
         WithFocalDrift(scene.lens, judgement.log_focal, judgement.log_focal_sd);
     CHECK(drifted.lens.fx == Approx(scene.lens.lens.fx * (1 + share)).epsilon(3e-4));
     CHECK(std::sqrt(drifted.covariance(0, 0)) ==
@@ -91,7 +94,7 @@ TEST_CASE("a moved camera is recognized, with its new pose") {
     const Pose X = step * scene.X_CK;
     const TagJudgement judgement = scene.Judge(scene.See(scene.lens.lens, X, 2));
     others += judgement.verdict != TagVerdict::kCameraMoved ? 1 : 0;
-    CHECK(AngleBetween(judgement.X_CK, X) < 5e-4);
+    CHECK(tracking::AngleBetween(judgement.X_CK, X) < 5e-4);
     CHECK((judgement.X_CK.p - X.p).norm() < 1e-3);
     CHECK(judgement.turned_rad == Approx(std::sqrt(7.25e-6)).epsilon(0.2));
   }
@@ -106,7 +109,7 @@ TEST_CASE("neither a moved camera nor a zoom drift: bad") {
     const TagJudgement both =
         scene.Judge(scene.See(Zoomed(scene.lens.lens, 0.01), step * scene.X_CK, 2));
     accepted += both.verdict != TagVerdict::kBad ? 1 : 0;
-    Lens warped = scene.lens.lens;
+    lens::Lens warped = scene.lens.lens;
     warped.k1 += 0.08;
     accepted += scene.Judge(scene.See(warped, scene.X_CK, 3)).verdict != TagVerdict::kBad ? 1 : 0;
   }
@@ -131,7 +134,7 @@ TEST_CASE("tags that are not visible") {
         TagVerdict::kNotVisible);
   CHECK(scene.Judge({seen[0]}).verdict == TagVerdict::kGood);
   CHECK(scene.Judge({seen[0], seen[0]}).verdict == TagVerdict::kNotVisible);  // an ambiguous id
-  seen[0].corners_px.fill(Vec2(NAN, NAN));
+  seen[0].corners_px.fill(lens::Vec2(NAN, NAN));
   CHECK(scene.Judge(seen).verdict == TagVerdict::kNotVisible);
 }
 
@@ -139,7 +142,7 @@ TEST_CASE("without a baseline, placement errors and lens uncertainty are taken i
   int wrong_good = 0, right_bad = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Scene scene(seed);
-    const auto judge = [&](const Lens& now) {
+    const auto judge = [&](const lens::Lens& now) {
       return JudgeReferenceTags(scene.lens, scene.declared, scene.See(now, scene.X_CK, 2), nullptr,
                                 kNoFloor)
           .verdict;
@@ -158,7 +161,7 @@ TEST_CASE("an interpolated lens gets its focal length from the tags, weighed aga
     Scene scene(seed);
     std::mt19937_64 random(77 * seed);
     std::normal_distribution<double> error(0, kPrior);
-    const Lens truth = Zoomed(scene.lens.lens, error(random));
+    const lens::Lens truth = Zoomed(scene.lens.lens, error(random));
     scene.lens.covariance.topLeftCorner<2, 2>().setConstant(std::pow(kPrior * truth.fx, 2));
     const auto refined = RefineFocalLength(scene.lens, kPrior, scene.declared,
                                            scene.See(truth, scene.X_CK, 2), kNoFloor);
@@ -172,14 +175,14 @@ TEST_CASE("an interpolated lens gets its focal length from the tags, weighed aga
 }
 
 TEST_CASE("rendered frames through the detector: no false alarm, and a drift is recognized") {
-  const auto family = TagFamilyOfName("36h11").value();
-  const Body cell = CellTags();
+  const auto family = tracking::TagFamilyOfName("36h11").value();
+  const tracking::Body cell = CellTags();
   const renderer::Camera camera = renderer::ZoomLens(2600);
-  const KnownLens lens{LensOfCamera(camera), LensCovariance::Zero()};
+  const lens::KnownLens lens{LensOfCamera(camera), lens::LensCovariance::Zero()};
   const Pose X = CellInCamera();
   const auto check = [&](const renderer::Camera& through, std::uint64_t seed) {
     std::vector<renderer::Sheet> sheets;
-    for (const BodyTag& tag : cell.tags) {
+    for (const tracking::BodyTag& tag : cell.tags) {
       const Pose X_CM = X * tag.X_KM;
       Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
       place.linear() = X_CM.R;
@@ -190,8 +193,8 @@ TEST_CASE("rendered frames through the detector: no false alarm, and a drift is 
     light.shade_x = 0.1 * static_cast<double>(seed % 3);
     light.blur_px = 0.7 + 0.1 * static_cast<double>(seed % 4);
     const renderer::Image image = renderer::Render(through, sheets, light, seed);
-    TagDetector detector(family, {});
-    SeenTags seen;
+    tracking::TagDetector detector(family, {});
+    tracking::SeenTags seen;
     detector.Detect(ViewOf(image), &lens.lens, seen);
     return seen.tags;
   };

@@ -8,13 +8,15 @@
 #include "tests/file_text.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using namespace plumbline::test;
 
 TEST_CASE("baselines survive a restart exactly") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/fixed_marks.json";
-  const Body cell = CellTags();
-  const KnownLens lens{TagSceneLens(), LensCovariance::Zero()};
+  const tracking::Body cell = CellTags();
+  const lens::KnownLens lens{TagSceneLens(), lens::LensCovariance::Zero()};
   const TagBaseline baseline =
       BaselineAt(lens, cell, ObserveTags(lens.lens, cell, CellInCamera(), 0.05, 3), CellInCamera());
   std::string problem;
@@ -42,7 +44,7 @@ TEST_CASE("baselines survive a restart exactly") {
   bent.tags.at(2).covariance(3, 3) = -1;
   CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{7, bent}}, cell), cell).ok());
 
-  Body other = cell;
+  tracking::Body other = cell;
   other.tags[1].X_KM.p.x() += 1e-4;  // declared otherwise: what was left then means nothing now
   const TagBaselineStore fresh(path, other, problem);
   CHECK(problem.empty());
@@ -52,7 +54,7 @@ TEST_CASE("baselines survive a restart exactly") {
 TEST_CASE("an unreadable file is reported and replaced") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/fixed_marks.json";
-  const Body cell = CellTags();
+  const tracking::Body cell = CellTags();
   for (const char* text : {"", "{", "[]", "{\"schema\": 2}", "{\"schema\":1,\"marks\":[]}",
                            "{\"schema\":1,\"marks\":7,\"lenses\":{\"x\":{}}}"}) {
     CAPTURE(text);

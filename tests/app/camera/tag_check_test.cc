@@ -5,12 +5,14 @@
 #include "tests/app/camera/reference_tag_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::camera;
 using namespace plumbline::test;
 
 namespace {
 
 struct Station {
-  Body cell = CellTags();
+  tracking::Body cell = CellTags();
   Pose X = CellInCamera();
   ActiveLens lens;
   Station() {
@@ -19,13 +21,13 @@ struct Station {
     lens.known.size = {1920, 1080};
     lens.calibrated = true;
   }
-  TagCheck Check(const Lens& real, const Pose& pose, const TagBaseline* baseline,
+  TagCheck Check(const lens::Lens& real, const Pose& pose, const TagBaseline* baseline,
                  std::uint64_t seed) const {
     return CheckReferenceTags(lens, baseline, cell, ObserveTags(real, cell, pose, 0.05, seed), 0.5);
   }
 };
 
-Lens Zoomed(Lens lens, double share) {
+lens::Lens Zoomed(lens::Lens lens, double share) {
   lens.fx *= 1 + share;
   lens.fy *= 1 + share;
   return lens;
@@ -35,7 +37,7 @@ Lens Zoomed(Lens lens, double share) {
 
 TEST_CASE("first check, second check, zoom drift, camera step") {
   Station station;
-  const Lens real = station.lens.known.lens;
+  const lens::Lens real = station.lens.known.lens;
   const TagCheck first = station.Check(real, station.X, nullptr, 1);
   REQUIRE(first.verdict == TagVerdict::kGood);
   REQUIRE(first.baseline);
@@ -45,7 +47,7 @@ TEST_CASE("first check, second check, zoom drift, camera step") {
   CHECK_FALSE(second.baseline);
   CHECK(second.message.empty());
 
-  const Lens drifted = Zoomed(real, 2e-3);
+  const lens::Lens drifted = Zoomed(real, 2e-3);
   const TagCheck drift = station.Check(drifted, station.X, &*first.baseline, 3);
   REQUIRE(drift.verdict == TagVerdict::kZoomDrifted);
   REQUIRE((drift.lens && drift.baseline));
@@ -60,7 +62,7 @@ TEST_CASE("first check, second check, zoom drift, camera step") {
   REQUIRE(step.verdict == TagVerdict::kCameraMoved);
   CHECK_THAT(step.message, Catch::Matches("the camera was moved by (9|10)\\..*"));
   CHECK(station.Check(drifted, stepped, &*step.baseline, 6).verdict == TagVerdict::kGood);
-  Lens other = Zoomed(drifted, 0.02);
+  lens::Lens other = Zoomed(drifted, 0.02);
   other.k1 += 0.1;
   const TagCheck bad = station.Check(other, stepped, &*step.baseline, 7);
   CHECK(bad.verdict == TagVerdict::kBad);
@@ -69,7 +71,7 @@ TEST_CASE("first check, second check, zoom drift, camera step") {
 
 TEST_CASE("an interpolated lens is good if the tags determine it well enough") {
   Station station;
-  const Lens real = station.lens.known.lens;
+  const lens::Lens real = station.lens.known.lens;
   station.lens.calibrated = false;
   station.lens.log_focal_sd = 0.01;
   station.lens.known.lens = Zoomed(real, 0.008);

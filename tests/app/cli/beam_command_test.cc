@@ -13,6 +13,8 @@
 #include "tests/app/cli/run_command.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 using namespace plumbline::test;
 
 namespace {

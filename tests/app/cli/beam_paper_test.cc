@@ -5,14 +5,16 @@
 
 using namespace plumbline;
 
+using namespace plumbline::cli;
+
 namespace {
 
-BeamSolution PaperBeam(const Tool& tool, double force_N) {
-  return Beam(tool, kPaperElements)
+beam::BeamSolution PaperBeam(const model::Tool& tool, double force_N) {
+  return beam::Beam(tool, kPaperElements)
       .Solve({.points = {{tool.Length(), Vec3(0, force_N, 0), Vec3::Zero()}}});
 }
 
-double TipMm(const Tool& tool, double force_N) {
+double TipMm(const model::Tool& tool, double force_N) {
   return 1e3 * PaperBeam(tool, force_N).Tip().d_F.y();
 }
 
@@ -21,7 +23,7 @@ double TipMm(const Tool& tool, double force_N) {
 TEST_CASE("the eighteen values of column 'developed system' in Table 2 are reproduced") {
   int values = 0;
   for (const PaperTable2Row& row : PaperTable2()) {
-    const BeamSolution solution = PaperBeam(PaperTool(), row.force_N);
+    const beam::BeamSolution solution = PaperBeam(PaperTool(), row.force_N);
     for (int node = 1; node <= 3; ++node, ++values) {
       const double printed_mm = row.developed_mm[node - 1];
       // One unit in the last printed digit: the paper truncated some values instead of rounding.
@@ -34,10 +36,10 @@ TEST_CASE("the eighteen values of column 'developed system' in Table 2 are repro
 }
 
 TEST_CASE("the parameters printed in the paper do not reproduce its table") {
-  Tool printed = PaperTool();
+  model::Tool printed = PaperTool();
   printed.segments[0].length_m = 0.6;
   printed.segments[0].material.youngs_modulus_Pa = 2e9;
-  const BeamSolution solution = PaperBeam(printed, 100);
+  const beam::BeamSolution solution = PaperBeam(printed, 100);
   CHECK(1e3 * solution.Node(1).d_F.y() == Approx(1.024).margin(5e-4));
   CHECK(1e3 * solution.Node(2).d_F.y() == Approx(3.584).margin(5e-4));
   CHECK(1e3 * solution.Node(3).d_F.y() == Approx(6.912).margin(5e-4));
@@ -66,7 +68,7 @@ TEST_CASE("element angles follow eq. 2") {
 }
 
 TEST_CASE("the paper's compensation overshoots that of the section, as tabulated in beam_paper.h") {
-  const BeamSolution solution = PaperBeam(PaperTool(), 100);
+  const beam::BeamSolution solution = PaperBeam(PaperTool(), 100);
   struct Case {
     double z_mm, paper_mm, section_mm, excess;
   };
@@ -88,7 +90,7 @@ TEST_CASE("the paper's compensation overshoots that of the section, as tabulated
 }
 
 TEST_CASE("a point beside the axis rotates with its section") {
-  const BeamSolution solution = PaperBeam(PaperTool(), 100);
+  const beam::BeamSolution solution = PaperBeam(PaperTool(), 100);
   const BeamPoint point{1.2, 0.4};
   const double theta = 100 * 1.2 * (2 * 1.8 - 1.2) / (2 * 200e9 * std::pow(0.05, 4) / 12);
   const BeamPoint loaded = LoadedPoint(solution, BendingAxis::kY, point);
@@ -107,10 +109,10 @@ TEST_CASE("a point beside the axis rotates with its section") {
 }
 
 TEST_CASE("bending along x is compensated in the same way as bending along y") {
-  const Tool tool = PaperTool();
-  const BeamSolution along_x =
-      Beam(tool, 3).Solve({.points = {{1.8, Vec3(100, 0, 0), Vec3::Zero()}}});
-  const BeamSolution along_y = PaperBeam(tool, 100);
+  const model::Tool tool = PaperTool();
+  const beam::BeamSolution along_x =
+      beam::Beam(tool, 3).Solve({.points = {{1.8, Vec3(100, 0, 0), Vec3::Zero()}}});
+  const beam::BeamSolution along_y = PaperBeam(tool, 100);
   const BeamPoint point{1.0, 0.2};
   CHECK(LoadedPoint(along_x, BendingAxis::kX, point).z_m ==
         Approx(LoadedPoint(along_y, BendingAxis::kY, point).z_m));

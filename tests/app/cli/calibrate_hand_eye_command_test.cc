@@ -17,6 +17,8 @@
 #include "tests/renderer/pgm.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 using test::Answer;
 using test::RunCommand;
 

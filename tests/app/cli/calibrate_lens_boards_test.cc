@@ -9,6 +9,8 @@
 #include "tests/renderer/pgm.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 using test::Answer;
 using test::RunCommand;
 
@@ -19,10 +21,10 @@ struct Images {
   test::TemporaryFolder folder;
 
   Images() {
-    const Board board{4, 5, 0.02, BoardKind::kAsymmetricCircles, 0.015, {}};
-    Capture capture;
+    const lens::Board board{4, 5, 0.02, lens::BoardKind::kAsymmetricCircles, 0.015, {}};
+    lens::Capture capture;
     capture.views = 1;
-    const DrawnView view = DrawViews(capture, board, 3).at(0);
+    const lens::DrawnView view = DrawViews(capture, board, 3).at(0);
     const auto shot = renderer::Render(view.camera, {view.sheet}, {}, 1);
     renderer::WritePgm(folder.path() + "/1.pgm", shot);
   }

@@ -14,6 +14,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::cli;
+
 namespace {
 
 /// Images of a board of 9 x 6 inner corners, and an empty one.

@@ -9,6 +9,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::cli;
+
 TEST_CASE("Cameras with their names, modes and settings") {
   test::FakeMachine machine;
   auto& usual = machine.Plug(0, "1-2", "A1");

@@ -13,7 +13,7 @@
 #include "tests/app/cli/run_command.h"
 #include "tests/app/daemon/demo_config.h"
 
-namespace plumbline {
+namespace plumbline::cli {
 namespace {
 
 test::Answer RunCheck(const std::string& arguments) {
@@ -300,4 +300,4 @@ TEST_CASE("JSON: faults with their place, separate from warnings") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::cli

@@ -19,6 +19,8 @@
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 namespace fs = std::filesystem;
 
 namespace {
@@ -50,9 +52,10 @@ class Desk {
     err.str("");
     return RunDiagnose(arguments, engine, out, err);
   }
-  int Run(Verdict verdict) {
-    return Run([verdict](const CellModel&, const MeasuredTable&, const DiagnosisOptions&) {
-      return Result<Diagnosis>(test::ExampleDiagnosis(verdict));
+  int Run(diagnosis::Verdict verdict) {
+    return Run([verdict](const model::CellModel&, const table::MeasuredTable&,
+                         const diagnosis::DiagnosisOptions&) {
+      return Result<diagnosis::Diagnosis>(test::ExampleDiagnosis(verdict));
     });
   }
 
@@ -66,11 +69,13 @@ class Desk {
 }  // namespace
 
 TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
-  const std::pair<Verdict, const char*> cases[] = {
-      {Verdict::kNoEffect, "No effect detected above the noise of 0.087 mm"},
-      {Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
-      {Verdict::kAmbiguous, "Tool stiffness or payload mass: these points cannot distinguish them"},
-      {Verdict::kUnknown, "an effect outside the catalogue that follows air_pressure_bar"}};
+  const std::pair<diagnosis::Verdict, const char*> cases[] = {
+      {diagnosis::Verdict::kNoEffect, "No effect detected above the noise of 0.087 mm"},
+      {diagnosis::Verdict::kExplained, "Joint compliance on axes 2 and 3 (93 % of the residual)"},
+      {diagnosis::Verdict::kAmbiguous,
+       "Tool stiffness or payload mass: these points cannot distinguish them"},
+      {diagnosis::Verdict::kUnknown,
+       "an effect outside the catalogue that follows air_pressure_bar"}};
   for (const auto& [verdict, words] : cases) {
     Desk desk;
     CHECK(desk.Run(verdict) == kExitOk);
@@ -85,21 +90,22 @@ TEST_CASE("every verdict has exit code 0 and a summary of at most 25 lines") {
 }
 
 TEST_CASE("a summary is always short") {
-  Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kAmbiguous);
+  diagnosis::Diagnosis diagnosis = test::ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
   for (int k = 0; k < 4; ++k) {
-    const Rival rival = diagnosis.rivals[0];
-    const NextPose pose = diagnosis.next_poses[0];
+    const diagnosis::Rival rival = diagnosis.rivals[0];
+    const diagnosis::NextPose pose = diagnosis.next_poses[0];
     diagnosis.rivals.push_back(rival);
     diagnosis.next_poses.push_back(pose);
     diagnosis.notes.emplace_back("a note");
     diagnosis.not_recorded.emplace_back("a signal");
     for (int i = 0; i < 20; ++i) diagnosis.outlier_rows.push_back(100 + i);
-    const Finding finding = test::ExampleDiagnosis(Verdict::kExplained).findings[0];
+    const diagnosis::Finding finding =
+        test::ExampleDiagnosis(diagnosis::Verdict::kExplained).findings[0];
     diagnosis.findings.push_back(finding);
   }
   Desk desk;
   CHECK(desk.Run([&](const auto&, const auto&, const auto&) {
-    return Result<Diagnosis>(diagnosis);
+    return Result<diagnosis::Diagnosis>(diagnosis);
   }) == kExitOk);
   const std::string text = desk.out.str();
   INFO(text);
@@ -112,36 +118,37 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
   desk.arguments.json = desk.File("d.json");
   desk.arguments.model = desk.File("corrected.toml");
   desk.arguments.report = desk.File("r.html");
-  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
   CHECK(desk.Files() == 5);
-  const auto json = nlohmann::json::parse(ReadTextFile(desk.File("d.json")).value());
+  const auto json = nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value());
   CHECK(json["next_poses"] == "next_poses.csv");
   CHECK(desk.Has("next_poses.csv"));
-  FaultList faults;
-  const auto cell = ReadCell(desk.File("corrected.toml"), faults);
+  config::FaultList faults;
+  const auto cell = config::ReadCell(desk.File("corrected.toml"), faults);
   REQUIRE(cell);
   CHECK(cell->effects[0].id == "tool_stiffness");
   CHECK(cell->effects[0].from_file == "measured.csv");
   CHECK(cell->effects[0].from_rows == 1);
-  CHECK(ReadTextFile(desk.File("r.html"))->find("</html>") != std::string::npos);
+  CHECK(config::ReadTextFile(desk.File("r.html"))->find("</html>") != std::string::npos);
 
   desk.arguments.next_poses = desk.File("other.csv");
-  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
-  CHECK(nlohmann::json::parse(ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
+  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
+  CHECK(nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
         "other.csv");
-  CHECK(desk.Run(Verdict::kExplained) == kExitOk);
-  CHECK(nlohmann::json::parse(ReadTextFile(desk.File("d.json")).value())["next_poses"].is_null());
+  CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
+  CHECK(nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value())["next_poses"]
+            .is_null());
 }
 
 TEST_CASE("--json - is alone on standard output") {
   Desk desk;
   desk.arguments.json = "-";
-  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
   CHECK(nlohmann::json::parse(desk.out.str())["verdict"] == "ambiguous");
   CHECK(desk.err.str().find("these points cannot distinguish them") != std::string::npos);
   CHECK(desk.Files() == 1);
   desk.arguments.quiet = true;
-  CHECK(desk.Run(Verdict::kAmbiguous) == kExitOk);
+  CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
   CHECK(desk.err.str().find("cannot distinguish") == std::string::npos);
 }
 
@@ -173,7 +180,7 @@ TEST_CASE("exit code 1 for faulty or unreadable input, 2 for unwritable output")
     CAPTURE(c.name);
     Desk desk;
     c.spoil(desk);
-    CHECK(desk.Run(Verdict::kExplained) == c.exit_code);
+    CHECK(desk.Run(diagnosis::Verdict::kExplained) == c.exit_code);
     INFO(desk.err.str());
     CHECK(desk.err.str().find(c.says) != std::string::npos);
     CHECK(desk.out.str().empty());
@@ -205,11 +212,11 @@ TEST_CASE("an output that is an input, or another output, is refused") {
     CAPTURE(c.name);
     Desk desk;
     c.ask(desk);
-    const std::string before = ReadTextFile(desk.arguments.measured).value();
-    CHECK(desk.Run(Verdict::kAmbiguous) == kExitUsage);
+    const std::string before = config::ReadTextFile(desk.arguments.measured).value();
+    CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitUsage);
     CHECK(desk.err.str().find(c.says) != std::string::npos);
     CHECK(desk.Files() == 1);
-    CHECK(ReadTextFile(desk.arguments.measured).value() == before);
+    CHECK(config::ReadTextFile(desk.arguments.measured).value() == before);
   }
 }
 
@@ -228,7 +235,7 @@ TEST_CASE("different spellings of a new file's path are recognised as the same f
 TEST_CASE("an engine error is a fault of the input") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
-  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<Diagnosis> {
+  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
     return Error{"6 rows are too few; measure at least 20"};
   }) == kExitFault);
   CHECK(desk.err.str().find("measured.csv: 6 rows are too few") != std::string::npos);
@@ -242,15 +249,15 @@ TEST_CASE("a signal cancels with exit code 130, and no file is changed") {
     desk.arguments.json = desk.File("d.json");
     desk.arguments.model = desk.File("c.toml");
     std::ofstream(desk.File("c.toml")) << "as it was";
-    CHECK(desk.Run([signal](const auto&, const auto&,
-                            const DiagnosisOptions& options) -> Result<Diagnosis> {
+    CHECK(desk.Run([signal](const auto&, const auto&, const diagnosis::DiagnosisOptions& options)
+                       -> Result<diagnosis::Diagnosis> {
       if (options.interrupted()) return Error{"interrupted too early"};
       std::raise(signal);
       if (!options.interrupted()) return Error{"not told"};
       return Error{"interrupted"};
     }) == kExitInterrupted);
     CHECK_FALSE(desk.Has("d.json"));
-    CHECK(ReadTextFile(desk.File("c.toml")).value() == "as it was");
+    CHECK(config::ReadTextFile(desk.File("c.toml")).value() == "as it was");
     CHECK(desk.Files() == 2);
     CHECK(desk.err.str().find("no file was changed") != std::string::npos);
   }
@@ -259,14 +266,14 @@ TEST_CASE("a signal cancels with exit code 130, and no file is changed") {
 TEST_CASE("a signal while the files are being replaced is ignored") {
   Desk desk;
   desk.arguments.json = desk.File("d.json");
-  const auto late = [](const auto&, const auto&, const DiagnosisOptions&) {
-    return Result<Diagnosis>(test::ExampleDiagnosis(Verdict::kExplained));
+  const auto late = [](const auto&, const auto&, const diagnosis::DiagnosisOptions&) {
+    return Result<diagnosis::Diagnosis>(test::ExampleDiagnosis(diagnosis::Verdict::kExplained));
   };
   CHECK(desk.Run(late) == kExitOk);
   CHECK(desk.Has("d.json"));
   for (const int signal : {SIGINT, SIGTERM}) std::raise(signal);  // the process lives on
   CHECK(desk.Run(late) == kExitOk);
-  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<Diagnosis> {
+  CHECK(desk.Run([](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
     std::raise(SIGINT);  // the next work can be interrupted again
     return Error{"interrupted"};
   }) == kExitInterrupted);
@@ -278,9 +285,9 @@ TEST_CASE("progress without a terminal is a line every ten per cent") {
     return;
   }
   Desk desk;
-  CHECK(desk.Run([](const auto&, const auto&, const DiagnosisOptions& options) {
+  CHECK(desk.Run([](const auto&, const auto&, const diagnosis::DiagnosisOptions& options) {
     for (int k = 0; k <= 1000; ++k) options.progress(k / 1000.0, k < 500 ? "fitting" : "refitting");
-    return Result<Diagnosis>(test::ExampleDiagnosis(Verdict::kNoEffect));
+    return Result<diagnosis::Diagnosis>(test::ExampleDiagnosis(diagnosis::Verdict::kNoEffect));
   }) == kExitOk);
   const std::string text = desk.err.str();
   INFO(text);
@@ -290,18 +297,18 @@ TEST_CASE("progress without a terminal is a line every ten per cent") {
 
 TEST_CASE("a refusal names the file once, and a linear joint is proposed in millimetres") {
   Desk desk;
-  CHECK(desk.Run(Diagnose) == kExitFault);
+  CHECK(desk.Run(diagnosis::Diagnose) == kExitFault);
   const std::string refusal = desk.err.str();
   INFO(refusal);
   CHECK(refusal.find("has 1 usable rows") != std::string::npos);
   CHECK(refusal.find("measured.csv") == refusal.rfind("measured.csv"));
 
-  Diagnosis ambiguous = test::ExampleDiagnosis(Verdict::kAmbiguous);
+  diagnosis::Diagnosis ambiguous = test::ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
   REQUIRE_FALSE(ambiguous.next_poses.empty());
-  CellModel cell = test::ExampleCell();
-  cell.robot.joints[0].type = JointType::kPrismatic;
+  model::CellModel cell = test::ExampleCell();
+  cell.robot.joints[0].type = model::JointType::kPrismatic;
   ambiguous.next_poses[0].q[0] = 1.2345;
-  const std::string text = SummaryText(ambiguous, cell);
+  const std::string text = diagnosis::SummaryText(ambiguous, cell);
   INFO(text);
   CHECK(text.find("linear joints in mm") != std::string::npos);
   CHECK(text.find("1:  1234.50") != std::string::npos);

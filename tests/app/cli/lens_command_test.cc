@@ -14,6 +14,8 @@
 #include "tests/file_text.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 using test::Answer;
 
 namespace {
@@ -24,11 +26,11 @@ Answer RunLens(const std::string& arguments) {
 
 /// A lens calibrated with its views, and one that came without.
 void Fill(const std::string& path) {
-  const Board board;
+  const lens::Board board;
   const auto views = NoisyViews(DrawViews({}, board, 3), board, 0.03, 3);
-  const LensCalibration solved = CalibrateLens(board, views, {1920, 1080});
+  const lens::LensCalibration solved = lens::CalibrateLens(board, views, {1920, 1080});
   REQUIRE(solved.accepted);
-  LensEntry entry;
+  lens_store::LensEntry entry;
   entry.key = {"SN-1", "GREY 1920x1080@20", 4000, std::nullopt};
   entry.lens = solved.lens;
   entry.covariance = solved.covariance;
@@ -38,8 +40,8 @@ void Fill(const std::string& path) {
   entry.board = WordsOf(board);
   entry.temp_C = 23.5;
   entry.utc = "2026-01-01T00:00:00Z";
-  entry.corners = EncodeViews({board, views});
-  auto store = LensStore::Open(path);
+  entry.corners = lens_store::EncodeViews({board, views});
+  auto store = lens_store::LensStore::Open(path);
   REQUIRE(store);
   REQUIRE(store.value().Append(entry));
   entry.corners.clear();
@@ -70,7 +72,7 @@ TEST_CASE("lenses are listed, and solved again from their views") {
              Catch::Contains("accepted") && Catch::Contains("differs from the stored lens by"));
   const auto json = nlohmann::json::parse(test::FileText(out));
   CHECK(json["accepted"] == true);
-  auto store = LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
+  auto store = lens_store::LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
   REQUIRE(store);
   const auto kept = store.value().All();
   REQUIRE(kept);

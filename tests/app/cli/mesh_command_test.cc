@@ -13,6 +13,8 @@
 #include "tests/file_text.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 using test::RunCommand;
 
 namespace {
@@ -31,8 +33,8 @@ struct MeshFiles {
 TEST_CASE("the content of a mesh is printed as text and as JSON") {
   const MeshFiles files;
   const std::string path =
-      files.Write("bar.obj", "mtllib paint.mtl\n" +
-                                 test::MeshFileText(test::Cuboid({600, 50, 40}), MeshFormat::kObj));
+      files.Write("bar.obj", "mtllib paint.mtl\n" + test::MeshFileText(test::Cuboid({600, 50, 40}),
+                                                                       scene::MeshFormat::kObj));
   const auto text = RunCommand(AddMeshCommand, "mesh check " + path + " --unit mm");
   INFO(text.err);
   CHECK(text.exit_code == 0);
@@ -56,8 +58,8 @@ TEST_CASE("the content of a mesh is printed as text and as JSON") {
 
 TEST_CASE("a missing unit is requested, not guessed") {
   const MeshFiles files;
-  const std::string path =
-      files.Write("bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), MeshFormat::kStl));
+  const std::string path = files.Write(
+      "bar.stl", test::MeshFileText(test::Cuboid({600, 50, 40}), scene::MeshFormat::kStl));
   const auto text = RunCommand(AddMeshCommand, "mesh check " + path);
   CHECK(text.exit_code == 0);
   CHECK_THAT(text.out, Catch::Contains("600 x 50 x 40 in file units"));
@@ -74,7 +76,8 @@ TEST_CASE("a missing unit is requested, not guessed") {
 TEST_CASE("refusals and wrong arguments") {
   const MeshFiles files;
   const std::string cut = files.Write(
-      "cut.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), MeshFormat::kStl).substr(0, 300));
+      "cut.stl",
+      test::MeshFileText(test::Cuboid({1, 1, 1}), scene::MeshFormat::kStl).substr(0, 300));
   const auto refused = RunCommand(AddMeshCommand, "mesh check " + cut + " --unit mm");
   CHECK(refused.exit_code == 1);
   CHECK(refused.out.empty());
@@ -83,7 +86,7 @@ TEST_CASE("refusals and wrong arguments") {
   CHECK(json.exit_code == 1);
   CHECK(nlohmann::json::parse(json.out)["refused"].is_string());
   const std::string good =
-      files.Write("good.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), MeshFormat::kStl));
+      files.Write("good.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), scene::MeshFormat::kStl));
   CHECK_THAT(RunCommand(AddMeshCommand, "mesh check " + good + " --max-triangles 11").err,
              Catch::Contains("the limit is 11"));
   CHECK(RunCommand(AddMeshCommand, "mesh check " + good + " --unit furlong").exit_code == 2);
@@ -92,7 +95,7 @@ TEST_CASE("refusals and wrong arguments") {
 }
 
 TEST_CASE("the limits in the reader, the help and the manual agree") {
-  const MeshLimits limits;
+  const scene::MeshLimits limits;
   const std::string triangles = std::to_string(limits.triangles) + " triangles";
   const std::string file = std::to_string(limits.file_bytes >> 20) + " MiB of file";
   const std::string memory = std::to_string(limits.memory_bytes >> 20) + " MiB of memory";

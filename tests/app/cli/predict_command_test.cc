@@ -21,6 +21,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::cli;
+
 namespace {
 
 std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; freed or not
@@ -49,11 +51,11 @@ TEST_CASE("example-03 has no hidden effect: the declared model matches it to the
     WARN("SKIPPED: " << set << " is not there (set PLUMBLINE_MEASURED)");
     return;
   }
-  FaultList faults;
-  const auto cell = ReadCell(set + "/cell.toml", faults);
+  config::FaultList faults;
+  const auto cell = config::ReadCell(set + "/cell.toml", faults);
   REQUIRE(cell);
-  const auto poses = ReadTable(set + "/test_poses.csv", cell->robot.joints, faults);
-  const auto measured = ReadTable(set + "/measured.csv", cell->robot.joints, faults);
+  const auto poses = table::ReadTable(set + "/test_poses.csv", cell->robot.joints, faults);
+  const auto measured = table::ReadTable(set + "/measured.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   REQUIRE(measured);
 
@@ -131,29 +133,29 @@ const std::string kGoodRow = "0,-90,90,0,0,0,60\n";
 
 TEST_CASE("a time outside the fitted range of an effect of time is extrapolated") {
   const std::string file = "tests/virtual_cell/demo/cockpit-cell.toml";
-  FaultList faults;
-  auto cell = ReadCell(file, faults);
+  config::FaultList faults;
+  auto cell = config::ReadCell(file, faults);
   REQUIRE(cell);
-  WrittenEffect drift;
+  model::WrittenEffect drift;
   drift.id = "thermal_drift";
   for (const auto& [name, value, unit] : {std::tuple("x", 1.0, "mm"),
                                           {"y", 0.0, "mm"},
                                           {"z", 0.0, "mm"},
                                           {"time_constant", 600.0, "s"}}) {
-    EffectParameter parameter;
+    model::EffectParameter parameter;
     parameter.name = name;
     parameter.value = value;
     parameter.unit = unit;
     drift.parameters.push_back(parameter);
   }
-  drift.seen_t_s = Interval{100, 5000};
+  drift.seen_t_s = model::Interval{100, 5000};
   cell->effects = {drift};
-  Domain domain;
-  domain.q.assign(static_cast<std::size_t>(cell->robot.size()), Interval{-7, 7});
+  model::Domain domain;
+  domain.q.assign(static_cast<std::size_t>(cell->robot.size()), model::Interval{-7, 7});
   cell->domain = domain;
   const auto extrapolated = [&](const std::string& csv) {
-    const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
-    INFO(FaultsText(faults));
+    const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    INFO(config::FaultsText(faults));
     REQUIRE(poses);
     std::vector<bool> of_rows;
     const auto predicted = Predict(*cell, *poses, {});
@@ -356,18 +358,18 @@ TEST_CASE(
 }
 
 TEST_CASE("the uncertainty of an alignment widens the radius") {
-  FaultList faults;
-  const auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
+  config::FaultList faults;
+  const auto cell = config::ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);
   const auto poses =
-      TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n" + kGoodRow, "poses.csv",
-                   cell->robot.joints, faults);
+      table::TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n" + kGoodRow,
+                          "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   const auto bare = Predict(*cell, *poses, {});
   REQUIRE(bare.ok());
   const double narrow_m = bare->front().radius.radius_m;
   constexpr double kTip_m = 0.05;
-  FrameCovariances frames;
+  diagnosis::FrameCovariances frames;
   frames[""].setZero();
   frames[""].bottomRightCorner<3, 3>() = kTip_m * kTip_m * Mat3::Identity();
   const auto wide = Predict(*cell, *poses, {}, frames);
@@ -378,11 +380,12 @@ TEST_CASE("the uncertainty of an alignment widens the radius") {
 }
 
 TEST_CASE("a payload of unknown mass has its declared centre of gravity") {
-  FaultList faults;
-  auto cell = ReadCell("config/cells/kr210.toml", faults);
+  config::FaultList faults;
+  auto cell = config::ReadCell("config/cells/kr210.toml", faults);
   REQUIRE(cell);
-  const auto poses = TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,-90,90,0,0,0\n",
-                                  "poses.csv", cell->robot.joints, faults);
+  const auto poses =
+      table::TableFromCsv("q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,-90,90,0,0,0\n",
+                          "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   const auto radius_m = [&](double centre_m) {
     cell->payload_cog_F = Vec3(0, 0, centre_m);
@@ -394,12 +397,12 @@ TEST_CASE("a payload of unknown mass has its declared centre of gravity") {
 }
 
 TEST_CASE("every row is reported as done once, in order") {
-  FaultList faults;
-  const auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
+  config::FaultList faults;
+  const auto cell = config::ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);
   std::string csv = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
   for (int k = 0; k < 300; ++k) csv += kGoodRow;
-  const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+  const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
   REQUIRE(poses);
   std::vector<std::size_t> told;
   REQUIRE(Predict(*cell, *poses, {}, {}, [&](std::size_t done) { told.push_back(done); }).ok());
@@ -407,8 +410,8 @@ TEST_CASE("every row is reported as done once, in order") {
 }
 
 TEST_CASE("run time grows linearly with rows and sessions") {
-  FaultList faults;
-  auto cell = ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
+  config::FaultList faults;
+  auto cell = config::ReadCell("tests/virtual_cell/demo/cockpit-cell.toml", faults);
   REQUIRE(cell);
   const auto allocated_for = [&](int rows, int sessions) {
     cell->sessions.clear();
@@ -418,7 +421,7 @@ TEST_CASE("run time grows linearly with rows and sessions") {
     std::string csv = "session,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,payload_kg\n";
     for (int k = 0; k < rows; ++k) csv += "s" + std::to_string(k % sessions) + "," + kGoodRow;
     const std::size_t before = g_allocated_bytes.load();
-    const auto poses = TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
+    const auto poses = table::TableFromCsv(csv, "poses.csv", cell->robot.joints, faults);
     REQUIRE(poses);
     const auto predicted = Predict(*cell, *poses, {});
     REQUIRE(predicted.ok());

@@ -11,6 +11,8 @@
 #include "tests/renderer/pgm.h"
 
 using namespace plumbline;
+
+using namespace plumbline::cli;
 using test::Answer;
 using test::RunCommand;
 
@@ -36,7 +38,7 @@ struct Files {
     image = Path("frame.pgm");
     lens = Path("lens.json");
     bodies = Path("bodies.toml");
-    const TagFamily family = *TagFamilyOfName("36h11");
+    const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
     test::TagScene scene;
     scene.camera = Camera();
     scene.Add(family, 5, test::FacingPose({-0.09, 0, 0.8}, 0.4, 1, 0));

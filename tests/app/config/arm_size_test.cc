@@ -12,7 +12,7 @@
 #include "app/config/text_file.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 std::string Ur10() {
@@ -206,4 +206,4 @@ TEST_CASE("No measured cell causes a false warning about its size", "[measured]"
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

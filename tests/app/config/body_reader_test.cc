@@ -4,6 +4,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::config;
+
 TEST_CASE("Tags and bodies are read as written") {
   FaultList faults;
   const auto database = TagDatabaseFromText(R"(schema = 1

@@ -6,6 +6,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::config;
+
 namespace {
 
 constexpr const char* kTags = R"(schema = 1
@@ -71,7 +73,7 @@ TEST_CASE("a minimal camera configuration and its defaults") {
   CHECK(read.vision.cameras[0].connection.v4l2.device == "cam");
   CHECK(read.vision.cameras[0].zoom.kind.empty());
   CHECK(read.vision.board.board.columns == 17);
-  CHECK(read.vision.board.board.kind == BoardKind::kChessboard);
+  CHECK(read.vision.board.board.kind == lens::BoardKind::kChessboard);
   CHECK(read.vision.board.by_itself);
   CHECK(read.vision.tags.cell == "cell");
   CHECK(read.vision.tags.database.bodies.size() == 2);
@@ -95,7 +97,7 @@ TEST_CASE("all keys are read, in SI") {
   const VisionConfig& vision = read.vision;
   REQUIRE(vision.cameras.size() == 1);
   const CameraConfig& camera = vision.cameras[0];
-  CHECK(camera.connection.v4l2.mode.size == ImageSize{1920, 1080});
+  CHECK(camera.connection.v4l2.mode.size == lens::ImageSize{1920, 1080});
   CHECK(*camera.connection.v4l2.settings.exposure_s == Approx(0.008));
   CHECK(camera.zoom.connection.visca.baud == 38400);
   CHECK(camera.zoom.connection.visca.timeout_s == Approx(0.08));
@@ -218,8 +220,8 @@ TEST_CASE("two cameras: each with its device and zoom; board and tags are shared
   INFO(FaultsText(two.faults));
   CHECK(two.faults.All().empty());
   REQUIRE(two.vision.cameras.size() == 2);
-  CHECK(two.vision.cameras[0].name == CameraName::kSide);
-  CHECK(two.vision.cameras[1].name == CameraName::kRear);
+  CHECK(two.vision.cameras[0].name == status::CameraName::kSide);
+  CHECK(two.vision.cameras[1].name == status::CameraName::kRear);
   CHECK(two.vision.cameras[0].connection.v4l2.device == "A1");
   CHECK(two.vision.cameras[1].zoom.connection.visca.device == "/dev/ttyUSB1");
   CHECK(two.vision.board.board.columns == 9);

@@ -9,7 +9,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -93,15 +93,15 @@ TEST_CASE("Every value of a cell is read and converted to SI") {
   REQUIRE(cell);
   CHECK(faults.All().empty());
 
-  const Robot& robot = cell->robot;
+  const model::Robot& robot = cell->robot;
   CHECK(robot.name == "test arm");
-  CHECK(robot.convention == DhConvention::kDistal);
+  CHECK(robot.convention == model::DhConvention::kDistal);
   CHECK(robot.g_W == Vec3(0, 0, -9.8));
   CHECK(robot.X_WB.p.isApprox(Vec3(0.1, 0.2, 0.3)));
   CHECK(robot.X_WB.R.isApprox(RotationFromRollPitchYaw(Vec3(0, 0, kPi / 2))));
   REQUIRE(robot.size() == 3);
-  const Joint& first = robot.joints[0];
-  CHECK(first.type == JointType::kRevolute);
+  const model::Joint& first = robot.joints[0];
+  CHECK(first.type == model::JointType::kRevolute);
   CHECK(first.a_m == Approx(0.35));
   CHECK(first.alpha_rad == Approx(-kPi / 2));
   CHECK(first.d_m == Approx(0.675));
@@ -112,8 +112,8 @@ TEST_CASE("Every value of a cell is read and converted to SI") {
   CHECK(first.link_mass_kg == 250.0);
   CHECK(first.link_com_m->isApprox(Vec3(-0.2, 0.1, 0)));
   CHECK(first.compliance_rad_per_Nm == 3.5e-7);
-  const Joint& second = robot.joints[1];
-  CHECK(second.type == JointType::kPrismatic);
+  const model::Joint& second = robot.joints[1];
+  CHECK(second.type == model::JointType::kPrismatic);
   CHECK(second.min == Approx(-0.005));
   CHECK(second.max == Approx(2));
   CHECK(second.sign == 1);
@@ -121,7 +121,7 @@ TEST_CASE("Every value of a cell is read and converted to SI") {
   CHECK(std::isinf(robot.joints[2].max));
 
   CHECK_FALSE(cell->tool.rigid);
-  CHECK(cell->tool.theory == BeamTheory::kEulerBernoulli);
+  CHECK(cell->tool.theory == model::BeamTheory::kEulerBernoulli);
   REQUIRE(cell->tool.segments.size() == 1);
   CHECK(cell->tool.Length() == Approx(1.2));
   CHECK(cell->tool.tcp_F.isApprox(Vec3(0, 0, 1.2)));
@@ -134,7 +134,7 @@ TEST_CASE("Every value of a cell is read and converted to SI") {
   CHECK(cell->tool.mount_mass_kg == 8.0);
 
   CHECK(cell->payload_cog_F->isApprox(Vec3(0, 0.04, 1.3)));
-  CHECK(cell->measurement.kind == MeasurementKind::kRange);
+  CHECK(cell->measurement.kind == model::MeasurementKind::kRange);
   CHECK(cell->measurement.anchor_W.isApprox(Vec3(1, 0, 0)));
   CHECK_FALSE(cell->measurement.frame_known);
   CHECK_FALSE(cell->measurement.tool_known);
@@ -331,7 +331,7 @@ TEST_CASE("Every section is read and reports missing keys") {
     const auto cell = CellFromText(WithTool(head + section), "cell.toml", faults);
     CAPTURE(FaultsText(faults));
     REQUIRE(cell);
-    CHECK(cell->tool.theory == BeamTheory::kTimoshenko);
+    CHECK(cell->tool.theory == model::BeamTheory::kTimoshenko);
     CHECK(cell->tool.segments[0].section.area_m2 == Approx(area_m2).epsilon(1e-3));
     CHECK(cell->tool.segments[0].material.youngs_modulus_Pa > 190e9);
   }
@@ -366,7 +366,7 @@ TEST_CASE("Values of a named material can be overridden") {
                "diameter_mm = 10\nmaterial = \"steel\"\nyoungs_modulus_GPa = 205\n"),
       "cell.toml", faults);
   REQUIRE(cell);
-  const Material steel = *MaterialByName("steel");
+  const model::Material steel = *model::MaterialByName("steel");
   CHECK(cell->tool.segments[0].material.youngs_modulus_Pa == Approx(205e9));
   CHECK(cell->tool.segments[0].material.density_kg_m3 == steel.density_kg_m3);
 }
@@ -648,4 +648,4 @@ TEST_CASE("A file that is clearly not a cell is reported as what it is") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -7,7 +7,7 @@
 #include "app/config/toml_reader.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 const std::string kCell = R"(schema = 1
@@ -168,7 +168,7 @@ TEST_CASE("Every value of a configuration is read and converted to SI") {
   CHECK(config->machine.cell.robot.name == "two joints");
   CHECK(config->state_directory == "cell/state");
 
-  const RobotConnection& robot = config->robot.connection;
+  const robot::RobotConnection& robot = config->robot.connection;
   CHECK(robot.profile.name == "test");
   CHECK(config->robot.transport == "tcp");
   CHECK(robot.tcp.host == "10.0.0.2");
@@ -219,7 +219,7 @@ TEST_CASE("Every value of a configuration is read and converted to SI") {
   CHECK(config->cycle_period_s == Approx(0.02));
 
   REQUIRE(config->machine.points.size() == 2);
-  const AssemblyPoint& point = config->machine.points[0];
+  const correction::AssemblyPoint& point = config->machine.points[0];
   CHECK(point.id == 7);
   CHECK(point.name == "bracket");
   CHECK(point.X_WP.p.isApprox(Vec3(0, 2.1, 0)));
@@ -555,11 +555,11 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
   CHECK(config->loop.journal_bytes == defaults.loop.journal_bytes);
   REQUIRE(config->vision.cameras.size() == 1);
   CHECK(config->vision.board.board.family == BoardConfig{}.board.family);
-  const ZoomSupervisorSettings& zoom = config->vision.cameras[0].zoom.supervision;
-  CHECK(zoom.settle_s == Approx(ZoomSupervisorSettings{}.settle_s));
-  CHECK(zoom.lost_after_s == Approx(ZoomSupervisorSettings{}.lost_after_s));
-  CHECK(zoom.zoom_band_counts == ZoomSupervisorSettings{}.zoom_band_counts);
-  CHECK(config->vision.cameras[0].zoom.period_s == Approx(kZoomPeriod_s));
+  const lens::ZoomSupervisorSettings& zoom = config->vision.cameras[0].zoom.supervision;
+  CHECK(zoom.settle_s == Approx(lens::ZoomSupervisorSettings{}.settle_s));
+  CHECK(zoom.lost_after_s == Approx(lens::ZoomSupervisorSettings{}.lost_after_s));
+  CHECK(zoom.zoom_band_counts == lens::ZoomSupervisorSettings{}.zoom_band_counts);
+  CHECK(config->vision.cameras[0].zoom.period_s == Approx(zoom::kZoomPeriod_s));
   CHECK(config->overlay.background == defaults.overlay.background);
   REQUIRE(config->mqtt);
   CHECK(config->mqtt->port == MqttConfig{}.port);
@@ -567,4 +567,4 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -4,7 +4,7 @@
 
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 // The example of the file formats.
@@ -17,9 +17,9 @@ covariance = [[4e-18, 1e-19], [1e-19, 9e-18]]
 from = { file = "measured.csv", rows = 96, date = "2026-11-21" }
 )toml";
 
-std::vector<WrittenEffect> ReadEffects(const std::string& text, FaultList& faults) {
+std::vector<model::WrittenEffect> ReadEffects(const std::string& text, FaultList& faults) {
   TomlDocument document(text, "cell.toml", faults);
-  std::vector<WrittenEffect> effects;
+  std::vector<model::WrittenEffect> effects;
   for (const TomlTable& table : document.Root().Tables("effect")) {
     effects.push_back(EffectFromToml(table, 6));
   }
@@ -33,7 +33,7 @@ TEST_CASE("An effect is read with its parameters, covariance and origin") {
   const auto effects = ReadEffects(kGood, faults);
   CHECK(FaultsText(faults).empty());
   REQUIRE(effects.size() == 1);
-  const WrittenEffect& effect = effects[0];
+  const model::WrittenEffect& effect = effects[0];
   CHECK(effect.id == "joint_compliance");
   CHECK(effect.scope == std::vector<std::string>{"q2", "q3"});
   REQUIRE(effect.parameters.size() == 2);
@@ -178,4 +178,4 @@ parameters = [ { name = "base_x", value = 1, unit = "1" }, { name = "tip_z", val
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::config;
+
 namespace {
 
 MonitoringConfig Read(const std::string& lines, FaultList& faults) {

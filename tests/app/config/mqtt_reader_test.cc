@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::config;
+
 namespace {
 
 struct ReadMqtt {

@@ -6,14 +6,16 @@
 
 using namespace plumbline;
 
+using namespace plumbline::config;
+
 namespace {
 
 /// The cameras that a configuration has.
 VisionConfig Two() {
   VisionConfig vision;
   vision.cameras.resize(2);
-  vision.cameras[0].name = CameraName::kSide;
-  vision.cameras[1].name = CameraName::kRear;
+  vision.cameras[0].name = status::CameraName::kSide;
+  vision.cameras[1].name = status::CameraName::kRear;
   return vision;
 }
 
@@ -49,7 +51,7 @@ TEST_CASE("[overlay]: every key is read, in SI; file names are relative to the c
   CHECK(overlay.display == OverlayConfig::Display::kKms);
   CHECK(overlay.device == "/dev/dri/card1");
   REQUIRE(overlay.size);
-  CHECK(*overlay.size == ImageSize{640, 480});
+  CHECK(*overlay.size == lens::ImageSize{640, 480});
   CHECK(overlay.objects_file == "/etc/objects.toml");
   CHECK_FALSE(overlay.background);
   CHECK(overlay.exaggeration == 10);
@@ -84,7 +86,7 @@ TEST_CASE("all faults of [overlay] are reported at once") {
 TEST_CASE("[overlay] camera: both by default, or one that is configured") {
   CHECK_FALSE(Read("").overlay.camera);
   CHECK_FALSE(Read("camera = \"both\"\n").overlay.camera);
-  CHECK(Read("camera = \"rear\"\n").overlay.camera == CameraName::kRear);
+  CHECK(Read("camera = \"rear\"\n").overlay.camera == status::CameraName::kRear);
   CHECK(Read("camera = \"top\"\n")
             .Says("overlay.camera: \"top\" is not the name of any [[camera]]; give a camera this "
                   "name, or write \"both\""));

@@ -12,7 +12,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr double kDegree = kRadPerDeg;
@@ -47,10 +47,10 @@ struct Taught {
     FaultList faults;
     const auto cell = CellFromText(Ur10(), "ur10.toml", faults);
     REQUIRE(cell);
-    JointVector q(6);
+    model::JointVector q(6);
     for (int i = 0; i < 6; ++i) q[i] = kDegree * kTaught_deg[static_cast<std::size_t>(i)];
-    Posture posture;
-    Chain(cell->robot).Evaluate(q, posture);
+    kinematics::Posture posture;
+    kinematics::Chain(cell->robot).Evaluate(q, posture);
     const Pose X_OP = X_WO.Inverse() * X_WB * posture.X_BF();
     const Vec3 rpy = AnglesFromRotation(X_OP.R, OrientationConvention::kRollPitchYaw);
     for (int k = 0; k < 3; ++k) {
@@ -248,4 +248,4 @@ TEST_CASE("near_deg in radians that violates a limit as degrees is a fault with 
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

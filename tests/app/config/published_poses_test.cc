@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::config;
+
 TEST_CASE("the flange of each supplied cell matches its data sheet") {
   struct Case {
     const char* cell;
@@ -35,12 +37,12 @@ TEST_CASE("the flange of each supplied cell matches its data sheet") {
     INFO(FaultsText(faults));
     REQUIRE(cell);
     REQUIRE(static_cast<std::size_t>(cell->robot.size()) == c.q_deg.size());
-    JointVector q(cell->robot.size());
+    model::JointVector q(cell->robot.size());
     for (int i = 0; i < q.size(); ++i) {
       q[i] = c.q_deg[static_cast<std::size_t>(i)] * std::numbers::pi / 180;
     }
-    Posture posture;
-    Chain(cell->robot).Evaluate(q, posture);
+    kinematics::Posture posture;
+    kinematics::Chain(cell->robot).Evaluate(q, posture);
     CHECK((1e3 * posture.X_BF().p - c.flange_mm).norm() < 0.5);
   }
 }

@@ -7,7 +7,7 @@
 #include "app/config/cell_reader.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 TEST_CASE("Every supplied cell is read without faults") {
@@ -23,7 +23,7 @@ TEST_CASE("Every supplied cell is read without faults") {
     CHECK(faults.All()[0].key == "tool");
     CHECK_FALSE(faults.HasFaults());
     CHECK(cell->robot.size() == joints);
-    for (const Joint& joint : cell->robot.joints) CHECK(joint.max - joint.min > 1);
+    for (const model::Joint& joint : cell->robot.joints) CHECK(joint.max - joint.min > 1);
   }
 }
 
@@ -66,4 +66,4 @@ TEST_CASE("Every measured cell is read without faults", "[measured]") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -9,12 +9,12 @@
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 constexpr double kRad = std::numbers::pi / 180;
 
-RobotProfile Shipped(const std::string& name) {
+robot::RobotProfile Shipped(const std::string& name) {
   FaultList faults;
   const auto profile = ReadRobotProfile("config/profiles/" + name, faults);
   INFO(FaultsText(faults));
@@ -26,46 +26,47 @@ RobotProfile Shipped(const std::string& name) {
 /// A hand-made image of registers, decoded through a profile.
 class Registers {
  public:
-  void Word(RegisterTable table, int address, int value) {
+  void Word(robot::RegisterTable table, int address, int value) {
     words_[{table, address}] = static_cast<std::uint16_t>(value & 0xFFFF);
   }
-  void Words(RegisterTable table, int first, const std::vector<int>& values) {
+  void Words(robot::RegisterTable table, int first, const std::vector<int>& values) {
     for (const int value : values) Word(table, first++, value);
   }
-  void Float(RegisterTable table, int address, float value) {
+  void Float(robot::RegisterTable table, int address, float value) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     Word(table, address, static_cast<int>(bits >> 16));
     Word(table, address + 1, static_cast<int>(bits & 0xFFFF));
   }
-  void Floats(RegisterTable table, int first, const std::vector<float>& values) {
+  void Floats(robot::RegisterTable table, int first, const std::vector<float>& values) {
     for (const float value : values) {
       Float(table, first, value);
       first += 2;
     }
   }
-  RobotState DecodedBy(const RobotProfile& profile) const {
-    const Result<RobotCodec> codec = RobotCodec::Create(profile);
+  model::RobotState DecodedBy(const robot::RobotProfile& profile) const {
+    const Result<robot::RobotCodec> codec = robot::RobotCodec::Create(profile);
     REQUIRE(codec.ok());
     std::vector<std::uint16_t> buffer;
-    for (const RegisterBlock& block : profile.blocks) {
+    for (const robot::RegisterBlock& block : profile.blocks) {
       for (int i = 0; i < block.count; ++i) {
         const auto found = words_.find({block.table, block.first + i});
         buffer.push_back(found == words_.end() ? std::uint16_t{0} : found->second);
       }
     }
-    RobotState state;
+    model::RobotState state;
     codec->RobotStateFromRegisters(buffer, state);
     return state;
   }
 
  private:
-  std::map<std::pair<RegisterTable, int>, std::uint16_t> words_;
+  std::map<std::pair<robot::RegisterTable, int>, std::uint16_t> words_;
 };
 
-constexpr auto kHolding = RegisterTable::kHolding;
-constexpr auto kInput = RegisterTable::kInput;
+constexpr auto kHolding = robot::RegisterTable::kHolding;
+constexpr auto kInput = robot::RegisterTable::kInput;
 
-void CheckJoints(const RobotState& state, const std::vector<double>& expected, double within) {
+void CheckJoints(const model::RobotState& state, const std::vector<double>& expected,
+                 double within) {
   REQUIRE(state.q.size() == static_cast<int>(expected.size()));
   for (std::size_t i = 0; i < expected.size(); ++i) {
     INFO("joint " << i + 1);
@@ -80,7 +81,7 @@ Mat3 Turn(double angle, const Vec3& axis) {
 }  // namespace
 
 TEST_CASE("Universal Robots without modification") {
-  const RobotProfile profile = Shipped("universal-robots.toml");
+  const robot::RobotProfile profile = Shipped("universal-robots.toml");
   Registers registers;
   registers.Words(kHolding, 258, {7, 0, 1, 0, 0, 0});
   registers.Words(kHolding, 270, {0, 4712, 1571, 4712, 1571, 6283});
@@ -88,7 +89,7 @@ TEST_CASE("Universal Robots without modification") {
   registers.Words(kHolding, 300, {30, 31, 32, 33, 34, 35});
   registers.Words(kHolding, 400, {5000, -2500, 7345, 0, 0, 1571});
   registers.Words(kHolding, 420, {0, 10, 1200, 0, 0, 0});
-  RobotState state = registers.DecodedBy(profile);
+  model::RobotState state = registers.DecodedBy(profile);
   CheckJoints(state, {0, -1.5708, 1.5708, -1.5708, 1.5708, 0}, 0.5e-3);
   CHECK(state.q_resolution == Approx(1e-3));
   REQUIRE(state.X_BT);
@@ -98,16 +99,17 @@ TEST_CASE("Universal Robots without modification") {
   CHECK(state.X_FT->p.isApprox(Vec3(0, 0.001, 0.12)));
   CHECK(state.temp_C == Approx(32.5));
   CHECK_FALSE(state.payload_kg);
-  CHECK(state.mode == RobotMode::kRunning);
+  CHECK(state.mode == model::RobotMode::kRunning);
   CHECK(profile.port == 502);
 
   struct Row {
     int address, value;
-    RobotMode mode;
+    model::RobotMode mode;
   };
-  const Row rows[] = {{258, 3, RobotMode::kNotReady},     {258, 9, RobotMode::kUnknown},
-                      {258, 65535, RobotMode::kNotReady}, {263, 1, RobotMode::kManual},
-                      {261, 1, RobotMode::kStopped},      {262, 1, RobotMode::kEmergencyStop}};
+  const Row rows[] = {
+      {258, 3, model::RobotMode::kNotReady},     {258, 9, model::RobotMode::kUnknown},
+      {258, 65535, model::RobotMode::kNotReady}, {263, 1, model::RobotMode::kManual},
+      {261, 1, model::RobotMode::kStopped},      {262, 1, model::RobotMode::kEmergencyStop}};
   for (const Row& row : rows) {
     registers.Word(kHolding, row.address, row.value);
     CHECK(registers.DecodedBy(profile).mode == row.mode);
@@ -115,46 +117,46 @@ TEST_CASE("Universal Robots without modification") {
 }
 
 TEST_CASE("Universal Robots with the program that copies finer values") {
-  const RobotProfile profile = Shipped("universal-robots-fine.toml");
+  const robot::RobotProfile profile = Shipped("universal-robots-fine.toml");
   Registers registers;
   registers.Words(kHolding, 140, {1250, -105, 0, 1500, 4});
   registers.Words(kHolding, 150, {0xFFE8, 0x0830, 0x0017, 0xF7D0});  // -1.570768, 1.570768
   registers.Words(kHolding, 258, {7});
   registers.Words(kHolding, 400, {5000, 0, 0, 0, 0, 0});
-  const RobotState state = registers.DecodedBy(profile);
+  const model::RobotState state = registers.DecodedBy(profile);
   CheckJoints(state, {-1.570768, 1.570768, 0, 0, 0, 0}, 1e-12);
   CHECK(state.q_resolution == Approx(1e-6));
   CHECK(state.payload_kg == Approx(12.5));
   CHECK(state.payload_cog_F->isApprox(Vec3(-0.0105, 0, 0.15)));
   CHECK(state.tool_number == 4);
-  CHECK(state.mode == RobotMode::kRunning);
+  CHECK(state.mode == model::RobotMode::kRunning);
   CHECK(profile.sequence);
   CHECK(profile.push->first == 200);
 }
 
 TEST_CASE("Techman") {
-  const RobotProfile profile = Shipped("techman.toml");
+  const robot::RobotProfile profile = Shipped("techman.toml");
   Registers registers;
   registers.Floats(kInput, 7001, {400.5F, -100.25F, 300, 0, 0, 90});
   registers.Floats(kInput, 7013, {-90, 45.5F, 0, 0.001F, 179.5F, -270});
   registers.Floats(kInput, 7025, {1, 2, 3, 4, 5, 6});
-  const RobotState state = registers.DecodedBy(profile);
+  const model::RobotState state = registers.DecodedBy(profile);
   CheckJoints(state, {-90 * kRad, 45.5 * kRad, 0, 0.001 * kRad, 179.5 * kRad, -270 * kRad}, 1e-9);
   CHECK(state.q_resolution == 0);
   CHECK(state.tcp_is_flange);
   CHECK(state.X_BT->p.isApprox(Vec3(0.4005, -0.10025, 0.3)));
   CHECK(state.X_BT->R.isApprox(Turn(90 * kRad, Vec3::UnitZ())));
-  CHECK(state.mode == RobotMode::kUnknown);
+  CHECK(state.mode == model::RobotMode::kUnknown);
 }
 
 TEST_CASE("UFACTORY xArm") {
-  const RobotProfile profile = Shipped("xarm.toml");
+  const robot::RobotProfile profile = Shipped("xarm.toml");
   Registers registers;
   registers.Words(kInput, 64, {3000, -1234, 55, 1800, -300, 450});
   registers.Words(kInput, 73, {2750, 100, -20, 455, 0, 0, 1720, 0, 900, 0});
   registers.Words(kInput, 89, {-1800, 0, 455, 1, -1, 900, 3599});
   registers.Words(kInput, 96, {30, 32, 34, 36, 38, 40, 42});
-  RobotState state = registers.DecodedBy(profile);
+  model::RobotState state = registers.DecodedBy(profile);
   CheckJoints(state,
               {-180 * kRad, 0, 45.5 * kRad, 0.1 * kRad, -0.1 * kRad, 90 * kRad, 359.9 * kRad},
               1e-12);
@@ -167,36 +169,36 @@ TEST_CASE("UFACTORY xArm") {
   CHECK(state.payload_kg == Approx(2.75));
   CHECK(state.payload_cog_F->isApprox(Vec3(0.01, -0.002, 0.0455)));
   CHECK(state.temp_C == Approx(36));
-  CHECK(state.mode == RobotMode::kRunning);
+  CHECK(state.mode == model::RobotMode::kRunning);
   registers.Word(kInput, 32, 22);
-  CHECK(registers.DecodedBy(profile).mode == RobotMode::kUnknown);
+  CHECK(registers.DecodedBy(profile).mode == model::RobotMode::kUnknown);
 }
 
 TEST_CASE("Doosan") {
-  const RobotProfile profile = Shipped("doosan.toml");
+  const robot::RobotProfile profile = Shipped("doosan.toml");
   Registers registers;
   registers.Words(kHolding, 260, {1, 0, 0, 0, 0});
   registers.Words(kHolding, 270, {-900, 0, 1234, 0, 5, -3600});
   registers.Words(kHolding, 300, {40, 40, 40, 40, 40, 46});
   registers.Words(kHolding, 400, {7000, -20, 4500, 300, 900, -450});
   registers.Words(kHolding, 420, {0, 0, 1000, 0, 0, 0});
-  const RobotState state = registers.DecodedBy(profile);
+  const model::RobotState state = registers.DecodedBy(profile);
   CheckJoints(state, {-90 * kRad, 0, 123.4 * kRad, 0, 0.5 * kRad, -360 * kRad}, 1e-12);
   CHECK(state.X_BT->p.isApprox(Vec3(0.7, -0.002, 0.45)));
   CHECK(state.X_BT->R.isApprox(Turn(30 * kRad, Vec3::UnitZ()) * Turn(90 * kRad, Vec3::UnitY()) *
                                Turn(-45 * kRad, Vec3::UnitZ())));
   CHECK(state.X_FT->p.isApprox(Vec3(0, 0, 0.1)));
   CHECK(state.temp_C == Approx(41));
-  CHECK(state.mode == RobotMode::kRunning);
+  CHECK(state.mode == model::RobotMode::kRunning);
 }
 
 TEST_CASE("the generic map") {
-  const RobotProfile profile = Shipped("generic.toml");
+  const robot::RobotProfile profile = Shipped("generic.toml");
   Registers registers;
   registers.Floats(kHolding, 0, {0.5F, -0.25F, 3, -3, 0, 6.5F});
   registers.Floats(kHolding, 16, {1.5F, -0.5F, 2, 0, 0.25F, 0, 80, 0, 0.125F, 0.25F, 21.5F});
   registers.Words(kHolding, 38, {2, 77, 3, 6});
-  const RobotState state = registers.DecodedBy(profile);
+  const model::RobotState state = registers.DecodedBy(profile);
   CheckJoints(state, {0.5, -0.25, 3, -3, 0, 6.5}, 0);
   CHECK(state.q_resolution == 0);
   CHECK(state.X_BT->p == Vec3(1.5, -0.5, 2));
@@ -205,7 +207,7 @@ TEST_CASE("the generic map") {
   CHECK(*state.payload_cog_F == Vec3(0, 0.125, 0.25));
   CHECK(state.temp_C == 21.5);
   CHECK(state.tool_number == 3);
-  CHECK(state.mode == RobotMode::kRunning);
+  CHECK(state.mode == model::RobotMode::kRunning);
 }
 
 TEST_CASE("every shipped profile has a source and slots large enough for a pushed pose") {
@@ -214,10 +216,10 @@ TEST_CASE("every shipped profile has a source and slots large enough for a pushe
     if (entry.path().extension() != ".toml") continue;
     ++count;
     INFO(entry.path());
-    const RobotProfile profile = Shipped(entry.path().filename());
+    const robot::RobotProfile profile = Shipped(entry.path().filename());
     CHECK_FALSE(profile.source.empty());
     REQUIRE(profile.push);
-    CHECK(IsSound(*profile.push));
+    CHECK(robot::IsSound(*profile.push));
   }
   CHECK(count == 6);
 }
@@ -281,7 +283,7 @@ unit = "mm"
   Registers registers;
   registers.Word(kHolding, 20, 12345);
   registers.Words(kHolding, 10, {0, 1000, -1, -1});
-  const RobotState state = registers.DecodedBy(*profile);
+  const model::RobotState state = registers.DecodedBy(*profile);
   CheckJoints(state, {1.2295, 1e-3, -1e-6}, 1e-12);
 }
 
@@ -361,4 +363,4 @@ TEST_CASE("a file that is not there is a fault") {
   CHECK_THAT(FaultsText(faults), Catch::Contains("config/profiles/none.toml"));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

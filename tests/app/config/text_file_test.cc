@@ -12,6 +12,8 @@
 #include "tests/file_text.h"
 
 using namespace plumbline;
+
+using namespace plumbline::config;
 using plumbline::test::FileText;
 using plumbline::test::TemporaryFolder;
 

@@ -4,7 +4,7 @@
 
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline {
+namespace plumbline::config {
 namespace {
 
 enum class Colour { kRed, kBlue };
@@ -178,4 +178,4 @@ TEST_CASE("A long or unprintable value is told short and on one line") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::config

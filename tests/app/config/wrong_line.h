@@ -10,7 +10,7 @@
 
 #include "app/config/fault.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 /// A line of a valid text (its whole content, without indentation), its replacement, and the
 /// expected fault: key and text, without file and line.
@@ -58,4 +58,4 @@ void ExpectOneFaultEach(const std::string& good_text, const std::string& file,
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -6,7 +6,7 @@
 #include "tests/app/config/wrong_line.h"
 #include "tests/file_text.h"
 
-namespace plumbline {
+namespace plumbline::config {
 
 TEST_CASE("every profile of config/profiles/zoom reads without faults") {
   int profiles = 0;
@@ -33,13 +33,14 @@ TEST_CASE("Computar LensConnect, as its source has it, byte by byte") {
   using Reports = std::vector<std::vector<std::uint8_t>>;
   CHECK(profile->exchanges[0].send ==
         Reports{{0x11, 0x40, 0x00, 0x02, 0x02, 0x10, 0x00}, {0x12, 0x00, 0x02}});
-  ZoomReading reading;
+  lens::ZoomReading reading;
   const std::vector<std::uint8_t> position = {0x13, 0x02, 0x02, 0x12, 0x34, 0x00};
   const std::vector<std::uint8_t> moves = {0x13, 0x02, 0x02, 0x00, 0x02};
-  CHECK(ReadingFromReport(profile->exchanges[0], position, reading) == HidAnswer::kRead);
-  CHECK(ReadingFromReport(profile->exchanges[1], moves, reading) == HidAnswer::kRead);
+  CHECK(zoom::ReadingFromReport(profile->exchanges[0], position, reading) ==
+        zoom::HidAnswer::kRead);
+  CHECK(zoom::ReadingFromReport(profile->exchanges[1], moves, reading) == zoom::HidAnswer::kRead);
   CHECK(reading.zoom_counts == 0x1234);
-  CHECK(reading.motion == LensMotion::kMoving);
+  CHECK(reading.motion == lens::LensMotion::kMoving);
 }
 
 TEST_CASE("wrong lines of a profile, each with its fault") {
@@ -63,4 +64,4 @@ TEST_CASE("wrong lines of a profile, each with its fault") {
   CHECK_FALSE(HidProfileFromText("", "a.toml", faults));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::config

@@ -33,9 +33,9 @@ inline virtual_cell::VirtualCellOptions Idle() {
 }
 
 /// What was journaled under a folder with the demo's state directory.
-inline std::vector<JournalRow> JournalOf(const TemporaryFolder& folder) {
-  auto journal = Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
-  return journal.value().Read({}, std::vector<Joint>(6)).value();
+inline std::vector<journal::JournalRow> JournalOf(const TemporaryFolder& folder) {
+  auto journal = journal::Journal::OpenForReading(folder.path() + "/state/journal.sqlite");
+  return journal.value().Read({}, std::vector<model::Joint>(6)).value();
 }
 
 /// A PLC's command to the daemon, and its answer's code.
@@ -53,12 +53,12 @@ inline int Command(virtual_cell::RegisterClient& plc, std::uint16_t sequence, in
 /// Adds two lenses of a camera to the store.
 inline void KeepLenses(const std::string& state, const std::string& serial) {
   std::filesystem::create_directories(state);
-  auto store = LensStore::Open(state + "/lenses.sqlite");
+  auto store = lens_store::LensStore::Open(state + "/lenses.sqlite");
   REQUIRE(store);
   for (const int zoom : {kKnown, kOtherKnown}) {
-    LensEntry entry;
+    lens_store::LensEntry entry;
     entry.key = {serial, "test mode", zoom, 0};
-    entry.lens = TrueLens(CameraAt(zoom));
+    entry.lens = lens::TrueLens(CameraAt(zoom));
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {1920, 1080};
     entry.board = "none";

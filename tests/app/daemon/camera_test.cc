@@ -15,6 +15,7 @@
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::RegisterClient;
@@ -74,13 +75,13 @@ struct Station {
   }
   int Command(int code) { return test::Command(*plc, ++sequence, code); }
   /// Somebody who follows the prompts, until the lens is valid.
-  void ShowBoard(const renderer::Camera& camera, const Board& board) {
+  void ShowBoard(const renderer::Camera& camera, const lens::Board& board) {
     for (std::uint64_t views = 0; views < 80 && State() != 4; ++views) {
       const auto told = plc->Read(500, 24);
       const int kept = told.Word(4);
-      auto prompt = static_cast<BoardPrompt>(told.Word(3));
-      if (prompt == BoardPrompt::kShowBoard || prompt == BoardPrompt::kHoldStill) {
-        prompt = static_cast<BoardPrompt>(3 + views % 4);
+      auto prompt = static_cast<lens::BoardPrompt>(told.Word(3));
+      if (prompt == lens::BoardPrompt::kShowBoard || prompt == lens::BoardPrompt::kHoldStill) {
+        prompt = static_cast<lens::BoardPrompt>(3 + views % 4);
       }
       image.Show(DrawBoard(camera, board, prompt, views + 1));
       // Until this view is kept; one that is not is followed by another.
@@ -91,7 +92,7 @@ struct Station {
       }
     }
   }
-  std::vector<JournalRow> Journal() const { return test::JournalOf(folder); }
+  std::vector<journal::JournalRow> Journal() const { return test::JournalOf(folder); }
 };
 
 }  // namespace
@@ -122,7 +123,7 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
   REQUIRE(Eventually([&] { return station.plc->Read(404, 2).Long(0) == 1; }));
   const auto rows = station.Journal();
   REQUIRE(rows.size() == 1);
-  CHECK(rows[0].source == JournalRow::Source::kCamera);
+  CHECK(rows[0].source == journal::JournalRow::Source::kCamera);
   REQUIRE((rows[0].measured_W && rows[0].covariance_W));
   CHECK((1e3 * *rows[0].measured_W - truth_mm).norm() < 2 * told.Float(20));
   CHECK(rows[0].covariance_W->trace() > 0);
@@ -149,7 +150,7 @@ TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts,
   REQUIRE(station.Becomes(4));
   station.ZoomTo(kNever);
   REQUIRE(Eventually([&] { return station.State() == 5 && (station.Bits() & 8) != 0; }));
-  CHECK(station.plc->Read(500, 24).Word(3) == static_cast<int>(BoardPrompt::kShowBoard));
+  CHECK(station.plc->Read(500, 24).Word(3) == static_cast<int>(lens::BoardPrompt::kShowBoard));
   CHECK(station.Command(11) == 14);
 
   SECTION("started and cancelled by the PLC") {
@@ -174,11 +175,11 @@ TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts,
     REQUIRE(Eventually([&] { return (station.plc->Read(500, 24).Word(23) & 1) == 1; }));
     CHECK(station.State() == 4);
     CHECK(station.Lens() == 3);
-    auto store = LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
+    auto store = lens_store::LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
     const auto kept = store.value().Find({"test camera", "test mode", kNever, 0}, {});
     REQUIRE((kept && *kept));
-    CHECK((*kept)->how == LensFound::How::kCalibrated);
-    const LensEntry& entry = (*kept)->entry;
+    CHECK((*kept)->how == lens_store::LensFound::How::kCalibrated);
+    const lens_store::LensEntry& entry = (*kept)->entry;
     CHECK(std::abs(entry.lens.fx - camera.fx) < 5 * std::sqrt(entry.covariance(0, 0)));
 
     station.ZoomTo(kKnown);  // and back, and there again: no board any more
@@ -190,7 +191,7 @@ TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts,
 }
 
 TEST_CASE("a ChArUco board that the configuration names is captured as well") {
-  const Board board{9, 6, 0.020, BoardKind::kCharuco, 0.015, "aruco-5x5-100"};
+  const lens::Board board{9, 6, 0.020, lens::BoardKind::kCharuco, 0.015, "aruco-5x5-100"};
   Station station("",
                   "kind = \"charuco\"\ncolumns = 9\nrows = 6\nsquare_mm = 20.0\nmark_mm = 15.0\n"
                   "family = \"aruco-5x5-100\"\n");
@@ -201,19 +202,19 @@ TEST_CASE("a ChArUco board that the configuration names is captured as well") {
   INFO(station.daemon->Log());
   REQUIRE(station.State() == 4);
   REQUIRE(Eventually([&] { return station.Lens() == 3; }));  // used at once, kept a moment later
-  auto store = LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
+  auto store = lens_store::LensStore::Open(station.folder.path() + "/state/lenses.sqlite");
   const auto kept = store.value().Find({"test camera", "test mode", kNever, 0}, {});
   REQUIRE((kept && *kept));
-  const LensEntry& entry = (*kept)->entry;
+  const lens_store::LensEntry& entry = (*kept)->entry;
   CHECK(entry.board == WordsOf(board));
   REQUIRE(entry.uncertainty_px);
   CHECK(entry.temp_C.has_value() == ((station.plc->Read(11, 1).Word(0) & 0x100) != 0));
-  const auto views = DecodeViews(entry.corners);
+  const auto views = lens_store::DecodeViews(entry.corners);
   REQUIRE(views);
   CHECK(views->views.size() >= 12);
-  const LensCalibration again = CalibrateLens(views->board, views->views, entry.size);
+  const lens::LensCalibration again = lens::CalibrateLens(views->board, views->views, entry.size);
   CHECK(again.accepted);
-  CHECK(LargestDifference(again.lens, entry.lens, entry.size) < 0.1 * *entry.uncertainty_px);
+  CHECK(lens::LargestDifference(again.lens, entry.lens, entry.size) < 0.1 * *entry.uncertainty_px);
   CHECK(std::abs(entry.lens.fx - CameraAt(kNever).fx) < 5 * std::sqrt(entry.covariance(0, 0)));
 }
 
@@ -247,7 +248,7 @@ TEST_CASE("a damaged lens store: it is told what to do, and the last good lens s
     INFO(station.daemon->Log());
     REQUIRE(station.Becomes(4));
     {
-      auto other = Database::Open(station.Store(), Database::Mode::kWrite);
+      auto other = sqlite::Database::Open(station.Store(), sqlite::Database::Mode::kWrite);
       REQUIRE(other.value().Run("DROP TRIGGER lens_is_not_changed"));
       REQUIRE(other.value().Run("UPDATE lens SET fx = fx + 1 WHERE id = 2"));
     }

@@ -15,6 +15,7 @@
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::AssemblyClient;
 using virtual_cell::AssemblyClientOptions;
@@ -81,7 +82,7 @@ struct Station {
     return options;
   }
   std::string State() const { return daemon.folder() + "/state"; }
-  ModelStore Store() const { return ModelStore::Open(State()).value(); }
+  model_store::ModelStore Store() const { return model_store::ModelStore::Open(State()).value(); }
 
   /// The first `count` probing poses, with and without the module. @return whether the alarm came
   bool Probe(std::size_t count) {
@@ -120,10 +121,10 @@ struct Station {
 };
 
 /// The effects that a version of the model adds to the declared cell.
-std::vector<WrittenEffect> EffectsOf(const ModelStore& store, int version) {
-  FaultList faults;
-  const auto cell = CellFromText(store.Text(version).value(), "model", faults);
-  INFO(FaultsText(faults));
+std::vector<model::WrittenEffect> EffectsOf(const model_store::ModelStore& store, int version) {
+  config::FaultList faults;
+  const auto cell = config::CellFromText(store.Text(version).value(), "model", faults);
+  INFO(config::FaultsText(faults));
   REQUIRE(cell);
   return cell->effects;
 }
@@ -142,13 +143,13 @@ TEST_CASE("points miss, the effect is named, its model applied, the points hit")
   CHECK(station.AlarmedSag_mm() < -2);  // as large as it is, though the monitor shortens it
   CHECK(station.daemon.Count("diagnosis started") == 1);
 
-  const ModelFacts facts = station.Store().Facts(version).value();
+  const model_store::ModelFacts facts = station.Store().Facts(version).value();
   CHECK(facts.verdict == "explained");
   CHECK(facts.rms_before_mm.value() > 2);
   CHECK(facts.rms_after_mm.value() < 0.15);
   CHECK(facts.change_mm.value() > 2);
   CHECK(std::filesystem::file_size(station.Store().ReportFile(version)) > 10000);
-  const std::vector<WrittenEffect> effects = EffectsOf(station.Store(), version);
+  const std::vector<model::WrittenEffect> effects = EffectsOf(station.Store(), version);
   REQUIRE(effects.size() == 1);
   CHECK(effects[0].id == "joint_compliance");
   REQUIRE(effects[0].parameters.size() == 2);

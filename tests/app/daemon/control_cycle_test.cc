@@ -13,52 +13,58 @@
 
 using namespace plumbline;
 
+using namespace plumbline::daemon;
+
 namespace {
 
 /// A controller that never answers, and blocks for a while each time.
-class SilentRobot : public RobotDevice {
+class SilentRobot : public robot::RobotDevice {
  public:
-  LinkResult Read(RobotState&) override {
+  robot::LinkResult Read(model::RobotState&) override {
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    return LinkResult::kTimeout;
+    return robot::LinkResult::kTimeout;
   }
-  LinkResult Push(std::span<const PushPoint>) override { return LinkResult::kOk; }
-  LinkResult WithdrawAll(double) override { return LinkResult::kOk; }
+  robot::LinkResult Push(std::span<const robot::PushPoint>) override {
+    return robot::LinkResult::kOk;
+  }
+  robot::LinkResult WithdrawAll(double) override { return robot::LinkResult::kOk; }
   std::string_view problem() const override { return "silent"; }
 };
 
 /// A controller of a robot at standstill that answers at once.
-class SteadyRobot : public RobotDevice {
+class SteadyRobot : public robot::RobotDevice {
  public:
-  explicit SteadyRobot(JointVector q) : q_(std::move(q)) {}
-  LinkResult Read(RobotState& state) override {
+  explicit SteadyRobot(model::JointVector q) : q_(std::move(q)) {}
+  robot::LinkResult Read(model::RobotState& state) override {
     state.q = q_;
     state.payload_kg = 60;
     state.timestamp_s = MonotonicSeconds();
     ++state.sequence;
-    return LinkResult::kOk;
+    return robot::LinkResult::kOk;
   }
-  LinkResult Push(std::span<const PushPoint>) override { return LinkResult::kOk; }
-  LinkResult WithdrawAll(double) override { return LinkResult::kOk; }
+  robot::LinkResult Push(std::span<const robot::PushPoint>) override {
+    return robot::LinkResult::kOk;
+  }
+  robot::LinkResult WithdrawAll(double) override { return robot::LinkResult::kOk; }
   std::string_view problem() const override { return ""; }
 
  private:
-  JointVector q_;
+  model::JointVector q_;
 };
 
 /// Eight points that the arm reaches, half of them without the posture in which they were taught.
-DaemonConfig ReachableConfig() {
-  DaemonConfig config;
+config::DaemonConfig ReachableConfig() {
+  config::DaemonConfig config;
   config.machine.cell = test::HeavyArm();
   config.machine.plausibility.stale_after_s = 5;  // also on a busy machine
   config.cycle_period_s = 0.005;
-  JointVector taught(6);
+  model::JointVector taught(6);
   taught << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  const LoadedArm arm(config.machine.cell);
+  const deflection::LoadedArm arm(config.machine.cell);
   for (int id = 1; id <= 8; ++id) {
-    AssemblyPoint& point = config.machine.points.emplace_back();
+    correction::AssemblyPoint& point = config.machine.points.emplace_back();
     point.id = id;
-    JointVector q = taught;
+    model::JointVector q = taught;
     q[0] += 0.05 * id;
     point.X_WP = config.machine.cell.robot.X_WB * arm.UnloadedTip(q);
     if (id % 2 == 0) point.near_q = q;
@@ -67,7 +73,7 @@ DaemonConfig ReachableConfig() {
 }
 
 std::unique_ptr<CycleParts> PartsWith(int points) {
-  DaemonConfig config;
+  config::DaemonConfig config;
   config.machine.cell = test::HeavyArm();
   config.cycle_period_s = 0.1;
   for (int id = 1; id <= points; ++id) config.machine.points.emplace_back().id = id;
@@ -163,9 +169,9 @@ TEST_CASE("after a replacement the newest snapshot is one of the new configurati
 }
 
 TEST_CASE("another model over the same robot link withdraws no point and raises no alarm") {
-  DaemonConfig config = ReachableConfig();
-  const DaemonConfig softer = [&] {
-    DaemonConfig other = config;
+  config::DaemonConfig config = ReachableConfig();
+  const config::DaemonConfig softer = [&] {
+    config::DaemonConfig other = config;
     other.machine.cell.robot.joints[1].compliance_rad_per_Nm = 1.2e-6;
     return other;
   }();
@@ -193,12 +199,14 @@ TEST_CASE("another model over the same robot link withdraws no point and raises 
     std::uint16_t refreshed = 0;
     while (!ended) {
       const auto image = images.Read();
-      if (image->registers.size() < plc_map::kPoints + 8 * plc_map::kPointSize) continue;
+      if (image->registers.size() < plc::registers::kPoints + 8 * plc::registers::kPointSize)
+        continue;
       const auto word = [&](std::size_t at) { return image->registers[at]; };
-      images_seen += word(plc_map::kPoints + 19) != refreshed ? 1 : 0;
-      refreshed = word(plc_map::kPoints + 19);
+      images_seen += word(plc::registers::kPoints + 19) != refreshed ? 1 : 0;
+      refreshed = word(plc::registers::kPoints + 19);
       for (std::size_t k = 0; k < 8; ++k) {
-        withdrawn += (word(plc_map::kPoints + plc_map::kPointSize * k + 1) & 1) == 0 ? 1 : 0;
+        withdrawn +=
+            (word(plc::registers::kPoints + plc::registers::kPointSize * k + 1) & 1) == 0 ? 1 : 0;
       }
       alarmed += word(12) != 0 ? 1 : 0;
     }

@@ -11,6 +11,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::daemon;
+
 namespace {
 
 /// An idle thread, real-time (SCHED_FIFO) if requested and permitted.

@@ -15,6 +15,7 @@
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::RegisterClient;
@@ -36,7 +37,7 @@ std::string Config(const RunningCell& cell, const std::string& state) {
 }
 
 std::int64_t IntegerIn(const std::string& file, const char* sql) {
-  auto database = Database::Open(file, Database::Mode::kRead);
+  auto database = sqlite::Database::Open(file, sqlite::Database::Mode::kRead);
   REQUIRE(database.ok());
   return *database.value().IntegerOf(sql);
 }
@@ -94,12 +95,12 @@ TEST_CASE("a daemon killed while it writes probes has recorded each one that it 
     daemon.Signal(SIGKILL);  // the last probes may be on their way to the disk
     CHECK(daemon.Wait() == 128 + SIGKILL);
 
-    auto journal = Journal::Open(journal_file);
+    auto journal = journal::Journal::Open(journal_file);
     REQUIRE(journal.ok());
-    const auto rows = journal.value().Read({}, std::vector<Joint>(6));
+    const auto rows = journal.value().Read({}, std::vector<model::Joint>(6));
     REQUIRE(rows.ok());
     CHECK(static_cast<std::int64_t>(rows->size()) >= kept + told - before);
-    for (const JournalRow& row : *rows) {
+    for (const journal::JournalRow& row : *rows) {
       CHECK(row.predicted_W);
       CHECK(row.measured_W);
       CHECK(row.model_version == 1);
@@ -116,7 +117,7 @@ TEST_CASE("model apply, killed at any moment, leaves the old version in force or
   const TemporaryFolder folder;
   const std::string state = folder.path() + "/state";
   const std::string text = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
-  auto store = ModelStore::Open(state);
+  auto store = model_store::ModelStore::Open(state);
   REQUIRE(store.ok());
   REQUIRE(store.value().Declare(text, "cell.toml").value() == 1);
   REQUIRE(store.value().Propose(text + "\n# another\n", {}, "").value() == 2);
@@ -128,7 +129,7 @@ TEST_CASE("model apply, killed at any moment, leaves the old version in force or
     const bool left_alone = round % 20 == 19;
     Apply(wanted, state,
           left_alone ? std::nullopt : std::optional(std::chrono::microseconds(250 * round)));
-    auto opened = ModelStore::Open(state);
+    auto opened = model_store::ModelStore::Open(state);
     REQUIRE(opened.ok());
     const auto now = opened.value().State();
     INFO((now ? "" : now.error()));
@@ -155,7 +156,7 @@ TEST_CASE("a daemon killed while it loads a model starts with the applied one") 
       RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
       INFO(daemon.Log());
       REQUIRE(Eventually([&] { return plc.Read(400, 20).Word(1) == in_force; }));
-      auto store = ModelStore::Open(state.path());
+      auto store = model_store::ModelStore::Open(state.path());
       REQUIRE(store.ok());
       if (round == 0) {
         const std::string text = store.value().Text(1).value();
@@ -171,7 +172,7 @@ TEST_CASE("a daemon killed while it loads a model starts with the applied one") 
     RegisterClient plc("plumblined", again.Plc(), 1, 10);
     INFO(again.Log());
     CHECK(Eventually([&] { return plc.Read(400, 20).Word(1) == in_force; }));
-    CHECK(ModelStore::Open(state.path())->State()->applied == in_force);
+    CHECK(model_store::ModelStore::Open(state.path())->State()->applied == in_force);
     CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 1) != 0; }));  // probes are recorded
   }
 }

@@ -21,6 +21,7 @@
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::Profile;
@@ -146,13 +147,15 @@ struct Station {
     const auto told = plc.Read(400, 20);
     return std::hypot(told.Float(8), told.Float(10), told.Float(12));
   }
-  std::vector<JournalRow> Journal() const {
-    auto journal = Journal::OpenForReading(state_directory() + "/journal.sqlite");
+  std::vector<journal::JournalRow> Journal() const {
+    auto journal = journal::Journal::OpenForReading(state_directory() + "/journal.sqlite");
     INFO((journal ? "" : journal.error()));
     REQUIRE(journal.ok());
-    return journal.value().Read({}, std::vector<Joint>(6)).value();
+    return journal.value().Read({}, std::vector<model::Joint>(6)).value();
   }
-  ModelState Models() const { return ModelStore::Open(state_directory())->State().value(); }
+  model_store::ModelState Models() const {
+    return model_store::ModelStore::Open(state_directory())->State().value();
+  }
 };
 
 int Plumbline(const std::string& arguments) {
@@ -162,7 +165,7 @@ int Plumbline(const std::string& arguments) {
 }  // namespace
 
 TEST_CASE("from the first probe to a corrected model in force, and back") {
-  const double began_s = SystemUtcSeconds();
+  const double began_s = service::SystemUtcSeconds();
   Station station;
   station.Probes(20);
   INFO(station.daemon.Log());
@@ -184,14 +187,15 @@ TEST_CASE("from the first probe to a corrected model in force, and back") {
   REQUIRE(rows.back().t_s);
   CHECK(*rows.back().t_s > *rows.front().t_s);
   const double epoch_s =
-      plumbline::Journal::OpenForReading(station.state_directory() + "/journal.sqlite")
+      plumbline::journal::Journal::OpenForReading(station.state_directory() + "/journal.sqlite")
           .value()
           .EpochUtc_s();
   CHECK(epoch_s + *rows.front().t_s > began_s);
-  CHECK(epoch_s + *rows.back().t_s < SystemUtcSeconds());
+  CHECK(epoch_s + *rows.back().t_s < service::SystemUtcSeconds());
   CHECK(rows.front().payload_kg == 60);
   CHECK(rows.front().model_version == 1);
-  CHECK(std::count_if(rows.begin(), rows.end(), [](const JournalRow& r) { return r.alarm; }) == 1);
+  CHECK(std::count_if(rows.begin(), rows.end(),
+                      [](const journal::JournalRow& r) { return r.alarm; }) == 1);
 
   REQUIRE(Plumbline("model apply 2 --state " + station.state_directory()) == 0);
   REQUIRE(station.daemon.Awaits("model version 2 in force"));
@@ -505,8 +509,8 @@ TEST_CASE("a disk that blocks the journal never blocks the control cycle") {
   Station station({.loop = "diagnose = false\n"});
   station.Probes(1);
   REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 1; }));
-  auto other =
-      Database::Open(station.state_directory() + "/journal.sqlite", Database::Mode::kWrite);
+  auto other = sqlite::Database::Open(station.state_directory() + "/journal.sqlite",
+                                      sqlite::Database::Mode::kWrite);
   REQUIRE(other.value().Run("BEGIN IMMEDIATE"));  // blocks all other writers
   const auto refreshed = [&] { return station.plc.Read(2000, 20).Word(19); };
   const auto before = refreshed();
@@ -629,8 +633,8 @@ TEST_CASE("a probe before the journal is open is answered as pending") {
   RunningCell cell(Idle());
   const TemporaryFolder state;
   const std::string file = state.path() + "/journal.sqlite";
-  REQUIRE(plumbline::Journal::Open(file).ok());
-  auto other = Database::Open(file, Database::Mode::kWrite);
+  REQUIRE(plumbline::journal::Journal::Open(file).ok());
+  auto other = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
   REQUIRE(other.value().Run("BEGIN IMMEDIATE"));  // the daemon waits for it
   DaemonProcess daemon(WithLine(LoopConfigText(cell.robot(), ""), "", "state_directory",
                                 "\"" + state.path() + "\""));

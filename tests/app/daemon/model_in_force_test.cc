@@ -10,6 +10,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::daemon;
 using namespace plumbline::test;
 
 namespace {
@@ -19,12 +21,12 @@ struct Applied {
   TemporaryFolder folder;
   std::string file = folder.path() + "/plumbline.toml";
   std::string cell = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
-  FaultList faults;
+  config::FaultList faults;
 
   explicit Applied(const std::string& addition) {
     std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
     REQUIRE(ReadConfigInForce(file, faults));  // its cell file is version 1
-    auto store = ModelStore::Open(folder.path() + "/state");
+    auto store = model_store::ModelStore::Open(folder.path() + "/state");
     REQUIRE(store.ok());
     REQUIRE(store.value().Propose(cell + addition, {}, "").ok());
     REQUIRE(store.value().Apply(2).ok());
@@ -41,7 +43,7 @@ TEST_CASE("base and tip of an applied model are those of its last session") {
   CAPTURE(FaultsText(applied.faults));
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
-  const CellModel& cell = in_force->config.machine.cell;
+  const model::CellModel& cell = in_force->config.machine.cell;
   CHECK((cell.robot.X_WB.p - Vec3(1.003, -0.002, 0)).norm() < 1e-12);
   CHECK((cell.tool.tcp_F - Vec3(0, 0.0005, 0.901)).norm() < 1e-12);
 }
@@ -61,7 +63,7 @@ TEST_CASE("a running daemon keeps its state directory, and the model applied the
 
 namespace {
 
-bool Warns(const FaultList& faults, const std::string& words) {
+bool Warns(const config::FaultList& faults, const std::string& words) {
   return FaultsText(faults).find(words) != std::string::npos && !faults.HasFaults();
 }
 
@@ -114,9 +116,9 @@ TEST_CASE(
   CHECK(same.set_aside.empty());
 
   const std::string edited = WithLine(applied.cell, "", "base_xyz_mm", "[0.0, 0.0, 1.5]");
-  FaultList before_it_is_read;
+  config::FaultList before_it_is_read;
   std::ofstream(cell_file) << edited;
-  CheckModelStore(state, cell_file, before_it_is_read);
+  model_store::CheckModelStore(state, cell_file, before_it_is_read);
   CHECK(Warns(before_it_is_read, "at its next start or reload the daemon sets version 2 aside"));
   for (const char* when : {"at the reload", "at a restart"}) {
     CAPTURE(when);
@@ -127,11 +129,11 @@ TEST_CASE(
                    Catch::Contains("robot.base_xyz_mm [0, 0, 0] -> [0, 0, 1.5]") &&
                    Catch::Contains("`plumbline model apply 2 --state " + state + "`"));
   }
-  FaultList told;
-  CheckModelStore(state, cell_file, told);
+  config::FaultList told;
+  model_store::CheckModelStore(state, cell_file, told);
   CHECK(Warns(told, "model version 2 is set aside"));
 
-  auto store = ModelStore::Open(state);
+  auto store = model_store::ModelStore::Open(state);
   REQUIRE(store.value().Apply(3).ok());
   CHECK(declare(edited).set_aside.empty());
 }
@@ -141,13 +143,13 @@ TEST_CASE("an applied model that was changed after its fit is reported, with its
       "\n[domain]\nq_deg = [[-9, 9], [-9, 9], [-9, 9], [-9, 9], [-9, 9], [-9, 9]]\n"
       "residual_sigma_mm = 0.05\nfingerprint = \"0123456789abcdef\"\n");
   const std::string state = applied.folder.path() + "/state";
-  FaultList told;
-  CheckModelStore(state, "", told);
+  config::FaultList told;
+  model_store::CheckModelStore(state, "", told);
   const auto in_force = ReadConfigInForce(applied.file, applied.faults);
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
   CHECK_FALSE(in_force->config.machine.cell.domain->as_validated);
-  for (const FaultList* faults : {&told, &applied.faults}) {
+  for (const config::FaultList* faults : {&told, &applied.faults}) {
     const std::string text = FaultsText(*faults);
     INFO(text);
     CHECK(Warns(*faults, "does not match: the model was edited after it was fitted"));
@@ -179,17 +181,17 @@ TEST_CASE("if the store's state cannot be read, the cell file is never used in i
   std::filesystem::remove(file);
   if (damage != "missing") std::ofstream(file) << damage;
   CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
-  FaultList told;
-  CheckModelStore(state, "", told);
-  for (const FaultList* faults : {&applied.faults, &told}) {
+  config::FaultList told;
+  model_store::CheckModelStore(state, "", told);
+  for (const config::FaultList* faults : {&applied.faults, &told}) {
     const std::string text = FaultsText(*faults);
     INFO(text);
     CHECK(faults->HasFaults());
     CHECK(text.find("it is unknown which model was in force") != std::string::npos);
     CHECK(text.find("`plumbline model apply N --state " + state + "`") != std::string::npos);
   }
-  REQUIRE(ModelStore::Open(state).value().Apply(2).ok());
-  FaultList now;
+  REQUIRE(model_store::ModelStore::Open(state).value().Apply(2).ok());
+  config::FaultList now;
   const auto in_force = ReadConfigInForce(applied.file, now);
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
@@ -204,7 +206,7 @@ TEST_CASE("correction continues without a usable or writable store") {
     std::ofstream(models) << "a file in the way";
     const auto in_force = ReadConfigInForce(applied.file, applied.faults);
     REQUIRE(in_force);
-    CHECK(in_force->models == ModelState{});
+    CHECK(in_force->models == model_store::ModelState{});
     CHECK(in_force->set_aside.empty());
     CHECK(Warns(applied.faults, "models are not stored"));
   }
@@ -243,7 +245,7 @@ TEST_CASE("a reload changes nothing if the store cannot be opened and may hold a
   std::filesystem::rename(models, models + ".kept");
   std::filesystem::create_symlink("models", models);
   const std::string unknown = "whether a model was applied is not known: " + models;
-  FaultList of_reload;
+  config::FaultList of_reload;
   CHECK_FALSE(ReadConfigInForce(applied.file, of_reload, RunningDaemon{state}));
   const std::string text = FaultsText(of_reload);
   INFO(text);
@@ -251,16 +253,16 @@ TEST_CASE("a reload changes nothing if the store cannot be opened and may hold a
   CHECK_THAT(text, Catch::Contains(unknown) &&
                        Catch::Contains("The cell file is not used in its place. Make " + models));
 
-  FaultList of_start;
+  config::FaultList of_start;
   const auto started = ReadConfigInForce(applied.file, of_start);
   REQUIRE(started);
-  CHECK(started->models == ModelState{});
+  CHECK(started->models == model_store::ModelState{});
   CHECK_THAT(started->set_aside, Catch::Contains(unknown) && Catch::Contains("then reload"));
   CHECK(Warns(of_start, "models are not stored"));
 
   std::filesystem::remove(models);
   std::filesystem::rename(models + ".kept", models);
-  FaultList now;
+  config::FaultList now;
   const auto in_force = ReadConfigInForce(applied.file, now, RunningDaemon{state});
   REQUIRE(in_force);
   CHECK(in_force->models.applied == 2);
@@ -274,14 +276,14 @@ TEST_CASE("a reload does not put the cell file in force if the store's file syst
   REQUIRE(started);
   const RunningDaemon at_work{state, started->models};
   std::filesystem::rename(state + "/models", state + "/models.kept");
-  FaultList gone;
+  config::FaultList gone;
   CHECK_FALSE(ReadConfigInForce(applied.file, gone, at_work));
   INFO(FaultsText(gone));
   CHECK_THAT(FaultsText(gone), Catch::Contains("is empty, although version 2 of it is in force") &&
                                    Catch::Contains("Mount its file system again"));
   std::filesystem::remove_all(state + "/models");
   std::filesystem::rename(state + "/models.kept", state + "/models");
-  FaultList back;
+  config::FaultList back;
   const auto again = ReadConfigInForce(applied.file, back, at_work);
   REQUIRE(again);
   CHECK(again->models.applied == 2);
@@ -307,16 +309,16 @@ TEST_CASE("a store lost between two starts is reported until a version is applie
                    Catch::Contains("Restore " + models + " from the backup") &&
                    Catch::Contains("`plumbline model apply 1 --state " + state + "`"));
   }
-  FaultList of_check;
-  CheckModelStore(state, "", of_check);
+  config::FaultList of_check;
+  model_store::CheckModelStore(state, "", of_check);
   CHECK(Warns(of_check, "was found empty"));
   SECTION("the cell file is confirmed") {
-    REQUIRE(ModelStore::Open(state).value().Apply(1).ok());
-    FaultList now;
+    REQUIRE(model_store::ModelStore::Open(state).value().Apply(1).ok());
+    config::FaultList now;
     const auto confirmed = ReadConfigInForce(applied.file, now);
     REQUIRE(confirmed);
     CHECK(confirmed->set_aside.empty());
-    CHECK(confirmed->models == ModelState{1, 1, 0, {1}});
+    CHECK(confirmed->models == model_store::ModelState{1, 1, 0, {1}});
   }
   SECTION("the cell file is edited meanwhile") {
     const std::string cell_file = applied.folder.path() + "/cell.toml";
@@ -335,7 +337,7 @@ TEST_CASE("a lost store is reported even if it cannot be written; a fresh direct
   const TemporaryFolder folder;
   const std::string file = folder.path() + "/plumbline.toml", state = folder.path() + "/state";
   std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
-  FaultList faults;
+  config::FaultList faults;
   SECTION("lost") {
     std::filesystem::create_directories(state + "/models/lock");  // cannot be locked
     std::ofstream(state + "/configuration") << file << '\n';
@@ -362,7 +364,7 @@ TEST_CASE("nothing is recorded in a directory that another daemon owns") {
   const auto as_of_disk = [&state] { return FileText(state + "/models/state.json"); };
   const std::string before = as_of_disk();
   const RunningDaemon second{state, {}, false};
-  FaultList same_cell;
+  config::FaultList same_cell;
   const auto same = ReadConfigInForce(applied.file, same_cell, second);
   REQUIRE(same);
   CHECK(same->models.applied == 2);
@@ -371,17 +373,17 @@ TEST_CASE("nothing is recorded in a directory that another daemon owns") {
   std::ofstream(own_cell) << WithLine(applied.cell, "payload", "cog_mm", "[0.0, 0.0, 700.0]");
   std::string text = DemoConfig("127.0.0.1:502", "universal-robots-fine");
   std::ofstream(applied.file) << WithLine(text, "", "cell", "\"" + own_cell + "\"");
-  FaultList other_cell;
+  config::FaultList other_cell;
   const auto other = ReadConfigInForce(applied.file, other_cell, second);
   INFO(FaultsText(other_cell));
   REQUIRE(other);
-  CHECK(other->models == ModelState{});
+  CHECK(other->models == model_store::ModelState{});
   CHECK(other->config.machine.cell.payload_cog_F->z() == Approx(0.7));
   CHECK(Warns(other_cell, "belongs to another cell"));
   CHECK(as_of_disk() == before);
 
   std::ofstream(applied.file) << text + "\n[loop]\nenabled = true\n";
-  FaultList loop;
+  config::FaultList loop;
   CHECK_FALSE(ReadConfigInForce(applied.file, loop, second));
   CHECK_THAT(FaultsText(loop), Catch::Contains("[loop] cannot be enabled here"));
 }
@@ -392,7 +394,7 @@ TEST_CASE("an unrecorded cell file that cannot be recorded leaves the applied mo
   const std::string state = folder.path() + "/state";
   std::ofstream(file) << DemoConfig("127.0.0.1:502", "universal-robots-fine");
   {
-    auto store = ModelStore::Open(state);
+    auto store = model_store::ModelStore::Open(state);
     REQUIRE(store.ok());
     const std::string cell = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
     REQUIRE(store.value().Propose(cell + "\n# version 1\n", {}, "").ok());
@@ -400,11 +402,11 @@ TEST_CASE("an unrecorded cell file that cannot be recorded leaves the applied mo
   }
   std::filesystem::remove(state + "/models/lock");
   std::filesystem::create_directory(state + "/models/lock");  // as on a full or read-only disk
-  FaultList faults;
+  config::FaultList faults;
   const auto in_force = ReadConfigInForce(file, faults);
   INFO(FaultsText(faults));
   REQUIRE(in_force);
-  CHECK(in_force->models == ModelState{0, 1, 0, {1}});
+  CHECK(in_force->models == model_store::ModelState{0, 1, 0, {1}});
   CHECK(in_force->set_aside.empty());
   CHECK(Warns(faults, "the cell file cannot be recorded in the model store"));
   CHECK(Warns(faults, "Version 1 stays in force"));
@@ -436,9 +438,9 @@ TEST_CASE("an unusable applied model is reported by `check` as by the daemon") {
     std::filesystem::remove(state + "/models/0002.json");
   }
   CHECK_FALSE(ReadConfigInForce(applied.file, applied.faults));
-  FaultList told;
-  CheckModelStore(state, "", told);
-  for (const FaultList* faults : {&applied.faults, &told}) {
+  config::FaultList told;
+  model_store::CheckModelStore(state, "", told);
+  for (const config::FaultList* faults : {&applied.faults, &told}) {
     const std::string text = FaultsText(*faults);
     INFO(text);
     CHECK(text.find("models/0002") != std::string::npos);

@@ -16,6 +16,8 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::daemon;
 using namespace std::chrono_literals;
 using plumbline::test::TemporaryFolder;
 
@@ -29,17 +31,17 @@ struct Working {
   CycleMailboxes mailboxes;
   std::mutex mutex;
   std::string log;
-  LogSink sink = [this](const LogEntry& entry) {
+  log::LogSink sink = [this](const log::LogEntry& entry) {
     const std::lock_guard lock(mutex);
     log += entry.text + "\n";
   };
   StateStorage storage{folder.path(), sink};
   MonitoringWorker worker;
 
-  DaemonConfig config;
-  ModelState models;
+  config::DaemonConfig config;
+  model_store::ModelState models;
 
-  explicit Working(const MonitoringConfig& loop = {}, Storage watched = Storage::kUnwatched)
+  explicit Working(const config::MonitoringConfig& loop = {}, Storage watched = Storage::kUnwatched)
       : worker(
             mailboxes, sink, [] {}, watched == Storage::kWatched ? &storage : nullptr) {
     if (watched == Storage::kWatched) REQUIRE_FALSE(storage.Acquire());
@@ -58,12 +60,12 @@ struct Working {
     CycleEvent event;
     event.probe.measured_W = residual_m;
     event.probe.quarantined = quarantined;
-    event.probe.q = JointVector::Zero(test::HeavyArm().robot.size());
+    event.probe.q = model::JointVector::Zero(test::HeavyArm().robot.size());
     event.model_version = 1;
     mailboxes.queue.Push(event);
   }
   std::string File() const { return folder.path() + "/journal.sqlite"; }
-  MonitoringStatus Status() const { return *mailboxes.monitoring.Read(); }
+  status::MonitoringStatus Status() const { return *mailboxes.monitoring.Read(); }
   std::uint32_t Quarantined() const { return mailboxes.monitoring.Read()->quarantined; }
   bool Recording() const { return mailboxes.monitoring.Read()->recording; }
   std::uint32_t Recorded() const { return mailboxes.monitoring.Read()->probes; }
@@ -90,8 +92,9 @@ struct Working {
 };
 
 /// The journal, locked by another program.
-Database LockedJournal(const Working& working) {
-  auto held = Database::Open(working.folder.path() + "/journal.sqlite", Database::Mode::kWrite);
+sqlite::Database LockedJournal(const Working& working) {
+  auto held = sqlite::Database::Open(working.folder.path() + "/journal.sqlite",
+                                     sqlite::Database::Mode::kWrite);
   REQUIRE(held);
   REQUIRE(held.value().Run("BEGIN EXCLUSIVE"));
   return std::move(held).value();
@@ -114,7 +117,7 @@ TEST_CASE("a wait for the cycle ends when an event is pushed, or was pushed befo
 TEST_CASE("while a probe waits for a journal that cannot be written, no more are taken") {
   Working working;
   {
-    const Database locked = LockedJournal(working);
+    const sqlite::Database locked = LockedJournal(working);
     working.Probe();
     CHECK(Working::Eventually([&] { return !working.Recording(); }));
     CHECK(working.Logged("journal: "));
@@ -138,7 +141,7 @@ TEST_CASE("a journal that is moved away keeps its rows, and a new one is created
   CHECK(working.Logged("journal works again"));
   working.worker.Stop();
   for (const std::string& one : {file, moved}) {
-    auto journal = Journal::OpenForReading(one);
+    auto journal = journal::Journal::OpenForReading(one);
     INFO(one << ": " << (journal ? "" : journal.error()));
     REQUIRE(journal);
     CHECK(*journal.value().Count() == 1);
@@ -189,7 +192,7 @@ TEST_CASE("a write that fails while the file system shows room: storage is repor
 
 TEST_CASE("probes that could not be written before the shutdown are logged as lost") {
   Working working;
-  const Database locked = LockedJournal(working);
+  const sqlite::Database locked = LockedJournal(working);
   working.Probe();
   working.Probe();
   REQUIRE(Working::Eventually([&] { return !working.Recording(); }));
@@ -199,7 +202,7 @@ TEST_CASE("probes that could not be written before the shutdown are logged as lo
 }
 
 TEST_CASE("a journal that cannot be read completely leaves no half-initialised monitor") {
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.reference_probes = 0;
   loop.diagnose = false;
   loop.probes_before_diagnosis = 1;
@@ -207,7 +210,7 @@ TEST_CASE("a journal that cannot be read completely leaves no half-initialised m
   for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
   REQUIRE(Working::Eventually(
       [&] { return working.Recorded() == 12 && working.Status().drift_alarm; }));
-  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  auto other = sqlite::Database::Open(working.File(), sqlite::Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 12"));
   working.config.loop.diagnose = true;  // of an alarm that the rows before it would raise
@@ -222,7 +225,7 @@ TEST_CASE("a journal that cannot be read completely leaves no half-initialised m
 }
 
 TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until it is accepted") {
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.reference_probes = 0;
   loop.diagnose = false;
   Working working(loop);
@@ -237,7 +240,7 @@ TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until i
   CHECK(working.Logged("probe quarantined: row 1 of the journal is (0.0, 0.0, 400.0) mm"));
   CHECK_FALSE(working.Logged("row 2 of the journal"));  // logged once
 
-  auto person = Journal::Open(working.File());
+  auto person = journal::Journal::Open(working.File());
   REQUIRE(person);
   REQUIRE(person.value().Decide({1, 2}, false, 0));
   REQUIRE(Working::Eventually([&] { return working.Quarantined() == 10; }));
@@ -251,12 +254,12 @@ TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until i
 }
 
 TEST_CASE("once [loop] is disabled, the journal's status is no longer reported") {
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.diagnose = false;
   Working working(loop);
   working.Probe(Vec3(0, 0, 0.4), true);
   REQUIRE(Working::Eventually([&] { return working.Quarantined() == 1; }));
-  const Database locked = LockedJournal(working);
+  const sqlite::Database locked = LockedJournal(working);
   working.Probe();
   REQUIRE(Working::Eventually([&] { return working.Status().fault; }));
   working.config.loop.enabled = false;
@@ -272,14 +275,14 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
   std::ofstream(program) << "#!/bin/sh\nexec sleep 600\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
   REQUIRE(setenv("PLUMBLINE_PROGRAM", program.c_str(), 1) == 0);
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.reference_probes = 0;
   loop.probes_before_diagnosis = 1;
   Working working(loop);
   {
-    auto store = ModelStore::Open(working.folder.path());
+    auto store = model_store::ModelStore::Open(working.folder.path());
     REQUIRE(store);
-    const auto cell = ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml");
+    const auto cell = config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml");
     REQUIRE(cell);
     REQUIRE(store.value().Declare(*cell, "cell.toml"));
   }
@@ -287,7 +290,7 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
   for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
   REQUIRE(Working::Eventually([&] { return working.Logged("diagnosis started over"); }));
   REQUIRE(Working::Eventually([&] { return working.Recorded() == 13; }));
-  auto person = Journal::Open(working.File());
+  auto person = journal::Journal::Open(working.File());
   REQUIRE(person);
   REQUIRE(person.value().Decide({1}, false, 0));
   CHECK(Working::Eventually(
@@ -300,15 +303,15 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
 }
 
 TEST_CASE("a decision is reported even if the journal cannot be reread at once") {
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.diagnose = false;
   Working working(loop);
   working.Probe(Vec3(0, 0, 0.4), true);
   working.Probe();
   REQUIRE(Working::Eventually([&] { return working.Recorded() == 2; }));
-  auto person = Journal::Open(working.File());
+  auto person = journal::Journal::Open(working.File());
   REQUIRE(person);
-  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  auto other = sqlite::Database::Open(working.File(), sqlite::Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 2"));
   REQUIRE(person.value().Decide({1}, false, 0));
@@ -322,7 +325,7 @@ TEST_CASE("a decision is reported even if the journal cannot be reread at once")
 
 TEST_CASE("decisions that cannot be read are a journal fault, which clears by itself") {
   Working working;
-  auto other = Database::Open(working.File(), Database::Mode::kWrite);
+  auto other = sqlite::Database::Open(working.File(), sqlite::Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("ALTER TABLE quarantine_decision RENAME TO elsewhere"));
   CHECK(Working::Eventually([&] { return working.Status().fault; }));
@@ -333,7 +336,7 @@ TEST_CASE("decisions that cannot be read are a journal fault, which clears by it
 
 TEST_CASE(
     "a reference whose probes disagree is refused: drift is not monitored, and rows are listed") {
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.reference_probes = 10;
   loop.diagnose = false;
   Working working(loop);
@@ -367,12 +370,12 @@ TEST_CASE("the recording status is settled only after the first attempt to open 
 
 TEST_CASE(
     "a model that moves a configured point too far needs approval, whatever the probes show") {
-  ModelFacts facts;
+  model_store::ModelFacts facts;
   facts.verdict = "explained";
   facts.rms_before_mm = 2;
   facts.rms_after_mm = 0.1;
   facts.change_mm = 0.3;  // at the probes, with nothing carried
-  MonitoringConfig loop;
+  config::MonitoringConfig loop;
   loop.max_change_m = 1e-3;
   CHECK(AutomaticApplyObjection(facts, loop, false).empty());
   CHECK(AutomaticApplyObjection(facts, loop, true).find("configured points is not known") !=

@@ -10,6 +10,7 @@
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::RegisterClient;
@@ -67,17 +68,17 @@ TEST_CASE("recorded joints arrive as they were recorded", "[measured]") {
       map.replace(joints, 19, "[0, 2, 4, 6, 8, 10, 12]");
       std::ofstream(own.path() + "/map.toml") << map;
     }
-    FaultList faults;
-    const auto cell = ReadCell(folder + "/cell.toml", faults);
+    config::FaultList faults;
+    const auto cell = config::ReadCell(folder + "/cell.toml", faults);
     REQUIRE(cell);
-    auto table = ReadTable(folder + "/measured.csv", cell->robot.joints, faults);
+    auto table = table::ReadTable(folder + "/measured.csv", cell->robot.joints, faults);
     REQUIRE(table);
     table->rows.resize(kRows);
 
     virtual_cell::VirtualCellOptions options;
     options.profile = c.profile;
     options.row_rate_hz = kRateHz;
-    for (const MeasuredRow& row : table->rows) {
+    for (const table::MeasuredRow& row : table->rows) {
       virtual_cell::ReplayRow& played = options.replay.emplace_back();
       played.q = row.q;
     }
@@ -92,7 +93,7 @@ TEST_CASE("recorded joints arrive as they were recorded", "[measured]") {
     }
     DaemonProcess daemon(config);
     RegisterClient plc("plumblined", daemon.Plc(), 1, 10);
-    const auto largest_error_deg = [&](const MeasuredRow& row) {
+    const auto largest_error_deg = [&](const table::MeasuredRow& row) {
       const auto inputs = plc.Read(300, 52);
       double error = (inputs.Word(0) & 1) != 0 ? 0 : 999;
       for (Eigen::Index k = 0; k < row.q.size(); ++k) {

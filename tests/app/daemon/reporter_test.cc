@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::daemon;
+
 namespace {
 
 struct Desk {
@@ -16,9 +18,10 @@ struct Desk {
     link.readings = 1;
   }
   std::vector<std::string> lines;
-  Reporter reporter{{{7, "left"}}, [this](const LogEntry& entry) { lines.push_back(entry.text); }};
+  Reporter reporter{{{7, "left"}},
+                    [this](const log::LogEntry& entry) { lines.push_back(entry.text); }};
   Snapshot snapshot;
-  RobotLinkStatus link;
+  robot::RobotLinkStatus link;
 
   std::vector<std::string> Observe(std::uint16_t raised = 0) {
     lines.clear();
@@ -31,17 +34,17 @@ struct Desk {
 }  // namespace
 
 TEST_CASE("a point's radius is logged with its basis") {
-  const auto logged = [](RadiusBasis basis) {
+  const auto logged = [](model::RadiusBasis basis) {
     Desk desk;
     desk.snapshot.input_fault = InputFault::kOk;
-    desk.snapshot.points[0].code = CorrectionCode::kOk;
+    desk.snapshot.points[0].code = correction::CorrectionCode::kOk;
     desk.snapshot.points[0].valid = true;
     desk.snapshot.points[0].correction.uncertainty_m = 0.002;
     desk.snapshot.points[0].correction.basis = basis;
     return desk.Observe().back();
   };
-  CHECK_THAT(logged(RadiusBasis::kAssumed), Catch::EndsWith("±2.00 mm (95 %, assumed)"));
-  CHECK_THAT(logged(RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
+  CHECK_THAT(logged(model::RadiusBasis::kAssumed), Catch::EndsWith("±2.00 mm (95 %, assumed)"));
+  CHECK_THAT(logged(model::RadiusBasis::kMeasured), Catch::EndsWith("±2.00 mm (95 %, measured)"));
 }
 
 TEST_CASE("each transition is logged once") {
@@ -50,7 +53,7 @@ TEST_CASE("each transition is logged once") {
   CHECK(desk.Observe().empty());
   desk.snapshot.input_fault = InputFault::kOk;
   CHECK(desk.Observe() == std::vector<std::string>{"robot input trusted"});
-  desk.snapshot.points[0].code = CorrectionCode::kUnreachable;
+  desk.snapshot.points[0].code = correction::CorrectionCode::kUnreachable;
   CHECK(desk.Observe() ==
         std::vector<std::string>{"point 7 (left) has no correction: out of reach"});
   CHECK(desk.Observe().empty());
@@ -153,7 +156,7 @@ TEST_CASE("a replaced robot link is reported again, an earlier refused probe is 
   const bool link_kept = GENERATE(false, true);
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;
-  desk.snapshot.points[0].code = CorrectionCode::kUnreachable;
+  desk.snapshot.points[0].code = correction::CorrectionCode::kUnreachable;
   desk.snapshot.probes.refused = 3;
   desk.snapshot.probes.fault = ProbeFault::kZero;
   desk.link.changes = desk.link.push_changes = 1;

@@ -18,6 +18,8 @@
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::daemon;
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::Profile;

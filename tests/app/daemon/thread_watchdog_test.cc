@@ -14,8 +14,8 @@
 
 #include "app/daemon/device_wait.h"
 
-using plumbline::IsWaitingForDevice;
-using plumbline::ThreadWatchdog;
+using plumbline::daemon::IsWaitingForDevice;
+using plumbline::daemon::ThreadWatchdog;
 
 TEST_CASE("a thread whose heartbeat stops is reported after its timeout") {
   std::uint64_t cycle = 0, images = 7;

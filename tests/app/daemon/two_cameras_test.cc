@@ -12,6 +12,7 @@
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::RegisterClient;
@@ -90,7 +91,7 @@ struct Station {
     });
   }
   /// The rows of the journal once there are so many.
-  std::vector<JournalRow> Rows(std::uint32_t count) {
+  std::vector<journal::JournalRow> Rows(std::uint32_t count) {
     REQUIRE(Eventually([&] { return plc->Read(404, 2).Long(0) == count; }));
     return test::JournalOf(folder);
   }
@@ -121,7 +122,7 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
   const Vec3 truth_W = kCellInW * (CellInCamera().Inverse() * (GripperInCamera() * GripperTip()));
   REQUIRE(Eventually([&] { return (station.plc->Read(400, 20).Word(0) & 1) != 0; }));
   for (const int camera : {0, 1, 2}) REQUIRE(station.Probed(camera, {0, 1}));
-  const std::vector<JournalRow> rows = station.Rows(3);
+  const std::vector<journal::JournalRow> rows = station.Rows(3);
   const char* const seen_by[] = {"side+rear", "side", "rear"};
   for (std::size_t k = 0; k < 3; ++k) {
     CHECK(rows[k].camera == seen_by[k]);

@@ -2,14 +2,14 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "firmware-like/beam/materials.h"
+#include "firmware-like/model/materials.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/virtual_cell/cell_description.h"
 
 TEST_CASE("the virtual cell knows every material by the product's name and value") {
   const plumbline::test::TemporaryFolder folder;
   const std::string file = folder.path() + "/cell.toml";
-  for (const plumbline::NamedMaterial& named : plumbline::NamedMaterials()) {
+  for (const plumbline::model::NamedMaterial& named : plumbline::model::NamedMaterials()) {
     CAPTURE(std::string(named.name));
     std::ofstream(file) << "schema = 1\n[robot]\nconvention = \"dh\"\n[[robot.joint]]\na_mm = 0\n"
                            "alpha_deg = 0\nd_mm = 100\n[tool]\nmodel = \"timoshenko\"\n"

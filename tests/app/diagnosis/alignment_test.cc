@@ -10,25 +10,27 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 /// A wrist on three orthogonal linear axes: the tool orientation is constant while only the linear
 /// axes move. Instrument frame and tool tip are unknown.
 MeasuredCell Gantry(bool wrist_moves) {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 8");
-  std::vector<Joint>& joints = data.cell.robot.joints;
+  std::vector<model::Joint>& joints = data.cell.robot.joints;
   for (std::size_t i = 0; i < 3; ++i) {
-    joints[i].type = JointType::kPrismatic;
+    joints[i].type = model::JointType::kPrismatic;
     joints[i].min = -5;
     joints[i].max = 5;
   }
   joints[0].alpha_rad = -90 * kRadPerDeg;
   joints[1].alpha_rad = 90 * kRadPerDeg;
   joints[1].theta_offset_rad = 90 * kRadPerDeg;
-  for (Joint& joint : joints) joint.compliance_rad_per_Nm.reset();
-  for (MeasuredRow& row : data.table.rows) {
+  for (model::Joint& joint : joints) joint.compliance_rad_per_Nm.reset();
+  for (table::MeasuredRow& row : data.table.rows) {
     row.q.head<3>() *= 0.3;
-    if (!wrist_moves) row.q.tail<3>() = JointVector::Constant(3, 0.4);
+    if (!wrist_moves) row.q.tail<3>() = model::JointVector::Constant(3, 0.4);
   }
   Remeasure(data, {}, 5e-5, 4);
   data.cell.measurement.frame_known = data.cell.measurement.tool_known = false;
@@ -71,7 +73,7 @@ TEST_CASE(
   const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
   REQUIRE(linear);
   const auto radius = [&](const Eigen::Matrix<double, 3, 9>& J) {
-    return RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
+    return deflection::RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
   };
   for (const LinearRow& row : linear->rows) {
     CHECK(row.residual.norm() < 3e-4);

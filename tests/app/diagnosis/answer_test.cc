@@ -10,6 +10,8 @@
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
+
+using namespace plumbline::diagnosis;
 using test::ExampleDiagnosis;
 using Json = nlohmann::ordered_json;
 
@@ -106,7 +108,7 @@ TEST_CASE("implausible values and the discrepancy model are reported") {
 TEST_CASE("a variant is a parameter whose value is a word") {
   Diagnosis diagnosis;
   Finding finding;
-  finding.effect.term = {FindEffect("backlash"), {{0, 2, 1}}, "move"};
+  finding.effect.term = {effects::FindEffect("backlash"), {{0, 2, 1}}, "move"};
   finding.effect.values = {2e-4};
   diagnosis.findings = {finding};
   const Json parameters = Json::parse(AnswerJson(diagnosis, ""))["effects"][0]["parameters"];
@@ -140,12 +142,12 @@ TEST_CASE("non-finite numbers are null, and invalid UTF-8 is replaced") {
 }
 
 TEST_CASE("the proposed poses can be read back as poses of the arm") {
-  CellModel cell = test::ExampleCell();
+  model::CellModel cell = test::ExampleCell();
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
-  FaultList faults;
-  auto table =
-      TableFromCsv(NextPosesCsv(diagnosis, cell), "next_poses.csv", cell.robot.joints, faults);
-  INFO(FaultsText(faults));
+  config::FaultList faults;
+  auto table = table::TableFromCsv(NextPosesCsv(diagnosis, cell), "next_poses.csv",
+                                   cell.robot.joints, faults);
+  INFO(config::FaultsText(faults));
   REQUIRE(table);
   CHECK(faults.All().empty());
   REQUIRE(table->rows.size() == 6);
@@ -153,17 +155,17 @@ TEST_CASE("the proposed poses can be read back as poses of the arm") {
   CHECK(table->rows[3].payload_kg == 80);
   CHECK((table->rows[3].q - diagnosis.next_poses[3].q).cwiseAbs().maxCoeff() < 1e-7);
 
-  cell.robot.joints[0].type = JointType::kPrismatic;
+  cell.robot.joints[0].type = model::JointType::kPrismatic;
   cell.payload_cog_F.reset();
   const std::string text = NextPosesCsv(diagnosis, cell);
   CHECK(text.starts_with("q1_mm,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n"));
-  table = TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
+  table = table::TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
   REQUIRE(table);
   CHECK(table->rows[0].q[0] == Approx(diagnosis.next_poses[0].q[0]).margin(1e-8));
 }
 
 TEST_CASE("measuring conditions have columns of their own, only if some pose needs them") {
-  const CellModel cell = test::ExampleCell();
+  const model::CellModel cell = test::ExampleCell();
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
   diagnosis.next_poses.resize(2);
   NextPose& first = diagnosis.next_poses.front();
@@ -171,17 +173,17 @@ TEST_CASE("measuring conditions have columns of their own, only if some pose nee
   first.wait_s = 1200;
   first.via_q = first.q;
   first.via_q[2] += 0.09;
-  first.qd = JointVector::Zero(first.q.size());
-  second.qd = JointVector::Constant(first.q.size(), 0.5);
+  first.qd = model::JointVector::Zero(first.q.size());
+  second.qd = model::JointVector::Constant(first.q.size(), 0.5);
   const std::string text = NextPosesCsv(diagnosis, cell);
   CHECK(text.substr(0, text.find('\n'))
             .ends_with(",payload_kg,qd1_deg_s,qd2_deg_s,qd3_deg_s,qd4_deg_s,qd5_deg_s,qd6_deg_s,"
                        "wait_min,measure"));
   CHECK(text.find(",20,0\n") != std::string::npos);
   CHECK(text.find(",0,1\n") != std::string::npos);
-  FaultList faults;
-  const auto table = TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
-  INFO(FaultsText(faults));
+  config::FaultList faults;
+  const auto table = table::TableFromCsv(text, "next_poses.csv", cell.robot.joints, faults);
+  INFO(config::FaultsText(faults));
   REQUIRE(table);
   CHECK(faults.All().empty());
   CHECK(table->further.empty());

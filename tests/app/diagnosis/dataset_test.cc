@@ -13,14 +13,16 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 TEST_CASE("a row is a copy only if all columns and the time are equal") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 4");
   data.table.further = {"zoom_counts"};
-  for (MeasuredRow& row : data.table.rows) row.further = {5000};
-  const auto added_rows = [&](const std::function<void(MeasuredRow&)>& change, bool timed) {
+  for (table::MeasuredRow& row : data.table.rows) row.further = {5000};
+  const auto added_rows = [&](const std::function<void(table::MeasuredRow&)>& change, bool timed) {
     MeasuredCell more = data;
     more.table.recorded.time = timed;
-    MeasuredRow copy = more.table.rows.front();
+    table::MeasuredRow copy = more.table.rows.front();
     change(copy);
     more.table.rows.push_back(copy);
     const Result<Dataset> dataset = DatasetFrom(more.cell, more.table);
@@ -32,11 +34,14 @@ TEST_CASE("a row is a copy only if all columns and the time are equal") {
     return std::pair(dataset->rows() - static_cast<int>(data.table.rows.size()), noted);
   };
   using Outcome = std::pair<int, bool>;
-  CHECK(added_rows([](MeasuredRow&) {}, true) == Outcome(0, true));
-  CHECK(added_rows([](MeasuredRow&) {}, false) == Outcome(1, true));
-  CHECK(added_rows([](MeasuredRow& row) { row.further[0] = 5040; }, true) == Outcome(1, false));
-  CHECK(added_rows([](MeasuredRow& row) { row.qd = 0.1 * row.q; }, true) == Outcome(1, false));
-  CHECK(added_rows([](MeasuredRow& row) { row.tau = 10 * row.q; }, true) == Outcome(1, false));
+  CHECK(added_rows([](table::MeasuredRow&) {}, true) == Outcome(0, true));
+  CHECK(added_rows([](table::MeasuredRow&) {}, false) == Outcome(1, true));
+  CHECK(added_rows([](table::MeasuredRow& row) { row.further[0] = 5040; }, true) ==
+        Outcome(1, false));
+  CHECK(added_rows([](table::MeasuredRow& row) { row.qd = 0.1 * row.q; }, true) ==
+        Outcome(1, false));
+  CHECK(added_rows([](table::MeasuredRow& row) { row.tau = 10 * row.q; }, true) ==
+        Outcome(1, false));
 }
 
 TEST_CASE("replicates with jitter form a cluster, wherever they are") {
@@ -50,7 +55,7 @@ TEST_CASE("replicates with jitter form a cluster, wherever they are") {
     data.table.rows.clear();
     for (int visit = 0; visit < kVisits; ++visit) {
       for (std::size_t k = 0; k < base.table.rows.size(); ++k) {
-        MeasuredRow row = base.table.rows[k];
+        table::MeasuredRow row = base.table.rows[k];
         // The first rows are on the edges of a grid with the tolerance as its pitch.
         if (k < 10) row.q[0] = 2e-4 * (static_cast<double>(k) + 0.5);
         for (double& q : row.q) q += jitter_rad * jitter(generator);
@@ -70,10 +75,10 @@ TEST_CASE("replicates with jitter form a cluster, wherever they are") {
 
 TEST_CASE("a slow path is not one cluster; sessions and payloads have separate clusters") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 20 --repeats 0 --seed 6");
-  const MeasuredRow first = data.table.rows.front();
+  const table::MeasuredRow first = data.table.rows.front();
   data.table.rows.clear();
   for (int k = 0; k < 12000; ++k) {
-    MeasuredRow row = first;
+    table::MeasuredRow row = first;
     row.t_s = k;
     row.q[1] += 1e-4 * k;  // half the tolerance from row to row
     data.table.rows.push_back(row);
@@ -83,7 +88,7 @@ TEST_CASE("a slow path is not one cluster; sessions and payloads have separate c
   CHECK(path->clusters > 5000);
   data.table.rows.assign(12000, first);
   for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-    MeasuredRow& row = data.table.rows[k];
+    table::MeasuredRow& row = data.table.rows[k];
     row.t_s = static_cast<double>(k);
     row.payload_kg = k % 2 == 0 ? 0 : 5;
     row.session = k % 3 == 0 ? "a" : "b";
@@ -121,7 +126,7 @@ TEST_CASE("a time that starts far from zero causes a note about thermal drift") 
   };
   REQUIRE(data.table.recorded.time);
   CHECK_FALSE(noted());
-  for (MeasuredRow& row : data.table.rows) row.t_s += 1.7e9;
+  for (table::MeasuredRow& row : data.table.rows) row.t_s += 1.7e9;
   CHECK(noted());
 }
 
@@ -138,20 +143,20 @@ TEST_CASE(
   data.table.recorded.q_step = false;
   data.table.q_decimals = 6;
   CHECK_FALSE(noted("q_step_deg"));  // the resolution of the file is negligible
-  for (MeasuredRow& row : data.table.rows) {
+  for (table::MeasuredRow& row : data.table.rows) {
     for (double& q : row.q) q = 1e-3 * std::round(q / 1e-3);
   }
   CHECK(noted("are multiples of 0.0573 deg (1 mrad), though 6 decimals are written"));
   CHECK(noted("mm at the tool (95 %)"));
   CHECK(noted("add the column q_step_deg with 0.0572958 in every row"));
   data.table.recorded.q_step = true;
-  for (MeasuredRow& row : data.table.rows) row.q_step_rad = 1e-3;
+  for (table::MeasuredRow& row : data.table.rows) row.q_step_rad = 1e-3;
   CHECK_FALSE(noted("are multiples of"));
   CHECK(noted("counts as noise"));
   // Three decimals in the file are not reported as coarse; one decimal costs a millimetre.
   data.table.recorded.q_step = false;
   data.table.q_decimals = 1;
-  for (MeasuredRow& row : data.table.rows) {
+  for (table::MeasuredRow& row : data.table.rows) {
     for (double& q : row.q) q = 0.1 * kRadPerDeg * std::round(q / (0.1 * kRadPerDeg));
   }
   CHECK(noted("are written to 1 decimals, in steps of 0.1 deg"));

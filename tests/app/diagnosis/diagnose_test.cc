@@ -13,6 +13,8 @@
 #include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
+
+using namespace plumbline::diagnosis;
 namespace fs = std::filesystem;
 
 namespace {
@@ -187,14 +189,15 @@ TEST_CASE("a zoom is searched only where recorded counts changed") {
       moment = diagnosis->findings[0].effect.values.front();
   }
   REQUIRE(moment);
-  for (MeasuredRow& row : data.table.rows) row.further.push_back(row.t_s < *moment ? 5000 : 5040);
+  for (table::MeasuredRow& row : data.table.rows)
+    row.further.push_back(row.t_s < *moment ? 5000 : 5040);
   data.table.further.emplace_back("zoom_counts");
   const auto with_counts = Answer(data);
   REQUIRE(with_counts);
   CHECK(Ids(*with_counts) == std::vector<std::string>{"camera_zoom"});
   CHECK(with_counts->findings[0].effect.values.front() == Approx(*moment));
   // Constant counts rule out a zoom; the answer must be another explanation.
-  for (MeasuredRow& row : data.table.rows) row.further.back() = 5000;
+  for (table::MeasuredRow& row : data.table.rows) row.further.back() = 5000;
   const auto still = Answer(data);
   REQUIRE(still);
   for (const Finding& finding : still->findings)
@@ -236,7 +239,7 @@ TEST_CASE("runs of outliers are not reported as events, and an event among them 
 Data ReadCoarsely(Data data) {
   constexpr double kStep_rad = 1e-3;
   data.table.recorded.q_step = true;
-  for (MeasuredRow& row : data.table.rows) {
+  for (table::MeasuredRow& row : data.table.rows) {
     row.q_step_rad = kStep_rad;
     for (double& q : row.q) q = kStep_rad * std::round(q / kStep_rad);
   }
@@ -277,9 +280,9 @@ TEST_CASE("a time-dependent effect is written with the time span of its data and
   REQUIRE(diagnosis);
   REQUIRE(Ids(*diagnosis) == std::vector<std::string>{"thermal_drift"});
   REQUIRE(diagnosis->findings[0].effect.seen_t_s);
-  const auto [first, last] =
-      std::minmax_element(data.table.rows.begin(), data.table.rows.end(),
-                          [](const MeasuredRow& a, const MeasuredRow& b) { return a.t_s < b.t_s; });
+  const auto [first, last] = std::minmax_element(
+      data.table.rows.begin(), data.table.rows.end(),
+      [](const table::MeasuredRow& a, const table::MeasuredRow& b) { return a.t_s < b.t_s; });
   CHECK(diagnosis->findings[0].effect.seen_t_s->low == first->t_s);
   CHECK(diagnosis->findings[0].effect.seen_t_s->high == last->t_s);
   CHECK(diagnosis->domain.time_zero_s == 1.8e9);
@@ -328,7 +331,7 @@ TEST_CASE("the discrepancy model corrects many lines of a joint; clean data have
   REQUIRE(clean);
   CHECK(clean->discrepancy.empty());
   // The first joint has 24 lines of equal amplitude and different phases.
-  for (MeasuredRow& row : data.table.rows) {
+  for (table::MeasuredRow& row : data.table.rows) {
     double turn = 0;
     for (int k = 1; k <= 24; ++k) turn += 1.3e-4 * std::sin(k * row.q[0] + k * k);
     const Pose& X_WB = data.cell.robot.X_WB;
@@ -360,14 +363,14 @@ TEST_CASE("one row with another payload separates mass from stiffness and is not
   const Data all =
       Simulated("--family payload_mass --seed 1 --signal 15 --rigid-joints --rows 150");
   Data few = all;
-  const auto usual = [](const MeasuredRow& row) { return row.payload_kg == kUsual_kg; };
-  std::erase_if(few.table.rows, [&](const MeasuredRow& row) { return !usual(row); });
+  const auto usual = [](const table::MeasuredRow& row) { return row.payload_kg == kUsual_kg; };
+  std::erase_if(few.table.rows, [&](const table::MeasuredRow& row) { return !usual(row); });
   REQUIRE(few.table.rows.size() > 20);
   const auto before = Answer(few);
   REQUIRE(before);
   CHECK(before->verdict == Verdict::kAmbiguous);
-  const auto other =
-      std::find_if_not(all.table.rows.begin(), all.table.rows.end(), [&](const MeasuredRow& row) {
+  const auto other = std::find_if_not(
+      all.table.rows.begin(), all.table.rows.end(), [&](const table::MeasuredRow& row) {
         return usual(row) || row.payload_kg == 20 || row.payload_kg == 60;
       });
   REQUIRE(other != all.table.rows.end());
@@ -414,35 +417,35 @@ TEST_CASE("the same input gives the same answer") {
 
 TEST_CASE("mistakes in the data are rejected with advice") {
   const Data clean = Simulated("--family none --seed 8");
-  const auto refused = [](Data data, const std::function<void(MeasuredRow&)>& spoil) {
-    for (MeasuredRow& row : data.table.rows) spoil(row);
+  const auto refused = [](Data data, const std::function<void(table::MeasuredRow&)>& spoil) {
+    for (table::MeasuredRow& row : data.table.rows) spoil(row);
     const auto diagnosis = Answer(data);
     REQUIRE_FALSE(diagnosis);
     return diagnosis.error();
   };
-  CHECK(refused(clean, [](MeasuredRow& row) {
+  CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.q[2] = -row.q[2];
         }).find("joint q3 counts the other way") != std::string::npos);
-  CHECK(refused(clean, [](MeasuredRow& row) { row.q *= kRadPerDeg; }).find("radians") !=
+  CHECK(refused(clean, [](table::MeasuredRow& row) { row.q *= kRadPerDeg; }).find("radians") !=
         std::string::npos);
-  CHECK(refused(clean, [](MeasuredRow& row) {
+  CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.q[1] += 90 * kRadPerDeg;
         }).find("theta_offset_deg") != std::string::npos);
-  CHECK(refused(clean, [](MeasuredRow& row) {
+  CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.p_WT += Vec3(1, 0, 0);
         }).find("the robot's base lies (") != std::string::npos);
-  CHECK(refused(clean, [](MeasuredRow& row) {
+  CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.p_WT = Vec3(row.q[0], row.q[1], row.q[2]);
         }).find("check the DH table") != std::string::npos);
 }
 
 TEST_CASE("radians are recognised on an arm with a linear joint, whose column is in millimetres") {
   Data data = Simulated("--family none --robot ur10 --rows 40 --seed 8");
-  data.cell.robot.joints[0].type = JointType::kPrismatic;
+  data.cell.robot.joints[0].type = model::JointType::kPrismatic;
   data.cell.robot.joints[0].min = -5;
   data.cell.robot.joints[0].max = 5;
   Remeasure(data, {}, 5e-5, 4);
-  for (MeasuredRow& row : data.table.rows) {
+  for (table::MeasuredRow& row : data.table.rows) {
     for (int i = 1; i < row.q.size(); ++i) row.q[i] *= kRadPerDeg;
   }
   const auto refused = Answer(data);

@@ -9,6 +9,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 TEST_CASE("lengths have their significant digits") {
   const std::pair<double, const char*> cases[] = {
       {8.64321e-3, "8.64"},
@@ -65,7 +67,7 @@ TEST_CASE("the headline of an unknown cause names its signal and whether it is c
         "corrected");
   diagnosis.drivers = {"air_pressure_bar"};
   Finding finding;
-  finding.effect.term.effect = FindEffect("empirical");
+  finding.effect.term.effect = effects::FindEffect("empirical");
   diagnosis.findings = {finding};
   CHECK(Headline(diagnosis) ==
         "an effect outside the catalogue that follows air_pressure_bar; corrected empirically "
@@ -73,8 +75,8 @@ TEST_CASE("the headline of an unknown cause names its signal and whether it is c
 }
 
 TEST_CASE("a linear empirical term is stated per unit of its signal, a nonlinear one is not") {
-  ActiveEffect effect;
-  effect.term.effect = FindEffect("empirical");
+  effects::ActiveEffect effect;
+  effect.term.effect = effects::FindEffect("empirical");
   effect.term.drivers = {"air_pressure_bar"};
   effect.term.parameters = {{0}, {2}};  // base_x, base_z; their nodes are in mm
   effect.term.nodes = (Eigen::MatrixXd(3, 3) << 4, 0, 0, 5, 3, -4, 6, 6, -8).finished();
@@ -84,7 +86,7 @@ TEST_CASE("a linear empirical term is stated per unit of its signal, a nonlinear
   CHECK_THAT(LinearTrendText(effect), Catch::Contains("mm per K"));
   effect.term.nodes(1, 1) = 0;
   CHECK(LinearTrendText(effect).empty());
-  effect.term.effect = FindEffect("joint_compliance");
+  effect.term.effect = effects::FindEffect("joint_compliance");
   CHECK(LinearTrendText(effect).empty());
 }
 

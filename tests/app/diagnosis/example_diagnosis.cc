@@ -21,14 +21,15 @@ struct Parameter {
 };
 
 /// A finding with independent parameters.
-Finding MakeFinding(const char* id, const std::vector<Parameter>& parameters, double share) {
-  Finding finding;
-  finding.effect.term.effect = FindEffect(id);
+diagnosis::Finding MakeFinding(const char* id, const std::vector<Parameter>& parameters,
+                               double share) {
+  diagnosis::Finding finding;
+  finding.effect.term.effect = effects::FindEffect(id);
   finding.covariance = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()),
                                              static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    finding.effect.term.parameters.push_back(
-        *ParameterFromName(finding.effect.term.effect->traits(), parameters[k].name, kMaxJoints));
+    finding.effect.term.parameters.push_back(*effects::ParameterFromName(
+        finding.effect.term.effect->traits(), parameters[k].name, model::kMaxJoints));
     finding.effect.values.push_back(parameters[k].value_SI);
     const auto i = static_cast<Eigen::Index>(k);
     finding.covariance(i, i) = parameters[k].sd_SI * parameters[k].sd_SI;
@@ -46,9 +47,9 @@ Finding MakeFinding(const char* id, const std::vector<Parameter>& parameters, do
 class Simulation {
  public:
   Simulation() : random_(7) {
-    CellModel cell = ExampleCell();
+    model::CellModel cell = ExampleCell();
     for (int k = 0; k < kRows; ++k) {
-      Conditions moment;
+      effects::Conditions moment;
       moment.q = RandomPosture(cell, random_);
       moment.payload_kg = 20.0 * std::uniform_int_distribution(0, 4)(random_);
       moment.t_s = 20.0 * k + (k < kRows / 2 ? 0 : 7200);
@@ -63,43 +64,44 @@ class Simulation {
   double Normal() { return std::normal_distribution<double>()(random_); }
   Vec3 Noise() { return kSigma * Vec3(Normal(), Normal(), Normal()); }
 
-  std::vector<Vec3> Tips(const std::vector<Finding>& findings) const {
-    CellModel cell = ExampleCell();
-    for (const Finding& finding : findings) {
-      cell.effects.push_back(WrittenFromActive(finding.effect, finding.covariance));
+  std::vector<Vec3> Tips(const std::vector<diagnosis::Finding>& findings) const {
+    model::CellModel cell = ExampleCell();
+    for (const diagnosis::Finding& finding : findings) {
+      cell.effects.push_back(effects::WrittenFromActive(finding.effect, finding.covariance));
     }
-    const LoadedArm arm(cell);
-    const auto robot = std::make_shared<const Robot>(cell.robot);
+    const deflection::LoadedArm arm(cell);
+    const auto robot = std::make_shared<const model::Robot>(cell.robot);
     std::vector<Vec3> tips;
-    for (Conditions moment : moments) {
-      LoadedState state;
+    for (effects::Conditions moment : moments) {
+      deflection::LoadedState state;
       moment.robot = robot;
-      const Payload payload{moment.payload_kg, *cell.payload_cog_F};
+      const loads::Payload payload{moment.payload_kg, *cell.payload_cog_F};
       if (!arm.AtCommanded(moment.q, payload, moment, state)) std::abort();
       tips.push_back(state.X_WT.p);
     }
     return tips;
   }
 
-  std::vector<Conditions> moments;
+  std::vector<effects::Conditions> moments;
   std::vector<double> pressure_bar;
 
  private:
   std::mt19937 random_;
 };
 
-void AddSignals(const Simulation& simulation, Verdict verdict, Diagnosis& diagnosis) {
-  PerRow<double> t, temp, payload;
-  for (const Conditions& moment : simulation.moments) {
+void AddSignals(const Simulation& simulation, diagnosis::Verdict verdict,
+                diagnosis::Diagnosis& diagnosis) {
+  diagnosis::PerRow<double> t, temp, payload;
+  for (const effects::Conditions& moment : simulation.moments) {
     t.push_back(*moment.t_s);
     temp.push_back(*moment.temp_C);
     payload.push_back(moment.payload_kg);
   }
-  const bool unknown = verdict == Verdict::kUnknown;
+  const bool unknown = verdict == diagnosis::Verdict::kUnknown;
   diagnosis.signals.push_back({"t_s", t, 0.31, 0.02});
   for (int joint = 0; joint < 6; ++joint) {
-    PerRow<double> values;
-    for (const Conditions& moment : simulation.moments) {
+    diagnosis::PerRow<double> values;
+    for (const effects::Conditions& moment : simulation.moments) {
       values.emplace_back(moment.q[joint] / kDegree);
     }
     const std::string name = "q" + std::to_string(joint + 1) + "_deg";
@@ -107,21 +109,22 @@ void AddSignals(const Simulation& simulation, Verdict verdict, Diagnosis& diagno
   }
   diagnosis.signals.push_back({"payload_kg", payload, 0.44, 0.01});
   diagnosis.signals.push_back({"temp_C", temp, 0.52, 0.01});
-  diagnosis.signals.push_back({"air_pressure_bar", PerRow<double>(simulation.pressure_bar),
+  diagnosis.signals.push_back({"air_pressure_bar",
+                               diagnosis::PerRow<double>(simulation.pressure_bar),
                                unknown ? 1e-4 : 0.7, unknown ? 0.78 : 0.005});
 }
 
-void AddRows(Simulation& simulation, const std::vector<Finding>& truth, Verdict verdict,
-             Diagnosis& diagnosis) {
+void AddRows(Simulation& simulation, const std::vector<diagnosis::Finding>& truth,
+             diagnosis::Verdict verdict, diagnosis::Diagnosis& diagnosis) {
   const std::vector<Vec3> declared = simulation.Tips({}), real = simulation.Tips(truth);
   double before = 0, after = 0;
   for (std::size_t k = 0; k < declared.size(); ++k) {
-    RowTrace row;
+    diagnosis::RowTrace row;
     row.line = static_cast<int>(k) + 2;
     row.session = k < kRows / 2 ? "1" : "2";
     row.fold = static_cast<int>(k) / 12;
     row.after = simulation.Noise();
-    if (verdict == Verdict::kUnknown) {
+    if (verdict == diagnosis::Verdict::kUnknown) {
       row.after.z() += 0.9e-3 * (simulation.pressure_bar[k] - 6);
     }
     if (k == 15 || k == 52) {
@@ -147,7 +150,7 @@ void AddRows(Simulation& simulation, const std::vector<Finding>& truth, Verdict 
                         1.12 * diagnosis.rms_after_m};
 }
 
-void AddSpectrum(Simulation& simulation, Diagnosis& diagnosis) {
+void AddSpectrum(Simulation& simulation, diagnosis::Diagnosis& diagnosis) {
   for (int joint = 0; joint < 6; ++joint) {
     for (int step = 1; step <= 120; ++step) {
       const double cycles = 0.5 * step;
@@ -156,15 +159,16 @@ void AddSpectrum(Simulation& simulation, Diagnosis& diagnosis) {
   }
 }
 
-void AddConsidered(Diagnosis& diagnosis) {
+void AddConsidered(diagnosis::Diagnosis& diagnosis) {
   const auto taken = [&](std::string_view id) {
-    return std::any_of(
-        diagnosis.findings.begin(), diagnosis.findings.end(),
-        [id](const Finding& finding) { return finding.effect.term.effect->traits().id == id; });
+    return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                       [id](const diagnosis::Finding& finding) {
+                         return finding.effect.term.effect->traits().id == id;
+                       });
   };
   double gap = -12;
-  for (const Effect* effect : Catalogue()) {
-    Considered considered;
+  for (const effects::Effect* effect : effects::Catalogue()) {
+    diagnosis::Considered considered;
     considered.id = effect->traits().id;
     considered.parameters = static_cast<int>(effect->traits().parameters.size());
     if (effect->traits().per_joint) considered.scope = {"q2"};
@@ -183,10 +187,11 @@ void AddConsidered(Diagnosis& diagnosis) {
   }
 }
 
-void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagnosis& diagnosis) {
+void AddRival(const Simulation& simulation, const diagnosis::Finding& rival_finding,
+              diagnosis::Diagnosis& diagnosis) {
   const std::vector<Vec3> answer = simulation.Tips(diagnosis.findings);
   const std::vector<Vec3> other = simulation.Tips({rival_finding});
-  Rival rival{"tool_stiffness", "payload_mass", "", "", {}, 0.012, 1.4, {}, {}};
+  diagnosis::Rival rival{"tool_stiffness", "payload_mass", "", "", {}, 0.012, 1.4, {}, {}};
   for (std::size_t k = 0; k < answer.size(); ++k) {
     rival.shift_W.push_back(other[k] - answer[k]);
     rival.rows.emplace_back(k);
@@ -199,10 +204,10 @@ void AddRival(const Simulation& simulation, const Finding& rival_finding, Diagno
   }
 }
 
-void AddCorrelation(Diagnosis& diagnosis) {
-  for (const Finding& finding : diagnosis.findings) {
-    for (const EffectParameter& parameter :
-         WrittenFromActive(finding.effect, finding.covariance).parameters) {
+void AddCorrelation(diagnosis::Diagnosis& diagnosis) {
+  for (const diagnosis::Finding& finding : diagnosis.findings) {
+    for (const model::EffectParameter& parameter :
+         effects::WrittenFromActive(finding.effect, finding.covariance).parameters) {
       diagnosis.finding_names.push_back(parameter.name);
     }
   }
@@ -217,29 +222,29 @@ void AddCorrelation(Diagnosis& diagnosis) {
 
 }  // namespace
 
-CellModel ExampleCell() {
-  CellModel cell = HeavyArm();
+model::CellModel ExampleCell() {
+  model::CellModel cell = HeavyArm();
   cell.robot.name = "Assembly cell 4 <roof & pillar>";
   cell.measurement.reference_temperature_C = 22;
   return cell;
 }
 
-Diagnosis ExampleDiagnosis(Verdict verdict) {
+diagnosis::Diagnosis ExampleDiagnosis(diagnosis::Verdict verdict) {
   Simulation simulation;
-  Diagnosis diagnosis;
+  diagnosis::Diagnosis diagnosis;
   diagnosis.verdict = verdict;
   diagnosis.sigma_m = kSigma;
   diagnosis.sigma_origin = diagnosis.noise_floor_origin = "declared";
   diagnosis.noise_floor_m = std::sqrt(3.0) * kSigma;
   diagnosis.held_out_by = "blocks of time";
-  std::vector<Finding>& findings = diagnosis.findings;
-  if (verdict == Verdict::kExplained) {
+  std::vector<diagnosis::Finding>& findings = diagnosis.findings;
+  if (verdict == diagnosis::Verdict::kExplained) {
     findings.push_back(
         MakeFinding("joint_compliance", {{"q2", 5.1e-7, 2e-9}, {"q3", 6e-7, 3e-9}}, 0.93));
     findings.push_back(MakeFinding("thermal_growth", {{"alpha", 1.17e-5, 2e-7}}, 0.06));
-  } else if (verdict == Verdict::kAmbiguous) {
+  } else if (verdict == diagnosis::Verdict::kAmbiguous) {
     findings.push_back(MakeFinding("tool_stiffness", {{"ratio", -0.18, 0.01}}, 0.97));
-  } else if (verdict == Verdict::kUnknown) {
+  } else if (verdict == diagnosis::Verdict::kUnknown) {
     findings.push_back(MakeFinding("joint_compliance", {{"q2", 1.3e-7, 6e-9}}, 0.71));
     findings[0].implausible = "";
     diagnosis.drivers = {"air_pressure_bar"};
@@ -249,10 +254,10 @@ Diagnosis ExampleDiagnosis(Verdict verdict) {
   AddSpectrum(simulation, diagnosis);
   AddConsidered(diagnosis);
   AddCorrelation(diagnosis);
-  if (verdict == Verdict::kAmbiguous) {
+  if (verdict == diagnosis::Verdict::kAmbiguous) {
     AddRival(simulation, MakeFinding("payload_mass", {{"scale", 0.2, 0.01}}, 0.96), diagnosis);
   }
-  if (verdict == Verdict::kNoEffect) {
+  if (verdict == diagnosis::Verdict::kNoEffect) {
     diagnosis.minimum_detectable_m = {{"backlash", 3e-5},
                                       {"joint_compliance", 2.4e-5},
                                       {"thermal_drift", 5.2e-5},
@@ -262,9 +267,9 @@ Diagnosis ExampleDiagnosis(Verdict verdict) {
       "velocities (qd1_deg_s..) were not recorded: latency cannot be seen",
       "accelerations (qdd1_deg_s2..) were not recorded: dynamic inertia cannot be seen"};
   diagnosis.notes = {"Temperature only rises with time: growth and drift are hard to tell apart."};
-  diagnosis.domain.q.assign(6, Interval{-1.5, 1.5});
-  diagnosis.domain.payload_kg = Interval{0, 80};
-  diagnosis.domain.temp_C = Interval{22, 31};
+  diagnosis.domain.q.assign(6, model::Interval{-1.5, 1.5});
+  diagnosis.domain.payload_kg = model::Interval{0, 80};
+  diagnosis.domain.temp_C = model::Interval{22, 31};
   return diagnosis;
 }
 

@@ -6,11 +6,11 @@
 namespace plumbline::test {
 
 /// The cell of the examples: HeavyArm with a name to display.
-CellModel ExampleCell();
+model::CellModel ExampleCell();
 
 /// kExplained: compliance of joints 2 and 3, with thermal growth; kNoEffect: noise only;
 /// kAmbiguous: tool stiffness against payload mass; kUnknown: a compliance, and the base follows
 /// air_pressure_bar. 96 rows in two sessions, two of them outliers, sigma 0.05 mm.
-Diagnosis ExampleDiagnosis(Verdict verdict);
+diagnosis::Diagnosis ExampleDiagnosis(diagnosis::Verdict verdict);
 
 }  // namespace plumbline::test

@@ -14,6 +14,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 Result<Diagnosis> Answer(const MeasuredCell& data) {
@@ -59,7 +61,7 @@ TEST_CASE("effects at the detection limit are found nine times of ten, for any j
         };
         std::vector<std::pair<std::string, double>> values = {{named(kind.name), 1e-4}};
         if (!kind.cycles.empty()) values.emplace_back(named(kind.cycles), 7.3 + 3 * joint + seed);
-        const ActiveEffect effect = EffectWith(clean.cell, kind.id, values);
+        const effects::ActiveEffect effect = EffectWith(clean.cell, kind.id, values);
         MeasuredCell data = clean;
         const std::vector<Vec3> moved = DisplacementBy(clean, {effect});
         const double scale = limit_m / RmsOf(moved);
@@ -77,16 +79,16 @@ TEST_CASE("effects at the detection limit are found nine times of ten, for any j
 
 TEST_CASE("steps of base and tool are distinguished only if the poses rotate the tool") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 80 --repeats 0 --seed 3");
-  const JointVector middle = data.table.rows.front().q;
+  const model::JointVector middle = data.table.rows.front().q;
   const double half_time_s = data.table.rows[data.table.rows.size() / 2].t_s - 1e-3;
-  const ActiveEffect step =
+  const effects::ActiveEffect step =
       EffectWith(data.cell, "step_event",
                  {{"time", half_time_s}, {"x", 4e-4}, {"y", 0}, {"z", 3.3e-4}}, "tool");
   for (const double half_range_deg : {0.5, 40.0}) {
     CAPTURE(half_range_deg);
     std::mt19937_64 generator(11);
     std::uniform_real_distribution<double> within(-half_range_deg, half_range_deg);
-    for (MeasuredRow& row : data.table.rows) {
+    for (table::MeasuredRow& row : data.table.rows) {
       row.q = middle;
       for (double& q : row.q) q += within(generator) * 0.017453;
     }
@@ -142,7 +144,7 @@ TEST_CASE("a large residual without a driver is unknown if replicates confirm th
   std::mt19937_64 generator(3);
   std::normal_distribution<double> noise(0, 5e-6);
   const auto once = data.table.rows;
-  for (MeasuredRow row : once) {
+  for (table::MeasuredRow row : once) {
     row.t_s += 1e5;
     for (double& x : row.p_WT) x += noise(generator);
     data.table.rows.push_back(row);
@@ -182,8 +184,8 @@ TEST_CASE("rejected rows extend neither domain, time span nor the range of propo
   MeasuredCell data =
       Simulated("--family tool_stiffness --seed 1 --signal 15 --one-payload --rigid-joints");
   double highest = -1e9;
-  for (const MeasuredRow& row : data.table.rows) highest = std::max(highest, row.q[0]);
-  MeasuredRow wrong = data.table.rows.back();
+  for (const table::MeasuredRow& row : data.table.rows) highest = std::max(highest, row.q[0]);
+  table::MeasuredRow wrong = data.table.rows.back();
   wrong.q[0] = highest + 1;
   wrong.t_s += 1e6;
   wrong.line += 1;
@@ -194,13 +196,13 @@ TEST_CASE("rejected rows extend neither domain, time span nor the range of propo
   CHECK(diagnosis->domain.q[0].high == highest);
   REQUIRE_FALSE(diagnosis->next_poses.empty());
   double lowest = 1e9;
-  for (const MeasuredRow& row : data.table.rows) lowest = std::min(lowest, row.q[0]);
+  for (const table::MeasuredRow& row : data.table.rows) lowest = std::min(lowest, row.q[0]);
   for (const NextPose& pose : diagnosis->next_poses) {
     CHECK(pose.q[0] <= highest + 0.25 * (highest - lowest));
   }
   MeasuredCell drifts = Simulated("--family thermal_drift --signal 20 --seed 3");
   double last_of_drift_s = -1e9;
-  for (const MeasuredRow& row : drifts.table.rows)
+  for (const table::MeasuredRow& row : drifts.table.rows)
     last_of_drift_s = std::max(last_of_drift_s, row.t_s);
   drifts.table.rows.push_back(drifts.table.rows.back());
   drifts.table.rows.back().t_s = 2 * last_of_drift_s;

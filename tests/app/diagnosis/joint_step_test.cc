@@ -11,6 +11,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 /// Detects the step of `rows` random joint readings, rounded to `step_deg` and written with
@@ -27,9 +29,9 @@ std::optional<JointStep> StepOfFile(double step_deg, int decimals, int rows, uns
     }
     text += fmt::format("{:.{}f},{:.{}f}\n", q[0], decimals, q[1], decimals);
   }
-  FaultList faults;
-  const std::vector<Joint> joints(2);
-  const auto table = TableFromCsv(text, "measured.csv", joints, faults);
+  config::FaultList faults;
+  const std::vector<model::Joint> joints(2);
+  const auto table = table::TableFromCsv(text, "measured.csv", joints, faults);
   REQUIRE(table);
   REQUIRE(table->q_decimals == decimals);
   return JointStepOf(*table, joints);
@@ -71,11 +73,11 @@ TEST_CASE("few rows are no evidence, and poses at whole degrees are not a contro
 }
 
 TEST_CASE("no step is reported if the decimals are unknown") {
-  FaultList faults;
-  const std::vector<Joint> joints(1);
-  const auto table = TableFromCsv("q1_deg\n1.5e1\n2.5\n", "measured.csv", joints, faults);
+  config::FaultList faults;
+  const std::vector<model::Joint> joints(1);
+  const auto table = table::TableFromCsv("q1_deg\n1.5e1\n2.5\n", "measured.csv", joints, faults);
   REQUIRE(table);
   CHECK_FALSE(table->q_decimals);
   CHECK_FALSE(JointStepOf(*table, joints));
-  CHECK_FALSE(JointStepOf(MeasuredTable{}, joints));
+  CHECK_FALSE(JointStepOf(table::MeasuredTable{}, joints));
 }

@@ -15,6 +15,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 constexpr int kThreads = 1;
@@ -50,9 +52,9 @@ void EverySeed(const std::function<void(MeasuredCell&)>& spoil, const std::strin
   }
 }
 
-std::function<void(MeasuredCell&)> OnRows(const std::function<void(MeasuredRow&)>& spoil) {
+std::function<void(MeasuredCell&)> OnRows(const std::function<void(table::MeasuredRow&)>& spoil) {
   return [spoil](MeasuredCell& data) {
-    for (MeasuredRow& row : data.table.rows) spoil(row);
+    for (table::MeasuredRow& row : data.table.rows) spoil(row);
   };
 }
 
@@ -64,48 +66,54 @@ TEST_CASE("a wrong tool centre point is named with its vector") {
 }
 
 TEST_CASE("axes that are mirrored or swapped are named") {
-  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT.x() *= -1; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT.x() *= -1; }),
             "x counts the other way (mirrored)");
-  EverySeed(OnRows([](MeasuredRow& row) { std::swap(row.p_WT.x(), row.p_WT.y()); }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { std::swap(row.p_WT.x(), row.p_WT.y()); }),
             "x and y are swapped");
-  EverySeed(
-      OnRows([](MeasuredRow& row) { row.p_WT = Vec3(row.p_WT.y(), row.p_WT.z(), row.p_WT.x()); }),
-      "x is z, y is x, z is y of the file");
-  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT.z() *= -1; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) {
+              row.p_WT = Vec3(row.p_WT.y(), row.p_WT.z(), row.p_WT.x());
+            }),
+            "x is z, y is x, z is y of the file");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT.z() *= -1; }),
             "the measured frame is left-handed", "--unaligned");
 }
 
 TEST_CASE("other units are named") {
-  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT /= 25.4; }), "x_mm, y_mm, z_mm hold inches");
-  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT /= 1000; }), "x_mm, y_mm, z_mm hold metres");
-  EverySeed(OnRows([](MeasuredRow& row) { row.p_WT /= 25.4; }), "hold inches", "--unaligned");
-  EverySeed(OnRows([](MeasuredRow& row) { row.q *= kRadPerDeg; }), "the q columns hold radians");
-  EverySeed(OnRows([](MeasuredRow& row) { row.temp_C += 273.15; }), "Subtract 273.15");
-  EverySeed(OnRows([](MeasuredRow& row) { row.payload_kg /= 0.45359237; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT /= 25.4; }),
+            "x_mm, y_mm, z_mm hold inches");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT /= 1000; }),
+            "x_mm, y_mm, z_mm hold metres");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT /= 25.4; }), "hold inches",
+            "--unaligned");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.q *= kRadPerDeg; }),
+            "the q columns hold radians");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.temp_C += 273.15; }), "Subtract 273.15");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.payload_kg /= 0.45359237; }),
             "payload_kg holds pounds", "--sigma-mm 0.01");
 }
 
 TEST_CASE("a column that changes its unit is named with the line of the change") {
   // 48 rows; the first is line 2, so that rows[20] is line 22.
-  const auto on_side = [](const std::function<void(MeasuredRow&)>& spoil, bool from) {
+  const auto on_side = [](const std::function<void(table::MeasuredRow&)>& spoil, bool from) {
     return [spoil, from](MeasuredCell& data) {
       for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
         if (from == (k >= 20)) spoil(data.table.rows[k]);
       }
     };
   };
-  const auto radians = [](MeasuredRow& row) { row.q[1] *= kRadPerDeg; };
+  const auto radians = [](table::MeasuredRow& row) { row.q[1] *= kRadPerDeg; };
   EverySeed(on_side(radians, true), "q2_deg holds radians from line 22 on");
   EverySeed(on_side(radians, false), "q2_deg holds radians up to line 21");
-  EverySeed(on_side([](MeasuredRow& row) { row.q *= kRadPerDeg; }, true),
+  EverySeed(on_side([](table::MeasuredRow& row) { row.q *= kRadPerDeg; }, true),
             "the q columns hold radians from line 22 on", "--unaligned");
-  EverySeed(on_side([](MeasuredRow& row) { row.p_WT /= 1000; }, true),
+  EverySeed(on_side([](table::MeasuredRow& row) { row.p_WT /= 1000; }, true),
             "x_mm, y_mm, z_mm hold metres from line 22 on");
-  EverySeed(on_side([](MeasuredRow& row) { row.p_WT /= 25.4; }, false),
+  EverySeed(on_side([](table::MeasuredRow& row) { row.p_WT /= 25.4; }, false),
             "x_mm, y_mm, z_mm hold inches up to line 21", "--unaligned");
-  EverySeed(on_side([](MeasuredRow& row) { row.p_WT.z() /= 25.4; }, true),
+  EverySeed(on_side([](table::MeasuredRow& row) { row.p_WT.z() /= 25.4; }, true),
             "z_mm holds inches from line 22 on");
-  EverySeed(on_side([](MeasuredRow& row) { row.temp_C += 273.15; }, true), "from line 22 on");
+  EverySeed(on_side([](table::MeasuredRow& row) { row.temp_C += 273.15; }, true),
+            "from line 22 on");
 }
 
 TEST_CASE("payloads that change their unit are named with the line of the change") {
@@ -113,7 +121,7 @@ TEST_CASE("payloads that change their unit are named with the line of the change
     MeasuredCell data = Clean(seed, "--sigma-mm 0.01");
     int line = 0;  // of the first payload that the unit changes
     for (std::size_t k = 20; k < data.table.rows.size(); ++k) {
-      MeasuredRow& row = data.table.rows[k];
+      table::MeasuredRow& row = data.table.rows[k];
       if (line == 0 && row.payload_kg > 0) line = row.line;
       row.payload_kg /= 0.45359237;
     }
@@ -125,11 +133,11 @@ TEST_CASE("payloads that change their unit are named with the line of the change
 
 TEST_CASE("grams that no robot carries are named, one typing error is not") {
   MeasuredCell data = Clean(0);
-  const MeasuredTable clean = data.table;
-  MeasuredTable& table = data.table;
+  const table::MeasuredTable clean = data.table;
+  table::MeasuredTable& table = data.table;
   int line = 0;
   for (std::size_t k = table.rows.size(); k-- > 20;) {
-    const MeasuredRow& row = table.rows[k];
+    const table::MeasuredRow& row = table.rows[k];
     if (row.payload_kg <= 5) continue;
     line = row.line;
     table.excessive_payloads.emplace_back(row.line, 1000 * row.payload_kg);
@@ -143,18 +151,19 @@ TEST_CASE("grams that no robot carries are named, one typing error is not") {
 }
 
 TEST_CASE("joints that count otherwise are named, the last one too") {
-  EverySeed(OnRows([](MeasuredRow& row) { row.q[2] *= -1; }), "joint q3 counts the other way");
-  EverySeed(OnRows([](MeasuredRow& row) { row.q[2] -= 90 * kRadPerDeg; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] *= -1; }),
+            "joint q3 counts the other way");
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] -= 90 * kRadPerDeg; }),
             "joint q3 is turned by 90 deg");
-  EverySeed(OnRows([](MeasuredRow& row) { row.q[4] += 180 * kRadPerDeg; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.q[4] += 180 * kRadPerDeg; }),
             "joint q5 is turned by 180 deg");
-  EverySeed(OnRows([](MeasuredRow& row) { row.q[2] -= row.q[1]; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] -= row.q[1]; }),
             "joint q3 is counted against the ground");
   // A tool along the last axis moves by its bending alone: a light payload may hide the sign.
   int named = 0;
   for (int seed = 0; seed < kSeeds; ++seed) {
     MeasuredCell data = Clean(seed, "--sigma-mm 0.01");
-    for (MeasuredRow& row : data.table.rows) row.q[5] *= -1;
+    for (table::MeasuredRow& row : data.table.rows) row.q[5] *= -1;
     named += Refusal(data).find("joint q6 counts the other way") != std::string::npos ? 1 : 0;
   }
   CHECK(named >= kSeeds - 1);
@@ -170,13 +179,13 @@ TEST_CASE("a mistake beside an effect is named, and an effect alone is no mistak
   const std::string heavy = "--family payload_cog --robot ur10 --rows 60 --signal 15 --seed 4";
   MeasuredCell turned = Simulated(soft + "--seed 3");
   CHECK(answer(turned));
-  for (MeasuredRow& row : turned.table.rows) row.q[5] *= -1;
+  for (table::MeasuredRow& row : turned.table.rows) row.q[5] *= -1;
   const auto other_way = answer(turned);
   REQUIRE_FALSE(other_way);
   CHECK_THAT(other_way.error(), Catch::Contains("joint q6 counts the other way"));
 
   MeasuredCell pounds = Simulated(soft + "--seed 5");
-  for (MeasuredRow& row : pounds.table.rows) row.payload_kg /= 0.45359237;
+  for (table::MeasuredRow& row : pounds.table.rows) row.payload_kg /= 0.45359237;
   const auto in_pounds = answer(pounds);
   REQUIRE_FALSE(in_pounds);
   CHECK_THAT(in_pounds.error(), Catch::Contains("pound"));
@@ -193,7 +202,7 @@ TEST_CASE("base angles of another convention are named") {
   EverySeed(
       [&](MeasuredCell& data) {
         const Pose X_WB{moved_axes, Vec3(0.4, -0.2, 0.9)};
-        for (MeasuredRow& row : data.table.rows) row.p_WT = X_WB * row.p_WT;
+        for (table::MeasuredRow& row : data.table.rows) row.p_WT = X_WB * row.p_WT;
         data.cell.robot.g_W = X_WB.R * data.cell.robot.g_W;
         data.cell.robot.X_WB = {fixed_axes, X_WB.p};
       },
@@ -210,7 +219,7 @@ TEST_CASE("rows that are not in the order of their clock are refused, a restarte
   EverySeed(
       [](MeasuredCell& data) {
         std::vector<Vec3> points;
-        for (const MeasuredRow& row : data.table.rows) points.push_back(row.p_WT);
+        for (const table::MeasuredRow& row : data.table.rows) points.push_back(row.p_WT);
         std::mt19937_64 generator(5);
         std::shuffle(points.begin(), points.end(), generator);
         for (std::size_t k = 0; k < points.size(); ++k) data.table.rows[k].p_WT = points[k];

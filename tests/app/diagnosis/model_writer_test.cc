@@ -17,18 +17,20 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 const DataOrigin kOrigin{"measured.csv", 96, "2026-11-21"};
 
 std::string CellText() {
-  return ReadTextFile("config/cells/kr210.toml").value();
+  return config::ReadTextFile("config/cells/kr210.toml").value();
 }
 
-CellModel Read(const std::string& text) {
-  FaultList faults;
-  const auto cell = CellFromText(text, "cell.toml", faults);
-  INFO(text << FaultsText(faults));
+model::CellModel Read(const std::string& text) {
+  config::FaultList faults;
+  const auto cell = config::CellFromText(text, "cell.toml", faults);
+  INFO(text << config::FaultsText(faults));
   REQUIRE(cell);
   return *cell;
 }
@@ -48,7 +50,7 @@ bool Same(double a, double b) {
 
 TEST_CASE("effects, frames and domain read back within 1e-12") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  SessionFrames session;
+  model::SessionFrames session;
   session.id = "shift \"2\"\\";
   session.X_WB.p = Vec3(0.123456789012345, -1.0 / 3, 2);
   session.X_WB.R = RotationFromRollPitchYaw(Vec3(0.1, -0.2, 3.0000000000001));
@@ -58,13 +60,13 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   const std::string original = CellText();
   const std::string text = Corrected(original, diagnosis);
   CHECK(text.starts_with(original));
-  const CellModel cell = Read(text);
+  const model::CellModel cell = Read(text);
 
   REQUIRE(cell.effects.size() == 2);
   for (std::size_t k = 0; k < 2; ++k) {
-    const WrittenEffect wanted =
-        WrittenFromActive(diagnosis.findings[k].effect, diagnosis.findings[k].covariance);
-    const WrittenEffect& read = cell.effects[k];
+    const model::WrittenEffect wanted =
+        effects::WrittenFromActive(diagnosis.findings[k].effect, diagnosis.findings[k].covariance);
+    const model::WrittenEffect& read = cell.effects[k];
     CHECK(read.id == wanted.id);
     CHECK(read.scope == wanted.scope);
     REQUIRE(read.parameters.size() == wanted.parameters.size());
@@ -108,9 +110,9 @@ TEST_CASE("old frames and domain in the middle of the file give way, all else st
       "\n[[effect]]\nid = \"joint_offset\"\nparameters = [{ name = \"q1\", value = 1e-4 }]\n";
 
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};
+  diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt}};
   const std::string text = Corrected(original, diagnosis);
-  const CellModel cell = Read(text);
+  const model::CellModel cell = Read(text);
   REQUIRE(cell.effects.size() == 3);
   CHECK(cell.effects[0].id == "joint_offset");
   REQUIRE(cell.sessions.size() == 1);
@@ -122,12 +124,12 @@ TEST_CASE("old frames and domain in the middle of the file give way, all else st
   CHECK(text.find("[tool]") != std::string::npos);
 
   SECTION("and a second diagnosis adds to the first") {
-    const CellModel again = Read(Corrected(text, diagnosis));
+    const model::CellModel again = Read(Corrected(text, diagnosis));
     CHECK(again.effects.size() == 5);
     CHECK(again.sessions.size() == 1);
   }
   SECTION("what the diagnosis did not estimate stays as it was") {
-    const CellModel kept = Read(Corrected(original, Diagnosis{}));
+    const model::CellModel kept = Read(Corrected(original, Diagnosis{}));
     REQUIRE(kept.sessions.size() == 1);
     CHECK(kept.sessions[0].id == "1");
     CHECK(kept.domain->payload_kg->high == 1);
@@ -141,8 +143,8 @@ TEST_CASE("frames, domain and effects as inline values of the root give way, too
       "\"effect\" = [ { id = \"joint_offset\", parameters = [\n"
       "  { name = \"q1\", value = 1e-4, sd = 1e-5, unit = \"rad\" } ] } ]\n";
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
-  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt}};
-  const CellModel cell = Read(Corrected(inlined + CellText(), diagnosis));
+  diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt}};
+  const model::CellModel cell = Read(Corrected(inlined + CellText(), diagnosis));
   REQUIRE(cell.effects.size() == 3);
   CHECK(cell.effects[0].id == "joint_offset");
   CHECK(cell.effects[0].parameters[0].value == 1e-4);
@@ -156,7 +158,7 @@ TEST_CASE("a prismatic joint's range is written in mm, as it is read") {
   original.replace(original.find(limits), limits.size(), "type = \"prismatic\"\n");
   Diagnosis diagnosis;
   diagnosis.domain.q.assign(6, {-0.25, 1.75});
-  const CellModel cell = Read(Corrected(original, diagnosis));
+  const model::CellModel cell = Read(Corrected(original, diagnosis));
   CHECK(Same(cell.domain->q[0].low, -0.25));
   CHECK(Same(cell.domain->q[1].high, 1.75));
 }
@@ -164,16 +166,16 @@ TEST_CASE("a prismatic joint's range is written in mm, as it is read") {
 TEST_CASE("words and empirical nodes read back") {
   Diagnosis diagnosis;
   Finding backlash;
-  backlash.effect.term = {FindEffect("backlash"), {{0, 2, 1}}, "move"};
+  backlash.effect.term = {effects::FindEffect("backlash"), {{0, 2, 1}}, "move"};
   backlash.effect.values = {2e-4};
   Finding empirical;
-  empirical.effect.term.effect = FindEffect("empirical");
+  empirical.effect.term.effect = effects::FindEffect("empirical");
   empirical.effect.term.parameters = {{2, -1, 1}};
   empirical.effect.term.drivers = {"temp_C"};
   empirical.effect.term.nodes = (Eigen::MatrixXd(2, 2) << 5, -0.1, 7, 1.0 / 3).finished();
   empirical.effect.values = {1};
   diagnosis.findings = {backlash, empirical};
-  const CellModel cell = Read(Corrected(CellText(), diagnosis));
+  const model::CellModel cell = Read(Corrected(CellText(), diagnosis));
   REQUIRE(cell.effects.size() == 2);
   CHECK(cell.effects[0].parameters[1].word == "move");
   CHECK(cell.effects[1].drivers == std::vector<std::string>{"temp_C"});
@@ -183,22 +185,23 @@ TEST_CASE("words and empirical nodes read back") {
 namespace {
 
 struct ReadBack {
-  CellModel cell;
+  model::CellModel cell;
   std::string told;  ///< faults and warnings
-  StatedRadius radius;
+  model::StatedRadius radius;
 };
 
 /// The model of a text, and its radius inside its domain.
 ReadBack ReadWithRadius(const std::string& text) {
-  FaultList faults;
-  const auto cell = CellFromText(text, "corrected.toml", faults);
-  INFO(text << FaultsText(faults));
+  config::FaultList faults;
+  const auto cell = config::CellFromText(text, "corrected.toml", faults);
+  INFO(text << config::FaultsText(faults));
   REQUIRE(cell);
-  const LoadedArm arm(*cell);
-  JointVector q(6);
+  const deflection::LoadedArm arm(*cell);
+  model::JointVector q(6);
   q << 0.2, -1.4, 1.7, 0.3, 0.6, -0.4;
-  return {*cell, FaultsText(faults),
-          LandingUncertainty(*cell, arm, {}).At(arm, q, LoadStatement::Stated({}), {}, false)};
+  return {*cell, config::FaultsText(faults),
+          deflection::LandingUncertainty(*cell, arm, {})
+              .At(arm, q, deflection::LoadStatement::Stated({}), {}, false)};
 }
 
 std::string Edited(std::string text, const std::string& from, const std::string& to) {
@@ -215,7 +218,7 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
   diagnosis.domain.residual_sigma_m = 5e-5;
   const bool carriage_returns = GENERATE(false, true);
   std::string original;
-  for (const char c : ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value()) {
+  for (const char c : config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value()) {
     original += carriage_returns && c == '\n' ? std::string("\r\n") : std::string(1, c);
   }
   const std::string written = Corrected(original, diagnosis);
@@ -224,7 +227,7 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
   const ReadBack validated = ReadWithRadius(written);
   CHECK(validated.cell.domain->as_validated);
   CHECK(validated.told.find("fingerprint") == std::string::npos);
-  CHECK(validated.radius.basis == RadiusBasis::kMeasured);
+  CHECK(validated.radius.basis == model::RadiusBasis::kMeasured);
 
   for (const std::string& text :
        {Edited(written, "wall_mm = 5.0", "wall_mm = 2.0"),
@@ -233,29 +236,30 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
     const ReadBack edited = ReadWithRadius(text);
     CHECK_FALSE(edited.cell.domain->as_validated);
     CHECK(edited.told.find("the model was edited after it was fitted") != std::string::npos);
-    CHECK(edited.radius.basis == RadiusBasis::kAssumed);
+    CHECK(edited.radius.basis == model::RadiusBasis::kAssumed);
     CHECK(edited.radius.radius_m > validated.radius.radius_m);
     // Diagnosed again, it is a validated model.
     const ReadBack again = ReadWithRadius(Corrected(text, diagnosis));
     CHECK(again.cell.domain->as_validated);
-    CHECK(again.radius.basis == RadiusBasis::kMeasured);
+    CHECK(again.radius.basis == model::RadiusBasis::kMeasured);
   }
 }
 
 TEST_CASE("the measured poses are written and belong to the model that was validated") {
-  const std::string original = ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
+  const std::string original =
+      config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
   Diagnosis diagnosis;
   diagnosis.domain.q.assign(6, {-3, 3});
   diagnosis.domain.residual_sigma_m = 5e-5;
   diagnosis.domain.distant_sigma_m = 2e-4;
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.1, -0.2, 0.3, -0.4, 0.5, -0.6;
   diagnosis.domain.poses = {q, 2 * q};
   diagnosis.domain.reach_rad = 0.25;
   diagnosis.domain.covariance_share = 0.5;
   diagnosis.domain.declared_sigma_m = 7e-4;
   const std::string written = Corrected(original, diagnosis);
-  const Domain domain = *Read(written).domain;
+  const model::Domain domain = *Read(written).domain;
   CHECK(domain.as_validated);
   CHECK(*domain.distant_sigma_m == Approx(2e-4));
   CHECK(domain.reach_rad == 0.25);
@@ -271,9 +275,9 @@ TEST_CASE("the measured poses are written and belong to the model that was valid
 TEST_CASE("a written model with effects and frames reads back as it was validated") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
   const Pose declared{RotationFromRollPitchYaw(Vec3(0.1, -0.2, 0.3)), Vec3(1, 2, 3)};
-  diagnosis.sessions = {SessionFrames{"2", {}, std::nullopt, declared, Vec3(0.1, 0, 0.2)}};
+  diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt, declared, Vec3(0.1, 0, 0.2)}};
   const std::string written = Corrected(CellText(), diagnosis);
-  const SessionFrames frames = Read(written).sessions.front();
+  const model::SessionFrames frames = Read(written).sessions.front();
   REQUIRE((frames.X_WB_declared && frames.tip_declared_F));
   CHECK((frames.X_WB_declared->p - declared.p).norm() < 1e-12);
   CHECK((frames.X_WB_declared->R - declared.R).norm() < 1e-12);
@@ -320,17 +324,17 @@ TEST_CASE("a text file is replaced as a whole, through links, and only where tha
   const fs::path folder = fs::temp_directory_path() / ("plumbline-" + std::to_string(getpid()));
   fs::create_directories(folder);
   const std::string file = folder / "model.toml", link = folder / "link.toml";
-  REQUIRE(WriteTextFile(file, "one"));
+  REQUIRE(config::WriteTextFile(file, "one"));
   fs::create_symlink(file, link);
-  CHECK_FALSE(WhyNotWritable(link));
-  REQUIRE(WriteTextFile(link, "two"));
-  CHECK(ReadTextFile(file).value() == "two");
+  CHECK_FALSE(config::WhyNotWritable(link));
+  REQUIRE(config::WriteTextFile(link, "two"));
+  CHECK(config::ReadTextFile(file).value() == "two");
   CHECK(fs::is_symlink(link));
   CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 2);
-  CHECK(WriteTextFile("/dev/null", "three"));
+  CHECK(config::WriteTextFile("/dev/null", "three"));
   CHECK(fs::is_character_file("/dev/null"));
-  CHECK(WhyNotWritable(folder / "absent" / "model.toml"));
-  CHECK_FALSE(WriteTextFile(folder / "absent" / "model.toml", ""));
-  CHECK(WhyNotWritable(folder));
+  CHECK(config::WhyNotWritable(folder / "absent" / "model.toml"));
+  CHECK_FALSE(config::WriteTextFile(folder / "absent" / "model.toml", ""));
+  CHECK(config::WhyNotWritable(folder));
   fs::remove_all(folder);
 }

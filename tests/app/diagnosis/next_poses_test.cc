@@ -13,6 +13,8 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::diagnosis;
 using plumbline::test::HeavyArm;
 
 namespace {
@@ -20,13 +22,13 @@ namespace {
 constexpr double kSigma_m = 5e-5;
 constexpr double kStep_s = 60;
 
-MeasuredTable Table(const CellModel& cell, const std::vector<double>& payloads_kg) {
-  MeasuredTable table;
+table::MeasuredTable Table(const model::CellModel& cell, const std::vector<double>& payloads_kg) {
+  table::MeasuredTable table;
   table.file = "rows";
   table.recorded.position = table.recorded.payload = table.recorded.time = true;
   Random random(7);
   for (int k = 0; k < 40; ++k) {
-    MeasuredRow row;
+    table::MeasuredRow row;
     row.line = 2 * k + 3;
     row.t_s = kStep_s * k;
     row.q.setZero(cell.robot.size());
@@ -37,8 +39,8 @@ MeasuredTable Table(const CellModel& cell, const std::vector<double>& payloads_k
   return table;
 }
 
-CellModel Cell() {
-  CellModel cell = HeavyArm();
+model::CellModel Cell() {
+  model::CellModel cell = HeavyArm();
   cell.measurement.sigma_m = kSigma_m;
   cell.robot.joints[0].min = -1.0;
   cell.robot.joints[0].max = 1.0;
@@ -46,8 +48,8 @@ CellModel Cell() {
 }
 
 /// Poses of the heavy arm with the tips predicted by the declared model.
-Dataset Rows(MeasuredTable table) {
-  const CellModel cell = Cell();
+Dataset Rows(table::MeasuredTable table) {
+  const model::CellModel cell = Cell();
   Result<Dataset> data = DatasetFrom(cell, table);
   REQUIRE(data);
   const Result<Linearisation> tips = Linearise(*data, Model::Declared(*data), false, 1);
@@ -65,8 +67,8 @@ Dataset Rows(const std::vector<double>& payloads_kg) {
 
 /// Rows that were all approached with increasing joint angles, from a via pose each.
 Dataset RowsFromOneSide() {
-  MeasuredTable table = Table(Cell(), {20});
-  for (MeasuredRow via : table.rows) {
+  table::MeasuredTable table = Table(Cell(), {20});
+  for (table::MeasuredRow via : table.rows) {
     via.line -= 1;
     via.q.array() -= 0.1;
     table.unmeasured.push_back(via);
@@ -75,17 +77,17 @@ Dataset RowsFromOneSide() {
 }
 
 Block BlockOf(const Dataset& data, std::string_view id, std::string_view word = "") {
-  const Effect* effect = FindEffect(id);
+  const effects::Effect* effect = effects::FindEffect(id);
   REQUIRE(effect != nullptr);
   return WholeBlock(data, *effect, word);
 }
 
 /// Block of three base translations with these other parameters.
 Block ShiftBlock(std::string_view id, std::string_view word,
-                 const std::vector<TermParameter>& parameters, std::size_t first,
+                 const std::vector<effects::TermParameter>& parameters, std::size_t first,
                  const std::vector<double>& values) {
   Block block;
-  block.term.effect = FindEffect(id);
+  block.term.effect = effects::FindEffect(id);
   block.id = id;
   block.term.word = word;
   block.term.parameters = parameters;
@@ -164,7 +166,7 @@ TEST_CASE("candidates are within the measured range, the joint limits and the gi
   const Dataset candidates = CandidateRows(data, space, points, data.conditions.back());
   std::set<double> payloads;
   for (std::size_t k = 0; k < candidates.table.rows.size(); ++k) {
-    const MeasuredRow& row = candidates.table.rows[k];
+    const table::MeasuredRow& row = candidates.table.rows[k];
     payloads.insert(row.payload_kg);
     CHECK(points[k].Extras() == 0);
     CHECK(candidates.payloads[RowIndex(k)].mass_kg == row.payload_kg);
@@ -182,8 +184,8 @@ TEST_CASE("a candidate is reached from the previous pose; an unmoved joint keeps
   const DesignSpace space = DesignSpaceOf(data, {});
   const std::vector<DesignPoint> points = RandomPoints(space);
   Dataset candidates = CandidateRows(data, space, points, data.conditions.back());
-  Conditions previous = data.conditions.back();
-  previous.approach = JointVector::Constant(previous.q.size(), -1.0);
+  effects::Conditions previous = data.conditions.back();
+  previous.approach = model::JointVector::Constant(previous.q.size(), -1.0);
   previous.q[2] = candidates.conditions.front().q[2];
   previous.q[3] = candidates.conditions.front().q[3] - 0.1;
   previous.q[4] = candidates.conditions.front().q[4] + 0.1;
@@ -200,19 +202,19 @@ TEST_CASE("side, wait and motion change the conditions of a candidate, within th
   const Eigen::Index n = space.low.size();
   space.approached = {1, 2};
   space.waits_s = {0, 600};
-  space.motions = {{JointVector::Zero(n), {}}, {JointVector::Constant(n, 0.5), {}}};
-  DesignPoint point{0.5 * (space.low + space.high), 20, JointVector::Zero(n), 600, 1};
+  space.motions = {{model::JointVector::Zero(n), {}}, {model::JointVector::Constant(n, 0.5), {}}};
+  DesignPoint point{0.5 * (space.low + space.high), 20, model::JointVector::Zero(n), 600, 1};
   point.side[2] = -1;
   CHECK(point.Extras() == 3);
   const Dataset rows = CandidateRows(data, space, {point}, data.conditions.back());
-  const Conditions& moment = rows.conditions.front();
+  const effects::Conditions& moment = rows.conditions.front();
   CHECK(moment.q == point.q);
   CHECK(moment.approach[2] == -1);
   CHECK(moment.last_move[2] == Approx(-space.reach[2]));
   CHECK(moment.last_move[1] == 0);
   CHECK(*moment.t_s == *data.conditions.back().t_s + 600);
   CHECK(moment.qd[0] == 0.5);
-  const std::optional<JointVector> via = ViaPose(space, point);
+  const std::optional<model::JointVector> via = ViaPose(space, point);
   REQUIRE(via);
   CHECK((*via)[2] == Approx(point.q[2] + space.reach[2]));
   // At the end of its range a joint cannot be approached from outside.
@@ -267,10 +269,10 @@ TEST_CASE("the sum of the distances of a pair is the chi2 of a refit to all rows
 TEST_CASE("backlash is separated from an offset by the other side of approach") {
   const TwoExplanations pair = PlayOrOffset();
   CHECK(pair.space.approached.size() == static_cast<std::size_t>(pair.space.low.size()));
-  for (const Conditions& moment : pair.data.conditions) REQUIRE(moment.approach[1] == 1);
+  for (const effects::Conditions& moment : pair.data.conditions) REQUIRE(moment.approach[1] == 1);
   const SequentialDesign start(*pair.task, pair.space);
   DesignPoint point{0.5 * (pair.space.low + pair.space.high), 20,
-                    JointVector::Zero(pair.space.low.size())};
+                    model::JointVector::Zero(pair.space.low.size())};
   point.side[1] = 1;
   DesignPoint other = point;
   other.side[1] = -1;
@@ -281,7 +283,8 @@ TEST_CASE("backlash is separated from an offset by the other side of approach") 
   CHECK(design.unseparated.empty());
   REQUIRE_FALSE(design.poses.empty());
   const NextPose& first = design.poses.front();
-  const JointVector& from = first.via_q.size() > 0 ? first.via_q : pair.data.conditions.back().q;
+  const model::JointVector& from =
+      first.via_q.size() > 0 ? first.via_q : pair.data.conditions.back().q;
   CHECK(first.q[1] < from[1]);
 }
 
@@ -295,7 +298,8 @@ TEST_CASE("a drift is separated from a step by waiting") {
                              Eigen::Vector3d(0, 0, 1e-4));
   CHECK(pair.space.waits_s == std::vector<double>{0, 600, 2340});
   const SequentialDesign start(*pair.task, pair.space);
-  DesignPoint now{pair.data.conditions.back().q, 20, JointVector::Zero(pair.space.low.size())};
+  DesignPoint now{pair.data.conditions.back().q, 20,
+                  model::JointVector::Zero(pair.space.low.size())};
   DesignPoint later = now;
   later.wait_s = 2340;
   const std::vector<double> values = start.Values({now, later});
@@ -306,9 +310,10 @@ TEST_CASE("a drift is separated from a step by waiting") {
 }
 
 TEST_CASE("a delay is separated from an offset by another speed") {
-  MeasuredTable table = Table(Cell(), {20});
+  table::MeasuredTable table = Table(Cell(), {20});
   table.recorded.qd = true;
-  for (MeasuredRow& row : table.rows) row.qd = JointVector::Constant(row.q.size(), 0.2);
+  for (table::MeasuredRow& row : table.rows)
+    row.qd = model::JointVector::Constant(row.q.size(), 0.2);
   const Dataset data = Rows(std::move(table));
   const TwoExplanations pair(data, BlockOf(data, "latency"), Eigen::VectorXd::Constant(1, 2e-3),
                              BlockOf(data, "joint_offset"),
@@ -360,7 +365,7 @@ TEST_CASE("coordinate exchange never lowers the value and remains within the ran
 TEST_CASE("no pose is proposed outside the joint range or below the lowest tip") {
   TwoExplanations pair = PlayOrOffset();
   double middle_m = 0;
-  for (const MeasuredRow& row : pair.data.table.rows) middle_m += row.p_WT.z() / 40;
+  for (const table::MeasuredRow& row : pair.data.table.rows) middle_m += row.p_WT.z() / 40;
   pair.task->lowest_m = middle_m;
   const PoseDesign design = pair.Design();
   REQUIRE(design.poses.size() == 6);
@@ -372,13 +377,13 @@ TEST_CASE("no pose is proposed outside the joint range or below the lowest tip")
       const auto range = (pair.space.high - pair.space.low).array();
       CHECK(((pose.q - other.q).array().abs() / range).mean() >= 0.15);
     }
-    for (const JointVector& q : {pose.q, pose.via_q}) {
+    for (const model::JointVector& q : {pose.q, pose.via_q}) {
       if (q.size() == 0) continue;
       CHECK((q.array() >= pair.space.low.array()).all());
       CHECK((q.array() <= pair.space.high.array()).all());
       CHECK(std::abs(q[0]) <= 1.0);
     }
-    const DesignPoint point{pose.q, 20, JointVector::Zero(pose.q.size())};
+    const DesignPoint point{pose.q, 20, model::JointVector::Zero(pose.q.size())};
     const Dataset row = CandidateRows(pair.data, still, {point}, pair.data.conditions.back());
     const Result<Linearisation> at = Linearise(row, pair.model, false, 1);
     REQUIRE(at);
@@ -400,9 +405,9 @@ TEST_CASE(
   const Indexed<BlockColumnIndex, double> sizes = PriorSizes(*pair.problem, block);
   REQUIRE(sizes.size() == block.columns.size());
   double most_Nm = 0;
-  const LoadedArm arm(pair.data.cell);
+  const deflection::LoadedArm arm(pair.data.cell);
   for (const RowIndex row : pair.data.row_indices()) {
-    LoadedState state;
+    deflection::LoadedState state;
     REQUIRE(arm.AtCommanded(pair.data.measured(row).q, pair.data.payloads[row], nullptr,
                             pair.data.conditions[row].tau, state));
     most_Nm = std::max(most_Nm, std::abs(state.tau[1]));

@@ -12,6 +12,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 enum class Loss {
@@ -20,13 +22,14 @@ enum class Loss {
 };
 
 /// A table with a share of its measurements removed.
-MeasuredTable Losing(const MeasuredTable& table, Loss loss, double share, unsigned seed) {
+table::MeasuredTable Losing(const table::MeasuredTable& table, Loss loss, double share,
+                            unsigned seed) {
   std::mt19937_64 generator(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
-  MeasuredTable left = table;
+  table::MeasuredTable left = table;
   left.rows.clear();
   bool lost_before = false;
-  for (const MeasuredRow& row : table.rows) {
+  for (const table::MeasuredRow& row : table.rows) {
     const bool lost = uniform(generator) < share;
     if (!lost) {
       if (lost_before && loss == Loss::kLines) left.breaks.push_back(row.line);
@@ -39,7 +42,7 @@ MeasuredTable Losing(const MeasuredTable& table, Loss loss, double share, unsign
   return left;
 }
 
-Diagnosis Answer(const CellModel& cell, const MeasuredTable& table) {
+Diagnosis Answer(const model::CellModel& cell, const table::MeasuredTable& table) {
   DiagnosisOptions options;
   options.bootstrap = 10;
   const Result<Diagnosis> diagnosis = Diagnose(cell, table, options);
@@ -52,8 +55,8 @@ Diagnosis Answer(const CellModel& cell, const MeasuredTable& table) {
 void CheckSame(const Diagnosis& full, const Diagnosis& left) {
   REQUIRE(left.findings.size() == full.findings.size());
   for (std::size_t f = 0; f < full.findings.size(); ++f) {
-    const ActiveEffect& whole = full.findings[f].effect;
-    const ActiveEffect& part = left.findings[f].effect;
+    const effects::ActiveEffect& whole = full.findings[f].effect;
+    const effects::ActiveEffect& part = left.findings[f].effect;
     CHECK(part.term.effect == whole.term.effect);
     CHECK(part.term.word == whole.term.word);
     REQUIRE(part.values.size() == whole.values.size());
@@ -88,7 +91,7 @@ TEST_CASE("lost measurements do not change effects of the last move") {
 TEST_CASE("rows after lost lines are used for effects independent of the last move") {
   const MeasuredCell data =
       Simulated("--family joint_compliance --robot ur10 --signal 20 --seed 23");
-  const MeasuredTable table = Losing(data.table, Loss::kLines, 0.15, 4);
+  const table::MeasuredTable table = Losing(data.table, Loss::kLines, 0.15, 4);
   REQUIRE(LackedSignals(data.cell, table).size() == 1);
   const Diagnosis left = Answer(data.cell, table);
   CHECK(left.verdict == Verdict::kExplained);
@@ -97,15 +100,15 @@ TEST_CASE("rows after lost lines are used for effects independent of the last mo
 
 TEST_CASE("a row without a measurement still counts as a move; a gap in the order does not") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 12 --repeats 0 --seed 4");
-  const std::vector<Conditions> whole = ConditionsOf(data.cell, data.table);
-  MeasuredTable table = data.table;
+  const std::vector<effects::Conditions> whole = ConditionsOf(data.cell, data.table);
+  table::MeasuredTable table = data.table;
   table.unmeasured = {table.rows[4], table.rows[5]};
   table.rows.erase(table.rows.begin() + 4, table.rows.begin() + 6);
-  const std::vector<Conditions> kept = ConditionsOf(data.cell, table);
+  const std::vector<effects::Conditions> kept = ConditionsOf(data.cell, table);
   CHECK(kept[4].last_move == whole[6].last_move);
   CHECK(kept[4].approach == whole[6].approach);
   table.breaks = {table.rows[4].line};
-  const std::vector<Conditions> broken = ConditionsOf(data.cell, table);
+  const std::vector<effects::Conditions> broken = ConditionsOf(data.cell, table);
   CHECK(broken[4].last_move.size() == 0);
   CHECK(broken[5].last_move == whole[7].last_move);
 }

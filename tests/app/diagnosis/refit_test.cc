@@ -16,6 +16,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 TEST_CASE("a parameter that the rows leave free is not held, others are") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --seed 3");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
@@ -39,7 +41,7 @@ TEST_CASE("a parameter that the rows leave free is not held, others are") {
 TEST_CASE("poses, positions and rows without a measurement are fitted together") {
   constexpr double kSigma_m = 5e-5, kSigma_rad = 1e-4, kOffset_rad = 1e-3;
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 45 --repeats 0 --seed 3");
-  const ActiveEffect offset = EffectWith(data.cell, "joint_offset", {{"q6", kOffset_rad}});
+  const effects::ActiveEffect offset = EffectWith(data.cell, "joint_offset", {{"q6", kOffset_rad}});
   Remeasure(data, {offset}, kSigma_m, 5);
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
@@ -48,13 +50,13 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
   std::normal_distribution<double> noise(0, kSigma_rad);
   Eigen::MatrixXd of_pose = Eigen::MatrixXd::Identity(6, 6);
   of_pose.bottomRightCorner<3, 3>() *= std::pow(kSigma_rad / kSigma_m, 2);
-  const LoadedArm arm(data.cell);
+  const deflection::LoadedArm arm(data.cell);
   for (const RowIndex row : rows.row_indices()) {
-    MeasuredRow& measured = rows.table.rows[row.offset()];
+    table::MeasuredRow& measured = rows.table.rows[row.offset()];
     if (row.value() % 3 == 1) {
-      Influence<double> influence;
-      AddEffects(std::vector{offset}, rows.conditions[row], influence);
-      LoadedStateOf<double> state;
+      effects::Influence<double> influence;
+      effects::AddEffects(std::vector{offset}, rows.conditions[row], influence);
+      deflection::LoadedStateOf<double> state;
       REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], &influence, {}, state));
       const Vec3 off(noise(generator), noise(generator), noise(generator));
       measured.q_WT = Eigen::Quaterniond(RotationFromVector(off) * state.X_WT.R);
@@ -84,15 +86,15 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
 
 TEST_CASE("the columns of a pose are central differences of its residuals") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 6 --repeats 0 --seed 3");
-  data.cell.measurement.kind = MeasurementKind::kPose;
+  data.cell.measurement.kind = model::MeasurementKind::kPose;
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
   Dataset& rows = dataset.value();
   rows.numbers.assign(rows.table.rows.size(), {6, Eigen::MatrixXd::Identity(6, 6)});
-  const LoadedArm arm(data.cell);
+  const deflection::LoadedArm arm(data.cell);
   for (const RowIndex row : rows.row_indices()) {
-    MeasuredRow& measured = rows.table.rows[row.offset()];
-    LoadedStateOf<double> state;
+    table::MeasuredRow& measured = rows.table.rows[row.offset()];
+    deflection::LoadedStateOf<double> state;
     REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], nullptr, {}, state));
     measured.q_WT = Eigen::Quaterniond(state.X_WT.R);
   }
@@ -175,7 +177,7 @@ TEST_CASE("an instrument of ranges errs along the wire: its columns are central 
   const Result<Linearisation> declared = Linearise(rows, with(0, 0, 0, kTurn_rad), false, 1);
   REQUIRE(linear);
   REQUIRE(declared);
-  using I = Influence<double>;
+  using I = effects::Influence<double>;
   for (const RowIndex row : rows.row_indices()) {
     // What the instrument does wrong moves no tip.
     const Vec3& tip_W = linear->rows[row].p_W;
@@ -189,7 +191,7 @@ TEST_CASE("an instrument of ranges errs along the wire: its columns are central 
       {{I::kScale, Eigen::Vector4d::Unit(0)},
        {I::kRangeZero, Eigen::Vector4d::Unit(1)},
        {I::kRangeAnchor, Eigen::Vector4d::Unit(2)},
-       {I::kTurn * kMaxJoints, Eigen::Vector4d::Unit(3)}}};
+       {I::kTurn * model::kMaxJoints, Eigen::Vector4d::Unit(3)}}};
   for (const auto& pair : entries) {
     const int entry = pair.first;
     const Eigen::Vector4d& step = pair.second;
@@ -237,13 +239,13 @@ TEST_CASE("what poses would show of an effect is in lengths, whatever their rota
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
   Dataset& rows = dataset.value();
-  const LoadedArm arm(data.cell);
+  const deflection::LoadedArm arm(data.cell);
   const auto detectable_m = [&](double rad_per_m) {
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(6, 6);
     covariance.bottomRightCorner<3, 3>() *= rad_per_m * rad_per_m;
     for (const RowIndex row : rows.row_indices()) {
-      MeasuredRow& measured = rows.table.rows[row.offset()];
-      LoadedStateOf<double> state;
+      table::MeasuredRow& measured = rows.table.rows[row.offset()];
+      deflection::LoadedStateOf<double> state;
       REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], nullptr, {}, state));
       measured.q_WT = Eigen::Quaterniond(state.X_WT.R);
       rows.numbers[row] = {6, covariance};
@@ -255,7 +257,7 @@ TEST_CASE("what poses would show of an effect is in lengths, whatever their rota
     REQUIRE(linear);
     const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), model);
     CandidateSet candidate_set(problem);
-    const BlockIndex block = candidate_set.Add(WholeBlock(rows, JointOffset(), ""));
+    const BlockIndex block = candidate_set.Add(WholeBlock(rows, effects::JointOffset(), ""));
     return candidate_set.MinimumDetectable(block, 0)[BlockColumnIndex(1)];
   };
   // Ten times as certain a rotation shows a tenth of the size, hence a tenth of the displacement.

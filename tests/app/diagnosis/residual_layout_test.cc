@@ -10,6 +10,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 constexpr double kSigma_m = 5e-5;

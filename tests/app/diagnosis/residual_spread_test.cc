@@ -9,6 +9,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 constexpr int kRows = 300;

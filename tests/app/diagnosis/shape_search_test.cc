@@ -11,6 +11,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 /// Simulated rows of an arm with one effect and a little noise.
@@ -40,11 +42,11 @@ struct Rows {
   }
 
   std::vector<Block> Proposed(const std::string& id) const {
-    return ShapeSearchOf(*FindEffect(id))->Propose(*problem, problem->response());
+    return ShapeSearchOf(*effects::FindEffect(id))->Propose(*problem, problem->response());
   }
 };
 
-double ValueOf(const ActiveEffect& effect, std::string_view parameter) {
+double ValueOf(const effects::ActiveEffect& effect, std::string_view parameter) {
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const auto spec = static_cast<std::size_t>(effect.term.parameters[k].spec);
     if (effect.term.effect->traits().parameters[spec].name == parameter) return effect.values[k];
@@ -56,12 +58,13 @@ double ValueOf(const ActiveEffect& effect, std::string_view parameter) {
 }  // namespace
 
 TEST_CASE("exactly the effects with a shape have a shape search") {
-  for (const Effect* effect : Catalogue()) {
+  for (const effects::Effect* effect : effects::Catalogue()) {
     CAPTURE(effect->traits().id);
     const auto& specs = effect->traits().parameters;
-    const bool shaped = std::any_of(specs.begin(), specs.end(), [](const ParameterSpec& spec) {
-      return spec.role == ParameterRole::kShape;
-    });
+    const bool shaped =
+        std::any_of(specs.begin(), specs.end(), [](const effects::ParameterSpec& spec) {
+          return spec.role == effects::ParameterRole::kShape;
+        });
     CHECK((ShapeSearchOf(*effect) != nullptr) == shaped);
   }
 }
@@ -71,15 +74,16 @@ TEST_CASE("an event time is found between the rows where the base moved") {
   const std::vector<Block> blocks = rows.Proposed("step_event");
   REQUIRE(blocks.size() == 2);  // base and tool
   double before = 0, after = 1e9;
-  for (const Conditions& moment : rows.data->conditions) {
+  for (const effects::Conditions& moment : rows.data->conditions) {
     (*moment.t_s < 2500 ? before : after) =
         *moment.t_s < 2500 ? std::max(before, *moment.t_s) : std::min(after, *moment.t_s);
   }
   const double found = blocks.front().columns.front().values.front();
   CHECK(found > before);
   CHECK(found < after);
-  const ActiveEffect effect = ShapeSearchOf(*blocks.front().term.effect)
-                                  ->EffectFrom(blocks.front(), {{BlockColumnIndex(0), 1e-4}});
+  const effects::ActiveEffect effect =
+      ShapeSearchOf(*blocks.front().term.effect)
+          ->EffectFrom(blocks.front(), {{BlockColumnIndex(0), 1e-4}});
   CHECK(ValueOf(effect, "time") == found);
   CHECK(ValueOf(effect, "x") == 1e-4);
   CHECK(effect.values.size() == 2);  // y and z were not kept
@@ -87,7 +91,7 @@ TEST_CASE("an event time is found between the rows where the base moved") {
 
 TEST_CASE("a line at non-integer cycles is found with its phase") {
   const Rows rows("gear_periodic", {{"q3_amplitude", 3e-4}, {"q3_cycles", 7.3}, {"q3_phase", 0.4}});
-  const ShapeSearch& search = *ShapeSearchOf(*FindEffect("gear_periodic"));
+  const ShapeSearch& search = *ShapeSearchOf(*effects::FindEffect("gear_periodic"));
   const std::vector<Block> blocks = rows.Proposed("gear_periodic");
   const auto line = std::find_if(blocks.begin(), blocks.end(), [](const Block& block) {
     return std::abs(LineOf(block)->cycles_per_turn - 7.3) < 0.2;
@@ -95,7 +99,7 @@ TEST_CASE("a line at non-integer cycles is found with its phase") {
   REQUIRE(line != blocks.end());
   CHECK(LineOf(*line)->joint == 2);
   constexpr BlockColumnIndex kSine(0), kCosine(1);
-  ActiveEffect effect = search.EffectFrom(*line, {{kSine, 3e-4}, {kCosine, 4e-4}});
+  effects::ActiveEffect effect = search.EffectFrom(*line, {{kSine, 3e-4}, {kCosine, 4e-4}});
   CHECK(ValueOf(effect, "q#_amplitude") == Approx(5e-4));
   CHECK(ValueOf(effect, "q#_phase") == Approx(std::atan2(4.0, 3.0)));
   search.Join(search.EffectFrom(*line, {{kCosine, 1e-4}}), effect);
@@ -124,7 +128,7 @@ TEST_CASE("two time constants, or two events with few rows between them, are exc
 
 TEST_CASE("the shapes of refitted effects become candidates unchanged") {
   const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
-  const CellModel& cell = rows.measured.cell;
+  const model::CellModel& cell = rows.measured.cell;
   const std::vector<Block> blocks = BlocksOf(
       *rows.data, {EffectWith(cell, "thermal_drift", {{"y", 1e-4}, {"time_constant", 700}}),
                    EffectWith(cell, "joint_offset", {{"q1", 1e-4}}),

@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 constexpr int kRows = 400, kColumns = 60;

@@ -10,13 +10,14 @@
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
 
 /// The cell's prediction at each row with these effects.
-std::vector<Vec3> Predicted(const MeasuredCell& data, const std::vector<ActiveEffect>& effects) {
+std::vector<Vec3> Predicted(const MeasuredCell& data,
+                            const std::vector<effects::ActiveEffect>& effects) {
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
   REQUIRE(dataset->rows() == static_cast<int>(data.table.rows.size()));
@@ -32,11 +33,12 @@ std::vector<Vec3> Predicted(const MeasuredCell& data, const std::vector<ActiveEf
 }  // namespace
 
 MeasuredCell ReadMeasuredCell(const std::string& folder) {
-  FaultList faults;
-  auto cell = ReadCell((fs::path(folder) / "cell.toml").string(), faults);
-  INFO(FaultsText(faults));
+  config::FaultList faults;
+  auto cell = config::ReadCell((fs::path(folder) / "cell.toml").string(), faults);
+  INFO(config::FaultsText(faults));
   REQUIRE(cell);
-  auto table = ReadTable((fs::path(folder) / "measured.csv").string(), cell->robot.joints, faults);
+  auto table =
+      table::ReadTable((fs::path(folder) / "measured.csv").string(), cell->robot.joints, faults);
   REQUIRE(table);
   return {*cell, *table};
 }
@@ -54,8 +56,8 @@ MeasuredCell Simulated(const std::string& options) {
   return data;
 }
 
-void Remeasure(MeasuredCell& data, const std::vector<ActiveEffect>& effects, double sigma_m,
-               unsigned seed) {
+void Remeasure(MeasuredCell& data, const std::vector<effects::ActiveEffect>& effects,
+               double sigma_m, unsigned seed) {
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> noise(0, sigma_m);
   const std::vector<Vec3> points = Predicted(data, effects);
@@ -66,28 +68,28 @@ void Remeasure(MeasuredCell& data, const std::vector<ActiveEffect>& effects, dou
 }
 
 std::vector<Vec3> DisplacementBy(const MeasuredCell& data,
-                                 const std::vector<ActiveEffect>& effects) {
+                                 const std::vector<effects::ActiveEffect>& effects) {
   const std::vector<Vec3> without = Predicted(data, {});
   std::vector<Vec3> moved = Predicted(data, effects);
   for (std::size_t k = 0; k < moved.size(); ++k) moved[k] -= without[k];
   return moved;
 }
 
-ActiveEffect EffectWith(const CellModel& cell, const std::string& id,
-                        const std::vector<std::pair<std::string, double>>& values,
-                        const std::string& word) {
-  ActiveEffect active;
-  active.term.effect = FindEffect(id);
+effects::ActiveEffect EffectWith(const model::CellModel& cell, const std::string& id,
+                                 const std::vector<std::pair<std::string, double>>& values,
+                                 const std::string& word) {
+  effects::ActiveEffect active;
+  active.term.effect = effects::FindEffect(id);
   REQUIRE(active.term.effect != nullptr);
-  const EffectTraits& traits = active.term.effect->traits();
+  const effects::EffectTraits& traits = active.term.effect->traits();
   for (const auto& [name, value] : values) {
-    const auto parameter = ParameterFromName(traits, name, cell.robot.size());
+    const auto parameter = effects::ParameterFromName(traits, name, cell.robot.size());
     REQUIRE(parameter);
     active.term.parameters.push_back(*parameter);
     active.values.push_back(value);
   }
-  for (const ParameterSpec& spec : traits.parameters) {
-    if (spec.role != ParameterRole::kWord) continue;
+  for (const effects::ParameterSpec& spec : traits.parameters) {
+    if (spec.role != effects::ParameterRole::kWord) continue;
     const auto comma = spec.words.find(',');
     const std::string_view first = spec.words.substr(0, comma);
     active.term.word = first == word ? first : spec.words.substr(comma + 1);
@@ -95,4 +97,4 @@ ActiveEffect EffectWith(const CellModel& cell, const std::string& id,
   return active;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

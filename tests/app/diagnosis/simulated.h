@@ -7,11 +7,11 @@
 
 #include "app/diagnosis/linearisation.h"
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 
 struct MeasuredCell {
-  CellModel cell;
-  MeasuredTable table;
+  model::CellModel cell;
+  table::MeasuredTable table;
 };
 
 /// Reads cell.toml and measured.csv of a folder; the test fails if they cannot be read.
@@ -22,16 +22,16 @@ MeasuredCell Simulated(const std::string& options);
 
 /// Replaces the measured points by the prediction of the cell with these effects plus normal noise
 /// with standard deviation sigma on each axis.
-void Remeasure(MeasuredCell& data, const std::vector<ActiveEffect>& effects, double sigma_m,
-               unsigned seed);
+void Remeasure(MeasuredCell& data, const std::vector<effects::ActiveEffect>& effects,
+               double sigma_m, unsigned seed);
 
 /// Displacement of the tip by effects at each row, to first order [m].
 std::vector<Vec3> DisplacementBy(const MeasuredCell& data,
-                                 const std::vector<ActiveEffect>& effects);
+                                 const std::vector<effects::ActiveEffect>& effects);
 
 /// Creates a catalogue effect from parameter names and values in SI.
-ActiveEffect EffectWith(const CellModel& cell, const std::string& id,
-                        const std::vector<std::pair<std::string, double>>& values,
-                        const std::string& word = "");
+effects::ActiveEffect EffectWith(const model::CellModel& cell, const std::string& id,
+                                 const std::vector<std::pair<std::string, double>>& values,
+                                 const std::string& word = "");
 
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace plumbline {
+namespace plumbline::diagnosis {
 namespace {
 
 /// Moderately correlated columns of unit length, and a response.
@@ -75,13 +75,14 @@ TEST_CASE("all units are eliminated if each costs more than it gains") {
 TEST_CASE("among units with values out of bounds, the one that explains least is dropped first") {
   const Problem problem(3);
   SupportFit fit = problem.Fit(0);
-  const std::vector<Interval> any(6, Interval{-1e300, 1e300});
+  const std::vector<model::Interval> any(6, model::Interval{-1e300, 1e300});
   CHECK_FALSE(fit.DropOutOfBounds(any));
   // Columns 2 and 3 contribute about 0 and 5 to chi2.
-  std::vector<Interval> bounds = any;
+  std::vector<model::Interval> bounds = any;
   for (const int place : {2, 3}) {
     const double value = fit.Value(place);
-    bounds[static_cast<std::size_t>(place)] = value > 0 ? Interval{-1e300, 0} : Interval{0, 1e300};
+    bounds[static_cast<std::size_t>(place)] =
+        value > 0 ? model::Interval{-1e300, 0} : model::Interval{0, 1e300};
   }
   REQUIRE(fit.DropOutOfBounds(bounds));
   CHECK(fit.Places() == std::vector<int>{0, 1, 3, 4, 5});
@@ -93,4 +94,4 @@ TEST_CASE("among units with values out of bounds, the one that explains least is
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::diagnosis

@@ -16,6 +16,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::diagnosis;
+
 namespace {
 
 Dataset DatasetOf(const std::string& options) {
@@ -40,7 +42,7 @@ Diagnosis Explained(const std::string& id) {
   Diagnosis diagnosis;
   diagnosis.verdict = Verdict::kExplained;
   Finding& finding = diagnosis.findings.emplace_back();
-  finding.effect.term.effect = FindEffect(id);
+  finding.effect.term.effect = effects::FindEffect(id);
   finding.p_value = 1e-9;
   finding.covariance = Eigen::MatrixXd::Identity(1, 1);
   return diagnosis;
@@ -90,8 +92,8 @@ TEST_CASE("no row is predicted between the last known before a step and the firs
   const LinearProblem problem(UnitWeightFit(data, 1).WithRows(training),
                               std::make_shared<const Linearisation>(*linear), model);
   const double time_s = (*data.conditions[kBeforeStep].t_s + *data.conditions[kAfterStep].t_s) / 2;
-  const ActiveEffect step = EffectWith(cell.cell, "step_event",
-                                       {{"time", time_s}, {"x", 1e-3}, {"y", 0}, {"z", 0}}, "base");
+  const effects::ActiveEffect step = EffectWith(
+      cell.cell, "step_event", {{"time", time_s}, {"x", 1e-3}, {"y", 0}, {"z", 0}}, "base");
   const ShapeSearch& search = *ShapeSearchOf(*step.term.effect);
   const Block block = search.Refitted(data, step).front();
   for (const RowIndex row : data.row_indices()) {
@@ -240,11 +242,11 @@ TEST_CASE("the halves of the joint space are as large as each other, and repeats
   CHECK(in_first == data.clusters / 2);
   // One half lies farther from the other than a region from the rest.
   const auto mean_distance = [&](const FoldPlan& folds, int fold) {
-    std::vector<JointVector> others;
+    std::vector<model::JointVector> others;
     for (const RowIndex row : data.row_indices()) {
       if (folds.fold_of[row] != fold) others.push_back(data.measured(row).q);
     }
-    const PoseDistance distance = DistanceFrom(data.cell, others);
+    const kinematics::PoseDistance distance = DistanceFrom(data.cell, others);
     double sum = 0, count = 0;
     for (const RowIndex row : data.row_indices()) {
       if (folds.fold_of[row] != fold) continue;
@@ -290,12 +292,12 @@ TEST_CASE("an empirical curve stays within the values that its rows saw") {
   const Result<Linearisation> linear = Linearise(data, Model::Declared(data), true, 1);
   REQUIRE(linear);
   double low = 1e9, high = -1e9;
-  for (const MeasuredRow& row : data.table.rows) {
+  for (const table::MeasuredRow& row : data.table.rows) {
     low = std::min(low, row.temp_C);
     high = std::max(high, row.temp_C);
   }
-  ActiveEffect effect;
-  effect.term.effect = &Empirical();
+  effects::ActiveEffect effect;
+  effect.term.effect = &effects::Empirical();
   effect.term.drivers = {"temp_C"};
   effect.term.parameters = {{0, -1, 1}};  // base_x
   effect.values = {1};

@@ -9,6 +9,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::doctor;
 using test::TemporaryFolder;
 
 namespace {

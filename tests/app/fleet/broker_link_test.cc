@@ -7,12 +7,14 @@
 #include "tests/app/fleet/silent_broker.h"
 
 using namespace plumbline;
+
+using namespace plumbline::fleet;
 using namespace plumbline::test;
 
 namespace {
 
-MqttConfig At(int port) {
-  MqttConfig config;
+config::MqttConfig At(int port) {
+  config::MqttConfig config;
   config.host = "127.0.0.1";
   config.port = port;
   config.client_id = "link-test";
@@ -20,7 +22,7 @@ MqttConfig At(int port) {
 }
 
 /// Heartbeats of the link's thread in a second; it waits up to 200 ms when idle.
-std::uint64_t TurnsInASecond(const MqttConfig& config) {
+std::uint64_t TurnsInASecond(const config::MqttConfig& config) {
   const BrokerLink link(config, {});
   std::this_thread::sleep_for(std::chrono::seconds(1));
   return link.beats();
@@ -43,7 +45,7 @@ TEST_CASE("a broker that accepts the connection but never replies causes no busy
 }
 
 TEST_CASE("a TLS broker that never replies causes no busy loop") {
-  MqttConfig config;
+  config::MqttConfig config;
   config.tls_ca = "/etc/ssl/certs/ca-certificates.crt";
   if (!std::filesystem::exists(config.tls_ca)) {
     WARN("SKIPPED: no certificates here (apt install ca-certificates)");

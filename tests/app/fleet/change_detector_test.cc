@@ -8,10 +8,12 @@
 
 using namespace plumbline;
 
+using namespace plumbline::fleet;
+
 namespace {
 
-MqttConfig Rates() {
-  MqttConfig config;
+config::MqttConfig Rates() {
+  config::MqttConfig config;
   config.state_period_s = 5;
   config.change_period_s = 1;
   config.point_change_m = 1e-4;
@@ -19,7 +21,7 @@ MqttConfig Rates() {
 }
 
 struct Detector {
-  ViewState state;
+  view_link::ViewState state;
   std::optional<ChangeDetector> changes{
       std::in_place, Rates(), FleetCell{"plumbline", "cell-7", "UR10", {}, {{1, "left"}}}, ""};
   double now_s = 100;
@@ -28,10 +30,10 @@ struct Detector {
     state.utc_s = 1.7e9;
     state.model_version = 1;
     state.status = status::kReady;
-    ViewPoint point;
+    view_link::ViewPoint point;
     point.id = 1;
     point.valid = true;
-    point.code = CorrectionCode::kOk;
+    point.code = correction::CorrectionCode::kOk;
     state.points = {point};
   }
   std::vector<Message> After(double seconds) {
@@ -87,7 +89,7 @@ TEST_CASE("a change is reported at once, but at most once per change_s") {
   CHECK(slow.Count(slow.After(2), MessageKind::kPoint) == 0);
   slow.state.points[0].translation_B.x() = 1.1e-4;
   CHECK(slow.Count(slow.After(2), MessageKind::kPoint) == 1);
-  slow.state.points[0].code = CorrectionCode::kNoRobot;
+  slow.state.points[0].code = correction::CorrectionCode::kNoRobot;
   slow.state.points[0].valid = false;
   CHECK(slow.Count(slow.After(2), MessageKind::kPoint) == 1);
 }
@@ -154,12 +156,12 @@ TEST_CASE("stream, number and time precede the message body") {
 }
 
 TEST_CASE("non-finite values become null; joints are in degrees") {
-  ViewState state;
-  state.q = JointVector::Constant(2, 0.5);
+  view_link::ViewState state;
+  state.q = model::JointVector::Constant(2, 0.5);
   state.monitoring.drift_statistic = std::numeric_limits<double>::infinity();
   FleetCell cell;
   cell.joints.resize(2);
-  cell.joints[1].type = JointType::kPrismatic;
+  cell.joints[1].type = model::JointType::kPrismatic;
   const auto json = nlohmann::json::parse(StateBody(state, cell));
   CHECK(json.at("drift_statistic").is_null());
   CHECK(json.at("temp_C").is_null());

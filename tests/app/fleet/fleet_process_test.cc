@@ -6,6 +6,8 @@
 #include "tests/app/fleet/historian.h"
 
 using namespace plumbline;
+
+using namespace plumbline::fleet;
 using namespace plumbline::test;
 
 namespace {
@@ -56,14 +58,14 @@ TEST_CASE("birth, states, alarms, points, models, lenses and probes are publishe
   CHECK(historian.Of("NMODEL")[0].json.at("before").is_null());
   CHECK(historian.Of("NALARM").empty());
 
-  station.feed->Set([](ViewState& state) {
+  station.feed->Set([](view_link::ViewState& state) {
     state.alarms = alarm::kRobotStale;
     state.model_version = 2;
     state.points[0].translation_B = Vec3(0.002, 0, 0);
     state.cameras.resize(1);
-    state.cameras[0].status.name = CameraName::kRear;
+    state.cameras[0].status.name = status::CameraName::kRear;
     state.cameras[0].status.configured = true;
-    state.cameras[0].status.state = ZoomState::kValid;
+    state.cameras[0].status.state = lens::ZoomState::kValid;
   });
   REQUIRE(historian.Awaits("NALARM"));
   REQUIRE(historian.Awaits("NMODEL", 2));
@@ -78,7 +80,7 @@ TEST_CASE("birth, states, alarms, points, models, lenses and probes are publishe
   CHECK(historian.Of("NPOINT")[1].json.at("correction_mm")[0] == 2);
   CHECK(historian.Of("NLENS")[0].json.at("lens") == "valid");
   CHECK(historian.Of("NLENS")[0].json.at("camera") == "rear");
-  station.feed->Set([](ViewState& state) { state.alarms = 0; });
+  station.feed->Set([](view_link::ViewState& state) { state.alarms = 0; });
   REQUIRE(historian.Awaits("NALARM", 2));
   CHECK(historian.Of("NALARM")[1].json.at("event") == "end");
 
@@ -142,8 +144,8 @@ TEST_CASE("messages survive a broker outage with a publisher crash: complete, on
   REQUIRE(station.Says("messages are queued meanwhile"));
   for (int round = 1; round <= 8; ++round) {
     station.AddProbes(40);
-    station.feed->Set([round](ViewState& state) {
-      for (ViewPoint& point : state.points) point.translation_B.x() = 1e-3 * round;
+    station.feed->Set([round](view_link::ViewState& state) {
+      for (view_link::ViewPoint& point : state.points) point.translation_B.x() = 1e-3 * round;
       state.alarms = round % 2 ? alarm::kRobotStale : std::uint16_t{0};
     });
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
@@ -234,8 +236,8 @@ TEST_CASE("beyond the bound states are dropped first, and their number is publis
   double offset_m = 0;
   REQUIRE(Soon([&] {
     offset_m += 1e-3;
-    station.feed->Set([offset_m](ViewState& state) {
-      for (ViewPoint& point : state.points) point.translation_B.x() = offset_m;
+    station.feed->Set([offset_m](view_link::ViewState& state) {
+      for (view_link::ViewPoint& point : state.points) point.translation_B.x() = offset_m;
     });
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     return station.Log().find("queue is full") != std::string::npos;

@@ -21,7 +21,7 @@ namespace plumbline::test {
 class FeedProcess {
  public:
   FeedProcess(const std::string& state_directory, int points) {
-    auto opened = ViewPublisher::Open(ViewSocketOf(state_directory));
+    auto opened = view_link::ViewPublisher::Open(view_link::ViewSocketOf(state_directory));
     REQUIRE(opened);
     publisher_ = std::move(opened).value();
     state_.version = "0.1.0";
@@ -29,10 +29,10 @@ class FeedProcess {
     state_.model_version = 1;
     state_.status = status::kReady | status::kRobotLink;
     for (int k = 0; k < points; ++k) {
-      ViewPoint point;
+      view_link::ViewPoint point;
       point.id = k + 1;
       point.valid = true;
-      point.code = CorrectionCode::kOk;
+      point.code = correction::CorrectionCode::kOk;
       state_.points.push_back(point);
     }
     thread_ = std::thread([this] {
@@ -62,9 +62,9 @@ class FeedProcess {
                    1e-3;
     if (publisher_->PollViewers()) publisher_->Send(state_);
   }
-  std::unique_ptr<ViewPublisher> publisher_;
+  std::unique_ptr<view_link::ViewPublisher> publisher_;
   std::mutex mutex_;
-  ViewState state_;
+  view_link::ViewState state_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
@@ -74,13 +74,13 @@ struct FleetStation {
   std::string config = folder.path() + "/plumbline.toml";
   std::string state = folder.path() + "/state";
   std::optional<FeedProcess> feed;
-  std::optional<Journal> journal;
-  const std::vector<Joint> joints = HeavyArm().robot.joints;
+  std::optional<journal::Journal> journal;
+  const std::vector<model::Joint> joints = HeavyArm().robot.joints;
   pid_t pid = -1;
 
   explicit FleetStation(const std::string& mqtt, int points = 1) {
     std::filesystem::create_directories(state);
-    auto opened = Journal::Open(state + "/journal.sqlite");
+    auto opened = journal::Journal::Open(state + "/journal.sqlite");
     REQUIRE(opened);
     journal.emplace(std::move(opened).value());
     feed.emplace(state, points);
@@ -123,12 +123,12 @@ struct FleetStation {
     return Soon([&] { return Log().find(text) != std::string::npos; });
   }
   void AddProbes(int count) {
-    std::vector<JournalRow> rows;
+    std::vector<journal::JournalRow> rows;
     for (int k = 0; k < count; ++k) {
-      JournalRow row;
+      journal::JournalRow row;
       row.unix_ms = 1800000000000 + ++probes_;
       row.t_s = probes_;
-      row.q = JointVector::Zero(static_cast<Eigen::Index>(joints.size()));
+      row.q = model::JointVector::Zero(static_cast<Eigen::Index>(joints.size()));
       row.predicted_W = Vec3(1, 2, 3);
       row.measured_W = Vec3(1, 2, 3 + 1e-4 * probes_);
       row.model_version = 1;

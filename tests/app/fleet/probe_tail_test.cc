@@ -8,6 +8,8 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::fleet;
 using test::TemporaryFolder;
 
 namespace {
@@ -15,17 +17,17 @@ namespace {
 struct Written {
   TemporaryFolder folder;
   std::string path = folder.path() + "/journal.sqlite";
-  const std::vector<Joint> joints = test::HeavyArm().robot.joints;
+  const std::vector<model::Joint> joints = test::HeavyArm().robot.joints;
   int number = 0;
 
-  void Add(int count, JournalRow::Source source = JournalRow::Source::kPlc) {
-    auto journal = Journal::Open(path);
+  void Add(int count, journal::JournalRow::Source source = journal::JournalRow::Source::kPlc) {
+    auto journal = journal::Journal::Open(path);
     REQUIRE(journal);
     for (int k = 0; k < count; ++k) {
-      JournalRow row;
+      journal::JournalRow row;
       row.source = source;
       row.unix_ms = ++number;
-      row.q = JointVector::Zero(6);
+      row.q = model::JointVector::Zero(6);
       row.measured_W = Vec3(1, 2, 3.001);
       row.predicted_W = Vec3(1, 2, 3);
       row.model_version = 4;
@@ -80,7 +82,7 @@ TEST_CASE("imported rows are skipped, and a large backlog is read in parts") {
   written.Add(1);
   ProbeTail tail(written.path);
   auto taken = tail.ReadNew(std::nullopt).value();
-  written.Add(2, JournalRow::Source::kImport);
+  written.Add(2, journal::JournalRow::Source::kImport);
   written.Add(ProbeTail::kMaxRows + 10);
   std::size_t probes = 0;
   for (int look = 0; look < 4; ++look) {

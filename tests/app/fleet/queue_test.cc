@@ -10,6 +10,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::fleet;
 using test::TemporaryFolder;
 
 namespace {

@@ -9,6 +9,8 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::hand_eye;
 using namespace plumbline::test;
 
 namespace {
@@ -154,7 +156,7 @@ TEST_CASE("a roughly known lens is estimated too, within its stated uncertainty"
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const Making how;
     const Made made = Make(how, 100 + seed);
-    KnownLens known = LensTold(made.camera);
+    lens::KnownLens known = LensTold(made.camera);
     known.lens.fx *= 1.004;
     known.lens.fy *= 1.004;
     known.lens.k1 = known.lens.k2 = 0;
@@ -175,8 +177,8 @@ TEST_CASE("a roughly known lens is estimated too, within its stated uncertainty"
 }
 
 TEST_CASE("joint offsets of the robot are estimated together with the camera") {
-  const CellModel cell = HeavyArm();
-  const Chain chain(cell.robot);
+  const model::CellModel cell = HeavyArm();
+  const kinematics::Chain chain(cell.robot);
   const double truth[6] = {0, 1.5e-3, -2e-3, 1e-3, -2.5e-3, 0};
   Making how;
   how.views = 30;
@@ -187,11 +189,11 @@ TEST_CASE("joint offsets of the robot are estimated together with the camera") {
   Made made = Make(how, 11);
   std::vector<HandEyeView> views;
   std::normal_distribution<double> normal;
-  const JointVector centre = RandomPosture(cell, random);
-  Posture posture;
+  const model::JointVector centre = RandomPosture(cell, random);
+  kinematics::Posture posture;
   chain.Evaluate(centre, posture);
   const Eigen::Isometry3d X_CK0 = Iso({0.2, -0.1, 0.3}, {-0.1, -0.1, 1.1});
-  const auto flange = [&](const JointVector& q) {
+  const auto flange = [&](const model::JointVector& q) {
     chain.Evaluate(q, posture);
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.linear() = posture.X_BF().R;
@@ -205,7 +207,7 @@ TEST_CASE("joint offsets of the robot are estimated together with the camera") {
     view.name = std::to_string(views.size());
     view.q = centre;
     for (int i = 0; i < 6; ++i) view.q[i] += (i < 3 ? 0.15 : 0.6) * draw(random);
-    JointVector real = view.q;
+    model::JointVector real = view.q;
     for (int i = 0; i < 6; ++i) real[i] += truth[i];
     const Eigen::Isometry3d X_CK = X_BC.inverse() * flange(real) * made.target_pose;
     bool inside = X_CK(2, 2) > 0.6;

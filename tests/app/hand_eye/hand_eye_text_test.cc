@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::hand_eye;
+
 TEST_CASE("a standard deviation is printed with at least two significant digits") {
   CHECK(DecimalsFor({1.234}, 2) == 2);
   CHECK(DecimalsFor({0.12}, 2) == 2);

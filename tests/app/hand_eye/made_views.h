@@ -12,7 +12,7 @@
 namespace plumbline::test {
 
 struct Making {
-  HandEyeSetup setup = HandEyeSetup::kEyeToHand;
+  hand_eye::HandEyeSetup setup = hand_eye::HandEyeSetup::kEyeToHand;
   int views = 20;
   double corner_px = 0.1, robot_m = 0.3e-3, robot_rad = 0.3e-3;
   double tilt_rad = 0.5;     ///< largest turn of the target about two axes
@@ -24,7 +24,7 @@ struct Making {
 struct Made {
   renderer::Camera camera;
   Eigen::Isometry3d camera_pose, target_pose;  ///< X_BC and X_FK, or X_FC and X_BK
-  std::vector<HandEyeView> views;
+  std::vector<hand_eye::HandEyeView> views;
 };
 
 inline Eigen::Isometry3d Iso(const Eigen::Vector3d& turn, const Eigen::Vector3d& place) {
@@ -66,10 +66,10 @@ inline Made Make(const Making& how, std::uint64_t seed) {
         Eigen::Vector3d(0.25 * distance * draw(random), 0.12 * distance * draw(random), distance) -
         X_CK.linear() * centre;
     // The robot pose that the image requires.
-    const Eigen::Isometry3d X_BF = how.setup == HandEyeSetup::kEyeToHand
+    const Eigen::Isometry3d X_BF = how.setup == hand_eye::HandEyeSetup::kEyeToHand
                                        ? made.camera_pose * X_CK * made.target_pose.inverse()
                                        : made.target_pose * (made.camera_pose * X_CK).inverse();
-    HandEyeView view;
+    hand_eye::HandEyeView view;
     view.name = "image" + std::to_string(made.views.size()) + ".png";
     bool inside = true;
     for (int k = 0; k < 54; ++k) {
@@ -93,8 +93,8 @@ inline Made Make(const Making& how, std::uint64_t seed) {
   return made;
 }
 
-inline KnownLens LensTold(const renderer::Camera& camera) {
-  KnownLens known;
+inline lens::KnownLens LensTold(const renderer::Camera& camera) {
+  lens::KnownLens known;
   known.lens = {camera.fx,
                 camera.fy,
                 camera.cx,

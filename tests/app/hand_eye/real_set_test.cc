@@ -13,6 +13,8 @@
 #include "firmware-like/geometry/rotation.h"
 
 using namespace plumbline;
+
+using namespace plumbline::hand_eye;
 namespace fs = std::filesystem;
 
 namespace {
@@ -74,7 +76,7 @@ TEST_CASE("a real robot and camera: with the published lens, and with the lens e
   }
   const std::vector<HandEyeView> views = Views();
   REQUIRE(views.size() == 14);
-  KnownLens lens;
+  lens::KnownLens lens;
   lens.lens.fx = 1352.027;
   lens.lens.fy = 1356.143;
   lens.lens.cx = 789.671;

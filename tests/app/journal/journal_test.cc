@@ -19,12 +19,14 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::journal;
 using plumbline::test::TemporaryFolder;
 
 namespace {
 
-const std::vector<Joint>& Joints() {
-  static const CellModel cell = test::HeavyArm();
+const std::vector<model::Joint>& Joints() {
+  static const model::CellModel cell = test::HeavyArm();
   return cell.robot.joints;
 }
 
@@ -34,7 +36,7 @@ JournalRow FullRow(int number) {
   row.t_s = 86400.125 + number;
   row.session = "day 1";
   row.command = static_cast<std::uint16_t>(number);
-  row.q = JointVector::LinSpaced(6, -1, 1) * (number + 1) / 7.0;
+  row.q = model::JointVector::LinSpaced(6, -1, 1) * (number + 1) / 7.0;
   row.qd = row.q / 3;
   row.qdd = row.q / 9;
   row.tau = row.q * 100;
@@ -72,7 +74,7 @@ TEST_CASE("rows come back as they were written, absent values absent") {
   const std::string path = folder.path() + "/journal.sqlite";
   JournalRow bare;
   bare.source = JournalRow::Source::kImport;
-  bare.q = JointVector::Constant(6, 0.5);
+  bare.q = model::JointVector::Constant(6, 0.5);
   bare.range_m = 2.5;
   bare.t_s = 12.5;
   {
@@ -129,7 +131,7 @@ TEST_CASE("a file that is not a journal is refused and left unchanged") {
     const char* told;
   };
   const auto run = [](const std::string& path, const char* sql) {
-    auto database = Database::Open(path, Database::Mode::kWrite);
+    auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
     REQUIRE(database.value().Run(sql));
   };
   const Case cases[] = {
@@ -157,7 +159,7 @@ TEST_CASE("a file that is not a journal is refused and left unchanged") {
 TEST_CASE("the error for a locked journal does not suggest moving it away") {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
-  auto other = Database::Open(path, Database::Mode::kWrite);
+  auto other = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("CREATE TABLE t (a); BEGIN EXCLUSIVE"));
   const auto journal = Journal::OpenForReading(path);
@@ -170,7 +172,7 @@ TEST_CASE("rows of another arm are reported, not misread") {
   const TemporaryFolder folder;
   auto journal = Journal::Open(folder.path() + "/journal.sqlite");
   REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
-  const auto rows = journal.value().Read({}, std::vector<Joint>(7));
+  const auto rows = journal.value().Read({}, std::vector<model::Joint>(7));
   REQUIRE_FALSE(rows.ok());
   CHECK_THAT(rows.error(), Catch::Contains("row 1") && Catch::Contains("7 joints"));
 }
@@ -245,8 +247,8 @@ TEST_CASE("a process killed while it writes loses nothing that it had acknowledg
     reported = count;
   }
   CHECK(reported > 100);
-  auto database = Database::Open(path, Database::Mode::kRead);
-  Statement check(database.value().get(), "PRAGMA integrity_check");
+  auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
+  sqlite::Statement check(database.value().get(), "PRAGMA integrity_check");
   REQUIRE(check.Step() == SQLITE_ROW);
   CHECK(check.Text(0) == "ok");
   const auto rows = Journal::OpenForReading(path).value().Read({}, Joints());
@@ -262,14 +264,14 @@ TEST_CASE("exported rows read as the measured.csv they came from") {
       "tau5_Nm,tau6_Nm,payload_kg,temp_C,x_mm,y_mm,z_mm\n"
       "1,0.5,1.00001,-20,30,40,50,60,1,2,3,4,5,6,60,21.5,1000.00001,-2.5,3.25\n"
       "1,1.5,2.00001,-21,31,41,51,61,1,2,3,4,5,6,60,21.6,1001.00001,-2.5,3.25\n";
-  FaultList faults;
-  const auto table = TableFromCsv(text, "measured.csv", Joints(), faults);
+  config::FaultList faults;
+  const auto table = table::TableFromCsv(text, "measured.csv", Joints(), faults);
   REQUIRE(table);
   auto journal = Journal::Open(folder.path() + "/journal.sqlite");
   REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
   const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
   CHECK(exported.notes.empty());
-  const auto back = TableFromCsv(exported.text, "back.csv", Joints(), faults);
+  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
   CHECK_FALSE(faults.HasFaults());
   REQUIRE(back);
   CHECK(back->recorded == table->recorded);
@@ -285,13 +287,14 @@ TEST_CASE("exported rows read as the measured.csv they came from") {
 TEST_CASE("t_s is exported as it is in the journal, whatever the wall clock did") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3)};
   rows[1].unix_ms = 0;
-  FaultList faults;
-  const auto back = TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults);
+  config::FaultList faults;
+  const auto back =
+      table::TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults);
   REQUIRE(back);
   for (std::size_t i = 0; i < 3; ++i) CHECK(back->rows[i].t_s == rows[i].t_s);
   rows[1].t_s.reset();  // never derived from another clock
-  CHECK_FALSE(
-      TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults)->recorded.time);
+  CHECK_FALSE(table::TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults)
+                  ->recorded.time);
 }
 
 TEST_CASE("probes and imported rows count time from different origins: together t_s is left out") {
@@ -308,8 +311,9 @@ TEST_CASE("the resolution of the joint registers is stored with a row if it matt
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2)};
   CHECK(CsvFromJournal(rows, Joints()).text.find("q_step_deg") == std::string::npos);
   rows[1].q_step_rad = 1e-3;
-  FaultList faults;
-  const auto back = TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults);
+  config::FaultList faults;
+  const auto back =
+      table::TableFromCsv(CsvFromJournal(rows, Joints()).text, "m.csv", Joints(), faults);
   REQUIRE(back);
   CHECK(back->recorded.q_step);
   CHECK(back->rows[0].q_step_rad == 0);
@@ -333,7 +337,7 @@ TEST_CASE("a journal of schema 1, which counted from the boot, is converted to w
     REQUIRE(journal.value().Append({row}, Joints()).ok());
   }
   {
-    auto raw = Database::Open(file, Database::Mode::kWrite);
+    auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
     REQUIRE(raw.ok());
     REQUIRE(
         raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
@@ -370,7 +374,7 @@ TEST_CASE("a journal that cannot be read is an error, not zero") {
   const double epoch_s = journal.value().EpochUtc_s();
   CHECK(epoch_s > 1.7e9);
   {
-    auto raw = Database::Open(file, Database::Mode::kWrite);
+    auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
     REQUIRE(raw.value().Run(
         "DROP TABLE measurement; DROP TABLE import; DROP TABLE monitor_restart; DROP TABLE epoch"));
   }
@@ -404,8 +408,8 @@ TEST_CASE("few rows that lack a column are left out; if many lack it, the column
   };
   lacks(rows.back());
   const ExportedCsv few = CsvFromJournal(rows, Joints());
-  FaultList faults;
-  const auto back = TableFromCsv(few.text, "m.csv", Joints(), faults);
+  config::FaultList faults;
+  const auto back = table::TableFromCsv(few.text, "m.csv", Joints(), faults);
   REQUIRE(back);
   CHECK(back->rows.size() == 96);
   CHECK((back->recorded.time && back->recorded.temperature && back->recorded.qd));
@@ -423,7 +427,7 @@ TEST_CASE("few rows that lack a column are left out; if many lack it, the column
     std::vector<JournalRow> more = rows;
     for (std::size_t k = c.first; k <= c.last; ++k) lacks(more[k]);
     const ExportedCsv many = CsvFromJournal(more, Joints());
-    const auto table = TableFromCsv(many.text, "m.csv", Joints(), faults);
+    const auto table = table::TableFromCsv(many.text, "m.csv", Joints(), faults);
     REQUIRE(table);
     CHECK(table->rows.size() == 97);
     CHECK_FALSE((table->recorded.time || table->recorded.temperature || table->recorded.qd));
@@ -457,7 +461,7 @@ TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
     REQUIRE(journal.value().Append({FullRow(1)}, Joints()).ok());
   }
   {
-    auto raw = Database::Open(file, Database::Mode::kWrite);
+    auto raw = sqlite::Database::Open(file, sqlite::Database::Mode::kWrite);
     REQUIRE(
         raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
                         "ALTER TABLE measurement DROP COLUMN quarantine;"

@@ -9,6 +9,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::journal;
 using namespace plumbline::test;
 
 namespace {
@@ -22,7 +24,7 @@ JournalRow ProbeAt(int number, std::mt19937& random) {
   row.t_s = 60.0 * number;
   row.session = "1";
   row.command = static_cast<std::uint16_t>(number);  // wraps around within the month
-  row.q = JointVector::LinSpaced(6, -1, 1) * (1 + 1e-3 * (number % 16));
+  row.q = model::JointVector::LinSpaced(6, -1, 1) * (1 + 1e-3 * (number % 16));
   row.tau = 100 * row.q;
   row.payload_kg = 60.25;
   row.temp_C = 21.5;
@@ -44,9 +46,10 @@ std::uintmax_t BytesIn(const std::string& folder) {
 TEST_CASE(
     "a month of probes, one a minute: every one is there, in some megabytes, without an alarm") {
   const TemporaryFolder folder;
-  const std::vector<Joint> joints(6);
+  const std::vector<model::Joint> joints(6);
   std::mt19937 random(7);
-  DriftMonitor monitor(MonitorDesignFor({.probes_per_day = kPerDay, .false_alarms_per_year = 1}));
+  monitor::DriftMonitor monitor(
+      monitor::MonitorDesignFor({.probes_per_day = kPerDay, .false_alarms_per_year = 1}));
   auto journal = Journal::Open(folder.path() + "/journal.sqlite", 1'000'000'000);
   REQUIRE(journal);
   for (int day = 0; day < kDays; ++day) {
@@ -72,7 +75,7 @@ TEST_CASE("a journal grows to its limit; then probes are refused, and nothing is
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/journal.sqlite";
   constexpr std::int64_t kBound = 1'000'000;
-  const std::vector<Joint> joints(6);
+  const std::vector<model::Joint> joints(6);
   std::mt19937 random(7);
   std::int64_t kept = 0;
   {

@@ -11,15 +11,17 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::journal;
 using namespace plumbline::test;
 using Source = JournalRow::Source;
 
 namespace {
 
 /// Joints of the arm in the dumps.
-std::vector<Joint> TwoJoints() {
-  std::vector<Joint> joints(2);
-  joints[1].type = JointType::kPrismatic;
+std::vector<model::Joint> TwoJoints() {
+  std::vector<model::Joint> joints(2);
+  joints[1].type = model::JointType::kPrismatic;
   return joints;
 }
 
@@ -137,7 +139,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
     }
     auto journal = Journal::Open(path);
     JournalRow next;
-    next.q = JointVector::Zero(2);
+    next.q = model::JointVector::Zero(2);
     CHECK(*journal.value().Append({next}, TwoJoints()) == count + 1);
     CHECK(Journal::OpenForReading(path).ok());
   }

@@ -6,7 +6,7 @@
 
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 LumaView ViewOf(const renderer::Image& image) {
@@ -140,4 +140,4 @@ TEST_CASE("noise and fine chessboards over the whole frame are processed in boun
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

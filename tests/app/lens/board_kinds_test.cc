@@ -8,7 +8,7 @@
 #include "app/lens/disc_offsets.h"
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 using test::ViewOf;
@@ -294,4 +294,4 @@ TEST_CASE("with each kind of board, the lens error is within its stated uncertai
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -8,7 +8,7 @@
 #include "drivers/camera/image_folder.h"
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr ImageSize kSize{1920, 1080};
@@ -159,4 +159,4 @@ TEST_CASE("the JSON file contains the result and is read back") {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -7,7 +7,7 @@
 #include "tests/app/lens/rendered_views.h"
 #include "tests/peers/mrcal_peer.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr ImageSize kSize{1920, 1080};
@@ -55,4 +55,4 @@ TEST_CASE("the focal length error is at most mrcal's and consistent with its sta
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -12,7 +12,7 @@
 #include "app/lens/calibration.h"
 #include "drivers/camera/image_file.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 namespace fs = std::filesystem;
@@ -36,11 +36,11 @@ std::string AllReasons(const LensCalibration& calibration) {
 /// The boards of one of OpenCV's two sample cameras.
 std::vector<BoardView> SampleViews(const fs::path& folder, const std::string& camera) {
   std::vector<BoardView> views;
-  const auto names = ListImageNames(folder.string());
+  const auto names = camera::ListImageNames(folder.string());
   REQUIRE(names);
   for (const std::string& name : *names) {
     if (name.rfind(camera, 0) != 0) continue;
-    const auto image = ReadImage((folder / name).string());
+    const auto image = camera::ReadImage((folder / name).string());
     REQUIRE(image);
     const auto view = DetectBoard(image->View(), {9, 6, 0.025});
     INFO(name << ": " << (view ? "" : view.error()));
@@ -158,7 +158,7 @@ TEST_CASE("Zhang's squares: the lens agrees with the published one", "[measured]
   CHECK(fit->shared[kCy] == Approx(206.59).margin(3));
   CHECK(fit->shared[kK1] == Approx(-0.229).margin(0.02));
   // Separate squares do not form a chessboard.
-  const auto image = ReadImage((folder / "CalibIm1.png").string());
+  const auto image = camera::ReadImage((folder / "CalibIm1.png").string());
   REQUIRE(image);
   CHECK_FALSE(DetectBoard(image->View(), board));
 }
@@ -200,7 +200,8 @@ TEST_CASE("a real ChArUco board: corners agree with OpenCV's, the lens with the 
   std::map<int, BoardView> views = CornersOfFile(folder / "corners_opencv46.csv");
   REQUIRE(views.size() == 14);
   for (const int number : {0, 4, 8, 12}) {
-    const auto image = ReadImage((folder / "images" / (std::to_string(number) + ".png")).string());
+    const auto image =
+        camera::ReadImage((folder / "images" / (std::to_string(number) + ".png")).string());
     REQUIRE(image);
     const auto found = DetectBoard(image->View(), kRobotBoard);
     INFO("image " << number << (found ? "" : found.error()));
@@ -244,4 +245,4 @@ TEST_CASE("a real ChArUco board: corners agree with OpenCV's, the lens with the 
   CHECK_FALSE(c.accepted);  // fourteen views with half a pixel of noise do not hold this lens
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -8,7 +8,7 @@
 #include "tests/app/tracking/tag_scene.h"
 #include "tests/renderer/scene.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 
 /// Conditions of a simulated capture.
 struct Capture {
@@ -34,7 +34,7 @@ inline renderer::Print PrintOf(const Board& board, bool white_first = false) {
     case BoardKind::kChessboard:
       break;
     case BoardKind::kCharuco: {
-      const TagFamily family = TagFamilyOfName(board.family).value();
+      const tracking::TagFamily family = tracking::TagFamilyOfName(board.family).value();
       std::vector<std::vector<bool>> tags;
       for (int id = 0; 2 * id <= (board.columns + 1) * (board.rows + 1); ++id)
         tags.push_back(test::CellsOf(family, id));
@@ -158,4 +158,4 @@ inline std::vector<BoardView> NoisyViews(const std::vector<DrawnView>& drawn, co
   return views;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

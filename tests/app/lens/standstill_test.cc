@@ -6,7 +6,7 @@
 
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 constexpr ImageSize kSize{1920, 1080};
@@ -96,4 +96,4 @@ TEST_CASE("the p-value of a scan falls with chi^2 and rises with the degrees of 
   CHECK(ScanPValue(1e6, 3, 0.05) == 0);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

@@ -13,7 +13,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-namespace plumbline {
+namespace plumbline::lens_store {
 namespace {
 
 using test::TemporaryFolder;
@@ -22,7 +22,7 @@ LensEntry EntryAt(std::int32_t zoom_counts, double fx) {
   LensEntry entry;
   entry.key = {"SN-1", "YUYV 1920x1080@30", zoom_counts, 0x1234};
   entry.lens = {fx, 1.001 * fx, 959.25, 540.1, -0.123456789012345678, 0.05, 1e-5, -2e-5, 0.1 / 3};
-  const LensVector sd = 1e-3 * VectorOfLens(entry.lens);
+  const lens::LensVector sd = 1e-3 * lens::VectorOfLens(entry.lens);
   entry.covariance = sd * sd.transpose();
   entry.size = {1920, 1080};
   entry.rms_px = 0.04;
@@ -83,7 +83,7 @@ TEST_CASE("an entry is read back bit-exactly") {
   REQUIRE(entries->size() == 2);
   const LensEntry& found = (*entries)[0];
   CHECK(ChecksumOf(found) == ChecksumOf(kept));
-  CHECK(VectorOfLens(found.lens) == VectorOfLens(kept.lens));
+  CHECK(lens::VectorOfLens(found.lens) == lens::VectorOfLens(kept.lens));
   CHECK(found.covariance == kept.covariance);
   CHECK(found.corners == kept.corners);
   CHECK(found.board == kept.board);
@@ -135,7 +135,7 @@ TEST_CASE("the file itself refuses to change or remove a lens") {
   const std::string path = folder.path() + "/lenses.sqlite";
   LensStore store = Opened(path);
   Keep(store, EntryAt(1, 1000));
-  auto database = Database::Open(path, Database::Mode::kWrite);
+  auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
   REQUIRE(database);
   CHECK_FALSE(database.value().Run("UPDATE lens SET fx = 1"));
   CHECK_FALSE(database.value().Run("DELETE FROM lens"));
@@ -300,7 +300,7 @@ TEST_CASE("damaged without an intact backup, or not a lens store: nothing is tou
 
   const std::string other = folder.path() + "/other.sqlite";
   {
-    auto database = Database::Open(other, Database::Mode::kWrite);
+    auto database = sqlite::Database::Open(other, sqlite::Database::Mode::kWrite);
     REQUIRE(database);
     REQUIRE(database.value().Run("CREATE TABLE t (x)"));
   }
@@ -311,7 +311,7 @@ TEST_CASE("damaged without an intact backup, or not a lens store: nothing is tou
   const std::string newer = folder.path() + "/newer.sqlite";
   Opened(newer);
   {
-    auto database = Database::Open(newer, Database::Mode::kWrite);
+    auto database = sqlite::Database::Open(newer, sqlite::Database::Mode::kWrite);
     REQUIRE(database);
     REQUIRE(database.value().Run("PRAGMA user_version=3"));
   }
@@ -333,4 +333,4 @@ TEST_CASE("a lens is stored even if the backup fails, and that is reported") {
   Keep(store, EntryAt(2, 1000));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

@@ -4,14 +4,15 @@
 #include <catch2/catch.hpp>
 #include <opencv2/core.hpp>
 
-namespace plumbline {
+namespace plumbline::lens_store {
 
 TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
   LensEntry entry;
   entry.key = {"SN \"1\" <&> \\", "GREY", 0x1606, -5};
   entry.lens = {1700, 1701.1234567890123, 959.5, 540, -1.0 / 3, 0.05, 1e-17, -2e-5, 1e5 / 3};
-  for (int i = 0; i < kLensParameters; ++i) {
-    for (int k = 0; k < kLensParameters; ++k) entry.covariance(i, k) = 1.0 / (i + k + 1) - 0.5;
+  for (int i = 0; i < lens::kLensParameters; ++i) {
+    for (int k = 0; k < lens::kLensParameters; ++k)
+      entry.covariance(i, k) = 1.0 / (i + k + 1) - 0.5;
   }
   entry.size = {1920, 1080};
   entry.rms_px = 0.1;
@@ -51,4 +52,4 @@ TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens_store

@@ -10,6 +10,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::lens_store;
 using namespace plumbline::test;
 
 namespace {
@@ -67,7 +69,7 @@ TEST_CASE("a lens store of every released schema opens, loses nothing, and accep
       CheckLens((*lenses)[1], 2, schema);
     }
     {
-      auto direct = Database::Open(path, Database::Mode::kWrite);
+      auto direct = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
       CHECK(*direct.value().IntegerOf("PRAGMA user_version") == kLensSchemaVersion);
       CHECK(*direct.value().IntegerOf("SELECT count(*) FROM sqlite_master WHERE name LIKE '%_1'") ==
             0);
@@ -85,7 +87,7 @@ TEST_CASE("a schema 1 lens that fails its checksum is not migrated; the backup i
   const std::string path = folder.path() + "/lenses.sqlite";
   WriteReleased("lens_store", 1, path);
   {
-    auto database = Database::Open(path, Database::Mode::kWrite);
+    auto database = sqlite::Database::Open(path, sqlite::Database::Mode::kWrite);
     REQUIRE(database.value().Run(
         "DROP TRIGGER lens_is_not_changed; UPDATE lens SET zoom_counts = 1001 WHERE id = 1;"
         "CREATE TRIGGER lens_is_not_changed BEFORE UPDATE ON lens"

@@ -5,13 +5,15 @@
 
 using namespace plumbline;
 
+using namespace plumbline::lens_store;
+
 namespace {
 
 StoredViews Some() {
   StoredViews stored;
-  stored.board = {4, 3, 0.02, BoardKind::kCharuco, 0.015, "aruco-4x4-50"};
+  stored.board = {4, 3, 0.02, lens::BoardKind::kCharuco, 0.015, "aruco-4x4-50"};
   for (int k = 0; k < 3; ++k) {
-    BoardView view;
+    lens::BoardView view;
     view.time_s = 100 + 0.05 * k;
     view.blur_px = 0.8;
     for (int i = 0; i < stored.board.corners(); ++i) {

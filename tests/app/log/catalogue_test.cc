@@ -10,6 +10,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::log;
+
 TEST_CASE("every event has an entry, in order, with a unique name and id") {
   const auto entries = EventCatalogue();
   REQUIRE(entries.size() == static_cast<std::size_t>(Event::kCount));

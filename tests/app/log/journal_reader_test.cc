@@ -12,6 +12,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::log;
 using test::Answer;
 using test::Shell;
 using test::TemporaryFolder;

@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::log;
+
 namespace {
 
 bool Has(const std::vector<std::string>& fields, const std::string& field) {

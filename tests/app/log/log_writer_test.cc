@@ -16,6 +16,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::log;
 using test::TemporaryFolder;
 
 namespace {

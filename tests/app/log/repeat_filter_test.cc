@@ -4,6 +4,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::log;
+
 namespace {
 
 LogEntry Lost(const std::string& client, const std::string& text) {

@@ -25,6 +25,8 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
+
+using namespace plumbline::model_store;
 using plumbline::test::TemporaryFolder;
 
 namespace {
@@ -145,12 +147,12 @@ TEST_CASE("cells are compared by their values, and differences are listed by key
 }
 
 TEST_CASE("each value of a cell counts, in its key and unit") {
-  const CellModel cell = test::HeavyArm();
-  const auto difference = [&cell](const CellModel& other) {
+  const model::CellModel cell = test::HeavyArm();
+  const auto difference = [&cell](const model::CellModel& other) {
     const auto found = CellDifferences(cell, other);
     return found.size() == 1 ? found[0] : fmt::format("{} differences", found.size());
   };
-  CellModel other = cell;
+  model::CellModel other = cell;
   other.robot.joints[2].compliance_rad_per_Nm = 2e-6;
   CHECK(difference(other) == "robot.joint[3].compliance_rad_per_Nm 6e-07 -> 2e-06");
   other = cell;
@@ -163,9 +165,9 @@ TEST_CASE("each value of a cell counts, in its key and unit") {
   other.payload_cog_F.reset();
   CHECK(difference(other) == "payload.cog_mm [20, 50, 1100] -> absent");
   other = cell;
-  other.domain.emplace().payload_kg = Interval{0, 60};
+  other.domain.emplace().payload_kg = model::Interval{0, 60};
   CHECK(difference(other) == "domain.payload_kg absent -> [0, 60]");
-  CellModel fitted = cell;
+  model::CellModel fitted = cell;
   fitted.domain.emplace();
   other = fitted;
   other.domain->as_validated = false;
@@ -638,8 +640,8 @@ TEST_CASE("the diagnosis result is read, and invalid results are refused") {
 }
 
 TEST_CASE("the change between two models is that of the loaded tip") {
-  const CellModel cell = test::HeavyArm();
-  CellModel other = cell;
+  const model::CellModel cell = test::HeavyArm();
+  model::CellModel other = cell;
   other.robot.X_WB.p += Vec3(0, 0, 2e-3);
   std::mt19937 random(1);
   std::vector<ModelPose> poses;
@@ -656,17 +658,17 @@ TEST_CASE("the change between two models is that of the loaded tip") {
 
 namespace {
 
-MachineConfig ConfigOf(const CellModel& cell) {
+MachineConfig ConfigOf(const model::CellModel& cell) {
   MachineConfig config;
   config.cell = cell;
-  const LoadedArm arm(cell);
+  const deflection::LoadedArm arm(cell);
   std::mt19937 random(4);
   for (const int id : {1, 2, 3}) {
-    AssemblyPoint& point = config.points.emplace_back();
+    correction::AssemblyPoint& point = config.points.emplace_back();
     point.id = id;
     point.name = fmt::format("point {}", id);
     point.near_q = test::RandomPosture(cell, random);
-    LoadedState state;
+    deflection::LoadedState state;
     arm.AtActual(*point.near_q, {}, {}, state);
     point.X_WP = cell.robot.X_WB * state.X_BT;
   }
@@ -674,17 +676,18 @@ MachineConfig ConfigOf(const CellModel& cell) {
 }
 
 /// As in a machine, by the corrector itself.
-double MoveOf(const AssemblyPoint& point, double payload_kg, const CellModel& before,
-              const CellModel& after, const CorrectionLimits& limits) {
-  std::array<Correction, 2> corrections;
-  const std::array<const CellModel*, 2> cells{&before, &after};
+double MoveOf(const correction::AssemblyPoint& point, double payload_kg,
+              const model::CellModel& before, const model::CellModel& after,
+              const correction::CorrectionLimits& limits) {
+  std::array<correction::Correction, 2> corrections;
+  const std::array<const model::CellModel*, 2> cells{&before, &after};
   for (std::size_t k = 0; k < 2; ++k) {
-    Conditions conditions;
+    effects::Conditions conditions;
     conditions.payload_kg = payload_kg;
-    Corrector(*cells[k], limits)
+    correction::Corrector(*cells[k], limits)
         .Correct(point, {payload_kg, *cells[k]->payload_cog_F}, conditions, *point.near_q,
-                 BranchSearch::kThorough, corrections[k]);
-    REQUIRE(corrections[k].code == CorrectionCode::kOk);
+                 correction::BranchSearch::kThorough, corrections[k]);
+    REQUIRE(corrections[k].code == correction::CorrectionCode::kOk);
   }
   return (corrections[1].X_BP_command.p - corrections[0].X_BP_command.p).norm();
 }
@@ -692,8 +695,8 @@ double MoveOf(const AssemblyPoint& point, double payload_kg, const CellModel& be
 }  // namespace
 
 TEST_CASE("the change of a model is reported at the configured points, with the configured loads") {
-  const CellModel before = test::HeavyArm();
-  CellModel after = before;
+  const model::CellModel before = test::HeavyArm();
+  model::CellModel after = before;
   after.robot.joints[1].compliance_rad_per_Nm = 2e-6;
   MachineConfig config = ConfigOf(before);
   config.limits.max_translation_m = 1;
@@ -736,15 +739,15 @@ TEST_CASE("the change of a model is reported at the configured points, with the 
     CHECK(unknown.all[0].payload_kg == 0);
     REQUIRE(unknown.notes.size() == 1);
     CHECK_THAT(unknown.notes[0], Catch::Contains("assumed to be no load"));
-    after.domain.emplace().payload_kg = Interval{0, 60};
-    after.domain->q.assign(6, Interval{-10, 10});
+    after.domain.emplace().payload_kg = model::Interval{0, 60};
+    after.domain->q.assign(6, model::Interval{-10, 10});
     const PointMoves fitted = ComputePointMoves(config, before, after, 0, {{75, Vec3(0, 0, 1.3)}});
     REQUIRE(fitted.all.size() == 7);
     CHECK(fitted.all[1].payload_kg == 60);
     CHECK(fitted.all[2].payload_kg == 75);
-    CellModel elsewhere = after;  // the robot reports the centre of mass, too
+    model::CellModel elsewhere = after;  // the robot reports the centre of mass, too
     elsewhere.payload_cog_F = Vec3(0, 0, 1.3);
-    CellModel before_elsewhere = before;
+    model::CellModel before_elsewhere = before;
     before_elsewhere.payload_cog_F = elsewhere.payload_cog_F;
     CHECK(fitted.all[2].Distance_m() ==
           Approx(MoveOf(config.points[0], 75, before_elsewhere, elsewhere, config.limits))
@@ -788,27 +791,27 @@ TEST_CASE("the configuration of a daemon is recorded with its absolute path") {
 }
 
 TEST_CASE("a model that depends on signals unknown for a point is refused, with the reason") {
-  CellModel cell = plumbline::test::HeavyArm();
-  const auto why = [&cell](const WrittenEffect& effect) {
+  model::CellModel cell = plumbline::test::HeavyArm();
+  const auto why = [&cell](const model::WrittenEffect& effect) {
     cell.effects = {effect};
     return ModelUnusableReason(cell).value_or("usable");
   };
-  WrittenEffect drift;
+  model::WrittenEffect drift;
   drift.id = "thermal_drift";
   drift.parameters = {{"x", 1, std::nullopt, "mm", ""},
                       {"time_constant", 600, std::nullopt, "s", ""}};
-  WrittenEffect step;
+  model::WrittenEffect step;
   step.id = "step_event";
   step.parameters = {{"time", 5000, std::nullopt, "s", ""}, {"x", 1, std::nullopt, "mm", ""}};
-  WrittenEffect step_by_row = step;
+  model::WrittenEffect step_by_row = step;
   step_by_row.parameters[0].name = "row";
-  WrittenEffect curve;
+  model::WrittenEffect curve;
   curve.id = "empirical";
   curve.parameters = {{"base_x", 1, std::nullopt, "1", ""}};
   curve.nodes.setZero(2, 2);
   curve.nodes(1, 0) = 1;
   const auto following = [&curve](const char* driver) {
-    WrittenEffect effect = curve;
+    model::WrittenEffect effect = curve;
     effect.drivers = {driver};
     return effect;
   };

@@ -9,6 +9,8 @@
 #include "tests/file_text.h"
 
 using namespace plumbline;
+
+using namespace plumbline::model_store;
 using namespace plumbline::test;
 
 namespace {

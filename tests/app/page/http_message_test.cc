@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::page;
+
 namespace {
 
 ParsedRequest Parsed(const std::string& line, const std::string& headers = "Host: cell7\r\n") {

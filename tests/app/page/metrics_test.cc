@@ -6,6 +6,8 @@
 #include "tests/app/page/page_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::page;
 using namespace plumbline::test;
 
 TEST_CASE("the format checker finds malformed texts") {
@@ -52,11 +54,11 @@ TEST_CASE("metrics of a cell without faults") {
   scene.scene.state.monitoring.residual_m = Vec3(1e-4, -2e-4, 3e-4);
   scene.scene.state.temp_C = 21.5;
   scene.PublishStatus();
-  auto now = std::make_shared<DisplayStatus>(*scene.shown.status());
-  MeasuredPair pair;
+  auto now = std::make_shared<view::DisplayStatus>(*scene.shown.status());
+  view::MeasuredPair pair;
   pair.a = "fixture";
   pair.b = "part";
-  pair.separation = Separation{};
+  pair.separation = scene::Separation{};
   pair.separation->distance_m = 0.012;
   now->pairs = {pair};
   const std::string text = MetricsText(now.get(), {7, 2, 1, 0}, MonotonicSeconds());
@@ -85,7 +87,7 @@ TEST_CASE("metrics of a cell without faults") {
   CHECK(read.Value("plumbline_distance_meters{a=\"fixture\",b=\"part\"}") == 0.012);
   CHECK(read.Value("plumbline_interference{a=\"fixture\",b=\"part\"}") == 0);
   CHECK(read.Value("plumbline_page_requests_total") == 7);
-  const ViewPoint& point = scene.scene.state.points.front();
+  const view_link::ViewPoint& point = scene.scene.state.points.front();
   const std::string labels =
       "{point=\"" + std::to_string(point.id) + "\",name=\"" + now->point_names.at(point.id) + "\"}";
   CHECK(read.Value("plumbline_point_valid" + labels) == 1);
@@ -99,8 +101,8 @@ TEST_CASE("metrics of a cell without faults") {
 TEST_CASE("without a current state no values are exported") {
   PageScene scene;
   scene.PublishStatus(10);
-  for (const DisplayStatus* now :
-       {scene.shown.status().get(), static_cast<const DisplayStatus*>(nullptr)}) {
+  for (const view::DisplayStatus* now :
+       {scene.shown.status().get(), static_cast<const view::DisplayStatus*>(nullptr)}) {
     const std::string text = MetricsText(now, {}, MonotonicSeconds());
     const Exposition read(text);
     CHECK(read.problem.empty());
@@ -122,7 +124,7 @@ TEST_CASE("active alarms are 1; a point without a valid correction has no values
   CHECK(read.Value("plumbline_alarm{alarm=\"nothing read from the robot\"}") == 1);
   CHECK_FALSE(read.types.contains("plumbline_robot_data_age_seconds"));
   CHECK_FALSE(read.types.contains("plumbline_payload_kilograms"));
-  const ViewPoint& point = scene.scene.state.points.front();
+  const view_link::ViewPoint& point = scene.scene.state.points.front();
   const std::string labels =
       "{point=\"" + std::to_string(point.id) + "\",name=\"" + now->point_names.at(point.id) + "\"}";
   CHECK(read.Value("plumbline_point_valid" + labels) == 0);

@@ -7,6 +7,8 @@
 #include "tests/app/page/page_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::page;
 using namespace plumbline::test;
 using Catch::Contains;
 
@@ -109,15 +111,15 @@ TEST_CASE("without a token the page is served to this computer only") {
   REQUIRE_FALSE(refused);
   CHECK_THAT(refused.error(), Contains("is reachable from other computers and needs a token"));
   // This includes a socket from the service manager, whatever the configuration says.
-  auto held = TcpListener::Open("0.0.0.0", 0);
+  auto held = os::TcpListener::Open("0.0.0.0", 0);
   REQUIRE(held);
   options = scene.Options();
-  CHECK_FALSE(Page::Start(options, scene.shown, nullptr, Descriptor(dup(held.value().fd()))));
+  CHECK_FALSE(Page::Start(options, scene.shown, nullptr, os::Descriptor(dup(held.value().fd()))));
   options = scene.Options();
-  auto local = TcpListener::Open("127.0.0.1", 0);
+  auto local = os::TcpListener::Open("127.0.0.1", 0);
   REQUIRE(local);
   const int port = local.value().endpoint().port;
-  scene.Start(options, Descriptor(dup(local.value().fd())));
+  scene.Start(options, os::Descriptor(dup(local.value().fd())));
   CHECK(scene.port() == port);
   CHECK(scene.Get("/").status == 200);
   options = scene.Options();
@@ -129,11 +131,11 @@ TEST_CASE("without a token the page is served to this computer only") {
 
 TEST_CASE("a socket from the service manager keeps listening after the page has ended") {
   PageScene scene;
-  auto held = TcpListener::Open("127.0.0.1", 0);
+  auto held = os::TcpListener::Open("127.0.0.1", 0);
   REQUIRE(held);
   for (int run = 0; run < 2; ++run) {
     PageOptions options = scene.Options();
-    Descriptor listener(dup(held.value().fd()));
+    os::Descriptor listener(dup(held.value().fd()));
     if (run == 1) {
       // A client that connects in between waits.
       PageConnection early(held.value().endpoint().port);
@@ -296,12 +298,12 @@ TEST_CASE("a client that does not read is dropped, and others are served meanwhi
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 1;
   }));
   CHECK(HoldsSoon([&] {
-    auto noise = std::make_shared<DisplayPicture>();
+    auto noise = std::make_shared<view::DisplayPicture>();
     noise->image.size = {1280, 720};
     noise->image.rgb.resize(std::size_t{1280} * 720 * 3);
     for (std::uint8_t& byte : noise->image.rgb) byte = static_cast<std::uint8_t>(rand());
     noise->time_s = MonotonicSeconds();
-    scene.shown.Publish(std::shared_ptr<const DisplayPicture>(noise));
+    scene.shown.Publish(std::shared_ptr<const view::DisplayPicture>(noise));
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_viewers") == 0;
   }));
 }

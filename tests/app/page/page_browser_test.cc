@@ -5,6 +5,8 @@
 #include "tests/app/page/page_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::page;
 using namespace plumbline::test;
 
 namespace {
@@ -46,11 +48,11 @@ class Updates {
 };
 
 void FillJournal(const PageScene& scene) {
-  auto journal = Journal::Open(scene.StateDirectory() + "/journal.sqlite");
+  auto journal = journal::Journal::Open(scene.StateDirectory() + "/journal.sqlite");
   REQUIRE(journal);
-  std::vector<JournalRow> rows;
+  std::vector<journal::JournalRow> rows;
   for (int k = 0; k < 80; ++k) {
-    JournalRow row;
+    journal::JournalRow row;
     row.q = scene.scene.state.q;
     row.unix_ms = 1'800'000'000'000 + std::int64_t{60'000} * k;
     row.session = "1";

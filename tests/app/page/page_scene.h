@@ -24,10 +24,10 @@ bool HoldsSoon(Condition holds) {
 
 struct PageScene {
   ViewScene scene;
-  DisplayMailbox shown;
+  view::DisplayMailbox shown;
   std::vector<std::string> logged;
   std::mutex log_mutex;
-  std::unique_ptr<Page> page;
+  std::unique_ptr<page::Page> page;
 
   PageScene() { std::filesystem::create_directories(StateDirectory()); }
 
@@ -38,25 +38,25 @@ struct PageScene {
     std::ofstream(file) << text;
   }
 
-  PageOptions Options() const {
-    PageOptions options;
+  page::PageOptions Options() const {
+    page::PageOptions options;
     options.config.port = 0;
     options.state_directory = StateDirectory();
     options.joints = scene.model->config.machine.cell.robot.joints;
     return options;
   }
-  void Start(PageOptions options, Descriptor listener = {}) {
-    const auto log = [this](const LogEntry& entry) {
+  void Start(page::PageOptions options, os::Descriptor listener = {}) {
+    const auto log = [this](const log::LogEntry& entry) {
       const std::lock_guard lock(log_mutex);
       logged.push_back(entry.text);
     };
-    auto started = Page::Start(std::move(options), shown, log, std::move(listener));
+    auto started = page::Page::Start(std::move(options), shown, log, std::move(listener));
     INFO((started ? std::string() : started.error()));
     REQUIRE(started);
     page = std::move(started).value();
   }
   void StartWithToken(const std::string& token) {
-    PageOptions options = Options();
+    page::PageOptions options = Options();
     options.config.token = token;
     Start(options);
   }
@@ -69,11 +69,11 @@ struct PageScene {
   void PublishStatus(double age_s = 0, const std::string& link_problem = "") {
     const double now_s = MonotonicSeconds();
     scene.state.now_s = now_s - age_s;
-    for (ViewCamera& camera : scene.state.cameras) {
+    for (view_link::ViewCamera& camera : scene.state.cameras) {
       if (camera.image) camera.image->time_s = now_s - age_s - 0.03;
     }
-    Carriers carriers = scene.Placed(now_s - age_s);
-    ViewFacts facts;
+    view::Carriers carriers = scene.Placed(now_s - age_s);
+    view::ViewFacts facts;
     facts.state = &scene.state;
     facts.carriers = std::span(&carriers, 1);
     facts.model = &*scene.model;
@@ -81,18 +81,18 @@ struct PageScene {
     facts.link_problem = link_problem;
     facts.frames_per_s = {30};
     facts.viewer_lines = {{1, 1.8e9 - 90, 5, "plumbline-view 0.1.0"}};
-    shown.Publish(std::make_shared<const DisplayStatus>(MakeDisplayStatus(facts, "")));
+    shown.Publish(std::make_shared<const view::DisplayStatus>(view::MakeDisplayStatus(facts, "")));
   }
   /// A picture of one colour.
   void PublishPicture(std::uint8_t red, std::uint8_t green, std::uint8_t blue, double age_s = 0,
-                      ImageSize size = {320, 180}) {
-    auto picture = std::make_shared<DisplayPicture>();
+                      lens::ImageSize size = {320, 180}) {
+    auto picture = std::make_shared<view::DisplayPicture>();
     picture->image.size = size;
     for (int k = 0; k < size.width * size.height; ++k) {
       picture->image.rgb.insert(picture->image.rgb.end(), {red, green, blue});
     }
     picture->time_s = MonotonicSeconds() - age_s;
-    shown.Publish(std::shared_ptr<const DisplayPicture>(std::move(picture)));
+    shown.Publish(std::shared_ptr<const view::DisplayPicture>(std::move(picture)));
   }
 };
 

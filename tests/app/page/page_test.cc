@@ -11,6 +11,8 @@
 #include "tests/app/page/page_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::page;
 using namespace plumbline::test;
 using Catch::Contains;
 
@@ -36,9 +38,9 @@ std::vector<std::string> SplitMultipart(const std::string& body) {
 
 /// Luma at the centre of a JPEG of the size that PageScene::PublishPicture() makes.
 double LumaOf(const std::string& jpeg) {
-  GreyImage image;
-  const auto decoded =
-      DecodeJpegFile({reinterpret_cast<const std::uint8_t*>(jpeg.data()), jpeg.size()}, image);
+  camera::GreyImage image;
+  const auto decoded = camera::DecodeJpegFile(
+      {reinterpret_cast<const std::uint8_t*>(jpeg.data()), jpeg.size()}, image);
   INFO((decoded ? std::string() : decoded.error()));
   REQUIRE(decoded);
   REQUIRE(image.width == 320);
@@ -124,16 +126,16 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
 
 TEST_CASE("log lines keep their order of arrival when the clock is set back") {
   LogTail tail;
-  DisplayStatus now;
-  ViewState state;
+  view::DisplayStatus now;
+  view_link::ViewState state;
   now.viewer_lines = {{1, 500, 5, "quiet viewer"}};
   for (std::size_t k = 0; k < LogTail::kMaxLines; ++k) {
     state.lines = {{k + 1, 1000.0 + static_cast<double>(k), 5, "before"}};
-    now.state = std::make_shared<const ViewState>(state);
+    now.state = std::make_shared<const view_link::ViewState>(state);
     tail.Add(now);
   }
   state.lines.push_back({LogTail::kMaxLines + 1, 10, 5, "after"});
-  now.state = std::make_shared<const ViewState>(state);
+  now.state = std::make_shared<const view_link::ViewState>(state);
   tail.Add(now);
   tail.Add(now);
   const std::vector<TailLine> lines = tail.Lines();
@@ -193,14 +195,14 @@ TEST_CASE("a silent daemon and an old picture are reported") {
 
 TEST_CASE("a hanging viewer withdraws its daemon's state") {
   PageScene scene;
-  ViewState& state = scene.scene.state;
-  Carriers carriers = scene.scene.Placed();
-  ViewFacts facts;
+  view_link::ViewState& state = scene.scene.state;
+  view::Carriers carriers = scene.scene.Placed();
+  view::ViewFacts facts;
   facts.state = &state;
   facts.carriers = std::span(&carriers, 1);
   facts.model = &*scene.scene.model;
   facts.now_s = ViewScene::kNow_s;
-  const DisplayStatus shown = MakeDisplayStatus(facts, "");
+  const view::DisplayStatus shown = view::MakeDisplayStatus(facts, "");
   const auto at = [&](double now_s) {
     return nlohmann::json::parse(StatusJson(&shown, {}, {}, now_s));
   };
@@ -301,11 +303,11 @@ TEST_CASE(
   scene.Start(scene.Options());
   CHECK(nlohmann::json::parse(scene.Get("/trend.json").body).at("points").empty());
   scene.page.reset();
-  const std::vector<Joint>& joints = scene.scene.model->config.machine.cell.robot.joints;
+  const std::vector<model::Joint>& joints = scene.scene.model->config.machine.cell.robot.joints;
   {
-    auto journal = Journal::Open(scene.StateDirectory() + "/journal.sqlite");
+    auto journal = journal::Journal::Open(scene.StateDirectory() + "/journal.sqlite");
     REQUIRE(journal);
-    JournalRow row;
+    journal::JournalRow row;
     row.q = scene.scene.state.q;
     row.unix_ms = 1'800'000'000'000;
     row.session = "1";
@@ -314,14 +316,14 @@ TEST_CASE(
     row.model_version = 2;
     // Rows of an earlier arm with another number of joints, and enough rows without a prediction to
     // fill the newest ones: the trend skips both.
-    JournalRow foreign = row;
-    foreign.q = JointVector::Zero(row.q.size() - 1);
-    const std::vector<Joint> fewer(joints.begin(), joints.end() - 1);
+    journal::JournalRow foreign = row;
+    foreign.q = model::JointVector::Zero(row.q.size() - 1);
+    const std::vector<model::Joint> fewer(joints.begin(), joints.end() - 1);
     REQUIRE(journal.value().Append({foreign}, fewer));
-    JournalRow unpredicted = row;
+    journal::JournalRow unpredicted = row;
     unpredicted.predicted_W.reset();
     unpredicted.model_version.reset();
-    std::vector<JournalRow> rows(kTrendRows + 2, unpredicted);
+    std::vector<journal::JournalRow> rows(kTrendRows + 2, unpredicted);
     rows.front() = rows.back() = row;
     const auto last = journal.value().Append(rows, joints);
     REQUIRE(last);

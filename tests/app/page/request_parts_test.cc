@@ -6,6 +6,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::page;
+
 TEST_CASE("secrets are equal only if every byte is") {
   CHECK(SameSecret("0123456789abcdef", "0123456789abcdef"));
   CHECK_FALSE(SameSecret("0123456789abcdeF", "0123456789abcdef"));

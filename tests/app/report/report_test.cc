@@ -16,6 +16,8 @@
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
+
+using namespace plumbline::report;
 using test::ExampleCell;
 using test::ExampleDiagnosis;
 
@@ -25,7 +27,7 @@ namespace fs = std::filesystem;
 
 const ReportSource kSource{"cell.toml", "measured.csv", 96, {7}, "2026-11-21", "0.1.0"};
 
-std::string Report(const Diagnosis& diagnosis) {
+std::string Report(const diagnosis::Diagnosis& diagnosis) {
   return ReportHtml(diagnosis, ExampleCell(), kSource);
 }
 
@@ -100,8 +102,9 @@ sys.exit(1 if faults else 0)
 TEST_CASE("the report is well-formed and self-contained for every verdict") {
   const Folder folder;
   std::ofstream(folder.File("check.py")) << kChecker;
-  for (const Verdict verdict :
-       {Verdict::kNoEffect, Verdict::kExplained, Verdict::kAmbiguous, Verdict::kUnknown}) {
+  for (const diagnosis::Verdict verdict :
+       {diagnosis::Verdict::kNoEffect, diagnosis::Verdict::kExplained,
+        diagnosis::Verdict::kAmbiguous, diagnosis::Verdict::kUnknown}) {
     CAPTURE(Describe(verdict));
     const std::string file = folder.File("report.html");
     std::ofstream(file) << Report(ExampleDiagnosis(verdict));
@@ -125,23 +128,23 @@ TEST_CASE("the checker itself finds faults") {
 
 TEST_CASE("the report has the sections that belong to its verdict") {
   struct Case {
-    Verdict verdict;
+    diagnosis::Verdict verdict;
     std::vector<std::string> says, does_not_say;
   };
   const Case cases[] = {
-      {Verdict::kNoEffect,
+      {diagnosis::Verdict::kNoEffect,
        {"No effect detected above the noise of 0.087 mm", "Detection limits"},
        {"Effects found", "What to measure next", "Held out, corrected"}},
-      {Verdict::kExplained,
+      {diagnosis::Verdict::kExplained,
        {"Joint compliance on axes 2 and 3 (93 % of the residual) and thermal growth (6 %)",
         "5.100&thinsp;&times;&thinsp;10<sup>&minus;7</sup>", "Correlation", "Held out, corrected"},
        {"Alternative explanations"}},
-      {Verdict::kAmbiguous,
+      {diagnosis::Verdict::kAmbiguous,
        {"Tool stiffness or payload mass: these points cannot distinguish them; 6 further poses "
         "would",
         "Alternative explanations", "What to measure next"},
        {"Correlation of"}},
-      {Verdict::kUnknown,
+      {diagnosis::Verdict::kUnknown,
        {"an effect outside the catalogue that follows air_pressure_bar",
         "that part is not corrected"},
        {"What to measure next"}}};
@@ -169,7 +172,7 @@ TEST_CASE("the report has figures if gnuplot is installed") {
     WARN("SKIPPED: gnuplot is not installed (Debian package gnuplot-nox)");
     return;
   }
-  const std::string html = Report(ExampleDiagnosis(Verdict::kAmbiguous));
+  const std::string html = Report(ExampleDiagnosis(diagnosis::Verdict::kAmbiguous));
   CHECK_FALSE(Has(html, "no figures"));
   // 4 to 6 residual panels, 10 signals, 6 joints, 2 for the poses, 2 for the rival.
   CHECK(Count(html, "<svg") >= 24);
@@ -180,7 +183,7 @@ TEST_CASE("without gnuplot the report has its tables and a note") {
   GnuplotOptions absent;
   absent.program = "gnuplot-that-is-not-installed";
   const std::string html =
-      ReportHtml(ExampleDiagnosis(Verdict::kExplained), ExampleCell(), kSource, absent);
+      ReportHtml(ExampleDiagnosis(diagnosis::Verdict::kExplained), ExampleCell(), kSource, absent);
   CHECK(Has(html, "no figures"));
   CHECK(Has(html, "gnuplot-nox"));
   CHECK_FALSE(Has(html, "<svg"));
@@ -215,7 +218,7 @@ TEST_CASE("failures of gnuplot are reported") {
 TEST_CASE("texts from files are escaped, in HTML and in gnuplot") {
   const Folder folder;
   const std::string trace = folder.File("trace");
-  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kUnknown);
+  diagnosis::Diagnosis diagnosis = ExampleDiagnosis(diagnosis::Verdict::kUnknown);
   const std::string evil[] = {
       "<script>alert(1)</script>",           "\"&'",         "`touch " + trace + "`",
       "'; system('touch " + trace + "'); '", "@x\nplot 1\n", "\xff\xfe_%s{}"};
@@ -224,9 +227,9 @@ TEST_CASE("texts from files are escaped, in HTML and in gnuplot") {
   diagnosis.notes = {evil[0]};
   diagnosis.not_recorded = {evil[1]};
   diagnosis.considered[0].reason = evil[0];
-  diagnosis.rows[RowIndex(15)].session = evil[0];
+  diagnosis.rows[diagnosis::RowIndex(15)].session = evil[0];
   diagnosis.held_out_by = evil[1];
-  CellModel cell = ExampleCell();
+  model::CellModel cell = ExampleCell();
   cell.robot.name = "</title>" + evil[0];
   ReportSource source = kSource;
   source.cell_file = source.data_file = evil[0];
@@ -240,8 +243,8 @@ TEST_CASE("texts from files are escaped, in HTML and in gnuplot") {
 }
 
 TEST_CASE("an effect that no listed explanation contains has a lower bound as its gap, or none") {
-  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
-  Considered& last = diagnosis.considered.emplace_back();
+  diagnosis::Diagnosis diagnosis = ExampleDiagnosis(diagnosis::Verdict::kExplained);
+  diagnosis::Considered& last = diagnosis.considered.emplace_back();
   last.id = "latency";
   last.chi2_drop = 5;
   last.evidence_gap = 123;
@@ -256,16 +259,16 @@ TEST_CASE("an effect that no listed explanation contains has a lower bound as it
 
 TEST_CASE("figures and numbers belong to the right rows if only some rows were searched") {
   // 3000 rows, of which every second one took part in the search and was held out.
-  Diagnosis diagnosis = ExampleDiagnosis(Verdict::kAmbiguous);
-  const RowTrace row = diagnosis.rows.front();
+  diagnosis::Diagnosis diagnosis = ExampleDiagnosis(diagnosis::Verdict::kAmbiguous);
+  const diagnosis::RowTrace row = diagnosis.rows.front();
   diagnosis.rows.assign(3000, row);
   diagnosis.outlier_rows.clear();
-  SignalTrace signal{"k", {}, 0.01, 0.5};
-  Rival& rival = diagnosis.rivals.front();
+  diagnosis::SignalTrace signal{"k", {}, 0.01, 0.5};
+  diagnosis::Rival& rival = diagnosis.rivals.front();
   rival.shift_W.clear();
   rival.rows.clear();
   for (std::size_t k = 0; k < diagnosis.rows.size(); ++k) {
-    RowTrace& of = diagnosis.rows[RowIndex(k)];
+    diagnosis::RowTrace& of = diagnosis.rows[diagnosis::RowIndex(k)];
     signal.values.push_back(static_cast<double>(k));
     of.before = Vec3(0, 0, 1e-6 * static_cast<double>(k));
     of.after = 0.5 * of.before;
@@ -278,8 +281,8 @@ TEST_CASE("figures and numbers belong to the right rows if only some rows were s
     rival.rows.emplace_back(k);
     rival.shift_W.emplace_back(0, 0, 1e-6 * static_cast<double>(k));
   }
-  diagnosis.rows[RowIndex(2000)].weight = 0.3;  // low enough to count as an outlier
-  diagnosis.rows[RowIndex(2000)].outlier = true;
+  diagnosis.rows[diagnosis::RowIndex(2000)].weight = 0.3;  // low enough to count as an outlier
+  diagnosis.rows[diagnosis::RowIndex(2000)].outlier = true;
   diagnosis.outlier_rows = {2002};
   diagnosis.signals = {signal};
 
@@ -297,16 +300,16 @@ TEST_CASE("figures and numbers belong to the right rows if only some rows were s
   REQUIRE(held_out != std::string::npos);
   // Median, 95th percentile and maximum exclude rows that were not held out, and the outlier.
   const std::string of_row = table.substr(held_out, table.find("</tr>", held_out) - held_out);
-  CHECK(Count(of_row, MillimetreText(3e-3)) == 3);
-  CHECK_FALSE(Has(of_row, MillimetreText(9e-3)));
+  CHECK(Count(of_row, diagnosis::MillimetreText(3e-3)) == 3);
+  CHECK_FALSE(Has(of_row, diagnosis::MillimetreText(9e-3)));
   CHECK(Has(table, "1500 of 3000 rows"));
 }
 
 TEST_CASE("an empty diagnosis, a single row and NaN still give a report") {
-  CHECK(Has(Report(Diagnosis{}), "</html>"));
-  Diagnosis one = ExampleDiagnosis(Verdict::kExplained);
+  CHECK(Has(Report(diagnosis::Diagnosis{}), "</html>"));
+  diagnosis::Diagnosis one = ExampleDiagnosis(diagnosis::Verdict::kExplained);
   one.rows.resize(1);
-  for (SignalTrace& signal : one.signals) signal.values.resize(1);
+  for (diagnosis::SignalTrace& signal : one.signals) signal.values.resize(1);
   one.rows.front().after = Vec3::Constant(std::nan(""));
   one.held_out.after_m = std::nan("");
   one.findings[0].covariance.setConstant(std::nan(""));

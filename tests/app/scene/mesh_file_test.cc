@@ -13,6 +13,8 @@
 #include "tests/app/temporary_folder.h"
 
 using namespace plumbline;
+
+using namespace plumbline::scene;
 using test::Cuboid;
 using test::MeshFileText;
 

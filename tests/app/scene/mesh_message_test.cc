@@ -8,6 +8,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::scene;
+
 TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   RawMesh raw;
   raw.mesh = test::Cuboid({1, 2, 3});

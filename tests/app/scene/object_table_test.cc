@@ -16,6 +16,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::scene;
+
 namespace {
 
 const char* const kTable = R"(
@@ -87,29 +89,29 @@ from = "part"
 to = "bracket"
 )";
 
-TagDatabase Tags() {
-  TagDatabase tags;
+tracking::TagDatabase Tags() {
+  tracking::TagDatabase tags;
   tags.bodies.resize(2);
   tags.bodies[0].name = "cell";
-  tags.bodies[0].tags.push_back(BodyTag{3, 0.08, Pose()});
+  tags.bodies[0].tags.push_back(tracking::BodyTag{3, 0.08, Pose()});
   tags.bodies[1].name = "gripper";
-  for (const int id : {10, 12}) tags.bodies[1].tags.push_back(BodyTag{id, 0.08, Pose()});
-  tags.tags.push_back(StandaloneTag{17, 0.05});
+  for (const int id : {10, 12}) tags.bodies[1].tags.push_back(tracking::BodyTag{id, 0.08, Pose()});
+  tags.tags.push_back(tracking::StandaloneTag{17, 0.05});
   return tags;
 }
 
-bool ReadTable(const std::string& text, FaultList& faults) {
-  const TagDatabase tags = Tags();
+bool ReadTable(const std::string& text, config::FaultList& faults) {
+  const tracking::TagDatabase tags = Tags();
   return ObjectTableFromText(text, "objects.toml", &tags, faults).has_value();
 }
 
 }  // namespace
 
 TEST_CASE("every key is read and converted to SI") {
-  FaultList faults;
-  const TagDatabase tags = Tags();
+  config::FaultList faults;
+  const tracking::TagDatabase tags = Tags();
   const auto table = ObjectTableFromText(kTable, "/etc/cell/objects.toml", &tags, faults);
-  INFO(FaultsText(faults));
+  INFO(config::FaultsText(faults));
   REQUIRE(table);
   CHECK(faults.All().empty());
   CHECK_FALSE(table->background);
@@ -203,30 +205,30 @@ TEST_CASE("each fault is reported with its line and a suggestion") {
 }
 
 TEST_CASE("all faults are reported at once; without a tag file tags are not checked") {
-  FaultList faults;
+  config::FaultList faults;
   CHECK_FALSE(
       ReadTable("[[object]]\nname = \"a\"\n[[line]]\nname = \"b\"\nagainst = [\"a\"]\n", faults));
-  const std::string text = FaultsText(faults);
+  const std::string text = config::FaultsText(faults);
   for (const char* key : {"schema", "object[1].number", "object[1].file", "object[1].unit",
                           "object[1].on", "line[1].on", "line[1].points_mm", "line[1].against"}) {
     INFO(text << key);
     CHECK(text.find(key) != std::string::npos);
   }
-  FaultList none;
+  config::FaultList none;
   CHECK(ObjectTableFromText(kTable, "objects.toml", nullptr, none));
 }
 
 TEST_CASE(
     "the example table matches its tag file, and its meshes are closed bodies of their size") {
-  FaultList faults;
-  const auto bodies = ReadTextFile("config/bodies.toml"),
-             text = ReadTextFile("config/objects.toml");
+  config::FaultList faults;
+  const auto bodies = config::ReadTextFile("config/bodies.toml"),
+             text = config::ReadTextFile("config/objects.toml");
   REQUIRE(bodies);
   REQUIRE(text);
-  const auto tags = TagDatabaseFromText(*bodies, "config/bodies.toml", faults);
+  const auto tags = config::TagDatabaseFromText(*bodies, "config/bodies.toml", faults);
   REQUIRE(tags);
   const auto table = ObjectTableFromText(*text, "config/objects.toml", &*tags, faults);
-  INFO(FaultsText(faults));
+  INFO(config::FaultsText(faults));
   REQUIRE(table);
   CHECK(faults.All().empty());
   for (const SceneObject& object : table->objects) {
@@ -244,12 +246,12 @@ TEST_CASE("a saved table is read again; a faulty one leaves the previous table i
   const test::TemporaryFolder folder;
   const std::string path = folder.path() + "/objects.toml";
   const auto save = [&path](const std::string& text) { std::ofstream(path) << text; };
-  const TagDatabase tags = Tags();
+  const tracking::TagDatabase tags = Tags();
   ObjectTableFile file(path, &tags);
   const auto missing = file.Poll();
   REQUIRE(missing);
   CHECK_FALSE(missing->accepted);
-  CHECK_THAT(FaultsText(missing->faults), Catch::Contains("cannot be read"));
+  CHECK_THAT(config::FaultsText(missing->faults), Catch::Contains("cannot be read"));
   CHECK_FALSE(file.Poll());
   CHECK_FALSE(file.table());
 

@@ -16,10 +16,10 @@ std::string BytesOf(const T& value) {
   return bytes;
 }
 
-std::string BinaryStl(const TriangleMesh& mesh) {
+std::string BinaryStl(const scene::TriangleMesh& mesh) {
   std::string file =
       std::string(80, ' ') + BytesOf(static_cast<std::uint32_t>(mesh.triangles.size()));
-  for (const Triangle& triangle : mesh.triangles) {
+  for (const scene::Triangle& triangle : mesh.triangles) {
     file += std::string(12, '\0');
     for (const std::uint32_t i : triangle) file += BytesOf(mesh.vertices_O[i]);
     file += std::string(2, '\0');
@@ -27,35 +27,37 @@ std::string BinaryStl(const TriangleMesh& mesh) {
   return file;
 }
 
-std::string Obj(const TriangleMesh& mesh) {
+std::string Obj(const scene::TriangleMesh& mesh) {
   std::string file = "o shape\n";
   for (const Vec3f& p : mesh.vertices_O) file += fmt::format("v {} {} {}\n", p.x(), p.y(), p.z());
-  for (const Triangle& t : mesh.triangles) {
+  for (const scene::Triangle& t : mesh.triangles) {
     file += fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
   }
   return file;
 }
 
-std::string PlyHeader(const TriangleMesh& mesh, const char* form) {
+std::string PlyHeader(const scene::TriangleMesh& mesh, const char* form) {
   return fmt::format(
       "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
       "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
       form, mesh.vertices_O.size(), mesh.triangles.size());
 }
 
-std::string Ply(const TriangleMesh& mesh) {
+std::string Ply(const scene::TriangleMesh& mesh) {
   std::string file = PlyHeader(mesh, "ascii");
   for (const Vec3f& p : mesh.vertices_O) file += fmt::format("{} {} {}\n", p.x(), p.y(), p.z());
-  for (const Triangle& t : mesh.triangles) file += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  for (const scene::Triangle& t : mesh.triangles)
+    file += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
   return file;
 }
 
-std::string Vrml(const TriangleMesh& mesh) {
+std::string Vrml(const scene::TriangleMesh& mesh) {
   std::string file =
       "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [";
   for (const Vec3f& p : mesh.vertices_O) file += fmt::format("{} {} {},\n", p.x(), p.y(), p.z());
   file += "] } coordIndex [\n";
-  for (const Triangle& t : mesh.triangles) file += fmt::format("{},{},{},-1,\n", t[0], t[1], t[2]);
+  for (const scene::Triangle& t : mesh.triangles)
+    file += fmt::format("{},{},{},-1,\n", t[0], t[1], t[2]);
   return file + "] } }\n";
 }
 
@@ -76,14 +78,14 @@ std::string Base64(const std::string& bytes) {
 }
 
 /// Binary buffer of a glTF file: vertices, then indices.
-std::string GltfBuffer(const TriangleMesh& mesh) {
+std::string GltfBuffer(const scene::TriangleMesh& mesh) {
   std::string buffer;
   for (const Vec3f& p : mesh.vertices_O) buffer += BytesOf(p);
-  for (const Triangle& triangle : mesh.triangles) buffer += BytesOf(triangle);
+  for (const scene::Triangle& triangle : mesh.triangles) buffer += BytesOf(triangle);
   return buffer;
 }
 
-std::string GltfJson(const TriangleMesh& mesh, const std::string& uri) {
+std::string GltfJson(const scene::TriangleMesh& mesh, const std::string& uri) {
   const std::size_t vertices = mesh.vertices_O.size(), indices = 3 * mesh.triangles.size();
   Vec3f low = mesh.vertices_O.front(), high = low;
   for (const Vec3f& p : mesh.vertices_O) {
@@ -101,12 +103,12 @@ std::string GltfJson(const TriangleMesh& mesh, const std::string& uri) {
       12 * vertices, 4 * indices, 12 * vertices + 4 * indices, uri);
 }
 
-std::string Gltf(const TriangleMesh& mesh) {
+std::string Gltf(const scene::TriangleMesh& mesh) {
   return GltfJson(mesh, fmt::format(R"(,"uri":"data:application/octet-stream;base64,{}")",
                                     Base64(GltfBuffer(mesh))));
 }
 
-std::string Glb(const TriangleMesh& mesh) {
+std::string Glb(const scene::TriangleMesh& mesh) {
   std::string json = GltfJson(mesh, "");
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const std::string buffer = GltfBuffer(mesh);
@@ -117,8 +119,8 @@ std::string Glb(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh Cuboid(const Vec3f& size) {
-  TriangleMesh mesh;
+scene::TriangleMesh Cuboid(const Vec3f& size) {
+  scene::TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
     mesh.vertices_O.push_back(
         Vec3f(i & 1 ? 0.5F : -0.5F, i & 2 ? 0.5F : -0.5F, i & 4 ? 0.5F : -0.5F).cwiseProduct(size));
@@ -128,8 +130,8 @@ TriangleMesh Cuboid(const Vec3f& size) {
   return mesh;
 }
 
-TriangleMesh Sphere(float radius, int rings, int segments) {
-  TriangleMesh mesh;
+scene::TriangleMesh Sphere(float radius, int rings, int segments) {
+  scene::TriangleMesh mesh;
   constexpr float kPi = std::numbers::pi_v<float>;
   mesh.vertices_O.emplace_back(0, 0, radius);
   for (int i = 1; i < rings; ++i) {
@@ -156,9 +158,9 @@ TriangleMesh Sphere(float radius, int rings, int segments) {
   return mesh;
 }
 
-std::string StlText(const TriangleMesh& mesh) {
+std::string StlText(const scene::TriangleMesh& mesh) {
   std::string file = "solid shape\n";
-  for (const Triangle& triangle : mesh.triangles) {
+  for (const scene::Triangle& triangle : mesh.triangles) {
     file += " facet normal 0 0 0\n  outer loop\n";
     for (const std::uint32_t i : triangle) {
       const Vec3f& p = mesh.vertices_O[i];
@@ -169,26 +171,26 @@ std::string StlText(const TriangleMesh& mesh) {
   return file + "endsolid shape\n";
 }
 
-std::string BinaryPlyText(const TriangleMesh& mesh) {
+std::string BinaryPlyText(const scene::TriangleMesh& mesh) {
   std::string file = PlyHeader(mesh, "binary_little_endian");
   for (const Vec3f& p : mesh.vertices_O) file += BytesOf(p);
-  for (const Triangle& triangle : mesh.triangles) file += '\3' + BytesOf(triangle);
+  for (const scene::Triangle& triangle : mesh.triangles) file += '\3' + BytesOf(triangle);
   return file;
 }
 
-std::string MeshFileText(const TriangleMesh& mesh, MeshFormat format) {
+std::string MeshFileText(const scene::TriangleMesh& mesh, scene::MeshFormat format) {
   switch (format) {
-    case MeshFormat::kVrml:
+    case scene::MeshFormat::kVrml:
       return Vrml(mesh);
-    case MeshFormat::kStl:
+    case scene::MeshFormat::kStl:
       return BinaryStl(mesh);
-    case MeshFormat::kObj:
+    case scene::MeshFormat::kObj:
       return Obj(mesh);
-    case MeshFormat::kPly:
+    case scene::MeshFormat::kPly:
       return Ply(mesh);
-    case MeshFormat::kGltf:
+    case scene::MeshFormat::kGltf:
       return Gltf(mesh);
-    case MeshFormat::kGlb:
+    case scene::MeshFormat::kGlb:
       break;
   }
   return Glb(mesh);

@@ -9,15 +9,15 @@
 namespace plumbline::test {
 
 /// A cuboid centred at the origin, 12 triangles facing outwards.
-TriangleMesh Cuboid(const Vec3f& size);
+scene::TriangleMesh Cuboid(const Vec3f& size);
 
 /// A sphere centred at the origin: 2 segments (rings - 1) triangles, all vertices at `radius`.
-TriangleMesh Sphere(float radius, int rings, int segments);
+scene::TriangleMesh Sphere(float radius, int rings, int segments);
 
 /// The mesh as a file: .wrl with an IndexedFaceSet, binary .stl, .obj, ASCII .ply, .gltf with an
 /// embedded buffer, .glb.
-std::string MeshFileText(const TriangleMesh& mesh, MeshFormat format);
-std::string StlText(const TriangleMesh& mesh);        ///< text STL
-std::string BinaryPlyText(const TriangleMesh& mesh);  ///< little-endian
+std::string MeshFileText(const scene::TriangleMesh& mesh, scene::MeshFormat format);
+std::string StlText(const scene::TriangleMesh& mesh);        ///< text STL
+std::string BinaryPlyText(const scene::TriangleMesh& mesh);  ///< little-endian
 
 }  // namespace plumbline::test

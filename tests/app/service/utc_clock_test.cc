@@ -4,6 +4,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::service;
+
 TEST_CASE("UTC advances without steps, and a step of the system clock is reported once") {
   UtcClock clock(1.8e9, 1000);
   CHECK(clock.UtcAt(1000) == 1.8e9);

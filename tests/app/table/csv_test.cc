@@ -12,22 +12,22 @@
 #include "app/config/toml_reader.h"
 #include "app/table/measured_point_from_row.h"
 
-namespace plumbline {
+namespace plumbline::table {
 namespace {
 
 /// A revolute and a prismatic joint.
-std::vector<Joint> TwoJoints() {
-  std::vector<Joint> joints(2);
-  joints[1].type = JointType::kPrismatic;
+std::vector<model::Joint> TwoJoints() {
+  std::vector<model::Joint> joints(2);
+  joints[1].type = model::JointType::kPrismatic;
   return joints;
 }
 
-std::optional<MeasuredTable> Read(const std::string& text, FaultList& faults) {
+std::optional<MeasuredTable> Read(const std::string& text, config::FaultList& faults) {
   return TableFromCsv(text, "measured.csv", TwoJoints(), faults);
 }
 
 TEST_CASE("Every column is converted to SI, in any order") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read(
       "z_mm,session,q2_mm,q1_deg,t_s,qd1_deg_s,qd2_mm_s,qdd1_deg_s2,qdd2_mm_s2,tau1_Nm,tau2_N,"
       "payload_kg,temp_C,x_mm,y_mm,qw,qx,qy,qz,range_mm\n"
@@ -61,7 +61,7 @@ TEST_CASE("Every column is converted to SI, in any order") {
 }
 
 TEST_CASE("A missing column is not recorded; joints alone are enough") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read("q1_deg,q2_mm\n1,2\n3,4\n", faults);
   REQUIRE(table);
   CHECK(table->recorded == RecordedColumns{});
@@ -70,7 +70,7 @@ TEST_CASE("A missing column is not recorded; joints alone are enough") {
 }
 
 TEST_CASE("A measured point has the values that the table recorded and the row contains") {
-  FaultList faults;
+  config::FaultList faults;
   const auto whole = Read(
       "q1_deg,q2_mm,qd1_deg_s,qd2_mm_s,tau1_Nm,tau2_N,t_s,payload_kg,temp_C,q_step_deg,x_mm,y_mm,"
       "z_mm,range_mm\n"
@@ -78,7 +78,7 @@ TEST_CASE("A measured point has the values that the table recorded and the row c
       "90,250,180,1000,7,8,12.6,0,23.5,0.01,,,,1500\n",
       faults);
   REQUIRE(whole);
-  const MeasuredPoint point = MeasuredPointFromRow(whole->rows.at(0), whole->recorded);
+  const model::MeasuredPoint point = MeasuredPointFromRow(whole->rows.at(0), whole->recorded);
   CHECK(point.q[1] == Approx(0.25));
   CHECK(point.qd[0] == Approx(180 * kRadPerDeg));
   CHECK(point.qdd.size() == 0);
@@ -94,7 +94,7 @@ TEST_CASE("A measured point has the values that the table recorded and the row c
 
   const auto bare = Read("q1_deg,q2_mm\n90,250\n", faults);
   REQUIRE(bare);
-  const MeasuredPoint joints = MeasuredPointFromRow(bare->rows.at(0), bare->recorded);
+  const model::MeasuredPoint joints = MeasuredPointFromRow(bare->rows.at(0), bare->recorded);
   CHECK(joints.q.size() == 2);
   CHECK((joints.qd.size() == 0 && joints.tau.size() == 0));
   CHECK_FALSE((joints.t_s || joints.payload_kg || joints.temp_C || joints.q_step_rad));
@@ -102,7 +102,7 @@ TEST_CASE("A measured point has the values that the table recorded and the row c
 }
 
 TEST_CASE("A byte-order mark, CRLF and a missing last line end are accepted") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read("\xEF\xBB\xBFq1_deg , q2_mm,temp_C\r\n1,2,3\r\n 4 ,5,6", faults);
   REQUIRE(table);
   CHECK(faults.All().empty());
@@ -146,7 +146,7 @@ TEST_CASE("Each fault of a header has its message, and all are reported") {
       {"q1_deg,q2_mm,qd2_mm_s\n", "measured.csv:1 qd1_deg_s: missing column\n"},
       {"q1_deg,q2_mm,qw,qx,qz\n", "measured.csv:1 qy: missing column\n"}};
   for (const auto& [header, expected] : cases) {
-    FaultList faults;
+    config::FaultList faults;
     CAPTURE(header);
     CHECK_FALSE(Read(header, faults));
     CHECK(FaultsText(faults) == expected);
@@ -154,7 +154,7 @@ TEST_CASE("Each fault of a header has its message, and all are reported") {
 }
 
 TEST_CASE("Unknown columns with numbers become signals, with a warning") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read("q1_deg,operator,q2_mm,,air_bar\n1,4,2,x,6.1\n1,Jo,2,x,6.2\n", faults);
   REQUIRE(table);
   CHECK(FaultsText(faults) ==
@@ -176,29 +176,29 @@ TEST_CASE("A misspelled column gets a suggestion") {
                                                        {"temp_F", "temp_C"},
                                                        {"x", "x_mm"}};
   for (const auto& [name, meant] : asked) {
-    FaultList faults;
+    config::FaultList faults;
     CAPTURE(name);
     REQUIRE(Read(std::string("q1_deg,q2_mm,") + name + "\n1,2,3\n", faults));
     CHECK_THAT(FaultsText(faults), Catch::Contains(std::string("did you mean ") + meant + "?"));
   }
-  FaultList faults;
+  config::FaultList faults;
   REQUIRE(Read("q1_deg,q2_mm,payload_kg,payload_g,operator\n1,2,3,4,5\n", faults));
   CHECK_THAT(FaultsText(faults), !Catch::Contains("did you mean"));
 }
 
 TEST_CASE("Points in metres get a warning") {
-  FaultList faults;
+  config::FaultList faults;
   REQUIRE(Read("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,1.2,0.4,0.9\n1,3,1.1,-0.4,2.9\n", faults));
   CHECK(FaultsText(faults) ==
         "measured.csv:1 x_mm: warning: no point is farther than 3.13 mm from the origin: it looks "
         "like metres; write mm (a factor of 1000)\n");
-  FaultList none;
+  config::FaultList none;
   REQUIRE(Read("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,1200,0.4,0.9\n", none));
   CHECK(FaultsText(none).empty());
 }
 
 TEST_CASE("A payload that no robot can carry is rejected in every table") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read("q1_deg,q2_mm,payload_kg\n1,2,5000\n1,2,60000\n1,2,-1\n", faults);
   REQUIRE(table);
   CHECK(table->rows.size() == 1);
@@ -226,7 +226,7 @@ TEST_CASE("Each unreadable row is reported with line and reason, and the others 
       {"1,2,3,0.5,0,0,0", " qw: warning: the quaternion has length 0.5, not 1; row not used\n"},
       {"\x01\xFF,2,3,1,0,0,0", " q1_deg: warning: \"??\" is not a number; row not used\n"}};
   for (const auto& [row, expected] : cases) {
-    FaultList faults;
+    config::FaultList faults;
     const auto table = Read(fmt::format("{}{}\n{}", header, row, last), faults);
     CAPTURE(row);
     REQUIRE(table);
@@ -238,7 +238,7 @@ TEST_CASE("Each unreadable row is reported with line and reason, and the others 
 }
 
 TEST_CASE("An empty cell loses only that cell, and a row without a point counts as a move") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read(
       "t_s,q1_deg,q2_mm,qd1_deg_s,qd2_mm_s,payload_kg,temp_C,air_bar,x_mm,y_mm,z_mm\n"
       "0,1,2,5,5,20,20,6,100,1,1\n"
@@ -268,7 +268,7 @@ TEST_CASE("An empty cell loses only that cell, and a row without a point counts 
 }
 
 TEST_CASE("A column that most rows lack is not recorded") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read("q1_deg,q2_mm,temp_C\n1,2,\n1,3,\n1,4,20\n", faults);
   REQUIRE(table);
   CHECK(table->rows.size() == 3);
@@ -277,7 +277,7 @@ TEST_CASE("A column that most rows lack is not recorded") {
 }
 
 TEST_CASE("Poses are read without their measured points") {
-  FaultList faults;
+  config::FaultList faults;
   const auto table = TableFromCsv("q1_deg,q2_mm,x_mm,y_mm,z_mm\n1,2,,,\n3,4,n/a,1,2\n", "p.csv",
                                   TwoJoints(), faults, TableUse::kPoses);
   REQUIRE(table);
@@ -293,7 +293,7 @@ TEST_CASE("Lost lines are detected by a row counter, a regular clock, and unread
     }
     return text;
   };
-  FaultList faults;
+  config::FaultList faults;
   const auto counted = Read(
       "n,q1_deg,q2_mm\n" + rows([](int i) { return fmt::format("{},{},2", i + 5, i); }), faults);
   REQUIRE(counted);
@@ -331,7 +331,7 @@ TEST_CASE("12,000 rows of 8 columns are read completely") {
   for (int i = 0; i < 12000; ++i) {
     text += fmt::format("{},{:.5f},{:.5f},40,23.5,{:.5f},2,3\n", i, 0.01 * i, -0.5 * i, 1.5 * i);
   }
-  FaultList faults;
+  config::FaultList faults;
   const auto table = Read(text, faults);
   REQUIRE(table);
   REQUIRE(table->rows.size() == 12000);
@@ -358,8 +358,8 @@ TEST_CASE("Every measured table is read completely", "[measured]") {
         continue;
       }
       const bool seven = entry.path().filename() == "real-iiwa7";
-      FaultList faults;
-      const auto table = ReadTable(file.string(), std::vector<Joint>(seven ? 7 : 6), faults);
+      config::FaultList faults;
+      const auto table = ReadTable(file.string(), std::vector<model::Joint>(seven ? 7 : 6), faults);
       CAPTURE(FaultsText(faults));
       REQUIRE(table);
       CHECK(faults.All().empty());
@@ -371,4 +371,4 @@ TEST_CASE("Every measured table is read completely", "[measured]") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::table

@@ -7,7 +7,7 @@
 #include "app/config/toml_reader.h"
 #include "app/text/json_text.h"
 
-namespace plumbline {
+namespace plumbline::text {
 namespace {
 
 constexpr int kFarTooMany = 100'000;
@@ -24,10 +24,10 @@ std::string DottedKey(int parts) {
 }
 
 std::string FaultsOfToml(const std::string& text) {
-  FaultList faults;
-  const TomlDocument document(text, "cell.toml", faults);
+  config::FaultList faults;
+  const config::TomlDocument document(text, "cell.toml", faults);
   CHECK(document.parsed() == !faults.HasFaults());
-  return FaultsText(faults);
+  return config::FaultsText(faults);
 }
 
 TEST_CASE("A TOML text nested too deeply is a fault with its line, and is never parsed") {
@@ -90,4 +90,4 @@ TEST_CASE("JSON nested too deeply is refused with its line before it is parsed")
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::text

@@ -8,6 +8,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::tracking;
+
 namespace {
 
 /// Six tags of 80 mm on a plate of 400 x 200 mm.
@@ -21,7 +23,7 @@ Body Plate() {
 }
 
 struct Shot {
-  KnownLens lens;
+  lens::KnownLens lens;
   Eigen::Isometry3d X_CK;
   std::vector<SeenTag> tags;
 };

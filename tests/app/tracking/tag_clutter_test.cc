@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::tracking;
+
 namespace {
 
 struct Canvas {
@@ -17,7 +19,7 @@ struct Canvas {
       : width(w),
         height(h),
         grey(static_cast<std::size_t>(w) * h, static_cast<std::uint8_t>(level)) {}
-  LumaView View() const { return {grey.data(), width, height, width}; }
+  lens::LumaView View() const { return {grey.data(), width, height, width}; }
   void Set(int u, int v, double level) {
     if (u >= 0 && v >= 0 && u < width && v < height)
       grey[static_cast<std::size_t>(v) * width + u] =
@@ -76,7 +78,7 @@ TEST_CASE("Images of any content and size are processed safely") {
   std::mt19937_64 random(4);
   TagDetector automatic(*TagFamilyOfName("36h11"), {.small_tags = true});
   TagDetector fixed(*TagFamilyOfName("aruco-4x4-50"), {.threshold = 128, .small_tags = true});
-  const Lens lens{300, 300, 100, 100, -0.3, 0.1, 0.001, 0.001, 0};
+  const lens::Lens lens{300, 300, 100, 100, -0.3, 0.1, 0.001, 0.001, 0};
   for (int frame = 0; frame < 300; ++frame) {
     const int width = 1 + static_cast<int>(random() % (frame % 10 == 0 ? 900 : 90));
     const int height = 1 + static_cast<int>(random() % (frame % 7 == 0 ? 900 : 90));
@@ -92,7 +94,7 @@ TEST_CASE("Images of any content and size are processed safely") {
                 : kind == 2 ? static_cast<std::uint8_t>(u * v)
                             : static_cast<std::uint8_t>(random() % 2 * 255);
     }
-    const LumaView view{grey.data(), width, height, stride};
+    const lens::LumaView view{grey.data(), width, height, stride};
     for (TagDetector* detector : {&automatic, &fixed}) {
       SeenTags seen;
       detector->Detect(view, &lens, seen);

@@ -7,6 +7,8 @@
 #include "tests/app/tracking/tag_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::tracking;
 using test::LensOfCamera;
 using test::SixTags;
 using test::TagScene;
@@ -83,7 +85,7 @@ Score Scored(const Look& look, int scenes) {
         }
       }
     }
-    const Lens lens = LensOfCamera(scene.camera);
+    const lens::Lens lens = LensOfCamera(scene.camera);
     SeenTags seen;
     detector.Detect(ViewOf(image), &lens, seen);
     score.Add(scene, seen);
@@ -202,7 +204,7 @@ TEST_CASE("Covered cells are corrected; a covered corner hides the tag instead o
     sheet.X_CK.translation() = X * Eigen::Vector3d(x, y, -1e-6);
     return sheet;
   };
-  const Lens lens = LensOfCamera(scene.camera);
+  const lens::Lens lens = LensOfCamera(scene.camera);
   TagDetector detector(family, {});
   SeenTags seen;
   auto sheets = scene.sheets;
@@ -226,7 +228,7 @@ TEST_CASE("Covered cells are corrected; a covered corner hides the tag instead o
 TEST_CASE("At the image border: a complete tag is found, a truncated one is not") {
   const TagFamily family = *TagFamilyOfName("36h11");
   const renderer::Camera camera = SmallCamera(1000);
-  const Lens lens = LensOfCamera(camera);
+  const lens::Lens lens = LensOfCamera(camera);
   TagDetector detector(family, {});
   for (const double past : {-4.0, 30.0}) {  // of the left side, beyond the image's edge [px]
     TagScene scene;

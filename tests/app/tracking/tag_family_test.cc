@@ -15,6 +15,8 @@ extern "C" {
 
 using namespace plumbline;
 
+using namespace plumbline::tracking;
+
 namespace {
 
 bool CodeBit(const TagFamily& family, int id, int r, int c) {

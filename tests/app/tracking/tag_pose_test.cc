@@ -9,12 +9,14 @@
 
 using namespace plumbline;
 
+using namespace plumbline::tracking;
+
 namespace {
 
 constexpr double kSide_m = 0.08;
 
-KnownLens SomeLens(double f) {
-  KnownLens known;
+lens::KnownLens SomeLens(double f) {
+  lens::KnownLens known;
   known.lens = {f, 1.001 * f, 955, 545, -0.05, 0.02, 0.0005, -0.0003, 0.001};
   return known;
 }
@@ -27,13 +29,13 @@ Pose RandomPose(std::mt19937_64& random, double depth, double most_tilt) {
           depth * Vec3(0.2 * uniform(random), 0.1 * uniform(random), 1)};
 }
 
-Corners Seen(const Lens& lens, const Pose& X, double sd, std::mt19937_64& random) {
+Corners Seen(const lens::Lens& lens, const Pose& X, double sd, std::mt19937_64& random) {
   std::normal_distribution<double> noise(0, sd);
   Corners pixels;
   const auto own = CornersInTag(kSide_m);
   for (int k = 0; k < 4; ++k) {
     pixels[k] = Project<double>(lens, X * own[k]);
-    if (sd > 0) pixels[k] += Vec2(noise(random), noise(random));
+    if (sd > 0) pixels[k] += lens::Vec2(noise(random), noise(random));
   }
   return pixels;
 }
@@ -47,29 +49,30 @@ Vec6 ErrorOf(const Pose& estimated, const Pose& truth) {
 }  // namespace
 
 TEST_CASE("The derivative of a pixel with respect to the lens agrees with finite differences") {
-  const Lens lens = SomeLens(1500).lens;
-  const Vec2 n(0.31, -0.2);
+  const lens::Lens lens = SomeLens(1500).lens;
+  const lens::Vec2 n(0.31, -0.2);
   const auto J = PixelByLens(lens, n);
-  double Lens::*const terms[] = {&Lens::fx, &Lens::fy, &Lens::cx, &Lens::cy, &Lens::k1,
-                                 &Lens::k2, &Lens::p1, &Lens::p2, &Lens::k3};
+  double lens::Lens::*const terms[] = {&lens::Lens::fx, &lens::Lens::fy, &lens::Lens::cx,
+                                       &lens::Lens::cy, &lens::Lens::k1, &lens::Lens::k2,
+                                       &lens::Lens::p1, &lens::Lens::p2, &lens::Lens::k3};
   for (int i = 0; i < 9; ++i) {
-    Lens up = lens, down = lens;
+    lens::Lens up = lens, down = lens;
     up.*terms[i] += 1e-4;
     down.*terms[i] -= 1e-4;
-    const Vec2 slope =
-        (PixelOfNormalised<double>(up, n) - PixelOfNormalised<double>(down, n)) / 2e-4;
+    const lens::Vec2 slope =
+        (lens::PixelOfNormalised<double>(up, n) - lens::PixelOfNormalised<double>(down, n)) / 2e-4;
     CHECK((slope - J.col(i)).norm() < 1e-6 * (1 + slope.norm()));
   }
 }
 
 TEST_CASE("Exact corners give the exact pose, and one of the square's two poses is that") {
   std::mt19937_64 random(1);
-  const KnownLens known = SomeLens(1500);
+  const lens::KnownLens known = SomeLens(1500);
   for (int round = 0; round < 300; ++round) {
     const Pose X = RandomPose(random, 0.3 + 0.01 * round, 1.2);
     const Corners pixels = Seen(known.lens, X, 0, random);
-    std::array<Vec2, 4> normalised;
-    for (int k = 0; k < 4; ++k) normalised[k] = *NormalisedOfPixel(known.lens, pixels[k]);
+    std::array<lens::Vec2, 4> normalised;
+    for (int k = 0; k < 4; ++k) normalised[k] = *lens::NormalisedOfPixel(known.lens, pixels[k]);
     const auto two = PosesOfSquare(normalised, kSide_m);
     REQUIRE(two.size() == 2);
     CHECK(ErrorOf(two[0], X).norm() < 1e-5);
@@ -81,7 +84,7 @@ TEST_CASE("Exact corners give the exact pose, and one of the square's two poses 
 
 TEST_CASE("Errors match the stated covariance and reach the Cramer-Rao bound of the corners") {
   std::mt19937_64 random(2);
-  const KnownLens known = SomeLens(2500);
+  const lens::KnownLens known = SomeLens(2500);
   const double sd = 0.05;
   double whitened = 0, squares = 0, bound = 0;
   int count = 0;
@@ -107,13 +110,13 @@ TEST_CASE("Errors match the stated covariance and reach the Cramer-Rao bound of 
 TEST_CASE("The lens covariance is propagated into the pose covariance") {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal(0, 1);
-  KnownLens known = SomeLens(2500);
+  lens::KnownLens known = SomeLens(2500);
   known.covariance(0, 0) = known.covariance(1, 1) = 25;
   known.covariance(2, 2) = known.covariance(3, 3) = 4;
   const Pose X = RandomPose(random, 1.5, 0.5);
   double whitened = 0;
   for (int round = 0; round < 300; ++round) {
-    Lens truth = known.lens;
+    lens::Lens truth = known.lens;
     truth.fx += 5 * normal(random);
     truth.fy += 5 * normal(random);
     truth.cx += 2 * normal(random);
@@ -131,7 +134,7 @@ TEST_CASE("The lens covariance is propagated into the pose covariance") {
 
 TEST_CASE("A far tag with inseparable poses is ambiguous, never confidently wrong") {
   std::mt19937_64 random(4);
-  const KnownLens known = SomeLens(1500);
+  const lens::KnownLens known = SomeLens(1500);
   int ambiguous = 0, wrong = 0;
   for (int round = 0; round < 300; ++round) {
     const Pose X = RandomPose(random, 4, 0.7);
@@ -150,8 +153,8 @@ TEST_CASE("A far tag with inseparable poses is ambiguous, never confidently wron
 }
 
 TEST_CASE("Corners that are not a square's give no pose") {
-  const KnownLens known = SomeLens(1500);
+  const lens::KnownLens known = SomeLens(1500);
   Corners line;
-  for (int k = 0; k < 4; ++k) line[k] = Vec2(100 + 20 * k, 100 + 20 * k);
+  for (int k = 0; k < 4; ++k) line[k] = lens::Vec2(100 + 20 * k, 100 + 20 * k);
   CHECK_FALSE(PosesOfTag(known, line, CornersCovariance::Identity(), kSide_m));
 }

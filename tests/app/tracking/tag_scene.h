@@ -12,7 +12,7 @@
 
 namespace plumbline::test {
 
-inline Lens LensOfCamera(const renderer::Camera& c) {
+inline lens::Lens LensOfCamera(const renderer::Camera& c) {
   return {c.fx,
           c.fy,
           c.cx,
@@ -24,12 +24,12 @@ inline Lens LensOfCamera(const renderer::Camera& c) {
           c.distortion[4]};
 }
 
-inline LumaView ViewOf(const renderer::Image& image) {
+inline lens::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 
 /// The cells of a tag, row by row, 1 white, with its black border.
-inline std::vector<bool> CellsOf(const TagFamily& family, int id) {
+inline std::vector<bool> CellsOf(const tracking::TagFamily& family, int id) {
   const int n = family.data_cells;
   std::vector<bool> white;
   for (int r = -1; r <= n; ++r) {
@@ -42,7 +42,7 @@ inline std::vector<bool> CellsOf(const TagFamily& family, int id) {
 }
 
 /// A tag at a pose, with a white margin of one cell.
-inline renderer::Sheet TagSheet(const TagFamily& family, int id, double side_m,
+inline renderer::Sheet TagSheet(const tracking::TagFamily& family, int id, double side_m,
                                 const Eigen::Isometry3d& X_CM) {
   renderer::Sheet sheet;
   sheet.print = renderer::SquareTag(family.cells(), CellsOf(family, id), side_m);
@@ -79,12 +79,12 @@ struct TagScene {
   double side_m = 0.08;
   std::vector<int> ids;
   std::vector<renderer::Sheet> sheets;
-  std::vector<Corners> corners;  ///< the truth [px]
+  std::vector<tracking::Corners> corners;  ///< the truth [px]
 
-  void Add(const TagFamily& family, int id, const Eigen::Isometry3d& X_CM) {
+  void Add(const tracking::TagFamily& family, int id, const Eigen::Isometry3d& X_CM) {
     ids.push_back(id);
     sheets.push_back(TagSheet(family, id, side_m, X_CM));
-    Corners at;
+    tracking::Corners at;
     const auto own = TagCorners(side_m);
     for (int k = 0; k < 4; ++k) at[k] = renderer::PixelOf(camera, X_CM * own[k]);
     corners.push_back(at);
@@ -92,8 +92,8 @@ struct TagScene {
 };
 
 /// Six randomly placed tags of 80 mm, about `side_px` large and tilted by up to `most_tilt`.
-inline TagScene SixTags(const TagFamily& family, const renderer::Camera& camera, double side_px,
-                        double most_tilt, std::uint64_t seed) {
+inline TagScene SixTags(const tracking::TagFamily& family, const renderer::Camera& camera,
+                        double side_px, double most_tilt, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   TagScene scene;

@@ -8,6 +8,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::tracking;
+
 namespace {
 
 renderer::Camera Camera() {
@@ -38,7 +40,7 @@ Shot ShotOf(const TagFamily& family, const std::vector<Eigen::Isometry3d>& poses
 
 TEST_CASE("Moving tags are followed without a search of the whole image") {
   const TagFamily family = *TagFamilyOfName("36h11");
-  const KnownLens lens{test::LensOfCamera(Camera())};
+  const lens::KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
   database.default_side_m = 0.08;
   Tracker tracker(family, database, {.full_search_interval = 5});
@@ -78,7 +80,7 @@ TEST_CASE("A tag that jumped is found in the same frame; one that left is droppe
 TEST_CASE(
     "An ambiguous tag follows its previous pose; at first sight it is reported as ambiguous") {
   const TagFamily family = *TagFamilyOfName("36h11");
-  const KnownLens lens{test::LensOfCamera(Camera())};
+  const lens::KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
   database.default_side_m = 0.08;
   renderer::Conditions dim;
@@ -109,7 +111,7 @@ TEST_CASE(
 
 TEST_CASE("A body resolves the ambiguity of its tag") {
   const TagFamily family = *TagFamilyOfName("36h11");
-  const KnownLens lens{test::LensOfCamera(Camera())};
+  const lens::KnownLens lens{test::LensOfCamera(Camera())};
   TagDatabase database;
   Body body{"part", {}};
   std::vector<Eigen::Isometry3d> poses;

@@ -3,6 +3,8 @@
 #include "tests/app/view/view_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::view;
 using namespace plumbline::test;
 
 TEST_CASE("the cell frame follows from the cell tags, the tip from the loaded arm") {
@@ -14,11 +16,11 @@ TEST_CASE("the cell frame follows from the cell tags, the tip from the loaded ar
   REQUIRE(carriers.tool);
   REQUIRE(carriers.flange);
 
-  LoadedState loaded;
+  deflection::LoadedState loaded;
   REQUIRE(scene.model->arm.AtCommanded(scene.state.q, {40, scene.state.payload_cog_F}, {}, loaded));
-  const BendField& bend = carriers.tool->bend;
+  const scene::BendField& bend = carriers.tool->bend;
   REQUIRE(bend.length_m > 0);
-  const Vec3 tip_F = BentPoint(bend, Vec3(0, 0, static_cast<double>(bend.length_m)));
+  const Vec3 tip_F = scene::BentPoint(bend, Vec3(0, 0, static_cast<double>(bend.length_m)));
   const Vec3 tip_C = carriers.flange->X_CK * tip_F;
   CHECK((tip_C - scene.X_CW * loaded.X_WT.p).norm() < 1e-5);
   CHECK((tip_C - Vec3(0.02, -0.03, 1.5)).norm() < 1e-5);
@@ -27,10 +29,10 @@ TEST_CASE("the cell frame follows from the cell tags, the tip from the loaded ar
         1e-9);
   CHECK((carriers.tool->tip_nominal_W - carriers.tool->tip_W).norm() > 1e-3);
 
-  CHECK(carriers.Find({Carrier::Kind::kBody, "gripper", 0}) != nullptr);
-  CHECK(carriers.Find({Carrier::Kind::kBody, "door", 0}) == nullptr);
-  CHECK(carriers.Find({Carrier::Kind::kTag, "", 20}) != nullptr);
-  const auto in_world = carriers.InWorld({Carrier::Kind::kBody, "cell", 0});
+  CHECK(carriers.Find({scene::Carrier::Kind::kBody, "gripper", 0}) != nullptr);
+  CHECK(carriers.Find({scene::Carrier::Kind::kBody, "door", 0}) == nullptr);
+  CHECK(carriers.Find({scene::Carrier::Kind::kTag, "", 20}) != nullptr);
+  const auto in_world = carriers.InWorld({scene::Carrier::Kind::kBody, "cell", 0});
   REQUIRE(in_world);
   CHECK((in_world->p - kMarksInW.p).norm() < 1e-9);
 }
@@ -45,7 +47,7 @@ TEST_CASE("a hidden carrier becomes stale, then is dropped; the cell frame is ke
     scene.state.cameras[0].image->time_s = ViewScene::kNow_s + s - 0.03;
     return scene.Placed(ViewScene::kNow_s + s);
   };
-  const Carrier gripper{Carrier::Kind::kBody, "gripper", 0};
+  const scene::Carrier gripper{scene::Carrier::Kind::kBody, "gripper", 0};
   const Carriers soon = later(0.3), after_1_s = later(1), after_5_s = later(5);
   CHECK_FALSE(soon.Find(gripper)->stale);
   CHECK(after_1_s.Find(gripper)->stale);
@@ -55,7 +57,7 @@ TEST_CASE("a hidden carrier becomes stale, then is dropped; the cell frame is ke
   CHECK(after_5_s.tags.empty());
   REQUIRE(after_5_s.world);
   CHECK(after_5_s.world->stale);
-  CHECK_FALSE(after_5_s.InWorld({Carrier::Kind::kBase, "", 0}));
+  CHECK_FALSE(after_5_s.InWorld({scene::Carrier::Kind::kBase, "", 0}));
 }
 
 TEST_CASE("a new lens drops every pose estimated with the previous one") {
@@ -73,7 +75,7 @@ TEST_CASE("a new lens drops every pose estimated with the previous one") {
 TEST_CASE("an invalid lens, an old image or an untrusted robot reading makes carriers stale") {
   ViewScene scene;
   SECTION("lens") {
-    scene.state.cameras[0].status.state = ZoomState::kMoving;
+    scene.state.cameras[0].status.state = lens::ZoomState::kMoving;
     const Carriers carriers = scene.Placed();
     CHECK(carriers.lens_stale);
     CHECK(carriers.world->stale);
@@ -93,7 +95,7 @@ TEST_CASE("an invalid lens, an old image or an untrusted robot reading makes car
     CHECK(carriers.robot_stale);
     CHECK(carriers.flange->stale);
     CHECK_FALSE(carriers.world->stale);
-    CHECK_FALSE(carriers.InWorld({Carrier::Kind::kFlange, "", 0}));
+    CHECK_FALSE(carriers.InWorld({scene::Carrier::Kind::kFlange, "", 0}));
   }
   SECTION("payload unknown: no bend, no flange") {
     scene.state.payload_kg.reset();
@@ -114,7 +116,7 @@ TEST_CASE("an invalid lens, an old image or an untrusted robot reading makes car
 
 TEST_CASE("the viewer reads the model version that the daemon has in force and writes nothing") {
   ViewScene scene;
-  FaultList faults;
+  config::FaultList faults;
   CHECK_FALSE(ReadViewModel(scene.ConfigFile(), 3, faults));
   CHECK_THAT(FaultsText(faults), Catch::Contains("model version 3 is in force but cannot be read"));
   CHECK_FALSE(std::filesystem::exists(scene.folder.path() + "/state"));
@@ -123,7 +125,7 @@ TEST_CASE("the viewer reads the model version that the daemon has in force and w
   std::string cell = FileText("tests/virtual_cell/demo/cockpit-cell.toml");
   cell = WithLine(cell, "robot", "name", "\"another\"");
   std::ofstream(scene.folder.path() + "/state/models/0003.toml") << cell;
-  FaultList none;
+  config::FaultList none;
   const auto model = ReadViewModel(scene.ConfigFile(), 3, none);
   INFO(FaultsText(none));
   REQUIRE(model);
@@ -142,7 +144,7 @@ struct TwoCameras : ViewScene {
 
   TwoCameras() {
     state.cameras.push_back(state.cameras[0]);
-    ViewCamera& rear = state.cameras[1];
+    view_link::ViewCamera& rear = state.cameras[1];
     rear.lens->fx = 2400;
     rear.bodies = {{"cell", kRearFromSide * X_CW * kMarksInW, false}};
     rear.tags.clear();
@@ -156,7 +158,8 @@ struct TwoCameras : ViewScene {
   }
 };
 
-const Carrier kGripper{Carrier::Kind::kBody, "gripper", 0}, kTag{Carrier::Kind::kTag, "", 20};
+const scene::Carrier kGripper{scene::Carrier::Kind::kBody, "gripper", 0},
+    kTag{scene::Carrier::Kind::kTag, "", 20};
 
 }  // namespace
 
@@ -166,7 +169,7 @@ TEST_CASE("a body seen by one camera is placed in the other's picture through th
   CHECK(cameras[1].Find(kGripper) == nullptr);
   const Pose own = cameras[0].Find(kGripper)->X_CK;
   ShareDetections(cameras);
-  for (const Carrier& carrier : {kGripper, kTag}) {
+  for (const scene::Carrier& carrier : {kGripper, kTag}) {
     const PlacedCarrier* const lent = cameras[1].Find(carrier);
     REQUIRE(lent != nullptr);
     CHECK_FALSE(lent->stale);
@@ -185,11 +188,11 @@ TEST_CASE("a body seen by one camera is placed in the other's picture through th
   }
   SECTION("a camera with a stale lens neither contributes nor receives") {
     for (const std::size_t stale : {0, 1}) {
-      scene.state.cameras[stale].status.state = ZoomState::kStale;
+      scene.state.cameras[stale].status.state = lens::ZoomState::kStale;
       cameras = scene.Placed();
       ShareDetections(cameras);
       CHECK(cameras[1].Find(kGripper) == nullptr);
-      scene.state.cameras[stale].status.state = ZoomState::kValid;
+      scene.state.cameras[stale].status.state = lens::ZoomState::kValid;
     }
   }
 }
@@ -208,16 +211,17 @@ TEST_CASE("in the measurement frame the camera with the highest resolution deter
   CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
   scene.state.cameras[1].lens->fx = 300;
   CHECK((gripper_W()->p - by_side).norm() < 1e-9);
-  scene.state.cameras[0].status.state = ZoomState::kStale;
+  scene.state.cameras[0].status.state = lens::ZoomState::kStale;
   CHECK((gripper_W()->p - by_rear).norm() < 1e-9);
-  scene.state.cameras[1].status.state = ZoomState::kStale;
+  scene.state.cameras[1].status.state = lens::ZoomState::kStale;
   CHECK_FALSE(gripper_W());
   // With a single camera, its detections are used unchanged.
   ViewScene one;
   const Carriers own = one.Placed();
   const Carriers merged = MergeInMeasurementFrame(std::span(&own, 1));
-  for (const Carrier& carrier : {kGripper, kTag, Carrier{Carrier::Kind::kBase, "", 0},
-                                 Carrier{Carrier::Kind::kFlange, "", 0}}) {
+  for (const scene::Carrier& carrier :
+       {kGripper, kTag, scene::Carrier{scene::Carrier::Kind::kBase, "", 0},
+        scene::Carrier{scene::Carrier::Kind::kFlange, "", 0}}) {
     REQUIRE(merged.InWorld(carrier));
     CHECK((merged.InWorld(carrier)->p - own.InWorld(carrier)->p).norm() < 1e-9);
   }

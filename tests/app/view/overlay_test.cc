@@ -7,6 +7,8 @@
 #include "tests/renderer/scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::view;
 using namespace plumbline::test;
 
 namespace {
@@ -14,11 +16,11 @@ namespace {
 struct Composed {
   Carriers carriers;
   ViewFacts facts;
-  DisplayList list;
+  scene::DisplayList list;
   std::vector<Label> labels;
   PictureLayout layout;
 
-  Composed(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
+  Composed(ViewScene& scene, lens::ImageSize size, const scene::ObjectTable* table = nullptr,
            const SceneMeasurements* measured = nullptr)
       : carriers(scene.Placed()), layout(LayoutOf(size)) {
     facts.state = &scene.state;
@@ -39,25 +41,25 @@ struct Composed {
   }
 };
 
-ObjectTable Table() {
-  ObjectTable table;
-  SceneObject tool;
+scene::ObjectTable Table() {
+  scene::ObjectTable table;
+  scene::SceneObject tool;
   tool.name = "gripper";
-  tool.on.kind = Carrier::Kind::kFlange;
+  tool.on.kind = scene::Carrier::Kind::kFlange;
   tool.bends = true;
   tool.scale = 2;
   tool.X_KO = {RotationFromVector(Vec3(0.2, 0.1, 0)), Vec3(0.1, 0, 0.3)};
-  SceneObject body;
+  scene::SceneObject body;
   body.name = "car body";
-  body.on.kind = Carrier::Kind::kWorld;
+  body.on.kind = scene::Carrier::Kind::kWorld;
   body.occludes = true;
-  SceneObject hidden = body;
+  scene::SceneObject hidden = body;
   hidden.name = "hidden";
   hidden.visible = false;
   table.objects = {tool, body, hidden};
-  SceneLine datum;
+  scene::SceneLine datum;
   datum.name = "datum";
-  datum.on.kind = Carrier::Kind::kBase;
+  datum.on.kind = scene::Carrier::Kind::kBase;
   datum.points_K = {Vec3(2, 0, 1), Vec3(3, 0, 1)};
   table.lines = {datum};
   return table;
@@ -67,15 +69,15 @@ ObjectTable Table() {
 
 TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep their positions") {
   // An independent camera without distortion: the truth renderer's.
-  const Lens lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
+  const lens::Lens lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
   renderer::Camera straight;
   straight.fx = lens.fx;
   straight.fy = lens.fy;
   straight.cx = lens.cx;
   straight.cy = lens.cy;
-  for (const ImageSize size : {ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
+  for (const lens::ImageSize size : {lens::ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
     const PictureLayout layout = LayoutOf(size);
-    const Lens pinhole = PinholeIn(layout.image, lens, {1920, 1080});
+    const lens::Lens pinhole = PinholeIn(layout.image, lens, {1920, 1080});
     CHECK(pinhole.k1 == 0);
     const double s = pinhole.fx / lens.fx;
     CHECK(s == Approx(std::min(static_cast<double>(layout.image.width) / 1920,
@@ -84,7 +86,7 @@ TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep the
     const double upper = pinhole.cy + 0.5 - s * (lens.cy + 0.5);
     for (const Vec3& p : {Vec3(0.1, -0.2, 1.3), Vec3(-0.4, 0.3, 2.0)}) {
       const Eigen::Vector2d truth = renderer::PixelOf(straight, p);
-      const Vec2 pixel = Project<double>(pinhole, p);
+      const lens::Vec2 pixel = Project<double>(pinhole, p);
       CHECK(pixel.x() + 0.5 == Approx(s * (truth.x() + 0.5) + left));
       CHECK(pixel.y() + 0.5 == Approx(s * (truth.y() + 0.5) + upper));
     }
@@ -98,10 +100,10 @@ TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep the
 
 TEST_CASE("objects are drawn on their carriers, bent if configured, and omitted if hidden") {
   ViewScene scene;
-  const ObjectTable table = Table();
+  const scene::ObjectTable table = Table();
   const Composed composed(scene, {1280, 720}, &table);
   REQUIRE(composed.list.meshes.size() == 2);
-  const DrawnMesh& tool = composed.list.meshes[0];
+  const scene::DrawnMesh& tool = composed.list.meshes[0];
   CHECK(tool.mesh == 11);
   CHECK(tool.bends);
   CHECK(tool.scale == 2);
@@ -109,7 +111,7 @@ TEST_CASE("objects are drawn on their carriers, bent if configured, and omitted 
   CHECK(composed.list.meshes[1].occludes);
   CHECK((composed.list.meshes[1].X_CF.p - scene.X_CW.p).norm() < 1e-9);
   // The sagged arm's flange.
-  LoadedState loaded;
+  deflection::LoadedState loaded;
   REQUIRE(scene.model->arm.AtCommanded(scene.state.q, {40, scene.state.payload_cog_F}, {}, loaded));
   const Pose X_CF = scene.X_CW * scene.model->arm.X_WB() * loaded.posture.X_BF();
   CHECK((tool.X_CF.p - X_CF.p).norm() < 1e-5);
@@ -124,7 +126,7 @@ TEST_CASE("assembly points show the taught position, the uncorrected tip and the
   ViewScene scene("exaggeration = 20.0\n");
   const Composed composed(scene, {1280, 720});
   CHECK(composed.list.exaggeration == 20);
-  const AssemblyPoint& point = scene.model->config.machine.points[0];
+  const correction::AssemblyPoint& point = scene.model->config.machine.points[0];
   const Vec3 taught_C = scene.X_CW * point.X_WP.p;
   const Vec3 missed_C =
       scene.X_CW *
@@ -132,11 +134,11 @@ TEST_CASE("assembly points show the taught position, the uncorrected tip and the
   const auto any_line = [&](const auto& holds) {
     return std::any_of(composed.list.lines.begin(), composed.list.lines.end(), holds);
   };
-  CHECK(any_line([&](const DrawnLine& one) {
+  CHECK(any_line([&](const scene::DrawnLine& one) {
     return one.points_C.size() == 2 && (one.points_C[0] - taught_C).norm() < 1e-9 &&
            (one.points_C[1] - missed_C).norm() < 1e-9;
   }));
-  CHECK(any_line([&](const DrawnLine& one) {
+  CHECK(any_line([&](const scene::DrawnLine& one) {
     return one.points_C.size() > 8 &&
            std::abs((one.points_C[3] - taught_C).norm() - 20 * 0.0003) < 1e-9;
   }));
@@ -146,20 +148,20 @@ TEST_CASE("assembly points show the taught position, the uncorrected tip and the
 TEST_CASE("a point without a valid correction is labelled so") {
   ViewScene scene;
   scene.state.points[1].valid = false;
-  scene.state.points[1].code = CorrectionCode::kUnreachable;
+  scene.state.points[1].code = correction::CorrectionCode::kUnreachable;
   const Composed composed(scene, {1280, 720});
   CHECK(composed.Labelled("assembly 2: no correction"));
 }
 
 TEST_CASE("stale objects are grey; objects without a pose are not drawn") {
   ViewScene scene;
-  const ObjectTable table = Table();
-  const Colour grey = Greyed({1, 1, 1, 1});
+  const scene::ObjectTable table = Table();
+  const scene::Colour grey = Greyed({1, 1, 1, 1});
   SECTION("lens") {
-    scene.state.cameras[0].status.state = ZoomState::kVerifying;
+    scene.state.cameras[0].status.state = lens::ZoomState::kVerifying;
     const Composed composed(scene, {1280, 720}, &table);
-    for (const DrawnMesh& mesh : composed.list.meshes) CHECK(mesh.colour.r == grey.r);
-    for (const DrawnLine& line : composed.list.lines) CHECK(line.colour.r == grey.r);
+    for (const scene::DrawnMesh& mesh : composed.list.meshes) CHECK(mesh.colour.r == grey.r);
+    for (const scene::DrawnLine& line : composed.list.lines) CHECK(line.colour.r == grey.r);
     CHECK_FALSE(StaleReasons(composed.facts).empty());
   }
   SECTION("robot: the tool alone") {
@@ -182,15 +184,15 @@ TEST_CASE("stale objects are grey; objects without a pose are not drawn") {
 }
 
 TEST_CASE("the unloaded tool is drawn behind the loaded one or beside it") {
-  const ObjectTable table = Table();
+  const scene::ObjectTable table = Table();
   ViewScene behind("nominal = \"behind\"\n"), beside("nominal = \"beside\"\n");
   const Composed first(behind, {1280, 720}, &table), second(beside, {1280, 720}, &table);
   REQUIRE(first.list.meshes.size() == 3);
   CHECK_FALSE(first.list.meshes[1].bends);
   CHECK(first.list.meshes[1].colour.a < first.list.meshes[0].colour.a);
   CHECK((first.list.meshes[1].X_CF.p - first.list.meshes[0].X_CF.p).norm() < 0.05);
-  const Vec2 loaded = Project<double>(second.list.pinhole, second.list.meshes[0].X_CF.p);
-  const Vec2 nominal = Project<double>(second.list.pinhole, second.list.meshes[1].X_CF.p);
+  const lens::Vec2 loaded = Project<double>(second.list.pinhole, second.list.meshes[0].X_CF.p);
+  const lens::Vec2 nominal = Project<double>(second.list.pinhole, second.list.meshes[1].X_CF.p);
   CHECK(loaded.x() - nominal.x() > 0.15 * static_cast<double>(second.layout.image.width));
   CHECK(second.Labelled("without load"));
   CHECK(second.Labelled("loaded"));
@@ -198,8 +200,8 @@ TEST_CASE("the unloaded tool is drawn behind the loaded one or beside it") {
 
 TEST_CASE("a clip plane follows its carrier") {
   ViewScene scene;
-  ObjectTable table = Table();
-  table.clip = SceneClip{{Carrier::Kind::kWorld, "", 0}, Vec3(0, 0, 1), 0.9, true};
+  scene::ObjectTable table = Table();
+  table.clip = scene::SceneClip{{scene::Carrier::Kind::kWorld, "", 0}, Vec3(0, 0, 1), 0.9, true};
   const Composed composed(scene, {1280, 720}, &table);
   REQUIRE(composed.list.clip);
   const Vec3 on_it = scene.X_CW * Vec3(3, -2, 0.9);
@@ -210,7 +212,8 @@ TEST_CASE("interference is labelled at its location; outdated results are not dr
   ViewScene scene;
   SceneMeasurements measured;
   measured.time_s = ViewScene::kNow_s - 0.1;
-  MeasuredPair pair{"gripper", "car body", 1, 2, Proximity::kInterference, Separation{}};
+  MeasuredPair pair{"gripper",          "car body", 1, 2, scene::Proximity::kInterference,
+                    scene::Separation{}};
   pair.separation->touching = true;
   pair.separation->depth_m = 0.0042;
   pair.separation->p_a_W = pair.separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);

@@ -5,6 +5,8 @@
 #include "tests/app/view/view_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::view;
 using namespace plumbline::test;
 
 namespace {
@@ -20,9 +22,9 @@ struct Drawn {
   std::vector<Carriers> carriers;
   ViewFacts facts;
   PictureLayout layout;
-  DisplayList list;
+  scene::DisplayList list;
 
-  Drawn(ViewScene& scene, ImageSize size, const ObjectTable* table = nullptr,
+  Drawn(ViewScene& scene, lens::ImageSize size, const scene::ObjectTable* table = nullptr,
         const SceneMeasurements* measured = nullptr)
       : layout(LayoutOf(size)) {
     facts.shown.clear();
@@ -41,14 +43,14 @@ struct Drawn {
     list = PictureOf({facts, scene.model->config.overlay, meshes, {}}, layout, WidthOf);
   }
   bool Says(const std::string& words) const {
-    return std::any_of(list.texts.begin(), list.texts.end(), [&](const DrawnText& text) {
+    return std::any_of(list.texts.begin(), list.texts.end(), [&](const scene::DrawnText& text) {
       return text.text.find(words) != std::string::npos;
     });
   }
 };
 
 /// The area that a text covers.
-Area Of(const DrawnText& text) {
+scene::Area Of(const scene::DrawnText& text) {
   return {text.x, text.y - text.height_px, WidthOf(text.text, text.height_px),
           1.25F * text.height_px};
 }
@@ -58,14 +60,14 @@ void ExpectTidy(const Drawn& drawn) {
   const auto width = static_cast<float>(drawn.layout.size.width);
   const auto height = static_cast<float>(drawn.layout.size.height);
   for (std::size_t a = 0; a < texts.size(); ++a) {
-    const Area first = Of(texts[a]);
+    const scene::Area first = Of(texts[a]);
     CAPTURE(texts[a].text);
     CHECK(first.x >= 0);
     CHECK(first.right() <= width + 0.5F);
     CHECK(first.y >= 0);
     CHECK(first.bottom() <= height + 0.5F);
     for (std::size_t b = a + 1; b < texts.size(); ++b) {
-      const Area second = Of(texts[b]);
+      const scene::Area second = Of(texts[b]);
       const bool apart = first.right() <= second.x || second.right() <= first.x ||
                          first.bottom() <= second.y + 0.5F || second.bottom() <= first.y + 0.5F;
       CAPTURE(texts[b].text);
@@ -81,12 +83,12 @@ void MakeEverythingLong(ViewScene& scene) {
   for (std::uint64_t k = 0; k < 40; ++k) scene.state.lines.push_back({k, 1.8e9, 3, word});
   scene.state.alarms = 0xFFFF;
   scene.state.warnings = 0xFFFF;
-  scene.state.cameras[0].status.prompt = BoardPrompt::kUpperLeft;
+  scene.state.cameras[0].status.prompt = lens::BoardPrompt::kUpperLeft;
   for (int k = 0; k < 60; ++k) {
     scene.state.cameras[0].bodies.push_back({word + std::to_string(k), {}, false});
-    ViewPoint point;
+    view_link::ViewPoint point;
     point.id = 100 + k;
-    point.code = CorrectionCode::kTooLarge;
+    point.code = correction::CorrectionCode::kTooLarge;
     scene.state.points.push_back(point);
   }
 }
@@ -94,7 +96,8 @@ void MakeEverythingLong(ViewScene& scene) {
 }  // namespace
 
 TEST_CASE("no text overlaps another or leaves the picture, at any size and amount of text") {
-  for (const ImageSize size : {ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
+  for (const lens::ImageSize size :
+       {lens::ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
     ViewScene plain("exaggeration = 10.0\nstress = true\n"), full("exaggeration = 10.0\n");
     ExpectTidy(Drawn(plain, size));
     MakeEverythingLong(full);
@@ -107,7 +110,7 @@ TEST_CASE("text is 1/38 of the picture height, at least 12 px") {
   CHECK(LayoutOf({1920, 1080}).em >= 28);
   ViewScene scene;
   const Drawn drawn(scene, {640, 480});
-  for (const DrawnText& text : drawn.list.texts) CHECK(text.height_px >= 12);
+  for (const scene::DrawnText& text : drawn.list.texts) CHECK(text.height_px >= 12);
 }
 
 TEST_CASE("a text that is too long is cut between characters and ends in an ellipsis") {
@@ -136,13 +139,13 @@ TEST_CASE("lines break between words; a word that is too long is not broken") {
 
 TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   ViewScene scene;
-  scene.state.cameras[0].status.state = ZoomState::kStale;
-  scene.state.cameras[0].status.reason = ZoomReason::kTagsBad;
-  const std::string reason(ZoomReasonText(ZoomReason::kTagsBad));
+  scene.state.cameras[0].status.state = lens::ZoomState::kStale;
+  scene.state.cameras[0].status.reason = lens::ZoomReason::kTagsBad;
+  const std::string reason(lens::ZoomReasonText(lens::ZoomReason::kTagsBad));
   const Drawn drawn(scene, {640, 480});
   const float left = drawn.layout.column.x;
   std::string column;
-  for (const DrawnText& text : drawn.list.texts) {
+  for (const scene::DrawnText& text : drawn.list.texts) {
     if (text.x > left && text.y > drawn.layout.top.bottom()) column += text.text + " ";
   }
   CAPTURE(column);
@@ -172,9 +175,9 @@ TEST_CASE("without faults the headline is OK and every panel is shown") {
 TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are shown") {
   SECTION("lens, and the prompt of a calibration") {
     ViewScene scene;
-    scene.state.cameras[0].status.state = ZoomState::kCalibrating;
-    scene.state.cameras[0].status.reason = ZoomReason::kBoardStarted;
-    scene.state.cameras[0].status.prompt = BoardPrompt::kTiltLeft;
+    scene.state.cameras[0].status.state = lens::ZoomState::kCalibrating;
+    scene.state.cameras[0].status.reason = lens::ZoomReason::kBoardStarted;
+    scene.state.cameras[0].status.prompt = lens::BoardPrompt::kTiltLeft;
     scene.state.cameras[0].status.board_views = 7;
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("STALE: lens calibrating"));
@@ -219,21 +222,22 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK_FALSE(drawn.Says("corrected by 4."));
   }
   SECTION("exaggeration, at every size") {
-    for (const ImageSize size : {ImageSize{640, 480}, {1920, 1080}}) {
+    for (const lens::ImageSize size : {lens::ImageSize{640, 480}, {1920, 1080}}) {
       ViewScene scene("exaggeration = 25.0\n");
       CHECK(Drawn(scene, size).Says("deflection exaggerated 25 times"));
-      scene.state.cameras[0].status.state = ZoomState::kMoving;
+      scene.state.cameras[0].status.state = lens::ZoomState::kMoving;
       CHECK(Drawn(scene, size).Says("deflection exaggerated 25 times"));
     }
   }
   SECTION("interference") {
     ViewScene scene;
-    ObjectTable table;
+    scene::ObjectTable table;
     table.objects.resize(2);
     table.pairs.push_back({0, 1, 0, 0});
     SceneMeasurements measured;
     measured.time_s = ViewScene::kNow_s;
-    MeasuredPair pair{"gripper", "car body", 1, 2, Proximity::kInterference, Separation{}};
+    MeasuredPair pair{"gripper",          "car body", 1, 2, scene::Proximity::kInterference,
+                      scene::Separation{}};
     pair.separation->touching = true;
     pair.separation->depth_m = 0.0021;
     measured.pairs.push_back(pair);
@@ -252,28 +256,29 @@ TEST_CASE("the picture states that there is no daemon") {
   ViewFacts facts;
   facts.link_problem = "/var/lib/plumbline/view.socket: No such file or directory";
   const PictureLayout layout = LayoutOf({1280, 720});
-  const DisplayList list = PictureWithoutState(facts, layout, WidthOf);
-  CHECK(std::any_of(list.texts.begin(), list.texts.end(),
-                    [](const DrawnText& text) { return text.text.rfind("NO DAEMON: ", 0) == 0; }));
+  const scene::DisplayList list = PictureWithoutState(facts, layout, WidthOf);
+  CHECK(std::any_of(list.texts.begin(), list.texts.end(), [](const scene::DrawnText& text) {
+    return text.text.rfind("NO DAEMON: ", 0) == 0;
+  }));
 }
 
 TEST_CASE("two cameras each get a named part of the picture; panel lines name the camera") {
   ViewScene scene;
   scene.state.cameras.push_back(scene.state.cameras[0]);
-  scene.state.cameras[0].status.name = CameraName::kSide;
-  scene.state.cameras[1].status.name = CameraName::kRear;
-  scene.state.cameras[1].status.state = ZoomState::kStale;
-  scene.state.cameras[1].status.reason = ZoomReason::kZoomChanged;
-  for (const ImageSize size : {ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
+  scene.state.cameras[0].status.name = status::CameraName::kSide;
+  scene.state.cameras[1].status.name = status::CameraName::kRear;
+  scene.state.cameras[1].status.state = lens::ZoomState::kStale;
+  scene.state.cameras[1].status.reason = lens::ZoomReason::kZoomChanged;
+  for (const lens::ImageSize size : {lens::ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
     CAPTURE(size.width);
     const Drawn drawn(scene, size);
     ExpectTidy(drawn);
     REQUIRE(drawn.list.beside.size() == 1);
     REQUIRE(drawn.list.area);
     REQUIRE(drawn.list.beside[0].area);
-    const Area a = *drawn.list.area, b = *drawn.list.beside[0].area;
-    const Area& image = drawn.layout.image;
-    for (const Area& part : {a, b}) {
+    const scene::Area a = *drawn.list.area, b = *drawn.list.beside[0].area;
+    const scene::Area& image = drawn.layout.image;
+    for (const scene::Area& part : {a, b}) {
       CHECK(part.x >= image.x);
       CHECK(part.y >= image.y);
       CHECK(part.right() <= image.right() + 0.01F);
@@ -287,7 +292,7 @@ TEST_CASE("two cameras each get a named part of the picture; panel lines name th
     CHECK(drawn.Says("rear: stale"));
     // Only the stale camera is marked.
     int in_a = 0, in_b = 0;
-    for (const DrawnText& text : drawn.list.texts) {
+    for (const scene::DrawnText& text : drawn.list.texts) {
       if (text.text.rfind("STALE", 0) != 0 || text.y < image.y) continue;
       in_a += text.x >= a.x && text.x < a.right() && text.y > a.y && text.y <= a.bottom() ? 1 : 0;
       in_b += text.x >= b.x && text.x < b.right() && text.y > b.y && text.y <= b.bottom() ? 1 : 0;
@@ -298,16 +303,16 @@ TEST_CASE("two cameras each get a named part of the picture; panel lines name th
 }
 
 TEST_CASE("two images are placed side by side or stacked, whichever shows them larger") {
-  const Area wide{0, 0, 1000, 300}, high{10, 20, 400, 600};
-  const std::vector<Area> beside = SplitArea(wide, 2, {1920, 1080}, 10);
+  const scene::Area wide{0, 0, 1000, 300}, high{10, 20, 400, 600};
+  const std::vector<scene::Area> beside = SplitArea(wide, 2, {1920, 1080}, 10);
   CHECK(beside[1].x == 505);
   CHECK(beside[1].width == 495);
   CHECK(beside[1].height == 300);
-  const std::vector<Area> below = SplitArea(high, 2, {1920, 1080}, 10);
+  const std::vector<scene::Area> below = SplitArea(high, 2, {1920, 1080}, 10);
   CHECK(below[1].y == 325);
   CHECK(below[1].height == 295);
   CHECK(below[1].width == 400);
-  const std::vector<Area> one = SplitArea(high, 1, {1920, 1080}, 10);
+  const std::vector<scene::Area> one = SplitArea(high, 1, {1920, 1080}, 10);
   CHECK(one[0].width == 400);
   CHECK(one[0].height == 600);
 }

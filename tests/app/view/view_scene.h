@@ -37,16 +37,16 @@ struct ViewScene {
   static constexpr double kNow_s = 5000;
 
   TemporaryFolder folder;
-  std::optional<ViewModel> model;
-  ViewState state;
+  std::optional<view::ViewModel> model;
+  view_link::ViewState state;
   Pose X_CW;  ///< the truth
-  CarrierTracker memory;
+  view::CarrierTracker memory;
 
   explicit ViewScene(const std::string& overlay = "") {
     std::ofstream(ConfigFile()) << ViewConfigText(folder.path(), overlay);
-    FaultList faults;
-    model = ReadViewModel(ConfigFile(), 0, faults);
-    INFO(FaultsText(faults));
+    config::FaultList faults;
+    model = view::ReadViewModel(ConfigFile(), 0, faults);
+    INFO(config::FaultsText(faults));
     REQUIRE(model);
 
     state.now_s = kNow_s - 0.02;
@@ -58,38 +58,38 @@ struct ViewScene {
     state.q *= kRadPerDeg;
     state.payload_kg = 40;
     state.payload_cog_F = Vec3(0.02, -0.05, 0.9);
-    for (const AssemblyPoint& point : model->config.machine.points) {
-      ViewPoint output;
+    for (const correction::AssemblyPoint& point : model->config.machine.points) {
+      view_link::ViewPoint output;
       output.id = point.id;
       output.valid = true;
-      output.code = CorrectionCode::kOk;
+      output.code = correction::CorrectionCode::kOk;
       output.translation_B = Vec3(0.001, -0.002, 0.0035);
       output.uncertainty_m = 0.0003;
-      output.basis = RadiusBasis::kMeasured;
+      output.basis = model::RadiusBasis::kMeasured;
       output.q = state.q;
       output.taught = true;
       state.points.push_back(output);
     }
     state.cameras.resize(1);
     state.cameras[0].status.configured = true;
-    state.cameras[0].status.state = ZoomState::kValid;
-    state.cameras[0].status.reason = ZoomReason::kTagsGood;
+    state.cameras[0].status.state = lens::ZoomState::kValid;
+    state.cameras[0].status.reason = lens::ZoomReason::kTagsGood;
     state.cameras[0].status.zoom_counts = 4000;
     state.cameras[0].status.lens_id = 1;
     // Beside the tip; the image's right points along x of W.
-    LoadedState loaded;
+    deflection::LoadedState loaded;
     REQUIRE(model->arm.AtCommanded(state.q, {*state.payload_kg, state.payload_cog_F}, {}, loaded));
     X_CW.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
     X_CW.p = Vec3(0.02, -0.03, 1.5) - X_CW.R * loaded.X_WT.p;
     state.cameras[0].serial = "test camera";
     state.cameras[0].mode = "test mode";
-    state.cameras[0].lens = Lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
-    state.cameras[0].image = ViewImage{0, 7, 1920, 1080, false, kNow_s - 0.03, 70};
+    state.cameras[0].lens = lens::Lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};
+    state.cameras[0].image = view_link::ViewImage{0, 7, 1920, 1080, false, kNow_s - 0.03, 70};
     state.cameras[0].bodies = {
         {"cell", X_CW * kMarksInW, false},
         {"gripper", {RotationFromVector(Vec3(0.1, 0, 0)), Vec3(0, 0, 1.4)}, false}};
     for (const int id : {0, 1, 20}) {
-      ViewTag tag;
+      view_link::ViewTag tag;
       tag.id = id;
       tag.X_CM = Pose{Mat3::Identity(), Vec3(0.1 * id, 0, 1.5)};
       state.cameras[0].tags.push_back(tag);
@@ -98,7 +98,7 @@ struct ViewScene {
                    {2, 1.8e9 - 10, 4, "the zoom changed"}};
   }
   std::string ConfigFile() const { return folder.path() + "/plumbline.toml"; }
-  Carriers Placed(double now_s = kNow_s) { return memory.Update(state, 0, &*model, now_s); }
+  view::Carriers Placed(double now_s = kNow_s) { return memory.Update(state, 0, &*model, now_s); }
 };
 
 }  // namespace plumbline::test

@@ -19,6 +19,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::view_link;
+
 namespace {
 
 /// A state with a non-default value in every field.
@@ -34,23 +36,23 @@ ViewState FullState() {
   state.warnings = 0x100;
   state.health = HealthOf({.alarms = 2, .warnings = 0x100});
   state.data_age_s = 0.004;
-  state.q = JointVector::LinSpaced(6, -1.5, 2.25);
+  state.q = model::JointVector::LinSpaced(6, -1.5, 2.25);
   state.payload_kg = 80;
   state.temp_C = 31.5;
   state.payload_cog_F = {0.01, -0.02, 0.4};
   ViewPoint point;
   point.id = 7;
   point.valid = point.extrapolated = true;
-  point.code = CorrectionCode::kSingular;
+  point.code = correction::CorrectionCode::kSingular;
   point.X_BP_command.R << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // exact as a quaternion, too
   point.X_BP_command.p = {1.2, -0.4, 0.9};
   point.translation_B = {0.001, 0, 0.004};
   point.uncertainty_m = 2e-4;
-  point.basis = RadiusBasis::kPropagated;
-  point.q = JointVector::LinSpaced(6, -1, 1);
+  point.basis = model::RadiusBasis::kPropagated;
+  point.q = model::JointVector::LinSpaced(6, -1, 1);
   point.taught = point.differs = true;
   state.points = {point};
-  MonitoringStatus& monitoring = state.monitoring;
+  status::MonitoringStatus& monitoring = state.monitoring;
   monitoring.recording = monitoring.reference_refused = true;
   monitoring.probes = 120;
   monitoring.quarantined = 2;
@@ -60,12 +62,12 @@ ViewState FullState() {
   monitoring.model.proposed = 4;
   monitoring.model.declared = 1;
   state.cameras.resize(1);
-  state.cameras[0].status.name = CameraName::kRear;
+  state.cameras[0].status.name = status::CameraName::kRear;
   state.cameras[0].status.configured = state.cameras[0].status.tip_valid = true;
-  state.cameras[0].status.state = ZoomState::kCalibrating;
-  state.cameras[0].status.reason = ZoomReason::kBoardStarted;
+  state.cameras[0].status.state = lens::ZoomState::kCalibrating;
+  state.cameras[0].status.reason = lens::ZoomReason::kBoardStarted;
   state.cameras[0].status.lens_stale = state.cameras[0].status.board_wanted = true;
-  state.cameras[0].status.prompt = BoardPrompt::kTiltUpper;
+  state.cameras[0].status.prompt = lens::BoardPrompt::kTiltUpper;
   state.cameras[0].status.board_views = 11;
   state.cameras[0].status.zoom_counts = 4096;
   state.cameras[0].status.lens_id = 2;
@@ -75,10 +77,10 @@ ViewState FullState() {
   state.cycle = {12.5, 0.0007, 1250, 3, {{1200, 40, 10}, 0.03}};
   state.cameras[0].serial = "A-1";
   state.cameras[0].mode = "GREY 8x4@30";
-  state.cameras[0].lens = Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
+  state.cameras[0].lens = lens::Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
   ViewTag tag;
   tag.id = 17;
-  tag.corners_px = {Vec2(1, 2), Vec2(3, 2), Vec2(3, 4), Vec2(1, 4)};
+  tag.corners_px = {lens::Vec2(1, 2), lens::Vec2(3, 2), lens::Vec2(3, 4), lens::Vec2(1, 4)};
   tag.X_CM = point.X_BP_command;
   tag.ambiguous = true;
   state.cameras[0].tags = {tag, {18, tag.corners_px, {}, false}};
@@ -127,14 +129,14 @@ TEST_CASE("a state is unchanged after encoding and decoding") {
   CHECK_FALSE(back->cameras[0].tags[1].X_CM);
   CHECK(back->points[0].X_BP_command.R.isApprox(state.points[0].X_BP_command.R, 1e-12));
   CHECK(back->points[0].q == state.points[0].q);
-  CHECK(back->points[0].basis == RadiusBasis::kPropagated);
+  CHECK(back->points[0].basis == model::RadiusBasis::kPropagated);
   CHECK(back->health == state.health);
   CHECK(back->points[0].differs);
   CHECK(back->cycle.cycles == 1250);
   CHECK(back->cycle.late == 3);
   CHECK(back->cycle.starts.counts == state.cycle.starts.counts);
   CHECK(back->cycle.starts.sum_s == 0.03);
-  CHECK(back->cameras[0].status.frame_time_s == CameraStatus::kNever);
+  CHECK(back->cameras[0].status.frame_time_s == status::CameraStatus::kNever);
   CHECK(back->cameras[0].status.tip_covariance_W == state.cameras[0].status.tip_covariance_W);
 }
 
@@ -212,7 +214,7 @@ TEST_CASE("an overwritten image is detected") {
   Link link;
   ViewState state = FullState();
   const auto pixels = Ramp(8, 4);
-  const LumaView luma{pixels.data(), 8, 4, 8};
+  const lens::LumaView luma{pixels.data(), 8, 4, 8};
   state.cameras[0].image = link.publisher->Share(0, luma, nullptr);
   for (int k = 0; k < ViewPublisher::kSlotsPerCamera; ++k)
     (void)link.publisher->Share(0, luma, nullptr);
@@ -320,7 +322,7 @@ TEST_CASE("an invalid socket path is refused") {
 }
 
 TEST_CASE("a scene message is decoded only if complete and plausible") {
-  const SceneStatus scene{2, 1, 0.0125, 3, 17, 0};
+  const status::SceneStatus scene{2, 1, 0.0125, 3, 17, 0};
   const SceneMessage message = EncodeScene(scene);
   const auto read = DecodeScene(message);
   REQUIRE(read);
@@ -337,7 +339,7 @@ TEST_CASE("a scene message is decoded only if complete and plausible") {
   std::vector<std::uint8_t> longer(message.begin(), message.end());
   longer.push_back(0);
   CHECK_FALSE(DecodeScene(longer));
-  const auto spoilt = [&](SceneStatus wrong) {
+  const auto spoilt = [&](status::SceneStatus wrong) {
     return DecodeScene(EncodeScene(wrong)).has_value();
   };
   CHECK_FALSE(spoilt({5001, 0, 0, 1, 2, 0}));
@@ -384,7 +386,7 @@ TEST_CASE("the daemon accepts scene messages from its own user only and ignores 
   viewer.SendScene({0, 0, 0.5, 3, 17, 0});  // the newest counts, however many came before
   REQUIRE(daemon.PollViewers());
   CHECK(daemon.scene()->smallest_m == Approx(0.5));
-  const SceneStatus before = *daemon.scene();
+  const status::SceneStatus before = *daemon.scene();
 
   const auto send_text = [&](const std::string& words) {
     const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);

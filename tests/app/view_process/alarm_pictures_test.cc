@@ -12,12 +12,14 @@
 #include "tests/file_text.h"
 
 using namespace plumbline;
+
+using namespace plumbline::view_process;
 using test::FileText;
 using test::TemporaryFolder;
 
 namespace {
 
-RgbImage Picture(std::uint8_t grey) {
+display::RgbImage Picture(std::uint8_t grey) {
   return {std::vector<std::uint8_t>(std::size_t{3} * 64 * 48, grey), {64, 48}};
 }
 
@@ -61,7 +63,7 @@ TEST_CASE("an alarm stores the last pictures before it and the first after it") 
   const TemporaryFolder folder;
   const std::string kept = folder.path() + "/alarms";
   {
-    AlarmPictures alarms(kept, {}, [](const LogEntry&) {});
+    AlarmPictures alarms(kept, {}, [](const log::LogEntry&) {});
     alarms.Observe(0, 1.8e9);
     for (int second = 0; second < 10; ++second) {
       CHECK(alarms.Due(second));
@@ -86,7 +88,7 @@ TEST_CASE("an alarm set before the first state stores nothing; a further bit doe
   const TemporaryFolder folder;
   const std::string kept = folder.path() + "/alarms";
   {
-    AlarmPictures alarms(kept, {}, [](const LogEntry&) {});
+    AlarmPictures alarms(kept, {}, [](const log::LogEntry&) {});
     alarms.Observe(1, 1.8e9);
     alarms.Remember(Picture(1), 0);
     alarms.Observe(1, 1.8e9);
@@ -103,7 +105,7 @@ TEST_CASE(
   std::ofstream(folder.path() + "/alarm.txt") << "mine";
   const auto raise = [&](AlarmPictureLimits limits, int times) {
     for (int k = 0; k < times; ++k) {
-      AlarmPictures alarms(folder.path(), limits, [](const LogEntry&) {});
+      AlarmPictures alarms(folder.path(), limits, [](const log::LogEntry&) {});
       alarms.Observe(0, 1.8e9);
       alarms.Remember(Picture(static_cast<std::uint8_t>(k)), k);
       alarms.Observe(1, 1.8e9 + k);
@@ -129,8 +131,8 @@ TEST_CASE("a folder that cannot be written is logged") {
   std::ofstream(folder.path() + "/alarms") << "a file in the way";
   std::vector<std::string> logged;
   {
-    AlarmPictures alarms(folder.path() + "/alarms", {}, [&](const LogEntry& entry) {
-      if (entry.event == Event::kViewFault) logged.push_back(entry.text);
+    AlarmPictures alarms(folder.path() + "/alarms", {}, [&](const log::LogEntry& entry) {
+      if (entry.event == log::Event::kViewFault) logged.push_back(entry.text);
     });
     alarms.Observe(0, 1.8e9);
     alarms.Remember(Picture(1), 0);

@@ -11,6 +11,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::view_process;
+
 namespace {
 
 std::ptrdiff_t Descriptors() {
@@ -20,35 +22,36 @@ std::ptrdiff_t Descriptors() {
 std::shared_ptr<const SceneSnapshot> SceneOfABox() {
   auto scene = std::make_shared<SceneSnapshot>();
   scene->version = 1;
-  auto checked = CheckMesh(test::Cuboid({1, 1, 1}), 1);
+  auto checked = scene::CheckMesh(test::Cuboid({1, 1, 1}), 1);
   REQUIRE(checked);
-  scene->meshes = {std::make_shared<const CheckedMesh>(std::move(checked).value())};
+  scene->meshes = {std::make_shared<const scene::CheckedMesh>(std::move(checked).value())};
   return scene;
 }
 
 /// The box fills the picture with its colour.
-int RedIn(plumbline::Drawing& drawing, int mesh) {
-  DisplayList list = test::EmptyList({64, 48}, 40);
-  DrawnMesh box;
+int RedIn(plumbline::view_process::Drawing& drawing, int mesh) {
+  scene::DisplayList list = test::EmptyList({64, 48}, 40);
+  scene::DrawnMesh box;
   box.mesh = mesh;
   box.X_CF.p = Vec3(0, 0, 1.2);
   box.colour = {1, 0, 0, 1};
   list.meshes = {box};
   if (!drawing.Draw(list)) return -1;
-  const RgbImage image = drawing.renderer().ReadBack();
+  const display::RgbImage image = drawing.renderer().ReadBack();
   return test::At(image, 32, 24).r;
 }
 
 }  // namespace
 
 TEST_CASE("a hundred GPU resets are each logged and recovered from, without leaking descriptors") {
-  if (const auto context = GlContext::Create(); !context || !(*context)->reports_resets()) {
+  if (const auto context = display::GlContext::Create();
+      !context || !(*context)->reports_resets()) {
     std::puts("SKIPPED: no EGL here, or its driver reports no resets");
     return;
   }
   std::vector<std::string> logged;
-  plumbline::Drawing drawing(
-      [&](const plumbline::LogEntry& entry) { logged.push_back(entry.text); });
+  plumbline::view_process::Drawing drawing(
+      [&](const plumbline::log::LogEntry& entry) { logged.push_back(entry.text); });
   const auto scene = SceneOfABox();
   double now_s = 0;
   std::ptrdiff_t before = 0;
@@ -70,8 +73,8 @@ TEST_CASE("a hundred GPU resets are each logged and recovered from, without leak
 
 TEST_CASE("a missing GPU is logged once and retried until drawing works") {
   std::vector<std::string> logged;
-  plumbline::Drawing drawing(
-      [&](const plumbline::LogEntry& entry) { logged.push_back(entry.text); });
+  plumbline::view_process::Drawing drawing(
+      [&](const plumbline::log::LogEntry& entry) { logged.push_back(entry.text); });
   test::no_platforms = true;
   for (double now_s = 0; now_s < 1000; now_s += 0.5) {
     CHECK_FALSE(drawing.Ready(now_s));
@@ -80,7 +83,7 @@ TEST_CASE("a missing GPU is logged once and retried until drawing works") {
   test::no_platforms = false;
   REQUIRE(logged.size() == 1);
   CHECK_THAT(logged[0], Catch::Contains("cannot draw") && Catch::Contains("libgl1-mesa-dri"));
-  if (!GlContext::Create()) {
+  if (!display::GlContext::Create()) {
     std::puts("SKIPPED: no EGL here");
     return;
   }

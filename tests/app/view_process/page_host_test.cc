@@ -3,16 +3,18 @@
 #include "tests/app/page/page_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::view_process;
 using namespace plumbline::test;
 
 TEST_CASE("a taken port is logged once, and the page is served when the port becomes free") {
   PageScene scene;
   scene.Start(scene.Options());  // has the port
   std::vector<std::string> bad, good;
-  PageHost host(scene.shown, {}, [&](const LogEntry& entry) {
-    (entry.event == Event::kPageFault ? bad : good).push_back(entry.text);
+  PageHost host(scene.shown, {}, [&](const log::LogEntry& entry) {
+    (entry.event == log::Event::kPageFault ? bad : good).push_back(entry.text);
   });
-  DaemonConfig config;
+  config::DaemonConfig config;
   config.page.port = scene.port();
   config.state_directory = scene.StateDirectory();
   host.Open(config);
@@ -33,10 +35,10 @@ TEST_CASE("a reload retries an unserved page at once and keeps an unchanged one 
   PageScene scene;
   scene.Start(scene.Options());
   int served = 0;
-  PageHost host(scene.shown, {}, [&](const LogEntry& entry) {
-    served += entry.event == Event::kPageServed ? 1 : 0;
+  PageHost host(scene.shown, {}, [&](const log::LogEntry& entry) {
+    served += entry.event == log::Event::kPageServed ? 1 : 0;
   });
-  DaemonConfig config;
+  config::DaemonConfig config;
   config.page.port = scene.port();
   config.state_directory = scene.StateDirectory();
   host.Open(config);

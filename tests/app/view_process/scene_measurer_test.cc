@@ -7,21 +7,23 @@
 #include "tests/app/view/view_scene.h"
 
 using namespace plumbline;
+
+using namespace plumbline::view_process;
 using namespace plumbline::test;
 
 namespace {
 
 MeshOfObject Box(float side) {
-  auto checked = CheckMesh(Cuboid({side, side, side}), 1);
+  auto checked = scene::CheckMesh(Cuboid({side, side, side}), 1);
   REQUIRE(checked);
-  return std::make_shared<const CheckedMesh>(std::move(checked).value());
+  return std::make_shared<const scene::CheckedMesh>(std::move(checked).value());
 }
 
 struct MeasuredScene {
   ViewScene view;
   std::vector<std::string> logged;
-  std::vector<Event> events;
-  SceneMeasurer measurer{0, [this](const LogEntry& entry) {
+  std::vector<log::Event> events;
+  SceneMeasurer measurer{0, [this](const log::LogEntry& entry) {
                            logged.push_back(entry.text);
                            events.push_back(entry.event);
                          }};
@@ -30,41 +32,41 @@ struct MeasuredScene {
   /// A cuboid of 0.2 m at the tool tip, and a wall of 0.2 m whose centre is `apart_m` further along
   /// y.
   void PlaceWall(double apart_m) {
-    const Carriers carriers = view.Placed();
+    const view::Carriers carriers = view.Placed();
     REQUIRE(carriers.tool);
     scene = std::make_shared<SceneSnapshot>(*scene);
     ++scene->version;
-    ObjectTable table;
-    SceneObject box, wall;
+    scene::ObjectTable table;
+    scene::SceneObject box, wall;
     box.name = "box";
     box.number = 4;
     wall.number = 9;
-    box.on.kind = Carrier::Kind::kFlange;
+    box.on.kind = scene::Carrier::Kind::kFlange;
     const double length_m = static_cast<double>(carriers.tool->bend.length_m);
     box.bends = true;
     // Straight tool: aligned with W once it is bent.
-    const BendStation& tip = carriers.tool->bend.stations.back();
+    const scene::BendStation& tip = carriers.tool->bend.stations.back();
     const Mat3 R_WT = carriers.tool->X_WF.R * RotationFromVector(tip.r_F.cast<double>());
     box.X_KO = {R_WT.transpose(), Vec3(0, 0, length_m)};
     wall.name = "wall";
-    wall.on.kind = Carrier::Kind::kWorld;
+    wall.on.kind = scene::Carrier::Kind::kWorld;
     wall.X_KO.p = carriers.tool->tip_W + Vec3(0, apart_m, 0);
     table.objects = {box, wall};
     table.pairs.push_back({0, 1, 0.05, 0.001});
-    ScenePoint corner{"corner", std::size_t{1}, Vec3(0, -0.1, 0)};
+    scene::ScenePoint corner{"corner", std::size_t{1}, Vec3(0, -0.1, 0)};
     table.points.push_back(corner);
     table.distances.push_back({"gap", {true, 0}, {false, 0}});
-    SceneLine path;
+    scene::SceneLine path;
     path.name = "approach";
-    path.on.kind = Carrier::Kind::kWorld;
+    path.on.kind = scene::Carrier::Kind::kWorld;
     const Vec3 from = carriers.tool->tip_W;
     path.points_K = {from - Vec3(0, 0.5, 0), from + Vec3(0, 2, 0)};
-    path.sweep = SceneSweep{0, {}, {1}};
+    path.sweep = scene::SceneSweep{0, {}, {1}};
     table.lines.push_back(path);
     scene->table = table;
     scene->meshes = {Box(0.2F), Box(0.2F)};
   }
-  SceneMeasurements Measure() {
+  view::SceneMeasurements Measure() {
     measurer.SetScene(scene);
     return measurer.Measure({ViewScene::kNow_s, view.Placed()}, ViewScene::kNow_s);
   }
@@ -75,8 +77,8 @@ struct MeasuredScene {
 TEST_CASE("distance, named distance and sweep between the bent tool's box and a wall") {
   MeasuredScene watched;
   watched.PlaceWall(0.5);
-  SceneMeasurements measured = watched.Measure();
-  const SceneStatus logged = SceneForPlc(measured);
+  view::SceneMeasurements measured = watched.Measure();
+  const status::SceneStatus logged = SceneForPlc(measured);
   CHECK(logged.interferences == 0);
   CHECK(logged.object_a == 4);
   CHECK(logged.object_b == 9);
@@ -85,7 +87,7 @@ TEST_CASE("distance, named distance and sweep between the bent tool's box and a 
   REQUIRE(measured.pairs[0].separation);
   // The box is bent with the tool: its sections turn by milliradians, its sides by micrometres.
   CHECK(measured.pairs[0].separation->distance_m == Approx(0.3).margin(5e-4));
-  CHECK(measured.pairs[0].state == Proximity::kApart);
+  CHECK(measured.pairs[0].state == scene::Proximity::kApart);
   CHECK(watched.logged.empty());
   REQUIRE(measured.distances.size() == 1);
   REQUIRE(measured.distances[0].distance_m);
@@ -99,7 +101,7 @@ TEST_CASE("distance, named distance and sweep between the bent tool's box and a 
 TEST_CASE("begin and end of nearness and interference are logged once each") {
   MeasuredScene watched;
   watched.PlaceWall(0.22);
-  CHECK(watched.Measure().pairs[0].state == Proximity::kNear);
+  CHECK(watched.Measure().pairs[0].state == scene::Proximity::kNear);
   watched.Measure();
   REQUIRE(watched.logged.size() == 1);
   CHECK_THAT(watched.logged[0], Catch::Contains("box and wall are near: 2"));
@@ -109,9 +111,9 @@ TEST_CASE("begin and end of nearness and interference are logged once each") {
   CHECK(watched.Measure().pairs[0].separation);
   // Without a trusted robot reading nothing is measured, and the state does not change.
   watched.view.state.alarms = alarm::kRobotStale;
-  const SceneMeasurements unknown = watched.Measure();
+  const view::SceneMeasurements unknown = watched.Measure();
   CHECK_FALSE(unknown.pairs[0].separation);
-  CHECK(unknown.pairs[0].state == Proximity::kNear);
+  CHECK(unknown.pairs[0].state == scene::Proximity::kNear);
   CHECK(SceneForPlc(unknown).unmeasured == 1);
   CHECK(SceneForPlc(unknown).object_a == 0);
   CHECK_FALSE(unknown.distances[0].distance_m);
@@ -126,25 +128,26 @@ TEST_CASE("begin and end of nearness and interference are logged once each") {
   };
   const double towards = turned(0.02) > turned(-0.02) ? 0.02 : -0.02;
   turned(towards);
-  const MeasuredPair hit = watched.Measure().pairs[0];
-  CHECK(hit.state == Proximity::kInterference);
+  const view::MeasuredPair hit = watched.Measure().pairs[0];
+  CHECK(hit.state == scene::Proximity::kInterference);
   REQUIRE(hit.separation);
   CHECK(hit.separation->depth_m > 0.001);
   REQUIRE(watched.logged.size() == 2);
   CHECK_THAT(watched.logged[1], Catch::Contains("interference of box and wall begins"));
   turned(-10 * towards);
-  CHECK(watched.Measure().pairs[0].state == Proximity::kApart);
+  CHECK(watched.Measure().pairs[0].state == scene::Proximity::kApart);
   CHECK(watched.logged.size() == 3);
   CHECK_THAT(watched.logged[2], Catch::Contains("interference of box and wall has ended"));
-  CHECK(watched.events == std::vector{Event::kInterferenceNear, Event::kInterferenceBegins,
-                                      Event::kInterferenceEnds});
+  CHECK(watched.events == std::vector{log::Event::kInterferenceNear,
+                                      log::Event::kInterferenceBegins,
+                                      log::Event::kInterferenceEnds});
 }
 
 TEST_CASE("an object without a mesh is not measured") {
   MeasuredScene watched;
   watched.PlaceWall(0.5);
   watched.scene->meshes[1] = nullptr;
-  const SceneMeasurements measured = watched.Measure();
+  const view::SceneMeasurements measured = watched.Measure();
   CHECK_FALSE(measured.pairs[0].separation);
   CHECK_FALSE(measured.sweeps[0].result);
 }

@@ -17,6 +17,7 @@
 #include "tests/virtual_cell/running_cell.h"
 
 using namespace plumbline;
+
 using namespace plumbline::test;
 using virtual_cell::RegisterClient;
 using virtual_cell::RunningCell;
@@ -34,7 +35,7 @@ bool Eventually(Condition holds) {
 
 bool CanDraw() {
   static const bool can = [] {
-    const auto context = GlContext::Create();
+    const auto context = display::GlContext::Create();
     if (!context) WARN("SKIPPED: " << context.error());
     return static_cast<bool>(context);
   }();
@@ -89,11 +90,11 @@ struct Station {
     const renderer::Camera camera = renderer::ZoomLens(1700);
     std::filesystem::create_directories(folder.path() + "/state");
     for (const char* const serial : {"test camera", "rear camera"}) {
-      auto store = LensStore::Open(folder.path() + "/state/lenses.sqlite");
+      auto store = lens_store::LensStore::Open(folder.path() + "/state/lenses.sqlite");
       REQUIRE(store);
-      LensEntry entry;
+      lens_store::LensEntry entry;
       entry.key = {serial, "test mode", 0, 0};
-      entry.lens = TrueLens(camera);
+      entry.lens = lens::TrueLens(camera);
       entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
       entry.size = {1920, 1080};
       entry.board = "none";

@@ -76,7 +76,9 @@ class FakeMachine {
   FakeDevice& Plug(int number, const std::string& port, const std::string& serial);
   void Unplug(int number);
   std::string Path(int number) const;
-  DeviceTree tree() const { return {folder_.path() + "/sys/class", folder_.path() + "/dev"}; }
+  camera::DeviceTree tree() const {
+    return {folder_.path() + "/sys/class", folder_.path() + "/dev"};
+  }
 
  private:
   TemporaryFolder folder_;

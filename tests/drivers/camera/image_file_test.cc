@@ -16,6 +16,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::camera;
+
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;

@@ -11,7 +11,7 @@
 #include "drivers/camera/v4l2_camera.h"
 #include "drivers/camera/v4l2_capabilities.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 constexpr double kPatience_s = 10;  // until a camera sends its first frame
@@ -42,8 +42,9 @@ std::unique_ptr<Camera> Open(const std::string& selector, const V4l2Device& devi
   const auto offer = QueryV4l2Capabilities(device);
   if (!offer) FAIL(offer.error());
   for (const V4l2Mode& mode : offer->modes) {
-    const ImageSize size = mode.largest, best = options.mode.size;
-    const bool smaller = best == ImageSize{} || size.width * size.height < best.width * best.height;
+    const lens::ImageSize size = mode.largest, best = options.mode.size;
+    const bool smaller =
+        best == lens::ImageSize{} || size.width * size.height < best.width * best.height;
     if (PixelFormatOfFourcc(mode.fourcc) && smaller) options.mode.size = size;
   }
   auto made = V4l2Camera::Create(options, MonotonicSeconds);
@@ -144,4 +145,4 @@ TEST_CASE("the first camera is unplugged and replugged by hand", "[v4l2-replug]"
   CHECK(camera->identity().mode == identity.mode);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -6,7 +6,7 @@
 #include "drivers/camera/registry.h"
 #include "tests/app/temporary_folder.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 double now_s = 0;
@@ -56,7 +56,7 @@ TEST_CASE("recorded camera: unpaced, every frame is returned with its recorded t
   for (unsigned k = 0; k < 5; ++k) {
     now_s += 1;
     REQUIRE(camera->Read(0.1, recording.frame) == CameraResult::kFrame);
-    CHECK(recording.frame.luma.size() == ImageSize{8, 6});
+    CHECK(recording.frame.luma.size() == lens::ImageSize{8, 6});
     CHECK(recording.frame.luma.row(5)[7] == 10 * (k + 1));
     CHECK(recording.frame.time_s == Approx(101 + 0.1 * k));
     CHECK(recording.frame.sequence == k);
@@ -155,4 +155,4 @@ TEST_CASE("camera registry: a kind by its name") {
   CHECK_THAT(MakeCamera("film", connection).error(), Catch::Contains("is not one of"));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace plumbline {
+namespace plumbline::camera {
 
 TEST_CASE("sequence file: times and names, an empty name where the camera was lost") {
   const auto frames = SequenceFromCsv("t_s,file\r\n0, a, b.png \r\n\r\n0.05,\n1e-1,sub/c.png");
@@ -27,4 +27,4 @@ TEST_CASE("sequence file: faults are reported with their line") {
         "line 2: the file name contains a zero byte");
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -6,7 +6,7 @@
 #include "drivers/camera/registry.h"
 #include "tests/drivers/camera/fake_v4l2.h"
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
 using test::FakeDevice;
@@ -67,7 +67,7 @@ TEST_CASE("v4l2 camera: connects by itself, luma in place, the driver's time") {
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.camera->identity().serial == "A1");
   CHECK(cell.camera->identity().mode == "GREY 16x8@30");
-  CHECK(cell.frame.luma.size() == ImageSize{16, 8});
+  CHECK(cell.frame.luma.size() == lens::ImageSize{16, 8});
   CHECK(cell.Seen() == 50);
   CHECK(cell.frame.time_s == Approx(1000.03));
   const bool in_place = cell.frame.luma.data == cell.device->memory[0].bytes.data();
@@ -379,4 +379,4 @@ TEST_CASE("v4l2 camera: the sequence continues across counter overflow and recon
   CHECK(NextSequence(7, 100, 2) == 8);  // one that restarts
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

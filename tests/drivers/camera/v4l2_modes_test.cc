@@ -4,10 +4,10 @@
 
 #include <catch2/catch.hpp>
 
-namespace plumbline {
+namespace plumbline::camera {
 namespace {
 
-V4l2Mode Discrete(std::uint32_t fourcc, ImageSize size, std::vector<double> rates_hz) {
+V4l2Mode Discrete(std::uint32_t fourcc, lens::ImageSize size, std::vector<double> rates_hz) {
   return {fourcc, size, size, {1, 1}, std::move(rates_hz)};
 }
 
@@ -64,7 +64,7 @@ TEST_CASE("mode: unsupported formats are reported with the remedy") {
                           {V4L2_PIX_FMT_H264, "H264 720x576", "Motion JPEG or raw"},
                           {V4L2_PIX_FMT_SRGGB8, "RGGB 720x576", "monochrome"},
                           {V4L2_PIX_FMT_Y16, "Y16  720x576", "8 bits"}}) {
-    for (const ImageSize size : {ImageSize{}, {720, 576}}) {
+    for (const lens::ImageSize size : {lens::ImageSize{}, {720, 576}}) {
       const std::string error = Chosen({Discrete(one.fourcc, {720, 576}, {25})}, {.size = size});
       CHECK_THAT(error, Catch::Contains(std::string("offers ") + one.name) &&
                             Catch::Contains("supported are GREY, NV12, YUYV, UYVY, MJPG") &&
@@ -83,4 +83,4 @@ TEST_CASE("mode: a range of sizes, and a camera that reports no rate") {
   CHECK_THAT(Chosen({range}, {.size = {2000, 1200}}), Catch::Contains("offers GREY 1920x1200"));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::camera

@@ -8,10 +8,12 @@
 
 using namespace plumbline;
 
+using namespace plumbline::display;
+
 namespace {
 
 /// Image with edges and gradients in every direction, as blurred as a real camera image.
-cv::Mat Photograph(ImageSize size, int channels) {
+cv::Mat Photograph(lens::ImageSize size, int channels) {
   cv::Mat image(size.height, size.width, CV_8UC(channels));
   cv::RNG random(7);
   random.fill(image, cv::RNG::UNIFORM, 0, 255);
@@ -27,16 +29,16 @@ cv::Mat Photograph(ImageSize size, int channels) {
 
 struct Case {
   const char* name;
-  Lens lens;
-  Lens pinhole;
+  lens::Lens lens;
+  lens::Lens pinhole;
 };
 
-std::vector<Case> Cases(ImageSize size) {
-  Lens barrel = test::Pinhole(0.9 * size.width, size);
+std::vector<Case> Cases(lens::ImageSize size) {
+  lens::Lens barrel = test::Pinhole(0.9 * size.width, size);
   barrel.fy *= 1.01;
   barrel.cx += 7.3;
   barrel.cy -= 4.1;
-  Lens pincushion = barrel;
+  lens::Lens pincushion = barrel;
   barrel.k1 = -0.28;
   barrel.k2 = 0.09;
   barrel.p1 = 0.0012;
@@ -65,7 +67,7 @@ double Expected(const cv::Mat& image, const cv::Mat& map, int u, int v, int chan
          ty * ((1 - tx) * at(y0 + 1, x0) + tx * at(y0 + 1, x0 + 1));
 }
 
-cv::Mat MapOf(const Lens& lens, const Lens& pinhole, ImageSize size) {
+cv::Mat MapOf(const lens::Lens& lens, const lens::Lens& pinhole, lens::ImageSize size) {
   const cv::Mat K = (cv::Mat_<double>(3, 3) << lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
   const cv::Mat P =
       (cv::Mat_<double>(3, 3) << pinhole.fx, 0, pinhole.cx, 0, pinhole.fy, pinhole.cy, 0, 0, 1);
@@ -75,8 +77,8 @@ cv::Mat MapOf(const Lens& lens, const Lens& pinhole, ImageSize size) {
   return map;
 }
 
-DisplayList ListOf(const cv::Mat& image, const Case& c, cv::Mat& padded) {
-  DisplayList list = test::EmptyList({image.cols, image.rows});
+scene::DisplayList ListOf(const cv::Mat& image, const Case& c, cv::Mat& padded) {
+  scene::DisplayList list = test::EmptyList({image.cols, image.rows});
   list.pinhole = c.pinhole;
   list.background.lens = c.lens;
   cv::Mat grey;
@@ -96,12 +98,12 @@ DisplayList ListOf(const cv::Mat& image, const Case& c, cv::Mat& padded) {
 TEST_CASE("the background matches OpenCV's undistortion to one grey level") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  const ImageSize size{960, 540};
+  const lens::ImageSize size{960, 540};
   for (const int channels : {1, 3}) {
     const cv::Mat image = Photograph(size, channels);
     for (const Case& c : Cases(size)) {
       cv::Mat padded;
-      DisplayList list = ListOf(image, c, padded);
+      scene::DisplayList list = ListOf(image, c, padded);
       list.background.sequence = static_cast<std::uint64_t>(channels);
       REQUIRE(drawing.renderer->Draw(list) == DrawResult::kDrawn);
       const RgbImage drawn = drawing.renderer->ReadBack();
@@ -137,12 +139,12 @@ TEST_CASE("the background matches OpenCV's undistortion to one grey level") {
 TEST_CASE("outside the image and where the lens folds back the picture is empty") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  const ImageSize size{640, 480};
+  const lens::ImageSize size{640, 480};
   const cv::Mat image(size.height, size.width, CV_8UC1, cv::Scalar(200));
-  Lens folding = test::Pinhole(300, size);
+  lens::Lens folding = test::Pinhole(300, size);
   folding.k1 = -0.35;  // folds at r = 0.976: pixel 319.5 + 300 * 0.65 is the farthest it reaches
   cv::Mat padded;
-  const DisplayList list = ListOf(image, {"", folding, test::Pinhole(150, size)}, padded);
+  const scene::DisplayList list = ListOf(image, {"", folding, test::Pinhole(150, size)}, padded);
   REQUIRE(drawing.renderer->Draw(list) == DrawResult::kDrawn);
   const RgbImage drawn = drawing.renderer->ReadBack();
   CHECK(test::At(drawn, 320, 240).r == 200);
@@ -156,9 +158,9 @@ TEST_CASE("outside the image and where the lens folds back the picture is empty"
 TEST_CASE("an image without a lens is shown unchanged, scaled to fit if the size differs") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  const ImageSize size{320, 240};
+  const lens::ImageSize size{320, 240};
   const cv::Mat image = Photograph(size, 1);
-  DisplayList list = test::EmptyList(size, 777);
+  scene::DisplayList list = test::EmptyList(size, 777);
   list.background.luma = {image.data, size.width, size.height, size.width};
   REQUIRE(drawing.renderer->Draw(list) == DrawResult::kDrawn);
   const RgbImage same = drawing.renderer->ReadBack();
@@ -183,7 +185,7 @@ TEST_CASE("an image is uploaded again only if its sequence changes") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   std::vector<std::uint8_t> grey(64 * 48, 50);
-  DisplayList list = test::EmptyList({64, 48});
+  scene::DisplayList list = test::EmptyList({64, 48});
   list.background.luma = {grey.data(), 64, 48, 64};
   const auto shown = [&] {
     REQUIRE(drawing.renderer->Draw(list) == DrawResult::kDrawn);

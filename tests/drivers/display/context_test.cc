@@ -7,8 +7,10 @@
 
 using namespace plumbline;
 
+using namespace plumbline::display;
+
 TEST_CASE("a GPU reset is reported by Draw(), and a new context and renderer work") {
-  const DisplayList list = test::EmptyList({64, 48});
+  const scene::DisplayList list = test::EmptyList({64, 48});
   {
     test::Drawing drawing;
     if (!drawing.renderer) return;

@@ -13,17 +13,17 @@ namespace plumbline::test {
 
 /// Context and renderer; `renderer` is nullptr if this computer has no EGL.
 struct Drawing {
-  std::unique_ptr<GlContext> context;
-  std::unique_ptr<Renderer> renderer;
+  std::unique_ptr<display::GlContext> context;
+  std::unique_ptr<display::Renderer> renderer;
 
-  explicit Drawing(const RendererOptions& options = {}) {
-    auto made = GlContext::Create();
+  explicit Drawing(const display::RendererOptions& options = {}) {
+    auto made = display::GlContext::Create();
     if (!made) {
       std::printf("SKIPPED: %s\n", made.error().c_str());
       return;
     }
     context = std::move(made).value();
-    auto with = Renderer::Create(*context, options);
+    auto with = display::Renderer::Create(*context, options);
     if (!with) {
       std::printf("the renderer cannot be made: %s\n", with.error().c_str());
       std::abort();
@@ -32,16 +32,16 @@ struct Drawing {
   }
 };
 
-inline Lens Pinhole(double f, ImageSize size) {
-  Lens lens;
+inline lens::Lens Pinhole(double f, lens::ImageSize size) {
+  lens::Lens lens;
   lens.fx = lens.fy = f;
   lens.cx = (size.width - 1) / 2.0;
   lens.cy = (size.height - 1) / 2.0;
   return lens;
 }
 
-inline DisplayList EmptyList(ImageSize size, double f = 500) {
-  DisplayList list;
+inline scene::DisplayList EmptyList(lens::ImageSize size, double f = 500) {
+  scene::DisplayList list;
   list.size = size;
   list.pinhole = Pinhole(f, size);
   return list;
@@ -52,7 +52,7 @@ struct Pixel {
   bool operator==(const Pixel&) const = default;
 };
 
-inline Pixel At(const RgbImage& image, int u, int v) {
+inline Pixel At(const display::RgbImage& image, int u, int v) {
   const std::size_t i =
       3 * (static_cast<std::size_t>(v) * static_cast<std::size_t>(image.size.width) +
            static_cast<std::size_t>(u));
@@ -60,15 +60,15 @@ inline Pixel At(const RgbImage& image, int u, int v) {
 }
 
 /// A square in the plane z = 0 of its own frame, centred at the origin.
-inline TriangleMesh Square(float side_m) {
+inline scene::TriangleMesh Square(float side_m) {
   const float h = side_m / 2;
   return {.vertices_O = {{-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}},
           .triangles = {{0, 1, 2}, {0, 2, 3}}};
 }
 
 /// A round bar along z from 0 to `length_m`, with rings of `around` vertices.
-inline TriangleMesh Bar(double radius_m, double length_m, int rings, int around) {
-  TriangleMesh mesh;
+inline scene::TriangleMesh Bar(double radius_m, double length_m, int rings, int around) {
+  scene::TriangleMesh mesh;
   for (int i = 0; i <= rings; ++i) {
     for (int k = 0; k < around; ++k) {
       const double angle = 2 * 3.14159265358979 * k / around;
@@ -89,8 +89,8 @@ inline TriangleMesh Bar(double radius_m, double length_m, int rings, int around)
   return mesh;
 }
 
-inline DrawnMesh Placed(int mesh, const Vec3& p_C, const Colour& colour) {
-  DrawnMesh drawn;
+inline scene::DrawnMesh Placed(int mesh, const Vec3& p_C, const scene::Colour& colour) {
+  scene::DrawnMesh drawn;
   drawn.mesh = mesh;
   drawn.X_CF.p = p_C;
   drawn.colour = colour;

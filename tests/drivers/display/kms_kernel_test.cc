@@ -8,19 +8,21 @@
 
 using namespace plumbline;
 
+using namespace plumbline::display;
+
 namespace {
 
 class White : public DrawnPicture {
  public:
-  explicit White(ImageSize size)
+  explicit White(lens::ImageSize size)
       : size_(size), pixels_(static_cast<std::size_t>(4 * size.width * size.height), 255) {}
-  ImageSize size() const override { return size_; }
+  lens::ImageSize size() const override { return size_; }
   PictureView ReadRows(int first, int count) override {
     return {pixels_.data() + 4 * first * size_.width, {size_.width, count}};
   }
 
  private:
-  ImageSize size_;
+  lens::ImageSize size_;
   std::vector<std::uint8_t> pixels_;
 };
 

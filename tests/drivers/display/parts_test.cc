@@ -9,10 +9,12 @@
 
 using namespace plumbline;
 
+using namespace plumbline::display;
+
 namespace {
 
 /// CIE lightness of an sRGB colour, 0..100.
-double Lightness(const Colour& colour) {
+double Lightness(const scene::Colour& colour) {
   const auto linear = [](float c) {
     const double x = static_cast<double>(c);
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
@@ -51,7 +53,7 @@ TEST_CASE("normals are smooth around a bar and break at the edges of a box") {
   }
 
   // Two squares at a right angle that share an edge: its two vertices have two normals each.
-  TriangleMesh corner{
+  scene::TriangleMesh corner{
       .vertices_O = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, -1}, {1, 1, -1}},
       .triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}}};
   const LitMesh lit = ComputeNormals(corner);
@@ -66,9 +68,9 @@ TEST_CASE("normals are smooth around a bar and break at the edges of a box") {
 }
 
 TEST_CASE("triangles with separate but coincident vertices are lit as if they shared them") {
-  const TriangleMesh shared = test::Bar(0.1, 1, 4, 24);
-  TriangleMesh apart;
-  for (const Triangle& triangle : shared.triangles) {
+  const scene::TriangleMesh shared = test::Bar(0.1, 1, 4, 24);
+  scene::TriangleMesh apart;
+  for (const scene::Triangle& triangle : shared.triangles) {
     apart.triangles.push_back({});
     for (std::size_t k = 0; k < 3; ++k) {
       apart.triangles.back()[k] = static_cast<std::uint32_t>(apart.vertices_O.size());
@@ -86,7 +88,8 @@ TEST_CASE("triangles with separate but coincident vertices are lit as if they sh
 }
 
 TEST_CASE("degenerate meshes get normals, and in bounded time") {
-  TriangleMesh fan{.vertices_O = {{0, 0, 0}}, .triangles = {}};  // 200,000 triangles at one vertex
+  scene::TriangleMesh fan{.vertices_O = {{0, 0, 0}},
+                          .triangles = {}};  // 200,000 triangles at one vertex
   for (std::uint32_t i = 1; i <= 200'000; ++i) {
     fan.vertices_O.push_back(Vec3f(1, static_cast<float>(i), 0));
     fan.triangles.push_back({0, i, i});

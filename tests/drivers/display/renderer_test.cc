@@ -9,17 +9,19 @@
 #include "tests/drivers/display/drawing.h"
 
 using namespace plumbline;
+
+using namespace plumbline::display;
 using test::At;
 using test::Pixel;
 
 namespace {
 
-const ImageSize kSize{640, 480};
-const Colour kRed{1, 0, 0, 1}, kGreen{0, 1, 0, 1};
+const lens::ImageSize kSize{640, 480};
+const scene::Colour kRed{1, 0, 0, 1}, kGreen{0, 1, 0, 1};
 
 /// Centroid of everything brighter than the empty picture in one channel; brightness is capped at
 /// `most`.
-Vec2 Centroid(const RgbImage& image, int Pixel::*channel, int most) {
+lens::Vec2 Centroid(const RgbImage& image, int Pixel::*channel, int most) {
   double sum = 0, u_sum = 0, v_sum = 0;
   for (int v = 0; v < image.size.height; ++v) {
     for (int u = 0; u < image.size.width; ++u) {
@@ -47,7 +49,7 @@ bool Greenish(const Pixel& p) {
   return p.g > 100 && p.r < 60;
 }
 
-RgbImage Drawn(test::Drawing& drawing, const DisplayList& list) {
+RgbImage Drawn(test::Drawing& drawing, const scene::DisplayList& list) {
   REQUIRE(drawing.renderer->Draw(list) == DrawResult::kDrawn);
   return drawing.renderer->ReadBack();
 }
@@ -57,7 +59,7 @@ RgbImage Drawn(test::Drawing& drawing, const DisplayList& list) {
 TEST_CASE("a mesh point is drawn where the pinhole projects it, to 0.05 px") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.pinhole.fx = 812.3;
   list.pinhole.fy = 807.1;
   list.pinhole.cx = 331.7;
@@ -69,7 +71,7 @@ TEST_CASE("a mesh point is drawn where the pinhole projects it, to 0.05 px") {
     list.meshes = {test::Placed(square, p_C, kRed)};
     // Rotated, so that its edges do not step by whole pixel rows.
     list.meshes[0].X_CF.R = RotationFromRollPitchYaw(Vec3(0, 0, 0.37));
-    const Vec2 seen = Centroid(Drawn(drawing, list), &Pixel::r, 1);
+    const lens::Vec2 seen = Centroid(Drawn(drawing, list), &Pixel::r, 1);
     worst_px = std::max(worst_px, (seen - Project(list.pinhole, p_C)).norm());
   }
   std::printf("a known point: worst %.4f px\n", worst_px);
@@ -80,19 +82,19 @@ TEST_CASE("a point of the undistorted image coincides with the mesh on it") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const Vec3 p_C(0.37, -0.24, 1.5);
-  Lens lens = test::Pinhole(560, kSize);
+  lens::Lens lens = test::Pinhole(560, kSize);
   lens.k1 = -0.25;
   lens.p1 = 0.002;
-  const Vec2 spot = Project(lens, p_C);  // in the camera image: a spot of 3 px
+  const lens::Vec2 spot = Project(lens, p_C);  // in the camera image: a spot of 3 px
   std::vector<std::uint8_t> grey(640 * 480, 33);
   for (int v = 0; v < 480; ++v) {
     for (int u = 0; u < 640; ++u) {
-      const double r2 = (Vec2(u, v) - spot).squaredNorm();
+      const double r2 = (lens::Vec2(u, v) - spot).squaredNorm();
       grey[static_cast<std::size_t>(v * 640 + u)] =
           static_cast<std::uint8_t>(std::lround(33 + 200 * std::exp(-r2 / 18)));
     }
   }
-  DisplayList list = test::EmptyList(kSize, 500);
+  scene::DisplayList list = test::EmptyList(kSize, 500);
   list.background.luma = {grey.data(), 640, 480, 640};
   list.background.lens = lens;
   CHECK((Centroid(Drawn(drawing, list), &Pixel::r, 255) - Project(list.pinhole, p_C)).norm() <
@@ -103,11 +105,11 @@ TEST_CASE("nearer meshes hide farther ones, and an invisible occluder hides, too
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   std::vector<std::uint8_t> grey(640 * 480, 77);
   list.background.luma = {grey.data(), 640, 480, 640};
-  const DrawnMesh near = test::Placed(square, Vec3(0.05, 0, 1), kRed);
-  const DrawnMesh far = test::Placed(square, Vec3(0, 0, 1.2), kGreen);
+  const scene::DrawnMesh near = test::Placed(square, Vec3(0.05, 0, 1), kRed);
+  const scene::DrawnMesh far = test::Placed(square, Vec3(0, 0, 1.2), kGreen);
   for (const bool near_first : {true, false}) {
     list.meshes = near_first ? std::vector{near, far} : std::vector{far, near};
     const RgbImage image = Drawn(drawing, list);
@@ -125,7 +127,7 @@ TEST_CASE("a transparent mesh shows what is behind it, but not its own far side"
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.meshes = {test::Placed(square, Vec3(0, 0, 1), {1, 0, 0, 0.5F}),
                  test::Placed(square, Vec3(0.05, 0, 1.2), kGreen)};
   const Pixel both = At(Drawn(drawing, list), 340, 240);
@@ -138,10 +140,10 @@ TEST_CASE("everything beyond the clip plane is cut, and its grid is drawn") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.4F)).value();
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.meshes = {test::Placed(square, Vec3(0, 0, 1), kRed)};
   list.lines = {{.points_C = {{-0.4, 0.25, 0.9}, {0.4, 0.25, 0.9}}, .colour = kGreen}};
-  list.clip = ClipPlane{.normal_C = Vec3::UnitX(), .distance_m = 0.05, .grid = false};
+  list.clip = scene::ClipPlane{.normal_C = Vec3::UnitX(), .distance_m = 0.05, .grid = false};
   const RgbImage cut = Drawn(drawing, list);
   const double edge = list.pinhole.cx + 500 * 0.05;
   for (int u = 225; u < 415; ++u) {
@@ -154,16 +156,16 @@ TEST_CASE("everything beyond the clip plane is cut, and its grid is drawn") {
 
   // An oblique plane, 1.5 m away on the axis, with lines every 0.1 m.
   const Vec3 normal = Vec3(0, -0.6, 0.8);
-  list.clip = ClipPlane{.normal_C = normal, .distance_m = 1.2, .grid = true};
+  list.clip = scene::ClipPlane{.normal_C = normal, .distance_m = 1.2, .grid = true};
   list.lines.clear();
   list.meshes[0].X_CF.p = Vec3(0, 0.3, 1.4);
   const RgbImage grid = Drawn(drawing, list);
   const Vec3 foot = 1.2 * normal, down(0, 0.8, 0.6);
   for (const double first : {-0.3, 0.1, 0.4}) {
-    const Vec2 on = Project(list.pinhole, Vec3(foot + first * Vec3::UnitX() + 0.75 * down));
-    const Vec2 off =
+    const lens::Vec2 on = Project(list.pinhole, Vec3(foot + first * Vec3::UnitX() + 0.75 * down));
+    const lens::Vec2 off =
         Project(list.pinhole, Vec3(foot + (first + 0.05) * Vec3::UnitX() + 0.75 * down));
-    const auto brightness = [&](const Vec2& at) {
+    const auto brightness = [&](const lens::Vec2& at) {
       return At(grid, static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())))
           .b;
     };
@@ -171,15 +173,16 @@ TEST_CASE("everything beyond the clip plane is cut, and its grid is drawn") {
     CHECK(brightness(on) > 70);
     CHECK(brightness(off) < 40);
   }
-  const Vec2 hidden = Project(list.pinhole, Vec3(foot + 0.1 * Vec3::UnitX() + 1.1 * down));
+  const lens::Vec2 hidden = Project(list.pinhole, Vec3(foot + 0.1 * Vec3::UnitX() + 1.1 * down));
   CHECK(Reddish(At(grid, static_cast<int>(hidden.x()), static_cast<int>(hidden.y()))));
 }
 
 TEST_CASE("lines have width, dashes and depth") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
-  DrawnLine line{.points_C = {{-0.3, 0.1, 1}, {0.3, 0.1, 1}}, .colour = kGreen, .width_px = 5};
+  scene::DisplayList list = test::EmptyList(kSize);
+  scene::DrawnLine line{
+      .points_C = {{-0.3, 0.1, 1}, {0.3, 0.1, 1}}, .colour = kGreen, .width_px = 5};
   list.lines = {line};
   const RgbImage solid = Drawn(drawing, list);
   const double v = Project(list.pinhole, line.points_C[0]).y();
@@ -211,7 +214,7 @@ TEST_CASE("lines have width, dashes and depth") {
 TEST_CASE("a line that starts behind the camera is clipped at the near plane") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.lines = {{.points_C = {{0.1, 0, -1}, {0, 0, 1}}, .colour = kGreen, .width_px = 3}};
   const RgbImage image = Drawn(drawing, list);
   CHECK(At(image, 330, 240).g > 150);  // its direction: x = (1 - z) / 20
@@ -222,15 +225,15 @@ TEST_CASE("a line that starts behind the camera is clipped at the near plane") {
 TEST_CASE("stress is coloured by the scale, rigid surfaces keep their shade") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.bend.length_m = 0.4F;
-  for (int i = 0; i < kBendStations; ++i) {
+  for (int i = 0; i < scene::kBendStations; ++i) {
     list.bend.stations[static_cast<std::size_t>(i)].stress_Pa =
         1e8F * (1 - static_cast<float>(i) / 32);
   }
   list.stress_full_Pa = 1e8;
-  DrawnMesh bar = test::Placed(drawing.renderer->LoadMesh(test::Bar(0.05, 0.4, 40, 48)).value(),
-                               Vec3(-0.2, 0, 1), kRed);
+  scene::DrawnMesh bar = test::Placed(
+      drawing.renderer->LoadMesh(test::Bar(0.05, 0.4, 40, 48)).value(), Vec3(-0.2, 0, 1), kRed);
   bar.X_CF.R = RotationFromRollPitchYaw(Vec3(0, std::numbers::pi / 2, 0));  // its z along C's x
   bar.bends = bar.by_stress = true;
   list.meshes = {bar};
@@ -254,7 +257,7 @@ TEST_CASE("stress is coloured by the scale, rigid surfaces keep their shade") {
 TEST_CASE("boxes cover their pixels and mix, text is drawn over them") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.boxes = {{.x = 100, .y = 50, .width = 200, .height = 40, .colour = {0, 0, 1, 1}},
                 {.x = 150, .y = 50, .width = 10, .height = 10, .colour = {1, 1, 1, 0.5F}}};
   const RgbImage boxes = Drawn(drawing, list);
@@ -293,7 +296,7 @@ TEST_CASE("boxes cover their pixels and mix, text is drawn over them") {
 TEST_CASE("a missing font is reported once, and the rest is drawn") {
   test::Drawing drawing(RendererOptions{.font_paths = {"/nowhere/font.ttf", "/dev/null"}});
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.boxes = {{.x = 10, .y = 10, .width = 5, .height = 5, .colour = kRed}};
   list.texts = {{.x = 100, .y = 100, .text = "not to be seen"}};
   const RgbImage image = Drawn(drawing, list);
@@ -312,7 +315,7 @@ TEST_CASE("a missing font is reported once, and the rest is drawn") {
 TEST_CASE("glyphs of many sizes make the atlas grow, and a full atlas is cleared") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   for (int size = 8; size < 200; size += 2) {
     list.texts = {{.x = 5,
                    .y = 300,
@@ -332,13 +335,14 @@ TEST_CASE("invalid lists are rejected or drawn without the invalid parts") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const ImageSize size : {ImageSize{0, 480}, ImageSize{640, -1}, ImageSize{100000, 10}}) {
-    DisplayList list = test::EmptyList(kSize);
+  for (const lens::ImageSize size :
+       {lens::ImageSize{0, 480}, lens::ImageSize{640, -1}, lens::ImageSize{100000, 10}}) {
+    scene::DisplayList list = test::EmptyList(kSize);
     list.size = size;
     CHECK(drawing.renderer->Draw(list) == DrawResult::kRefused);
     CHECK_FALSE(drawing.renderer->problem().empty());
   }
-  DisplayList list = test::EmptyList(kSize);
+  scene::DisplayList list = test::EmptyList(kSize);
   list.pinhole.fx = nan;
   CHECK(drawing.renderer->Draw(list) == DrawResult::kRefused);
   CHECK(drawing.renderer->problem() == "the focal length of the picture is not positive");
@@ -351,7 +355,7 @@ TEST_CASE("invalid lists are rejected or drawn without the invalid parts") {
   list.lines = {{.points_C = {{nan, 0, 1}, {0, 0, 1}}}, {.points_C = {{0, 0, 1}}}, {}};
   list.texts = {{.x = std::numeric_limits<float>::infinity(), .y = 0, .text = "x"},
                 {.x = 0, .y = 20, .text = "\xFF\xC0\x80\xED\xA0\x80\x01\n"}};
-  list.clip = ClipPlane{.normal_C = Vec3(nan, 0, 0), .distance_m = 0, .grid = true};
+  list.clip = scene::ClipPlane{.normal_C = Vec3(nan, 0, 0), .distance_m = 0, .grid = true};
   Drawn(drawing, list);
   list.clip.reset();
   CHECK(Greenish(At(Drawn(drawing, list), 320, 240)));
@@ -370,8 +374,9 @@ TEST_CASE("the picture size can change between pictures") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
-  for (const ImageSize size : {ImageSize{640, 480}, ImageSize{1920, 1080}, ImageSize{33, 17}}) {
-    DisplayList list = test::EmptyList(size);
+  for (const lens::ImageSize size :
+       {lens::ImageSize{640, 480}, lens::ImageSize{1920, 1080}, lens::ImageSize{33, 17}}) {
+    scene::DisplayList list = test::EmptyList(size);
     list.meshes = {test::Placed(square, Vec3(0, 0, 1), kGreen)};
     const RgbImage image = Drawn(drawing, list);
     CHECK(image.size == size);
@@ -387,19 +392,19 @@ TEST_CASE(
   if (!drawing.renderer) return;
   const std::vector<std::uint8_t> dark(std::size_t{64} * 48, 60), light(std::size_t{64} * 48, 180);
   const int square = drawing.renderer->LoadMesh(test::Square(4.0F)).value();
-  const auto view_of = [&](const Area& area, const std::vector<std::uint8_t>& luma) {
-    DisplayList view = test::EmptyList(kSize);
+  const auto view_of = [&](const scene::Area& area, const std::vector<std::uint8_t>& luma) {
+    scene::DisplayList view = test::EmptyList(kSize);
     view.area = area;
     view.background.luma = {luma.data(), 64, 48, 64};
     view.background.sequence = 7;  // same sequence in each view: their textures must stay separate
     return view;
   };
-  DisplayList list = view_of({0, 0, 300, 480}, dark);
+  scene::DisplayList list = view_of({0, 0, 300, 480}, dark);
   list.beside = {view_of({320, 100, 320, 300}, light)};
   // A line across the picture and a square that fills it, in the right view only.
   list.beside[0].lines = {
       {.points_C = {{-5, -0.1, 1}, {5, -0.1, 1}}, .colour = kGreen, .width_px = 5}};
-  DrawnMesh mesh;
+  scene::DrawnMesh mesh;
   mesh.mesh = square;
   mesh.X_CF.p = Vec3(0, 2.2, 1);
   mesh.colour = kRed;

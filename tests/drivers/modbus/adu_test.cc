@@ -131,7 +131,7 @@ TEST_CASE("RTU: requests that a slave with address 5 extracts from the line", "[
 }
 
 TEST_CASE("RTU: a request in pieces", "[modbus][adu]") {
-  RtuReceiver receiver(5);
+  modbus::RtuReceiver receiver(5);
   const Bytes frame = Rtu(5, kRead);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     CHECK_FALSE(receiver.Next().has_value());

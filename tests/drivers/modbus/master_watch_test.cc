@@ -8,6 +8,8 @@
 #include "tests/drivers/modbus/test_image.h"
 
 using namespace plumbline;
+
+using namespace plumbline::modbus;
 using namespace plumbline::modbus;
 
 namespace {

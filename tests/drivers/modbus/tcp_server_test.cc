@@ -305,21 +305,21 @@ TEST_CASE("TCP server: a connection whose descriptor is kept open is served by t
   const RawClient plc(served->port()), silent(served->port()), gone(served->port());
   REQUIRE(plc.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
   const auto take = [](TcpServer& server, std::size_t count) {
-    std::vector<Descriptor> all;
+    std::vector<os::Descriptor> all;
     for (int wait = 0; wait < 500 && all.size() < count; ++wait) {
-      for (Descriptor& one : server.TakeOffered()) all.push_back(std::move(one));
+      for (os::Descriptor& one : server.TakeOffered()) all.push_back(std::move(one));
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return all;
   };
-  std::vector<Descriptor> kept = take(*served->server, 1);
+  std::vector<os::Descriptor> kept = take(*served->server, 1);
   REQUIRE(kept.size() == 1);                        // a client without a request is not offered
   for (const std::uint8_t number : Bytes{2, 22}) {  // the second after the first server has ended
     REQUIRE(plc.Exchange(Frame(number, kRead), 11) == Frame(number, kReadReply));
   }
   CHECK(served->server->TakeOffered().empty());  // none is offered twice
   REQUIRE(gone.Exchange(Frame(3, kRead), 11) == Frame(3, kReadReply));
-  for (Descriptor& one : take(*served->server, 1)) kept.push_back(std::move(one));
+  for (os::Descriptor& one : take(*served->server, 1)) kept.push_back(std::move(one));
   REQUIRE(kept.size() == 2);
 
   served.reset();
@@ -334,7 +334,7 @@ TEST_CASE("TCP server: a connection whose descriptor is kept open is served by t
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   CHECK(next.server->counters().clients == 1);
-  const std::vector<Descriptor> again = take(*next.server, 1);
+  const std::vector<os::Descriptor> again = take(*next.server, 1);
   REQUIRE(again.size() == 1);
   plc.Send({0, 1, 0, 1, 0, 0, 0});  // not Modbus: shut down for the holder, too
   CHECK(plc.WaitUntilClosed());
@@ -345,13 +345,13 @@ TEST_CASE("TCP server: an inherited connection whose address is no longer allowe
   auto served = std::make_unique<Served>(TcpServerOptions{.offers_connections = true});
   const RawClient plc(served->port(), "127.0.0.2");
   REQUIRE(plc.Exchange(Frame(1, kRead), 11) == Frame(1, kReadReply));
-  std::vector<Descriptor> kept;
+  std::vector<os::Descriptor> kept;
   for (int wait = 0; wait < 500 && kept.empty(); ++wait) {
     kept = served->server->TakeOffered();
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   REQUIRE(kept.size() == 1);
-  const Descriptor keeper(::dup(kept[0].get()));
+  const os::Descriptor keeper(::dup(kept[0].get()));
   served.reset();
   Served next({.allow = {"127.0.0.1"}}, {.connections = std::move(kept)});
   CHECK(plc.WaitUntilClosed());
@@ -434,14 +434,14 @@ TEST_CASE("TCP server: without a free descriptor a new client is refused, later 
 
 TEST_CASE("TCP server: an open listening socket can be handed over", "[modbus][tcp]") {
   TestDevice device;
-  auto listener = TcpListener::Open("::", 0);
+  auto listener = os::TcpListener::Open("::", 0);
   if (!listener) {
     WARN("skipped, no IPv6 here: " << listener.error());
     return;
   }
   const int port = listener->endpoint().port;
   const auto server = TcpServer::Start({.allow = {"127.0.0.1"}}, device.handler,
-                                       {.listener = Descriptor(::dup(listener->fd()))});
+                                       {.listener = os::Descriptor(::dup(listener->fd()))});
   REQUIRE(server.ok());
   CHECK((*server)->port() == port);
   CHECK(Answers(port));

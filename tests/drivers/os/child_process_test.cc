@@ -19,6 +19,8 @@
 #include "drivers/os/run_program.h"
 
 using namespace plumbline;
+
+using namespace plumbline::os;
 using Catch::Contains;
 
 namespace {

@@ -13,7 +13,7 @@
 
 #include "drivers/os/file_writing.h"
 
-using plumbline::Descriptor;
+using plumbline::os::Descriptor;
 
 namespace {
 
@@ -112,19 +112,19 @@ TEST_CASE("a text is written completely and synced; a missing file or full disk 
   const std::string text(300'000, 'x');
   Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
   REQUIRE(file);
-  CHECK(plumbline::WriteAll(file.get(), text));
+  CHECK(plumbline::os::WriteAll(file.get(), text));
   CHECK(file.CloseWritten());
-  CHECK(plumbline::SyncFile(path));
-  CHECK(plumbline::SyncFolder(folder.path));
+  CHECK(plumbline::os::SyncFile(path));
+  CHECK(plumbline::os::SyncFolder(folder.path));
   std::ostringstream read;
   read << std::ifstream(path).rdbuf();
   CHECK(read.str() == text);
 
   const Descriptor full(open("/dev/full", O_WRONLY | O_CLOEXEC));
-  CHECK_FALSE(plumbline::WriteAll(full.get(), text));
+  CHECK_FALSE(plumbline::os::WriteAll(full.get(), text));
   CHECK(errno == ENOSPC);
-  CHECK_FALSE(plumbline::SyncFile(folder.path + "/none"));
+  CHECK_FALSE(plumbline::os::SyncFile(folder.path + "/none"));
   CHECK(errno == ENOENT);
-  CHECK_FALSE(plumbline::SyncFolder(path));
+  CHECK_FALSE(plumbline::os::SyncFolder(path));
   CHECK(errno == ENOTDIR);
 }

@@ -10,6 +10,8 @@
 #include <cerrno>
 
 using namespace plumbline;
+
+using namespace plumbline::os;
 using Catch::Contains;
 
 namespace {

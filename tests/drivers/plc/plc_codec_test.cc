@@ -10,17 +10,19 @@
 
 using namespace plumbline;
 
+using namespace plumbline::plc;
+
 namespace {
 
 constexpr std::array<std::uint8_t, 2> kNoCoils = {0, 0};
 
 Snapshot SomeSnapshot() {
   Snapshot snapshot;
-  snapshot.reading.q = JointVector::LinSpaced(6, -1, 1.5);
+  snapshot.reading.q = model::JointVector::LinSpaced(6, -1, 1.5);
   snapshot.status = 0x0205;
   snapshot.points.resize(2);
   snapshot.points[1].valid = true;
-  snapshot.points[1].code = CorrectionCode::kOk;
+  snapshot.points[1].code = correction::CorrectionCode::kOk;
   snapshot.points[1].sequence = 777;
   snapshot.points[1].correction.X_BP_command = {RotationFromRollPitchYaw({0.1, 0.2, 0.3}),
                                                 Vec3(1.2345678, -0.4, 0.05)};
@@ -33,7 +35,7 @@ Snapshot SomeSnapshot() {
 }
 
 double Read(const std::vector<std::uint16_t>& image, const char* name, bool little = false) {
-  for (const MapField& field : plc_map::Fields()) {
+  for (const MapField& field : registers::Fields()) {
     if (std::string_view(field.name) == name) {
       return ValueOfField(field.type, image, field.address, little);
     }
@@ -73,20 +75,22 @@ TEST_CASE("no two entries of the map overlap, and each lies in its window") {
       CHECK(names.insert(field.name).second);
     }
   };
-  check(plc_map::Fields(), 0, plc_map::kMonitoring + plc_map::kMonitoringSize - 1);
-  check(plc_map::CameraFields(), plc_map::kCamera, plc_map::kCamera + plc_map::kCameraSize - 1);
-  check(plc_map::BodyFields(), 0, plc_map::kBodySize - 1);
-  check(plc_map::PointFields(), 0, plc_map::kPointSize - 1);
-  check(plc_map::PostureFields(), 0, plc_map::kPostureSize - 1);
-  const auto bodies = plc_map::kBodySize * CameraStatus::kMaxBodies;
-  CHECK(plc_map::kCamera + plc_map::kCameraSize <= plc_map::kBodies);
-  CHECK(plc_map::kBodies + bodies <= plc_map::kScene);
-  CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCamera + plc_map::kCameraStride);
-  CHECK(plc_map::kBodies + bodies + plc_map::kCameraStride * (kMaxCameras - 1) <=
-        plc_map::kCommands);
-  check(plc_map::SceneFields(), plc_map::kScene, plc_map::kScene + plc_map::kSceneSize - 1);
-  CHECK(plc_map::kScene + plc_map::kSceneSize <= plc_map::kCommands);
-  check(plc_map::Commands(), plc_map::kCommands, plc_map::kCommands + plc_map::kCommandsSize - 1);
+  check(registers::Fields(), 0, registers::kMonitoring + registers::kMonitoringSize - 1);
+  check(registers::CameraFields(), registers::kCamera,
+        registers::kCamera + registers::kCameraSize - 1);
+  check(registers::BodyFields(), 0, registers::kBodySize - 1);
+  check(registers::PointFields(), 0, registers::kPointSize - 1);
+  check(registers::PostureFields(), 0, registers::kPostureSize - 1);
+  const auto bodies = registers::kBodySize * status::CameraStatus::kMaxBodies;
+  CHECK(registers::kCamera + registers::kCameraSize <= registers::kBodies);
+  CHECK(registers::kBodies + bodies <= registers::kScene);
+  CHECK(registers::kScene + registers::kSceneSize <= registers::kCamera + registers::kCameraStride);
+  CHECK(registers::kBodies + bodies + registers::kCameraStride * (model::kMaxCameras - 1) <=
+        registers::kCommands);
+  check(registers::SceneFields(), registers::kScene, registers::kScene + registers::kSceneSize - 1);
+  CHECK(registers::kScene + registers::kSceneSize <= registers::kCommands);
+  check(registers::Commands(), registers::kCommands,
+        registers::kCommands + registers::kCommandsSize - 1);
 }
 
 TEST_CASE("a snapshot is encoded as documented in the register map, in both word orders") {
@@ -107,9 +111,9 @@ TEST_CASE("a snapshot is encoded as documented in the register map, in both word
     CHECK(Read(image, "result_time", little) == 1790000000123);
     CHECK(Read(image, "q1", little) == Approx(-57.29578).epsilon(1e-6));
     CHECK(image[2020] == 12);
-    CHECK((image[2021] & plc_map::kValid) != 0);
+    CHECK((image[2021] & registers::kValid) != 0);
     CHECK(image[2039] == 777);
-    CHECK((image[2001] & plc_map::kValid) == 0);
+    CHECK((image[2001] & registers::kValid) == 0);
     const auto block = std::span(image).subspan(2020, 20);
     CHECK(ValueOfField(FieldType::kFloat, block, 3, little) == Approx(1234.5678).epsilon(1e-7));
     CHECK(ValueOfField(FieldType::kFloat, block, 9, little) == Approx(0.1 * 180 / M_PI));
@@ -122,7 +126,7 @@ TEST_CASE("a posture is encoded in its own block, in degrees and millimetres") {
     Snapshot snapshot = SomeSnapshot();
     snapshot.prismatic_joints = 1 << 1;
     PointResult& point = snapshot.points[1];
-    point.correction.q = JointVector::LinSpaced(12, 0.1, 1.2);
+    point.correction.q = model::JointVector::LinSpaced(12, 0.1, 1.2);
     point.correction.singular_value = 0.25;
     point.posture = {true, true, {1, 0.75}};
     PlcEncoder encoder({little, OrientationConvention::kRollPitchYaw}, {11, 12});
@@ -139,8 +143,8 @@ TEST_CASE("a posture is encoded in its own block, in degrees and millimetres") {
     CHECK(block[25] == 2);
     CHECK(number(26) == Approx(750));
     CHECK(number(28) == Approx(0.25));
-    CHECK((image[2021] & plc_map::kPointPostureDiffers) != 0);
-    CHECK((image[2001] & plc_map::kPointPostureDiffers) == 0);
+    CHECK((image[2021] & registers::kPointPostureDiffers) != 0);
+    CHECK((image[2001] & registers::kPointPostureDiffers) == 0);
     CHECK(image[22024] == 0);
   }
 }
@@ -148,7 +152,7 @@ TEST_CASE("a posture is encoded in its own block, in degrees and millimetres") {
 TEST_CASE("a posture is encoded again only if it or its validity has changed") {
   Snapshot snapshot = SomeSnapshot();
   PointResult& point = snapshot.points[1];
-  point.correction.q = JointVector::Constant(6, 0.5);
+  point.correction.q = model::JointVector::Constant(6, 0.5);
   PlcEncoder encoder({}, {11, 12});
   const auto q1 = [&] {
     const auto& image = encoder.Encode(snapshot, {});
@@ -160,27 +164,27 @@ TEST_CASE("a posture is encoded again only if it or its validity has changed") {
   ++point.solutions;
   CHECK(q1() == Approx(0.7 * 180 / M_PI));
   point.valid = false;
-  CHECK((encoder.Encode(snapshot, {})[22056] & plc_map::kPostureValid) == 0);
+  CHECK((encoder.Encode(snapshot, {})[22056] & registers::kPostureValid) == 0);
 }
 
 TEST_CASE("an image is copied completely, the gap before the postures as zeros") {
   Snapshot snapshot = SomeSnapshot();
-  snapshot.points[1].correction.q = JointVector::Constant(6, 0.5);
+  snapshot.points[1].correction.q = model::JointVector::Constant(6, 0.5);
   PlcEncoder encoder({}, {11, 12});
   const auto image = encoder.Encode(snapshot, {});
   std::vector<std::uint16_t> copy;
   encoder.CopyTo(copy);
   CHECK(copy == image);
   PlcEncoder none({}, {});
-  CHECK(none.size() == plc_map::kPoints);
+  CHECK(none.size() == registers::kPoints);
   none.CopyTo(copy);
-  CHECK(copy.size() == plc_map::kPoints);
+  CHECK(copy.size() == registers::kPoints);
 }
 
 TEST_CASE("a position beyond int16 saturates and clears its bit; the fine registers hold it") {
   PlcEncoder encoder({}, {1, 2});
   const auto& image = encoder.Encode(SomeSnapshot(), {});
-  CHECK((image[202] & plc_map::kFitsInt16) == 0);
+  CHECK((image[202] & registers::kFitsInt16) == 0);
   CHECK(static_cast<std::int16_t>(image[205]) == -32768);
   CHECK(Read(image, "scaled_y_fine") == -5000000);
   CHECK(static_cast<std::int16_t>(image[204]) == 12346);
@@ -214,7 +218,7 @@ TEST_CASE("a float register never holds a value that is not finite") {
   CHECK(Read(after, "result_x") == Read(before, "result_x"));
   CHECK(Read(after, "q1") == Read(before, "q1"));
   CHECK((static_cast<int>(Read(after, "input_validity")) & 10) == 0);
-  for (const MapField& field : plc_map::Fields()) {
+  for (const MapField& field : registers::Fields()) {
     if (field.type == FieldType::kFloat) {
       CHECK(std::isfinite(ValueOfField(FieldType::kFloat, after, field.address, false)));
     }
@@ -226,12 +230,12 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   PlcEnvironment environment;
   environment.now_s = 100;
   CHECK(encoder.Encode(SomeSnapshot(), environment)[500] == 0);
-  CameraStatus& camera = environment.cameras[0];
+  status::CameraStatus& camera = environment.cameras[0];
   camera.configured = true;
-  camera.state = ZoomState::kValid;
-  camera.reason = ZoomReason::kTagsGood;
+  camera.state = lens::ZoomState::kValid;
+  camera.reason = lens::ZoomReason::kTagsGood;
   camera.fiducial_moved = true;
-  camera.prompt = BoardPrompt::kTiltLeft;
+  camera.prompt = lens::BoardPrompt::kTiltLeft;
   camera.zoom_counts = -70000;
   camera.lens_id = 70001;
   camera.frame_time_s = 99.95;
@@ -245,7 +249,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
       true, true, {RotationFromRollPitchYaw({0, 0, 0.1}), Vec3(0, 2, 0)}, 1e-4, 99.0};
   const auto& image = encoder.Encode(SomeSnapshot(), environment);
   const auto read = [&](const char* name) {
-    for (const MapField& field : plc_map::CameraFields()) {
+    for (const MapField& field : registers::CameraFields()) {
       if (std::string_view(field.name) == name) {
         return ValueOfField(field.type, image, field.address, false);
       }
@@ -254,7 +258,7 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
     return 0.0;
   };
   CHECK(read("camera_state") == 4);
-  CHECK(read("camera_reason") == static_cast<int>(ZoomReason::kTagsGood));
+  CHECK(read("camera_reason") == static_cast<int>(lens::ZoomReason::kTagsGood));
   CHECK(read("camera_bits") == 32);
   CHECK(read("board_prompt") == 3);
   CHECK(read("zoom") == -70000);
@@ -280,11 +284,11 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
 TEST_CASE("the second camera has the same blocks 200 registers further, independent of the first") {
   PlcEncoder encoder({}, {1, 2});
   PlcEnvironment environment;
-  for (std::size_t k = 0; k < kMaxCameras; ++k) {
-    CameraStatus& camera = environment.cameras[k];
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    status::CameraStatus& camera = environment.cameras[k];
     camera.configured = true;
-    camera.name = k == 0 ? CameraName::kSide : CameraName::kRear;
-    camera.state = k == 0 ? ZoomState::kValid : ZoomState::kStale;
+    camera.name = k == 0 ? status::CameraName::kSide : status::CameraName::kRear;
+    camera.state = k == 0 ? lens::ZoomState::kValid : lens::ZoomState::kStale;
     camera.lens_id = static_cast<std::uint32_t>(11 + k);
     camera.bodies_configured = 6;
     camera.bodies[5] = {
@@ -305,7 +309,7 @@ TEST_CASE("the second camera has the same blocks 200 registers further, independ
 TEST_CASE("the command window is decoded") {
   for (const bool little : {false, true}) {
     const PlcConvention convention{little, OrientationConvention::kAbc};
-    std::vector<std::uint16_t> window(plc_map::kCommandsSize);
+    std::vector<std::uint16_t> window(registers::kCommandsSize);
     const auto put = [&](int address, float value) {
       const auto pair = modbus::RegistersFromFloat(
           value, little ? modbus::WordOrder::kCdab : modbus::WordOrder::kAbcd);
@@ -322,8 +326,8 @@ TEST_CASE("the command window is decoded") {
     window[30] = 5;
     window[31] = 1;
     window[39] = 99;
-    PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, convention);
-    CHECK(command.code == PlcCommandCode::kCorrectPose);
+    model::PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, convention);
+    CHECK(command.code == model::PlcCommandCode::kCorrectPose);
     CHECK(command.sequence == 99);
     CHECK(command.heartbeat == 5);
     CHECK(command.manual);
@@ -347,10 +351,10 @@ TEST_CASE("a probe is decoded from floats and from micrometres, in both word ord
   for (const bool little : {false, true}) {
     CAPTURE(little);
     const auto order = little ? modbus::WordOrder::kCdab : modbus::WordOrder::kAbcd;
-    std::vector<std::uint16_t> window(plc_map::kCommandsSize);
+    std::vector<std::uint16_t> window(registers::kCommandsSize);
     const auto put = [&](int address, std::uint32_t word) {
       const auto pair = modbus::RegistersFromU32(word, order);
-      const auto at = static_cast<std::size_t>(address - plc_map::kCommands);
+      const auto at = static_cast<std::size_t>(address - registers::kCommands);
       window[at] = pair[0];
       window[at + 1] = pair[1];
     };
@@ -377,7 +381,7 @@ TEST_CASE("a probe is decoded from floats and from micrometres, in both word ord
 }
 
 TEST_CASE("a probe with any finite coordinates is passed on; the machine checks its plausibility") {
-  std::vector<std::uint16_t> window(plc_map::kCommandsSize);
+  std::vector<std::uint16_t> window(registers::kCommandsSize);
   window[0] = 6;
   for (std::size_t at = 2; at < 8; at += 2) {
     const auto words = modbus::RegistersFromU32(std::bit_cast<std::uint32_t>(2147483647.0F),
@@ -385,7 +389,7 @@ TEST_CASE("a probe with any finite coordinates is passed on; the machine checks 
     window[at] = words[0];
     window[at + 1] = words[1];
   }
-  const PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, {});
+  const model::PlcCommand command = PlcCommandFromRegisters(window, kNoCoils, {});
   REQUIRE(command.probe_W);
   CHECK(command.probe_W->x() > 2e6);
   CHECK_FALSE(command.pose_valid);
@@ -399,7 +403,7 @@ TEST_CASE("a refused command clears the pose of the previous result from the reg
   encoder.Encode(snapshot, {});
   ++snapshot.result.sequence;
   snapshot.result.valid = false;
-  snapshot.result.code = CorrectionCode::kProbeImplausible;
+  snapshot.result.code = correction::CorrectionCode::kProbeImplausible;
   snapshot.result.correction = {};
   const auto& image = encoder.Encode(snapshot, {});
   CHECK(image[101] == 4712);
@@ -434,7 +438,7 @@ TEST_CASE("probe counters and masters are encoded in the monitoring registers") 
 TEST_CASE("the monitoring status is encoded as floats and as integers") {
   Snapshot snapshot = SomeSnapshot();
   PlcEnvironment environment;
-  MonitoringStatus& monitoring = environment.monitoring;
+  status::MonitoringStatus& monitoring = environment.monitoring;
   monitoring.recording = monitoring.drift_alarm = true;
   monitoring.probes = 70000;
   monitoring.drift_statistic = 1.234;
@@ -469,28 +473,29 @@ TEST_CASE("the monitoring status is encoded as floats and as integers") {
 
 TEST_CASE(
     "monitoring and camera flags map to one bit each, and monitoring flags are decoded again") {
-  using Flag = bool MonitoringStatus::*;
-  const std::pair<Flag, int> flags[] = {{&MonitoringStatus::recording, 0},
-                                        {&MonitoringStatus::drift_alarm, 1},
-                                        {&MonitoringStatus::learning, 3},
-                                        {&MonitoringStatus::diagnosing, 4},
-                                        {&MonitoringStatus::fault, 5},
-                                        {&MonitoringStatus::reference_refused, 7},
-                                        {&MonitoringStatus::storage_unavailable, 8}};
+  using Flag = bool status::MonitoringStatus::*;
+  const std::pair<Flag, int> flags[] = {{&status::MonitoringStatus::recording, 0},
+                                        {&status::MonitoringStatus::drift_alarm, 1},
+                                        {&status::MonitoringStatus::learning, 3},
+                                        {&status::MonitoringStatus::diagnosing, 4},
+                                        {&status::MonitoringStatus::fault, 5},
+                                        {&status::MonitoringStatus::reference_refused, 7},
+                                        {&status::MonitoringStatus::storage_unavailable, 8}};
   for (const auto& [flag, bit] : flags) {
-    MonitoringStatus status;
+    status::MonitoringStatus status;
     status.*flag = true;
-    CHECK(plc_map::MonitoringWord(status) == 1 << bit);
-    const MonitoringStatus back = plc_map::MonitoringFlagsFromWord(plc_map::MonitoringWord(status));
+    CHECK(registers::MonitoringWord(status) == 1 << bit);
+    const status::MonitoringStatus back =
+        registers::MonitoringFlagsFromWord(registers::MonitoringWord(status));
     for (const auto& [other, unused] : flags) CHECK(back.*other == status.*other);
   }
-  CameraStatus camera;
-  CHECK(plc_map::CameraWord(camera) == 0);
+  status::CameraStatus camera;
+  CHECK(registers::CameraWord(camera) == 0);
   camera.lens_stale = camera.zoom_unknown = camera.store_fault = true;
-  CHECK(plc_map::CameraWord(camera) == 0x45);
+  CHECK(registers::CameraWord(camera) == 0x45);
   camera = {};
   camera.camera_lost = camera.board_wanted = camera.fiducials_hidden = true;
-  CHECK(plc_map::CameraWord(camera) == 0x1A);
+  CHECK(registers::CameraWord(camera) == 0x1A);
 }
 
 TEST_CASE("virtual objects: interference, smallest distance and stale status") {
@@ -499,7 +504,7 @@ TEST_CASE("virtual objects: interference, smallest distance and stale status") {
   environment.now_s = 100;
   const auto read = [&](const char* name) {
     const auto& image = encoder.Encode(SomeSnapshot(), environment);
-    for (const MapField& field : plc_map::SceneFields()) {
+    for (const MapField& field : registers::SceneFields()) {
       if (std::string_view(field.name) == name) {
         return ValueOfField(field.type, image, field.address, false);
       }

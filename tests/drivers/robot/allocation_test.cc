@@ -34,7 +34,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
   std::free(memory);
 }
 
-namespace plumbline {
+namespace plumbline::robot {
 
 TEST_CASE("successful reading and pushing allocate nothing") {
   FakeController controller;
@@ -46,7 +46,7 @@ TEST_CASE("successful reading and pushing allocate nothing") {
   connection.clock = TestTime;
   auto robot = MakeRobot("tcp", connection);
   REQUIRE(robot.ok());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
 
   std::array<PushPoint, 3> points;
@@ -69,4 +69,4 @@ TEST_CASE("successful reading and pushing allocate nothing") {
   CHECK(after - before == 0);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -9,7 +9,7 @@
 
 #include "tests/drivers/robot/small_profile.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -23,7 +23,7 @@ double Decode(const JointSignal& joint, std::vector<std::uint16_t> words) {
   words.resize(4);
   const Result<RobotCodec> codec = RobotCodec::Create(profile);
   REQUIRE(codec.ok());
-  RobotState state;
+  model::RobotState state;
   codec->RobotStateFromRegisters(words, state);
   return state.q[0];
 }
@@ -178,9 +178,9 @@ RobotProfile FullProfile() {
   profile.tool_number = ValueAt(12, RegisterType::kUint16, 1);
   profile.sequence = ValueAt(13, RegisterType::kUint32, 1);
   profile.mode.value = ValueAt(15, RegisterType::kInt16, 1);
-  profile.mode.meanings = {{7, RobotMode::kRunning}, {-1, RobotMode::kNotReady}};
-  profile.mode.bits = {{RegisterTable::kDiscrete, 8, 0, true, RobotMode::kEmergencyStop},
-                       {RegisterTable::kHolding, 16, 3, false, RobotMode::kManual}};
+  profile.mode.meanings = {{7, model::RobotMode::kRunning}, {-1, model::RobotMode::kNotReady}};
+  profile.mode.bits = {{RegisterTable::kDiscrete, 8, 0, true, model::RobotMode::kEmergencyStop},
+                       {RegisterTable::kHolding, 16, 3, false, model::RobotMode::kManual}};
   return profile;
 }
 
@@ -214,7 +214,7 @@ TEST_CASE("several blocks are decoded to a state in SI") {
   image.input(0) = 30;
   image.input(1) = 40;
   image.input(2) = 35;
-  RobotState state;
+  model::RobotState state;
   codec->RobotStateFromRegisters(image.words, state);
 
   REQUIRE(state.q.size() == 2);
@@ -231,7 +231,7 @@ TEST_CASE("several blocks are decoded to a state in SI") {
   CHECK(state.payload_cog_F->isApprox(Vec3(0, -0.0055, 0)));
   CHECK(state.temp_C == Approx(35));
   CHECK(state.tool_number == 9);
-  CHECK(state.mode == RobotMode::kRunning);
+  CHECK(state.mode == model::RobotMode::kRunning);
   CHECK(codec->RefreshCounter(image.words) == 65538U);
 }
 
@@ -240,17 +240,18 @@ TEST_CASE("the mode is decided by the first matching bit, otherwise by the value
   REQUIRE(codec.ok());
   struct Row {
     std::uint16_t discrete, word, value;
-    RobotMode mode;
+    model::RobotMode mode;
   };
-  const Row rows[] = {{1, 8, 7, RobotMode::kEmergencyStop}, {1, 0, 7, RobotMode::kEmergencyStop},
-                      {0, 0xFFF7, 7, RobotMode::kManual},   {0, 8, 7, RobotMode::kRunning},
-                      {0, 8, 0xFFFF, RobotMode::kNotReady}, {0, 8, 3, RobotMode::kUnknown}};
+  const Row rows[] = {
+      {1, 8, 7, model::RobotMode::kEmergencyStop}, {1, 0, 7, model::RobotMode::kEmergencyStop},
+      {0, 0xFFF7, 7, model::RobotMode::kManual},   {0, 8, 7, model::RobotMode::kRunning},
+      {0, 8, 0xFFFF, model::RobotMode::kNotReady}, {0, 8, 3, model::RobotMode::kUnknown}};
   for (const Row& row : rows) {
     Image image;
     image.discrete(1) = row.discrete;
     image.holding(16) = row.word;
     image.holding(15) = row.value;
-    RobotState state;
+    model::RobotState state;
     codec->RobotStateFromRegisters(image.words, state);
     CHECK(state.mode == row.mode);
   }
@@ -264,7 +265,7 @@ TEST_CASE("the temperature is the mean or the maximum of the joints") {
   Image image;
   image.input(0) = static_cast<std::uint16_t>(-5);
   image.input(1) = 41;
-  RobotState state;
+  model::RobotState state;
   codec->RobotStateFromRegisters(image.words, state);
   CHECK(state.temp_C == Approx(41));
 }
@@ -295,7 +296,7 @@ TEST_CASE("orientations are decoded in the convention of the profile") {
     image.holding(5) = 100;
     image.holding(6) = static_cast<std::uint16_t>(-200);
     image.holding(7) = 300;
-    RobotState state;
+    model::RobotState state;
     codec->RobotStateFromRegisters(image.words, state);
     INFO("convention " << static_cast<int>(row.convention));
     CHECK(state.X_BT->R.isApprox(row.R, 1e-12));
@@ -339,4 +340,4 @@ TEST_CASE("an invalid profile is rejected with the reason") {
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -9,7 +9,7 @@
 
 #include <stdexcept>
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 int WordAt(const Bytes& bytes, int at) {
@@ -150,4 +150,4 @@ Bytes FakeController::AnswerTo(const Bytes& request) {
   return answer;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

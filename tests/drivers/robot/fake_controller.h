@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-namespace plumbline {
+namespace plumbline::robot {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -47,7 +47,8 @@ class FakeController {
   /// Called with the address after each register write, while the registers are locked.
   void OnWrite(std::function<void(int, std::array<std::uint16_t, 1024>&)> on_write);
 
-  static bool Send(int fd, const Bytes& bytes);  ///< false if the client closed the connection
+  static bool Send(int fd,
+                   const Bytes& bytes);  ///< false if the client closed the connection
 
  private:
   void Run();
@@ -67,4 +68,4 @@ class FakeController {
   std::thread thread_;
 };
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
-using plumbline::IsAddress;
-using plumbline::ResolveFailure;
+using plumbline::robot::IsAddress;
+using plumbline::robot::ResolveFailure;
 
 TEST_CASE("a numeric address is distinguished from a host name") {
   for (const char* address : {"192.168.1.10", "127.0.0.1", "::1", "fe80::1"}) {

@@ -13,7 +13,7 @@
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 using Exchange = FakeController::Exchange;
@@ -98,7 +98,7 @@ TEST_CASE("a libmodbus server is read and written") {
   server.Register(1) = static_cast<std::uint16_t>(-20);
   server.Start();
   const auto robot = RobotAt(server.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   REQUIRE(state.q.size() == 2);
   CHECK(state.q[0] == Approx(1.5));
@@ -137,7 +137,7 @@ TEST_CASE("every Modbus table is read with its function code") {
     connection.profile.joints[0].value.table = row.table;
     auto robot = MakeRobot("tcp", connection);
     REQUIRE(robot.ok());
-    RobotState state;
+    model::RobotState state;
     INFO(robot.value()->problem());
     REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
     CHECK(state.q[0] == row.value);
@@ -240,7 +240,7 @@ const Fault kFaults[] = {
 namespace {
 
 /// Reads until it succeeds; the controller may still be busy with the old connection.
-bool ReadAgain(RobotDevice& robot, RobotState& state) {
+bool ReadAgain(RobotDevice& robot, model::RobotState& state) {
   for (int attempt = 0; attempt < 50; ++attempt) {
     Advance(6);
     if (robot.Read(state) == LinkResult::kOk) return true;
@@ -257,7 +257,7 @@ TEST_CASE(
     FakeController controller;
     controller.Set(0, 100);
     const auto robot = RobotAt(controller.port());
-    RobotState state;
+    model::RobotState state;
     REQUIRE(robot->Read(state) == LinkResult::kOk);
 
     controller.Behave(fault.behave);
@@ -291,7 +291,7 @@ TEST_CASE("bytes after a correct response are never taken for the next one") {
   for (const Bytes& extra : extras) {
     FakeController controller;
     const auto robot = RobotAt(controller.port());
-    RobotState state;
+    model::RobotState state;
     REQUIRE(robot->Read(state) == LinkResult::kOk);
     controller.Behave([&extra](Exchange& exchange) {
       FakeController::Send(exchange.fd, exchange.answer);
@@ -316,7 +316,7 @@ TEST_CASE("a late response to an earlier request is never taken for the later on
   FakeController controller;
   controller.Set(0, 100);
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   Bytes late;
   controller.Behave([&late](Exchange& exchange) {
@@ -340,7 +340,7 @@ TEST_CASE("a late response to an earlier request is never taken for the later on
 TEST_CASE("garbage of any length never results in a state, a crash or a hang") {
   FakeController controller;
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   std::uint32_t seed = 12345;
   controller.Behave([&seed](Exchange& exchange) {
     exchange.answer.resize(1 + seed % 300);
@@ -364,7 +364,7 @@ TEST_CASE("the back-off between connection attempts doubles up to 1 s and restar
     port = gone.port();
   }
   const auto robot = RobotAt(port);
-  RobotState state;
+  model::RobotState state;
   double wait_s = 0.1;
   for (int i = 0; i < 9; ++i) {
     INFO("attempt " << i);
@@ -381,7 +381,7 @@ TEST_CASE("the back-off between connection attempts doubles up to 1 s and restar
 TEST_CASE("a controller that reappears is found without a restart") {
   int port = 0;
   std::unique_ptr<RobotDevice> robot;
-  RobotState state;
+  model::RobotState state;
   {
     LibmodbusServer first;
     first.Start();
@@ -406,7 +406,7 @@ TEST_CASE("a controller whose refresh counter is constant gives no fresh reading
   connection.profile.sequence = ValueAt(3, RegisterType::kUint16, 1);
   auto robot = MakeRobot("tcp", connection);
   REQUIRE(robot.ok());
-  RobotState state;
+  model::RobotState state;
   controller.Set(3, 65535);
   REQUIRE(robot.value()->Read(state) == LinkResult::kOk);
   const double first_s = state.timestamp_s;
@@ -424,7 +424,7 @@ TEST_CASE("a pushed point is written to its slot, its sequence last") {
   FakeController controller;
   controller.Set(107, 9);  // left there by an earlier run
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   std::vector<int> order;
   controller.OnWrite([&order](int address, auto& /*registers*/) { order.push_back(address); });
@@ -457,7 +457,7 @@ TEST_CASE("WithdrawAll() withdraws every slot that may hold a point, and no othe
   FakeController controller;
   for (const int sequence : {107, 115, 123}) controller.Set(sequence, 9);
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   CHECK(robot->WithdrawAll(1) == LinkResult::kOk);
   CHECK(controller.requests() == 1);  // nothing was pushed: no slot is ours
@@ -501,7 +501,7 @@ TEST_CASE("a long time-out does not delay the withdrawal") {
   auto made = MakeRobot("tcp", connection);
   REQUIRE(made.ok());
   RobotDevice& robot = *made.value();
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot.Read(state) == LinkResult::kOk);
   REQUIRE(robot.Push(std::array{PointAt(0.3)}) == LinkResult::kOk);
   controller.Behave([](Exchange& /*exchange*/) { return Then::kGoOn; });
@@ -512,7 +512,7 @@ TEST_CASE("the sequence skips 0 when it wraps") {
   FakeController controller;
   controller.Set(107, 65535);
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   REQUIRE(robot->Push(std::array{PointAt(0.3)}) == LinkResult::kOk);
   CHECK(controller.Get(107) == 1);
@@ -521,7 +521,7 @@ TEST_CASE("the sequence skips 0 when it wraps") {
 TEST_CASE("registers that read back differently are an error and stay withdrawn") {
   FakeController controller;
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   struct Row {
     const char* what;
@@ -546,7 +546,7 @@ TEST_CASE("registers that read back differently are an error and stay withdrawn"
 
 TEST_CASE("a point that must not be pushed is refused and only the withdrawal is written") {
   FakeController controller;
-  RobotState state;
+  model::RobotState state;
   SECTION("not enabled") {
     RobotConnection connection = ConnectionTo(controller.port());
     connection.push.enabled = false;
@@ -590,7 +590,7 @@ TEST_CASE("a point that must not be pushed is refused and only the withdrawal is
 TEST_CASE("a link that breaks while pushing is reported and reconnected") {
   FakeController controller;
   const auto robot = RobotAt(controller.port());
-  RobotState state;
+  model::RobotState state;
   REQUIRE(robot->Read(state) == LinkResult::kOk);
   controller.Behave(
       [](Exchange& exchange) { return exchange.request[7] == 16 ? Then::kClose : Then::kAnswer; });
@@ -637,11 +637,11 @@ TEST_CASE("a name that cannot be resolved is a lost link, not a fatal error") {
   connection.tcp.host = "no-such-host.invalid";
   auto robot = MakeRobot("tcp", connection);
   REQUIRE(robot.ok());
-  RobotState state;
+  model::RobotState state;
   CHECK(robot.value()->Read(state) == LinkResult::kLost);
   CHECK_THAT(std::string(robot.value()->problem()),
              Catch::Contains("no-such-host.invalid:502: the name is not known") &&
                  Catch::Contains("robot.host"));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

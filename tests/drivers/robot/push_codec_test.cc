@@ -10,7 +10,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/drivers/robot/small_profile.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 PushPoint PointAt(const Vec3& p, int slot = 0, int id = 5) {
@@ -246,4 +246,4 @@ TEST_CASE("points without a slot are ignored") {
         Action::kNothing);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

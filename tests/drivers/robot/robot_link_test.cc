@@ -10,7 +10,7 @@
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 using std::chrono::steady_clock;
@@ -23,12 +23,12 @@ steady_clock::time_point Soon() {
 class ScriptedRobot : public RobotDevice {
  public:
   struct Script {
-    std::function<LinkResult(RobotState&)> read;
+    std::function<LinkResult(model::RobotState&)> read;
     std::function<LinkResult(std::span<const PushPoint>)> push;
     std::function<LinkResult()> withdraw{};
   };
   explicit ScriptedRobot(Script script) : script_(std::move(script)) {}
-  LinkResult Read(RobotState& state) override { return script_.read(state); }
+  LinkResult Read(model::RobotState& state) override { return script_.read(state); }
   LinkResult Push(std::span<const PushPoint> points) override { return script_.push(points); }
   LinkResult WithdrawAll(double /*within_s*/) override {
     return script_.withdraw ? script_.withdraw() : LinkResult::kOk;
@@ -43,7 +43,7 @@ std::unique_ptr<RobotDevice> Scripted(ScriptedRobot::Script script) {
   return std::make_unique<ScriptedRobot>(std::move(script));
 }
 
-LinkResult Count(RobotState& state) {
+LinkResult Count(model::RobotState& state) {
   ++state.sequence;
   state.q.setConstant(6, static_cast<double>(state.sequence));
   state.timestamp_s = static_cast<double>(state.sequence);
@@ -60,7 +60,7 @@ TEST_CASE("each request is served by a reading that started after it") {
   for (int i = 0; i < 100; ++i) {
     link.RequestRead();
     REQUIRE(link.WaitForState(Soon()));
-    const RobotState state = link.Latest();
+    const model::RobotState state = link.Latest();
     CHECK(state.sequence > last);
     CHECK(state.q[5] == static_cast<double>(state.sequence));
     last = state.sequence;
@@ -74,7 +74,7 @@ TEST_CASE("the cycle continues while the controller does not answer") {
   std::mutex gate;
   gate.lock();
   std::atomic<int> readings{0};
-  RobotLink link(Scripted({[&](RobotState& state) {
+  RobotLink link(Scripted({[&](model::RobotState& state) {
                              ++readings;
                              const std::lock_guard wait(gate);
                              return Count(state);
@@ -94,7 +94,7 @@ TEST_CASE("the cycle continues while the controller does not answer") {
 
 TEST_CASE("transitions are counted once, and the last state is retained") {
   std::atomic<LinkResult> result{LinkResult::kTimeout};
-  RobotLink link(Scripted({[&result](RobotState& state) {
+  RobotLink link(Scripted({[&result](model::RobotState& state) {
                              if (result == LinkResult::kOk) return Count(state);
                              return result.load();
                            },
@@ -131,7 +131,7 @@ TEST_CASE("queued points are pushed once, after a successful reading") {
   std::mutex mutex;
   std::vector<std::vector<int>> pushed;
   std::atomic<LinkResult> read_result{LinkResult::kLost};
-  RobotLink link(Scripted({[&](RobotState& state) {
+  RobotLink link(Scripted({[&](model::RobotState& state) {
                              Count(state);
                              return read_result.load();
                            },
@@ -190,7 +190,7 @@ TEST_CASE("Stop() withdraws the pushed points, and nothing is pushed afterwards"
   LinkResult withdrawn = LinkResult::kOk;
   std::mutex gate;
   std::atomic<int> readings{0};
-  RobotLink link(Scripted({[&](RobotState& state) {
+  RobotLink link(Scripted({[&](model::RobotState& state) {
                              ++readings;
                              const std::lock_guard wait(gate);
                              return Count(state);
@@ -245,7 +245,7 @@ TEST_CASE("many threads may read the status while the link works") {
   for (int i = 0; i < 3; ++i) {
     readers.emplace_back([&] {
       while (!stop) {
-        const RobotState state = link.Latest();
+        const model::RobotState state = link.Latest();
         const auto expected = static_cast<double>(state.sequence);
         if (state.sequence > 0 && (state.q[0] != expected || state.timestamp_s != expected)) {
           ++torn;
@@ -317,7 +317,7 @@ TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") 
   auto looped = MakeRobot("replay", connection);
   REQUIRE(held.ok());
   REQUIRE(looped.ok());
-  RobotState state;
+  model::RobotState state;
   std::uint64_t sequence = 0;
   for (const Row& row : rows) {
     Advance(row.after_s);
@@ -325,7 +325,7 @@ TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") 
     CHECK(state.q[3] == Approx(row.held));
     CHECK(state.sequence == ++sequence);
     CHECK(state.timestamp_s == TestTime());
-    CHECK(state.mode == RobotMode::kRunning);
+    CHECK(state.mode == model::RobotMode::kRunning);
     CHECK(looped.value()->Read(state) == LinkResult::kOk);
     CHECK(state.q[3] == Approx(row.looped));
     CHECK(state.payload_kg == Approx(10 * row.looped));
@@ -333,4 +333,4 @@ TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") 
   CHECK(held.value()->Push({}) == LinkResult::kPushRefused);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

@@ -16,7 +16,7 @@
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 namespace {
 
 /// CRC-16/MODBUS, low byte first [Modbus over serial line, 6.2.2].
@@ -118,7 +118,7 @@ std::unique_ptr<RobotDevice> RobotOn(const std::string& device) {
 }
 
 /// On a busy machine the fake controller may answer after the time-out.
-LinkResult ReadAtLast(RobotDevice& robot, RobotState& state) {
+LinkResult ReadAtLast(RobotDevice& robot, model::RobotState& state) {
   LinkResult result = robot.Read(state);
   for (int tries = 0; result != LinkResult::kOk && tries < 20; ++tries) {
     SleepSeconds(0.1);
@@ -159,7 +159,7 @@ TEST_CASE("a controller on a serial line is read, and each line fault is survive
     SerialController controller(folder.path + "/tty");
     const auto robot = RobotOn(folder.path + "/tty");
     controller.word = 100;
-    RobotState state;
+    model::RobotState state;
     REQUIRE(ReadAtLast(*robot, state) == LinkResult::kOk);
     CHECK(state.q[0] == Approx(0.1));
     controller.Spoil(row.spoil);
@@ -176,7 +176,7 @@ TEST_CASE("bytes received before a request are not its response") {
   const Folder folder;
   SerialController controller(folder.path + "/tty");
   const auto robot = RobotOn(folder.path + "/tty");
-  RobotState state;
+  model::RobotState state;
   controller.word = 100;
   controller.Spoil([](Bytes& answer) {
     const Bytes twice = answer;
@@ -194,7 +194,7 @@ TEST_CASE("an unplugged line is retried with increasing waits, and found again")
   const Folder folder;
   const std::string device = folder.path + "/tty";
   const auto robot = RobotOn(device);
-  RobotState state;
+  model::RobotState state;
   {
     SerialController controller(device);
     REQUIRE(ReadAtLast(*robot, state) == LinkResult::kOk);
@@ -214,4 +214,4 @@ TEST_CASE("an unplugged line is retried with increasing waits, and found again")
   CHECK(state.q[0] == Approx(0.007));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

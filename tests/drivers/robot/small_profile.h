@@ -3,7 +3,7 @@
 
 #include "drivers/robot/profile.h"
 
-namespace plumbline {
+namespace plumbline::robot {
 
 inline RegisterValue ValueAt(int address, RegisterType type, double scale) {
   RegisterValue value;
@@ -32,4 +32,4 @@ inline RobotProfile SmallProfile() {
   return profile;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

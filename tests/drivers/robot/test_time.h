@@ -3,7 +3,7 @@
 
 #include <atomic>
 
-namespace plumbline {
+namespace plumbline::robot {
 
 /// Generous limit: also holds while other tests and a build are running.
 inline constexpr double kLinkTimeout_s = 0.3;
@@ -18,4 +18,4 @@ inline void Advance(double seconds) {
   g_test_time_s = g_test_time_s + seconds;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::robot

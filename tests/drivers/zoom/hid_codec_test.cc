@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 using Meaning = HidField::Meaning;
@@ -31,19 +31,19 @@ HidProfile GoodProfile() {
 TEST_CASE("fields are decoded by offset, byte order, sign and mask") {
   const HidProfile profile = GoodProfile();
   REQUIRE_FALSE(FaultOf(profile));
-  ZoomReading reading;
+  lens::ZoomReading reading;
   REQUIRE(ReadingFromReport(profile.exchanges[0], Bytes{0x13, 4, 0x12, 0x34, 0xFE, 0xFF, 0x02, 0},
                             reading) == HidAnswer::kRead);
   CHECK(reading.zoom_counts == 0x1234);
   CHECK(reading.focus_counts == -2);
-  CHECK(reading.motion == LensMotion::kMoving);
+  CHECK(reading.motion == lens::LensMotion::kMoving);
   CHECK(reading.digital_zoom == false);
   CHECK_FALSE(reading.moved);
   REQUIRE(ReadingFromReport(profile.exchanges[0], Bytes{0x13, 4, 0xFF, 0xFF, 0, 0x80, 0x05, 9},
                             reading) == HidAnswer::kRead);
   CHECK(reading.zoom_counts == 0xFFFF);
   CHECK(reading.focus_counts == -32768);
-  CHECK(reading.motion == LensMotion::kSettled);
+  CHECK(reading.motion == lens::LensMotion::kSettled);
   CHECK(reading.digital_zoom == true);
   CHECK(reading.moved);
 
@@ -56,7 +56,7 @@ TEST_CASE("fields are decoded by offset, byte order, sign and mask") {
 
 TEST_CASE("short, other and not yet ready reports leave the reading unchanged") {
   const HidProfile profile = GoodProfile();
-  ZoomReading reading;
+  lens::ZoomReading reading;
   const auto read = [&](const Bytes& report) {
     return ReadingFromReport(profile.exchanges[0], report, reading);
   };
@@ -108,11 +108,11 @@ TEST_CASE("any report of any length is either decoded or rejected") {
     Bytes report(random() % 70);
     for (std::uint8_t& byte : report) byte = static_cast<std::uint8_t>(random());
     if (!report.empty() && random() % 2 == 0) report[0] = 0x13;
-    ZoomReading reading;
+    lens::ZoomReading reading;
     const HidAnswer answer = ReadingFromReport(profile.exchanges[0], report, reading);
     REQUIRE((answer == HidAnswer::kRead) == reading.zoom_counts.has_value());
     if (answer == HidAnswer::kRead) REQUIRE(report.size() >= 8);
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -11,6 +11,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::zoom;
+
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -90,12 +92,12 @@ TEST_CASE("HID: a report that is too short is rejected with its length") {
     const auto sensor = Sensor(asks);
     device.answers = {{0x01, 0x12, 0x34, 0, 0}, {0x01, 0x12}, {0x01, 0x20, 0x00, 0, 0}};
     if (!asks) device.waiting.swap(device.answers);
-    ZoomReading reading;
+    lens::ZoomReading reading;
     if (asks) {
       REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
       CHECK(reading.zoom_counts == 0x1234);
     }
-    const ZoomReading before = reading;
+    const lens::ZoomReading before = reading;
     CHECK(sensor->Read(reading) == ZoomResult::kProtocol);
     CHECK_THAT(std::string(sensor->problem()), Catch::Contains("test lens (HID 1234:5678)") &&
                                                    Catch::Contains("of 2 bytes is too short"));
@@ -110,7 +112,7 @@ TEST_CASE("HID: a report that is too short is rejected with its length") {
 
 TEST_CASE("HID: only reports with other ids, silence, and a lost device") {
   const auto sensor = Sensor();
-  ZoomReading reading;
+  lens::ZoomReading reading;
   device.answers = {{0x07, 1, 2, 3, 4}};
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no answer in time"));

@@ -19,7 +19,7 @@
 #include "drivers/zoom/hid_zoom.h"
 #include "drivers/zoom/v4l2_zoom.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 constexpr int kVendor = 0xF00D, kProduct = 0x2F01;
@@ -95,7 +95,7 @@ HidOptions LensOptions() {
   return options;
 }
 
-ZoomResult ReadWhenReady(ZoomSensor& sensor, ZoomReading& reading) {
+ZoomResult ReadWhenReady(ZoomSensor& sensor, lens::ZoomReading& reading) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   ZoomResult result = ZoomResult::kWaiting;
   while (std::chrono::steady_clock::now() < end) {
@@ -111,7 +111,7 @@ ZoomResult ReadWhenReady(ZoomSensor& sensor, ZoomReading& reading) {
 TEST_CASE("HID: a missing device is reported with the remedy", "[uhid-absent]") {
   auto sensor = HidZoom::Create(LensOptions(), MonotonicSeconds);
   REQUIRE(sensor);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor.value()->Read(reading) == ZoomResult::kLost);
   CHECK_THAT(std::string(sensor.value()->problem()), Catch::Contains("F00D:2F01"));
   CHECK_THAT(std::string(sensor.value()->problem()), Catch::Contains("udev rule"));
@@ -126,7 +126,7 @@ TEST_CASE("HID: a missing device is reported with the remedy", "[uhid-absent]") 
 TEST_CASE("GPIO: a missing chip is reported, invalid settings are rejected", "[gpio-absent]") {
   auto sensor = GpioZoom::Create({.chip = "no-such-chip"}, MonotonicSeconds);
   REQUIRE(sensor);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor.value()->Read(reading) == ZoomResult::kLost);
   CHECK_THAT(std::string(sensor.value()->problem()), Catch::Contains("gpiodetect"));
   CHECK(sensor.value()->Read(reading) == ZoomResult::kWaiting);
@@ -140,7 +140,7 @@ TEST_CASE("HID: request and answer, a short report, unplugged and replugged", "[
     return;
   }
   auto sensor = std::move(HidZoom::Create(LensOptions(), MonotonicSeconds)).value();
-  ZoomReading reading;
+  lens::ZoomReading reading;
   {
     const UhidLens lens({0x01, 0x12, 0x34, 0, 0});
     REQUIRE(ReadWhenReady(*sensor, reading) == ZoomResult::kOk);
@@ -174,7 +174,7 @@ TEST_CASE("GPIO: pulses of a simulated line", "[gpio-sim]") {
       fs::path("/sys/devices/platform") / get(chip / "dev_name") / name / "sim_gpio1/pull";
   {
     auto sensor = std::move(GpioZoom::Create({.chip = name, .line = 1}, MonotonicSeconds)).value();
-    ZoomReading reading;
+    lens::ZoomReading reading;
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK(reading.moved);  // earlier motion is unknown
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
@@ -183,11 +183,11 @@ TEST_CASE("GPIO: pulses of a simulated line", "[gpio-sim]") {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK(reading.moved);
-    CHECK(reading.motion == LensMotion::kMoving);
+    CHECK(reading.motion == lens::LensMotion::kMoving);
     put(pull, "pull-down");
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK(reading.moved);
-    CHECK(reading.motion == LensMotion::kSettled);
+    CHECK(reading.motion == lens::LensMotion::kSettled);
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK_FALSE(reading.moved);
   }
@@ -203,11 +203,11 @@ TEST_CASE("V4L2: the zoom of a real camera", "[v4l2]") {
     return;
   }
   auto sensor = std::move(V4l2Zoom::Create({.device = device}, MonotonicSeconds)).value();
-  ZoomReading reading;
+  lens::ZoomReading reading;
   const ZoomResult result = sensor->Read(reading);
   INFO(sensor->problem());
   REQUIRE(result == ZoomResult::kOk);
   CHECK(reading.zoom_counts);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

@@ -4,7 +4,7 @@
 
 #include "drivers/zoom/registry.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 double now_s = 0;
@@ -22,11 +22,11 @@ TEST_CASE("a table: columns in any order, empty fields, CRLF, blank lines") {
   REQUIRE(rows->size() == 3);
   CHECK((*rows)[0].t_s == 0.5);
   CHECK((*rows)[0].reading.zoom_counts == 100);
-  CHECK((*rows)[0].reading.motion == LensMotion::kUnknown);
+  CHECK((*rows)[0].reading.motion == lens::LensMotion::kUnknown);
   CHECK_FALSE((*rows)[0].reading.digital_zoom);
   CHECK((*rows)[1].reading.zoom_counts == -3);
   CHECK((*rows)[1].reading.focus_counts == 77);
-  CHECK((*rows)[1].reading.motion == LensMotion::kMoving);
+  CHECK((*rows)[1].reading.motion == lens::LensMotion::kMoving);
   CHECK((*rows)[1].reading.moved);
   CHECK_FALSE((*rows)[2].reading.zoom_counts);
   CHECK((*rows)[2].reading.digital_zoom == true);
@@ -63,7 +63,7 @@ TEST_CASE("rows follow the clock; the last one is held; motion between two readi
   auto made = ReplayZoom::Create(*rows, TestClock);
   REQUIRE(made);
   const auto sensor = std::move(made).value();
-  ZoomReading reading;
+  lens::ZoomReading reading;
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   CHECK(reading.zoom_counts == 1);
   CHECK(reading.time_s == 1000);
@@ -114,4 +114,4 @@ TEST_CASE("the back-off grows after each failure and restarts after success") {
   CHECK(back_off.Due(100.11));
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

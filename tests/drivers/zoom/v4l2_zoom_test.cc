@@ -84,7 +84,7 @@ int __wrap_poll(pollfd* fds, nfds_t, int) {
 // NOLINTEND(bugprone-reserved-identifier)
 }
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 double now_s = 0;
@@ -104,7 +104,7 @@ struct Camera {
   test::TemporaryFolder folder;
   std::string path;
   std::unique_ptr<ZoomSensor> sensor;
-  ZoomReading reading;
+  lens::ZoomReading reading;
 };
 
 }  // namespace
@@ -115,7 +115,7 @@ TEST_CASE("v4l2: read at once, then updated by events, then by polling") {
   CHECK(camera.reading.zoom_counts == 100);
   CHECK(camera.reading.focus_counts == 7);
   CHECK_FALSE(camera.reading.digital_zoom);
-  CHECK(camera.reading.motion == LensMotion::kUnknown);
+  CHECK(camera.reading.motion == lens::LensMotion::kUnknown);
   CHECK(kernel.subscribed.at(V4L2_CID_ZOOM_ABSOLUTE) == V4L2_EVENT_SUB_FL_SEND_INITIAL);
   CHECK(kernel.subscribed.count(V4L2_CID_FOCUS_ABSOLUTE) == 1);
 
@@ -136,7 +136,7 @@ TEST_CASE("v4l2: read at once, then updated by events, then by polling") {
 TEST_CASE("v4l2: anything that is not a path names a camera, as in [camera]") {
   kernel = FakeKernel{};
   const auto sensor = std::move(V4l2Zoom::Create({.device = "NOSUCH1"}, TestClock)).value();
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no camera NOSUCH1 found"));
 }
@@ -161,14 +161,14 @@ TEST_CASE("v4l2: a camera without focus, without zoom, unplugged and replugged, 
 
   auto none = V4l2Zoom::Create({.device = "/dev/no-such-video"}, TestClock);
   REQUIRE(none);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(none.value()->Read(reading) == ZoomResult::kLost);
   CHECK_THAT(std::string(none.value()->problem()), Catch::Contains("is the camera plugged in"));
   CHECK_FALSE(V4l2Zoom::Create({.device = "", .timeout_s = 0}, TestClock).ok());
 }
 
 TEST_CASE("v4l2: only a changed zoom or focus value counts as a reading") {
-  ZoomReading reading;
+  lens::ZoomReading reading;
   v4l2_event event = ValueEvent(V4L2_CID_ZOOM_ABSOLUTE, 5);
   event.u.ctrl.changes = V4L2_EVENT_CTRL_CH_FLAGS;
   CHECK_FALSE(ReadingFromEvent(event, reading));
@@ -180,4 +180,4 @@ TEST_CASE("v4l2: only a changed zoom or focus value counts as a reading") {
   CHECK(reading.focus_counts == -3);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

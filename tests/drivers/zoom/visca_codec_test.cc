@@ -83,27 +83,27 @@ TEST_CASE("positions: nibbles only, of the right length") {
 TEST_CASE("lens block: zoom, focus, digital zoom, motion") {
   const Bytes good = {0x90, 0x50, 0x02, 0x08, 0x06, 0x00, 0x00, 0x00,
                       0x01, 0x0A, 0x0B, 0x0C, 0x00, 0x00, 0x00, 0xFF};
-  const auto read = [&good](std::size_t at, std::uint8_t value, ZoomReading& reading) {
+  const auto read = [&good](std::size_t at, std::uint8_t value, lens::ZoomReading& reading) {
     Bytes block = good;
     block[at] = value;
     return LensBlockFrom(ReplyFromPacket(block), reading);
   };
-  ZoomReading reading;
+  lens::ZoomReading reading;
   REQUIRE(read(0, 0x90, reading));
   CHECK(reading.zoom_counts == 0x2860);
   CHECK(reading.focus_counts == 0x1ABC);
   CHECK(reading.digital_zoom == false);
-  CHECK(reading.motion == LensMotion::kSettled);
+  CHECK(reading.motion == lens::LensMotion::kSettled);
   REQUIRE(read(13, 0x02, reading));
   CHECK(reading.digital_zoom == true);
   REQUIRE(read(13, 0x0D, reading));
   CHECK(reading.digital_zoom == false);
   REQUIRE(read(14, 0x01, reading));
-  CHECK(reading.motion == LensMotion::kMoving);
+  CHECK(reading.motion == lens::LensMotion::kMoving);
   REQUIRE(read(14, 0x02, reading));  // the focus moves
-  CHECK(reading.motion == LensMotion::kSettled);
+  CHECK(reading.motion == lens::LensMotion::kSettled);
 
-  ZoomReading untouched;
+  lens::ZoomReading untouched;
   untouched.zoom_counts = 7;
   CHECK_FALSE(read(2, 0x12, untouched));
   CHECK_FALSE(read(11, 0x80, untouched));

@@ -8,7 +8,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
-namespace plumbline {
+namespace plumbline::zoom {
 namespace {
 
 using test::BlockOf;
@@ -44,18 +44,18 @@ TEST_CASE("a camera with a lens block is addressed once, then queried") {
   FakeViscaCamera camera(
       CameraAnswers([&zoom] { return BlockOf(zoom, 0x1234, false, zoom == 7); }));
   const auto sensor = Sensor(camera.device());
-  ZoomReading reading;
+  lens::ZoomReading reading;
   const double before_s = MonotonicSeconds();
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   CHECK(reading.zoom_counts == 0x1606);
   CHECK(reading.focus_counts == 0x1234);
   CHECK(reading.digital_zoom == false);
-  CHECK(reading.motion == LensMotion::kSettled);
+  CHECK(reading.motion == lens::LensMotion::kSettled);
   CHECK(reading.time_s >= before_s);
   CHECK(reading.time_s <= MonotonicSeconds());
   zoom = 7;
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
-  CHECK(reading.motion == LensMotion::kMoving);
+  CHECK(reading.motion == lens::LensMotion::kMoving);
   zoom = 0x4001;  // beyond the optical range
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   CHECK(reading.digital_zoom == true);
@@ -70,12 +70,12 @@ TEST_CASE("a camera without lens block and without focus inquiry") {
   });
   const auto sensor = Sensor(camera.device());
   for (int i = 0; i < 3; ++i) {
-    ZoomReading reading;
+    lens::ZoomReading reading;
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK(reading.zoom_counts == 0x3210);
     CHECK_FALSE(reading.focus_counts);
     CHECK(reading.digital_zoom == false);
-    CHECK(reading.motion == LensMotion::kUnknown);
+    CHECK(reading.motion == lens::LensMotion::kUnknown);
   }
   CHECK(camera.RequestCount(kAskBlock) == 1);  // an unsupported inquiry is sent only once
   CHECK(camera.RequestCount({0x81, 0x09, 0x04, 0x48}) == 1);
@@ -97,7 +97,7 @@ TEST_CASE("other packets before the answer are ignored") {
     FakeViscaCamera camera(
         CameraAnswers([&noise] { return noise + BlockOf(0x2222, 5, false, false); }));
     const auto sensor = Sensor(camera.device());
-    ZoomReading reading;
+    lens::ZoomReading reading;
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK(reading.zoom_counts == 0x2222);
   }
@@ -111,7 +111,7 @@ TEST_CASE("answers from another address are ignored, and that address is reporte
     return block;
   });
   const auto sensor = Sensor(camera.device(), kUnanswered_s);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()),
              Catch::Contains("camera 1: no answer, but camera 3 answered"));
@@ -127,7 +127,7 @@ TEST_CASE("an answer in pieces, and one followed by another packet") {
   });
   const auto sensor = Sensor(camera.device());
   for (int i = 0; i < 5; ++i) {
-    ZoomReading reading;
+    lens::ZoomReading reading;
     REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
     CHECK(reading.zoom_counts == 0x1357);
   }
@@ -136,7 +136,7 @@ TEST_CASE("an answer in pieces, and one followed by another packet") {
 TEST_CASE("error replies are reported as text") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{0x90, 0x61, 0x41, 0xFF}; }));
   const auto sensor = Sensor(camera.device());
-  ZoomReading reading;
+  lens::ZoomReading reading;
   reading.zoom_counts = 5;
   CHECK(sensor->Read(reading) == ZoomResult::kRefused);
   CHECK(reading.zoom_counts == 5);
@@ -152,7 +152,7 @@ TEST_CASE("a lens block of the right length with invalid nibbles is rejected") {
     return block;
   }));
   const auto sensor = Sensor(camera.device());
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kProtocol);
   CHECK_FALSE(reading.zoom_counts);
 }
@@ -160,7 +160,7 @@ TEST_CASE("a lens block of the right length with invalid nibbles is rejected") {
 TEST_CASE("silence and garbage end at the time-out; the late answer is discarded") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
   const auto sensor = Sensor(camera.device(), kUnanswered_s);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("no answer"));
   camera.SetAnswer([](const Bytes&) { return Bytes{1, 2, 3, 0xFF}; });
@@ -190,7 +190,7 @@ TEST_CASE("after a network change, or with too few cameras, addresses are assign
     return request[0] == 0x82 ? block : Bytes{};
   });
   const auto sensor = Sensor(camera.device(), kAnswered_s, 2);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   REQUIRE(sensor->Read(reading) == ZoomResult::kOk);
   CHECK(reading.zoom_counts == 0x0123);
   camera.SendBytes({0xA0, 0x38, 0xFF});
@@ -206,7 +206,7 @@ TEST_CASE("an adapter is unplugged and replugged under the same name") {
   const test::TemporaryFolder folder;
   const std::string link = folder.path() + "/tty";
   const auto sensor = Sensor(link);
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("is the adapter plugged in"));
   CHECK(sensor->Read(reading) == ZoomResult::kWaiting);
@@ -228,7 +228,7 @@ TEST_CASE("an adapter is unplugged and replugged under the same name") {
 
 TEST_CASE("a device that is not a serial line, and each invalid setting, have their message") {
   const auto sensor = Sensor("/dev/null");
-  ZoomReading reading;
+  lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kLost);
   CHECK_THAT(std::string(sensor->problem()), Catch::Contains("it is not a serial line"));
 
@@ -248,4 +248,4 @@ TEST_CASE("a device that is not a serial line, and each invalid setting, have th
   }
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::zoom

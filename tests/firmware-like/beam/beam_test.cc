@@ -6,6 +6,8 @@
 #include "tests/firmware-like/beam/beams.h"
 
 using namespace plumbline;
+
+using namespace plumbline::beam;
 using namespace plumbline::test;
 
 namespace {
@@ -32,7 +34,7 @@ BeamLoads AllKinds(double length_m) {
 }  // namespace
 
 TEST_CASE("a uniform cantilever matches the closed forms in both planes") {
-  const Tool tool = UniformTool();
+  const model::Tool tool = UniformTool();
   const double l = 0.9;
   const double ei_x = 210e9 * tool.segments[0].section.iy_m4;
   const double ei_y = 210e9 * tool.segments[0].section.ix_m4;
@@ -78,8 +80,8 @@ TEST_CASE("a uniform cantilever matches the closed forms in both planes") {
 }
 
 TEST_CASE("a Timoshenko cantilever adds shear deflection") {
-  const Tool tool = UniformTool(BeamTheory::kTimoshenko);
-  const Section& section = tool.segments[0].section;
+  const model::Tool tool = UniformTool(model::BeamTheory::kTimoshenko);
+  const model::Section& section = tool.segments[0].section;
   const double l = 0.9;
   const double gka = kSteel.ShearModulus() * section.area_m2 * 5 / 6;
   const int elements = GENERATE(1, 3, 20);
@@ -101,8 +103,8 @@ TEST_CASE("a Timoshenko cantilever adds shear deflection") {
 TEST_CASE("a stepped cantilever agrees with Castigliano's theorem") {
   // d = F (L^3 - b^3) / (3 EI1) + F b^3 / (3 EI2), b the outer segment's length.
   const double l1 = 0.5, l2 = 0.3, force_N = 200;
-  const Tool tool = BeamTool(
-      {{l1, RectangleSection(0.06, 0.06), kSteel}, {l2, RectangleSection(0.04, 0.04), kAluminium}});
+  const model::Tool tool = BeamTool({{l1, model::RectangleSection(0.06, 0.06), kSteel},
+                                     {l2, model::RectangleSection(0.04, 0.04), kAluminium}});
   const double ei1 = 210e9 * std::pow(0.06, 4) / 12;
   const double ei2 = 70e9 * std::pow(0.04, 4) / 12;
   const double l = l1 + l2;
@@ -117,8 +119,9 @@ TEST_CASE("a stepped cantilever agrees with Castigliano's theorem") {
 }
 
 TEST_CASE("results do not depend on the number of elements, for every kind of load") {
-  const BeamTheory theory = GENERATE(BeamTheory::kEulerBernoulli, BeamTheory::kTimoshenko);
-  const Tool tool = SteppedTool(theory);
+  const model::BeamTheory theory =
+      GENERATE(model::BeamTheory::kEulerBernoulli, model::BeamTheory::kTimoshenko);
+  const model::Tool tool = SteppedTool(theory);
   const BeamLoads loads = AllKinds(tool.Length());
   const BeamSolution coarse = Beam(tool, 1).Solve(loads);
   const int elements = GENERATE(2, 5, 16, 100);
@@ -137,7 +140,7 @@ TEST_CASE("results do not depend on the number of elements, for every kind of lo
 }
 
 TEST_CASE("loads superpose") {
-  const Tool tool = SteppedTool(BeamTheory::kTimoshenko);
+  const model::Tool tool = SteppedTool(model::BeamTheory::kTimoshenko);
   const Beam beam(tool, 3);
   BeamLoads all = AllKinds(tool.Length());
   all.masses.clear();
@@ -164,8 +167,8 @@ TEST_CASE("an acceleration acts like opposite gravity on the beam and its payloa
   }
   SECTION("angular acceleration loads a point mass by alpha x p") {
     BeamLoads turning, forced;
-    Tool massless = SteppedTool();
-    for (ToolSegment& segment : massless.segments) segment.material.density_kg_m3 = 0;
+    model::Tool massless = SteppedTool();
+    for (model::ToolSegment& segment : massless.segments) segment.material.density_kg_m3 = 0;
     const Beam light(massless, 2);
     const double z_m = light.Length();
     turning.masses = {{5, z_m, Vec3(0, 0, z_m)}};
@@ -187,7 +190,8 @@ TEST_CASE("a payload bends the beam by its force and by its moment, also a force
 }
 
 TEST_CASE("internal forces balance the loads outboard") {
-  const Tool tool = SteppedTool(GENERATE(BeamTheory::kEulerBernoulli, BeamTheory::kTimoshenko));
+  const model::Tool tool =
+      SteppedTool(GENERATE(model::BeamTheory::kEulerBernoulli, model::BeamTheory::kTimoshenko));
   const BeamLoads loads = AllKinds(tool.Length());
   const BeamSolution solution = Beam(tool, 7).Solve(loads);
   // Compare with statics: a sum over thin slices outboard of z.
@@ -207,7 +211,7 @@ TEST_CASE("internal forces balance the loads outboard") {
     if (m.z_m >= z_m) add(m.cog_F, m.mass_kg * pull(m.cog_F), Vec3::Zero());
   }
   double root_m = 0;
-  for (const ToolSegment& segment : tool.segments) {
+  for (const model::ToolSegment& segment : tool.segments) {
     constexpr int kSlices = 4000;
     for (int i = 0; i < kSlices; ++i) {
       const Vec3 at(0, 0, root_m + segment.length_m * (i + 0.5) / kSlices);
@@ -224,7 +228,7 @@ TEST_CASE("internal forces balance the loads outboard") {
 }
 
 TEST_CASE("between nodes of a slender beam, the slope is the derivative of the displacement") {
-  const Tool tool = SteppedTool();
+  const model::Tool tool = SteppedTool();
   const BeamSolution solution = Beam(tool, 2).Solve(AllKinds(tool.Length()));
   for (const double z_m : {0.11, 0.33, 0.5, 0.68, 0.9}) {
     const double h = 1e-5;

@@ -8,12 +8,12 @@
 
 namespace plumbline::test {
 
-inline constexpr Material kSteel{210e9, 0.3, 7850};
-inline constexpr Material kAluminium{70e9, 0.33, 2700};
+inline constexpr model::Material kSteel{210e9, 0.3, 7850};
+inline constexpr model::Material kAluminium{70e9, 0.33, 2700};
 
-inline Tool BeamTool(std::vector<ToolSegment> segments,
-                     BeamTheory theory = BeamTheory::kEulerBernoulli) {
-  Tool tool;
+inline model::Tool BeamTool(std::vector<model::ToolSegment> segments,
+                            model::BeamTheory theory = model::BeamTheory::kEulerBernoulli) {
+  model::Tool tool;
   tool.rigid = false;
   tool.theory = theory;
   tool.segments = std::move(segments);
@@ -22,14 +22,14 @@ inline Tool BeamTool(std::vector<ToolSegment> segments,
 }
 
 /// Different in x and y, to reveal swapped axes.
-inline Tool UniformTool(BeamTheory theory = BeamTheory::kEulerBernoulli) {
-  return BeamTool({{0.9, RectangleSection(0.03, 0.05), kSteel}}, theory);
+inline model::Tool UniformTool(model::BeamTheory theory = model::BeamTheory::kEulerBernoulli) {
+  return BeamTool({{0.9, model::RectangleSection(0.03, 0.05), kSteel}}, theory);
 }
 
-inline Tool SteppedTool(BeamTheory theory = BeamTheory::kEulerBernoulli) {
-  return BeamTool({{0.4, SquareTubeSection(0.08, 0.005), kSteel},
-                   {0.3, TubeSection(0.06, 0.004, 0.33), kAluminium},
-                   {0.25, RectangleSection(0.02, 0.04), kSteel}},
+inline model::Tool SteppedTool(model::BeamTheory theory = model::BeamTheory::kEulerBernoulli) {
+  return BeamTool({{0.4, model::SquareTubeSection(0.08, 0.005), kSteel},
+                   {0.3, model::TubeSection(0.06, 0.004, 0.33), kAluminium},
+                   {0.25, model::RectangleSection(0.02, 0.04), kSteel}},
                   theory);
 }
 

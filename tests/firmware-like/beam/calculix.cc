@@ -15,7 +15,7 @@
 namespace plumbline::test {
 namespace {
 
-std::string MaterialCards(const std::string& name, const Material& material) {
+std::string MaterialCards(const std::string& name, const model::Material& material) {
   return fmt::format("*MATERIAL,NAME={}\n*ELASTIC\n{:.10g},{:.10g}\n*DENSITY\n{:.10g}\n", name,
                      material.youngs_modulus_Pa, material.poisson_ratio, material.density_kg_m3);
 }
@@ -104,7 +104,7 @@ std::string BeamDeck(const std::vector<DeckSegment>& segments, const DeckLoad& l
          kPrintCards;
 }
 
-std::string SolidDeck(double b_m, double h_m, double length_m, const Material& material,
+std::string SolidDeck(double b_m, double h_m, double length_m, const model::Material& material,
                       const std::array<int, 3>& elements, const DeckLoad& load) {
   // Nodes lie on a grid of half elements: corners, and the middles of edges.
   const auto& [nx, ny, nz] = elements;

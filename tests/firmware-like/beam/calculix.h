@@ -15,7 +15,7 @@ struct DeckSegment {
   double length_m = 0;
   std::string section;             ///< "RECT", "BOX" or "PIPE"
   std::vector<double> dimensions;  ///< of *BEAM SECTION [m]
-  Material material;
+  model::Material material;
   int elements = 0;
 };
 
@@ -31,7 +31,7 @@ std::string BeamDeck(const std::vector<DeckSegment>& segments, const DeckLoad& l
 /// z = length. The face z = 0 stays plane and does not slide, but is free to contract across, as
 /// beam theory has it; BeamDeck's root is not, which stiffens it. `elements` counts along x, y, z;
 /// the first two are even, so that there are nodes on the axis.
-std::string SolidDeck(double b_m, double h_m, double length_m, const Material& material,
+std::string SolidDeck(double b_m, double h_m, double length_m, const model::Material& material,
                       const std::array<int, 3>& elements, const DeckLoad& load);
 
 /// A node on the beam's axis.

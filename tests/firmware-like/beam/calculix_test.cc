@@ -12,6 +12,8 @@
 #include "tests/firmware-like/beam/beams.h"
 
 using namespace plumbline;
+
+using namespace plumbline::beam;
 using namespace plumbline::test;
 
 namespace {
@@ -42,7 +44,8 @@ double TipDifference(const std::vector<AxisNode>& nodes, const BeamSolution& sol
   return solution.Tip().d_F.head<2>().norm() / nodes.back().d_F.head<2>().norm() - 1;
 }
 
-void Compare(const char* what, const std::string& deck, const Tool& tool, const DeckLoad& load) {
+void Compare(const char* what, const std::string& deck, const model::Tool& tool,
+             const DeckLoad& load) {
   const BeamSolution solution = Beam(tool, 3).Solve(
       {.points = {{tool.Length(), load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F});
   const std::vector<AxisNode> nodes = SolveWithCalculix(deck);
@@ -56,18 +59,18 @@ void Compare(const char* what, const std::string& deck, const Tool& tool, const 
 
 TEST_CASE("beams of every section against rows of B32R elements") {
   if (Skip()) return;
-  const Material paper_steel{200e9, 0.3, 7850};
-  const Tool paper = BeamTool({{1.8, RectangleSection(0.05, 0.05), paper_steel}});
+  const model::Material paper_steel{200e9, 0.3, 7850};
+  const model::Tool paper = BeamTool({{1.8, model::RectangleSection(0.05, 0.05), paper_steel}});
   const std::vector<DeckSegment> paper_deck{{1.8, "RECT", {0.05, 0.05}, paper_steel, 90}};
-  const Tool skew = BeamTool({{1.2, RectangleSection(0.03, 0.05), kSteel}});
-  const Tool stepped = BeamTool({{1.0, RectangleSection(0.06, 0.06), kSteel},
-                                 {0.8, RectangleSection(0.04, 0.04), kAluminium}});
+  const model::Tool skew = BeamTool({{1.2, model::RectangleSection(0.03, 0.05), kSteel}});
+  const model::Tool stepped = BeamTool({{1.0, model::RectangleSection(0.06, 0.06), kSteel},
+                                        {0.8, model::RectangleSection(0.04, 0.04), kAluminium}});
   const std::vector<DeckSegment> stepped_deck{{1.0, "RECT", {0.06, 0.06}, kSteel, 80},
                                               {0.8, "RECT", {0.04, 0.04}, kAluminium, 80}};
-  const BeamTheory shear = BeamTheory::kTimoshenko;
+  const model::BeamTheory shear = model::BeamTheory::kTimoshenko;
   struct Case {
     const char* what;
-    Tool tool;
+    model::Tool tool;
     std::vector<DeckSegment> deck;
     DeckLoad load;
   };
@@ -90,15 +93,15 @@ TEST_CASE("beams of every section against rows of B32R elements") {
        stepped_deck,
        {.g_F = {9.80665, 0, 0}}},
       {"square tube 60 x 4 mm, 500 N (Timoshenko)",
-       BeamTool({{1.0, SquareTubeSection(0.06, 0.004), kSteel}}, shear),
+       BeamTool({{1.0, model::SquareTubeSection(0.06, 0.004), kSteel}}, shear),
        {{1.0, "BOX", {0.06, 0.06, 0.004, 0.004, 0.004, 0.004}, kSteel, 120}},
        {.tip_force_F = {0, 500, 0}}},
       {"tube 60 x 4 mm, 500 N (Timoshenko)",
-       BeamTool({{1.5, TubeSection(0.06, 0.004, 0.3), kSteel}}, shear),
+       BeamTool({{1.5, model::TubeSection(0.06, 0.004, 0.3), kSteel}}, shear),
        {{1.5, "PIPE", {0.03, 0.004}, kSteel, 120}},
        {.tip_force_F = {0, 500, 0}}},
       {"ten heights long, 5 kN and own weight (Timoshenko)",
-       BeamTool({{1.0, RectangleSection(0.06, 0.1), kSteel}}, shear),
+       BeamTool({{1.0, model::RectangleSection(0.06, 0.1), kSteel}}, shear),
        {{1.0, "RECT", {0.06, 0.1}, kSteel, 80}},
        {{0, 5000, 0}, {0, 9.80665, 0}}},
   };
@@ -111,11 +114,11 @@ TEST_CASE("beams of every section against rows of B32R elements") {
 TEST_CASE("a beam five heights long, as a solid, needs Timoshenko's shear") {
   if (Skip()) return;
   const DeckLoad load{Vec3(0, 5000, 0), Vec3(0, 9.80665, 0)};
-  const Section section = RectangleSection(0.06, 0.1);
+  const model::Section section = model::RectangleSection(0.06, 0.1);
   const std::string deck = SolidDeck(0.06, 0.1, 0.5, kSteel, {2, 4, 20}, load);
-  const Tool thick = BeamTool({{0.5, section, kSteel}}, BeamTheory::kTimoshenko);
+  const model::Tool thick = BeamTool({{0.5, section, kSteel}}, model::BeamTheory::kTimoshenko);
   Compare("solid C3D20R, L/h = 5, 5 kN (Timoshenko)", deck, thick, load);
-  const Tool thin = BeamTool({{0.5, section, kSteel}});
+  const model::Tool thin = BeamTool({{0.5, section, kSteel}});
   const BeamLoads loads{.points = {{0.5, load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F};
   CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.02);
 }

@@ -5,6 +5,8 @@
 #include "tests/firmware-like/beam/beams.h"
 
 using namespace plumbline;
+
+using namespace plumbline::beam;
 using namespace plumbline::test;
 
 TEST_CASE(
@@ -27,16 +29,16 @@ TEST_CASE(
 TEST_CASE("moments about both axes add up in a corner, and as squares in a round section") {
   SectionState state;
   state.moment_F = Vec3(30, 40, 0);
-  const Section rectangle = RectangleSection(0.03, 0.05);
+  const model::Section rectangle = model::RectangleSection(0.03, 0.05);
   CHECK(StressOf(rectangle, state)->normal_Pa ==
         Approx(40 * 0.015 / rectangle.iy_m4 + 30 * 0.025 / rectangle.ix_m4));
-  const Section rod = RodSection(0.04, 0.3);
+  const model::Section rod = model::RodSection(0.04, 0.3);
   CHECK(StressOf(rod, state)->normal_Pa == Approx(50 * 0.02 / rod.ix_m4));
 }
 
 TEST_CASE("the largest stress is in the thin outer segment if that is weaker") {
-  const Tool tool = BeamTool(
-      {{0.5, RectangleSection(0.1, 0.1), kSteel}, {0.5, RectangleSection(0.01, 0.01), kSteel}});
+  const model::Tool tool = BeamTool({{0.5, model::RectangleSection(0.1, 0.1), kSteel},
+                                     {0.5, model::RectangleSection(0.01, 0.01), kSteel}});
   const BeamSolution solution =
       Beam(tool, 2).Solve({.points = {{1.0, Vec3(5, 0, 0), Vec3::Zero()}}});
   const LargestStress largest = LargestStressOf(solution);
@@ -46,7 +48,7 @@ TEST_CASE("the largest stress is in the thin outer segment if that is weaker") {
 
 TEST_CASE("a peak inside an element is found") {
   // A tip force opposing the self-weight: M'(z) = 0 at w (L - z) = F.
-  const Tool tool = UniformTool();
+  const model::Tool tool = UniformTool();
   const double w = 7850 * 0.03 * 0.05 * 10;
   const double force_N = 0.7 * w * 0.9;  // the moment at the root is small, the shear zero at 0.27
   const BeamSolution solution = Beam(tool, 1).Solve(
@@ -65,8 +67,8 @@ TEST_CASE("a peak inside an element is found") {
 }
 
 TEST_CASE("stress is unknown if the outermost fibre is unknown") {
-  const ToolSegment bare{0.4, SectionFromMoments(1e-3, 1e-6, 1e-6), kSteel};
-  const ToolSegment rod{0.4, RodSection(0.03, 0.3), kSteel};
+  const model::ToolSegment bare{0.4, model::SectionFromMoments(1e-3, 1e-6, 1e-6), kSteel};
+  const model::ToolSegment rod{0.4, model::RodSection(0.03, 0.3), kSteel};
   const BeamLoads loads{.points = {{0.4, Vec3(100, 0, 0), Vec3::Zero()}}};
   const LargestStress none = LargestStressOf(Beam(BeamTool({bare}), 2).Solve(loads));
   CHECK_FALSE(none.peak);

@@ -7,6 +7,8 @@
 #include "tests/firmware-like/beam/beams.h"
 
 using namespace plumbline;
+
+using namespace plumbline::beam;
 using namespace plumbline::test;
 
 namespace {
@@ -19,7 +21,7 @@ Vec3 RandomVector(std::mt19937& random, double size) {
 }  // namespace
 
 TEST_CASE("the tip of a uniform tool matches formats.md to 1e-12") {
-  const Tool tool = UniformTool();
+  const model::Tool tool = UniformTool();
   const TipCompliance compliance = TipComplianceOf(tool);
   const double l = 0.9, e = 210e9;
   const double iy = 0.05 * std::pow(0.03, 3) / 12;
@@ -42,8 +44,9 @@ TEST_CASE("the tip of a uniform tool matches formats.md to 1e-12") {
 }
 
 TEST_CASE("the compliance matrix agrees with the finite elements for random loads") {
-  const BeamTheory theory = GENERATE(BeamTheory::kEulerBernoulli, BeamTheory::kTimoshenko);
-  const Tool tool = SteppedTool(theory);
+  const model::BeamTheory theory =
+      GENERATE(model::BeamTheory::kEulerBernoulli, model::BeamTheory::kTimoshenko);
+  const model::Tool tool = SteppedTool(theory);
   const TipCompliance compliance = TipComplianceOf(tool, GENERATE(1, 6));
   const Beam beam(tool, 4);
   std::mt19937 random(2);
@@ -58,7 +61,7 @@ TEST_CASE("the compliance matrix agrees with the finite elements for random load
 }
 
 TEST_CASE("the compliance is symmetric and passive") {
-  const TipCompliance compliance = TipComplianceOf(SteppedTool(BeamTheory::kTimoshenko));
+  const TipCompliance compliance = TipComplianceOf(SteppedTool(model::BeamTheory::kTimoshenko));
   const auto& c = compliance.C_wrench;
   CHECK((c - c.transpose()).norm() <= 1e-12 * c.norm());
   std::mt19937 random(3);
@@ -70,14 +73,14 @@ TEST_CASE("the compliance is symmetric and passive") {
 }
 
 TEST_CASE("a rigid tool does not bend") {
-  Tool rigid;
+  model::Tool rigid;
   rigid.tcp_F = Vec3(0.1, 0, 0.3);
   const TipCompliance compliance = TipComplianceOf(rigid);
   CHECK(compliance.Bend(Vec3(1e3, 1e3, 1e3), Vec3(1e3, 1e3, 1e3), Vec3(9, 9, 9)).norm() == 0);
 }
 
 TEST_CASE("the mount's mass does not bend the tool") {
-  Tool tool = UniformTool();
+  model::Tool tool = UniformTool();
   const TipCompliance without = TipComplianceOf(tool);
   tool.mount_mass_kg = 50;
   CHECK(TipComplianceOf(tool).C_gravity == without.C_gravity);

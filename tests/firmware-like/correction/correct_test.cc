@@ -8,11 +8,13 @@
 
 using namespace plumbline;
 
+using namespace plumbline::correction;
+
 namespace {
 
-AssemblyPoint PointAt(const CellModel& cell, const JointVector& q,
+AssemblyPoint PointAt(const model::CellModel& cell, const model::JointVector& q,
                       const Vec3& p_TP = Vec3::Zero()) {
-  const Pose X_BT = LoadedArm(cell).UnloadedTip(q);
+  const Pose X_BT = deflection::LoadedArm(cell).UnloadedTip(q);
   AssemblyPoint point;
   point.id = 1;
   point.p_TP = p_TP;
@@ -20,8 +22,9 @@ AssemblyPoint PointAt(const CellModel& cell, const JointVector& q,
   return point;
 }
 
-Correction Solve(const CellModel& cell, const AssemblyPoint& point, const JointVector& seed,
-                 const CorrectionLimits& limits = {}, double payload_kg = 60) {
+Correction Solve(const model::CellModel& cell, const AssemblyPoint& point,
+                 const model::JointVector& seed, const CorrectionLimits& limits = {},
+                 double payload_kg = 60) {
   Correction correction;
   Corrector(cell, limits)
       .Correct(point, {payload_kg, *cell.payload_cog_F}, {}, seed, BranchSearch::kBrief,
@@ -31,17 +34,17 @@ Correction Solve(const CellModel& cell, const AssemblyPoint& point, const JointV
 
 /// Simulated controller: rigid inverse kinematics of the commanded pose; the loaded arm then
 /// deflects.
-Pose Landed(const CellModel& cell, const Pose& X_BP_command, const Vec3& p_TP,
-            const JointVector& seed, double payload_kg = 60) {
-  const LoadedArm arm(cell);
-  JointVector q = seed;
-  const auto rigid = [&](const JointVector& trial, Posture& posture) {
+Pose Landed(const model::CellModel& cell, const Pose& X_BP_command, const Vec3& p_TP,
+            const model::JointVector& seed, double payload_kg = 60) {
+  const deflection::LoadedArm arm(cell);
+  model::JointVector q = seed;
+  const auto rigid = [&](const model::JointVector& trial, kinematics::Posture& posture) {
     arm.chain().Evaluate(trial, posture);
     const Pose X_BT = posture.X_BF() * arm.X_FT();
     return Pose{X_BT.R, X_BT * p_TP};
   };
-  REQUIRE(SolvePose(arm.chain(), {X_BP_command}, rigid, 60, q).converged);
-  LoadedState state;
+  REQUIRE(kinematics::SolvePose(arm.chain(), {X_BP_command}, rigid, 60, q).converged);
+  deflection::LoadedState state;
   REQUIRE(arm.AtCommanded(q, {payload_kg, *cell.payload_cog_F}, {}, state));
   return {state.X_BT.R, state.X_BT * p_TP};
 }
@@ -50,11 +53,11 @@ Pose Landed(const CellModel& cell, const Pose& X_BP_command, const Vec3& p_TP,
 
 TEST_CASE("the corrected command makes the loaded tool point land within 1 um and 1 urad") {
   std::mt19937 random(20);
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   int corrected = 0;
   double largest_m = 0;
   for (int trial = 0; trial < 300; ++trial) {
-    const JointVector q = test::RandomPosture(cell, random);
+    const model::JointVector q = test::RandomPosture(cell, random);
     const Vec3 p_TP(0.1, -0.4, 0.05);
     const AssemblyPoint point = PointAt(cell, q, p_TP);
     const Correction correction = Solve(cell, point, q);
@@ -74,8 +77,8 @@ TEST_CASE("the corrected command makes the loaded tool point land within 1 um an
 
 TEST_CASE("landing prediction matches the attained pose of an uncorrected command") {
   std::mt19937 random(21);
-  const CellModel cell = test::HeavyArm();
-  const JointVector q = test::RandomPosture(cell, random);
+  const model::CellModel cell = test::HeavyArm();
+  const model::JointVector q = test::RandomPosture(cell, random);
   const AssemblyPoint point = PointAt(cell, q);
   const Pose X_BP = cell.robot.X_WB.Inverse() * point.X_WP;
   Correction landing;
@@ -87,8 +90,8 @@ TEST_CASE("landing prediction matches the attained pose of an uncorrected comman
 }
 
 TEST_CASE("every reason for refusal has its own code") {
-  const CellModel cell = test::HeavyArm();
-  JointVector q(6);
+  const model::CellModel cell = test::HeavyArm();
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   const AssemblyPoint good = PointAt(cell, q);
   REQUIRE(Solve(cell, good, q).code == CorrectionCode::kOk);
@@ -101,7 +104,7 @@ TEST_CASE("every reason for refusal has its own code") {
     CHECK(Solve(cell, point, q).code == CorrectionCode::kUnreachable);
   }
   SECTION("joint limit") {
-    CellModel narrow = cell;
+    model::CellModel narrow = cell;
     for (int i : {0, 1, 2, 4}) {  // no branch remains
       narrow.robot.joints[static_cast<std::size_t>(i)].min = q[i] + 0.1;
       narrow.robot.joints[static_cast<std::size_t>(i)].max = q[i] + 0.2;
@@ -109,7 +112,7 @@ TEST_CASE("every reason for refusal has its own code") {
     CHECK(Solve(narrow, good, q).code == CorrectionCode::kJointLimit);
   }
   SECTION("singular posture") {
-    JointVector straight = q;
+    model::JointVector straight = q;
     straight[4] = 0.005;
     CHECK(Solve(cell, PointAt(cell, straight), straight).code == CorrectionCode::kSingular);
   }
@@ -122,15 +125,15 @@ TEST_CASE("every reason for refusal has its own code") {
     CHECK(Solve(cell, good, q, limits).code == CorrectionCode::kTooLarge);
   }
   SECTION("link masses not declared") {
-    CellModel unknown = cell;
+    model::CellModel unknown = cell;
     unknown.robot.joints[2].link_mass_kg.reset();
     CHECK(Solve(unknown, good, q).code == CorrectionCode::kTorquesUnknown);
   }
 }
 
 TEST_CASE("with a free orientation only the position is matched") {
-  const CellModel cell = test::HeavyArm();
-  JointVector q(6);
+  const model::CellModel cell = test::HeavyArm();
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   AssemblyPoint point = PointAt(cell, q);
   point.orientation_free = true;

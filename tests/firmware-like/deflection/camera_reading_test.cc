@@ -9,7 +9,9 @@
 #include "firmware-like/geometry/rotation.h"
 
 using namespace plumbline;
-using I = Influence<double>;
+
+using namespace plumbline::deflection;
+using I = effects::Influence<double>;
 
 namespace {
 

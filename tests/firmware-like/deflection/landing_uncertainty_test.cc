@@ -7,12 +7,14 @@
 
 using namespace plumbline;
 
+using namespace plumbline::deflection;
+
 namespace {
 
 /// A heavy arm with identified compliances and the residual of the fit.
-CellModel Identified() {
-  CellModel cell = test::HeavyArm();
-  WrittenEffect effect;
+model::CellModel Identified() {
+  model::CellModel cell = test::HeavyArm();
+  model::WrittenEffect effect;
   effect.id = "joint_compliance";
   effect.scope = {"q2", "q3"};
   effect.parameters = {{"q2", 2e-7, std::nullopt, "rad/(N m)", ""},
@@ -21,25 +23,28 @@ CellModel Identified() {
   effect.covariance << 4e-16, -1e-16, -1e-16, 9e-16;
   cell.effects = {effect};
   cell.domain.emplace();
-  for (const Joint& joint : cell.robot.joints) cell.domain->q.push_back({joint.min, joint.max});
+  for (const model::Joint& joint : cell.robot.joints)
+    cell.domain->q.push_back({joint.min, joint.max});
   cell.domain->residual_sigma_m = 5e-5;
   return cell;
 }
 
-StatedRadius Radius(const CellModel& cell, const JointVector& q, bool extrapolated,
-                    const LoadStatement& load, const DeclaredDeviation& deviation = {}) {
+model::StatedRadius Radius(const model::CellModel& cell, const model::JointVector& q,
+                           bool extrapolated, const LoadStatement& load,
+                           const model::DeclaredDeviation& deviation = {}) {
   const LoadedArm arm(cell);
   return LandingUncertainty(cell, arm, deviation).At(arm, q, load, {}, extrapolated);
 }
 
-StatedRadius Radius(const CellModel& cell, const JointVector& q, bool extrapolated) {
+model::StatedRadius Radius(const model::CellModel& cell, const model::JointVector& q,
+                           bool extrapolated) {
   return Radius(cell, q, extrapolated, LoadStatement::Stated({60, *cell.payload_cog_F}));
 }
 
 /// The arm with nothing declared: no compliance, no link mass.
-CellModel Bare() {
-  CellModel cell = test::HeavyArm();
-  for (Joint& joint : cell.robot.joints) {
+model::CellModel Bare() {
+  model::CellModel cell = test::HeavyArm();
+  for (model::Joint& joint : cell.robot.joints) {
     joint.compliance_rad_per_Nm.reset();
     joint.link_mass_kg.reset();
     joint.link_com_m.reset();
@@ -47,59 +52,59 @@ CellModel Bare() {
   return cell;
 }
 
-CellModel WithoutCompliance() {
-  CellModel cell = test::HeavyArm();
-  for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+model::CellModel WithoutCompliance() {
+  model::CellModel cell = test::HeavyArm();
+  for (model::Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
   return cell;
 }
 
 }  // namespace
 
 TEST_CASE("the radius of an identified model grows with the distance from the measured poses") {
-  CellModel cell = Identified();
+  model::CellModel cell = Identified();
   cell.effects[0].covariance.setZero();
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   const double uniform_m = Radius(cell, q, false).radius_m;
   cell.domain->distant_sigma_m = 1e-3;
   cell.domain->poses = {q};
   CHECK(Radius(cell, q, false).radius_m == Approx(uniform_m));
-  JointVector away = q;
+  model::JointVector away = q;
   away[0] += 0.5;
   const LoadedArm arm(cell);
-  const double d = PoseDistance(arm.chain(), arm.X_FT().p, cell.domain->poses).Of(away);
-  const StatedRadius grown = Radius(cell, away, false);
+  const double d = kinematics::PoseDistance(arm.chain(), arm.X_FT().p, cell.domain->poses).Of(away);
+  const model::StatedRadius grown = Radius(cell, away, false);
   CHECK(grown.radius_m == Approx(uniform_m * std::hypot(5e-5, 1e-3 * d) / 5e-5));
-  CHECK(grown.basis == RadiusBasis::kMeasured);
+  CHECK(grown.basis == model::RadiusBasis::kMeasured);
   cell.domain->residual_sigma_m.reset();  // no held-out rows
   CHECK(Radius(cell, away, false).radius_m < uniform_m);
 }
 
 TEST_CASE(
     "a correction without a confirmed cause fades with distance, and its radius stays bounded") {
-  CellModel cell = Identified();
-  const CellModel declared = test::HeavyArm();
-  JointVector q(6);
+  model::CellModel cell = Identified();
+  const model::CellModel declared = test::HeavyArm();
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  const Payload payload{60, *cell.payload_cog_F};
-  const auto tip = [&](const CellModel& of, const JointVector& at) {
+  const loads::Payload payload{60, *cell.payload_cog_F};
+  const auto tip = [&](const model::CellModel& of, const model::JointVector& at) {
     LoadedState state;
-    REQUIRE(LoadedArm(of).AtCommanded(at, payload, Conditions{}, state));
+    REQUIRE(LoadedArm(of).AtCommanded(at, payload, effects::Conditions{}, state));
     return state.X_WT.p;
   };
-  const CellModel everywhere = cell;
+  const model::CellModel everywhere = cell;
   constexpr double kReach = 0.1, kDistant_m = 1e-3, kDeclared_m = 3e-4;
   cell.domain->distant_sigma_m = kDistant_m;
   cell.domain->poses = {q};
   cell.domain->reach_rad = kReach;
   cell.domain->declared_sigma_m = kDeclared_m;
-  JointVector within = q, away = q;
+  model::JointVector within = q, away = q;
   within[0] += 0.05;
   away[0] += 0.8;
   away[1] -= 0.5;
   CHECK((tip(cell, within) - tip(everywhere, within)).norm() < 1e-12);
   const LoadedArm arm(cell);
-  const double d = PoseDistance(arm.chain(), arm.X_FT().p, cell.domain->poses).Of(away);
+  const double d = kinematics::PoseDistance(arm.chain(), arm.X_FT().p, cell.domain->poses).Of(away);
   const double gained_m2 = kDistant_m * kDistant_m * (d * d - kReach * kReach);
   const double share = kDeclared_m * kDeclared_m / (kDeclared_m * kDeclared_m + gained_m2);
   CHECK(share < 0.5);
@@ -114,20 +119,20 @@ TEST_CASE(
             .epsilon(1e-2));
   // Half a turn away the radius has not passed that of the declared model.
   cell.effects[0].covariance.setZero();
-  JointVector opposite = away;
+  model::JointVector opposite = away;
   opposite[0] += 2;
   const double most_m = std::hypot(*cell.domain->residual_sigma_m, kDeclared_m);
   CHECK(Radius(cell, opposite, false).radius_m <= most_m / 5e-5 * Radius(cell, q, false).radius_m);
 }
 
 TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") {
-  const CellModel cell = Identified();
+  const model::CellModel cell = Identified();
   std::mt19937 random(31);
-  const JointVector q = test::RandomPosture(cell, random);
+  const model::JointVector q = test::RandomPosture(cell, random);
   const double radius_m = Radius(cell, q, false).radius_m;
   const Eigen::Matrix2d root = cell.effects[0].covariance.topLeftCorner<2, 2>().llt().matrixL();
   std::normal_distribution<double> normal;
-  const Payload payload{60, *cell.payload_cog_F};
+  const loads::Payload payload{60, *cell.payload_cog_F};
   LoadedState state;
   REQUIRE(LoadedArm(cell).AtCommanded(q, payload, {}, state));
   const Vec3 middle = state.X_WT.p;
@@ -135,7 +140,7 @@ TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") 
   int within = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
     const Eigen::Vector2d off = root * Eigen::Vector2d(normal(random), normal(random));
-    CellModel other = cell;
+    model::CellModel other = cell;
     for (int k = 0; k < 2; ++k) {
       other.effects[0].parameters[static_cast<std::size_t>(k)].value += off[k];
     }
@@ -148,81 +153,82 @@ TEST_CASE("the radius of an identified model holds 95 % of the arms it may be") 
 }
 
 TEST_CASE("the basis is measured inside the domain of a validated fit, and weaker elsewhere") {
-  CellModel cell = Identified();
+  model::CellModel cell = Identified();
   std::mt19937 random(32);
-  const JointVector q = test::RandomPosture(cell, random);
-  const StatedRadius inside = Radius(cell, q, false);
-  CHECK(inside.basis == RadiusBasis::kMeasured);
+  const model::JointVector q = test::RandomPosture(cell, random);
+  const model::StatedRadius inside = Radius(cell, q, false);
+  CHECK(inside.basis == model::RadiusBasis::kMeasured);
 
-  const StatedRadius outside = Radius(cell, q, true);
-  CHECK(outside.basis == RadiusBasis::kAssumed);
+  const model::StatedRadius outside = Radius(cell, q, true);
+  CHECK(outside.basis == model::RadiusBasis::kAssumed);
   CHECK(outside.radius_m > inside.radius_m);
 
   cell.domain->residual_sigma_m.reset();  // no held-out rows
   cell.measurement.sigma_m = 5e-5;
-  const StatedRadius propagated = Radius(cell, q, false);
-  CHECK(propagated.basis == RadiusBasis::kPropagated);
+  const model::StatedRadius propagated = Radius(cell, q, false);
+  CHECK(propagated.basis == model::RadiusBasis::kPropagated);
   CHECK(propagated.radius_m == Approx(inside.radius_m));
 }
 
 TEST_CASE("ranges test the tip along the wire alone: the radius is propagated") {
-  CellModel cell = Identified();
-  JointVector q(6);
+  model::CellModel cell = Identified();
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  const StatedRadius of_points = Radius(cell, q, false);
-  CHECK(of_points.basis == RadiusBasis::kMeasured);
-  cell.measurement.kind = MeasurementKind::kRange;
-  const StatedRadius of_ranges = Radius(cell, q, false);
-  CHECK(of_ranges.basis == RadiusBasis::kPropagated);
+  const model::StatedRadius of_points = Radius(cell, q, false);
+  CHECK(of_points.basis == model::RadiusBasis::kMeasured);
+  cell.measurement.kind = model::MeasurementKind::kRange;
+  const model::StatedRadius of_ranges = Radius(cell, q, false);
+  CHECK(of_ranges.basis == model::RadiusBasis::kPropagated);
   CHECK(of_ranges.radius_m == Approx(of_points.radius_m));
 }
 
 TEST_CASE("a model that was changed after its fit is assumed, with no smaller radius") {
-  CellModel cell = Identified();
+  model::CellModel cell = Identified();
   std::mt19937 random(32);
-  const JointVector q = test::RandomPosture(cell, random);
+  const model::JointVector q = test::RandomPosture(cell, random);
   const LoadStatement load = LoadStatement::Stated({60, *cell.payload_cog_F});
-  const StatedRadius validated = Radius(cell, q, false, load);
+  const model::StatedRadius validated = Radius(cell, q, false, load);
   cell.domain->as_validated = false;
   for (const bool extrapolated : {false, true}) {
-    for (const DeclaredDeviation& deviation : {DeclaredDeviation{}, DeclaredDeviation{0.3, true}}) {
-      const StatedRadius changed = Radius(cell, q, extrapolated, load, deviation);
-      CHECK(changed.basis == RadiusBasis::kAssumed);
+    for (const model::DeclaredDeviation& deviation :
+         {model::DeclaredDeviation{}, model::DeclaredDeviation{0.3, true}}) {
+      const model::StatedRadius changed = Radius(cell, q, extrapolated, load, deviation);
+      CHECK(changed.basis == model::RadiusBasis::kAssumed);
       CHECK(changed.radius_m > validated.radius_m);
     }
   }
 }
 
 TEST_CASE("a declared cell has basis 'propagated' only if its deviation is stated and dominates") {
-  CellModel cell = test::HeavyArm();
-  WrittenEffect root;
+  model::CellModel cell = test::HeavyArm();
+  model::WrittenEffect root;
   root.id = "tool_root_compliance";
   root.parameters = {{"compliance", 1e-7, std::nullopt, "rad/(N m)", ""}};
-  WrittenEffect pedestal = root;
+  model::WrittenEffect pedestal = root;
   pedestal.id = "pedestal_compliance";
   cell.effects = {root, pedestal};
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   const LoadStatement load = LoadStatement::Stated({});
-  CHECK(Radius(cell, q, false, load).basis == RadiusBasis::kAssumed);
-  CHECK(Radius(cell, q, false, load, {0.3, true}).basis == RadiusBasis::kPropagated);
+  CHECK(Radius(cell, q, false, load).basis == model::RadiusBasis::kAssumed);
+  CHECK(Radius(cell, q, false, load, {0.3, true}).basis == model::RadiusBasis::kPropagated);
   // Typical payload tolerances matter if the declared deviation is small.
   const LoadStatement carried = LoadStatement::Stated({60, *cell.payload_cog_F});
-  CHECK(Radius(cell, q, false, carried, {0.05, true}).basis == RadiusBasis::kAssumed);
+  CHECK(Radius(cell, q, false, carried, {0.05, true}).basis == model::RadiusBasis::kAssumed);
   cell.robot.joints[1].compliance_rad_per_Nm.reset();
-  CHECK(Radius(cell, q, false, load, {0.3, true}).basis == RadiusBasis::kAssumed);
+  CHECK(Radius(cell, q, false, load, {0.3, true}).basis == model::RadiusBasis::kAssumed);
 }
 
 TEST_CASE("undeclared parameters make the radius larger, never smaller") {
-  const CellModel declared = test::HeavyArm();
-  JointVector q(6);
+  const model::CellModel declared = test::HeavyArm();
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   const LoadStatement load = LoadStatement::Stated({60, *declared.payload_cog_F});
   const double all_m = Radius(declared, q, false, load).radius_m;
-  const StatedRadius soft = Radius(WithoutCompliance(), q, false, load);
-  const StatedRadius bare = Radius(Bare(), q, false, load);
-  CHECK(soft.basis == RadiusBasis::kAssumed);
-  CHECK(bare.basis == RadiusBasis::kAssumed);
+  const model::StatedRadius soft = Radius(WithoutCompliance(), q, false, load);
+  const model::StatedRadius bare = Radius(Bare(), q, false, load);
+  CHECK(soft.basis == model::RadiusBasis::kAssumed);
+  CHECK(bare.basis == model::RadiusBasis::kAssumed);
   CHECK(soft.radius_m > 2 * all_m);
   CHECK(bare.radius_m > 1e-3);  // a rigid model of a heavy arm is not exact
   CHECK(bare.radius_m < 0.1);   // but not unbounded either
@@ -240,43 +246,43 @@ TEST_CASE("undeclared parameters make the radius larger, never smaller") {
 }
 
 TEST_CASE("the covariance of effects is included in a model without a domain") {
-  CellModel cell = Identified();
+  model::CellModel cell = Identified();
   cell.domain.reset();
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  CellModel exact = cell;
+  model::CellModel exact = cell;
   exact.effects[0].covariance.setZero();
   cell.effects[0].covariance *= 1e4;
   CHECK(Radius(cell, q, false).radius_m > 1.5 * Radius(exact, q, false).radius_m);
 }
 
 TEST_CASE("the basis is unknown for an undeclared vertical axis that carries the arm") {
-  CellModel cell = test::HeavyArm();
-  cell.robot.joints[0].type = JointType::kPrismatic;
+  model::CellModel cell = test::HeavyArm();
+  cell.robot.joints[0].type = model::JointType::kPrismatic;
   cell.robot.joints[0].compliance_rad_per_Nm.reset();
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  CHECK(Radius(cell, q, false).basis == RadiusBasis::kUnknown);
+  CHECK(Radius(cell, q, false).basis == model::RadiusBasis::kUnknown);
 }
 
 TEST_CASE("the same posture always has the same radius") {
-  const CellModel cell = WithoutCompliance();
-  JointVector q(6);
+  const model::CellModel cell = WithoutCompliance();
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   CHECK(Radius(cell, q, false).radius_m == Radius(cell, q, false).radius_m);
 }
 
 TEST_CASE("a compliance contributes equally from the file and from an effect") {
-  CellModel from_file = test::HeavyArm();
-  CellModel from_effect = from_file;
+  model::CellModel from_file = test::HeavyArm();
+  model::CellModel from_effect = from_file;
   from_effect.robot.joints[1].compliance_rad_per_Nm = 1e-12;
-  WrittenEffect effect;
+  model::WrittenEffect effect;
   effect.id = "joint_compliance";
   effect.scope = {"q2"};
   effect.parameters = {
       {"q2", *from_file.robot.joints[1].compliance_rad_per_Nm, std::nullopt, "rad/(N m)", ""}};
   from_effect.effects = {effect};
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   // Without the relative error of declared deflections; effects have their own covariance.
   const LoadStatement unstated{{60, *from_file.payload_cog_F}, std::nullopt, false};
@@ -286,9 +292,9 @@ TEST_CASE("a compliance contributes equally from the file and from an effect") {
 }
 
 TEST_CASE("the radius grows with the lever of the tool point") {
-  const CellModel cell = WithoutCompliance();
+  const model::CellModel cell = WithoutCompliance();
   const LoadedArm arm(cell);
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
   const LoadStatement load = LoadStatement::Stated({60, *cell.payload_cog_F});
   LandingUncertainty uncertainty(cell, arm, {});
@@ -297,15 +303,15 @@ TEST_CASE("the radius grows with the lever of the tool point") {
 }
 
 TEST_CASE("an arm without a joint that lifts it has no typical values") {
-  CellModel scara = test::HeavyArm();
+  model::CellModel scara = test::HeavyArm();
   scara.robot.X_WB = Pose{};
-  for (Joint& joint : scara.robot.joints) {
+  for (model::Joint& joint : scara.robot.joints) {
     joint.alpha_rad = 0;
     joint.compliance_rad_per_Nm.reset();
   }
-  JointVector q(6);
+  model::JointVector q(6);
   q << 0.2, 0.4, 0.3, 0.5, 0.8, -0.4;
-  const StatedRadius radius = Radius(scara, q, false);
-  CHECK(radius.basis == RadiusBasis::kUnknown);
+  const model::StatedRadius radius = Radius(scara, q, false);
+  CHECK(radius.basis == model::RadiusBasis::kUnknown);
   CHECK(radius.radius_m < 1);
 }

@@ -8,26 +8,28 @@
 
 using namespace plumbline;
 
+using namespace plumbline::deflection;
+
 TEST_CASE("the loaded tip of a rigid cell matches forward kinematics") {
-  CellModel cell = test::HeavyArm();
+  model::CellModel cell = test::HeavyArm();
   cell.tool.rigid = true;
   cell.tool.segments.clear();
-  for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  for (model::Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
   const LoadedArm arm(cell);
   std::mt19937 random(10);
-  const JointVector q = test::RandomPosture(cell, random);
+  const model::JointVector q = test::RandomPosture(cell, random);
   LoadedState state;
   REQUIRE(arm.AtCommanded(q, {50, Vec3(0, 0, 1)}, {}, state));
   CHECK((state.X_BT.p - arm.UnloadedTip(q).p).norm() < 1e-12);
 }
 
 TEST_CASE("the deflected posture is a fixed point, and its inverse is exact") {
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const LoadedArm arm(cell);
   std::mt19937 random(11);
   for (int trial = 0; trial < 50; ++trial) {
-    const JointVector q = test::RandomPosture(cell, random);
-    const Payload payload{80, *cell.payload_cog_F};
+    const model::JointVector q = test::RandomPosture(cell, random);
+    const loads::Payload payload{80, *cell.payload_cog_F};
     LoadedState commanded, actual;
     REQUIRE(arm.AtCommanded(q, payload, {}, commanded));
     arm.AtActual(q + commanded.sag, payload, {}, actual);
@@ -37,14 +39,14 @@ TEST_CASE("the deflected posture is a fixed point, and its inverse is exact") {
 }
 
 TEST_CASE("a horizontal arm sags by compliance times torque, computed by hand") {
-  CellModel cell;
-  Joint joint = test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-5);
+  model::CellModel cell;
+  model::Joint joint = test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-5);
   cell.robot.joints = {joint};
   cell.robot.g_W = Vec3(0, -10, 0);  // the arm rotates about z; gravity acts along -y
   cell.tool.tcp_F = Vec3::Zero();
   const LoadedArm arm(cell);
   LoadedState state;
-  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {20, Vec3::Zero()}, {}, state));
+  REQUIRE(arm.AtCommanded(model::JointVector::Zero(1), {20, Vec3::Zero()}, {}, state));
   // tau = -(10 kg * 0.5 m + 20 kg * 1 m) * 10 m/s^2 cos(s) = -250 N m cos(s)
   const double sag = -250e-5;
   CHECK(state.tau[0] == Approx(-250 * std::cos(sag)).epsilon(1e-9));
@@ -52,16 +54,16 @@ TEST_CASE("a horizontal arm sags by compliance times torque, computed by hand") 
 }
 
 TEST_CASE("the tool bends according to the closed form") {
-  CellModel cell = test::HeavyArm();
-  for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+  model::CellModel cell = test::HeavyArm();
+  for (model::Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
   const LoadedArm arm(cell);
   std::mt19937 random(12);
   const double L = 1.0, m = 60;
-  const Section& section = cell.tool.segments[0].section;
-  const Material& material = cell.tool.segments[0].material;
+  const model::Section& section = cell.tool.segments[0].section;
+  const model::Material& material = cell.tool.segments[0].material;
   const double EI = material.youngs_modulus_Pa * section.ix_m4;
   for (int trial = 0; trial < 20; ++trial) {
-    const JointVector q = test::RandomPosture(cell, random);
+    const model::JointVector q = test::RandomPosture(cell, random);
     LoadedState state;
     REQUIRE(arm.AtCommanded(q, {m, *cell.payload_cog_F}, {}, state));
     const Vec3 g_F = (cell.robot.X_WB.R * state.posture.X_BF().R).transpose() * cell.robot.g_W;
@@ -81,26 +83,26 @@ TEST_CASE("the tool bends according to the closed form") {
 }
 
 TEST_CASE("an arm that leans with its pedestal equals the same arm on a rotated base") {
-  CellModel cell = test::HeavyArm();
+  model::CellModel cell = test::HeavyArm();
   const double compliance = 2e-7;
-  WrittenEffect effect;
+  model::WrittenEffect effect;
   effect.id = "pedestal_compliance";
   effect.parameters.push_back({"compliance", compliance, std::nullopt, "rad/(N m)", ""});
-  CellModel leaning = cell;
+  model::CellModel leaning = cell;
   leaning.effects = {effect};
   std::mt19937 random(13);
   for (int trial = 0; trial < 20; ++trial) {
-    const JointVector q = test::RandomPosture(cell, random);
-    const Payload payload{60, *cell.payload_cog_F};
+    const model::JointVector q = test::RandomPosture(cell, random);
+    const loads::Payload payload{60, *cell.payload_cog_F};
     LoadedState got, turned;
     REQUIRE(LoadedArm(leaning).AtCommanded(q, payload, {}, got));
     Vec3 lean_W = Vec3::Zero();
     for (int pass = 0; pass < 20; ++pass) {
-      CellModel still = cell;
+      model::CellModel still = cell;
       still.robot.X_WB.R = RotationFromVector(lean_W) * cell.robot.X_WB.R;
       const LoadedArm arm(still);
       REQUIRE(arm.AtCommanded(q, payload, {}, turned));
-      JointVector tau;
+      model::JointVector tau;
       const Vec3 g_B = still.robot.X_WB.R.transpose() * cell.robot.g_W;
       const Vec3 moment_B = arm.loads().Torques<double>(turned.posture, g_B, payload, tau);
       lean_W = compliance * (still.robot.X_WB.R * moment_B);
@@ -126,7 +128,7 @@ TEST_CASE("undeclared link data matter only if a joint inboard of the link is co
   };
   for (const Case& c : cases) {
     CAPTURE(c.name);
-    CellModel cell = test::HeavyArm();
+    model::CellModel cell = test::HeavyArm();
     for (std::size_t i = 0; i < 6; ++i) {
       if (i != c.yields) cell.robot.joints[i].compliance_rad_per_Nm.reset();
     }
@@ -142,13 +144,13 @@ TEST_CASE("undeclared link data matter only if a joint inboard of the link is co
 TEST_CASE("an effect that depends on joint torques needs outboard masses or measured torques") {
   struct Case {
     const char* name;
-    WrittenEffect effect;
+    model::WrittenEffect effect;
     std::size_t unknown;
     bool counts;
     bool by_weight = false;  // structural loads, not measured by torque sensors
   };
   const auto effect = [](const char* id, const char* parameter, const char* unit) {
-    WrittenEffect written;
+    model::WrittenEffect written;
     written.id = id;
     written.parameters.emplace_back();
     written.parameters[0].name = parameter;
@@ -166,8 +168,8 @@ TEST_CASE("an effect that depends on joint torques needs outboard masses or meas
   };
   for (const Case& c : cases) {
     CAPTURE(c.name);
-    CellModel cell = test::HeavyArm();
-    for (Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
+    model::CellModel cell = test::HeavyArm();
+    for (model::Joint& joint : cell.robot.joints) joint.compliance_rad_per_Nm.reset();
     cell.effects = {c.effect};
     CHECK_FALSE(LoadedArm(cell).torques_missing());
     cell.robot.joints[c.unknown].link_mass_kg.reset();
@@ -195,14 +197,14 @@ TEST_CASE("the 95 % radius contains 95 % of normal errors with any covariance") 
 }
 
 TEST_CASE("outside the domain, or without a domain outside the joint limits, is extrapolated") {
-  CellModel cell = test::HeavyArm();
-  JointVector q = JointVector::Zero(6);
+  model::CellModel cell = test::HeavyArm();
+  model::JointVector q = model::JointVector::Zero(6);
   CHECK_FALSE(OutsideDomain(cell, q, 60, 22));
   q[4] = cell.robot.joints[4].max + 0.01;
   CHECK(OutsideDomain(cell, q, 60, 22));
-  Domain domain;
-  domain.q.assign(6, Interval{-1, 1});
-  domain.payload_kg = Interval{0, 80};
+  model::Domain domain;
+  domain.q.assign(6, model::Interval{-1, 1});
+  domain.payload_kg = model::Interval{0, 80};
   cell.domain = domain;
   q.setZero();
   CHECK_FALSE(OutsideDomain(cell, q, 80, 500));
@@ -219,21 +221,21 @@ TEST_CASE("outside the domain, or without a domain outside the joint limits, is 
 namespace {
 
 /// One joint and a link of 1 m along x of W with 10 kg at its end, 98.0665 N.
-CellModel Boom() {
-  CellModel cell;
+model::CellModel Boom() {
+  model::CellModel cell;
   cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 0, {0, 0, 0}, 0)};
   cell.payload_cog_F = Vec3::Zero();
   return cell;
 }
 
 /// Displacement of the tip in W caused by one effect.
-Vec3 MovedBy(CellModel cell, const std::string& id, const std::string& parameter, double value,
-             double q = 0) {
-  const Payload payload{10, *cell.payload_cog_F};
+Vec3 MovedBy(model::CellModel cell, const std::string& id, const std::string& parameter,
+             double value, double q = 0) {
+  const loads::Payload payload{10, *cell.payload_cog_F};
   LoadedState without, with;
-  const JointVector at = JointVector::Constant(1, q);
+  const model::JointVector at = model::JointVector::Constant(1, q);
   REQUIRE(LoadedArm(cell).AtCommanded(at, payload, {}, without));
-  WrittenEffect effect;
+  model::WrittenEffect effect;
   effect.id = id;
   effect.parameters.resize(1);
   effect.parameters[0].name = parameter;
@@ -246,7 +248,7 @@ Vec3 MovedBy(CellModel cell, const std::string& id, const std::string& parameter
 }  // namespace
 
 TEST_CASE("bearings, links and slides deflect under outboard weight according to beam theory") {
-  CellModel boom = Boom();
+  model::CellModel boom = Boom();
   // 98.0665 N m tilt the bearing at the root, a metre from the tip.
   CHECK(MovedBy(boom, "bearing_tilt", "q1", 1e-6).z() == Approx(-98.0665e-6));
   // F L^3 / (3 E I), L / (E I) = 1e-6.
@@ -259,8 +261,8 @@ TEST_CASE("bearings, links and slides deflect under outboard weight according to
   boom.tool.tcp_F = Vec3(0, 0.2, 0);
   CHECK(MovedBy(boom, "link_bending", "q1_torsion", 1e-6).z() == Approx(-0.5 * 0.2 * 98.0665e-6));
 
-  CellModel slide = Boom();
-  slide.robot.joints[0].type = JointType::kPrismatic;
+  model::CellModel slide = Boom();
+  slide.robot.joints[0].type = model::JointType::kPrismatic;
   slide.robot.joints[0].a_m = 0;
   slide.robot.X_WB.R << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // along W's x
   CHECK(MovedBy(slide, "axis_bending", "q1", 1e-6, 2.0).z() == Approx(-98.0665e-6 * 8 / 3));
@@ -271,9 +273,9 @@ TEST_CASE("bearings, links and slides deflect under outboard weight according to
 }
 
 TEST_CASE("a carriage with play tilts to the side of its load, less if both ends carry it") {
-  CellModel upright = Boom();
-  Joint& slide = upright.robot.joints[0];
-  slide.type = JointType::kPrismatic;
+  model::CellModel upright = Boom();
+  model::Joint& slide = upright.robot.joints[0];
+  slide.type = model::JointType::kPrismatic;
   slide.a_m = 0;
   slide.alpha_rad = 0.7;  // after the frame of the guide: the tip, not the axes of the play
   upright.tool.tcp_F = Vec3(0, std::sin(0.7), std::cos(0.7));  // a metre above the carriage
@@ -297,19 +299,19 @@ TEST_CASE("a carriage with play tilts to the side of its load, less if both ends
 }
 
 TEST_CASE("a tilting base rotates about its origin while gravity keeps its direction") {
-  CellModel boom = Boom();
+  model::CellModel boom = Boom();
   boom.robot.X_WB.p = Vec3(3, 0, 0);
   boom.robot.joints[0].compliance_rad_per_Nm = 1e-5;
   CHECK(MovedBy(boom, "tilt_event", "y", 0.01).norm() == 0);  // without an event time
-  Influence<double> influence;
-  influence[Influence<double>::kBaseTilt + 1] = 1e-3;
+  effects::Influence<double> influence;
+  influence[effects::Influence<double>::kBaseTilt + 1] = 1e-3;
   LoadedStateOf<double> state;
   const LoadedArm arm(boom);
-  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {}, &influence, {}, state));
+  REQUIRE(arm.AtCommanded(model::JointVector::Zero(1), {}, &influence, {}, state));
   CHECK((state.X_WT.p - Vec3(4, 0, -1e-3)).norm() < 1e-6);
   // About x of W, along the link: its weight now rotates the joint downhill.
-  influence[Influence<double>::kBaseTilt + 1] = 0;
-  influence[Influence<double>::kBaseTilt] = 1e-3;
-  REQUIRE(arm.AtCommanded(JointVector::Zero(1), {10, Vec3::Zero()}, &influence, {}, state));
+  influence[effects::Influence<double>::kBaseTilt + 1] = 0;
+  influence[effects::Influence<double>::kBaseTilt] = 1e-3;
+  REQUIRE(arm.AtCommanded(model::JointVector::Zero(1), {10, Vec3::Zero()}, &influence, {}, state));
   CHECK(state.sag[0] == Approx(-1e-5 * 98.0665 * 1e-3).epsilon(1e-4));
 }

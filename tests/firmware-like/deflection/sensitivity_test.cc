@@ -8,13 +8,15 @@
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
-using I = Influence<double>;
+
+using namespace plumbline::deflection;
+using I = effects::Influence<double>;
 
 namespace {
 
 /// A step that moves the tip by about 0.1 mm.
 double StepOf(int entry) {
-  const int kind = entry / kMaxJoints;
+  const int kind = entry / model::kMaxJoints;
   if (entry < I::kFirst) {
     constexpr double kSteps[] = {1e-5, 1e-8, 1e-15, 1e-6, 1e-8, 1e-1, 1e-5, 1e-5,
                                  1e-5, 1e-5, 1e-8,  1e-8, 1e-8, 1e-5, 1e-5};
@@ -34,23 +36,23 @@ double StepOf(int entry) {
   }
 }
 
-Mat3 TurnAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-            const Influence<double>& influence) {
+Mat3 TurnAt(const LoadedArm& arm, const model::JointVector& q, const loads::Payload& payload,
+            const effects::Influence<double>& influence) {
   LoadedStateOf<double> state;
   REQUIRE(arm.AtCommanded(q, payload, &influence, {}, state));
   return state.X_WT.R;
 }
 
-Vec3 PointAt(const LoadedArm& arm, const JointVector& q, const Payload& payload,
-             const Influence<double>& influence) {
+Vec3 PointAt(const LoadedArm& arm, const model::JointVector& q, const loads::Payload& payload,
+             const effects::Influence<double>& influence) {
   LoadedStateOf<double> state;
   REQUIRE(arm.AtCommanded(q, payload, &influence, {}, state));
   return state.p_read_W;
 }
 
 /// Every kind of influence is nonzero, so that derivatives are not only taken at zero.
-Influence<double> SomeInfluence() {
-  Influence<double> at;
+effects::Influence<double> SomeInfluence() {
+  effects::Influence<double> at;
   at.Joint(I::kCompliance, 1) = 2e-7;
   at.Joint(I::kTorque, 1) = 300;
   at.Joint(I::kHardening, 1) = 1e-15;
@@ -75,38 +77,39 @@ Influence<double> SomeInfluence() {
 }  // namespace
 
 TEST_CASE("gradients of tip position and rotation match central differences") {
-  CellModel cell = test::HeavyArm();
+  model::CellModel cell = test::HeavyArm();
   cell.robot.X_WB.R = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   cell.robot.X_WB.p = Vec3(0.1, -0.2, 0.3);
   enum Instrument { kOfPositions, kCamera, kOfRanges };
   const auto instrument = GENERATE(kOfPositions, kCamera, kOfRanges);
-  if (instrument == kOfRanges) cell.measurement.kind = MeasurementKind::kRange;
+  if (instrument == kOfRanges) cell.measurement.kind = model::MeasurementKind::kRange;
   if (instrument == kCamera) {  // beside the arm, looking at it
     cell.measurement.X_WC = Pose{RotationFromRollPitchYaw(Vec3(-1.5, 0.1, 0.2)), Vec3(0.3, -6, 1)};
   }
   if (GENERATE(false, true)) {  // an arm with a prismatic joint
-    Joint& slide = cell.robot.joints[2];
-    slide.type = JointType::kPrismatic;
+    model::Joint& slide = cell.robot.joints[2];
+    slide.type = model::JointType::kPrismatic;
     slide.min = 0.2;
     slide.max = 0.8;
   }
   const LoadedArm arm(cell);
   std::mt19937 random(7);
   for (int trial = 0; trial < 5; ++trial) {
-    const JointVector q = test::RandomPosture(cell, random);
-    const Payload payload{40.0 * trial, *cell.payload_cog_F};
-    const Influence<double> at = trial > 2 ? SomeInfluence() : Influence<double>();
+    const model::JointVector q = test::RandomPosture(cell, random);
+    const loads::Payload payload{40.0 * trial, *cell.payload_cog_F};
+    const effects::Influence<double> at =
+        trial > 2 ? SomeInfluence() : effects::Influence<double>();
     Sensitivity sensitivity;
     REQUIRE(SensitivityAt(arm, q, payload, at, {}, InfluenceSet{}.set(), sensitivity, true));
     CHECK((sensitivity.p_W - PointAt(arm, q, payload, at)).norm() < 1e-13);
     for (int entry = 0; entry < I::kSize; ++entry) {
-      if (entry < I::kFirst && entry % kMaxJoints >= arm.size()) {
+      if (entry < I::kFirst && entry % model::kMaxJoints >= arm.size()) {
         CHECK(sensitivity.dp.col(entry).norm() == 0);
         CHECK(sensitivity.dr.col(entry).norm() == 0);
         continue;
       }
       const double step = StepOf(entry);
-      Influence<double> more = at, less = at;
+      effects::Influence<double> more = at, less = at;
       more[entry] += step;
       less[entry] -= step;
       const Vec3 difference =
@@ -124,17 +127,17 @@ TEST_CASE("gradients of tip position and rotation match central differences") {
 }
 
 TEST_CASE("the gradient for a subset of entries equals that part of the full gradient") {
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const LoadedArm arm(cell);
   std::mt19937 random(8);
-  const JointVector q = test::RandomPosture(cell, random);
-  const Payload payload{60, *cell.payload_cog_F};
-  Influence<double> at;
+  const model::JointVector q = test::RandomPosture(cell, random);
+  const loads::Payload payload{60, *cell.payload_cog_F};
+  effects::Influence<double> at;
   at.Joint(I::kCompliance, 1) = 2e-7;
   Sensitivity all;
   REQUIRE(SensitivityAt(arm, q, payload, at, {}, all));
-  for (const int entry : {I::kCompliance * kMaxJoints + 1, I::kLengthA * kMaxJoints + 2,
-                          static_cast<int>(I::kPayloadMass)}) {
+  for (const int entry : {I::kCompliance * model::kMaxJoints + 1,
+                          I::kLengthA * model::kMaxJoints + 2, static_cast<int>(I::kPayloadMass)}) {
     InfluenceSet wanted;
     wanted.set(static_cast<std::size_t>(entry));
     Sensitivity one;
@@ -146,14 +149,14 @@ TEST_CASE("the gradient for a subset of entries equals that part of the full gra
 }
 
 TEST_CASE("a joint whose load balances between both sides of a gap stays within the gap") {
-  CellModel cell;
+  model::CellModel cell;
   cell.robot.joints = {test::MakeJoint(1.0, 0, 0, 0, -180, 180, 10, {-0.5, 0, 0}, 1e-4)};
   cell.robot.g_W = Vec3(0, -9.81, 0);
   cell.payload_cog_F = Vec3::Zero();
   const LoadedArm arm(cell);
-  Influence<double> influence;
+  effects::Influence<double> influence;
   influence.Joint(I::kLoadGap, 0) = 1e-3;
-  JointVector q(1);
+  model::JointVector q(1);
   q << 1.5707963267948966;  // upright: the torque changes sign within the gap
   LoadedStateOf<double> state;
   REQUIRE(arm.AtCommanded(q, {}, &influence, {}, state));
@@ -161,8 +164,8 @@ TEST_CASE("a joint whose load balances between both sides of a gap stays within 
 }
 
 TEST_CASE("the covariance due to effects matches that of sampled parameters") {
-  CellModel cell = test::HeavyArm();
-  WrittenEffect effect;
+  model::CellModel cell = test::HeavyArm();
+  model::WrittenEffect effect;
   effect.id = "joint_compliance";
   effect.scope = {"q2", "q3"};
   effect.parameters.resize(2);
@@ -174,8 +177,8 @@ TEST_CASE("the covariance due to effects matches that of sampled parameters") {
   effect.covariance << 4e-18, -1e-18, -1e-18, 9e-18;
   cell.effects = {effect};
   std::mt19937 random(3);
-  const JointVector q = test::RandomPosture(cell, random);
-  const Payload payload{60, *cell.payload_cog_F};
+  const model::JointVector q = test::RandomPosture(cell, random);
+  const loads::Payload payload{60, *cell.payload_cog_F};
   const Mat3 propagated = EffectCovariance(LoadedArm(cell), q, payload, {});
   const Eigen::Matrix2d root = effect.covariance.topLeftCorner<2, 2>().llt().matrixL();
   std::normal_distribution<double> normal;
@@ -186,7 +189,7 @@ TEST_CASE("the covariance due to effects matches that of sampled parameters") {
   constexpr int kDraws = 4000;
   for (int draw = 0; draw < kDraws; ++draw) {
     const Eigen::Vector2d off = root * Eigen::Vector2d(normal(random), normal(random));
-    CellModel other = cell;
+    model::CellModel other = cell;
     for (int k = 0; k < 2; ++k) {
       other.effects[0].parameters[static_cast<std::size_t>(k)].value += off[k];
     }

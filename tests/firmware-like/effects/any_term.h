@@ -11,7 +11,7 @@
 #include "firmware-like/effects/parameter_name.h"
 #include "firmware-like/effects/written.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
 /// One term per word (or one term without a word), with each parameter once, or for joints 2 and 4;
 /// repeatable parameters also as the second and third term of joint 2.
@@ -70,4 +70,4 @@ inline std::vector<double> AnyValues(const EffectTerm& term, std::mt19937& rando
   return values;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -6,7 +6,7 @@
 #include "firmware-like/effects/empirical.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 /// The effect table of the file-format description: id, then parameters with units.
@@ -177,4 +177,4 @@ TEST_CASE("Parameter names are parsed, and formatted back to the same name") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -2,7 +2,7 @@
 
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 constexpr double kDeg = 57.29577951308232;
@@ -36,4 +36,4 @@ TEST_CASE("Unknown values are absent, never zero") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::effects

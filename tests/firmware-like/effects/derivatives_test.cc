@@ -5,22 +5,22 @@
 #include "tests/firmware-like/effects/any_term.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 using I = Influence<double>;
 
-JointVector AnyJoints(double size, std::mt19937& random) {
+model::JointVector AnyJoints(double size, std::mt19937& random) {
   std::uniform_real_distribution<double> draw(-size, size);
-  JointVector joints(6);
+  model::JointVector joints(6);
   for (double& joint : joints) joint = draw(random);
   return joints;
 }
 
 Conditions AnyMoment(std::mt19937& random) {
   std::uniform_real_distribution<double> draw(0, 1);
-  CellModel cell = SmallCell();
-  for (Joint& joint : cell.robot.joints) joint.alpha_rad = 0.4;  // gravity across every axis
+  model::CellModel cell = SmallCell();
+  for (model::Joint& joint : cell.robot.joints) joint.alpha_rad = 0.4;  // gravity across every axis
   Conditions moment = DeclaredConditions(cell);
   moment.further = {{"tilt_x_deg", draw(random)}, {"tilt_y_deg", draw(random)}};
   moment.q = AnyJoints(3, random);
@@ -157,4 +157,4 @@ TEST_CASE("Every parameter of every effect moves the arm under some conditions")
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::effects

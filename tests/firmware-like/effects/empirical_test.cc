@@ -6,19 +6,19 @@
 #include "firmware-like/effects/written.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 using I = Influence<double>;
 
-WrittenEffect Curve(const std::string& driver, const std::vector<std::string>& carriers,
-                    const Eigen::MatrixXd& nodes, double factor = 1) {
-  WrittenEffect written;
+model::WrittenEffect Curve(const std::string& driver, const std::vector<std::string>& carriers,
+                           const Eigen::MatrixXd& nodes, double factor = 1) {
+  model::WrittenEffect written;
   written.id = "empirical";
   written.drivers = {driver};
   written.nodes = nodes;
   for (const std::string& carrier : carriers) {
-    EffectParameter& parameter = written.parameters.emplace_back();
+    model::EffectParameter& parameter = written.parameters.emplace_back();
     parameter.name = carrier;
     parameter.value = factor;
     parameter.unit = "1";
@@ -26,7 +26,7 @@ WrittenEffect Curve(const std::string& driver, const std::vector<std::string>& c
   return written;
 }
 
-I Sum(const WrittenEffect& written, const Conditions& moment) {
+I Sum(const model::WrittenEffect& written, const Conditions& moment) {
   const std::vector<ActiveEffect> effects = {ActiveFromWritten(written, SmallCell())};
   I influence;
   AddEffects(effects, moment, influence);
@@ -36,7 +36,7 @@ I Sum(const WrittenEffect& written, const Conditions& moment) {
 TEST_CASE("The curve is linear between nodes and constant beyond them") {
   Eigen::MatrixXd nodes(3, 2);
   nodes << 100, 1, 200, 3, 600, -1;
-  const WrittenEffect written = Curve("t_s", {"base_z"}, nodes);
+  const model::WrittenEffect written = Curve("t_s", {"base_z"}, nodes);
   const std::vector<std::pair<double, double>> cases = {{-5, 1},  {100, 1},  {150, 2}, {200, 3},
                                                         {400, 1}, {600, -1}, {1e6, -1}};
   for (const auto& [t_s, mm] : cases) {
@@ -50,7 +50,7 @@ TEST_CASE("The curve is linear between nodes and constant beyond them") {
 TEST_CASE("Each carrier has its own unit, and the value is a factor") {
   Eigen::MatrixXd nodes(1, 5);
   nodes << 0, 2, -3, 1e-4, 0.5;
-  const WrittenEffect written =
+  const model::WrittenEffect written =
       Curve("air_hPa", {"base_x", "tip_y", "q3", "tool_bending"}, nodes, 0.5);
   const I influence = Sum(written, KnownMoment());
   CHECK(influence[I::kBase] == Approx(1e-3));
@@ -60,10 +60,10 @@ TEST_CASE("Each carrier has its own unit, and the value is a factor") {
 }
 
 /// Base height as a function of temperature and payload: 0, 1, 2 mm at 20 C and 3, 5, 8 mm at 30 C.
-WrittenEffect Surface() {
+model::WrittenEffect Surface() {
   Eigen::MatrixXd nodes(6, 3);
   nodes << 20, 0, 0, 20, 40, 1, 20, 80, 2, 30, 0, 3, 30, 40, 5, 30, 80, 8;
-  WrittenEffect written = Curve("temp_C", {"base_z"}, nodes);
+  model::WrittenEffect written = Curve("temp_C", {"base_z"}, nodes);
   written.drivers = {"temp_C", "payload_kg"};
   return written;
 }
@@ -111,7 +111,7 @@ TEST_CASE("Nothing is added if the driver is unknown or missing") {
   Conditions unread;
   unread.t_s = std::nan("");
   CHECK(Sum(Curve("t_s", {"base_x"}, nodes), unread)[I::kBase] == 0);
-  WrittenEffect without = Curve("t_s", {"base_x"}, nodes);
+  model::WrittenEffect without = Curve("t_s", {"base_x"}, nodes);
   without.drivers.clear();
   CHECK(Sum(without, KnownMoment())[I::kBase] == 0);
   CHECK(Sum(Curve("t_s", {"base_x"}, {}), KnownMoment())[I::kBase] == 0);
@@ -132,4 +132,4 @@ TEST_CASE("Invalid drivers and nodes are rejected with the reason") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::effects

@@ -7,13 +7,13 @@
 #include "firmware-like/effects/written.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 using I = Influence<double>;
 
 int At(I::JointEntry entry, int joint) {
-  return entry * kMaxJoints + joint - 1;
+  return entry * model::kMaxJoints + joint - 1;
 }
 
 struct Number {
@@ -33,16 +33,16 @@ struct Case {
   std::vector<Expected> expected;
 };
 
-WrittenEffect Written(const Case& c) {
-  WrittenEffect written;
+model::WrittenEffect Written(const Case& c) {
+  model::WrittenEffect written;
   written.id = c.id;
   for (const Number& number : c.numbers) {
-    EffectParameter& parameter = written.parameters.emplace_back();
+    model::EffectParameter& parameter = written.parameters.emplace_back();
     parameter.name = number.name;
     parameter.value = number.value;
   }
   if (!c.word.first.empty()) {
-    EffectParameter& parameter = written.parameters.emplace_back();
+    model::EffectParameter& parameter = written.parameters.emplace_back();
     parameter.name = c.word.first;
     parameter.word = c.word.second;
   }
@@ -277,15 +277,16 @@ TEST_CASE("An effect adds nothing if a required signal is absent") {
 
 TEST_CASE("The torque of unknown weight depends on the link directions perpendicular to gravity") {
   // Two joints in a vertical plane, rotating about x of W.
-  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
-    CellModel cell;
+  for (const model::DhConvention convention :
+       {model::DhConvention::kDistal, model::DhConvention::kProximal}) {
+    model::CellModel cell;
     cell.robot.convention = convention;
     cell.robot.joints.resize(2);
     cell.robot.X_WB.R << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // B's z is W's x, B's x is W's y
     Conditions moment = DeclaredConditions(cell);
-    moment.q = JointVector(Eigen::Vector2d(0.3, 0.4));
+    moment.q = model::JointVector(Eigen::Vector2d(0.3, 0.4));
     const auto turns = [&](const std::string& name, int joint) {
-      const WrittenEffect written = Written({"gravity_sag", {{name, 1e-3}}, {}, {}});
+      const model::WrittenEffect written = Written({"gravity_sag", {{name, 1e-3}}, {}, {}});
       I influence;
       AddEffects(std::vector<ActiveEffect>{ActiveFromWritten(written, cell)}, moment, influence);
       return influence.Joint(I::kTurn, joint - 1);
@@ -309,4 +310,4 @@ TEST_CASE("Effects add up") {
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::effects

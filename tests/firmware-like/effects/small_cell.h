@@ -3,12 +3,12 @@
 
 #include "firmware-like/effects/influence.h"
 
-namespace plumbline {
+namespace plumbline::effects {
 
-inline CellModel SmallCell() {
-  CellModel cell;
+inline model::CellModel SmallCell() {
+  model::CellModel cell;
   for (int i = 0; i < 6; ++i) {
-    Joint joint;
+    model::Joint joint;
     joint.a_m = 0.1 * (i + 1);
     joint.d_m = 0.05 * (i + 2);
     cell.robot.joints.push_back(joint);
@@ -19,8 +19,8 @@ inline CellModel SmallCell() {
 }
 
 /// Joint values are first, first + step, ..
-inline JointVector Rising(double first, double step) {
-  return JointVector(Eigen::VectorXd::LinSpaced(6, first, first + 5 * step));
+inline model::JointVector Rising(double first, double step) {
+  return model::JointVector(Eigen::VectorXd::LinSpaced(6, first, first + 5 * step));
 }
 
 inline Conditions KnownMoment() {
@@ -41,4 +41,4 @@ inline Conditions KnownMoment() {
   return moment;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::effects

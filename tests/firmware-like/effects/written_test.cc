@@ -29,7 +29,7 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 }
 #endif
 
-namespace plumbline {
+namespace plumbline::effects {
 namespace {
 
 std::vector<const Effect*> AllEffects() {
@@ -91,7 +91,7 @@ TEST_CASE("An active effect of every id survives a round trip through the file f
       active.term = term;
       active.values = AnyValues(term, random);
       active.covariance = AnyCovariance(active.values);
-      const WrittenEffect written = WrittenFromActive(active, active.covariance);
+      const model::WrittenEffect written = WrittenFromActive(active, active.covariance);
       const ActiveEffect again = ActiveFromWritten(written, SmallCell());
       CHECK(again.term.effect == effect);
       CHECK(again.term.word == term.word);
@@ -103,7 +103,7 @@ TEST_CASE("An active effect of every id survives a round trip through the file f
         CHECK(again.values[k] == Approx(active.values[k]).epsilon(1e-14));
       }
       CHECK(again.covariance.isApprox(active.covariance, 1e-12));
-      for (const EffectParameter& parameter : written.parameters) {
+      for (const model::EffectParameter& parameter : written.parameters) {
         CAPTURE(parameter.name);
         const auto found = ParameterFromName(effect->traits(), parameter.name, 6);
         REQUIRE(found);
@@ -121,7 +121,7 @@ TEST_CASE("Names, units and scope follow the file formats") {
   active.term.effect = FindEffect("gear_periodic");
   active.term.parameters = {{0, 2, 1}, {5, 2, 2}, {0, 0, 1}};
   active.values = {1e-4, 0.5, 2e-4};
-  WrittenEffect written = WrittenFromActive(active, {});
+  model::WrittenEffect written = WrittenFromActive(active, {});
   CHECK(written.scope == std::vector<std::string>{"q1", "q3"});
   CHECK(written.parameters[0].name == "q3_amplitude");
   CHECK(written.parameters[1].name == "q3_2_phase");
@@ -151,14 +151,14 @@ TEST_CASE("the standard deviation of kappa is converted by the delta method") {
   ActiveEffect active;
   active.term = {FindEffect("tool_shear"), {{0, -1, 1}}};
   active.values = {2.0};
-  const WrittenEffect written =
+  const model::WrittenEffect written =
       WrittenFromActive(active, Eigen::MatrixXd::Constant(1, 1, 0.2 * 0.2));
   CHECK(written.parameters[0].value == 0.5);
   CHECK(*written.parameters[0].sd == Approx(0.2 / 4));  // d(1/v) = dv / v^2
 }
 
 TEST_CASE("Standard deviations replace a covariance only if every number has one") {
-  WrittenEffect written;
+  model::WrittenEffect written;
   written.id = "backlash";
   written.parameters = {{.name = "q1", .value = 1e-4, .sd = 1e-5, .unit = "rad", .word = ""},
                         {.name = "by", .value = 0, .sd = {}, .unit = "", .word = "move"},
@@ -175,7 +175,7 @@ TEST_CASE("Standard deviations replace a covariance only if every number has one
 
 TEST_CASE("Effects of a cell keep their order, and adding them does not allocate") {
   std::mt19937 random(5);
-  CellModel cell = SmallCell();
+  model::CellModel cell = SmallCell();
   for (const Effect* effect : AllEffects()) {
     for (const EffectTerm& term : AnyTerms(*effect)) {
       cell.effects.push_back(WrittenFromActive({term, AnyValues(term, random), {}}, {}));
@@ -194,4 +194,4 @@ TEST_CASE("Effects of a cell keep their order, and adding them does not allocate
 }
 
 }  // namespace
-}  // namespace plumbline
+}  // namespace plumbline::effects

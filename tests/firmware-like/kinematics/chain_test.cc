@@ -7,19 +7,21 @@
 
 using namespace plumbline;
 
+using namespace plumbline::kinematics;
+
 namespace {
 
 /// The product of elementary transforms, written with Eigen's types.
-Eigen::Isometry3d FlangeByTransforms(const Robot& robot, const JointVector& q) {
+Eigen::Isometry3d FlangeByTransforms(const model::Robot& robot, const model::JointVector& q) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (int i = 0; i < robot.size(); ++i) {
-    const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
-    const bool turns = joint.type == JointType::kRevolute;
+    const model::Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+    const bool turns = joint.type == model::JointType::kRevolute;
     const double theta = joint.theta_offset_rad + (turns ? joint.sign * q[i] : 0);
     const double d = joint.d_m + (turns ? 0 : joint.sign * q[i]);
     const Eigen::AngleAxisd Rz(theta, Vec3::UnitZ()), Rx(joint.alpha_rad, Vec3::UnitX());
     const Eigen::Translation3d Tz(0, 0, d), Tx(joint.a_m, 0, 0);
-    if (robot.convention == DhConvention::kDistal) {
+    if (robot.convention == model::DhConvention::kDistal) {
       X = X * Rz * Tz * Tx * Rx;
     } else {
       X = X * Rx * Tx * Rz * Tz;
@@ -28,17 +30,17 @@ Eigen::Isometry3d FlangeByTransforms(const Robot& robot, const JointVector& q) {
   return X;
 }
 
-Robot MixedArm(DhConvention convention) {
-  Robot robot;
+model::Robot MixedArm(model::DhConvention convention) {
+  model::Robot robot;
   robot.convention = convention;
   for (int i = 0; i < 7; ++i) {
-    Joint joint;
+    model::Joint joint;
     joint.a_m = 0.1 * i - 0.2;
     joint.alpha_rad = 0.7 * i - 1.5;
     joint.d_m = 0.3 - 0.05 * i;
     joint.theta_offset_rad = 0.2 * i;
     joint.sign = i % 2 == 0 ? 1 : -1;
-    if (i == 2 || i == 5) joint.type = JointType::kPrismatic;
+    if (i == 2 || i == 5) joint.type = model::JointType::kPrismatic;
     robot.joints.push_back(joint);
   }
   return robot;
@@ -49,11 +51,12 @@ Robot MixedArm(DhConvention convention) {
 TEST_CASE("flange pose equals the product of elementary transforms") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> uniform(-2, 2);
-  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
-    const Robot robot = MixedArm(convention);
+  for (const model::DhConvention convention :
+       {model::DhConvention::kDistal, model::DhConvention::kProximal}) {
+    const model::Robot robot = MixedArm(convention);
     const Chain chain(robot);
     for (int trial = 0; trial < 50; ++trial) {
-      JointVector q(robot.size());
+      model::JointVector q(robot.size());
       for (double& value : q) value = uniform(random);
       Posture posture;
       chain.Evaluate(q, posture);
@@ -65,24 +68,25 @@ TEST_CASE("flange pose equals the product of elementary transforms") {
 }
 
 TEST_CASE("beta rotates about y after the twist, in both conventions") {
-  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
-    Robot robot;
+  for (const model::DhConvention convention :
+       {model::DhConvention::kDistal, model::DhConvention::kProximal}) {
+    model::Robot robot;
     robot.convention = convention;
     robot.joints.resize(1);
-    Joint& joint = robot.joints.front();
+    model::Joint& joint = robot.joints.front();
     joint.a_m = 0.4;
     joint.alpha_rad = 0.7;
     joint.d_m = 0.3;
     const Chain chain(robot);
-    Influence<double> change;
-    change.Joint(Influence<double>::kTwistBeta, 0) = 0.2;
-    JointVector q(1);
+    effects::Influence<double> change;
+    change.Joint(effects::Influence<double>::kTwistBeta, 0) = 0.2;
+    model::JointVector q(1);
     q << -0.9;
     PostureOf<double> posture;
     chain.Evaluate<double>(q, &change, posture);
     const Eigen::AngleAxisd Rz(q[0], Vec3::UnitZ()), Rx(0.7, Vec3::UnitX()), Ry(0.2, Vec3::UnitY());
     const Eigen::Translation3d Tz(0, 0, 0.3), Tx(0.4, 0, 0);
-    const Eigen::Isometry3d expected = convention == DhConvention::kDistal
+    const Eigen::Isometry3d expected = convention == model::DhConvention::kDistal
                                            ? Eigen::Isometry3d(Rz * Tz * Tx * Rx * Ry)
                                            : Eigen::Isometry3d(Rx * Tx * Ry * Rz * Tz);
     CHECK((posture.X_BF().R - expected.rotation()).norm() < 1e-14);
@@ -94,18 +98,19 @@ TEST_CASE("the Jacobian equals finite differences of the pose") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-2, 2);
   constexpr double kStep = 1e-6;
-  for (const DhConvention convention : {DhConvention::kDistal, DhConvention::kProximal}) {
-    const Robot robot = MixedArm(convention);
+  for (const model::DhConvention convention :
+       {model::DhConvention::kDistal, model::DhConvention::kProximal}) {
+    const model::Robot robot = MixedArm(convention);
     const Chain chain(robot);
     const Vec3 p_FQ(0.1, -0.2, 0.5);
-    JointVector q(robot.size());
+    model::JointVector q(robot.size());
     for (double& value : q) value = uniform(random);
     Posture posture;
     chain.Evaluate(q, posture);
     Jacobian jacobian;
     chain.JacobianAt(posture, posture.X_BF() * p_FQ, jacobian);
     for (int i = 0; i < robot.size(); ++i) {
-      JointVector ahead = q, behind = q;
+      model::JointVector ahead = q, behind = q;
       ahead[i] += kStep;
       behind[i] -= kStep;
       Posture after, before;
@@ -122,7 +127,7 @@ TEST_CASE("the Jacobian equals finite differences of the pose") {
 
 TEST_CASE("the reach bounds every flange position") {
   std::mt19937 random(4);
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   for (int trial = 0; trial < 1000; ++trial) {
     Posture posture;

@@ -7,10 +7,12 @@
 
 using namespace plumbline;
 
+using namespace plumbline::kinematics;
+
 namespace {
 
 auto FlangeOf(const Chain& chain) {
-  return [&chain](const JointVector& q, Posture& posture) {
+  return [&chain](const model::JointVector& q, Posture& posture) {
     chain.Evaluate(q, posture);
     return posture.X_BF();
   };
@@ -20,18 +22,18 @@ auto FlangeOf(const Chain& chain) {
 
 TEST_CASE("a pose is recovered from a nearby seed, on the same branch") {
   std::mt19937 random(5);
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   for (int trial = 0; trial < 200; ++trial) {
-    const JointVector truth = test::RandomPosture(cell, random);
+    const model::JointVector truth = test::RandomPosture(cell, random);
     Posture posture;
     chain.Evaluate(truth, posture);
     Jacobian jacobian;
     chain.JacobianAt(posture, posture.X_BF().p, jacobian);
     if (SmallestSingularValue(jacobian, 6) < 0.02) continue;  // two branches meet there
-    JointVector seed = truth;
+    model::JointVector seed = truth;
     for (double& value : seed) value += std::uniform_real_distribution(-0.05, 0.05)(random);
-    JointVector q;
+    model::JointVector q;
     InverseOutcome outcome;
     const BranchOutcome found =
         SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 4, seed, q, outcome);
@@ -42,14 +44,14 @@ TEST_CASE("a pose is recovered from a nearby seed, on the same branch") {
 
 TEST_CASE("a pose within limits is found from a distant seed") {
   std::mt19937 random(6);
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   int found = 0;
   constexpr int kTrials = 200;
   for (int trial = 0; trial < kTrials; ++trial) {
     Posture posture;
     chain.Evaluate(test::RandomPosture(cell, random), posture);
-    JointVector q;
+    model::JointVector q;
     InverseOutcome outcome;
     if (SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 64,
                                  test::RandomPosture(cell, random), q,
@@ -66,18 +68,18 @@ TEST_CASE("a pose within limits is found from a distant seed") {
 }
 
 TEST_CASE("of two branches within the limits, the nearer one is selected") {
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
-  JointVector one(6);
+  model::JointVector one(6);
   one << 0.2, 0.3, -0.4, 0.5, 0.8, -0.3;
-  JointVector other = one;  // the same pose with the wrist turned over
+  model::JointVector other = one;  // the same pose with the wrist turned over
   other[3] += std::numbers::pi;
   other[4] = -other[4];
   other[5] += std::numbers::pi;
   Posture posture;
   chain.Evaluate(one, posture);
-  for (const JointVector& seed : {one, other}) {
-    JointVector q;
+  for (const model::JointVector& seed : {one, other}) {
+    model::JointVector q;
     InverseOutcome outcome;
     REQUIRE(SolvePoseOnNearestBranch(chain, {posture.X_BF()}, FlangeOf(chain), 16, seed, q,
                                      outcome) == BranchOutcome::kFound);
@@ -87,38 +89,38 @@ TEST_CASE("of two branches within the limits, the nearer one is selected") {
 
 TEST_CASE("redundant arms and arms with a prismatic axis are solved too") {
   std::mt19937 random(7);
-  CellModel cell = test::HeavyArm();
-  Joint rail;
-  rail.type = JointType::kPrismatic;
+  model::CellModel cell = test::HeavyArm();
+  model::Joint rail;
+  rail.type = model::JointType::kPrismatic;
   rail.alpha_rad = 0.5 * std::numbers::pi;
   rail.min = -2;
   rail.max = 2;
   cell.robot.joints.insert(cell.robot.joints.begin(), rail);
   const Chain chain(cell.robot);
   for (int trial = 0; trial < 50; ++trial) {
-    const JointVector truth = test::RandomPosture(cell, random);
+    const model::JointVector truth = test::RandomPosture(cell, random);
     Posture posture;
     chain.Evaluate(truth, posture);
-    JointVector q = truth + 0.1 * JointVector::Random(7);
+    model::JointVector q = truth + 0.1 * model::JointVector::Random(7);
     const InverseOutcome outcome = SolvePose(chain, {posture.X_BF()}, FlangeOf(chain), 60, q);
     CHECK(outcome.converged);
   }
 }
 
 TEST_CASE("the search terminates without a solution for a pose out of reach") {
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   Pose far;
   far.p = Vec3(20, 0, 0);
-  JointVector q;
+  model::JointVector q;
   InverseOutcome outcome;
-  CHECK(SolvePoseOnNearestBranch(chain, {far}, FlangeOf(chain), 16, JointVector::Zero(6), q,
+  CHECK(SolvePoseOnNearestBranch(chain, {far}, FlangeOf(chain), 16, model::JointVector::Zero(6), q,
                                  outcome) == BranchOutcome::kNone);
 }
 
 TEST_CASE("the singular value bound lies between sigma_min / sqrt(6) and sigma_min") {
   std::mt19937 random(8);
-  const CellModel cell = test::HeavyArm();
+  const model::CellModel cell = test::HeavyArm();
   const Chain chain(cell.robot);
   for (int trial = 0; trial < 100; ++trial) {
     Posture posture;

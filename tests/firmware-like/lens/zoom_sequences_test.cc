@@ -9,7 +9,7 @@
 
 #include "firmware-like/lens/zoom_supervisor.h"
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 using Kind = ZoomEvent::Kind;
@@ -310,4 +310,4 @@ TEST_CASE("invariants hold for every sequence of six events, and of five after l
   for (const long count : total) CHECK(count > 1000);  // every state is reached often
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

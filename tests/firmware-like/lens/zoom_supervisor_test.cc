@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace plumbline {
+namespace plumbline::lens {
 namespace {
 
 using Kind = ZoomEvent::Kind;
@@ -266,4 +266,4 @@ TEST_CASE("extreme counts do not overflow") {
   CHECK(bench.Read(std::numeric_limits<std::int32_t>::max())->to == ZoomState::kMoving);
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::lens

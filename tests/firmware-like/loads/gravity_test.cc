@@ -6,23 +6,25 @@
 
 using namespace plumbline;
 
+using namespace plumbline::loads;
+
 namespace {
 
 /// Work of gravity: sum of m g . r over all masses of the cell, in B.
-double GravityWork(const CellModel& cell, const Payload& payload, const Vec3& g_B,
-                   const JointVector& q) {
-  const Chain chain(cell.robot);
-  Posture posture;
+double GravityWork(const model::CellModel& cell, const Payload& payload, const Vec3& g_B,
+                   const model::JointVector& q) {
+  const kinematics::Chain chain(cell.robot);
+  kinematics::Posture posture;
   chain.Evaluate(q, posture);
   double work = 0;
   for (std::size_t i = 0; i < cell.robot.joints.size(); ++i) {
-    const Joint& joint = cell.robot.joints[i];
+    const model::Joint& joint = cell.robot.joints[i];
     work += *joint.link_mass_kg * g_B.dot(posture.X_BL[i] * *joint.link_com_m);
   }
   const Pose& X_BF = posture.X_BF();
   const double length_m = cell.tool.Length();
   double z_m = 0;
-  for (const ToolSegment& segment : cell.tool.segments) {
+  for (const model::ToolSegment& segment : cell.tool.segments) {
     const double mass_kg =
         segment.length_m * segment.section.area_m2 * segment.material.density_kg_m3;
     work += mass_kg * g_B.dot(X_BF * Vec3(0, 0, z_m + segment.length_m / 2));
@@ -36,13 +38,13 @@ double GravityWork(const CellModel& cell, const Payload& payload, const Vec3& g_
 
 TEST_CASE("gravity torques are the derivative of the work of gravity (virtual work)") {
   std::mt19937 random(9);
-  CellModel cell = test::HeavyArm();
-  ToolSegment thin = cell.tool.segments[0];
+  model::CellModel cell = test::HeavyArm();
+  model::ToolSegment thin = cell.tool.segments[0];
   thin.length_m = 0.4;
-  thin.section = SquareTubeSection(0.05, 0.004);
+  thin.section = model::SquareTubeSection(0.05, 0.004);
   cell.tool.segments.push_back(thin);
-  Joint rail;
-  rail.type = JointType::kPrismatic;
+  model::Joint rail;
+  rail.type = model::JointType::kPrismatic;
   rail.alpha_rad = 0.4;
   rail.sign = -1;
   rail.min = -2;
@@ -55,16 +57,16 @@ TEST_CASE("gravity torques are the derivative of the work of gravity (virtual wo
   CHECK_FALSE(loads.guessed(0));
   const Vec3 g_B(0.3, -0.5, -9.7);
   const Payload payload{60, Vec3(0.05, -0.1, 1.3)};
-  const Chain chain(cell.robot);
+  const kinematics::Chain chain(cell.robot);
   constexpr double kStep = 1e-5;
   for (int trial = 0; trial < 20; ++trial) {
-    const JointVector q = test::RandomPosture(cell, random);
-    Posture posture;
+    const model::JointVector q = test::RandomPosture(cell, random);
+    kinematics::Posture posture;
     chain.Evaluate(q, posture);
-    JointVector tau;
+    model::JointVector tau;
     loads.Torques(posture, g_B, payload, tau);
     for (int i = 0; i < q.size(); ++i) {
-      JointVector ahead = q, behind = q;
+      model::JointVector ahead = q, behind = q;
       ahead[i] += kStep;
       behind[i] -= kStep;
       const double expected =
@@ -78,7 +80,7 @@ TEST_CASE("gravity torques are the derivative of the work of gravity (virtual wo
 TEST_CASE(
     "a link without mass makes the torques up to it unknown; one without centre makes them "
     "guessed") {
-  CellModel cell = test::HeavyArm();
+  model::CellModel cell = test::HeavyArm();
   cell.robot.joints[3].link_com_m.reset();
   CHECK(GravityLoads(cell).guessed(3));
   CHECK_FALSE(GravityLoads(cell).guessed(4));

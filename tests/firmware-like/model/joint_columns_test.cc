@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::model;
+
 TEST_CASE("joint columns are named by quantity, joint number and unit") {
   using enum JointQuantity;
   CHECK(JointColumnName(kPosition, JointType::kRevolute, 2) == "q3_deg");
@@ -50,7 +52,7 @@ TEST_CASE("names that only resemble a joint column are rejected") {
 }
 
 TEST_CASE("the force on a prismatic joint is available under its column name, like a torque") {
-  Conditions moment;
+  effects::Conditions moment;
   moment.tau = JointVector::Constant(2, 40);
   CHECK(moment.Signal("tau1_N") == 40);
   CHECK(moment.Signal("tau2_Nm") == 40);

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <string>
 
-#include "firmware-like/beam/materials.h"
+#include "firmware-like/model/materials.h"
 
 using namespace plumbline;
+
+using namespace plumbline::model;
 
 namespace {
 constexpr double kMm2 = 1e-6, kMm4 = 1e-12;
@@ -82,7 +84,7 @@ TEST_CASE("materials are found by name and have plausible values and a source") 
   CHECK_FALSE(MaterialByName("Steel"));
   CHECK_FALSE(MaterialByName(""));
   std::string previous;
-  for (const NamedMaterial& named : NamedMaterials()) {
+  for (const model::NamedMaterial& named : model::NamedMaterials()) {
     CAPTURE(named.name);
     CHECK(previous < named.name);
     previous = named.name;

@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::monitor;
+
 namespace {
 
 constexpr double kSigma = 5e-5;

@@ -9,6 +9,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::monitor;
+
 namespace {
 
 /// Mean length and its standard error of simulated runs of one cumulative sum.

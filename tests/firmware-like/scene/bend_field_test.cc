@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::scene;
+
 namespace {
 
 /// d_x = z^3 with r_y = 3 z^2: a cubic, which the field reproduces exactly between stations.

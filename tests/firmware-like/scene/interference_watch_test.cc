@@ -7,6 +7,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::scene;
+
 namespace {
 
 struct Told {

@@ -8,6 +8,8 @@
 #include "tests/app/scene/shapes.h"
 
 using namespace plumbline;
+
+using namespace plumbline::scene;
 using test::Cuboid;
 using test::Sphere;
 

@@ -5,6 +5,8 @@
 
 using namespace plumbline;
 
+using namespace plumbline::statistics;
+
 namespace {
 
 /// P(chi^2_n > x) for even n in closed form: e^(-x/2) sum_(k < n/2) (x/2)^k / k!.

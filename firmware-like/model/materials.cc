@@ -1,9 +1,9 @@
-#include "firmware-like/beam/materials.h"
+#include "firmware-like/model/materials.h"
 
 #include <algorithm>
 #include <array>
 
-namespace plumbline {
+namespace plumbline::model {
 namespace {
 
 constexpr std::array kMaterials{
@@ -36,4 +36,4 @@ std::optional<Material> MaterialByName(std::string_view name) {
   return found->material;
 }
 
-}  // namespace plumbline
+}  // namespace plumbline::model

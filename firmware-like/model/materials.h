@@ -6,7 +6,7 @@
 
 #include "firmware-like/model/section.h"
 
-namespace plumbline {
+namespace plumbline::model {
 
 struct NamedMaterial {
   std::string_view name;
@@ -18,4 +18,4 @@ struct NamedMaterial {
 /// material certificate states other values, enter those in the configuration instead.
 std::span<const NamedMaterial> NamedMaterials();
 
-}  // namespace plumbline
+}  // namespace plumbline::model
