@@ -15,7 +15,7 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-bool Equal(const Bytes& made, std::span<const std::uint8_t> given) {
+bool Equal(const camera::Bytes& made, std::span<const std::uint8_t> given) {
   return std::equal(made.begin(), made.end(), given.begin(), given.end());
 }
 

@@ -77,7 +77,7 @@ angle_step_mrad = 1.0
 convention = "abc"
 )";
 
-void Decode(const robot::RobotProfile& profile, const std::uint8_t* data, std::size_t size) {
+void Decode(const RobotProfile& profile, const std::uint8_t* data, std::size_t size) {
   const auto codec = plumbline::robot::RobotCodec::Create(profile);
   if (!codec) std::abort();  // the reader accepted what the codec rejects
   std::vector<std::uint16_t> words(static_cast<std::size_t>(codec->word_count()));
