@@ -64,11 +64,11 @@ void AddErrors(const std::vector<lens::Vec2>& found, const std::vector<bool>& se
 
 void BoardCorners(int frames) {
   const lens::Board board;
-  Capture capture;
+  lens::Capture capture;
   capture.views = frames;
   std::vector<double> ours, theirs, our_errors, their_errors;
   int found = 0, peer_found = 0, k = 0;
-  for (const DrawnView& view : DrawViews(capture, board, 77)) {
+  for (const lens::DrawnView& view : DrawViews(capture, board, 77)) {
     const renderer::Image image = renderer::Render(view.camera, {view.sheet}, {}, 500 + k++);
     const std::vector<lens::Vec2> truth = TrueCorners(view, board);
     double start = CpuTime_ms();
@@ -125,8 +125,8 @@ double OpenCvSolve(const lens::Board& board, const std::vector<lens::BoardView>&
 void Solve(int seeds) {
   const lens::Board board;
   for (const double f : {1700.0, 5000.0, 12000.0}) {
-    for (const auto kind : {Capture::Kind::kVaried, Capture::Kind::kBurst}) {
-      Capture capture;
+    for (const auto kind : {lens::Capture::Kind::kVaried, lens::Capture::Kind::kBurst}) {
+      lens::Capture capture;
       capture.f = f;
       capture.kind = kind;
       std::vector<double> ours, theirs, whole, errors, their_errors, z, image_z;
@@ -141,12 +141,13 @@ void Solve(int seeds) {
           fmt::print("f {}, seed {}: {}\n", f, seed, fit.error());
           continue;
         }
-        errors.push_back(100 * (fit->shared[kFx] / truth.fx - 1));
-        z.push_back((fit->shared[kFx] - truth.fx) / std::sqrt(fit->covariance(kFx, kFx)));
+        errors.push_back(100 * (fit->shared[lens::kFx] / truth.fx - 1));
+        z.push_back((fit->shared[lens::kFx] - truth.fx) /
+                    std::sqrt(fit->covariance(lens::kFx, lens::kFx)));
         start = CpuTime_ms();
         const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
         whole.push_back(CpuTime_ms() - start);
-        image_z.push_back(lens::LargestDifference(TrueLens(truth), c.lens, kSize) /
+        image_z.push_back(lens::LargestDifference(lens::TrueLens(truth), c.lens, kSize) /
                           c.uncertainty.max_px);
         if (const auto mrcal =
                 SolveWithMrcal(board, views, kSize, lens::LensFromShared(fit->shared), fit->X_CK)) {
@@ -163,9 +164,9 @@ void Solve(int seeds) {
           "solve, f {:5.0f} {}   {:.1f} ms with covariance | OpenCV {:.1f} ms | ratio {:.2f} (goal "
           "0.7); fx error {:.4f} % | {:.4f} %; z of fx {:.2f} (goal 0.9..1.15); largest image "
           "error over claimed: median {:.2f}; complete calibration {:.0f} ms (goal 250)\n",
-          f, kind == Capture::Kind::kVaried ? "varied" : "burst ", Median(ours), Median(theirs),
-          Median(ours) / Median(theirs), Rms(errors), Rms(their_errors), Rms(z), Median(image_z),
-          Median(whole));
+          f, kind == lens::Capture::Kind::kVaried ? "varied" : "burst ", Median(ours),
+          Median(theirs), Median(ours) / Median(theirs), Rms(errors), Rms(their_errors), Rms(z),
+          Median(image_z), Median(whole));
       if (!HasMrcal()) {
         fmt::print("  mrcal: SKIPPED, not installed at build time (libmrcal-dev)\n");
         continue;
@@ -192,19 +193,19 @@ double ClaimedByViews(const lens::Board& board, const std::vector<lens::BoardVie
 void Acceptance(int runs) {
   struct Kind {
     const char* name;
-    Capture::Kind kind;
+    lens::Capture::Kind kind;
     double bow, creep, step;
     bool any_frame = false;  ///< the lens jumps at any frame; the truth is the lens after it
   };
   constexpr double kVaried = 0.2;
-  const Kind kinds[] = {{"varied views", Capture::Kind::kVaried, 0, 0, 0},
-                        {"varied, bowed board", Capture::Kind::kVaried, kVaried, 0, 0},
-                        {"one-second burst", Capture::Kind::kBurst, 0, 0, 0},
-                        {"burst, bowed board", Capture::Kind::kBurst, kVaried, 0, 0},
-                        {"creeping lens", Capture::Kind::kVaried, 0, 0.008, 0},
-                        {"jumping lens", Capture::Kind::kVaried, 0, 0, 0.01},
-                        {"jump at any frame", Capture::Kind::kVaried, 0, 0, 0.01, true},
-                        {"identical views", Capture::Kind::kSame, 0, 0, 0}};
+  const Kind kinds[] = {{"varied views", lens::Capture::Kind::kVaried, 0, 0, 0},
+                        {"varied, bowed board", lens::Capture::Kind::kVaried, kVaried, 0, 0},
+                        {"one-second burst", lens::Capture::Kind::kBurst, 0, 0, 0},
+                        {"burst, bowed board", lens::Capture::Kind::kBurst, kVaried, 0, 0},
+                        {"creeping lens", lens::Capture::Kind::kVaried, 0, 0.008, 0},
+                        {"jumping lens", lens::Capture::Kind::kVaried, 0, 0, 0.01},
+                        {"jump at any frame", lens::Capture::Kind::kVaried, 0, 0, 0.01, true},
+                        {"identical views", lens::Capture::Kind::kSame, 0, 0, 0}};
   const lens::Board board;
   int all = 0, all_false = 0;
   for (const Kind& kind : kinds) {
@@ -213,7 +214,7 @@ void Acceptance(int runs) {
     for (int run = 0; run < runs; ++run) {
       std::mt19937_64 random(run + 9000);
       std::uniform_real_distribution<double> U(-1, 1);
-      Capture capture;
+      lens::Capture capture;
       capture.kind = kind.kind;
       capture.f = 1700 * std::pow(12000.0 / 1700, 0.5 + 0.5 * U(random));
       capture.bow = kind.bow;
@@ -223,7 +224,7 @@ void Acceptance(int runs) {
       const std::uint64_t seed = 20000 + run;
       const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
       const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
-      lens::Lens truth = TrueLens(renderer::ZoomLens(capture.f));
+      lens::Lens truth = lens::TrueLens(renderer::ZoomLens(capture.f));
       if (kind.any_frame) {
         truth.fx *= 1 + capture.step;
         truth.fy *= 1 + capture.step;

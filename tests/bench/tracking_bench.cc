@@ -40,7 +40,7 @@ double Median_ms(int times, const std::function<void()>& work) {
   return ms[times / 2];
 }
 
-using Seen = std::vector<std::pair<int, Corners>>;
+using Seen = std::vector<std::pair<int, tracking::Corners>>;
 
 struct Score {
   int found = 0, tags = 0;
@@ -84,7 +84,8 @@ struct Peers {
     for (int i = 0; i < zarray_size(found); ++i) {
       apriltag_detection_t* tag = nullptr;
       zarray_get(found, i, &tag);
-      Corners corners;  // AprilTag: anticlockwise from the bottom left, offset by half a pixel
+      tracking::Corners
+          corners;  // AprilTag: anticlockwise from the bottom left, offset by half a pixel
       for (int c = 0; c < 4; ++c)
         corners[c] = lens::Vec2(tag->p[3 - c][0] - 0.5, tag->p[3 - c][1] - 0.5);
       seen.emplace_back(tag->id, corners);
@@ -100,7 +101,7 @@ struct Peers {
     cv::aruco::detectMarkers(view, dictionary, found, ids, parameters);
     Seen seen;
     for (std::size_t i = 0; i < ids.size(); ++i) {
-      Corners corners;  // ArUco: rotated by 180 degrees
+      tracking::Corners corners;  // ArUco: rotated by 180 degrees
       for (int c = 0; c < 4; ++c)
         corners[c] = lens::Vec2(found[i][(c + 2) % 4].x, found[i][(c + 2) % 4].y);
       seen.emplace_back(ids[i], corners);
@@ -158,7 +159,7 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
   row("OpenCV ArUco, sub-pixel", aruco);
 }
 
-lens::Vec2 Middle(const Corners& corners) {
+lens::Vec2 Middle(const tracking::Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
 
