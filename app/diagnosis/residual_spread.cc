@@ -223,8 +223,11 @@ std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitPr
     away = away || (ways.size() > 1 && !of_way.empty());
   }
   if (!away) return std::nullopt;
-  Components components = WidenedForFew(MostLikely(rows, Squared(problem.sigma_m)), ways);
-  const double declared_m2 = fades ? DeclaredVariance(ways, axes) : 0;
+  const Components likely = MostLikely(rows, Squared(problem.sigma_m));
+  Components components = WidenedForFew(likely, ways);
+  // The share that is applied rests on the most likely variances: widening both alike keeps it.
+  const double widened = likely[2] > 0 ? components[2] / likely[2] : 1;
+  const double declared_m2 = fades ? widened * DeclaredVariance(ways, axes) : 0;
   double ratio = 1;
   for (const WaySquares& way : ways) {
     ratio = std::max(ratio, GrowthOfRadius(way.with_all, components, declared_m2, axes));
