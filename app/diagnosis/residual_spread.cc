@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "app/diagnosis/thresholds.h"
@@ -22,14 +23,18 @@ double StudentFactor(int freedom) {
   return 1 + g1 / n + g2 / (n * n) + g3 / (n * n * n);
 }
 
-/// P(X >= k) of a binomial X of n draws with probability p.
-double BinomialTail(int n, int k, double p) {
+/// The largest share of n independent rows that may lie outside a radius for it to hold all but a
+/// share p of new rows with a confidence of 1 - `significance`: the largest k with
+/// P(X <= k) <= significance, X binomial [Wilks, Ann. Math. Stat. 12 (1941) 91]. 0 where n is too
+/// small for any k: the radius is then that of the largest error.
+double ShareOutside(int n, double p, double significance) {
   double below = 0;
-  for (int j = 0; j < k; ++j) {
-    below += std::exp(std::lgamma(n + 1.0) - std::lgamma(j + 1.0) - std::lgamma(n - j + 1.0) +
-                      j * std::log(p) + (n - j) * std::log1p(-p));
+  for (int k = 0; k < n; ++k) {
+    below += std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
+                      k * std::log(p) + (n - k) * std::log1p(-p));
+    if (below > significance) return std::max(0, k - 1) / static_cast<double>(n);
   }
-  return 1 - below;
+  return 1;
 }
 
 double Squared(double value) {
@@ -43,6 +48,7 @@ using Components = Eigen::Array3d;
 struct HeldOutSquare {
   double square_m2 = 0;
   Components share = Components::Zero();  ///< variance = share . components
+  int fold = 0;
   Vec3 before = Vec3::Zero(), after = Vec3::Zero();
 };
 
@@ -68,6 +74,7 @@ WaySquares SquaresOfWay(const HeldOut& way, const PerRow<double>& weights, doubl
     const double beyond = std::max(0.0, Squared(way.distance[row]) - Squared(reach));
     const HeldOutSquare one{error_m * error_m / axes,
                             {1, way.other_sessions ? 1.0 : 0.0, beyond},
+                            way.fold_of[row],
                             way.before[row],
                             way.after[row]};
     squares.with_all.push_back(one);
@@ -114,12 +121,37 @@ double MeanRatio(const std::vector<HeldOutSquare>& rows, const Components& compo
   return rows.empty() ? 1 : sum / static_cast<double>(rows.size());
 }
 
-/// By what the components have to grow for their 95 % radius not to be refuted. With the true
-/// radius, the number of rows outside is binomial with p = 0.05; of this one, a number as large has
-/// a probability of at least 0.2.
+/// Number of independent rows that say as much of the share outside a radius: rows of one fold err
+/// alike. The number of rows over the design effect, the variance between folds of the number
+/// outside over that of a binomial [Rao & Scott, Biometrics 48 (1992) 577].
+/// @param outside  of each row
+int IndependentRows(const std::vector<HeldOutSquare>& rows, const std::vector<bool>& outside) {
+  struct Fold {
+    double rows = 0, outside = 0;
+  };
+  std::map<int, Fold> folds;
+  const auto n = static_cast<double>(rows.size());
+  double share = 0;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    Fold& fold = folds[rows[k].fold];
+    fold.rows += 1;
+    if (outside[k]) fold.outside += 1;
+    share += outside[k] ? 1 / n : 0;
+  }
+  const auto count = static_cast<double>(folds.size());
+  if (count < 2 || share <= 0 || share >= 1) return static_cast<int>(n);
+  double squares = 0;
+  for (const auto& [number, fold] : folds) squares += Squared(fold.outside - fold.rows * share);
+  const double effect = count / (count - 1) * squares / (n * share * (1 - share));
+  return std::max(1, static_cast<int>(n / std::max(1.0, effect)));
+}
+
+/// By what the components have to grow for their 95 % radius to hold 95 % of new rows with a
+/// confidence of 80 %, as far as the rows of one way show it.
 /// @param declared_m2  of the declared model, where the correction fades; 0 where it does not
-double UnrefutedRatio(const std::vector<HeldOutSquare>& rows, const Components& components,
+double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& components,
                       double declared_m2, double axes) {
+  if (rows.empty()) return 0;
   std::vector<double> ratios;
   ratios.reserve(rows.size());
   for (const HeldOutSquare& row : rows) {
@@ -132,15 +164,18 @@ double UnrefutedRatio(const std::vector<HeldOutSquare>& rows, const Components& 
     }
     ratios.push_back(axes * square_m2 / parts.sum());
   }
-  const auto count = static_cast<int>(ratios.size());
-  int outside = 0;
-  while (outside < count &&
-         BinomialTail(count, outside + 1, kOutsideRadius) >= kRadiusTestSignificance)
-    ++outside;
-  if (outside >= count) return 0;
-  std::sort(ratios.begin(), ratios.end());
-  const double largest_inside = ratios[static_cast<std::size_t>(count - 1 - outside)];
-  return largest_inside / statistics::ChiSquareQuantile(kOutsideRadius, axes);
+  std::vector<double> sorted = ratios;
+  std::sort(sorted.begin(), sorted.end());
+  const auto inside = [&sorted](double share_outside) {
+    const auto count = static_cast<double>(sorted.size());
+    const double last = std::max(0.0, count - 1 - std::floor(share_outside * count));
+    return sorted[static_cast<std::size_t>(last)];
+  };
+  std::vector<bool> outside;
+  for (const double ratio : ratios) outside.push_back(ratio > inside(kOutsideRadius));
+  const double share =
+      ShareOutside(IndependentRows(rows, outside), kOutsideRadius, kRadiusSignificance);
+  return inside(share) / statistics::ChiSquareQuantile(kOutsideRadius, axes);
 }
 
 /// The variance on one axis that the declared model leaves in regions and sessions held out.
@@ -188,11 +223,14 @@ std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitPr
     away = away || (ways.size() > 1 && !of_way.empty());
   }
   if (!away) return std::nullopt;
-  Components components = WidenedForFew(MostLikely(rows, Squared(problem.sigma_m)), ways);
-  const double declared_m2 = fades ? DeclaredVariance(ways, axes) : 0;
+  const Components likely = MostLikely(rows, Squared(problem.sigma_m));
+  Components components = WidenedForFew(likely, ways);
+  // The share that is applied rests on the most likely variances: widening both alike keeps it.
+  const double widened = likely[2] > 0 ? components[2] / likely[2] : 1;
+  const double declared_m2 = fades ? widened * DeclaredVariance(ways, axes) : 0;
   double ratio = 1;
   for (const WaySquares& way : ways) {
-    ratio = std::max(ratio, UnrefutedRatio(way.with_all, components, declared_m2, axes));
+    ratio = std::max(ratio, GrowthOfRadius(way.with_all, components, declared_m2, axes));
   }
   components *= ratio;
   ResidualSpread spread{std::sqrt(components[0] + components[1]), std::sqrt(components[2]), {}};

@@ -13,8 +13,10 @@ namespace plumbline::diagnosis {
 /// and where the correction fades, as distance_growth.h has it.
 struct ResidualSpread {
   double near_m = 0;
-  double distant_m = 0;                ///< per radian
-  std::optional<double> declared_m{};  ///< where the correction fades: of the declared model, away
+  double distant_m = 0;  ///< per radian
+  /// Where the correction fades: of the declared model, away; widened as `distant_m` is, so that
+  /// their ratio, and with it the share that is applied, is that of the most likely variances.
+  std::optional<double> declared_m{};
 };
 
 /// What a written model carries: nothing beyond the declared one, a correction that acts
@@ -31,9 +33,9 @@ enum class Correction { kNone, kWritten, kFading };
 ///   from: the next one is a draw from as few;
 /// - as a whole, where regions or sessions show more than so much: what the distance does not
 ///   explain is expected everywhere, again with Student's factor;
-/// - as a whole, until the held-out rows do not refute the 95 % radius, those among them that the
-///   fit rejected: a robot that misses one point in ten by a millimetre will miss one of the next
-///   ten, too.
+/// - as a whole, until the held-out rows show with a confidence of 80 % that the radius holds 95 %
+///   of new rows. Outliers count, for a robot that misses one point in ten by a millimetre will
+///   miss one of the next ten, too; rows of one fold count as fewer where they err alike.
 /// Where the correction fades, halves of the joint space count among the regions, for nothing else
 /// tests it as far away; d^2 is counted from the reach; and in the last step the errors are those
 /// of the faded correction.

@@ -50,11 +50,12 @@ inline constexpr double kRepeatsSignificance = 0.01;
 /// Correlation of successive rows, in standard deviations, that independent noise exceeds once in a
 /// thousand data sets.
 inline constexpr double kCorrelatedSigmas = 3.09;
-/// Share of rows outside a 95 % radius, and the level of the binomial test that held-out rows
-/// outside the radius are no more than that. The level is a judgement: between 0.5, at which half
-/// of all correct radii are rejected, and 0.05, at which few wrong ones are.
+/// Share of rows outside a 95 % radius, and one minus the confidence with which held-out rows must
+/// show that no more lie outside. The confidence is a judgement: between 50 %, at which half of all
+/// radii hold too few rows, and 95 %, at which a few hundred rows make every radius that of the
+/// largest error.
 inline constexpr double kOutsideRadius = 0.05;
-inline constexpr double kRadiusTestSignificance = 0.2;
+inline constexpr double kRadiusSignificance = 0.2;
 
 // --- Rows.
 
