@@ -9,6 +9,7 @@
 
 #include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/covariance_share.h"
+#include "app/diagnosis/elimination.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/joint_offset.h"
 #include "firmware-like/geometry/rotation.h"
@@ -262,4 +263,46 @@ TEST_CASE("what poses would show of an effect is in lengths, whatever their rota
   };
   // Ten times as certain a rotation shows a tenth of the size, hence a tenth of the displacement.
   CHECK(detectable_m(0.01) == Approx(detectable_m(0.1) / 10).epsilon(0.1));
+}
+
+TEST_CASE("a unit that explains noise is dropped, unless the others then need an impossible size") {
+  constexpr double kSigma_m = 5e-5;
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --repeats 0 --seed 3");
+  Remeasure(data, {EffectWith(data.cell, "joint_offset", {{"q3", 1e-3}})}, kSigma_m, 5);
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE(dataset);
+  FitProblem fit = UnitWeightFit(*dataset, 1);
+  fit.sigma_m = kSigma_m;
+  const Model model = Model::Declared(*dataset);
+  const Result<Linearisation> linear = Linearise(*dataset, model, true, 1);
+  REQUIRE(linear);
+  const LinearProblem problem(fit, std::make_shared<const Linearisation>(*linear), model);
+  CandidateSet candidate_set(problem);
+  const BlockIndex block = candidate_set.Add(WholeBlock(*dataset, effects::JointOffset(), ""));
+  std::vector<ColumnIndex> q3_and_q5;
+  for (const ColumnIndex column : candidate_set.ColumnsOf({block})) {
+    const int joint = candidate_set.JointOfColumn(column);
+    if (joint == 2 || joint == 4) q3_and_q5.push_back(column);
+  }
+  REQUIRE(q3_and_q5.size() == 2);
+  const auto honest = [&](const Explanation& explanation) {
+    Model start = model;
+    start.effects =
+        EffectsFrom(*dataset, candidate_set.blocks(), candidate_set.CoefficientsOf(explanation));
+    return RefitModel(fit, start, {});
+  };
+  const auto left_by = [&](const RefitExplanation& refit) {
+    const Explanation both = candidate_set.FitColumns(q3_and_q5);
+    Result<Refit> start = honest(both);
+    REQUIRE(start);
+    return WithoutUnearnedUnits(candidate_set, {both, std::move(start).value()}, refit)
+        .explanation.columns;
+  };
+  CHECK(left_by(honest) == std::vector<ColumnIndex>{q3_and_q5.front()});
+  // As good a fit whose remaining offset is three radians.
+  CHECK(left_by([&](const Explanation& explanation) {
+          Refit refit = honest(explanation).value();
+          refit.model.effects.front().values.front() = 3;
+          return Result<Refit>(std::move(refit));
+        }) == q3_and_q5);
 }
