@@ -1,5 +1,7 @@
 #include "firmware-like/effects/approach_lag.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -17,11 +19,8 @@ struct ApproachLagFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const int joint = term.parameters[k].joint;
-      if (conditions.last_move.size() <= joint) continue;
-      influence.Joint(Influence<T>::kTurn, joint) -= values[k] * conditions.last_move[joint];
-    }
+    AddToJoints<T>(Influence<T>::kTurn, term, values, influence,
+                   [&](int joint) { return -OfJoint(conditions.last_move, joint); });
   }
 };
 

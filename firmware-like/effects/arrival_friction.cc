@@ -1,5 +1,7 @@
 #include "firmware-like/effects/arrival_friction.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -21,11 +23,8 @@ struct ArrivalFrictionFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const int joint = term.parameters[k].joint;
-      influence.Joint(Influence<T>::kLoadShare, joint) -=
-          values[k] * ShareOfMove(conditions, joint);
-    }
+    AddToJoints<T>(Influence<T>::kLoadShare, term, values, influence,
+                   [&](int joint) { return -ShareOfMove(conditions, joint); });
   }
 };
 

@@ -1,5 +1,7 @@
 #include "firmware-like/effects/bearing_tilt.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -25,9 +27,7 @@ struct BearingTiltFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      influence.Joint(Influence<T>::kBearing, term.parameters[k].joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kBearing}, term, values, influence);
   }
 };
 

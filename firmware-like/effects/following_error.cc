@@ -1,5 +1,7 @@
 #include "firmware-like/effects/following_error.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -20,10 +22,8 @@ struct FollowingErrorFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions& conditions,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const int joint = term.parameters[k].joint;
-      influence.Joint(Influence<T>::kTurn, joint) -= values[k] * ShareOfMove(conditions, joint);
-    }
+    AddToJoints<T>(Influence<T>::kTurn, term, values, influence,
+                   [&](int joint) { return -ShareOfMove(conditions, joint); });
   }
 };
 

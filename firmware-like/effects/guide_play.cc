@@ -1,5 +1,7 @@
 #include "firmware-like/effects/guide_play.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -27,12 +29,7 @@ struct GuidePlayFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const TermParameter& parameter = term.parameters[k];
-      const auto entry =
-          parameter.spec == 0 ? Influence<T>::kGuideTiltX : Influence<T>::kGuideTiltY;
-      influence.Joint(entry, parameter.joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kGuideTiltX, Influence<T>::kGuideTiltY}, term, values, influence);
   }
 };
 

@@ -1,5 +1,7 @@
 #include "firmware-like/effects/joint_compliance.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -31,9 +33,7 @@ struct JointComplianceFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      influence.Joint(Influence<T>::kCompliance, term.parameters[k].joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kCompliance}, term, values, influence);
   }
 };
 

@@ -1,5 +1,7 @@
 #include "firmware-like/effects/joint_hardening.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -20,9 +22,7 @@ struct JointHardeningFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      influence.Joint(Influence<T>::kHardening, term.parameters[k].joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kHardening}, term, values, influence);
   }
 };
 

@@ -1,5 +1,7 @@
 #include "firmware-like/effects/joint_offset.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -18,9 +20,7 @@ struct JointOffsetFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      influence.Joint(Influence<T>::kTurn, term.parameters[k].joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kTurn}, term, values, influence);
   }
 };
 

@@ -1,5 +1,7 @@
 #include "firmware-like/effects/link_bending.h"
 
+#include "firmware-like/effects/add_to_joints.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -19,12 +21,8 @@ struct LinkBendingFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const TermParameter& parameter = term.parameters[k];
-      const auto entry =
-          parameter.spec == 0 ? Influence<T>::kLinkBending : Influence<T>::kLinkTorsion;
-      influence.Joint(entry, parameter.joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kLinkBending, Influence<T>::kLinkTorsion}, term, values,
+                   influence);
   }
 };
 

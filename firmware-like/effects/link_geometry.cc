@@ -1,6 +1,6 @@
 #include "firmware-like/effects/link_geometry.h"
 
-#include <array>
+#include "firmware-like/effects/add_to_joints.h"
 
 namespace plumbline::effects {
 namespace {
@@ -29,13 +29,9 @@ struct LinkGeometryFormula {
   template <typename T>
   static void Add(const EffectTerm& term, std::span<const T> values, const Conditions&,
                   Influence<T>& influence) {
-    constexpr std::array kEntries = {Influence<T>::kLengthA, Influence<T>::kOffsetD,
-                                     Influence<T>::kTwistAlpha, Influence<T>::kTwistBeta};
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      const TermParameter& parameter = term.parameters[k];
-      const auto entry = kEntries[static_cast<std::size_t>(parameter.spec)];
-      influence.Joint(entry, parameter.joint) += values[k];
-    }
+    AddToJoints<T>({Influence<T>::kLengthA, Influence<T>::kOffsetD, Influence<T>::kTwistAlpha,
+                    Influence<T>::kTwistBeta},
+                   term, values, influence);
   }
 };
 
