@@ -433,7 +433,7 @@ TEST_CASE("mistakes in the data are rejected with advice") {
         }).find("theta_offset_deg") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.p_WT += Vec3(1, 0, 0);
-        }).find("the robot's base lies (") != std::string::npos);
+        }).find("the robot's base is (") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.p_WT = Vec3(row.q[0], row.q[1], row.q[2]);
         }).find("check the DH table") != std::string::npos);
