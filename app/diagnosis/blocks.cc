@@ -15,11 +15,11 @@ using I = effects::Influence<double>;
 /// Plausible sizes of an empirical carrier, SI.
 model::Interval PlausibleCarried(int entry) {
   if (entry == I::kBendRatio) return {-3, 3};
-  if (entry < model::kMaxJoints) return {-0.02, 0.02};  // of a joint's turn [rad]
-  return {-0.05, 0.05};                                 // of base or tip [m]
+  if (entry < model::kMaxJoints) return {-0.02, 0.02};  // rotation of a joint [rad]
+  return {-0.05, 0.05};                                 // translation of base or tip [m]
 }
 
-/// True where the twist of link i stands between two axes, and they are parallel to about a degree.
+/// True if the twist of link i is between two axes that are parallel to about a degree.
 bool ParallelAxesAt(const model::Robot& robot, int i) {
   constexpr double kLeastSine = 0.02;
   const bool proximal = robot.convention == model::DhConvention::kProximal;
@@ -54,7 +54,7 @@ bool SameColumns(const Block& a, const Block& b) {
 
 namespace {
 
-/// The parameters of one spec and one joint that this arm can have.
+/// The parameters of one spec and one joint that exist on this arm.
 void AddParameters(const model::Robot& robot, const effects::ParameterSpec& parameter, int spec,
                    int joint, std::vector<effects::TermParameter>& parameters) {
   const model::JointType type = robot.joints[static_cast<std::size_t>(joint)].type;
@@ -110,7 +110,7 @@ bool HasContinuousShape(const Block& block) {
   for (std::size_t k = 0; k < block.term.parameters.size(); ++k) {
     const effects::ParameterSpec& spec =
         specs[static_cast<std::size_t>(block.term.parameters[k].spec)];
-    // The phase is in the columns.
+    // The sine and cosine columns represent the phase.
     if (spec.role != effects::ParameterRole::kShape || effects::IsEventTime(spec) ||
         spec.unit == "rad")
       continue;

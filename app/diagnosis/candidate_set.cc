@@ -13,9 +13,10 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr double kLeastObservable = 1e-3;  // of a column's length, after the frames
-constexpr double kLeastSeen = 1;           // sigma, over all rows, at the largest plausible size
-constexpr double kLeastPivot = 1e-6;       // squared sine to the columns before
+constexpr double kMinObservable =
+    1e-3;                         // share of a column's length left after projecting out the frames
+constexpr double kMinSignal = 1;  // signal over all rows at the largest plausible size, in sigma
+constexpr double kMinPivot = 1e-6;  // squared sine of the angle to the span of the previous columns
 
 }  // namespace
 
@@ -44,8 +45,8 @@ BlockIndex CandidateSet::Add(const Block& block) {
   for (const BlockColumnIndex k : block.columns.indices()) {
     auto column = raw.col(k.value());
     const double length = column.norm();
-    const bool seen = length > kLeastObservable * raw_length[k] &&
-                      length * block.columns[k].Largest() > kLeastSeen;
+    const bool seen =
+        length > kMinObservable * raw_length[k] && length * block.columns[k].Largest() > kMinSignal;
     length_.push_back(seen ? length : 0);
     if (seen) {
       column /= length;
@@ -80,7 +81,7 @@ double CandidateSet::LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& co
   double square = 0;
   for (const FitRowIndex j : problem_.rows().indices()) {
     const auto of_row = layout.PartOf(column, j);
-    square += of_row.head(std::min<Eigen::Index>(of_row.size(), kMostLengths)).squaredNorm();
+    square += of_row.head(std::min<Eigen::Index>(of_row.size(), kMaxLengths)).squaredNorm();
   }
   return std::sqrt(square);
 }
@@ -134,8 +135,8 @@ Explanation CandidateSet::Evaluate(std::vector<BlockIndex> support) const {
 
 std::optional<Explanation> CandidateSet::EvaluateBelow(std::vector<BlockIndex> support,
                                                        double worst) const {
-  const Basis basis = Ranked(ColumnsOf(std::move(support)));
-  if (basis.chi2 + LeastCost(basis.columns) > worst) return std::nullopt;
+  const Basis basis = IndependentColumns(ColumnsOf(std::move(support)));
+  if (basis.chi2 + MinCost(basis.columns) > worst) return std::nullopt;
   SupportFit fit = FitOf(basis.columns);
   std::vector<model::Interval> bounds;
   bounds.reserve(basis.columns.size());
@@ -146,8 +147,8 @@ std::optional<Explanation> CandidateSet::EvaluateBelow(std::vector<BlockIndex> s
   return ExplanationOf(basis.columns, fit);
 }
 
-double CandidateSet::LeastCost(const std::vector<ColumnIndex>& columns) const {
-  std::map<BlockIndex, double> cheapest;  // unit of each block
+double CandidateSet::MinCost(const std::vector<ColumnIndex>& columns) const {
+  std::map<BlockIndex, double> cheapest;  // cost of the cheapest unit of each block
   for (const ColumnIndex column : columns) {
     const double cost = UnitCost(block_of_[column], ColumnAt(column).unit);
     const auto [known, fresh] = cheapest.emplace(block_of_[column], cost);
@@ -159,23 +160,23 @@ double CandidateSet::LeastCost(const std::vector<ColumnIndex>& columns) const {
     used.insert(block);
     cost += unit + BlockCost(block);
   }
-  return cost + effect_cost_ * Claims(used);
+  return cost + effect_cost_ * WeightedEffectCount(used);
 }
 
-double CandidateSet::Claims(const std::set<BlockIndex>& blocks) const {
-  std::map<std::string_view, double> inflations;  // of each id
-  double claims = 0;
+double CandidateSet::WeightedEffectCount(const std::set<BlockIndex>& blocks) const {
+  std::map<std::string_view, double> inflations;  // largest inflation of each id
+  double effect_count = 0;
   for (const BlockIndex index : blocks) {
     const Block& block = blocks_[index];
     if (ActsFromEventTime(block.term)) {
-      claims += inflation_[index];
+      effect_count += inflation_[index];
     } else {
       double& largest = inflations[block.id];
       largest = std::max(largest, inflation_[index]);
     }
   }
-  for (const auto& [id, inflation] : inflations) claims += inflation;
-  return claims;
+  for (const auto& [id, inflation] : inflations) effect_count += inflation;
+  return effect_count;
 }
 
 Explanation CandidateSet::Fit(const std::vector<BlockIndex>& support) const {
@@ -183,7 +184,7 @@ Explanation CandidateSet::Fit(const std::vector<BlockIndex>& support) const {
 }
 
 Explanation CandidateSet::FitColumns(const std::vector<ColumnIndex>& columns) const {
-  const Basis basis = Ranked(columns);
+  const Basis basis = IndependentColumns(columns);
   return ExplanationOf(basis.columns, FitOf(basis.columns));
 }
 
@@ -199,13 +200,14 @@ std::vector<ColumnIndex> CandidateSet::ColumnsOf(std::vector<BlockIndex> support
   return columns;
 }
 
-/// Cholesky with pivots: what is left over of no column beside those chosen exceeds the least
-/// pivot, so that the columns chosen are well conditioned. Their order stays.
-CandidateSet::Basis CandidateSet::Ranked(const std::vector<ColumnIndex>& columns) const {
+/// Pivoted Cholesky decomposition, stopped at the minimum pivot, so that the selected columns are
+/// well conditioned. They are returned in their original order.
+CandidateSet::Basis CandidateSet::IndependentColumns(
+    const std::vector<ColumnIndex>& columns) const {
   const auto n = static_cast<int>(columns.size());
   Basis basis;
   basis.chi2 = chi2_null_;
-  // By rows: what is summed below lies together.
+  // Row-major, because the dot products below run along rows.
   using ByRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   ByRows L = ByRows::Zero(n, n);
   Eigen::VectorXd left(n), along(n);
@@ -216,11 +218,11 @@ CandidateSet::Basis CandidateSet::Ranked(const std::vector<ColumnIndex>& columns
   std::vector<int> chosen;
   for (int r = 0; r < n; ++r) {
     int best = 0;
-    if (!(left.maxCoeff(&best) > kLeastPivot)) break;
+    if (!(left.maxCoeff(&best) > kMinPivot)) break;
     const double root = std::sqrt(left[best]);
     const int pivot = column(best);
     for (int i = 0; i < n; ++i) {
-      if (left[i] < -0.5) continue;  // chosen
+      if (left[i] < -0.5) continue;  // already selected
       const double dot = gram_(column(i), pivot) - L.row(i).head(r).dot(L.row(best).head(r));
       L(i, r) = dot / root;
       left[i] -= L(i, r) * L(i, r);
@@ -283,7 +285,7 @@ Explanation CandidateSet::ExplanationOf(const std::vector<ColumnIndex>& columns,
     used.insert(unit.block);
   }
   for (const BlockIndex block : used) explanation.score += BlockCost(block);
-  explanation.score += effect_cost_ * Claims(used);
+  explanation.score += effect_cost_ * WeightedEffectCount(used);
   explanation.blocks.assign(used.begin(), used.end());
   return explanation;
 }

@@ -1,5 +1,5 @@
-// Blocks as columns of one least squares problem, and explanations: which of them are kept, and at
-// what score.
+// Candidate blocks as columns of one least squares problem, and explanations fitted from subsets of
+// them.
 #pragma once
 
 #include <optional>
@@ -15,120 +15,122 @@
 
 namespace plumbline::diagnosis {
 
-/// What a support of blocks explains, the joints that do not earn their place dropped.
+/// Fit of a subset (support) of the blocks, without the units that cost more than they explain.
 struct Explanation {
   std::vector<BlockIndex> blocks;    ///< ascending
-  std::vector<ColumnIndex> columns;  ///< of the candidate set, that were kept
-  Eigen::VectorXd values;            ///< of those columns, SI
-  double chi2 = 0;                   ///< that remains
+  std::vector<ColumnIndex> columns;  ///< kept columns of the candidate set
+  Eigen::VectorXd values;            ///< fitted values of those columns, SI
+  double chi2 = 0;                   ///< of the residual
   double prior = 0;                  ///< sum of (value / plausible)^2
   double score = 0;                  ///< chi2 + (value / plausible)^2 of each column + cost;
                                      ///< -2 ln(evidence) up to a constant
 };
 
-/// An effect as an explanation names it: its id, and its word where it has one ("base", "move").
-/// Two words of one id are two explanations.
+/// Identifies an effect in an explanation: its id and its variant, if it has one ("base", "move").
+/// Two variants of one id are different effects.
 struct EffectKey {
   std::string id, word;
   auto operator<=>(const EffectKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// Blocks with their projected columns and Gram matrix. Each value has a normal prior about 0 whose
-/// deviation is the largest size that a sound machine shows: where the rows decide it hardly
-/// counts, where they do not the more plausible explanation is the better one.
+/// Blocks with their projected columns and Gram matrix. The prior of each value is normal with mean
+/// 0; its standard deviation is the largest size plausible for a sound machine. The prior is
+/// negligible if the rows determine the value; otherwise it favours the more plausible explanation.
 class CandidateSet {
  public:
   explicit CandidateSet(const LinearProblem& problem);
 
-  /// Adds a block; the same one is not added twice. Returns its index.
+  /// Adds a block unless one with the same columns exists. Returns its index.
   BlockIndex Add(const Block& block);
 
   const LinearProblem& problem() const { return problem_; }
   const Indexed<BlockIndex, Block>& blocks() const { return blocks_; }
-  /// False where the frames imitate all of the block.
+  /// False if the free frames absorb every column of the block.
   bool Observable(BlockIndex block) const;
   double chi2_null() const { return chi2_null_; }
 
-  /// Fits a support: rank first, then backward elimination of units that cost more than they bring,
-  /// and of values that no machine shows: far beyond the plausible ones, noise along a direction
-  /// that the rows hardly hold, or of a sign that physics excludes.
+  /// Fits a support: removes linearly dependent columns, then eliminates units that cost more than
+  /// they explain, and units with impossible values. A value is impossible if it is far beyond the
+  /// plausible size (noise along a direction that the rows hardly determine) or if physics excludes
+  /// its sign.
   Explanation Evaluate(std::vector<BlockIndex> support) const;
-  /// The same; nothing where no explanation that keeps every block can score below `worst`. The
-  /// bound is chi2 before elimination plus the cheapest unit of each block; explanations by fewer
-  /// of the blocks belong to the smaller support.
+  /// Like Evaluate; nullopt if no explanation that keeps every block can score below `worst`. The
+  /// lower bound is chi2 before elimination plus the cheapest unit of each block. Explanations with
+  /// fewer blocks are left to the smaller supports.
   std::optional<Explanation> EvaluateBelow(std::vector<BlockIndex> support, double worst) const;
-  /// Fits exactly these units of blocks, nothing eliminated but what has no rank.
+  /// Fits all units of these blocks; only linearly dependent columns are removed.
   Explanation Fit(const std::vector<BlockIndex>& support) const;
-  /// Fits these columns, ascending; only those without rank are left out.
+  /// Fits these columns (ascending); only linearly dependent ones are removed.
   Explanation FitColumns(const std::vector<ColumnIndex>& columns) const;
-  /// The columns of a support that move the tip at all, ascending.
+  /// The observable columns of a support, ascending.
   std::vector<ColumnIndex> ColumnsOf(std::vector<BlockIndex> support) const;
   /// Whitened and projected residual of an explanation.
   Eigen::VectorXd Residual(const Explanation& explanation) const;
-  /// The same with the contribution of one of its blocks left in.
+  /// Like Residual, without subtracting the contribution of one block.
   Eigen::VectorXd PartialResidual(const Explanation& explanation, BlockIndex block) const;
-  /// (block, column) -> value.
+  /// Fitted values by block and column.
   Coefficients CoefficientsOf(const Explanation& explanation) const;
-  /// Blocks of an explanation that belong to an effect, and the others.
+  /// The blocks of an explanation that belong to an effect, and those that do not.
   std::vector<BlockIndex> BlocksOf(const Explanation& explanation, const EffectKey& key) const;
   std::vector<BlockIndex> OtherBlocks(const Explanation& explanation, const EffectKey& key) const;
-  /// Share (0..1) of the displacement that an explanation gives to an effect which a support
-  /// cannot imitate.
+  /// Share (0..1) of an effect's displacement in an explanation that the blocks of a rival cannot
+  /// reproduce.
   double SignalLeft(const Explanation& explanation, const EffectKey& key,
                     const std::vector<BlockIndex>& rival) const;
-  /// Smallest 3-D RMS displacement over the rows [m] of each column by itself that would be found
-  /// with power 0.9; 0 where that needs more than a sound machine shows.
-  /// @param block_cost  of the choice of the block's shape, as BlockCost
+  /// Smallest 3-D RMS displacement over the rows [m] at which each column alone is detected with
+  /// power 0.9; 0 if that requires a size beyond the plausible one.
+  /// @param block_cost  cost of the choice of the block's shape, as BlockCost
   Indexed<BlockColumnIndex, double> MinimumDetectable(BlockIndex block, double block_cost) const;
 
-  /// ln of the ways to choose the joints of a block that an explanation kept among those visible.
+  /// ln of the number of ways to choose the kept units (joints) of a block from the observable
+  /// ones.
   double LogChoices(const Explanation& explanation, BlockIndex block) const;
 
   double UnitCost(BlockIndex block, int unit) const {
     return unit_costs_[block][static_cast<std::size_t>(unit)];
   }
   double BlockCost(BlockIndex block) const;
-  /// What each whole effect costs for its choice among all, 2 ln(EffectsConsidered).
+  /// Cost of selecting one effect from the catalogue, 2 ln(EffectsConsidered).
   double EffectCost() const { return effect_cost_; }
-  /// Times by which correlated noise raises what a block explains by chance, 1 and more: its costs
-  /// are raised as much, since each is what independent noise reaches.
+  /// Factor (at least 1) by which correlated noise increases the chi2 that a block explains by
+  /// chance. Its costs, which hold for independent noise, are multiplied by it.
   double Inflation(BlockIndex block) const { return inflation_[block]; }
 
   const Eigen::MatrixXd& columns() const { return columns_; }
-  /// 0-based; -1 where the column belongs to no joint.
+  /// 0-based; -1 if the column belongs to no joint.
   int JointOfColumn(ColumnIndex column) const;
   BlockIndex BlockOfColumn(ColumnIndex column) const { return block_of_[column]; }
   int UnitOfColumn(ColumnIndex column) const { return ColumnAt(column).unit; }
 
  private:
   IndexRange<ColumnIndex> ColumnsIn(BlockIndex block) const;
-  /// Of the value of a column of unit length.
+  /// Prior precision of the value of a column scaled to unit length.
   double PriorPrecision(ColumnIndex column) const;
-  /// What the value of a column of unit length may be.
+  /// Allowed range of the value of a column scaled to unit length.
   model::Interval Bounds(ColumnIndex column) const;
   const BlockColumn& ColumnAt(ColumnIndex column) const {
     return blocks_[block_of_[column]].columns[local_[column]];
   }
-  /// Length of a whitened column, of the residuals that are lengths alone: turns of a measured pose
-  /// are no millimetres. A row's lengths come first, and whitening by a Cholesky factor leaves them
-  /// apart from what follows.
+  /// Norm of a whitened column over the residuals that are lengths; orientation residuals of poses
+  /// are excluded, since they are not in millimetres. The lengths of a row come first, so whitening
+  /// by a Cholesky factor does not mix orientations into them.
   double LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& column) const;
   Eigen::VectorXd ResidualBeside(const Explanation& explanation,
                                  std::optional<BlockIndex> left_in) const;
   std::vector<double> UnitCosts(BlockIndex block) const;
-  /// Columns that are well conditioned together, and the chi2 that they leave.
+  /// Linearly independent, well-conditioned columns, and chi2 after fitting them.
   struct Basis {
     std::vector<ColumnIndex> columns;
     double chi2 = 0;
   };
-  Basis Ranked(const std::vector<ColumnIndex>& columns) const;
-  /// The least that an explanation with at least one unit of each block costs.
-  double LeastCost(const std::vector<ColumnIndex>& columns) const;
-  /// Whole effects that blocks claim, each by its inflation: those of one id are one effect, but
-  /// each event is a claim of its own, however often another one happened.
-  double Claims(const std::set<BlockIndex>& blocks) const;
+  Basis IndependentColumns(const std::vector<ColumnIndex>& columns) const;
+  /// Minimum cost of an explanation with at least one unit of each block.
+  double MinCost(const std::vector<ColumnIndex>& columns) const;
+  /// Number of effects that blocks represent, each weighted by its inflation. Blocks of one id are
+  /// one effect, except that each event counts separately.
+  double WeightedEffectCount(const std::set<BlockIndex>& blocks) const;
   SupportFit FitOf(const std::vector<ColumnIndex>& columns) const;
-  /// Values in SI, and the score with every cost.
+  /// The fit as an explanation: values in SI, and the score including all costs.
   Explanation ExplanationOf(const std::vector<ColumnIndex>& columns, const SupportFit& fit) const;
 
   const LinearProblem& problem_;
@@ -150,13 +152,13 @@ class CandidateSet {
 
 EffectKey KeyOf(const Block& block);
 
-/// Whether an explanation needs an empirical term.
+/// True if an explanation contains an empirical term.
 bool HasEmpirical(const CandidateSet& candidate_set, const Explanation& explanation);
 
-/// The effects of an explanation, distinct, ascending.
+/// The distinct effects of an explanation, ascending.
 std::vector<EffectKey> EffectKeys(const CandidateSet& candidate_set,
                                   const Explanation& explanation);
-/// Their ids.
+/// The distinct ids of the effects of an explanation, ascending.
 std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
                                    const Explanation& explanation);
 

@@ -28,22 +28,22 @@ OtherUnit JointIn(int joint, const std::string& unit, double factor, const std::
   return other;
 }
 
-/// All turning joints at once.
+/// All revolute joints together.
 OtherUnit AllInRadians(const Dataset& data) {
   OtherUnit other{"the q columns", "radians", "degrees", {}, {}};
-  std::vector<int> turning;
+  std::vector<int> revolute;
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
     if (!Turns(data, joint)) continue;
-    turning.push_back(joint);
+    revolute.push_back(joint);
     other.numbers.emplace_back([joint](const table::MeasuredRow& row) { return row.q[joint]; });
   }
-  other.convert = [turning](Dataset& changed, RowIndex row) {
-    for (const int joint : turning) ScaleJoint(changed, row, joint, 1 / kRadPerDeg);
+  other.convert = [revolute](Dataset& changed, RowIndex row) {
+    for (const int joint : revolute) ScaleJoint(changed, row, joint, 1 / kRadPerDeg);
   };
   return other;
 }
 
-/// Measured positions or ranges.
+/// Adds the columns of measured positions (together and one by one) or ranges.
 void AddMeasured(const Dataset& data, double factor, const char* unit,
                  std::vector<OtherUnit>& others) {
   if (data.ranges()) {

@@ -1,4 +1,4 @@
-// Columns whose numbers are in another unit than their name states.
+// Columns in a unit other than the one in their name.
 #pragma once
 
 #include <array>

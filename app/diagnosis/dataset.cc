@@ -21,13 +21,13 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr int kFewestRows = 4;
-constexpr double kStandstill = 1e-4;      // a joint that moved less than this never moved
-constexpr int kFewestRepeatFreedom = 12;  // of a sigma from repeats
+constexpr int kMinRows = 4;
+constexpr double kStandstill = 1e-4;   // [rad] or [m]; a smaller movement counts as none
+constexpr int kMinRepeatFreedom = 12;  // minimum degrees of freedom of a sigma from replicates
 
-/// Rows that repeat another to the last digit in every column, the clock among them, were copied,
-/// not measured again. Without a clock they may be a coarse reading twice: they stay, and a note
-/// tells of them.
+/// Removes copies: rows equal to an earlier one in every digit of every column including t_s.
+/// Without t_s, equal rows may also be repeated measurements with a coarse resolution; they are
+/// kept, with a note.
 void DropCopies(Dataset& data) {
   std::set<std::pair<std::string, std::vector<double>>> seen;
   const bool timed = data.table.recorded.time;
@@ -47,16 +47,17 @@ void DropCopies(Dataset& data) {
   if (copies == 0) return;
   data.notes.push_back(
       timed ? fmt::format(
-                  "{} rows repeat an earlier one to the last digit and count once (first: line {})",
+                  "{} rows are exact copies of earlier rows and were ignored (first: line {})",
                   copies, first)
-            : fmt::format("{} rows repeat an earlier one to the last digit (first: line {}); "
-                          "without t_s they may have been measured again and count",
-                          copies, first));
+            : fmt::format(
+                  "{} rows are equal to earlier rows in every digit (first: line {}); without t_s "
+                  "they cannot be distinguished from repeated measurements and were kept",
+                  copies, first));
 }
 
-/// Rows without what the cell's kind of measurement needs only keep their place in the order of
+/// Moves rows without the cell's kind of measurement to `unmeasured`, where they still count as
 /// moves.
-void SetUnmeasuredAside(Dataset& data) {
+void SeparateUnmeasuredRows(Dataset& data) {
   const bool range = data.ranges();
   table::MeasuredTable& table = data.table;
   const auto measured = [range](const table::MeasuredRow& row) {
@@ -69,17 +70,17 @@ void SetUnmeasuredAside(Dataset& data) {
       table.unmeasured.begin(), table.unmeasured.end(),
       [](const table::MeasuredRow& a, const table::MeasuredRow& b) { return a.line < b.line; });
   if (table.unmeasured.empty()) return;
-  data.notes.push_back(fmt::format(
-      "{} rows have joints and no measurement that can be used (first: line {}): they keep their "
-      "place in the order of moves",
-      table.unmeasured.size(), table.unmeasured.front().line));
+  data.notes.push_back(
+      fmt::format("{} rows have joint readings but no usable measurement (first: line {}): they "
+                  "count only as moves of the robot",
+                  table.unmeasured.size(), table.unmeasured.front().line));
 }
 
 void FindSessions(Dataset& data) {
   std::map<std::string, SessionIndex> known;
   for (const table::MeasuredRow& row : data.table.rows) {
-    const auto [entry, fresh] = known.emplace(row.session, SessionIndex(data.sessions_count()));
-    if (fresh) data.sessions.push_back(row.session);
+    const auto [entry, is_new] = known.emplace(row.session, SessionIndex(data.sessions_count()));
+    if (is_new) data.sessions.push_back(row.session);
     data.session_of.push_back(entry->second);
   }
 }
@@ -124,58 +125,59 @@ void FindSignals(Dataset& data) {
   }
 }
 
-void SayWhatIsMissing(Dataset& data) {
+void NoteMissingSignals(Dataset& data) {
   const table::RecordedColumns& recorded = data.table.recorded;
   const auto missing = [&data](bool there, const char* what) {
     if (!there) data.not_recorded.emplace_back(what);
   };
-  missing(recorded.time, "t_s: drift and warm-up with time cannot be told");
-  missing(recorded.temperature, "temp_C: thermal growth cannot be told");
+  missing(recorded.time, "t_s: drift and warm-up cannot be identified");
+  missing(recorded.temperature, "temp_C: thermal growth cannot be identified");
   missing(recorded.payload,
-          "payload_kg: what follows the load is seen through the arm's own weight only");
-  missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be told");
+          "payload_kg: effects of the load can be identified only from the arm's own weight");
+  missing(recorded.qd, "qd1_deg_s..: latency and viscous lag cannot be identified");
   missing(recorded.order,
-          "the robot's moves between the probes: backlash by move and approach lag cannot be told");
-  missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be told");
+          "the robot's moves between the probes: backlash by move and approach lag cannot be "
+          "identified");
+  missing(recorded.qdd, "qdd1_deg_s2..: inertia cannot be identified");
   if (recorded.time) {
     double first_s = 1e300, last_s = -1e300;
     for (const table::MeasuredRow& row : data.table.rows) {
       first_s = std::min(first_s, row.t_s);
       last_s = std::max(last_s, row.t_s);
     }
-    // A warm-up goes as exp(-t / time constant) from t_s = 0 on. Counted from elsewhere it would
-    // need a base that stands elsewhere and sizes e^(first / time constant) times as large.
+    // A warm-up follows exp(-t / time constant) from t_s = 0 on. With another time zero, it would
+    // need a shifted base and sizes e^(first / time constant) times as large.
     if (std::abs(first_s) > last_s - first_s) {
-      data.not_recorded.push_back(
-          fmt::format("t_s starts at {:.4g} s and lasts {:.4g} s: a warm-up counts from t_s = 0, "
-                      "one that began "
-                      "with these rows cannot be told; count t_s from its start",
-                      first_s, last_s - first_s));
+      data.not_recorded.push_back(fmt::format(
+          "t_s starts at {:.4g} s and spans {:.4g} s: thermal drift is modelled from t_s = 0, so a "
+          "warm-up that started with these rows cannot be identified; count t_s from its start",
+          first_s, last_s - first_s));
     }
   }
   if (recorded.payload && !data.cell.payload_cog_F) {
     data.notes.emplace_back(
-        "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used as a "
-        "signal only, the payload's weight is not computed");
+        "payload_kg is recorded, but the cell has no [payload] cog_mm: the column is used only as "
+        "a signal, and the weight of the payload is not modelled");
   }
   if (!data.torques_known) {
     data.notes.emplace_back(
-        "a link has no link_mass_kg, so that joint torques are unknown: compliance is sought as "
-        "gravity_sag, by the products of compliance and weight that the poses identify; other "
-        "effects of load in the joints cannot be told");
+        "a link has no link_mass_kg, so the joint torques are unknown: compliance is fitted as "
+        "gravity_sag, the products of compliance and weight that the poses identify; other effects "
+        "of the load on joints cannot be identified");
   }
   if (!data.table.unreadable_lines.empty()) {
-    data.notes.push_back(fmt::format("{} rows could not be read and took no part (first: line {})",
+    data.notes.push_back(fmt::format("{} rows could not be read and were ignored (first: line {})",
                                      data.table.unreadable_lines.size(),
                                      data.table.unreadable_lines.front()));
   }
   if (data.cell.measurement.kind == model::MeasurementKind::kPose) {
-    data.notes.emplace_back("of the measured poses the positions are used, not the orientations");
+    data.notes.emplace_back(
+        "only the positions of the measured poses are used, not the orientations");
   }
 }
 
-/// One axis's standard deviation within clusters, about each cluster's mean, by the median so that
-/// outliers do not raise it.
+/// Standard deviation of one axis from successive differences within clusters; by the median, so
+/// that outliers do not increase it.
 void NoiseFromRepeats(Dataset& data) {
   std::map<ClusterIndex, std::vector<RowIndex>> members;
   for (const RowIndex row : data.row_indices()) members[data.cluster_of[row]].push_back(row);
@@ -190,25 +192,25 @@ void NoiseFromRepeats(Dataset& data) {
     }
   }
   data.repeat_freedom = static_cast<int>(squares.size()) * (data.ranges() ? 1 : 3);
-  if (data.repeat_freedom < kFewestRepeatFreedom) return;
+  if (data.repeat_freedom < kMinRepeatFreedom) return;
   std::sort(squares.begin(), squares.end());
   // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
-  const double middle = squares[squares.size() / 2];
-  data.repeat_sigma_m = std::sqrt(middle / (data.ranges() ? 0.4549 : 2.366));
+  const double median = squares[squares.size() / 2];
+  data.repeat_sigma_m = std::sqrt(median / (data.ranges() ? 0.4549 : 2.366));
 }
 
-/// What joints read in steps leave open of the tip that is predicted from them.
+/// Uncertainty of the predicted tip due to the resolution of the joint readings.
 struct ReadingError {
-  double radius_m = 0;  ///< 95 %, middle row
-  double sigma_m = 0;   ///< one axis, as it adds to the instrument's
+  double radius_m = 0;  ///< 95 %, median row
+  double sigma_m = 0;   ///< one axis, to be added to the instrument's noise
 };
 
-/// The tip that is predicted from joints read in steps is off by an error of its own, beside the
-/// instrument's. Uniform within a step, C_k = step^2 / 12 J J^T at row k. It is the same error each
-/// time that the robot is at one pose, so that n repeats do not average it away: as noise of single
-/// rows that average like sigma^2 / n, it counts n-fold. One number for all rows, the mean over
-/// them of the largest variance along any direction.
-/// @param steps_rad  of each row
+/// Error of the predicted tip due to the joint resolution, uniform within a step: C_k = step^2 / 12
+/// J J^T at row k. The error is the same at every visit of a pose, so n replicates do not average
+/// it. To have this effect as noise of single rows, whose mean has variance sigma^2 / n, its
+/// variance is multiplied by n. One value is used for all rows: the mean of the largest variance
+/// along any direction.
+/// @param steps_rad  step of each row
 ReadingError ReadingErrorOf(const Dataset& data, const PerRow<double>& steps_rad) {
   const deflection::LoadedArm arm(data.cell);
   Indexed<ClusterIndex, int> repeats(static_cast<std::size_t>(data.clusters), 0);
@@ -226,10 +228,10 @@ ReadingError ReadingErrorOf(const Dataset& data, const PerRow<double>& steps_rad
   return {statistics::MedianOf(radii), std::sqrt(sum / data.rows())};
 }
 
-/// The share of the instrument's noise from which on a reading error is worth a word.
+/// A reading error above this share of the instrument's noise is reported.
 constexpr double kNotableShare = 0.1;
 
-/// Steps that the rows declare (q_step_deg) count as noise.
+/// Adds the declared joint resolution (q_step_deg) to the noise.
 void AddReadingError(Dataset& data) {
   PerRow<double> steps_rad;
   for (const table::MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
@@ -237,21 +239,22 @@ void AddReadingError(Dataset& data) {
   const ReadingError error = ReadingErrorOf(data, steps_rad);
   data.reading_radius_m = error.radius_m;
   data.reading_sigma_m = error.sigma_m;
-  // Where sigma is taken from the residual, that holds the reading error already.
+  // A sigma from the residual already includes the reading error.
   if (data.sigma_m <= 0 || data.reading_sigma_m < kNotableShare * data.sigma_m) return;
-  data.notes.push_back(fmt::format(
-      "the joints were read in steps of {:.3g} mrad, which costs {:.2g} mm at the tool (95 %): it "
-      "counts as noise, and hides what is smaller; read finer registers to see it",
-      1e3 * data.q_step_rad, 1e3 * data.reading_radius_m));
+  data.notes.push_back(
+      fmt::format("the joint readings have a resolution of {:.3g} mrad, which causes an error of "
+                  "{:.2g} mm at the tool (95 %): it counts as noise and hides smaller effects; "
+                  "read registers with a finer resolution to identify them",
+                  1e3 * data.q_step_rad, 1e3 * data.reading_radius_m));
   data.sigma_m = std::hypot(data.sigma_m, data.reading_sigma_m);
-  data.sigma_origin += " and the steps of the joint readings";
+  data.sigma_origin += " and the joint resolution";
 }
 
-/// Steps that the readings show and nobody declared are told where they matter at the tip. They do
-/// not count as noise by themselves: poses may have been commanded at such values.
-void TellUndeclaredStep(Dataset& data) {
-  constexpr double kNotable_m = 1e-5;  // where the instrument's noise is not known
-  constexpr double kLeastToldPower = -12;
+/// Adds a note if the readings show an undeclared step that matters at the tip. Such a step does
+/// not count as noise, since the poses may have been commanded at such values.
+void NoteUndeclaredStep(Dataset& data) {
+  constexpr double kNotable_m = 1e-5;  // if the instrument's noise is unknown
+  constexpr double kMinReportedExponent = -12;
   const auto step = JointStepOf(data.table, data.cell.robot.joints);
   if (!step) return;
   const PerRow<double> steps_rad(data.table.rows.size(), step->step_rad);
@@ -260,22 +263,23 @@ void TellUndeclaredStep(Dataset& data) {
   if (error.sigma_m < notable_m) return;
   const double step_deg = step->step_rad / kRadPerDeg;
   const std::string steps = fmt::format("{:.3g} deg ({:.3g} mrad)", step_deg, 1e3 * step->step_rad);
-  const std::string cost = fmt::format("{:.2g} mm at the tool (95 %)", 1e3 * error.radius_m);
+  const std::string error_text = fmt::format("{:.2g} mm at the tool (95 %)", 1e3 * error.radius_m);
   data.notes.push_back(
       step->as_written
           ? fmt::format(
-                "the joints are written to {} decimals, in steps of {}, which costs {} and "
-                "does not count as noise: write more decimals; where the controller gives no "
-                "more, add the column q_step_deg with {:.6g} in every row",
-                *data.table.q_decimals, steps, cost, step_deg)
-          : fmt::format(
-                "all {} different joint readings are multiples of {}, though {} decimals are "
-                "written and no q_step_deg is declared (by chance with a probability below "
-                "1e{:.0f}): if the controller gives its joints in such steps, that costs {} and "
-                "does not count as noise yet; read finer registers, or add the column q_step_deg "
-                "with {:.6g} in every row; poses that were commanded at such values need neither",
-                step->readings, steps, *data.table.q_decimals,
-                std::max(kLeastToldPower, std::ceil(step->log10_chance)), cost, step_deg));
+                "the joint readings are written to {} decimals, in steps of {}, which causes an "
+                "error of {} that does not count as noise: write more decimals; if the controller "
+                "has no finer resolution, add the column q_step_deg with {:.6g} in every row",
+                *data.table.q_decimals, steps, error_text, step_deg)
+          : fmt::format("all {} different joint readings are multiples of {}, although {} decimals "
+                        "are written and no q_step_deg is declared (probability of a coincidence "
+                        "below 1e{:.0f}): if this is the resolution of the controller, it causes "
+                        "an error of {} that does not yet count as noise; read registers with a "
+                        "finer resolution, or add the column q_step_deg with {:.6g} in every row; "
+                        "if the poses were commanded at such values, ignore this note",
+                        step->readings, steps, *data.table.q_decimals,
+                        std::max(kMinReportedExponent, std::ceil(step->log10_chance)), error_text,
+                        step_deg));
 }
 
 }  // namespace
@@ -308,64 +312,64 @@ FitRows EvenlySpacedRows(const Dataset& data, int most) {
 }
 
 Dataset SelectRows(const Dataset& data, const FitRows& rows) {
-  Dataset thin = data;
-  // New containers instead of cleared ones, which would keep the room of all rows.
-  thin.table.rows = std::vector<table::MeasuredRow>();
-  thin.conditions = PerRow<effects::Conditions>();
-  thin.payloads = PerRow<loads::Payload>();
-  thin.numbers = PerRow<RowNumbers>();
-  thin.session_of = PerRow<SessionIndex>();
-  thin.cluster_of = PerRow<ClusterIndex>();
-  for (RecordedSignal& signal : thin.signals) signal.values = PerRow<double>();
+  Dataset subset = data;
+  // New containers, since cleared ones would keep the memory of all rows.
+  subset.table.rows = std::vector<table::MeasuredRow>();
+  subset.conditions = PerRow<effects::Conditions>();
+  subset.payloads = PerRow<loads::Payload>();
+  subset.numbers = PerRow<RowNumbers>();
+  subset.session_of = PerRow<SessionIndex>();
+  subset.cluster_of = PerRow<ClusterIndex>();
+  for (RecordedSignal& signal : subset.signals) signal.values = PerRow<double>();
   std::map<ClusterIndex, ClusterIndex> renumbered;
   for (const RowIndex row : rows) {
-    thin.table.rows.push_back(data.measured(row));
-    thin.conditions.push_back(data.conditions[row]);
-    thin.payloads.push_back(data.payloads[row]);
-    thin.numbers.push_back(data.numbers[row]);
-    thin.session_of.push_back(data.session_of[row]);
-    thin.cluster_of.push_back(
+    subset.table.rows.push_back(data.measured(row));
+    subset.conditions.push_back(data.conditions[row]);
+    subset.payloads.push_back(data.payloads[row]);
+    subset.numbers.push_back(data.numbers[row]);
+    subset.session_of.push_back(data.session_of[row]);
+    subset.cluster_of.push_back(
         renumbered.emplace(data.cluster_of[row], ClusterIndex(renumbered.size())).first->second);
     for (const SignalIndex signal : data.signals.indices()) {
-      thin.signals[signal].values.push_back(data.signals[signal].values[row]);
+      subset.signals[signal].values.push_back(data.signals[signal].values[row]);
     }
   }
-  thin.clusters = static_cast<int>(renumbered.size());
-  return thin;
+  subset.clusters = static_cast<int>(renumbered.size());
+  return subset;
 }
 
 namespace {
 
-int NumbersOfARow(const Dataset& data) {
+int ResidualsPerRow(const Dataset& data) {
   return data.ranges() ? 1 : 3;
 }
 
-/// Why the table holds nothing to diagnose.
-std::optional<Error> WithoutMeasuredValues(const Dataset& data) {
+/// Error if the table has no measurements of the cell's kind.
+std::optional<Error> MissingMeasurements(const Dataset& data) {
   const bool range = data.ranges();
   if (range ? data.table.recorded.range : data.table.recorded.position) return {};
   return Error{
-      fmt::format("has no {} column{}: nothing was measured; the cell says "
-                  "[measurement] kind, check it and the header",
+      fmt::format("has no {} column{}: nothing was measured; check [measurement] kind in the cell, "
+                  "and the header of the file",
                   range ? "range_mm" : "x_mm, y_mm, z_mm", range ? "" : "s")};
 }
 
 std::optional<Error> TooFewRows(const Dataset& data) {
   const int free_numbers =
       data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
-  const int of_row = NumbersOfARow(data);
-  const int needed = std::max(kFewestRows, (free_numbers + 3 + of_row - 1) / of_row);
+  const int of_row = ResidualsPerRow(data);
+  const int needed = std::max(kMinRows, (free_numbers + 3 + of_row - 1) / of_row);
   if (data.rows() >= needed) return {};
   return Error{
       fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
-                  "spread over the cell (30 or more tell effects apart)",
+                  "spread over the cell (30 or more distinguish the effects)",
                   data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
 }
 
-/// Conditions, loads and clusters of the rows.
-void DescribeRows(Dataset& data) {
+/// Sets the conditions, loads and clusters of the rows.
+void SetConditions(Dataset& data) {
   const model::CellModel& cell = data.cell;
-  data.numbers.assign(data.table.rows.size(), {NumbersOfARow(data), {}});
+  data.numbers.assign(data.table.rows.size(), {ResidualsPerRow(data), {}});
   data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
   for (const table::MeasuredRow& row : data.table.rows) {
     const bool loaded = data.table.recorded.payload && cell.payload_cog_F;
@@ -386,13 +390,14 @@ void FindStillJoints(Dataset& data) {
     };
     if (std::any_of(data.table.rows.begin(), data.table.rows.end(), moved)) continue;
     data.still_joints.push_back(i);
-    data.notes.push_back(
-        fmt::format("joint q{} never moved: what depends on it cannot be told", i + 1));
+    data.notes.push_back(fmt::format(
+        "joint q{} never moved: effects that depend on it cannot be identified", i + 1));
   }
 }
 
-/// The declared sigma, else that of repeats, else left to the residual.
-void SettleNoise(Dataset& data) {
+/// Sets the noise: the declared sigma, otherwise that of the replicates, otherwise left to the
+/// residual.
+void SetNoise(Dataset& data) {
   NoiseFromRepeats(data);
   if (data.cell.measurement.sigma_m) {
     data.sigma_m = *data.cell.measurement.sigma_m;
@@ -418,27 +423,27 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   Dataset data;
   data.cell = cell;
   data.table = std::move(measured);
-  if (auto error = WithoutMeasuredValues(data)) return *error;
-  SetUnmeasuredAside(data);
+  if (auto error = MissingMeasurements(data)) return *error;
+  SeparateUnmeasuredRows(data);
   DropCopies(data);
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
     return Error{*impossible};
   }
   if (const auto grams = PayloadsInGrams(data.table)) return Error{*grams};
-  GiveUpRestartedClock(data.table);
+  DiscardRestartedClock(data.table);
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
   if (auto error = TooFewRows(data)) return *error;
-  DescribeRows(data);
+  SetConditions(data);
   FindSignals(data);
   FindStillJoints(data);
-  SettleNoise(data);
+  SetNoise(data);
   if (data.table.recorded.q_step) {
     AddReadingError(data);
   } else {
-    TellUndeclaredStep(data);
+    NoteUndeclaredStep(data);
   }
-  SayWhatIsMissing(data);
+  NoteMissingSignals(data);
   return data;
 }
 

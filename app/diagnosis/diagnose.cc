@@ -1,4 +1,4 @@
-// The stages of a diagnosis, in their order.
+// Stages of a diagnosis, in the order of execution.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,9 +30,10 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr int kSearchedRows = 2200;  // more are thinned for the search; all are fitted and judged
+constexpr int kSearchedRows =
+    2200;  // larger tables are thinned for the search; the fit and its validation use all rows
 
-/// What every stage is given: the rows, and whom to report to.
+/// Input common to all stages.
 struct Task {
   const Dataset& data;
   const DiagnosisOptions& options;
@@ -44,21 +45,21 @@ struct Task {
   static Error InterruptedError() { return Error{"interrupted"}; }
 };
 
-/// A model and what it leaves at every row.
+/// A model and its residuals.
 struct FittedModel {
   Model model;
   PerRow<Vec3> errors;  ///< [m]
 };
 
-/// The identified model fitted to all rows, those too that were not searched.
+/// The identified model fitted to all rows, including those not used by the search.
 struct FitOfAllRows {
   FitProblem problem;
   Refit refit;
   Linearisation linear;
-  PerRow<Vec3> errors;  ///< that it leaves [m]
+  PerRow<Vec3> errors;  ///< residuals [m]
 };
 
-/// The model that is written, and what it rests on.
+/// The model to be written, and its validation.
 struct CorrectedModel {
   Model model;
   PerRow<Vec3> errors;    ///< [m]
@@ -66,7 +67,7 @@ struct CorrectedModel {
   double discrepancy_parameters = 0;
 };
 
-/// 3-D RMS over the rows that are no outliers.
+/// 3-D RMS over the rows that are not outliers.
 double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
   double sum = 0, count = 0;
   for (const RowIndex row : errors.indices()) {
@@ -77,18 +78,19 @@ double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// 3-D RMS of the difference of errors over the rows that are no outliers.
+/// 3-D RMS of the difference of errors over the rows that are not outliers.
 double RmsBetween(PerRow<Vec3> a, const PerRow<Vec3>& b, const PerRow<double>& weights) {
   for (const RowIndex row : a.indices()) a[row] -= b[row];
   return Rms(a, weights);
 }
 
-/// What is added in squares to `less_m` to make `more_m`; 0 where it is not less.
+/// sqrt(more^2 - less^2), or 0 if `more_m` is smaller.
 double RmsBeyond(double more_m, double less_m) {
   return std::sqrt(std::max(0.0, more_m * more_m - less_m * less_m));
 }
 
-/// The share of what the model moves at the rows that is not the named effects': sums of squares.
+/// Share of the model's displacement of the rows (sums of squares) that is not due to the named
+/// effects.
 double UnnamedShare(const PerRow<RowTrace>& rows, const PerRow<Vec3>& by_the_named) {
   double named = 0, unnamed = 0;
   for (const RowIndex k : rows.indices()) {
@@ -103,8 +105,9 @@ std::optional<double> TimeZeroOf(const model::CellModel& cell) {
   return cell.domain ? cell.domain->time_zero_s : std::nullopt;
 }
 
-/// The rows with t_s counted from the cell's own zero, and no order where the caller knows of none.
-table::MeasuredTable OnCellsClock(const model::CellModel& cell, table::MeasuredTable table,
+/// The rows with t_s relative to the cell's time zero, and without order of moves if the caller
+/// does not know it.
+table::MeasuredTable WithCellTime(const model::CellModel& cell, table::MeasuredTable table,
                                   const DiagnosisOptions& options) {
   const std::optional<double> cell_zero_s = TimeZeroOf(cell);
   if (cell_zero_s && options.time_zero_s) {
@@ -114,12 +117,12 @@ table::MeasuredTable OnCellsClock(const model::CellModel& cell, table::MeasuredT
   return table;
 }
 
-/// The declared cell with its free frames; an error names the mistake where rows and cell differ by
-/// more than any effect.
+/// Fits the free frames of the declared cell. If rows and cell differ by more than any effect, the
+/// error names the mistake.
 Result<FittedModel> FitDeclared(const Task& task) {
   task.Report(0.02, "aligning frames");
   const int threads = task.options.threads;
-  // Numbers in another unit may bend the arm beyond any posture.
+  // With values in a wrong unit, the deflection of the arm may not converge.
   const auto failed = [&](const std::string& error) {
     return Error{ChangedUnit(task.data, threads).value_or(error)};
   };
@@ -133,7 +136,7 @@ Result<FittedModel> FitDeclared(const Task& task) {
   return FittedModel{*aligned, ErrorsOf(*linear)};
 }
 
-/// What was identified on the searched rows, fitted to all of them with weights of their own.
+/// Fits the identified model to all rows with new weights, if the search used a subset.
 Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool thinned) {
   task.Report(0.6, "fitting all rows");
   const Dataset& data = task.data;
@@ -149,7 +152,7 @@ Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool 
   const double scatter = std::max(found.fit.sigma_m, RobustSigma(data, residuals));
   fit.problem.weights = HampelWeights(
       data, residuals, found.many_outliers ? scatter : OutlierScale(data, residuals, scatter));
-  constexpr int kIterations = 3;  // from what fits the searched rows
+  constexpr int kIterations = 3;  // starts at the fit of the searched rows
   const Result<Refit> refit = RefitModel(fit.problem, found.model, {kIterations});
   if (!refit) return Error{refit.error()};
   linear = Linearise(data, refit->model, false, task.options.threads);
@@ -178,7 +181,7 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   }
 }
 
-/// Notes what the steps of the joint readings hide.
+/// Adds a note on the effects hidden by the joint resolution.
 void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
   if (data.reading_sigma_m <= 0 || diagnosis.minimum_detectable_m.empty()) return;
   double least_m = HUGE_VAL;
@@ -186,12 +189,12 @@ void AddReadingNote(const Dataset& data, Diagnosis& diagnosis) {
     least_m = std::min(least_m, size_m);
   }
   diagnosis.notes.push_back(
-      fmt::format("with joints read in steps of {:.3g} mrad no effect below {:.2g} mm (3-D RMS "
-                  "over these rows) can be seen",
+      fmt::format("with a joint resolution of {:.3g} mrad, no effect below {:.2g} mm (3-D RMS over "
+                  "these rows) can be detected",
                   1e3 * data.q_step_rad, 1e3 * least_m));
 }
 
-/// Notes that successive residuals are correlated, and what that costs.
+/// Adds a note if successive residuals are correlated.
 void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
   const double rho = problem.row_correlation;
   if (rho <= 0) return;
@@ -201,11 +204,11 @@ void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
       rho, (1 + rho) / (1 - rho)));
 }
 
-/// Findings, rivals, what was refused, what would have been seen, signals, the verdict, and where
-/// to measure next if it is ambiguous.
+/// Adds findings, rivals, rejected candidates, detection limits, signals, the verdict and, if it is
+/// ambiguous, the next poses.
 void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
              Diagnosis& diagnosis) {
-  task.Report(0.65, "judging rivals");
+  task.Report(0.65, "comparing rivals");
   const FindingsContext context{found.fit,        *found.candidate_set, found.best,  fit.refit,
                                 found.refit.chi2, found.ranked,         task.options};
   AddFindings(context, diagnosis);
@@ -220,29 +223,29 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   AddConsidered(context, found.candidates, diagnosis);
   AddDetectable(*found.candidate_set, found.candidates, diagnosis);
   if (task.Interrupted()) return;
-  task.Report(0.7, "what the residual follows");
+  task.Report(0.7, "testing signals");
   AddSignals(task.data, found, diagnosis);
   SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), diagnosis);
   AddReadingNote(task.data, diagnosis);
   AddCorrelationNote(found.fit, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
-  task.Report(0.75, "where to measure next");
+  task.Report(0.75, "planning further measurements");
   AddNextPoses(*found.candidate_set, found.model, found.fit.weights, found.best, rivals,
                task.options, diagnosis);
 }
 
-/// The errors of every way, and those of blocks of time by themselves.
+/// Adds the held-out errors of all schemes, and separately those of blocks of time.
 void AddHeldOutErrors(const Validation& validation, Diagnosis& diagnosis) {
   diagnosis.held_out_by_all = validation.errors;
   for (const HeldOutError& error : validation.errors) {
-    if (error.by != validation.ways.front().by) continue;
+    if (error.by != validation.schemes.front().by) continue;
     diagnosis.held_out = error;
     diagnosis.held_out_by = error.by;
   }
 }
 
-/// The fitted model as its findings are written, with the discrepancy model's effects, its free
-/// frames fitted anew.
+/// The model of the written findings plus the effects of the discrepancy model, with its free
+/// frames refitted.
 Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
                                     const DiscrepancyModel& discrepancy, Diagnosis& diagnosis) {
   const Dataset& data = task.data;
@@ -261,14 +264,14 @@ Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
   const Result<Linearisation> linear = Linearise(data, model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
   diagnosis.notes.push_back(fmt::format(
-      "beside what is named, the model carries a discrepancy model worth {:.0f} parameters; it "
-      "corrects where there is data and explains nothing",
+      "besides the named effects, the model contains a discrepancy model with {:.0f} effective "
+      "parameters; it corrects within the measured range and explains nothing",
       discrepancy.effective_parameters));
   return FittedModel{model, ErrorsOf(*linear)};
 }
 
-/// The fitted model with its effects as they are written: curves are shrunk, and end where their
-/// rows do.
+/// The fitted model with its effects as written: curves are shrunk and limited to the range of
+/// their rows.
 Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
                               const Diagnosis& diagnosis) {
   FittedModel written{fit.refit.model, fit.errors};
@@ -282,14 +285,14 @@ Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
   return written;
 }
 
-/// Holds rows out, and lets that decide what of the model is written.
+/// Validates the model by held-out rows and decides which parts of it are written.
 Result<CorrectedModel> Validated(const Task& task, const Identified& found, const FitOfAllRows& fit,
                                  Diagnosis& diagnosis) {
   task.Report(0.8, "fitting a discrepancy model");
   const std::optional<DiscrepancyModel> offered =
       DiscrepancyModelOf(*found.candidate_set, found.best, found.candidates);
   if (task.Interrupted()) return Task::InterruptedError();
-  task.Report(0.85, "held-out rows");
+  task.Report(0.85, "predicting held-out rows");
   const HeldOutInput input{
       found.fit,           found.linear,  found.model,
       found.candidates,    found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
@@ -304,10 +307,10 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   if (offered && !admitted) {
     corrected.validation = WithoutDiscrepancy(input, std::move(corrected.validation));
     diagnosis.notes.emplace_back(
-        "a discrepancy model of what remains was tried and left out: it does not predict regions "
-        "or sessions that it has not seen");
+        "a discrepancy model of the remaining residual was fitted but omitted: it does not improve "
+        "the prediction of held-out regions or sessions");
   }
-  // What shrinking and bounding cost at the rows is an error of the held-out rows, too.
+  // The error by shrinking and limiting the curves applies to the held-out rows, too.
   AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.errors, fit.problem.weights)),
            corrected.validation);
   AddHeldOutErrors(corrected.validation, diagnosis);
@@ -324,7 +327,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   return corrected;
 }
 
-/// Takes the correction back where it must not be written.
+/// Removes the correction if it must not be written.
 void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis& diagnosis) {
   if (diagnosis.withheld.empty()) return;
   diagnosis.notes.push_back(diagnosis.withheld);
@@ -333,14 +336,14 @@ void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis&
   diagnosis.rms_after_m = diagnosis.rms_before_m;
 }
 
-/// One trace a row: what was measured, and residuals before, after and held out.
+/// Adds one trace per row: the measurement, and the residuals before, after and held out.
 void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& declared,
              const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   std::map<int, RowIndex> searched_of_line;
   for (const RowIndex row : searched.row_indices()) {
     searched_of_line[searched.measured(row).line] = row;
   }
-  const HeldOut& held_out = corrected.validation.ways.front();
+  const HeldOut& held_out = corrected.validation.schemes.front();
   for (const RowIndex row : data.row_indices()) {
     RowTrace& trace = diagnosis.rows.emplace_back();
     trace.line = data.measured(row).line;
@@ -362,14 +365,15 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
 }
 
-/// A correction whose causes are not confirmed fades with the distance from the measured poses.
+/// A correction fades with the distance from the measured poses unless its causes are confirmed.
 Correction CorrectionOf(const Diagnosis& diagnosis) {
   if (!diagnosis.withheld.empty()) return Correction::kNone;
   const bool confirmed = diagnosis.verdict != Verdict::kUnknown && diagnosis.discrepancy.empty();
   return confirmed ? Correction::kWritten : Correction::kFading;
 }
 
-/// The frames of the declared model, to which those of the sessions go over as a correction fades.
+/// Adds the frames of the declared model, which replace those of the sessions as a correction
+/// fades.
 void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& diagnosis) {
   for (std::size_t k = 0; k < diagnosis.sessions.size(); ++k) {
     model::SessionFrames& frames = diagnosis.sessions[k];
@@ -379,8 +383,9 @@ void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& di
   }
 }
 
-/// Variance on one axis between the answer and the rival that moves the tips most [m^2]. Ranges do
-/// not test it: explanations that agree along the wire put the tips apart across it.
+/// Variance of one axis between the answer and the rival with the largest tip displacement [m^2].
+/// Used for ranges, which do not test this difference: explanations that agree along the wire may
+/// differ across it.
 double VarianceBetweenRivals(const Diagnosis& diagnosis) {
   double most_m2 = 0;
   for (const Rival& rival : diagnosis.rivals) {
@@ -392,7 +397,7 @@ double VarianceBetweenRivals(const Diagnosis& diagnosis) {
   return most_m2;
 }
 
-/// How far newly measured points lie from the written model, near the measured poses and away.
+/// Adds the expected residuals of new points, near the measured poses and far from them.
 void AddSpread(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
@@ -402,7 +407,7 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   }
   diagnosis.domain.residual_sigma_m = spread->near_m;
   diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
-  // Half a turn away, where d is 2, it would add less than half a percent.
+  // Half a turn away, where d is 2, it would add less than 0.5 %.
   constexpr double kNegligible = 0.05;
   if (spread->distant_m < kNegligible * spread->near_m) return;
   diagnosis.domain.distant_sigma_m = spread->distant_m;
@@ -411,7 +416,7 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
     if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
   const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
-  diagnosis.domain.poses = KeptPoses(cell, task.data, accepted);
+  diagnosis.domain.poses = StoredPoses(cell, task.data, accepted);
   if (!spread->declared_m) return;
   diagnosis.domain.declared_sigma_m = spread->declared_m;
   const kinematics::PoseDistance kept = DistanceFrom(cell, diagnosis.domain.poses);
@@ -419,7 +424,7 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   AddDeclaredFrames(task.data, declared, diagnosis);
 }
 
-/// Frames, and the domain in which the written model was validated.
+/// Adds the frames and the domain in which the written model was validated.
 void AddDomain(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
@@ -428,8 +433,8 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
   if (diagnosis.domain.residual_sigma_m &&
       static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
     diagnosis.notes.push_back(
-        fmt::format("{} of {} rows are rejected, more than a 95 % radius may leave out: the radius "
-                    "is widened for them; find out what they have in common",
+        fmt::format("{} of {} rows are rejected as outliers, more than a 95 % radius may exclude: "
+                    "the radius is widened to include them; find out what they have in common",
                     rejected, rows));
   }
   const std::optional<double> cell_zero_s = TimeZeroOf(task.data.cell);
@@ -440,25 +445,25 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
 
 Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTable measured,
                                const DiagnosisOptions& options) {
-  Result<Dataset> data = DatasetFrom(cell, OnCellsClock(cell, std::move(measured), options));
+  Result<Dataset> data = DatasetFrom(cell, WithCellTime(cell, std::move(measured), options));
   if (!data) return Error{data.error()};
   const Task task{*data, options};
   const Result<FittedModel> declared = FitDeclared(task);
   if (!declared) return Error{declared.error()};
   CopyBasePosesToRows(declared->model, data.value());
   const Dataset searched = SelectRows(*data, EvenlySpacedRows(*data, kSearchedRows));
-  const auto tell_from = [&task](double from, double to) {
+  const auto progress_between = [&task](double from, double to) {
     return [&task, from, to](double share, const std::string& what) {
       task.Report(from + (to - from) * share, what);
     };
   };
-  if (const auto change = HiddenUnitChange(searched, options, tell_from(0.03, 0.05))) {
+  if (const auto change = HiddenUnitChange(searched, options, progress_between(0.03, 0.05))) {
     return Error{*change};
   }
   const Result<Identified> found =
-      Identify(searched, declared->model, options, tell_from(0.05, 0.5));
+      Identify(searched, declared->model, options, progress_between(0.05, 0.5));
   if (!found) return Error{found.error()};
-  if (const auto mistake = HiddenMistake(*found, options, tell_from(0.5, 0.6)))
+  if (const auto mistake = HiddenMistake(*found, options, progress_between(0.5, 0.6)))
     return Error{*mistake};
   const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
   if (!fit) return Error{fit.error()};
@@ -473,7 +478,7 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
   if (!validated) return Error{validated.error()};
   CorrectedModel& corrected = validated.value();
-  CheckExplanation({found->fit, corrected.validation.ways.front(),
+  CheckExplanation({found->fit, corrected.validation.schemes.front(),
                     static_cast<double>(found->best.columns.size()),
                     RmsBetween(fit->errors, corrected.errors, fit->problem.weights)},
                    diagnosis);

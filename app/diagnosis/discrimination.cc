@@ -10,8 +10,8 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr double kForNoise = 2;     // sigma beyond what rules a rival out, for luck
-constexpr double kForMargin = 0.1;  // what d^2 beyond the need counts: linear models are optimistic
+constexpr double kForNoise = 2;  // [sigma] margin for noise beyond the gap that rules a rival out
+constexpr double kForMargin = 0.1;  // weight of d^2 beyond the need: linear models are optimistic
 
 }  // namespace
 
@@ -147,8 +147,8 @@ double Discrimination::LargestDistance(const Dataset& candidates, const Linearis
   double farthest = 0;
   for (std::size_t j = 1; j < sides_.size(); ++j) {
     const Eigen::VectorXd apart = at.fields.col(0) - at.X[j] * sides_[j].theta.col(0);
-    // Lengths alone: turns of a measured pose are no millimetres.
-    const auto lengths = std::min<Eigen::Index>(apart.size(), kMostLengths);
+    // Lengths only; the orientation residuals of a pose are not in millimetres.
+    const auto lengths = std::min<Eigen::Index>(apart.size(), kMaxLengths);
     farthest = std::max(farthest, apart.head(lengths).norm());
   }
   return farthest * candidate_set_.problem().sigma_m();

@@ -11,14 +11,14 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr std::size_t kMostTries = 3;  // refits that a round may lose before elimination ends
-/// A unit is tried where its Wald statistic is less than so many times its cost: the statistic is
-/// that of the quadratic approximation, which a refit may better.
-constexpr double kWorthTrying = 2;
+constexpr std::size_t kMaxTries = 3;  // failed refits in one round after which elimination ends
+/// A unit is tried if its Wald statistic is below this multiple of its cost. The statistic is a
+/// quadratic approximation; the increase of chi2 after the refit may be smaller.
+constexpr double kMaxWaldRatio = 2;
 
 using UnitParameters = std::map<BlockUnit, std::vector<int>>;
 
-/// The refitted sizes of each unit, as places in the covariance.
+/// Indices into the covariance of the refitted sizes of each unit.
 UnitParameters SizesOfUnits(const CandidateSet& candidate_set, const RefittedExplanation& of) {
   const EffectsOfUnits from =
       EffectsAndUnits(candidate_set.problem().data(), candidate_set.blocks(),
@@ -35,8 +35,8 @@ UnitParameters SizesOfUnits(const CandidateSet& candidate_set, const RefittedExp
   return sizes;
 }
 
-/// v^T C^-1 v of some refitted sizes v, C their covariance: chi2 of taking them for 0, to second
-/// order. 0 where the rows leave one of them free.
+/// Wald statistic v^T C^-1 v of some refitted sizes v with covariance C: the increase of chi2, to
+/// second order, if they are set to 0. 0 if one of them is not identifiable.
 double Wald(const Refit& refit, const std::vector<int>& places) {
   const auto n = static_cast<Eigen::Index>(places.size());
   Eigen::VectorXd values(n), scale(n);
@@ -65,11 +65,11 @@ double CostOf(const Explanation& explanation) {
   return explanation.score - explanation.chi2;
 }
 
-/// An explanation by one unit less, and what it saves.
+/// An explanation with one unit less.
 struct Smaller {
   Explanation explanation;
-  double saved = 0;   ///< cost
-  double excess = 0;  ///< Wald statistic beyond it
+  double saved = 0;   ///< reduction of the cost
+  double excess = 0;  ///< Wald statistic minus the saved cost
 };
 
 std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& candidate_set,
@@ -83,8 +83,8 @@ std::vector<ColumnIndex> ColumnsWithout(const CandidateSet& candidate_set,
   return columns;
 }
 
-/// False where a refitted size is one that no machine shows: ten times the largest plausible one,
-/// or of a sign that physics excludes; as in the linear search (CandidateSet::Evaluate).
+/// False if a refitted size is impossible: beyond ten times the largest plausible one, or with a
+/// sign that physics excludes; as in the linear search (CandidateSet::Evaluate).
 bool WithinBounds(const Dataset& data, const Model& model) {
   return std::all_of(model.effects.begin(), model.effects.end(),
                      [&](const effects::ActiveEffect& effect) {
@@ -92,8 +92,9 @@ bool WithinBounds(const Dataset& data, const Model& model) {
                      });
 }
 
-/// Those worth a refit, the least loss first.
-std::vector<Smaller> SmallerOnes(const CandidateSet& candidate_set, const RefittedExplanation& of) {
+/// Explanations with one unit less that are worth a refit, the smallest loss first.
+std::vector<Smaller> SmallerExplanations(const CandidateSet& candidate_set,
+                                         const RefittedExplanation& of) {
   std::vector<Smaller> smaller;
   for (const auto& [unit, places] : SizesOfUnits(candidate_set, of)) {
     Smaller& one = smaller.emplace_back();
@@ -101,23 +102,23 @@ std::vector<Smaller> SmallerOnes(const CandidateSet& candidate_set, const Refitt
     one.saved = CostOf(of.explanation) - CostOf(one.explanation);
     const double wald = Wald(of.refit, places);
     one.excess = wald - one.saved;
-    if (wald > kWorthTrying * one.saved) smaller.pop_back();
+    if (wald > kMaxWaldRatio * one.saved) smaller.pop_back();
   }
   std::stable_sort(smaller.begin(), smaller.end(),
                    [](const Smaller& a, const Smaller& b) { return a.excess < b.excess; });
-  if (smaller.size() > kMostTries) smaller.resize(kMostTries);
+  if (smaller.size() > kMaxTries) smaller.resize(kMaxTries);
   return smaller;
 }
 
-std::optional<RefittedExplanation> BetterSmaller(const CandidateSet& candidate_set,
-                                                 const RefittedExplanation& of,
-                                                 const RefitExplanation& refit) {
+std::optional<RefittedExplanation> BestSmaller(const CandidateSet& candidate_set,
+                                               const RefittedExplanation& of,
+                                               const RefitExplanation& refit) {
   const Dataset& data = candidate_set.problem().data();
   const bool within = WithinBounds(data, of.refit.model);
-  for (Smaller& one : SmallerOnes(candidate_set, of)) {
+  for (Smaller& one : SmallerExplanations(candidate_set, of)) {
     Result<Refit> refitted = refit(one.explanation);
     if (!refitted || refitted->chi2 - of.refit.chi2 > one.saved) continue;
-    // Without the unit another may take what it explained at a size that is none.
+    // Another unit may absorb what this one explained, but only with an impossible size.
     if (within && !WithinBounds(data, refitted->model)) continue;
     return RefittedExplanation{std::move(one.explanation), std::move(refitted).value()};
   }
@@ -129,7 +130,7 @@ std::optional<RefittedExplanation> BetterSmaller(const CandidateSet& candidate_s
 RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
                                          const RefitExplanation& refit) {
   if (of.explanation.blocks.size() > kMaxRefittedBlocks) return of;
-  while (auto smaller = BetterSmaller(candidate_set, of, refit)) of = std::move(*smaller);
+  while (auto smaller = BestSmaller(candidate_set, of, refit)) of = std::move(*smaller);
   return of;
 }
 

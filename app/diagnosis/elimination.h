@@ -17,16 +17,17 @@ struct RefittedExplanation {
 /// Refits an explanation from its linear values.
 using RefitExplanation = std::function<Result<Refit>(const Explanation&)>;
 
-/// Blocks of an explanation that is refitted in the course of a search. One of more has no cause
-/// that anybody would name, and refitting each of its parts takes longer than the search.
+/// Maximum number of blocks of an explanation that is refitted during the search. Larger
+/// explanations have no nameable cause, and refitting each of their parts would take longer than
+/// the search.
 inline constexpr std::size_t kMaxRefittedBlocks = 6;
 
-/// Drops the units that raise the refitted chi2 by less than they cost. The linear search cannot
-/// know them: with time constants, cycles and frames free, the other effects may take over what a
-/// unit explained while their shapes were fixed. None is dropped where the refit of the others
-/// needs a size beyond kDiscardRatio or of an excluded sign. Explanations of more than
-/// kMaxRefittedBlocks stay.
-/// @param of  of the candidate set
+/// Drops units whose removal raises the refitted chi2 by less than their cost. The linear search
+/// cannot find them: only when time constants, cycles and frames are free can the other effects
+/// absorb what such a unit explained. A unit is kept if the refit without it needs a size beyond
+/// kDiscardRatio or with an excluded sign. Explanations with more than kMaxRefittedBlocks blocks
+/// are returned unchanged.
+/// @param of  by columns of the candidate set
 RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
                                          const RefitExplanation& refit);
 

@@ -20,20 +20,20 @@ std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int mos
   return chosen;
 }
 
-std::vector<model::JointVector> KeptPoses(const model::CellModel& cell, const Dataset& data,
-                                          const FitRows& rows) {
-  std::vector<model::JointVector> measured, kept;
+std::vector<model::JointVector> StoredPoses(const model::CellModel& cell, const Dataset& data,
+                                            const FitRows& rows) {
+  std::vector<model::JointVector> measured, stored;
   for (const RowIndex row : rows) measured.push_back(data.measured(row).q);
   for (const Eigen::Index pose :
-       FarthestColumns(DistanceFrom(cell, measured).features(), kMostPosesKept)) {
-    kept.push_back(measured[static_cast<std::size_t>(pose)]);
+       FarthestColumns(DistanceFrom(cell, measured).features(), kMaxStoredPoses)) {
+    stored.push_back(measured[static_cast<std::size_t>(pose)]);
   }
-  return kept;
+  return stored;
 }
 
-double ReachOf(const kinematics::PoseDistance& kept, const Dataset& data, const FitRows& rows) {
+double ReachOf(const kinematics::PoseDistance& stored, const Dataset& data, const FitRows& rows) {
   double reach = 0;
-  for (const RowIndex row : rows) reach = std::max(reach, kept.Of(data.measured(row).q));
+  for (const RowIndex row : rows) reach = std::max(reach, stored.Of(data.measured(row).q));
   return reach;
 }
 

@@ -1,4 +1,4 @@
-// Poses spread as far as possible over those that were measured.
+// Farthest-point selection of the measured poses that a written model stores.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,25 +9,27 @@
 
 namespace plumbline::diagnosis {
 
-/// Most poses that a written model keeps: enough that the nearest of several hundred measured poses
-/// in six joints is hardly farther than the nearest of all, and half a microsecond in the cycle.
-inline constexpr int kMostPosesKept = 48;
+/// Maximum number of poses stored in a written model. With several hundred measured poses of six
+/// joints, the nearest stored pose is hardly farther away than the nearest measured one; the
+/// distance costs half a microsecond in the control cycle.
+inline constexpr int kMaxStoredPoses = 48;
 
-/// Columns as far apart as possible, the first the one nearest to their mean, each further one the
-/// farthest from those before it; at most `most`, and no two that are the same
-/// [Gonzalez, Theor. Comput. Sci. 38 (1985) 293].
+/// Indices of at most `most` distinct columns that are far apart: first the column nearest to the
+/// mean, then repeatedly the one farthest from those already selected [Gonzalez, Theor. Comput.
+/// Sci. 38 (1985) 293].
 std::vector<Eigen::Index> FarthestColumns(const Eigen::MatrixXd& points, int most);
 
-/// The poses of `rows` that a model fitted to them keeps to count distances from.
+/// Selects the poses of `rows` that a model fitted to these rows stores; distances are measured
+/// from them.
 /// @param cell  with the frames of that model
-std::vector<model::JointVector> KeptPoses(const model::CellModel& cell, const Dataset& data,
-                                          const FitRows& rows);
+std::vector<model::JointVector> StoredPoses(const model::CellModel& cell, const Dataset& data,
+                                            const FitRows& rows);
 
-/// Distances of the tip of `cell` from poses; see pose_distance.h.
+/// Distance function from a set of poses for the tip of `cell`; see pose_distance.h.
 kinematics::PoseDistance DistanceFrom(const model::CellModel& cell,
                                       const std::vector<model::JointVector>& poses);
 
-/// Distance from the kept poses within which all of `rows` lie [rad].
-double ReachOf(const kinematics::PoseDistance& kept, const Dataset& data, const FitRows& rows);
+/// Largest distance of the `rows` from the stored poses [rad].
+double ReachOf(const kinematics::PoseDistance& stored, const Dataset& data, const FitRows& rows);
 
 }  // namespace plumbline::diagnosis

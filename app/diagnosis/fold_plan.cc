@@ -16,7 +16,7 @@ constexpr int kFolds = 5;
 constexpr int kBlocksPerFold = 4;
 constexpr int kLloydSteps = 20;
 
-/// Joints of the first row of each cluster, scaled; shape (joints, clusters).
+/// Joint values of the first row of each cluster, standardised; shape (joints, clusters).
 Eigen::MatrixXd ScaledPosesOfClusters(const Dataset& data) {
   const int joints = data.cell.robot.size();
   Eigen::MatrixXd poses = Eigen::MatrixXd::Zero(joints, data.clusters);

@@ -1,4 +1,4 @@
-// Ways to hold rows out: blocks of time, regions of the joint space, sessions.
+// Cross-validation folds: by blocks of time, regions of the joint space, or sessions.
 #pragma once
 
 #include <string>
@@ -8,31 +8,32 @@
 
 namespace plumbline::diagnosis {
 
-/// Which rows are predicted together from all others. Rows of one cluster (repeats of a pose) share
+/// Assignment of rows to folds; each fold is predicted from all others. Replicates of a pose share
 /// a fold.
 struct FoldPlan {
-  std::string by;       ///< "blocks of time", as answers print it
+  std::string by;       ///< name in the output: "blocks of time"
   PerRow<int> fold_of;  ///< 0..folds-1
-  int folds = 0;        ///< 0: the rows allow none
-  /// Frames that the cell leaves free are fitted to the held-out rows too: a session left out has
-  /// no other rows to say where its instrument stood.
+  int folds = 0;        ///< 0 if the rows cannot be divided this way
+  /// True if free frames are fitted to the held-out rows, too: no other rows determine the
+  /// instrument pose of a session that is left out.
   bool aligned = false;
 };
 
-/// Five folds of four blocks of consecutive rows each, dealt in turn: prediction between the rows.
+/// Five folds of four blocks of consecutive rows each, assigned in turn. Tests interpolation
+/// between the rows.
 FoldPlan BlocksOfTime(const Dataset& data);
 
-/// Up to five regions of the joint space, of distinct poses whatever their load: prediction beyond
-/// the rows. k-means from the farthest
-/// points [Gonzalez, Theor. Comput. Sci. 38 (1985) 293; Lloyd, IEEE Trans. Inf. Theory 28 (1982)
-/// 129], joints scaled by their standard deviation.
+/// Up to five regions of the joint space, regardless of payload. Tests prediction beyond the
+/// measured poses. k-means with farthest-point initialisation [Gonzalez, Theor. Comput. Sci. 38
+/// (1985) 293; Lloyd, IEEE Trans. Inf. Theory 28 (1982) 129], joints scaled by their standard
+/// deviation.
 FoldPlan RegionsOfJointSpace(const Dataset& data);
 
-/// Two folds: the distinct poses on either side of the median along the line between two poses far
-/// apart, as pose_distance.h counts distances. Prediction as far as the rows allow to test it.
+/// Two folds: the poses on either side of the median along the line between two distant poses, in
+/// the metric of pose_distance.h. Tests prediction at the largest distance that the rows permit.
 FoldPlan OppositeHalves(const Dataset& data);
 
-/// One fold a session: prediction of another day. No folds where there is one session.
+/// One fold per session: tests prediction on another day. No folds if there is only one session.
 FoldPlan Sessions(const Dataset& data);
 
 }  // namespace plumbline::diagnosis

@@ -1,4 +1,4 @@
-// Mistakes in the data that no effect should be blamed for.
+// Detection of gross errors: mistakes in the data or the cell that no effect should explain.
 #pragma once
 
 #include <optional>
@@ -7,23 +7,25 @@
 
 namespace plumbline::diagnosis {
 
-/// Farther than any effect moves the middle row.
+/// No effect moves the median row farther than this.
 inline constexpr double kGross_m = 0.025;
-/// Of the residual, that the right hypothesis falls below.
-inline constexpr double kNamed = 0.2;
+/// A mistake explains the data if correcting it reduces the median residual below this share.
+inline constexpr double kExplainedRatio = 0.2;
 
-/// Asks of every known mistake (mistakes.h) how far the measured points lie from the predicted
-/// ones, frames aligned, were it taken back: r_m, the median over the rows, r without any.
-///  - A column whose unit changes from one line on is asked about first (unit_changes.h).
-///  - Where r > 25 mm, farther than effects move the middle row (a base turned by a degree, which
-///    base_frame holds plausible, goes as far: it is asked about, not corrected), the data are
-///    refused. The mistake of least r_m is named where r_m < r / 5; a fit of tip or base must beat
-///    a hypothesis without free numbers by half. The fifth is a judgement, no quantile: what
-///    decides is that the least is named, and that the figures are told with it.
-///  - A smaller one is named where it brings a residual to the noise (RobustSigma < 1.5 sigma) that
-///    was three times as large, without any free number.
-/// @return  a sentence with the evidence that says what to do; nothing where the residual is of the
-///          size that effects have and no mistake explains it whole
+/// Corrects every known mistake (mistakes.h) in turn, aligns the frames, and compares the median
+/// distance r_m of the measured from the predicted points with the distance r of the uncorrected
+/// data.
+///  - A column whose unit changes from one line on is tried first (unit_changes.h).
+///  - If r > 25 mm, more than effects move the median row, the data are refused. (A base rotated by
+///  one degree, which base_frame considers plausible, reaches this limit; it is reported instead of
+///  corrected.) The mistake with the smallest r_m is named if r_m < r / 5. A fit of tip or base
+///  must be better by a factor of 1.5 than a hypothesis without free parameters. The ratio 1/5 is a
+///  judgement, not a quantile; it matters little, since the best hypothesis is named together with
+///  its figures.
+///  - If r is smaller, a mistake without free parameters is named if correcting it reduces the
+///  residual to the noise (RobustSigma < 1.5 sigma) from at least three times the noise.
+/// @return  a sentence with the evidence and a remedy; nullopt if the residual is no larger than
+/// effects can be and no mistake explains all of it
 std::optional<std::string> GrossError(const Dataset& data, const Linearisation& aligned,
                                       int threads);
 

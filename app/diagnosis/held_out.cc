@@ -16,13 +16,12 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr std::size_t kLeastTraining = 4;
+constexpr std::size_t kMinTrainingRows = 4;
 
-/// The step of each session's frames that fits what a model leaves of the problem's rows, by least
-/// squares.
-Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& problem,
-                                                             const Linearisation& linear,
-                                                             const PerRow<RowResidual>& residual) {
+/// Least squares step of each session's free frames that fits the residuals of the problem's rows.
+Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FrameSteps(const FitProblem& problem,
+                                                              const Linearisation& linear,
+                                                              const PerRow<RowResidual>& residual) {
   const Dataset& data = problem.data;
   Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> steps(data.sessions.size(),
                                                            Eigen::Matrix<double, 9, 1>::Zero());
@@ -50,9 +49,9 @@ Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FramesFor(const FitProblem& p
   return steps;
 }
 
-/// What each row moves away from the arm without effects, measured: residuals of the model with all
-/// of its effects taken out again [m].
-PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
+/// Residuals of the model without its effects, to first order [m]: the measured displacement from
+/// the arm without effects.
+PerRow<RowResidual> ResidualsWithoutEffects(const HeldOutInput& input) {
   PerRow<RowResidual> y;
   for (const RowIndex row : input.problem.data.row_indices()) {
     effects::Influence<double> influence;
@@ -67,10 +66,12 @@ PerRow<RowResidual> WithoutEffects(const HeldOutInput& input) {
   return y;
 }
 
-/// Takes the displacement by an explanation's blocks out of residuals; those that a discrepancy
-/// model carries itself only where `all`. Empirical curves are read in `held`.
-void Subtract(const HeldOutInput& input, const Dataset& held, const CandidateSet& candidate_set,
-              const Explanation& explanation, bool all, PerRow<RowResidual>& residuals) {
+/// Subtracts the displacement by the blocks of an explanation from the residuals; without `all`,
+/// only that by blocks that a discrepancy model does not contain. Empirical curves are evaluated at
+/// the signals of `clamped`.
+void SubtractEffects(const HeldOutInput& input, const Dataset& clamped,
+                     const CandidateSet& candidate_set, const Explanation& explanation, bool all,
+                     PerRow<RowResidual>& residuals) {
   const Dataset& data = input.problem.data;
   Eigen::MatrixXd columns;
   const Coefficients coefficients = candidate_set.CoefficientsOf(explanation);
@@ -79,7 +80,7 @@ void Subtract(const HeldOutInput& input, const Dataset& held, const CandidateSet
     if (!all && !IsExemptFromShrinkage(of)) continue;
     for (const RowIndex row : data.row_indices()) {
       columns.resize(residuals[row].size(), of.columns.count());
-      ColumnsAt(of.empirical() ? held : data, *input.linear, of, row, columns);
+      ColumnsAt(of.empirical() ? clamped : data, *input.linear, of, row, columns);
       for (const BlockColumnIndex c : of.columns.indices()) {
         const auto value = coefficients.find({block, c});
         if (value == coefficients.end()) continue;
@@ -89,11 +90,12 @@ void Subtract(const HeldOutInput& input, const Dataset& held, const CandidateSet
   }
 }
 
-/// The data with each recorded signal held at the range of the training rows, as a written curve
-/// holds it. A joint's angle stays: the discrepancy model's curves along it go on (see CurveOf).
-Dataset HeldAtRange(const Dataset& data, const FitRows& training, bool of_joints) {
-  Dataset held = data;
-  for (RecordedSignal& signal : held.signals) {
+/// The data with each recorded signal clamped to the range of the training rows, like the curves of
+/// a written model. Joint angles are clamped only if `of_joints`: the discrepancy model's curves
+/// along them extend beyond the rows (see CurveOf).
+Dataset ClampedToRange(const Dataset& data, const FitRows& training, bool of_joints) {
+  Dataset clamped = data;
+  for (RecordedSignal& signal : clamped.signals) {
     if (signal.of_joint && !of_joints) continue;
     double low = 1e300, high = -1e300;
     for (const RowIndex row : training) {
@@ -102,16 +104,17 @@ Dataset HeldAtRange(const Dataset& data, const FitRows& training, bool of_joints
     }
     for (double& value : signal.values) value = std::clamp(value, low, high);
   }
-  return held;
+  return clamped;
 }
 
-/// One fold: its rows, and what was chosen without them.
+/// A fold: its rows, and the result of the search without them.
 struct Fold {
-  FitRows training, framed;  ///< `framed` locate the free frames
+  FitRows training, framed;  ///< `framed`: rows that determine the free frames
   std::vector<RowIndex> test;
   std::vector<SelectedEffect> selected;
   PerRow<RowResidual> after, after_named;
-  PerRow<bool> open;  ///< the training rows do not decide
+  PerRow<bool>
+      undetermined;  ///< rows at which the training rows do not determine whether an effect acts
   bool searched = false;
 };
 
@@ -126,24 +129,24 @@ Fold FoldOf(const HeldOutInput& input, const FoldPlan& plan, int number) {
   return fold;
 }
 
-/// The test rows at which the training rows do not decide whether an effect acts, a step among
-/// them.
-PerRow<bool> LeftOpen(const CandidateSet& candidate_set, const Explanation& explanation,
-                      const std::vector<RowIndex>& test) {
-  PerRow<bool> open(candidate_set.problem().data().table.rows.size(), false);
+/// The test rows at which the training rows do not determine whether an effect acts, such as rows
+/// next to a step.
+PerRow<bool> UndeterminedRows(const CandidateSet& candidate_set, const Explanation& explanation,
+                              const std::vector<RowIndex>& test) {
+  PerRow<bool> undetermined(candidate_set.problem().data().table.rows.size(), false);
   for (const BlockIndex index : explanation.blocks) {
     const Block& block = candidate_set.blocks()[index];
     const ShapeSearch* search = ShapeSearchOf(*block.term.effect);
     if (search == nullptr) continue;
     for (const RowIndex row : test) {
-      if (search->LeavesUndetermined(candidate_set.problem(), block, row)) open[row] = true;
+      if (search->LeavesUndetermined(candidate_set.problem(), block, row)) undetermined[row] = true;
     }
   }
-  return open;
+  return undetermined;
 }
 
-std::vector<SelectedEffect> SelectedBy(const CandidateSet& candidate_set,
-                                       const Explanation& explanation) {
+std::vector<SelectedEffect> SelectedEffects(const CandidateSet& candidate_set,
+                                            const Explanation& explanation) {
   std::map<EffectKey, std::set<int>> joints;
   for (const ColumnIndex column : explanation.columns) {
     const Block& block = candidate_set.blocks()[candidate_set.BlockOfColumn(column)];
@@ -158,27 +161,27 @@ std::vector<SelectedEffect> SelectedBy(const CandidateSet& candidate_set,
 
 void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& fold) {
   FitProblem training = input.problem.WithRows(fold.training);
-  training.threads = 1;  // the folds run beside each other
+  training.threads = 1;  // the folds run in parallel
   const LinearProblem problem(std::move(training), input.linear, input.model);
   CandidateSet candidate_set(problem);
   const std::vector<Explanation> ranked =
       Search(candidate_set, input.candidates, input.most_blocks, input.options.interrupted);
   const Explanation best = WithRefittedShapes(
       candidate_set, input.with_unknown ? WithUnknown(candidate_set, ranked) : ranked.front());
-  fold.selected = SelectedBy(candidate_set, best);
-  const Dataset held = HeldAtRange(input.problem.data, fold.training, true);
+  fold.selected = SelectedEffects(candidate_set, best);
+  const Dataset clamped = ClampedToRange(input.problem.data, fold.training, true);
   fold.after_named = y;
-  Subtract(input, held, candidate_set, best, true, fold.after_named);
+  SubtractEffects(input, clamped, candidate_set, best, true, fold.after_named);
   fold.after = fold.after_named;
-  fold.open = LeftOpen(candidate_set, best, fold.test);
+  fold.undetermined = UndeterminedRows(candidate_set, best, fold.test);
   fold.searched = true;
   if (!input.with_discrepancy) return;
   const std::optional<DiscrepancyModel> discrepancy =
       DiscrepancyModelOf(candidate_set, best, input.candidates);
   if (!discrepancy) return;
   fold.after = y;
-  Subtract(input, held, candidate_set, best, false, fold.after);
-  const Dataset by_signals = HeldAtRange(input.problem.data, fold.training, false);
+  SubtractEffects(input, clamped, candidate_set, best, false, fold.after);
+  const Dataset by_signals = ClampedToRange(input.problem.data, fold.training, false);
   for (const RowIndex row : fold.after.indices()) {
     fold.after[row] -= DisplacementBy(*discrepancy, by_signals, *input.linear, row);
   }
@@ -192,7 +195,7 @@ FitRows Inliers(const HeldOutInput& input, const Fold& fold) {
   return rows;
 }
 
-/// Predicts the rows of a fold, where the rows beside it locate their session's frames.
+/// Predicts the rows of a fold whose session's frames are determined by the `framed` rows.
 void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const Fold& fold,
                  HeldOut& result) {
   const Dataset& data = input.problem.data;
@@ -205,19 +208,19 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
   }
   const FitProblem framed = input.problem.WithRows(fold.framed);
   const auto frames = [&](const PerRow<RowResidual>& residuals) {
-    return FramesFor(framed, *input.linear, residuals);
+    return FrameSteps(framed, *input.linear, residuals);
   };
   const model::CellModel cell = CellOf(data, input.model, SessionIndex(0));
   const FitRows inliers = Inliers(input, fold);
-  const kinematics::PoseDistance distance = DistanceFrom(cell, KeptPoses(cell, data, inliers));
+  const kinematics::PoseDistance distance = DistanceFrom(cell, StoredPoses(cell, data, inliers));
   const double reach = ReachOf(distance, data, inliers);
   const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
   for (const RowIndex row : fold.test) {
     const SessionIndex session = data.session_of[row];
     const int numbers = numbers_of_session[session];
     if (numbers < free_numbers || (on_own_rows && numbers == free_numbers)) continue;
-    if (fold.open[row] || data.numbers[row].count == 0) continue;
-    // Frames that were fitted to the same rows took so much of their errors.
+    if (fold.undetermined[row] || data.numbers[row].count == 0) continue;
+    // Frames fitted to the test rows themselves absorb part of their errors.
     const double share_left =
         on_own_rows ? 1 - static_cast<double>(free_numbers) / static_cast<double>(numbers) : 1;
     const double scale = 1 / std::sqrt(share_left);
@@ -235,7 +238,7 @@ void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const 
 }  // namespace
 
 HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
-  const PerRow<RowResidual> y = WithoutEffects(input);
+  const PerRow<RowResidual> y = ResidualsWithoutEffects(input);
   HeldOut result;
   result.by = plan.by;
   result.fold_of = plan.fold_of;
@@ -248,17 +251,17 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   std::vector<Fold> folds;
   for (int number = 0; number < plan.folds; ++number) folds.push_back(FoldOf(input, plan, number));
   const int threads = std::clamp(input.options.threads, 1, std::max(1, plan.folds));
-  const auto search_every = [&](int first) {
+  const auto search_folds = [&](int first) {
     for (int number = first; number < plan.folds; number += threads) {
       Fold& fold = folds[static_cast<std::size_t>(number)];
       if (input.options.interrupted && input.options.interrupted()) return;
-      if (fold.test.empty() || fold.training.size() < kLeastTraining) continue;
+      if (fold.test.empty() || fold.training.size() < kMinTrainingRows) continue;
       SearchFold(input, y, fold);
     }
   };
   std::vector<std::thread> others;
-  for (int thread = 1; thread < threads; ++thread) others.emplace_back(search_every, thread);
-  search_every(0);
+  for (int thread = 1; thread < threads; ++thread) others.emplace_back(search_folds, thread);
+  search_folds(0);
   for (std::thread& other : others) other.join();
   for (const Fold& fold : folds) {
     if (!fold.searched) continue;

@@ -1,4 +1,5 @@
-// Errors on rows that took part neither in choosing nor in fitting the effects.
+// Held-out errors: cross-validation in which every fold repeats the selection and the fit of the
+// effects.
 #pragma once
 
 #include <optional>
@@ -10,21 +11,21 @@
 
 namespace plumbline::diagnosis {
 
-/// What every fold starts from. From the fit of all rows come the robust weights, sigma, the point
-/// of linearisation, how many effects a fold may combine, and whether it may use empirical terms
-/// and a discrepancy model; which effects, joints, shapes and values is each fold's own choice.
+/// Common input of all folds. The robust weights, sigma, the linearisation point, the maximum
+/// number of effects, and whether empirical terms and a discrepancy model are allowed are those of
+/// the fit of all rows. Each fold selects effects, joints, shapes and values itself.
 struct HeldOutInput {
   const FitProblem& problem;
   std::shared_ptr<const Linearisation> linear;
-  const Model& model;  ///< at which `linear` was taken
+  const Model& model;  ///< linearisation point of `linear`
   const Candidates& candidates;
   bool with_unknown = false;    ///< folds may use empirical terms
-  std::size_t most_blocks = 3;  ///< of each fold's search
+  std::size_t most_blocks = 3;  ///< maximum of each fold's search
   bool with_discrepancy = false;
   const DiagnosisOptions& options;
 };
 
-/// An effect that a fold's search selected, in which joints.
+/// An effect selected by the search of a fold, with its joints.
 struct SelectedEffect {
   EffectKey key;
   std::set<int> joints;
@@ -34,24 +35,24 @@ struct SelectedEffect {
 struct HeldOut {
   std::string by;
   PerRow<int> fold_of;
-  /// False where too few rows are beside the fold, of its session or at all, and next to a step
-  /// whose moment the rows beside the fold leave open.
+  /// False if the other folds have too few rows (in total, or of the row's session), or if they do
+  /// not determine whether an event occurred before or after the row.
   PerRow<bool> predicted;
-  PerRow<double> distance;      ///< of a predicted row from the poses kept of the other folds [rad]
-  PerRow<double> reach;         ///< within which of those poses all of the other folds lie [rad]
-  bool other_sessions = false;  ///< no row of its session is among the other folds
-  PerRow<Vec3> before;          ///< [m], frames of the other folds
-  PerRow<Vec3> after;           ///< [m], by named effects and the fold's discrepancy model
-  PerRow<Vec3> after_named;     ///< [m], by named effects alone
-  std::vector<std::vector<SelectedEffect>> selected;  ///< of each fold that was searched
+  PerRow<double> distance;  ///< of a predicted row from the stored poses of the other folds [rad]
+  PerRow<double> reach;     ///< largest distance of a row of the other folds from those poses [rad]
+  bool other_sessions = false;  ///< folds are sessions
+  PerRow<Vec3> before;          ///< [m], declared model with the frames of the other folds
+  PerRow<Vec3> after;           ///< [m], with the fold's named effects and discrepancy model
+  PerRow<Vec3> after_named;     ///< [m], with the fold's named effects only
+  std::vector<std::vector<SelectedEffect>> selected;  ///< by each searched fold
 };
 
-/// Every fold searches anew; where `with_discrepancy`, it fits its discrepancy model from scratch.
-/// Folds run in parallel; the result does not depend on the number of threads.
+/// Repeats the search for every fold and, if requested, fits a discrepancy model of the fold from
+/// scratch. Folds run in parallel; the result does not depend on the number of threads.
 HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan);
 
-/// 3-D RMS over the rows that were predicted and are no outliers (kOutlierWeight), and a bootstrap
-/// interval over clusters; nothing where there is none.
+/// 3-D RMS over the predicted rows that are not outliers (kOutlierWeight), with a bootstrap
+/// interval over clusters; nullopt if there are no such rows.
 std::optional<HeldOutError> ErrorOf(const FitProblem& problem, const HeldOut& held_out,
                                     int resamples);
 

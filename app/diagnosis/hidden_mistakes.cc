@@ -16,13 +16,14 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr int kRows = 300;  // a judgement; bounds the time on large tables
+constexpr int kMaxRows = 300;  // a judgement; limits the computing time for large tables
 
 double ResidualSigma(const Identified& found) {
   return RobustSigma(found.fit.data, ResidualsOf(*found.linear));
 }
 
-/// True where the answer needs no mistake to be believed.
+/// True if the answer is credible: no empirical term, no implausible value, residual within the
+/// noise.
 bool IsSound(const Identified& found) {
   const Dataset& data = found.fit.data;
   const auto& effects = found.refit.model.effects;
@@ -32,7 +33,7 @@ bool IsSound(const Identified& found) {
          });
 }
 
-/// What an answer's effects cost where successive rows are correlated by so much.
+/// Cost of an answer's effects at a given correlation of successive rows.
 double CostAt(const Identified& found, double row_correlation) {
   FitProblem fit = found.fit;
   fit.row_correlation = row_correlation;
@@ -55,17 +56,17 @@ double CostAt(const Identified& found, double row_correlation) {
   return explanation.score - explanation.chi2;
 }
 
-/// chi2 at the declared noise, bounded for rejected rows, and the cost of the effects at a
-/// correlation from row to row: two answers compare by it whatever each takes the noise for.
+/// Score with common assumptions, by which two answers are comparable whatever noise each
+/// estimated: chi2 at the declared noise, bounded for rejected rows, plus the cost of the effects
+/// at a given row correlation.
 double ScoreAt(const Identified& found, double row_correlation) {
   const Dataset& data = found.fit.data;
   return HampelLoss(data, ResidualsOf(*found.linear), data.sigma_m) +
          CostAt(found, row_correlation);
 }
 
-/// The score of an answer's own effects on rows that may be changed: linear, with the answer's
-/// noise and every row's whole weight, so that two scores compare; infinite where the rows cannot
-/// be aligned.
+/// Score of an answer's effects on (possibly corrected) rows: a linear fit with the answer's noise
+/// and unit weights, so that two scores are comparable. Infinite if the rows cannot be aligned.
 double ScoreOfOwnEffects(const Identified& found, const Dataset& rows,
                          const DiagnosisOptions& options) {
   const Result<Model> aligned = Align(rows, Model::Declared(rows), options.threads);
@@ -83,11 +84,11 @@ double ScoreOfOwnEffects(const Identified& found, const Dataset& rows,
   return candidate_set.Evaluate(support).score;
 }
 
-Result<Identified> IdentifyAnew(const Dataset& data, std::size_t most,
-                                const DiagnosisOptions& options, const Progress& tell) {
+Result<Identified> AlignAndIdentify(const Dataset& data, std::size_t most,
+                                    const DiagnosisOptions& options, const Progress& progress) {
   const Result<Model> aligned = Align(data, Model::Declared(data), options.threads);
   if (!aligned) return Error{aligned.error()};
-  return Identify(data, *aligned, options, tell, most);
+  return Identify(data, *aligned, options, progress, most);
 }
 
 struct Corrected {
@@ -95,27 +96,29 @@ struct Corrected {
   Dataset rows;
 };
 
-/// The mistakes that are worth a search of their own: those with which the answer's own effects, or
-/// some of them, do better.
-std::vector<Corrected> WorthASearch(const Identified& found, const std::vector<Mistake>& mistakes,
-                                    const Dataset& few, const DiagnosisOptions& options) {
-  const double to_beat = ScoreOfOwnEffects(found, few, options) - kMistakeMargin;
-  std::vector<Corrected> worth;
+/// The mistakes that justify a search: correcting them improves the fit of the answer's effects, or
+/// of some of them.
+std::vector<Corrected> PromisingMistakes(const Identified& found,
+                                         const std::vector<Mistake>& mistakes,
+                                         const Dataset& subset, const DiagnosisOptions& options) {
+  const double to_beat = ScoreOfOwnEffects(found, subset, options) - kMistakeMargin;
+  std::vector<Corrected> promising;
   for (const Mistake& mistake : mistakes) {
     if (!mistake.subtle) continue;
-    Corrected corrected{&mistake, few};
+    Corrected corrected{&mistake, subset};
     mistake.undo(corrected.rows);
     const double score = ScoreOfOwnEffects(found, corrected.rows, options);
     if (score > to_beat) continue;
-    const bool no_better_than_beside = std::any_of(
-        mistake.beside.begin(), mistake.beside.end(), [&](const std::function<void(Dataset&)>& to) {
-          Dataset changed = few;
-          to(changed);
-          return ScoreOfOwnEffects(found, changed, options) < score + kMistakeMargin;
-        });
-    if (!no_better_than_beside) worth.push_back(std::move(corrected));
+    const bool alternative_fits_as_well =
+        std::any_of(mistake.alternatives.begin(), mistake.alternatives.end(),
+                    [&](const std::function<void(Dataset&)>& to) {
+                      Dataset changed = subset;
+                      to(changed);
+                      return ScoreOfOwnEffects(found, changed, options) < score + kMistakeMargin;
+                    });
+    if (!alternative_fits_as_well) promising.push_back(std::move(corrected));
   }
-  return worth;
+  return promising;
 }
 
 std::string SentenceOf(const Mistake& mistake, const Identified& without) {
@@ -123,31 +126,31 @@ std::string SentenceOf(const Mistake& mistake, const Identified& without) {
   for (const effects::ActiveEffect& effect : without.refit.model.effects) {
     names.push_back(EffectName(effect.term.effect->traits().id));
   }
-  const std::string who = names.empty()       ? "the declared cell leaves"
-                          : names.size() == 1 ? names.front() + " leaves"
-                                              : Listed(names) + " leave";
+  const std::string subject = names.empty()       ? "the declared cell leaves"
+                              : names.size() == 1 ? names.front() + " leaves"
+                                                  : Listed(names) + " leave";
   return fmt::format(
       "{}: {}. With this corrected, {} no more than the noise of {:.3g} mm on one axis; as "
       "recorded, "
       "the rows need more effects or leave a larger residual",
-      mistake.sentence, mistake.remedy, who, 1e3 * without.fit.data.sigma_m);
+      mistake.sentence, mistake.remedy, subject, 1e3 * without.fit.data.sigma_m);
 }
 
-/// Progress of one search of several.
-Progress PartOf(const Progress& tell, std::size_t part, std::size_t parts) {
-  return [&tell, part, parts](double share, const std::string&) {
-    tell((static_cast<double>(part) + share) / static_cast<double>(parts),
-         "asking for a mistake beside the effects");
+/// Progress callback for one of several searches.
+Progress PartOf(const Progress& progress, std::size_t part, std::size_t parts) {
+  return [&progress, part, parts](double share, const std::string&) {
+    progress((static_cast<double>(part) + share) / static_cast<double>(parts),
+             "checking the data for mistakes");
   };
 }
 
-/// True where the corrected answer's own effects do as well with a change beside the mistake.
-bool AsWellBeside(const Mistake& mistake, const Identified& without, const Dataset& few,
-                  const DiagnosisOptions& options) {
+/// True if the effects of the corrected answer fit as well with an alternative change.
+bool AlternativeFitsAsWell(const Mistake& mistake, const Identified& without, const Dataset& subset,
+                           const DiagnosisOptions& options) {
   const double own = ScoreOfOwnEffects(without, without.fit.data, options);
-  return std::any_of(mistake.beside.begin(), mistake.beside.end(),
+  return std::any_of(mistake.alternatives.begin(), mistake.alternatives.end(),
                      [&](const std::function<void(Dataset&)>& to) {
-                       Dataset changed = few;
+                       Dataset changed = subset;
                        to(changed);
                        return ScoreOfOwnEffects(without, changed, options) < own + kMistakeMargin;
                      });
@@ -156,52 +159,53 @@ bool AsWellBeside(const Mistake& mistake, const Identified& without, const Datas
 }  // namespace
 
 std::optional<std::string> HiddenMistake(const Identified& found, const DiagnosisOptions& options,
-                                         const Progress& tell) {
+                                         const Progress& progress) {
   if (!(found.fit.data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
   const std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
-  const Dataset few = SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kRows));
-  const std::vector<Corrected> worth = WorthASearch(found, mistakes, few, options);
-  if (worth.empty()) return std::nullopt;
-  const std::size_t searches = worth.size() + 1;
-  const Result<Identified> as_it_is =
-      IdentifyAnew(few, kMaxBlocks, options, PartOf(tell, 0, searches));
-  if (!as_it_is) return std::nullopt;
-  const double chosen_among = 2 * std::log(static_cast<double>(worth.size()));
-  for (std::size_t k = 0; k < worth.size(); ++k) {
-    // What needs more effects than the answer that it replaces is no better.
-    const Result<Identified> without = IdentifyAnew(worth[k].rows, as_it_is->best.blocks.size(),
-                                                    options, PartOf(tell, k + 1, searches));
+  const Dataset subset = SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kMaxRows));
+  const std::vector<Corrected> promising = PromisingMistakes(found, mistakes, subset, options);
+  if (promising.empty()) return std::nullopt;
+  const std::size_t searches = promising.size() + 1;
+  const Result<Identified> uncorrected =
+      AlignAndIdentify(subset, kMaxBlocks, options, PartOf(progress, 0, searches));
+  if (!uncorrected) return std::nullopt;
+  const double choice_cost = 2 * std::log(static_cast<double>(promising.size()));
+  for (std::size_t k = 0; k < promising.size(); ++k) {
+    // An explanation with more effects than the answer that it replaces is no improvement.
+    const Result<Identified> without =
+        AlignAndIdentify(promising[k].rows, uncorrected->best.blocks.size(), options,
+                         PartOf(progress, k + 1, searches));
     if (!without || !IsSound(*without)) continue;
-    // What fits leaves the noise as it is: its correlation counts for both.
+    // The residual of the better fit shows the true noise, so its correlation is used for both.
     const double correlation = without->fit.row_correlation;
-    const double to_beat = ScoreAt(*as_it_is, correlation) - kMistakeMargin - chosen_among;
+    const double to_beat = ScoreAt(*uncorrected, correlation) - kMistakeMargin - choice_cost;
     if (ScoreAt(*without, correlation) > to_beat) continue;
-    return SentenceOf(*worth[k].mistake, *without);
+    return SentenceOf(*promising[k].mistake, *without);
   }
   return std::nullopt;
 }
 
 std::optional<std::string> HiddenUnitChange(const Dataset& data, const DiagnosisOptions& options,
-                                            const Progress& tell) {
+                                            const Progress& progress) {
   if (!(data.sigma_m > 0)) return std::nullopt;
   constexpr std::size_t kFewEffects = 3;
   const std::vector<Mistake> mistakes = UnitChanges(data);
-  const Dataset few = SelectRows(data, EvenlySpacedRows(data, kRows));
+  const Dataset subset = SelectRows(data, EvenlySpacedRows(data, kMaxRows));
   const std::size_t searches = 2 * mistakes.size();
-  const double chosen_among = 2 * std::log(std::max(1.0, static_cast<double>(mistakes.size())));
+  const double choice_cost = 2 * std::log(std::max(1.0, static_cast<double>(mistakes.size())));
   for (std::size_t k = 0; k < mistakes.size(); ++k) {
-    Dataset converted = few;
+    Dataset converted = subset;
     mistakes[k].undo(converted);
     const Result<Identified> without =
-        IdentifyAnew(converted, kFewEffects, options, PartOf(tell, 2 * k, searches));
+        AlignAndIdentify(converted, kFewEffects, options, PartOf(progress, 2 * k, searches));
     if (!without || !IsSound(*without)) continue;
     const std::size_t as_many = std::max<std::size_t>(1, without->best.blocks.size());
     const Result<Identified> as_read =
-        IdentifyAnew(few, as_many, options, PartOf(tell, 2 * k + 1, searches));
+        AlignAndIdentify(subset, as_many, options, PartOf(progress, 2 * k + 1, searches));
     const double correlation = without->fit.row_correlation;
     const double to_beat = as_read ? ScoreAt(*as_read, correlation) : HUGE_VAL;
-    if (ScoreAt(*without, correlation) > to_beat - kMistakeMargin - chosen_among) continue;
-    if (!AsWellBeside(mistakes[k], *without, few, options)) {
+    if (ScoreAt(*without, correlation) > to_beat - kMistakeMargin - choice_cost) continue;
+    if (!AlternativeFitsAsWell(mistakes[k], *without, subset, options)) {
       return SentenceOf(mistakes[k], *without);
     }
   }

@@ -1,4 +1,4 @@
-// Mistakes in cell or file that an effect beside them hides.
+// Detection of mistakes in the cell or the file that are hidden by an effect.
 #pragma once
 
 #include <optional>
@@ -10,23 +10,24 @@ namespace plumbline::diagnosis {
 
 using Progress = std::function<void(double, const std::string&)>;
 
-/// Names a mistake that is smaller than what effects do (Mistake::subtle) where taking it back
-/// leaves a sound explanation, with no implausible value, no empirical term and no more than the
-/// declared noise, that is better than the one of the rows as they are by kMistakeMargin, whatever
-/// that is. Both row sets are searched anew on at most 300 rows, and only where the effects of the
-/// answer fit better already with the mistake corrected, and better than with a change beside it.
-/// @param found  the answer for the rows as they are
-/// @param tell   progress: a share of 0..1 and what is being done
-/// @return what is wrong and what to do; nothing where no known mistake explains the rows better
+/// Looks for a mistake that moves the tip less than effects do (Mistake::subtle). It is reported if
+/// correcting it leads to a sound explanation (no implausible value, no empirical term, residual
+/// within the declared noise) that is better by kMistakeMargin than the explanation of the
+/// uncorrected rows. Both are searched on at most 300 rows, and only if correcting the mistake
+/// already improves the fit of the answer's effects, and by more than an alternative change.
+/// @param found     the answer for the uncorrected rows
+/// @param progress  completed share 0..1 and current activity
+/// @return          the mistake and a remedy; nullopt if no known mistake explains the rows better
 std::optional<std::string> HiddenMistake(const Identified& found, const DiagnosisOptions& options,
-                                         const Progress& tell);
+                                         const Progress& progress);
 
-/// Names a column whose unit changes (UnitChanges) before anything is searched: as read, no few
-/// effects fit, and a search for many takes long. Converted, the rows have a sound explanation; as
-/// read, none of as many effects comes within kMistakeMargin of it, nor does its own with a size
-/// beside. Asks only where the column's numbers suggest a change; on at most 300 rows.
-/// @return  what is wrong and what to do
+/// Looks for a column whose unit changes (UnitChanges) before the main search, which would be slow:
+/// no small number of effects fits the rows as read. A change is reported if the converted rows
+/// have a sound explanation, and neither the rows as read with as many effects nor an alternative
+/// conversion factor comes within kMistakeMargin of it. Searches only if the numbers of the column
+/// suggest a change, on at most 300 rows.
+/// @return  the mistake and a remedy; nullopt if there is none
 std::optional<std::string> HiddenUnitChange(const Dataset& data, const DiagnosisOptions& options,
-                                            const Progress& tell);
+                                            const Progress& progress);
 
 }  // namespace plumbline::diagnosis

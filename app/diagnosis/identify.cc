@@ -16,9 +16,10 @@ namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kPasses = 7;
-constexpr int kFrugalPasses = 2;  // first few effects at most: outliers must not hide in many
-constexpr std::size_t kFrugal = 2;
-constexpr std::size_t kRefitTries = 12;
+constexpr int kRestrictedPasses =
+    2;  // the first passes allow few effects, so that these do not fit outliers
+constexpr std::size_t kRestrictedBlocks = 2;
+constexpr std::size_t kMaxRefits = 12;
 constexpr double kSameCorrelation = 0.05;
 
 bool SameSupport(const Model& a, const Model& b) {
@@ -29,8 +30,8 @@ bool SameSupport(const Model& a, const Model& b) {
                     });
 }
 
-/// True where the gradients at `before` are not those at `now`: both are taken to be alike where
-/// frames differ by less than changes a gradient by 1e-4 of itself, a micrometre of 10 mm.
+/// True if the frames changed so much that the gradients must be recomputed: by more than changes a
+/// gradient by a share of 1e-4 (1 um of 10 mm).
 bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
                  const Indexed<SessionIndex, Model::Frames>& now) {
   constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
@@ -42,7 +43,7 @@ bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
                      });
 }
 
-/// One axis's RMS by the weights, the parameters counted.
+/// Weighted RMS of one axis, corrected for the number of parameters.
 double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& residuals,
                      double parameters) {
   double sum = 0, count = 0;
@@ -54,16 +55,17 @@ double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& resid
   return std::sqrt(sum / std::max(1.0, count - parameters));
 }
 
-/// One axis's scatter when every effect is fitted at once; nothing where the rows are too few.
-std::optional<double> RichSigma(const CandidateSet& candidate_set, const Candidates& candidates,
-                                CandidateSet& scratch) {
+/// Residual standard deviation of one axis with all effects fitted at once; nullopt if there are
+/// too few rows.
+std::optional<double> SigmaOfFullFit(const CandidateSet& candidate_set,
+                                     const Candidates& candidates, CandidateSet& scratch) {
   std::vector<BlockIndex> all;
   for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
-  const Explanation rich = scratch.Fit(all);
+  const Explanation full_fit = scratch.Fit(all);
   const double freedom =
-      candidate_set.problem().freedom() - static_cast<double>(rich.columns.size());
+      candidate_set.problem().freedom() - static_cast<double>(full_fit.columns.size());
   if (freedom < 12) return std::nullopt;
-  return candidate_set.problem().sigma_m() * std::sqrt(rich.chi2 / freedom);
+  return candidate_set.problem().sigma_m() * std::sqrt(full_fit.chi2 / freedom);
 }
 
 Result<Refit> RefitTo(const Identified& so_far, const Explanation& explanation) {
@@ -73,9 +75,9 @@ Result<Refit> RefitTo(const Identified& so_far, const Explanation& explanation) 
   return RefitModel(so_far.fit, start, {});
 }
 
-/// Takes another explanation where it predicts rows that the best rejects: a row measured to tell
-/// two explanations apart looks like a gross error to the wrong one.
-void TakeLeastRejecting(Identified& so_far, Refit& refit) {
+/// Replaces the best explanation by another one that predicts the rows which the best one rejects.
+/// A row measured to separate two explanations is an apparent gross error of the wrong one.
+void PreferFewerRejections(Identified& so_far, Refit& refit) {
   const Dataset& data = so_far.fit.data;
   const PerRow<double>& weights = so_far.fit.weights;
   const auto rejected = [](double weight) { return weight < kOutlierWeight; };
@@ -88,7 +90,7 @@ void TakeLeastRejecting(Identified& so_far, Refit& refit) {
   };
   const double worst_score = so_far.best.score + kRefitScoreRange;
   double least = cost(refit, so_far.best) - kRejectionMargin;
-  for (std::size_t k = 0; k < std::min(kRefitTries, so_far.ranked.size()); ++k) {
+  for (std::size_t k = 0; k < std::min(kMaxRefits, so_far.ranked.size()); ++k) {
     const Explanation& other = so_far.ranked[k];
     if (other.score > worst_score) break;
     if (other.blocks.empty() || other.columns == so_far.best.columns) continue;
@@ -102,7 +104,7 @@ void TakeLeastRejecting(Identified& so_far, Refit& refit) {
   }
 }
 
-/// Searches at the present linearisation and refits the best that can be refitted.
+/// Searches at the current linearisation and refits the best explanation that can be refitted.
 Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const DiagnosisOptions& options,
                              Identified& so_far) {
   so_far.candidate_set.reset();
@@ -113,7 +115,7 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
     candidates.blocks.push_back(std::move(block));
   }
   so_far.ranked = Search(*so_far.candidate_set, candidates, most, options.interrupted);
-  // The catalogue has had its say at every depth before an empirical term may beat it.
+  // An empirical term competes with catalogue explanations of every depth.
   const Explanation extended =
       with_unknown ? WithUnknown(*so_far.candidate_set, so_far.ranked) : so_far.ranked.front();
   const bool empirical = HasEmpirical(*so_far.candidate_set, extended);
@@ -122,9 +124,9 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
   so_far.unknown = better && empirical;
   so_far.best = better ? extended : so_far.ranked.front();
   Result<Refit> refit = RefitTo(so_far, so_far.best);
-  // A support that only the linear columns bear gives way to the next.
+  // If the refit fails, the linear fit was misleading: use the next explanation.
   for (std::size_t next = better ? 0 : 1;
-       !refit && next < std::min(kRefitTries, so_far.ranked.size()); ++next) {
+       !refit && next < std::min(kMaxRefits, so_far.ranked.size()); ++next) {
     so_far.best = so_far.ranked[next];
     so_far.unknown = false;
     refit = RefitTo(so_far, so_far.best);
@@ -134,11 +136,12 @@ Result<Refit> SearchAndRefit(std::size_t most, bool with_unknown, const Diagnosi
     so_far.unknown = false;
     refit = RefitTo(so_far, so_far.best);
   }
-  if (refit) TakeLeastRejecting(so_far, refit.value());
+  if (refit) PreferFewerRejections(so_far, refit.value());
   return refit;
 }
 
-/// The same, without units that refitted shapes make superfluous, nor events of outliers.
+/// Like SearchAndRefit, without units that became superfluous after the refit and without events
+/// supported only by outliers.
 Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
                                       const DiagnosisOptions& options, Identified& so_far) {
   Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
@@ -152,14 +155,14 @@ Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
                                 so_far.candidate_set->CoefficientsOf(explanation));
     return RefitModel(fit, start, {});
   };
-  WithoutOutlierEvents judged =
+  WithoutOutlierEvents tested =
       DropOutlierEvents(so_far.fit, *so_far.candidate_set, std::move(kept), refit_with);
-  so_far.many_outliers = so_far.many_outliers || judged.dropped;
-  so_far.best = std::move(judged.kept.explanation);
-  return std::move(judged.kept.refit);
+  so_far.many_outliers = so_far.many_outliers || tested.dropped;
+  so_far.best = std::move(tested.kept.explanation);
+  return std::move(tested.kept.refit);
 }
 
-/// The scale of the weights: that of the scatter, or a larger one that rejects one row in ten.
+/// Scale of the robust weights: the scatter, or a larger value at which one row in ten is rejected.
 double ScaleOfWeights(const Identified& found, const PerRow<RowResidual>& residuals,
                       double scatter) {
   const Dataset& data = found.fit.data;
@@ -171,7 +174,7 @@ double ScaleOfWeights(const Identified& found, const PerRow<RowResidual>& residu
 
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
-                            const std::function<void(double, const std::string&)>& tell,
+                            const std::function<void(double, const std::string&)>& progress,
                             std::size_t most) {
   Identified found(UnitWeightFit(data, options.threads));
   found.candidates = CandidatesFor(data);
@@ -191,16 +194,17 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
   found.fit.sigma_m = std::max({data.sigma_m, scatter, 1e-7});
   found.fit.weights =
       HampelWeights(data, residuals, OutlierScale(data, residuals, found.fit.sigma_m));
-  std::optional<double> rich;
+  std::optional<double> full_fit_sigma;
 
   for (int pass = 0; pass < kPasses; ++pass) {
     if (options.interrupted && options.interrupted()) return Error{"interrupted"};
-    tell(static_cast<double>(pass) / kPasses, fmt::format("searching effects, pass {}", pass + 1));
-    const bool frugal = pass < kFrugalPasses;
-    const Result<Refit> refit =
-        SearchRefitAndEliminate(frugal ? std::min(kFrugal, most) : most, pass > 0, options, found);
+    progress(static_cast<double>(pass) / kPasses,
+             fmt::format("searching effects, pass {}", pass + 1));
+    const bool restricted = pass < kRestrictedPasses;
+    const Result<Refit> refit = SearchRefitAndEliminate(
+        restricted ? std::min(kRestrictedBlocks, most) : most, pass > 0, options, found);
     if (!refit) return Error{refit.error()};
-    const bool stands = !frugal && SameSupport(refit->model, found.model);
+    const bool same_support = !restricted && SameSupport(refit->model, found.model);
     found.refit = *refit;
     found.model = refit->model;
     if (const auto fault = linearise()) return Error{*fault};
@@ -210,21 +214,23 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     found.fit.weights = HampelWeights(data, residuals, ScaleOfWeights(found, residuals, scatter));
     scatter = std::max(scatter, WeightedSigma(found.fit, residuals,
                                               static_cast<double>(found.best.columns.size())));
-    if (pass >= kFrugalPasses - 1) {
+    if (pass >= kRestrictedPasses - 1) {
       CandidateSet scratch(*found.problem);
-      rich = RichSigma(*found.candidate_set, found.candidates, scratch);
+      full_fit_sigma = SigmaOfFullFit(*found.candidate_set, found.candidates, scratch);
     }
-    const double sigma = std::max({data.sigma_m, std::min(rich.value_or(scatter), scatter), 1e-7});
-    // A frugal explanation leaves real effects in the residual, which look like correlation.
-    const double correlation = frugal ? 0 : RowCorrelation(data, residuals, found.fit.weights);
-    const bool settled = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
-                         std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
-                         before == found.fit.weights;
-    if (stands && settled) return found;  // with the noise that its chi2 and costs are in
+    const double sigma =
+        std::max({data.sigma_m, std::min(full_fit_sigma.value_or(scatter), scatter), 1e-7});
+    // With few effects allowed, the residual still contains real effects, which look like
+    // correlation.
+    const double correlation = restricted ? 0 : RowCorrelation(data, residuals, found.fit.weights);
+    const bool converged = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
+                           std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
+                           before == found.fit.weights;
+    if (same_support && converged) return found;  // its chi2 and costs refer to the current noise
     found.fit.sigma_m = sigma;
     found.fit.row_correlation = correlation;
   }
-  // The last choice with the last weights.
+  // Not converged: final selection with the final weights.
   const Result<Refit> refit = SearchRefitAndEliminate(most, true, options, found);
   if (!refit) return Error{refit.error()};
   found.refit = *refit;

@@ -1,4 +1,5 @@
-// The model that a set of rows supports: search, refit and robust weights until they agree.
+// Identification of a model from rows: search, refit and robust weighting, iterated until they
+// agree.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -7,13 +8,13 @@
 
 namespace plumbline::diagnosis {
 
-/// What the rows support, with all that the choice was made from.
+/// The identified model, with the candidates and alternatives of the selection.
 struct Identified {
   explicit Identified(FitProblem every_row) : fit(std::move(every_row)) {}
 
-  FitProblem fit;  ///< sigma: declared, or larger where the rows scatter more
+  FitProblem fit;  ///< sigma: as declared, or larger if the rows scatter more
   Candidates candidates;
-  Model aligned;  ///< frames as found before any effect
+  Model aligned;  ///< frames estimated without effects
   /// Residuals of the model below; gradients of the arm without effects at `linear_frames`.
   std::shared_ptr<const Linearisation> linear;
   Indexed<SessionIndex, Model::Frames> linear_frames;
@@ -21,25 +22,26 @@ struct Identified {
   Refit refit;
   std::unique_ptr<LinearProblem> problem;
   std::unique_ptr<CandidateSet> candidate_set;
-  std::vector<Explanation> ranked;  ///< by the catalogue alone, best first
+  std::vector<Explanation> ranked;  ///< with catalogue effects only, best first
   Explanation best;
-  bool unknown = false;  ///< the best needs an empirical term
-  /// An event gave way to the reading that its rows are outliers (event_outliers.h): more than
-  /// kMaxOutliers of the rows may be rejected.
+  bool unknown = false;  ///< `best` contains an empirical term
+  /// An event was dropped because its rows are outliers (event_outliers.h); more than kMaxOutliers
+  /// of the rows may then be rejected.
   bool many_outliers = false;
 };
 
-/// @param tell  progress: a share of 0..1 and what is being done
-/// @param most  blocks of an explanation
+/// Identifies the effects that explain the rows.
+/// @param progress  completed share 0..1 and current activity
+/// @param most      maximum number of blocks in an explanation
 Result<Identified> Identify(const Dataset& data, const Model& aligned,
                             const DiagnosisOptions& options,
-                            const std::function<void(double, const std::string&)>& tell,
+                            const std::function<void(double, const std::string&)>& progress,
                             std::size_t most = kMaxBlocks);
 
-/// Residuals of the model, and gradients of the arm without its added effects: columns stay those
-/// of each effect by itself, whatever acts, and y = residual + (d prediction / d influence)
-/// influence carries only how far the model is from linear.
-/// @param before  an earlier one at the same frames, whose gradients are taken; or null
+/// Residuals of the model with the gradients of the arm without added effects. The columns of an
+/// effect are thus independent of the other effects, and the working response y = residual + (d
+/// prediction / d influence) influence contains the nonlinear part of the model.
+/// @param before  an earlier linearisation at the same frames, whose gradients are reused; or null
 Result<Linearisation> LineariseApart(const Dataset& data, const Model& model, int threads,
                                      const Linearisation* before = nullptr);
 

@@ -16,18 +16,19 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr double kHottest_C = 200;      // of a cell in which somebody measures
-constexpr double kShuffledFrom = 0.05;  // share of the steps in which t_s falls
-constexpr std::size_t kFewestRows = 4;
-constexpr double kNoCode = 1e-6;            // distance from a whole number that a code never has
-constexpr double kAwayFromOrigin_m = 0.05;  // of all other points, where 0, 0, 0 is no point
+constexpr double kHottest_C = 200;      // no cell is hotter
+constexpr double kShuffledFrom = 0.05;  // share of the steps in which t_s decreases
+constexpr std::size_t kMinRows = 4;
+constexpr double kCodeTolerance = 1e-6;  // larger distances from the code are ordinary values
+constexpr double kMinDistance_m =
+    0.05;  // minimum distance of all other points if 0, 0, 0 is a code
 
 bool LooksLikeCode(double value) {
   constexpr std::array<double, 11> kCodes = {999,   9999,  99999, 999999,     9999999,   99999999,
                                              32767, 32768, 65535, 2147483647, 2147483648};
   const double size = std::abs(value);
   return std::any_of(kCodes.begin(), kCodes.end(),
-                     [size](double code) { return std::abs(size - code) < kNoCode; });
+                     [size](double code) { return std::abs(size - code) < kCodeTolerance; });
 }
 
 /// A column in the file's unit.
@@ -74,11 +75,11 @@ std::vector<FileColumn> ColumnsOf(const table::MeasuredTable& table,
 }
 
 std::string LinesText(const std::vector<int>& lines) {
-  constexpr std::size_t kNamed = 8;
-  const std::vector<int> first(
-      lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(std::min(kNamed, lines.size())));
+  constexpr std::size_t kMaxNamed = 8;
+  const std::vector<int> first(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(std::min(
+                                                                  kMaxNamed, lines.size())));
   return fmt::format("line{} {}{}", lines.size() == 1 ? "" : "s", fmt::join(first, ", "),
-                     lines.size() > kNamed ? ", .." : "");
+                     lines.size() > kMaxNamed ? ", .." : "");
 }
 
 std::optional<std::string> CodeIn(const table::MeasuredTable& table, const FileColumn& column) {
@@ -122,7 +123,7 @@ std::optional<std::string> PointsAtOrigin(const table::MeasuredTable& table) {
     }
   }
   const bool some = !lines.empty() && lines.size() < table.rows.size();
-  if (!some || nearest_m < kAwayFromOrigin_m) return std::nullopt;
+  if (!some || nearest_m < kMinDistance_m) return std::nullopt;
   return fmt::format(
       "x_mm, y_mm, z_mm are 0, 0, 0 in {} rows ({}), while no other point is within {:.0f} mm of "
       "the origin: nothing was measured there. Leave those cells empty: the row then keeps its "
@@ -130,8 +131,8 @@ std::optional<std::string> PointsAtOrigin(const table::MeasuredTable& table) {
       lines.size(), LinesText(lines), 1e3 * nearest_m);
 }
 
-/// Smallest and largest of some numbers.
-struct Extent {
+/// Range of some numbers.
+struct Range {
   double low = HUGE_VAL, high = -HUGE_VAL;
   void Add(double value) {
     low = std::min(low, value);
@@ -139,7 +140,7 @@ struct Extent {
   }
 };
 
-/// Which of the rows are hot: all of them, those from a line on, those up to one, or single lines.
+/// Describes which rows are hot: all (empty text), those from or up to a line, or single lines.
 std::string HotRowsText(const std::vector<table::MeasuredRow>& rows, const std::vector<int>& hot) {
   const std::size_t cold = rows.size() - hot.size();
   if (cold == 0) return "";
@@ -152,7 +153,7 @@ std::optional<std::string> Kelvin(const table::MeasuredTable& table) {
   if (!table.recorded.temperature) return std::nullopt;
   constexpr double kFreezing_K = 273.15;
   std::vector<int> hot;
-  Extent of_hot, of_others;
+  Range of_hot, of_others;
   for (const table::MeasuredRow& row : table.rows) {
     const bool is_hot = row.temp_C >= kHottest_C;
     (is_hot ? of_hot : of_others).Add(row.temp_C);
@@ -170,29 +171,29 @@ std::optional<std::string> Kelvin(const table::MeasuredTable& table) {
       of_hot.high - kFreezing_K);
 }
 
-/// Steps in which t_s falls, of those between rows of one session.
-struct FallingClock {
+/// Steps between successive rows of a session, and those in which t_s decreases.
+struct ClockSteps {
   std::size_t steps = 0;
-  std::vector<int> lines;  ///< after each fall
+  std::vector<int> lines;  ///< the line after each decrease
 };
 
-FallingClock FallsOf(const table::MeasuredTable& table) {
+ClockSteps ClockStepsOf(const table::MeasuredTable& table) {
   std::map<std::string, double> last_s;
   std::vector<double> rises_s;
-  std::vector<std::pair<int, double>> falls;
-  FallingClock clock;
+  std::vector<std::pair<int, double>> decreases;
+  ClockSteps clock;
   for (const table::MeasuredRow& row : table.rows) {
-    const auto [before, fresh] = last_s.emplace(row.session, row.t_s);
-    if (fresh) continue;
+    const auto [before, is_first] = last_s.emplace(row.session, row.t_s);
+    if (is_first) continue;
     const double step_s = row.t_s - before->second;
     ++clock.steps;
     if (step_s > 0) rises_s.push_back(step_s);
-    if (step_s < 0) falls.emplace_back(row.line, -step_s);
+    if (step_s < 0) decreases.emplace_back(row.line, -step_s);
     before->second = row.t_s;
   }
-  // A clock that was set by less than an interval changes no order.
+  // A clock adjusted by less than the usual interval does not change the order.
   const double usual_s = rises_s.empty() ? 0 : statistics::MedianOf(rises_s);
-  for (const auto& [line, by_s] : falls) {
+  for (const auto& [line, by_s] : decreases) {
     if (by_s > usual_s) clock.lines.push_back(line);
   }
   return clock;
@@ -200,16 +201,16 @@ FallingClock FallsOf(const table::MeasuredTable& table) {
 
 std::optional<std::string> ShuffledRows(const table::MeasuredTable& table) {
   if (!table.recorded.time || !table.recorded.order) return std::nullopt;
-  const FallingClock clock = FallsOf(table);
-  const auto falls = static_cast<double>(clock.lines.size());
-  if (clock.lines.size() < 3 || falls < kShuffledFrom * static_cast<double>(clock.steps)) {
+  const ClockSteps clock = ClockStepsOf(table);
+  const auto decreases = static_cast<double>(clock.lines.size());
+  if (clock.lines.size() < 3 || decreases < kShuffledFrom * static_cast<double>(clock.steps)) {
     return std::nullopt;
   }
   return fmt::format(
-      "t_s falls in {} of {} steps from row to row ({}): the rows are not in the order in which "
-      "the robot went through them, which effects of the last move and of time need. Sort them by "
-      "t_s; where the clock is wrong, leave t_s out; where several runs are mixed, give each its "
-      "own session",
+      "t_s decreases in {} of {} steps from row to row ({}): the rows are not in the order in "
+      "which they were measured, on which effects of time and of the last move depend. Sort them "
+      "by t_s; if the clock is wrong, omit t_s; if several runs are mixed, give each its own "
+      "session",
       clock.lines.size(), clock.steps, LinesText(clock.lines));
 }
 
@@ -217,7 +218,7 @@ std::optional<std::string> ShuffledRows(const table::MeasuredTable& table) {
 
 std::optional<std::string> ImpossibleValues(const table::MeasuredTable& table,
                                             const std::vector<model::Joint>& joints) {
-  if (table.rows.size() < kFewestRows) return std::nullopt;
+  if (table.rows.size() < kMinRows) return std::nullopt;
   for (const FileColumn& column : ColumnsOf(table, joints)) {
     if (const auto code = CodeIn(table, column)) return code;
   }
@@ -226,15 +227,16 @@ std::optional<std::string> ImpossibleValues(const table::MeasuredTable& table,
   return ShuffledRows(table);
 }
 
-void GiveUpRestartedClock(table::MeasuredTable& table) {
+void DiscardRestartedClock(table::MeasuredTable& table) {
   if (!table.recorded.time) return;
-  const FallingClock clock = FallsOf(table);
+  const ClockSteps clock = ClockStepsOf(table);
   if (clock.lines.empty()) return;
   table.recorded.time = false;
-  table.notes.push_back(fmt::format(
-      "t_s falls {} times ({}): the clock was restarted, and times before and after do not "
-      "compare. Effects of time are not offered; give each start its own session, or count on",
-      clock.lines.size(), LinesText(clock.lines)));
+  table.notes.push_back(
+      fmt::format("t_s decreases {} times ({}): the clock was restarted, so times before and after "
+                  "are not comparable. Effects of time are not considered; give the rows after "
+                  "each restart their own session, or continue the count of t_s",
+                  clock.lines.size(), LinesText(clock.lines)));
 }
 
 }  // namespace plumbline::diagnosis

@@ -1,4 +1,5 @@
-// Values that no cell has: an instrument's codes for "none", kelvin, a clock that runs backwards.
+// Detection of impossible values: error codes of instruments, temperatures in kelvin, rows out of
+// time order.
 #pragma once
 
 #include <optional>
@@ -8,18 +9,18 @@
 
 namespace plumbline::diagnosis {
 
-/// Finds values that cannot be what their column says:
+/// Finds values that their column cannot contain:
 ///  - codes for "nothing measured" (-9999, 999999, 32767, a point at exactly 0, 0, 0): numbers of
-///    that form that lie farther beyond all other values of the column than those spread;
-///  - temperatures in kelvin: all above 200, or those of some rows, from a line on as a rule;
-///  - rows that are not in the order of their clock: t_s falls in one step of twenty or more, where
-///    restarts of a clock are rare and shuffled rows fall in every other step.
-/// @return  a sentence that names the lines and says what to do; nothing where all is possible
+///  such a form whose distance from all other values of the column exceeds the range of those;
+///  - temperatures in kelvin: values above 200 in all rows or in some, usually from one line on;
+///  - rows out of time order: t_s decreases in at least one step out of twenty. Restarts of a clock
+///  are rarer, and in shuffled rows every other step decreases.
+/// @return  a sentence with the lines and a remedy; nullopt if all values are possible
 std::optional<std::string> ImpossibleValues(const table::MeasuredTable& table,
                                             const std::vector<model::Joint>& joints);
 
-/// A clock that was restarted now and then says nothing about the time between those starts: t_s is
-/// given up, with a note.
-void GiveUpRestartedClock(table::MeasuredTable& table);
+/// Marks t_s as not recorded, with a note, if its clock was restarted: the times between the
+/// restarts are unknown.
+void DiscardRestartedClock(table::MeasuredTable& table);
 
 }  // namespace plumbline::diagnosis

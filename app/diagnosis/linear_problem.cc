@@ -117,9 +117,9 @@ const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
   return carrier;
 }
 
-const Eigen::ArrayX2d& LinearProblem::KeptOfJoint(
+const Eigen::ArrayX2d& LinearProblem::CachedForJoint(
     int joint, const std::function<Eigen::ArrayX2d()>& compute) const {
-  Eigen::ArrayX2d& kept = kept_of_joint_[joint];
+  Eigen::ArrayX2d& kept = cached_for_joint_[joint];
   if (kept.rows() == 0) kept = compute();
   return kept;
 }

@@ -14,19 +14,20 @@ namespace {
 
 using I = effects::Influence<double>;
 
-/// A position, or a pose: the gradients of the tip as they are, below them those of its turn.
+/// Sets residual and gradients of a measured position or pose: rows 0..2 for the tip, rows 3..5 for
+/// its orientation.
 /// @param count   3 or 6
-/// @param frames  d tip / d (base shift, base turn, tip)
-/// @param at      the state, and the gradients where they are wanted
+/// @param frames  d tip / d (base translation, base rotation, tip)
+/// @param at      the state, with gradients if requested
 void SetPose(const table::MeasuredRow& measured, int count,
              const Eigen::Matrix<double, 3, 9>& frames, const deflection::Sensitivity& at,
              bool gradients, LinearRow& row, Gradient& gradient) {
-  const bool turned = count == kMaxResiduals;
+  const bool with_orientation = count == kMaxResiduals;
   row.residual.resize(count);
   row.residual.head<3>() = measured.p_WT - row.p_W;
   row.frames.setZero(count, 9);
   row.frames.topRows<3>() = frames;
-  if (turned) {
+  if (with_orientation) {
     const Mat3 R_WT = measured.q_WT.toRotationMatrix();
     row.residual.tail<3>() = VectorFromRotation(R_WT * at.state.X_WT.R.transpose());
     row.frames.bottomRows<3>().middleCols<3>(3).setIdentity();
@@ -34,11 +35,11 @@ void SetPose(const table::MeasuredRow& measured, int count,
   if (!gradients) return;
   gradient.resize(count, I::kSize);
   gradient.topRows<3>() = at.dp;
-  if (turned) gradient.bottomRows<3>() = at.dr;
+  if (with_orientation) gradient.bottomRows<3>() = at.dr;
 }
 
-/// A range, (1 + scale) |tip - anchor| + zero: the gradients of the tip along the ray.
-/// @param tip  d tip / d influence; null where no gradient is wanted
+/// Sets residual and gradients of a measured range, (1 + scale) |tip - anchor| + zero.
+/// @param tip  d tip / d influence; null if no gradient is requested
 void SetRange(const Vec3& anchor_W, const effects::Influence<double>& influence, double range_m,
               const Eigen::Matrix<double, 3, 9>& frames,
               const deflection::Sensitivity::Gradient* tip, LinearRow& row, Gradient& gradient) {
@@ -73,8 +74,8 @@ model::CellModel CellOf(const Dataset& data, const Model& model, SessionIndex se
 }
 
 void InParallel(int count, int threads, const std::function<void(int, int)>& f) {
-  constexpr int kWorthAThread = 48;
-  const int pieces = std::clamp(threads, 1, std::max(1, count / kWorthAThread));
+  constexpr int kMinPerThread = 48;
+  const int pieces = std::clamp(threads, 1, std::max(1, count / kMinPerThread));
   std::vector<std::thread> others;
   const auto begin = [&](int piece) {
     return static_cast<int>(std::int64_t{count} * piece / pieces);
@@ -151,22 +152,22 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model,
   result.rows.resize(static_cast<std::size_t>(data.rows()));
   if (wanted.any()) result.gradients.resize(result.rows.size());
   result.columns = std::make_shared<BlockColumns>();
-  std::atomic<int> unsettled{-1};
+  std::atomic<int> diverged{-1};
   InParallel(data.rows(), threads, [&](int first, int last) {
     deflection::Sensitivity scratch;
     Gradient gradient;
     for (const RowIndex row : IndexRange(RowIndex(first), RowIndex(last))) {
       if (!at_rows.At(row, wanted, scratch, result.rows[row], gradient)) {
-        unsettled = row.value();
+        diverged = row.value();
       } else if (wanted.any()) {
         result.gradients[row] = gradient;
       }
     }
   });
-  if (unsettled >= 0) {
+  if (diverged >= 0) {
     return Error{fmt::format(
-        "{}:{}: the sagged posture does not settle; check compliance_rad_per_Nm and link_mass_kg",
-        data.table.file, data.measured(RowIndex(unsettled.load())).line)};
+        "{}:{}: the sagged posture does not converge; check compliance_rad_per_Nm and link_mass_kg",
+        data.table.file, data.measured(RowIndex(diverged.load())).line)};
   }
   return result;
 }
@@ -187,8 +188,9 @@ PerRow<Vec3> ErrorsOf(const Linearisation& linear) {
 
 namespace {
 
-/// True where only sizes are asked for, all are linear, and the others are zero or do not matter:
-/// what the effect adds at one of them is its derivative, without dual numbers.
+/// True if only sizes are requested, all of them are linear, and the other parameters are zero or
+/// irrelevant. The contribution of the effect with one size set to 1 is then the derivative, and
+/// dual numbers are not needed.
 bool LinearInSizes(const effects::EffectTerm& term, std::span<const double> values,
                    std::span<const int> which) {
   const auto spec = [&](std::size_t k) -> const effects::ParameterSpec& {

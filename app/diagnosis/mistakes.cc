@@ -14,7 +14,8 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr double kLeastSpread_rad = 0.5;  // of a joint whose sign a small residual may tell
+constexpr double kMinSpread_rad =
+    0.5;  // minimum range of a joint whose sign is tested with a small residual
 
 using Undo = std::function<void(Dataset&)>;
 
@@ -34,10 +35,10 @@ Undo OnJoints(std::function<void(model::JointVector&)> map) {
   };
 }
 
-/// A joint that counts the other way, with all that was recorded of it.
-Undo OtherWay(int joint) {
+/// Reverses the sign of a joint in all its recorded quantities.
+Undo ReverseSign(int joint) {
   return [joint](Dataset& data) {
-    const auto turn = [joint](model::JointVector& of_joints) {
+    const auto reverse = [joint](model::JointVector& of_joints) {
       if (joint < of_joints.size()) of_joints[joint] *= -1;
     };
     for (const RowIndex row : data.row_indices()) {
@@ -46,7 +47,7 @@ Undo OtherWay(int joint) {
       for (model::JointVector* of :
            {&measured.q, &measured.qd, &measured.qdd, &measured.tau, &conditions.q, &conditions.qd,
             &conditions.qdd, &conditions.tau, &conditions.last_move, &conditions.approach}) {
-        turn(*of);
+        reverse(*of);
       }
     }
   };
@@ -90,7 +91,7 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
   mistakes.push_back({"the q columns hold radians", "write degrees", OnJoints(radians)});
 }
 
-/// Where each measured axis comes from, with its sign.
+/// Source and sign of each measured axis.
 struct AxisMap {
   std::array<int, 3> from;
   std::array<int, 3> sign;
@@ -108,7 +109,7 @@ std::string SentenceOf(const AxisMap& map) {
     return fmt::format("{} and {} are swapped", kAxes[moved[0]], kAxes[moved[1]]);
   }
   if (moved.empty() && turned.size() == 1) {
-    return fmt::format("{} counts the other way (mirrored)", kAxes[turned[0]]);
+    return fmt::format("the sign of {} is reversed (mirrored)", kAxes[turned[0]]);
   }
   std::string text;
   for (int axis = 0; axis < 3; ++axis) {
@@ -147,7 +148,7 @@ void AddAxes(const Dataset& data, std::vector<Mistake>& mistakes) {
   } while (std::next_permutation(from.begin(), from.end()));
 }
 
-/// Points a row late or early.
+/// Measurements shifted by one row.
 void AddShiftedRows(const Dataset& data, std::vector<Mistake>& mistakes) {
   if (data.rows() < 8) return;
   for (const int shift : {-1, 1}) {
@@ -161,10 +162,11 @@ void AddShiftedRows(const Dataset& data, std::vector<Mistake>& mistakes) {
         rows[static_cast<std::size_t>(k)].range_m = old[at].range_m;
       }
     };
-    mistakes.push_back({fmt::format("each row holds the measurement of the row {}",
-                                    shift > 0 ? "before" : "after"),
-                        "put measurements and joints of one moment into one row", undo});
-    mistakes.back().of_neighbours = true;
+    mistakes.push_back(
+        {fmt::format("each row holds the measurement of the row {}",
+                     shift > 0 ? "before" : "after"),
+         "put the measurement and the joint readings of the same moment into one row", undo});
+    mistakes.back().needs_all_rows = true;
   }
 }
 
@@ -176,15 +178,15 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
       low = std::min(low, row.q[i]);
       high = std::max(high, row.q[i]);
     }
-    Mistake sign{fmt::format("joint q{} counts the other way", i + 1),
-                 "check its sign in the cell, or in the recording", OtherWay(i)};
-    sign.subtle = i == count - 1 && high - low > kLeastSpread_rad;
+    Mistake sign{fmt::format("the sign of joint q{} is reversed", i + 1),
+                 "check its sign in the cell, or in the recording", ReverseSign(i)};
+    sign.subtle = i == count - 1 && high - low > kMinSpread_rad;
     mistakes.push_back(sign);
   }
   for (int i = 0; i < count; ++i) {
     if (!Turns(data, i)) continue;
     for (const double turn_deg : {90.0, -90.0, 180.0}) {
-      mistakes.push_back({fmt::format("joint q{} is turned by {:.0f} deg", i + 1, turn_deg),
+      mistakes.push_back({fmt::format("joint q{} is offset by {:.0f} deg", i + 1, turn_deg),
                           "check theta_offset_deg", OnJoints([i, turn_deg](model::JointVector& q) {
                             q[i] += turn_deg * kRadPerDeg;
                           })});
@@ -192,27 +194,27 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
   }
   for (int i = 0; i + 1 < count; ++i) {
     if (Turns(data, i) != Turns(data, i + 1)) continue;
-    mistakes.push_back({fmt::format("the columns of q{} and q{} are exchanged", i + 1, i + 2),
+    mistakes.push_back({fmt::format("the columns of q{} and q{} are swapped", i + 1, i + 2),
                         "check the header against the recording",
                         OnJoints([i](model::JointVector& q) { std::swap(q[i], q[i + 1]); })});
   }
   if (count < 3 || !Turns(data, 1) || !Turns(data, 2)) return;
   for (const double ratio : {1.0, -1.0}) {
     mistakes.push_back(
-        {fmt::format("joint q3 is counted against the ground (q3 {} q2 turns the joint)",
+        {fmt::format("joint q3 is recorded relative to the ground (the joint angle is q3 {} q2)",
                      ratio > 0 ? "+" : "-"),
-         "record the angle between the links, or convert it",
+         "record the angle between the links, or convert the column",
          OnJoints([ratio](model::JointVector& q) { q[2] += ratio * q[1]; })});
   }
 }
 
-Mat3 Turn(double angle_rad, const Vec3& axis) {
+Mat3 Rotation(double angle_rad, const Vec3& axis) {
   return RotationFromVector(angle_rad * axis);
 }
 
 void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
   const bool distal = data.cell.robot.convention == model::DhConvention::kDistal;
-  mistakes.push_back({fmt::format("the table is in the {} convention",
+  mistakes.push_back({fmt::format("the DH table uses the {} convention",
                                   distal ? "proximal (\"mdh\")" : "distal (\"dh\")"),
                       "check convention in [robot]", [distal](Dataset& changed) {
                         changed.cell.robot.convention =
@@ -227,22 +229,22 @@ void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
                         [R](Dataset& changed) { changed.cell.robot.X_WB.R = R; }});
   };
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
-  turned("base_rpy_deg holds angles about the moved axes x, y, z (R = Rx Ry Rz)",
-         Turn(rpy[0], x) * Turn(rpy[1], y) * Turn(rpy[2], z));
-  turned("base_rpy_deg holds yaw, pitch, roll (A, B, C: the order reversed)",
-         Turn(rpy[0], z) * Turn(rpy[1], y) * Turn(rpy[2], x));
+  turned("base_rpy_deg holds angles about the moving axes x, y, z (R = Rx Ry Rz)",
+         Rotation(rpy[0], x) * Rotation(rpy[1], y) * Rotation(rpy[2], z));
+  turned("base_rpy_deg holds yaw, pitch, roll (A, B, C: in reverse order)",
+         Rotation(rpy[0], z) * Rotation(rpy[1], y) * Rotation(rpy[2], x));
   turned("base_rpy_deg holds Euler angles about z, y, z",
-         Turn(rpy[0], z) * Turn(rpy[1], y) * Turn(rpy[2], z));
+         Rotation(rpy[0], z) * Rotation(rpy[1], y) * Rotation(rpy[2], z));
   turned("base_rpy_deg holds Euler angles about z, x, z",
-         Turn(rpy[0], z) * Turn(rpy[1], x) * Turn(rpy[2], z));
+         Rotation(rpy[0], z) * Rotation(rpy[1], x) * Rotation(rpy[2], z));
   turned("base_rpy_deg holds a rotation vector", RotationFromVector(rpy));
   const Vec3 as_degrees = rpy / kRadPerDeg;
   turned("base_rpy_deg holds radians",
-         Turn(as_degrees[2], z) * Turn(as_degrees[1], y) * Turn(as_degrees[0], x));
+         Rotation(as_degrees[2], z) * Rotation(as_degrees[1], y) * Rotation(as_degrees[0], x));
   const Pose inverse = X_WB.Inverse();
   if (!inverse.p.isApprox(X_WB.p, 1e-6) || !inverse.R.isApprox(X_WB.R, 1e-6)) {
     mistakes.push_back(
-        {"base_xyz_mm and base_rpy_deg hold the instrument's pose in the robot's base",
+        {"base_xyz_mm and base_rpy_deg hold the pose of the instrument in the base frame",
          "declare the base in the measurement frame, the inverse of it",
          [inverse](Dataset& changed) { changed.cell.robot.X_WB = inverse; }});
   }
@@ -250,13 +252,13 @@ void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
 
 void AddPayload(const Dataset& data, std::vector<Mistake>& mistakes) {
   if (!PayloadCounts(data)) return;
-  constexpr double kBeside = 1.12;  // a size that the rows tell from the true one
+  constexpr double kOtherScale = 1.12;  // the rows distinguish scales that differ by this factor
   const std::pair<double, const char*> units[] = {{0.45359237, "pounds"}, {1 / 9.80665, "newtons"}};
   for (const auto& [factor, unit] : units) {
     Mistake mistake{fmt::format("payload_kg holds {}", unit),
                     fmt::format("write kilograms (times {:.4g})", factor), OnPayload(factor)};
     mistake.subtle = true;
-    mistake.beside = {OnPayload(factor / kBeside), OnPayload(factor * kBeside)};
+    mistake.alternatives = {OnPayload(factor / kOtherScale), OnPayload(factor * kOtherScale)};
     mistakes.push_back(mistake);
   }
 }
@@ -279,7 +281,7 @@ void AddFrames(const Dataset& data, std::vector<Mistake>& mistakes) {
 }  // namespace
 
 std::vector<Mistake> MistakesOf(const Dataset& data) {
-  // First, for a column that is mostly in another unit nearly is so as a whole.
+  // First, because converting a whole column that is mostly in another unit almost fits, too.
   std::vector<Mistake> mistakes = UnitChanges(data);
   AddUnits(data, mistakes);
   AddAxes(data, mistakes);

@@ -1,4 +1,4 @@
-// Mistakes that somebody makes in data or cell, each with the change that takes it back.
+// Known mistakes in measured data or cell files, each with the change that corrects it.
 #pragma once
 
 #include <functional>
@@ -9,26 +9,27 @@
 
 namespace plumbline::diagnosis {
 
-/// A hypothesis: what may be wrong, what to do about it, and the data as if it were right.
+/// A hypothesis: a possible mistake, its remedy, and how to correct the data for it.
 struct Mistake {
-  std::string sentence;  ///< after "it falls to 0.1 mm if .."
+  std::string sentence;  ///< completes "it falls to 0.1 mm if .."
   std::string remedy;
   std::function<void(Dataset&)> undo;
-  /// Numbers that the alignment fits then beside those that the cell leaves free: the tip, the
-  /// base.
+  /// Frames that the alignment then fits in addition to those that the cell leaves free.
   bool fits_tip = false, fits_base = false;
-  /// It may be smaller than what effects do: asked of every set whose noise is known.
+  /// The mistake may move the tip less than effects do; it is tried on all data whose noise is
+  /// known.
   bool subtle = false;
-  /// The rows whose numbers it changes; empty: every row.
-  std::function<bool(const table::MeasuredRow&)> concerns = {};
-  bool of_neighbours = false;  ///< it moves values from row to row: all rows are needed
-  /// Changes that are nearly the same and must not do as well, where the hypothesis is a size.
-  std::vector<std::function<void(Dataset&)>> beside = {};
+  /// True for the rows that the mistake affects; empty: all rows.
+  std::function<bool(const table::MeasuredRow&)> affects = {};
+  bool needs_all_rows = false;  ///< values move from row to row, so the rows must not be thinned
+  /// For a wrong scale: neighbouring scales. If one of them fits as well, the mistake is not
+  /// confirmed.
+  std::vector<std::function<void(Dataset&)>> alternatives = {};
 
   bool fits() const { return fits_tip || fits_base; }
 };
 
-/// All that can be asked of these data; see MANUAL.md, "Mistakes".
+/// All mistakes that are possible for these data; see MANUAL.md, section on mistakes.
 std::vector<Mistake> MistakesOf(const Dataset& data);
 
 }  // namespace plumbline::diagnosis

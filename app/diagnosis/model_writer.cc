@@ -15,7 +15,7 @@
 namespace plumbline::diagnosis {
 namespace {
 
-/// The shortest text that reads back as the same number, and as a float.
+/// The shortest text that TOML reads back as the same floating-point number.
 std::string NumberText(double value) {
   std::string text = fmt::format("{}", value);
   if (text.find_first_of(".einf") == std::string::npos) text += ".0";
@@ -153,14 +153,15 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
   return text;
 }
 
-/// Ends the [domain] at the end of a cell's text; the text before it is not changed afterwards.
+/// The fingerprint, appended as the last key of [domain]; the text before it must not change
+/// afterwards.
 std::string FingerprintText(const std::string& text) {
-  config::FaultList ignored;  // reported where the finished text is read
+  config::FaultList ignored;  // reported when the finished text is read back
   const config::TomlDocument document(text, "", ignored);
   return "fingerprint = " + StringText(config::ModelFingerprint(document)) + '\n';
 }
 
-/// True where the effects stand as one array at the root, to which no [[effect]] can be appended.
+/// True if the effects are an inline array at the root, to which no [[effect]] can be appended.
 bool HasInlineEffects(std::string_view text) {
   for (const TomlStatement& statement : TomlStatements(text)) {
     if (statement.kind == TomlStatement::Kind::kHeader) return false;
@@ -181,7 +182,7 @@ std::string WithLineEnds(const std::string& text, bool carriage_returns) {
 Result<std::string> CorrectedCellText(std::string_view original, const model::CellModel& cell,
                                       const Diagnosis& diagnosis, const DataOrigin& origin) {
   std::string text(original);
-  std::string added = fmt::format("\n# What plumbline diagnose found in {} ({} rows, {})\n",
+  std::string added = fmt::format("\n# Found by plumbline diagnose in {} ({} rows, {})\n",
                                   StringText(origin.file), origin.rows, origin.date);
   const bool withheld = !diagnosis.withheld.empty();
   const bool adds = !withheld && (!diagnosis.findings.empty() || !diagnosis.discrepancy.empty());
@@ -200,7 +201,8 @@ Result<std::string> CorrectedCellText(std::string_view original, const model::Ce
   if (adds) std::for_each(diagnosis.findings.begin(), diagnosis.findings.end(), add);
   if (!diagnosis.discrepancy.empty()) {
     added +=
-        "\n# What those leave, shrunk: it corrects where there is data, and explains nothing\n";
+        "\n# Discrepancy model: a shrunken fit of the remaining residual. It corrects within the "
+        "measured range and explains nothing\n";
   }
   for (const Finding& finding : diagnosis.discrepancy) add(finding);
   if (!diagnosis.sessions.empty()) {

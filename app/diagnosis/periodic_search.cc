@@ -13,11 +13,12 @@ namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kCounterbalancedJoint = 1;  // q2 carries the spring or gas cylinder of heavy arms
-enum GearParameter { kAmplitude, kCycles, kPhase, kOfOneTerm };
+enum GearParameter { kAmplitude, kCycles, kPhase, kParameterCount };
 
-/// amplitude sin(cycles q + phase) as a sine and a cosine; the phase is the last parameter.
-Block TwoPhases(const effects::Effect& effect, int joint, int parameters,
-                std::vector<double> values) {
+/// Block of amplitude sin(cycles q + phase) with a sine and a cosine column; the phase is the last
+/// parameter.
+Block SineAndCosine(const effects::Effect& effect, int joint, int parameters,
+                    std::vector<double> values) {
   Block block;
   block.term.effect = &effect;
   block.id = effect.traits().id;
@@ -32,13 +33,13 @@ Block TwoPhases(const effects::Effect& effect, int joint, int parameters,
 }
 
 Block PeriodicBlock(int joint, double cycles, double trials) {
-  Block block = TwoPhases(effects::GearPeriodic(), joint, kOfOneTerm, {0, cycles, 0});
+  Block block = SineAndCosine(effects::GearPeriodic(), joint, kParameterCount, {0, cycles, 0});
   block.trials = trials;
   return block;
 }
 
-/// Amplitude and phase of a sine and a cosine.
-effects::ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
+/// The effect with the amplitude and phase of a fitted sine and cosine.
+effects::ActiveEffect AmplitudeAndPhase(const Block& block, const ColumnSizes& values) {
   const auto sine = values.find(BlockColumnIndex(0)), cosine = values.find(BlockColumnIndex(1));
   const double a = sine == values.end() ? 0 : sine->second;
   const double b = cosine == values.end() ? 0 : cosine->second;
@@ -50,8 +51,8 @@ effects::ActiveEffect OnePhase(const Block& block, const ColumnSizes& values) {
   return effect;
 }
 
-/// Sums over rows that the gain of a line needs. The residual is one with the frames projected out,
-/// so that it needs none of that again.
+/// Products over the rows for computing the gain of a line. The free frames are already projected
+/// out of the residual.
 class JointRows {
  public:
   JointRows(const LinearProblem& problem, int joint, const Eigen::VectorXd& residual)
@@ -70,7 +71,8 @@ class JointRows {
     }
   }
 
-  /// The drop of chi2 by a line, the frames taken out; as Gain() of its sine and cosine.
+  /// Reduction of chi2 by a line, with the free frames projected out; equal to Gain() of its sine
+  /// and cosine.
   double GainOf(double cycles) const {
     Eigen::MatrixX2d factors(q.size(), 2);
     factors.col(0) = (cycles * q).array().sin();
@@ -86,26 +88,26 @@ class JointRows {
   }
 
   Eigen::VectorXd q;
-  Eigen::VectorXd along, square;  ///< carrier times residual, carrier times itself
+  Eigen::VectorXd along, square;  ///< carrier times residual, squared carrier
 
  private:
   Eigen::MatrixXd along_frames_;  ///< carrier times the frames' basis, shape (rows, rank)
 };
 
-constexpr double kFewestCycles = 0.5, kMostCycles = 400;
-constexpr double kLeastSpan_rad = 0.05;  // of a joint, for lines to be told apart
-/// Cycles a turn of an eccentric and of an oval wheel: lines that need no search.
-constexpr std::array kWhole = {1.0, 2.0};
-constexpr double kStepsOfLobe = 3;  // 9 % of a gain lost at most, before it is refined
+constexpr double kMinCycles = 0.5, kMaxCycles = 400;
+constexpr double kMinSpan_rad = 0.05;  // minimum range of a joint for separating lines
+/// Cycles per turn of an eccentric and of an elliptical gear: lines that need no search.
+constexpr std::array kWholeCycles = {1.0, 2.0};
+constexpr double kStepsPerResolution = 3;  // loses at most 9 % of the gain before refinement
 
-/// Width of a line in cycles per turn, of a joint that moved by so much.
-double LobeOf(double span_rad) {
+/// Spectral resolution, in cycles per turn, of a joint with this range.
+double ResolutionOf(double span_rad) {
   return 2 * std::numbers::pi / span_rad;
 }
 
-/// Sums over rows of weight sin(c q) and weight cos(c q), shape (steps, 2), at cycles c that rise
-/// by a step. Sine and cosine of every row are turned on from step to step, by the addition
-/// theorems; a few rows at a time, so that they stay in the cache.
+/// Sums over the rows of weight sin(c q) and weight cos(c q), shape (steps, 2), for equally spaced
+/// cycles c. Sine and cosine of each row are advanced by the angle addition formulas, a few rows at
+/// a time so that they remain in the cache.
 Eigen::ArrayX2d LineSums(const Eigen::VectorXd& q, const Eigen::VectorXd& weight, double first,
                          double step, Eigen::Index steps) {
   constexpr Eigen::Index kAtOnce = 256;
@@ -127,14 +129,14 @@ Eigen::ArrayX2d LineSums(const Eigen::VectorXd& q, const Eigen::VectorXd& weight
   return sums;
 }
 
-/// Gains of sin and cos at cycles that rise by a step, the frames not taken out.
+/// Gains of sine and cosine at equally spaced cycles, free frames not projected out.
 std::vector<double> GainsAlong(const LinearProblem& problem, const JointRows& rows, int joint,
                                double step) {
-  const auto steps = static_cast<Eigen::Index>(kMostCycles / step);
-  const Eigen::ArrayX2d along = LineSums(rows.q, rows.along, kFewestCycles, step, steps);
-  // sin^2, cos^2 and their product by the sine and cosine of the double angle.
-  const Eigen::ArrayX2d& twice = problem.KeptOfJoint(
-      joint, [&] { return LineSums(rows.q, rows.square, 2 * kFewestCycles, 2 * step, steps); });
+  const auto steps = static_cast<Eigen::Index>(kMaxCycles / step);
+  const Eigen::ArrayX2d along = LineSums(rows.q, rows.along, kMinCycles, step, steps);
+  // sin^2, cos^2 and sin cos from the sine and cosine of the double angle.
+  const Eigen::ArrayX2d& twice = problem.CachedForJoint(
+      joint, [&] { return LineSums(rows.q, rows.square, 2 * kMinCycles, 2 * step, steps); });
   const double total = rows.square.sum();
   std::vector<double> gains;
   gains.reserve(static_cast<std::size_t>(steps));
@@ -156,42 +158,42 @@ bool Higher(const Peak& a, const Peak& b) {
 
 /// The highest local maxima.
 std::vector<Peak> PeaksOf(const std::vector<double>& gains, int joint, double step) {
-  constexpr std::size_t kMostPeaks = 4;
+  constexpr std::size_t kMaxPeaks = 4;
   std::vector<Peak> peaks;
   for (std::size_t s = 0; s < gains.size(); ++s) {
     const bool rises = s == 0 || gains[s] >= gains[s - 1];
     const bool falls = s + 1 == gains.size() || gains[s] >= gains[s + 1];
     if (rises && falls)
-      peaks.push_back({joint, kFewestCycles + step * static_cast<double>(s), gains[s], 0});
+      peaks.push_back({joint, kMinCycles + step * static_cast<double>(s), gains[s], 0});
   }
   std::sort(peaks.begin(), peaks.end(), Higher);
-  if (peaks.size() > kMostPeaks) peaks.resize(kMostPeaks);
+  if (peaks.size() > kMaxPeaks) peaks.resize(kMaxPeaks);
   return peaks;
 }
 
-/// The strongest lines of one joint, to a third of a line's width and the free frames not taken
-/// out; none where the joint hardly moved.
-/// @param trials  lines that can be told apart; unchanged where there are none
+/// The strongest lines of one joint, located to a third of the resolution, free frames not
+/// projected out; empty if the joint hardly moved.
+/// @param trials  receives the number of lines that can be resolved; unchanged if there are none
 std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, const JointRows& rows, int joint,
                                 double& trials) {
   const double span = problem.JointSpan(joint);
-  if (!(span > kLeastSpan_rad)) return {};
-  const double lobe = LobeOf(span);
-  trials = kMostCycles / lobe * 2;
-  const double step = lobe / kStepsOfLobe;
+  if (!(span > kMinSpan_rad)) return {};
+  const double resolution = ResolutionOf(span);
+  trials = kMaxCycles / resolution * 2;
+  const double step = resolution / kStepsPerResolution;
   return PeaksOf(GainsAlong(problem, rows, joint, step), joint, step);
 }
 
-/// The line at its exact cycles, the frames taken out.
+/// Refines the cycles of a line, with the free frames projected out.
 Peak Refined(const LinearProblem& problem, const JointRows& rows, Peak peak) {
   constexpr int kHalvings = 6;
   const int joint = peak.joint;
   peak.gain = rows.GainOf(peak.cycles_per_turn);
-  double width = LobeOf(problem.JointSpan(joint)) / kStepsOfLobe;
+  double width = ResolutionOf(problem.JointSpan(joint)) / kStepsPerResolution;
   for (int halving = 0; halving < kHalvings; ++halving, width /= 2) {
     for (const double side : {-1.0, 1.0}) {
       const double cycles = peak.cycles_per_turn + side * width / 2;
-      if (cycles < kFewestCycles || cycles > kMostCycles) continue;
+      if (cycles < kMinCycles || cycles > kMaxCycles) continue;
       const double gain = rows.GainOf(cycles);
       if (gain > peak.gain) peak = {joint, cycles, gain, 0};
     }
@@ -201,20 +203,21 @@ Peak Refined(const LinearProblem& problem, const JointRows& rows, Peak peak) {
   return peak;
 }
 
-/// True where two lines of one joint stand nearer than its range can tell apart; whole cycles are
-/// an eccentricity and its harmonics, not a line in two halves.
-bool TooNear(const LinearProblem& problem, const PeriodicLine& a, const PeriodicLine& b) {
+/// True if the range of the joint does not resolve two of its lines. Lines at whole cycles are
+/// exempt: they are an eccentricity and its harmonics, not one line split in two.
+bool Unresolved(const LinearProblem& problem, const PeriodicLine& a, const PeriodicLine& b) {
   if (a.joint != b.joint) return false;
   const auto whole = [](double cycles) { return cycles == std::round(cycles); };
   if (whole(a.cycles_per_turn) && whole(b.cycles_per_turn)) return false;
-  constexpr double kLobes = 0.7;
-  const double lobe = 2 * std::numbers::pi / std::max(kLeastSpan_rad, problem.JointSpan(a.joint));
-  return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kLobes * lobe;
+  constexpr double kMinSeparation = 0.7;
+  const double resolution =
+      2 * std::numbers::pi / std::max(kMinSpan_rad, problem.JointSpan(a.joint));
+  return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kMinSeparation * resolution;
 }
 
-/// Whole lines of all joints, among which one is chosen.
+/// Number of lines with whole cycles over all joints, among which one is selected.
 double WholeLines(int joints) {
-  return static_cast<double>(kWhole.size()) * joints;
+  return static_cast<double>(kWholeCycles.size()) * joints;
 }
 
 class PeriodicSearch final : public ShapeSearch {
@@ -231,8 +234,8 @@ class PeriodicSearch final : public ShapeSearch {
       rows.emplace_back(problem, joint, residual);
       const std::vector<Peak> peaks = PeriodicPeaks(problem, rows.back(), joint, of_joint);
       coarse.insert(coarse.end(), peaks.begin(), peaks.end());
-      if (of_joint == 1) continue;  // it never moved far
-      for (const double whole : kWhole) {
+      if (of_joint == 1) continue;  // it hardly moved
+      for (const double whole : kWholeCycles) {
         eccentric.emplace_back(rows.back().GainOf(whole),
                                PeriodicBlock(joint, whole, WholeLines(joints)));
       }
@@ -255,7 +258,7 @@ class PeriodicSearch final : public ShapeSearch {
 
   std::vector<Block> Refitted(const Dataset& data,
                               const effects::ActiveEffect& effect) const override {
-    constexpr double kTrials = 5000;  // as many as the search of all joints and cycles
+    constexpr double kTrials = 5000;  // effective number for the search over all joints and cycles
     std::vector<Block> blocks;
     const auto& specs = effect.term.effect->traits().parameters;
     for (std::size_t k = 0; k < effect.values.size(); ++k) {
@@ -272,13 +275,13 @@ class PeriodicSearch final : public ShapeSearch {
   std::vector<Block> AllPlacements(const Dataset& data) const override {
     std::vector<Block> blocks;
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-      for (const double cycles : kWhole) blocks.push_back(PeriodicBlock(joint, cycles, 1));
+      for (const double cycles : kWholeCycles) blocks.push_back(PeriodicBlock(joint, cycles, 1));
     }
     return blocks;
   }
 
   effects::ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
-    return OnePhase(block, values);
+    return AmplitudeAndPhase(block, values);
   }
 
   bool JoinsBlocks() const override { return true; }
@@ -293,7 +296,7 @@ class PeriodicSearch final : public ShapeSearch {
     for (std::size_t k = 0; k < more.values.size(); ++k) {
       effects::TermParameter parameter = more.term.parameters[k];
       parameter.harmonic = harmonic;
-      if (harmonic > 1) parameter.spec += kOfOneTerm;
+      if (harmonic > 1) parameter.spec += kParameterCount;
       effect.term.parameters.push_back(parameter);
       effect.values.push_back(more.values[k]);
     }
@@ -307,7 +310,7 @@ class PeriodicSearch final : public ShapeSearch {
     }
     for (std::size_t a = 0; a < lines.size(); ++a) {
       for (std::size_t b = a + 1; b < lines.size(); ++b) {
-        if (TooNear(problem, lines[a], lines[b])) return true;
+        if (Unresolved(problem, lines[a], lines[b])) return true;
       }
     }
     return false;
@@ -319,10 +322,10 @@ class BalanceSearch final : public ShapeSearch {
   bool DependsOnResidual() const override { return false; }
   std::vector<Block> Fixed(const Dataset& data) const override {
     if (data.cell.robot.size() <= kCounterbalancedJoint) return {};
-    return {TwoPhases(effects::Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
+    return {SineAndCosine(effects::Counterbalance(), kCounterbalancedJoint, 2, {0, 0})};
   }
   effects::ActiveEffect EffectFrom(const Block& block, const ColumnSizes& values) const override {
-    return OnePhase(block, values);
+    return AmplitudeAndPhase(block, values);
   }
 };
 
@@ -331,9 +334,10 @@ class BalanceSearch final : public ShapeSearch {
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                                         const Eigen::VectorXd& residual) {
   std::vector<PeriodicLine> lines;
-  constexpr double kLargestLine_rad = 2e-3, kLeastSeen = 5;  // of a gear; sigma over all rows
+  constexpr double kLargestLine_rad = 2e-3,
+                   kMinSignal = 5;  // of a gear; signal over all rows in sigma
   for (int joint = 0; joint < problem.data().cell.robot.size(); ++joint) {
-    if (kLargestLine_rad * problem.Carrier(joint).norm() < kLeastSeen) continue;  // no lever
+    if (kLargestLine_rad * problem.Carrier(joint).norm() < kMinSignal) continue;  // no lever arm
     double trials = 1;
     const JointRows rows(problem, joint, residual);
     for (const Peak& peak : PeriodicPeaks(problem, rows, joint, trials)) {

@@ -6,19 +6,20 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr double kLargestUnit = 1e3;  // SI; more is no plausible size but none given
-constexpr double kLeastLever =
-    1e-3;  // [m/rad] of the tip: a joint that moves it less shows no turn
+constexpr double kMaxSize = 1e3;  // SI; a larger plausible size means that none is given
+constexpr double kMinLever =
+    1e-3;  // [m/rad]; with a smaller lever arm, the rotation of a joint is not observable
 
-/// The joint of a block's column, -1 where it belongs to none.
+/// The joint of a block's column; -1 if it belongs to none.
 int JointOf(const Block& block, BlockColumnIndex column) {
   const int parameter = block.columns[column].parameter;
   return block.term.parameters[static_cast<std::size_t>(parameter)].joint;
 }
 
-/// Largest turn of its joint that one SI unit of each column makes at the problem's rows [rad]:
-/// what moves the tip through a joint alone does so as the joint's turn does.
-Indexed<BlockColumnIndex, double> LargestTurns(const LinearProblem& problem, const Block& block) {
+/// Largest rotation of its joint [rad] by one SI unit of each column, over the problem's rows: the
+/// displacement of the tip divided by the lever arm of the joint.
+Indexed<BlockColumnIndex, double> LargestRotations(const LinearProblem& problem,
+                                                   const Block& block) {
   Eigen::MatrixXd columns;
   Indexed<BlockColumnIndex, double> largest(block.columns.size(), 0.0);
   for (const RowIndex row : problem.rows()) {
@@ -30,7 +31,7 @@ Indexed<BlockColumnIndex, double> LargestTurns(const LinearProblem& problem, con
       if (joint < 0) continue;
       const double lever =
           LengthsOf(of.col(effects::Influence<double>::kTurn * model::kMaxJoints + joint)).norm();
-      if (lever < kLeastLever) continue;
+      if (lever < kMinLever) continue;
       largest[k] = std::max(largest[k], LengthsOf(columns.col(k.value())).norm() / lever);
     }
   }
@@ -43,17 +44,17 @@ Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const
   Indexed<BlockColumnIndex, double> sizes;
   sizes.reserve(block.columns.size());
   for (const BlockColumn& column : block.columns) {
-    sizes.push_back(std::min(kLargestUnit, column.Largest()));
+    sizes.push_back(std::min(kMaxSize, column.Largest()));
   }
   const double seen_rad = block.term.effect->traits().seen_turn_rad;
   if (seen_rad == 0) return sizes;
-  const Indexed<BlockColumnIndex, double> turns_rad = LargestTurns(problem, block);
+  const Indexed<BlockColumnIndex, double> rotations_rad = LargestRotations(problem, block);
   for (const BlockColumnIndex k : sizes.indices()) {
     const int joint = JointOf(block, k);
-    if (joint < 0 || !(turns_rad[k] > 0)) continue;
+    if (joint < 0 || !(rotations_rad[k] > 0)) continue;
     const model::Joint& of = problem.data().cell.robot.joints[static_cast<std::size_t>(joint)];
     if (of.type == model::JointType::kPrismatic) continue;
-    sizes[k] = std::min(sizes[k], seen_rad / turns_rad[k]);
+    sizes[k] = std::min(sizes[k], seen_rad / rotations_rad[k]);
   }
   return sizes;
 }

@@ -1,4 +1,4 @@
-// How large an effect's parameters are expected to be, before anything is measured.
+// Prior standard deviations of effect parameters, for the design of measurements.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,11 @@
 
 namespace plumbline::diagnosis {
 
-/// Standard deviation of a prior about zero of each column of a block [SI of its parameter]. Where
-/// a source says what real machines show (EffectTraits::seen_turn_rad), that; otherwise the
-/// largest size that is plausible at all. What a source says of a joint is the angle that it turns
-/// by: the size is the one that turns it so far where it does so most, over the problem's rows.
-/// @param problem  linearised with the gradients of every influence
+/// Standard deviation of a zero-mean prior of each column of a block [SI of its parameter]: from a
+/// published size on real machines if there is one (EffectTraits::seen_turn_rad), otherwise the
+/// largest plausible size. Published sizes are rotations of a joint; the parameter is scaled so
+/// that it causes this rotation at the row where it rotates the joint most.
+/// @param problem  linearised with the gradients of all entries of the influence
 Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const Block& block);
 
 }  // namespace plumbline::diagnosis

@@ -13,10 +13,10 @@
 namespace plumbline::diagnosis {
 namespace {
 
-/// The adjusted numbers, each with the step that is "one" to the solver.
+/// The adjusted parameters and frames, and the scales of the solver's variables.
 struct Layout {
   std::vector<std::pair<int, int>> parameters;
-  std::vector<double> unit;  ///< SI size of one solver unit
+  std::vector<double> unit;  ///< SI value of one solver unit, for each parameter
   int per_session = 0;
   bool frames = false, tip = false;
 };
@@ -29,8 +29,8 @@ bool Adjusted(const effects::ActiveEffect& effect, std::size_t k) {
   if (spec.role != effects::ParameterRole::kShape) return true;
   if (effects::IsEventTime(spec)) return false;
   if (spec.unit != "1/turn") return true;
-  // An eccentricity turns once, an ellipticity twice: whole cycles stay whole. Of many lines the
-  // cycles stay where the search found them: together they have too many minima.
+  // Whole cycles are not adjusted: an eccentricity has one cycle, an ellipticity two. With many
+  // lines, no cycles are adjusted after the search, since the joint problem has too many minima.
   constexpr int kFewLines = 4;
   int lines = 0;
   for (const effects::TermParameter& parameter : effect.term.parameters) {
@@ -57,8 +57,8 @@ Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
   return layout;
 }
 
-/// Range of an adjusted number, SI: a shape stays in the range to search; an angle, which comes
-/// round again, and a size go anywhere.
+/// Range of an adjusted parameter, SI: the search range for shapes; nullopt (unbounded) for sizes
+/// and for angles, which are periodic.
 std::optional<model::Interval> RangeOf(const effects::ActiveEffect& effect, std::size_t k) {
   const effects::ParameterSpec& spec =
       effect.term.effect->traits()
@@ -67,7 +67,7 @@ std::optional<model::Interval> RangeOf(const effects::ActiveEffect& effect, std:
   return model::Interval{spec.plausible.low * spec.to_SI, spec.plausible.high * spec.to_SI};
 }
 
-/// The ranges as bounds of the solver's numbers, and a start within them.
+/// Sets the ranges as bounds of the solver's variables, and a start within them.
 void SetBounds(const Layout& layout, const Model& start, std::vector<double>& x,
                ceres::Problem& problem) {
   const std::size_t first = x.size() - layout.parameters.size();
@@ -86,7 +86,8 @@ void SetBounds(const Layout& layout, const Model& start, std::vector<double>& x,
   }
 }
 
-/// The start moved by solver units x: frames of each session first, then parameters.
+/// The start model moved by the solver's variables x: frames of each session first, then
+/// parameters.
 Model Moved(const Layout& layout, const Model& start, const double* x) {
   Model model = start;
   int at = 0;
@@ -108,28 +109,29 @@ Model Moved(const Layout& layout, const Model& start, const double* x) {
   return model;
 }
 
-/// The inverse of a correlation-like matrix where the rows hold its directions.
+/// Pseudoinverse of a scaled information matrix, restricted to the directions that the rows
+/// determine.
 struct Inverse {
-  Eigen::MatrixXd of_held;
+  Eigen::MatrixXd matrix;
   std::vector<bool>
-      identifiable;  ///< false of a parameter in which a direction lies that no row holds
+      identifiable;  ///< false for a parameter with a component along an undetermined direction
 };
 
-Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
-  constexpr double kHeld = 1e-10;
+Inverse InverseOfDetermined(const Eigen::MatrixXd& information) {
+  constexpr double kMinEigenvalue = 1e-10;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
-  const double least = kHeld * std::max(1e-300, solver.eigenvalues().maxCoeff());
+  const double least = kMinEigenvalue * std::max(1e-300, solver.eigenvalues().maxCoeff());
   const Eigen::VectorXd inverse = solver.eigenvalues().unaryExpr(
       [least](double value) { return value > least ? 1 / value : 0.0; });
   Inverse result;
-  result.of_held = solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+  result.matrix = solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
   result.identifiable.assign(static_cast<std::size_t>(information.rows()), true);
   for (Eigen::Index k = 0; k < inverse.size(); ++k) {
     if (inverse[k] > 0) continue;
-    // Even if it were just held, a direction's share of the variance would be this.
+    // The variance that the direction would contribute if its eigenvalue were just at the limit.
     for (Eigen::Index i = 0; i < information.rows(); ++i) {
       const double part = solver.eigenvectors()(i, k);
-      if (part * part / least > result.of_held(i, i)) {
+      if (part * part / least > result.matrix(i, i)) {
         result.identifiable[static_cast<std::size_t>(i)] = false;
       }
     }
@@ -137,15 +139,15 @@ Inverse InverseWhereHeld(const Eigen::MatrixXd& information) {
   return result;
 }
 
-/// Rows whose gradients are kept from one iteration to the next; of more they would take too much
+/// Maximum number of rows whose gradients are cached between iterations; more would need too much
 /// memory.
-constexpr int kMostKeptRows = 20000;
+constexpr int kMaxCachedRows = 20000;
 
-/// All residuals as one cost. The derivatives are those of the arm where they were first asked for:
-/// a refit starts at values that fit, from which the arm's posture, and with it how the tip follows
-/// an influence, changes by less than a thousandth; how influences follow parameters is computed
-/// anew each time. Only the way to the minimum depends on it, and the minimum by as little of the
-/// noise.
+/// All residuals as one cost function. d prediction / d influence is computed once, at the first
+/// evaluation, and reused: a refit starts close to the solution, so the posture of the arm and
+/// hence these gradients change by less than a thousandth. d influence / d parameter is computed at
+/// every evaluation. The approximation affects the path to the minimum, and the minimum itself by a
+/// thousandth of the noise.
 class AllRows final : public ceres::CostFunction {
  public:
   AllRows(const FitProblem& problem, const Model& start, const Layout& layout)
@@ -162,8 +164,8 @@ class AllRows final : public ceres::CostFunction {
   }
   int size() const { return size_; }
 
-  /// The next derivatives are those at the point where they are asked for.
-  void ForgetGradients() { kept_.clear(); }
+  /// Discards the cached gradients; the next evaluation recomputes them.
+  void ClearGradients() { cached_.clear(); }
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
     const Model model = Moved(layout_, start_, x[0]);
@@ -174,10 +176,10 @@ class AllRows final : public ceres::CostFunction {
     Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
                        wanted ? size_ : 0);
     if (wanted) J.setZero();
-    if (wanted && kept_.empty() && problem_.rows.count() <= kMostKeptRows) {
-      kept_.resize(problem_.rows.size());
+    if (wanted && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
+      cached_.resize(problem_.rows.size());
     }
-    std::atomic<bool> settled{true};
+    std::atomic<bool> converged{true};
     InParallel(problem_.rows.count(), problem_.threads, [&](int first, int last) {
       deflection::Sensitivity scratch;
       LinearRow at;
@@ -189,12 +191,13 @@ class AllRows final : public ceres::CostFunction {
         if (wanted) AddSlopes(model, row, slopes);
         deflection::InfluenceSet touched;
         for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
-        const bool kept = wanted && IsKept(j, touched);
-        if (!at_rows.At(row, kept ? deflection::InfluenceSet() : touched, scratch, at, gradient)) {
-          settled = false;
+        const bool cached = wanted && IsCached(j, touched);
+        if (!at_rows.At(row, cached ? deflection::InfluenceSet() : touched, scratch, at,
+                        gradient)) {
+          converged = false;
           return;
         }
-        if (wanted) KeepOrRestore(j, touched, kept, gradient);
+        if (wanted) CacheOrRestore(j, touched, cached, gradient);
         whitener_[j].Apply(at.residual, residuals_.PartOf(r, j));
         if (!wanted) continue;
         auto block = residuals_.PartOf(J, j);
@@ -207,28 +210,28 @@ class AllRows final : public ceres::CostFunction {
         }
       }
     });
-    return settled;
+    return converged;
   }
 
  private:
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  /// d prediction / d influence of one row, of those influences that effects moved, in their order.
-  struct KeptGradient {
+  /// d prediction / d influence of one row, for the entries on which effects act, ascending.
+  struct CachedGradient {
     deflection::InfluenceSet entries;
     Eigen::MatrixXd columns;
   };
 
-  bool IsKept(FitRowIndex j, const deflection::InfluenceSet& touched) const {
-    return !kept_.empty() && touched.any() && (touched & ~kept_[j].entries).none();
+  bool IsCached(FitRowIndex j, const deflection::InfluenceSet& touched) const {
+    return !cached_.empty() && touched.any() && (touched & ~cached_[j].entries).none();
   }
 
-  /// Puts the kept columns into a gradient, or keeps those of one just computed.
-  void KeepOrRestore(FitRowIndex j, const deflection::InfluenceSet& touched, bool kept,
-                     Gradient& gradient) const {
-    if (kept_.empty()) return;
-    KeptGradient& of_row = kept_[j];
-    if (kept) {
+  /// Restores the cached columns of a gradient, or caches those just computed.
+  void CacheOrRestore(FitRowIndex j, const deflection::InfluenceSet& touched, bool cached,
+                      Gradient& gradient) const {
+    if (cached_.empty()) return;
+    CachedGradient& of_row = cached_[j];
+    if (cached) {
       gradient.resize(of_row.columns.rows(), Gradient::ColsAtCompileTime);
     } else {
       of_row.entries = touched;
@@ -237,7 +240,7 @@ class AllRows final : public ceres::CostFunction {
     Eigen::Index place = 0;
     for (int entry = 0; entry < Gradient::ColsAtCompileTime; ++entry) {
       if (!of_row.entries.test(static_cast<std::size_t>(entry))) continue;
-      if (kept) {
+      if (cached) {
         gradient.col(entry) = of_row.columns.col(place++);
       } else {
         of_row.columns.col(place++) = gradient.col(entry);
@@ -257,7 +260,7 @@ class AllRows final : public ceres::CostFunction {
     if (layout_.tip) whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
   }
 
-  /// How the adjusted parameters move the influences of one row; columns as in the layout.
+  /// d influence / d parameter at one row; columns as in the layout.
   void AddSlopes(const Model& model, RowIndex row, std::vector<TermSlope>& slopes) const {
     for (std::size_t e = 0; e < model.effects.size(); ++e) {
       std::vector<int> which, columns;
@@ -283,7 +286,7 @@ class AllRows final : public ceres::CostFunction {
   Whitener whitener_;
   FitLayout residuals_;
   int size_ = 0;
-  mutable Indexed<FitRowIndex, KeptGradient> kept_;  ///< empty: none are
+  mutable Indexed<FitRowIndex, CachedGradient> cached_;  ///< empty: nothing is cached
 };
 
 }  // namespace
@@ -312,18 +315,18 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     solver.parameter_tolerance = 1e-10;
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &solved, &summary);
-    if (!summary.IsSolutionUsable()) return Error{"the refit did not settle: " + summary.message};
+    if (!summary.IsSolutionUsable()) return Error{"the refit did not converge: " + summary.message};
     refit.model = Moved(layout, start, x.data());
     const double* at[] = {x.data()};
     double* jacobian[] = {J.data()};
-    rows->ForgetGradients();
+    rows->ClearGradients();
     if (!rows->Evaluate(at, residuals.data(), jacobian))
-      return Error{"the refitted posture does not settle"};
+      return Error{"the refitted posture does not converge"};
   } else {
     const double none = 0;
     const double* at[] = {&none};
     if (!rows->Evaluate(at, residuals.data(), nullptr))
-      return Error{"the sagged posture does not settle"};
+      return Error{"the sagged posture does not converge"};
   }
   for (const double r : residuals) refit.chi2 += r * r;
   const auto count = static_cast<int>(layout.parameters.size());
@@ -331,12 +334,13 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     const Eigen::Map<const Rows> jacobian(J.data(), static_cast<int>(residuals.size()), size);
     const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
-    // Scaled to correlations before it is inverted: sizes differ by many powers of ten.
+    // Scaled to a unit diagonal before inversion, since the parameters differ by many orders of
+    // magnitude.
     const Eigen::VectorXd scale =
         information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-    const Inverse inverse = InverseWhereHeld(scaled);
-    const Eigen::MatrixXd all = scale.asDiagonal() * inverse.of_held * scale.asDiagonal();
+    const Inverse inverse = InverseOfDetermined(scaled);
+    const Eigen::MatrixXd all = scale.asDiagonal() * inverse.matrix * scale.asDiagonal();
     refit.covariance.resize(count, count);
     const int first = size - count;
     refit.identifiable.assign(inverse.identifiable.begin() + first, inverse.identifiable.end());

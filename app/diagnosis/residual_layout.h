@@ -1,5 +1,4 @@
-// How many residuals each row has, how uncertain they are, and where they lie in vectors of all
-// rows.
+// Residuals of a row: number, covariance, and position in vectors stacked over all rows.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,36 +14,36 @@ namespace plumbline::diagnosis {
 /// A measured pose has six: three of its position and three of its orientation.
 inline constexpr int kMaxResiduals = 6;
 
-/// Those of a row that are lengths come first, at most so many.
-inline constexpr int kMostLengths = 3;
+/// Maximum number of residuals of a row that are lengths; these come first.
+inline constexpr int kMaxLengths = 3;
 
 /// One row's residuals, measured minus predicted: position or range [m] first, then orientation
 /// as a rotation vector [rad]. Shape (0..6).
 using RowResidual = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxResiduals, 1>;
 
-/// What one row measures.
+/// Number and covariance of the residuals of one row.
 struct RowNumbers {
-  /// Of its residuals: 0 (joints alone), 1 (a range), 3 (a position) or 6 (a pose).
+  /// Number of residuals: 0 (no measurement), 1 (range), 3 (position) or 6 (pose).
   int count = 0;
-  /// Covariance of the residuals over the squared noise of the fit (one axis): 1, or [rad^2/m^2]
-  /// of an orientation. Shape (count, count), positive definite; empty: the unit matrix.
+  /// Covariance of the residuals divided by the variance of the noise on one axis; [rad^2/m^2] for
+  /// orientations. Shape (count, count), positive definite; empty: identity.
   Eigen::MatrixXd covariance;
 
-  /// Those that are lengths.
-  int lengths() const { return std::min(count, kMostLengths); }
+  /// Number of residuals that are lengths.
+  int lengths() const { return std::min(count, kMaxLengths); }
 };
 
-/// A row's residual in space: that of its position; of a range (r, 0, 0); zero where nothing was
-/// measured [m].
+/// Residual of a row as a vector [m]: of its position; (r, 0, 0) for a range; zero without a
+/// measurement.
 Vec3 LengthsOf(const RowResidual& residual);
 
-/// The residual in units of its standard uncertainty, times the fit's noise:
-/// sqrt(r^T covariance^-1 r) [m].
+/// Mahalanobis length of the residual, sqrt(r^T covariance^-1 r) [m]; divided by sigma, it is in
+/// standard deviations.
 double SizeOf(const RowNumbers& numbers, const RowResidual& residual);
-/// Its square [m^2].
+/// Square of SizeOf [m^2].
 double SquareOf(const RowNumbers& numbers, const RowResidual& residual);
 
-/// Where the residuals of each row lie in a vector of all of them, in the order of the rows.
+/// Position of each row's residuals in a vector stacked in the order of the rows.
 template <typename Index>
 class ResidualLayout {
  public:

@@ -12,8 +12,8 @@
 namespace plumbline::diagnosis {
 namespace {
 
-/// t(0.975, freedom) / z(0.975) [Abramowitz & Stegun 26.7.5]; 2 % low at two degrees of freedom,
-/// and taken as of two where there is one.
+/// t(0.975, freedom) / z(0.975) [Abramowitz & Stegun 26.7.5]; 2 % too low for two degrees of
+/// freedom. One degree of freedom is treated as two.
 double StudentFactor(int freedom) {
   constexpr double kZ = 1.959964;
   const double n = std::max(2, freedom), z2 = kZ * kZ;
@@ -23,10 +23,10 @@ double StudentFactor(int freedom) {
   return 1 + g1 / n + g2 / (n * n) + g3 / (n * n * n);
 }
 
-/// The largest share of n independent rows that may lie outside a radius for it to hold all but a
-/// share p of new rows with a confidence of 1 - `significance`: the largest k with
-/// P(X <= k) <= significance, X binomial [Wilks, Ann. Math. Stat. 12 (1941) 91]. 0 where n is too
-/// small for any k: the radius is then that of the largest error.
+/// One-sided tolerance limit [Wilks, Ann. Math. Stat. 12 (1941) 91]: the largest share k / n of n
+/// independent rows outside a radius at which it contains a share 1 - p of new rows with confidence
+/// 1 - `significance`, that is, the largest k with P(X <= k) <= significance for a binomial X. 0 if
+/// n is too small; the radius is then the largest error.
 double ShareOutside(int n, double p, double significance) {
   double below = 0;
   for (int k = 0; k < n; ++k) {
@@ -41,10 +41,10 @@ double Squared(double value) {
   return value * value;
 }
 
-/// What one variance is the sum of: of every row, of rows of other sessions, by distance squared.
+/// Variance components: common to all rows, of held-out sessions, per squared distance.
 using Components = Eigen::Array3d;
 
-/// A row held out: the square of its error on one axis, and how its variance is composed.
+/// A held-out row: its squared error on one axis, and the coefficients of its variance components.
 struct HeldOutSquare {
   double square_m2 = 0;
   Components share = Components::Zero();  ///< variance = share . components
@@ -52,54 +52,55 @@ struct HeldOutSquare {
   Vec3 before = Vec3::Zero(), after = Vec3::Zero();
 };
 
-/// Rows held out in one way.
-struct WaySquares {
-  std::vector<HeldOutSquare> rows;      ///< without outliers
-  std::vector<HeldOutSquare> with_all;  ///< with them
-  int folds = 0;                        ///< of which any row was predicted
+/// Held-out rows of one scheme.
+struct SchemeSquares {
+  std::vector<HeldOutSquare> rows;           ///< without outliers
+  std::vector<HeldOutSquare> with_outliers;  ///< including outliers
+  int folds = 0;                             ///< with at least one predicted row
   bool other_sessions = false;
 };
 
-WaySquares SquaresOfWay(const HeldOut& way, const PerRow<double>& weights, double axes,
-                        double lost_m, Correction correction) {
-  WaySquares squares;
-  squares.other_sessions = way.other_sessions;
+SchemeSquares SquaresOfScheme(const HeldOut& scheme, const PerRow<double>& weights, double axes,
+                              double added_error_m, Correction correction) {
+  SchemeSquares squares;
+  squares.other_sessions = scheme.other_sessions;
   std::set<int> folds;
-  for (const RowIndex row : way.predicted.indices()) {
-    if (!way.predicted[row]) continue;
+  for (const RowIndex row : scheme.predicted.indices()) {
+    if (!scheme.predicted[row]) continue;
     const double error_m = correction == Correction::kNone
-                               ? way.before[row].norm()
-                               : std::hypot(way.after[row].norm(), lost_m);
-    const double reach = correction == Correction::kFading ? way.reach[row] : 0;
-    const double beyond = std::max(0.0, Squared(way.distance[row]) - Squared(reach));
+                               ? scheme.before[row].norm()
+                               : std::hypot(scheme.after[row].norm(), added_error_m);
+    const double reach = correction == Correction::kFading ? scheme.reach[row] : 0;
+    const double beyond = std::max(0.0, Squared(scheme.distance[row]) - Squared(reach));
     const HeldOutSquare one{error_m * error_m / axes,
-                            {1, way.other_sessions ? 1.0 : 0.0, beyond},
-                            way.fold_of[row],
-                            way.before[row],
-                            way.after[row]};
-    squares.with_all.push_back(one);
-    folds.insert(way.fold_of[row]);
+                            {1, scheme.other_sessions ? 1.0 : 0.0, beyond},
+                            scheme.fold_of[row],
+                            scheme.before[row],
+                            scheme.after[row]};
+    squares.with_outliers.push_back(one);
+    folds.insert(scheme.fold_of[row]);
     if (weights[row] >= kOutlierWeight) squares.rows.push_back(one);
   }
   squares.folds = static_cast<int>(folds.size());
   return squares;
 }
 
-/// Maximum likelihood by the multiplicative steps of Zhou, Hu, Zhou & Lange (J. Comput. Graph.
-/// Stat. 28 (2019) 350), which keep every component positive and never lower the likelihood.
-Components MostLikely(const std::vector<HeldOutSquare>& rows, double least_near_m2) {
-  constexpr int kMostSteps = 300;
-  constexpr double kSettled = 1e-6;  // of each component
+/// Maximum likelihood estimate by the MM algorithm of Zhou, Hu, Zhou & Lange (J. Comput. Graph.
+/// Stat. 28 (2019) 350), whose multiplicative steps keep every component positive and never
+/// decrease the likelihood.
+Components MaximumLikelihood(const std::vector<HeldOutSquare>& rows, double min_near_m2) {
+  constexpr int kMaxSteps = 300;
+  constexpr double kConverged = 1e-6;  // relative change of each component
   Components sum = Components::Zero();
   double squares_m2 = 0;
   for (const HeldOutSquare& row : rows) {
     sum += row.share;
     squares_m2 += row.square_m2;
   }
-  // Each starts as if it were the only one; one that no row has is zero.
+  // Each component starts as if it were the only one; a component that no row has is zero.
   Components components = (sum > 0).select(squares_m2 / sum.max(1e-300), 0.0);
-  components[0] = std::max(components[0], least_near_m2);
-  for (int step = 0; step < kMostSteps; ++step) {
+  components[0] = std::max(components[0], min_near_m2);
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Components last = components;
     Components up = Components::Zero(), down = Components::Zero();
     for (const HeldOutSquare& row : rows) {
@@ -108,23 +109,24 @@ Components MostLikely(const std::vector<HeldOutSquare>& rows, double least_near_
       down += row.share / variance;
     }
     components = (down > 0).select(components * (up / down.max(1e-300)).sqrt(), 0.0);
-    components[0] = std::max(components[0], least_near_m2);
-    if (((components - last).abs() <= kSettled * last).all()) break;
+    components[0] = std::max(components[0], min_near_m2);
+    if (((components - last).abs() <= kConverged * last).all()) break;
   }
   return components;
 }
 
-/// Mean of the squares over what the components make them; 1 where there is no row.
+/// Mean ratio of the squared errors to their variances; 1 if there are no rows.
 double MeanRatio(const std::vector<HeldOutSquare>& rows, const Components& components) {
   double sum = 0;
   for (const HeldOutSquare& row : rows) sum += row.square_m2 / (row.share * components).sum();
   return rows.empty() ? 1 : sum / static_cast<double>(rows.size());
 }
 
-/// Number of independent rows that say as much of the share outside a radius: rows of one fold err
-/// alike. The number of rows over the design effect, the variance between folds of the number
-/// outside over that of a binomial [Rao & Scott, Biometrics 48 (1992) 577].
-/// @param outside  of each row
+/// Effective number of independent rows for estimating the share outside a radius, since errors of
+/// one fold are correlated: the number of rows divided by the design effect, which is the variance
+/// between folds of the number outside relative to a binomial [Rao & Scott, Biometrics 48 (1992)
+/// 577].
+/// @param outside  for each row, whether it is outside
 int IndependentRows(const std::vector<HeldOutSquare>& rows, const std::vector<bool>& outside) {
   struct Fold {
     double rows = 0, outside = 0;
@@ -146,9 +148,9 @@ int IndependentRows(const std::vector<HeldOutSquare>& rows, const std::vector<bo
   return std::max(1, static_cast<int>(n / std::max(1.0, effect)));
 }
 
-/// By what the components have to grow for their 95 % radius to hold 95 % of new rows with a
-/// confidence of 80 %, as far as the rows of one way show it.
-/// @param declared_m2  of the declared model, where the correction fades; 0 where it does not
+/// Factor on the variance components at which the rows of one scheme show, with a confidence of 80
+/// %, that the 95 % radius contains 95 % of new rows.
+/// @param declared_m2  variance of the declared model if the correction fades; otherwise 0
 double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& components,
                       double declared_m2, double axes) {
   if (rows.empty()) return 0;
@@ -178,28 +180,29 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
   return inside(share) / statistics::ChiSquareQuantile(kOutsideRadius, axes);
 }
 
-/// The variance on one axis that the declared model leaves in regions and sessions held out.
-double DeclaredVariance(const std::vector<WaySquares>& ways, double axes) {
+/// Variance of one axis of the declared model's errors in held-out regions and sessions.
+double DeclaredVariance(const std::vector<SchemeSquares>& schemes, double axes) {
   double sum_m2 = 0, count = 0;
-  for (std::size_t way = 1; way < ways.size(); ++way) {
-    for (const HeldOutSquare& row : ways[way].rows) sum_m2 += row.before.squaredNorm() / axes;
-    count += static_cast<double>(ways[way].rows.size());
+  for (std::size_t scheme = 1; scheme < schemes.size(); ++scheme) {
+    for (const HeldOutSquare& row : schemes[scheme].rows) sum_m2 += row.before.squaredNorm() / axes;
+    count += static_cast<double>(schemes[scheme].rows.size());
   }
   return count > 0 ? sum_m2 / count : 0;
 }
 
-/// Few regions and sessions say little of the next one.
-Components WidenedForFew(Components components, const std::vector<WaySquares>& ways) {
+/// The components widened for the small number of regions and sessions and for errors that the
+/// distance does not explain.
+Components WidenedForFewFolds(Components components, const std::vector<SchemeSquares>& schemes) {
   int regions = 0, sessions = 0;
-  for (std::size_t way = 1; way < ways.size(); ++way) {
-    (ways[way].other_sessions ? sessions : regions) += ways[way].folds;
+  for (std::size_t scheme = 1; scheme < schemes.size(); ++scheme) {
+    (schemes[scheme].other_sessions ? sessions : regions) += schemes[scheme].folds;
   }
   components[1] *= Squared(StudentFactor(sessions));
   components[2] *= Squared(StudentFactor(regions + sessions));
   double beyond = 0;
-  for (std::size_t way = 1; way < ways.size(); ++way) {
-    const double excess = MeanRatio(ways[way].rows, components) - 1;
-    beyond = std::max(beyond, Squared(StudentFactor(ways[way].folds)) * excess);
+  for (std::size_t scheme = 1; scheme < schemes.size(); ++scheme) {
+    const double excess = MeanRatio(schemes[scheme].rows, components) - 1;
+    beyond = std::max(beyond, Squared(StudentFactor(schemes[scheme].folds)) * excess);
   }
   return components * (1 + beyond);
 }
@@ -209,28 +212,29 @@ Components WidenedForFew(Components components, const std::vector<WaySquares>& w
 std::optional<ResidualSpread> SpreadOf(const Validation& validation, const FitProblem& problem,
                                        Correction correction) {
   const double axes = problem.data.lengths_per_row();
-  std::vector<WaySquares> ways;
+  std::vector<SchemeSquares> schemes;
   std::vector<HeldOutSquare> rows;
-  bool away = false;  // any row was predicted from elsewhere than between the rows
+  bool away = false;  // a row of a held-out region or session was predicted
   const bool fades = correction == Correction::kFading;
   std::vector<const HeldOut*> held_out;
-  for (const HeldOut& way : validation.ways) held_out.push_back(&way);
+  for (const HeldOut& scheme : validation.schemes) held_out.push_back(&scheme);
   if (fades && validation.halves) held_out.push_back(&*validation.halves);
-  for (const HeldOut* way : held_out) {
-    ways.push_back(SquaresOfWay(*way, problem.weights, axes, validation.lost_m, correction));
-    const std::vector<HeldOutSquare>& of_way = ways.back().rows;
-    rows.insert(rows.end(), of_way.begin(), of_way.end());
-    away = away || (ways.size() > 1 && !of_way.empty());
+  for (const HeldOut* scheme : held_out) {
+    schemes.push_back(
+        SquaresOfScheme(*scheme, problem.weights, axes, validation.added_error_m, correction));
+    const std::vector<HeldOutSquare>& of_scheme = schemes.back().rows;
+    rows.insert(rows.end(), of_scheme.begin(), of_scheme.end());
+    away = away || (schemes.size() > 1 && !of_scheme.empty());
   }
   if (!away) return std::nullopt;
-  const Components likely = MostLikely(rows, Squared(problem.sigma_m));
-  Components components = WidenedForFew(likely, ways);
-  // The share that is applied rests on the most likely variances: widening both alike keeps it.
+  const Components likely = MaximumLikelihood(rows, Squared(problem.sigma_m));
+  Components components = WidenedForFewFolds(likely, schemes);
+  // Widening both variances alike preserves the applied share of the correction.
   const double widened = likely[2] > 0 ? components[2] / likely[2] : 1;
-  const double declared_m2 = fades ? widened * DeclaredVariance(ways, axes) : 0;
+  const double declared_m2 = fades ? widened * DeclaredVariance(schemes, axes) : 0;
   double ratio = 1;
-  for (const WaySquares& way : ways) {
-    ratio = std::max(ratio, GrowthOfRadius(way.with_all, components, declared_m2, axes));
+  for (const SchemeSquares& scheme : schemes) {
+    ratio = std::max(ratio, GrowthOfRadius(scheme.with_outliers, components, declared_m2, axes));
   }
   components *= ratio;
   ResidualSpread spread{std::sqrt(components[0] + components[1]), std::sqrt(components[2]), {}};

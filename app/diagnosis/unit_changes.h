@@ -1,5 +1,4 @@
-// Columns whose unit changes from one row to the next: the first rows in degrees, the others in
-// radians.
+// Detection of columns whose unit changes within the table, for example from degrees to radians.
 #pragma once
 
 #include <optional>
@@ -10,24 +9,25 @@
 
 namespace plumbline::diagnosis {
 
-/// Changes of a unit that a column's own numbers show: of a payload (pounds, grams) where the rows
-/// on one side, converted, repeat the payloads of the other side; of a turning joint (radians)
-/// where no angle on one side exceeds a turn in radians and the other side's do by far. Each is
-/// subtle (Mistake::subtle): a light payload, or a joint along whose axis the tool lies, moves the
-/// tip by less than effects do.
+/// Unit changes that are visible in a column's numbers alone: of the payload (pounds, grams), if
+/// the rows on one side of the change, converted, repeat the payloads of the other side; of a
+/// revolute joint (radians), if no angle on one side exceeds a turn in radians and those of the
+/// other side do by far. Each is subtle (Mistake::subtle): a light payload, or a joint whose axis
+/// passes through the tool, moves the tip by less than effects do.
 std::vector<Mistake> UnitChanges(const Dataset& data);
 
-/// Names grams in a part of the payloads where they are more than any robot carries, so that the
-/// reader left their rows out (MeasuredTable::excessive_payloads).
+/// Detects that some payloads are in grams, as read larger than any robot carries. The reader has
+/// excluded their rows (MeasuredTable::excessive_payloads).
+/// @return  a sentence with the evidence and a remedy
 std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table);
 
-/// Names the column whose unit changes where that is what puts measured points far from the
-/// predicted ones: some rows lie 25 mm away and farther (kGross_m) as read; with the column
-/// converted from one line on, or up to it, the middle one of the converted rows falls below a
-/// fifth, and no more than one row in ten stays gross. The line is that of least loss
-/// sum_k min(r_k, 25 mm), r_k as read on one side and converted on the other. Of several columns
-/// the one with the least loss is named.
-/// @return  a sentence with column, line, evidence and what to do
+/// Detects a unit change that explains gross errors: as read, some measured points are at least 25
+/// mm (kGross_m) from the predicted ones; with the column converted from one line on, or up to it,
+/// the median distance of the converted rows falls below a fifth, and at most one row in ten
+/// remains gross. The line minimises the loss sum_k min(r_k, 25 mm) of the distances r_k, as read
+/// on one side and converted on the other. If several columns qualify, the one with the smallest
+/// loss is reported.
+/// @return  a sentence with column, line, evidence and remedy
 std::optional<std::string> ChangedUnit(const Dataset& data, int threads);
 
 }  // namespace plumbline::diagnosis

@@ -12,23 +12,23 @@
 namespace plumbline::diagnosis {
 namespace {
 
-std::vector<HeldOutError> ErrorsOfWays(const HeldOutInput& input,
-                                       const std::vector<HeldOut>& ways) {
+std::vector<HeldOutError> ErrorsOfSchemes(const HeldOutInput& input,
+                                          const std::vector<HeldOut>& schemes) {
   std::vector<HeldOutError> errors;
-  for (const HeldOut& way : ways) {
-    const auto error = ErrorOf(input.problem, way, input.options.bootstrap);
+  for (const HeldOut& scheme : schemes) {
+    const auto error = ErrorOf(input.problem, scheme, input.options.bootstrap);
     if (error) errors.push_back(*error);
   }
   return errors;
 }
 
-/// Sums of squares over predicted rows, with the discrepancy model and without.
-std::pair<double, double> SquaresOf(const HeldOut& way, const PerRow<double>& weights) {
+/// Sums of squared errors of the predicted rows, with and without the discrepancy model.
+std::pair<double, double> SquaresOf(const HeldOut& scheme, const PerRow<double>& weights) {
   double with = 0, without = 0;
-  for (const RowIndex row : way.after.indices()) {
-    if (!way.predicted[row] || weights[row] < kOutlierWeight) continue;
-    with += way.after[row].squaredNorm();
-    without += way.after_named[row].squaredNorm();
+  for (const RowIndex row : scheme.after.indices()) {
+    if (!scheme.predicted[row] || weights[row] < kOutlierWeight) continue;
+    with += scheme.after[row].squaredNorm();
+    without += scheme.after_named[row].squaredNorm();
   }
   return {with, without};
 }
@@ -39,53 +39,52 @@ Validation Validate(const HeldOutInput& input, bool with_halves) {
   const Dataset& data = input.problem.data;
   Validation validation;
   for (const FoldPlan& plan : {BlocksOfTime(data), RegionsOfJointSpace(data), Sessions(data)}) {
-    if (plan.folds > 0) validation.ways.push_back(HoldOut(input, plan));
+    if (plan.folds > 0) validation.schemes.push_back(HoldOut(input, plan));
   }
-  validation.errors = ErrorsOfWays(input, validation.ways);
+  validation.errors = ErrorsOfSchemes(input, validation.schemes);
   const FoldPlan halves = with_halves ? OppositeHalves(data) : FoldPlan{};
   if (halves.folds > 0) validation.halves = HoldOut(input, halves);
   return validation;
 }
 
-void AddError(double lost_m, Validation& validation) {
-  validation.lost_m = std::hypot(validation.lost_m, lost_m);
+void AddError(double added_error_m, Validation& validation) {
+  validation.added_error_m = std::hypot(validation.added_error_m, added_error_m);
   for (HeldOutError& error : validation.errors) {
     for (double* rms_m : {&error.after_m, &error.after_low_m, &error.after_high_m}) {
-      *rms_m = std::hypot(*rms_m, lost_m);
+      *rms_m = std::hypot(*rms_m, added_error_m);
     }
   }
 }
 
 bool AdmitsDiscrepancy(const Validation& validation, const PerRow<double>& weights) {
-  const auto lowers = [&](const HeldOut& way) {
-    const auto [with, without] = SquaresOf(way, weights);
+  const auto lowers = [&](const HeldOut& scheme) {
+    const auto [with, without] = SquaresOf(scheme, weights);
     return with < without;
   };
-  bool beyond = false;  // regions or sessions were predicted
-  for (std::size_t way = 1; way < validation.ways.size(); ++way) {
-    const PerRow<bool>& predicted = validation.ways[way].predicted;
+  bool any_beyond = false;  // regions or sessions were predicted
+  for (std::size_t scheme = 1; scheme < validation.schemes.size(); ++scheme) {
+    const PerRow<bool>& predicted = validation.schemes[scheme].predicted;
     if (std::find(predicted.begin(), predicted.end(), true) == predicted.end()) continue;
-    if (!lowers(validation.ways[way])) return false;
-    beyond = true;
+    if (!lowers(validation.schemes[scheme])) return false;
+    any_beyond = true;
   }
-  return beyond || (!validation.ways.empty() && lowers(validation.ways.front()));
+  return any_beyond || (!validation.schemes.empty() && lowers(validation.schemes.front()));
 }
 
 Validation WithoutDiscrepancy(const HeldOutInput& input, Validation validation) {
-  for (HeldOut& way : validation.ways) way.after = way.after_named;
+  for (HeldOut& scheme : validation.schemes) scheme.after = scheme.after_named;
   if (validation.halves) validation.halves->after = validation.halves->after_named;
-  validation.errors = ErrorsOfWays(input, validation.ways);
+  validation.errors = ErrorsOfSchemes(input, validation.schemes);
   return validation;
 }
 
 std::string ReasonToWithhold(const Validation& validation, bool empirical) {
   if (validation.errors.empty()) {
-    return "too few rows to hold any out: nothing tests the correction, and none is written; "
-           "measure "
-           "more poses, spread over the cell";
+    return "too few rows to hold any out: the correction cannot be validated, and none is written; "
+           "measure more poses, spread over the cell";
   }
   const auto between_rows = [&](const HeldOutError& error) {
-    return error.by == validation.ways.front().by;
+    return error.by == validation.schemes.front().by;
   };
   const bool any_between =
       std::any_of(validation.errors.begin(), validation.errors.end(), between_rows);
@@ -93,7 +92,7 @@ std::string ReasonToWithhold(const Validation& validation, bool empirical) {
     if (!empirical && any_between && !between_rows(error)) continue;
     if (error.after_m <= error.before_m) continue;
     return fmt::format(
-        "held out by {}, the corrected model errs by {} mm, the declared one by {} mm: no "
+        "held out by {}, the corrected model has an error of {} mm, the declared model {} mm: no "
         "correction is written; find the cause first",
         error.by, MillimetreText(error.after_m), MillimetreText(error.before_m));
   }

@@ -27,10 +27,9 @@ TEST_CASE("a row is a copy only if all columns and the time are equal") {
     more.table.rows.push_back(copy);
     const Result<Dataset> dataset = DatasetFrom(more.cell, more.table);
     REQUIRE(dataset);
-    const bool noted =
-        std::any_of(dataset->notes.begin(), dataset->notes.end(), [](const std::string& note) {
-          return note.find("to the last digit") != std::string::npos;
-        });
+    const bool noted = std::any_of(
+        dataset->notes.begin(), dataset->notes.end(),
+        [](const std::string& note) { return note.find("earlier rows") != std::string::npos; });
     return std::pair(dataset->rows() - static_cast<int>(data.table.rows.size()), noted);
   };
   using Outcome = std::pair<int, bool>;

@@ -260,7 +260,7 @@ TEST_CASE("effects below the joint resolution are not identified, and a note say
           [&](const std::string& note) { return note.find(words) != std::string::npos; });
     };
     CHECK(noted("steps of 1 mrad"));
-    CHECK(noted("can be seen"));
+    CHECK(noted("can be detected"));
   }
   CHECK(named == 0);
 }
@@ -425,7 +425,7 @@ TEST_CASE("mistakes in the data are rejected with advice") {
   };
   CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.q[2] = -row.q[2];
-        }).find("joint q3 counts the other way") != std::string::npos);
+        }).find("the sign of joint q3 is reversed") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) { row.q *= kRadPerDeg; }).find("radians") !=
         std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
@@ -433,7 +433,7 @@ TEST_CASE("mistakes in the data are rejected with advice") {
         }).find("theta_offset_deg") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.p_WT += Vec3(1, 0, 0);
-        }).find("the robot's base lies (") != std::string::npos);
+        }).find("the robot's base is (") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
           row.p_WT = Vec3(row.q[0], row.q[1], row.q[2]);
         }).find("check the DH table") != std::string::npos);

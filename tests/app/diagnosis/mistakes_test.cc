@@ -1,4 +1,4 @@
-// Mistakes in data or cell that no effect should be blamed for, made in good data of the simulator.
+// Detection of mistakes in data and cell, introduced into clean simulated data.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kThreads = 1;
 
-/// The refusal of these data; empty where they are accepted.
+/// The error text for these data; empty if they are accepted.
 std::string Refusal(const MeasuredCell& data) {
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   if (!dataset) return dataset.error();
@@ -34,14 +34,14 @@ std::string Refusal(const MeasuredCell& data) {
 
 constexpr int kSeeds = 5;
 
-/// Clean data of one of three arms; `more` are further options.
+/// Data without effects of one of three arms; `more` are further simulator options.
 MeasuredCell Clean(int seed, const std::string& more = "") {
   const char* robots[] = {"kr210", "ur10", "arm6"};
   return Simulated(fmt::format("--family none --robot {} --rows 44 --repeats 4 --seed {} {}",
                                robots[seed % 3], 900 + seed, more));
 }
 
-/// Spoils clean data of every seed and asks for words that the refusal must hold.
+/// Introduces a mistake into the clean data of every seed and checks for words in the error text.
 void EverySeed(const std::function<void(MeasuredCell&)>& spoil, const std::string& words,
                const std::string& more = "") {
   for (int seed = 0; seed < kSeeds; ++seed) {
@@ -67,7 +67,7 @@ TEST_CASE("a wrong tool centre point is named with its vector") {
 
 TEST_CASE("axes that are mirrored or swapped are named") {
   EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT.x() *= -1; }),
-            "x counts the other way (mirrored)");
+            "the sign of x is reversed (mirrored)");
   EverySeed(OnRows([](table::MeasuredRow& row) { std::swap(row.p_WT.x(), row.p_WT.y()); }),
             "x and y are swapped");
   EverySeed(OnRows([](table::MeasuredRow& row) {
@@ -92,7 +92,7 @@ TEST_CASE("other units are named") {
             "payload_kg holds pounds", "--sigma-mm 0.01");
 }
 
-TEST_CASE("a column that changes its unit is named with the line of the change") {
+TEST_CASE("a column whose unit changes is named with the line of the change") {
   // 48 rows; the first is line 2, so that rows[20] is line 22.
   const auto on_side = [](const std::function<void(table::MeasuredRow&)>& spoil, bool from) {
     return [spoil, from](MeasuredCell& data) {
@@ -116,10 +116,10 @@ TEST_CASE("a column that changes its unit is named with the line of the change")
             "from line 22 on");
 }
 
-TEST_CASE("payloads that change their unit are named with the line of the change") {
+TEST_CASE("payloads whose unit changes are named with the line of the change") {
   for (int seed = 0; seed < kSeeds; ++seed) {
     MeasuredCell data = Clean(seed, "--sigma-mm 0.01");
-    int line = 0;  // of the first payload that the unit changes
+    int line = 0;  // of the first affected payload
     for (std::size_t k = 20; k < data.table.rows.size(); ++k) {
       table::MeasuredRow& row = data.table.rows[k];
       if (line == 0 && row.payload_kg > 0) line = row.line;
@@ -131,7 +131,7 @@ TEST_CASE("payloads that change their unit are named with the line of the change
   }
 }
 
-TEST_CASE("grams that no robot carries are named, one typing error is not") {
+TEST_CASE("payloads in grams beyond any robot's limit are detected, a single typing error is not") {
   MeasuredCell data = Clean(0);
   const table::MeasuredTable clean = data.table;
   table::MeasuredTable& table = data.table;
@@ -150,26 +150,28 @@ TEST_CASE("grams that no robot carries are named, one typing error is not") {
   CHECK(Refusal(data).empty());
 }
 
-TEST_CASE("joints that count otherwise are named, the last one too") {
+TEST_CASE("wrong signs, offsets and references of joints are named, also of the last joint") {
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] *= -1; }),
-            "joint q3 counts the other way");
+            "the sign of joint q3 is reversed");
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] -= 90 * kRadPerDeg; }),
-            "joint q3 is turned by 90 deg");
+            "joint q3 is offset by 90 deg");
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q[4] += 180 * kRadPerDeg; }),
-            "joint q5 is turned by 180 deg");
+            "joint q5 is offset by 180 deg");
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] -= row.q[1]; }),
-            "joint q3 is counted against the ground");
-  // A tool along the last axis moves by its bending alone: a light payload may hide the sign.
+            "joint q3 is recorded relative to the ground");
+  // A tool on the last axis reveals the sign only by its bending; with a light payload it may
+  // remain hidden.
   int named = 0;
   for (int seed = 0; seed < kSeeds; ++seed) {
     MeasuredCell data = Clean(seed, "--sigma-mm 0.01");
     for (table::MeasuredRow& row : data.table.rows) row.q[5] *= -1;
-    named += Refusal(data).find("joint q6 counts the other way") != std::string::npos ? 1 : 0;
+    named += Refusal(data).find("the sign of joint q6 is reversed") != std::string::npos ? 1 : 0;
   }
   CHECK(named >= kSeeds - 1);
 }
 
-TEST_CASE("a mistake beside an effect is named, and an effect alone is no mistake") {
+TEST_CASE(
+    "a mistake hidden by an effect is named, and an effect alone is not taken for a mistake") {
   const auto answer = [](const MeasuredCell& data) {
     DiagnosisOptions options;
     options.threads = kThreads;
@@ -180,9 +182,9 @@ TEST_CASE("a mistake beside an effect is named, and an effect alone is no mistak
   MeasuredCell turned = Simulated(soft + "--seed 3");
   CHECK(answer(turned));
   for (table::MeasuredRow& row : turned.table.rows) row.q[5] *= -1;
-  const auto other_way = answer(turned);
-  REQUIRE_FALSE(other_way);
-  CHECK_THAT(other_way.error(), Catch::Contains("joint q6 counts the other way"));
+  const auto reversed = answer(turned);
+  REQUIRE_FALSE(reversed);
+  CHECK_THAT(reversed.error(), Catch::Contains("the sign of joint q6 is reversed"));
 
   MeasuredCell pounds = Simulated(soft + "--seed 5");
   for (table::MeasuredRow& row : pounds.table.rows) row.payload_kg /= 0.45359237;
@@ -195,21 +197,21 @@ TEST_CASE("a mistake beside an effect is named, and an effect alone is no mistak
 
 TEST_CASE("base angles of another convention are named") {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
-  const Mat3 moved_axes =
+  const Mat3 moving_axes =
       RotationFromVector(0.5 * x) * RotationFromVector(0.4 * y) * RotationFromVector(0.3 * z);
   const Mat3 fixed_axes =
       RotationFromVector(0.3 * z) * RotationFromVector(0.4 * y) * RotationFromVector(0.5 * x);
   EverySeed(
       [&](MeasuredCell& data) {
-        const Pose X_WB{moved_axes, Vec3(0.4, -0.2, 0.9)};
+        const Pose X_WB{moving_axes, Vec3(0.4, -0.2, 0.9)};
         for (table::MeasuredRow& row : data.table.rows) row.p_WT = X_WB * row.p_WT;
         data.cell.robot.g_W = X_WB.R * data.cell.robot.g_W;
         data.cell.robot.X_WB = {fixed_axes, X_WB.p};
       },
-      "about the moved axes x, y, z");
+      "about the moving axes x, y, z");
 }
 
-TEST_CASE("rows that are not in the order of their clock are refused, a restarted clock is not") {
+TEST_CASE("rows out of time order are refused, a restarted clock is accepted") {
   EverySeed(
       [](MeasuredCell& data) {
         std::mt19937_64 generator(5);
@@ -224,7 +226,7 @@ TEST_CASE("rows that are not in the order of their clock are refused, a restarte
         std::shuffle(points.begin(), points.end(), generator);
         for (std::size_t k = 0; k < points.size(); ++k) data.table.rows[k].p_WT = points[k];
       },
-      "measurements and joints are in different orders");
+      "measurements and joint readings are in different orders");
   EverySeed(
       [](MeasuredCell& data) {
         for (std::size_t k = 0; k + 1 < data.table.rows.size(); ++k) {
@@ -242,11 +244,12 @@ TEST_CASE("rows that are not in the order of their clock are refused, a restarte
   REQUIRE(dataset);
   CHECK_FALSE(dataset->table.recorded.time);
   CHECK(std::any_of(dataset->notes.begin(), dataset->notes.end(), [](const std::string& note) {
-    return note.find("t_s falls 1 times (line 22): the clock was restarted") != std::string::npos;
+    return note.find("t_s decreases 1 times (line 22): the clock was restarted") !=
+           std::string::npos;
   }));
 }
 
-TEST_CASE("codes for nothing measured are named by line and never fitted") {
+TEST_CASE("codes for \"nothing measured\" are reported by line and never fitted") {
   for (const double code_mm : {-9999.0, 999999.0, 32767.0}) {
     EverySeed(
         [code_mm](MeasuredCell& data) {
@@ -260,7 +263,7 @@ TEST_CASE("codes for nothing measured are named by line and never fitted") {
             "temp_C is -9999 in 1 rows (line 11)");
 }
 
-TEST_CASE("no large effect is taken for a mistake") {
+TEST_CASE("large effects are not taken for mistakes") {
   const char* families[] = {
       "joint_compliance", "joint_offset", "gear_ratio",     "link_geometry",     "backlash_move",
       "payload_mass",     "payload_cog",  "tool_stiffness", "gravity_direction", "thermal_growth",

@@ -1,4 +1,4 @@
-// The corrected cell: the original's text stays, what was found reads back exactly.
+// Writer of the corrected cell: preservation of the original text, and exact read-back.
 #include "app/diagnosis/model_writer.h"
 
 #include <unistd.h>
@@ -95,7 +95,8 @@ TEST_CASE("effects, frames and domain read back within 1e-12") {
   CHECK(cell.domain->temp_C->low == 22);
 }
 
-TEST_CASE("old frames and domain in the middle of the file give way, all else stays") {
+TEST_CASE(
+    "old frames and domain in the middle of the file are replaced, everything else is preserved") {
   std::string original = CellText();
   const std::string middle =
       "# frames of spring\n[[session]]  # first\nid = \"1\"\n# inside\ntip_mm = [0.0, 0.0, "
@@ -128,7 +129,7 @@ TEST_CASE("old frames and domain in the middle of the file give way, all else st
     CHECK(again.effects.size() == 5);
     CHECK(again.sessions.size() == 1);
   }
-  SECTION("what the diagnosis did not estimate stays as it was") {
+  SECTION("values that the diagnosis did not estimate are preserved") {
     const model::CellModel kept = Read(Corrected(original, Diagnosis{}));
     REQUIRE(kept.sessions.size() == 1);
     CHECK(kept.sessions[0].id == "1");
@@ -136,7 +137,7 @@ TEST_CASE("old frames and domain in the middle of the file give way, all else st
   }
 }
 
-TEST_CASE("frames, domain and effects as inline values of the root give way, too") {
+TEST_CASE("frames, domain and effects given inline at the root are replaced, too") {
   const std::string inlined =
       "domain.q_deg = [[-1, 1], [-2, 2], [-3, 3], [-4, 4], [-5, 5], [-6, 6]]\n"
       "session = [ { id = \"1\" } ]\n"
@@ -152,7 +153,7 @@ TEST_CASE("frames, domain and effects as inline values of the root give way, too
   CHECK(cell.domain->q[5].high == Approx(1.5));
 }
 
-TEST_CASE("a prismatic joint's range is written in mm, as it is read") {
+TEST_CASE("the range of a prismatic joint is written in mm") {
   std::string original = CellText();
   const std::string limits = "min_deg = -185.0\nmax_deg = 185.0\n";
   original.replace(original.find(limits), limits.size(), "type = \"prismatic\"\n");
@@ -163,7 +164,7 @@ TEST_CASE("a prismatic joint's range is written in mm, as it is read") {
   CHECK(Same(cell.domain->q[1].high, 1.75));
 }
 
-TEST_CASE("words and empirical nodes read back") {
+TEST_CASE("variants and empirical nodes read back") {
   Diagnosis diagnosis;
   Finding backlash;
   backlash.effect.term = {effects::FindEffect("backlash"), {{0, 2, 1}}, "move"};
@@ -186,7 +187,7 @@ namespace {
 
 struct ReadBack {
   model::CellModel cell;
-  std::string told;  ///< faults and warnings
+  std::string messages;  ///< faults and warnings
   model::StatedRadius radius;
 };
 
@@ -212,7 +213,8 @@ std::string Edited(std::string text, const std::string& from, const std::string&
 
 }  // namespace
 
-TEST_CASE("a written model is measured as it was validated, and assumed once it is edited") {
+TEST_CASE(
+    "the radius of a written model is \"measured\", and \"assumed\" once the file is edited") {
   Diagnosis diagnosis;
   diagnosis.domain.q.assign(6, {-3, 3});
   diagnosis.domain.residual_sigma_m = 5e-5;
@@ -226,7 +228,7 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
 
   const ReadBack validated = ReadWithRadius(written);
   CHECK(validated.cell.domain->as_validated);
-  CHECK(validated.told.find("fingerprint") == std::string::npos);
+  CHECK(validated.messages.find("fingerprint") == std::string::npos);
   CHECK(validated.radius.basis == model::RadiusBasis::kMeasured);
 
   for (const std::string& text :
@@ -235,17 +237,17 @@ TEST_CASE("a written model is measured as it was validated, and assumed once it 
         Edited(written, "residual_sigma_mm = 0.05", "residual_sigma_mm = 0.01")}) {
     const ReadBack edited = ReadWithRadius(text);
     CHECK_FALSE(edited.cell.domain->as_validated);
-    CHECK(edited.told.find("the model was edited after it was fitted") != std::string::npos);
+    CHECK(edited.messages.find("the model was edited after it was fitted") != std::string::npos);
     CHECK(edited.radius.basis == model::RadiusBasis::kAssumed);
     CHECK(edited.radius.radius_m > validated.radius.radius_m);
-    // Diagnosed again, it is a validated model.
+    // After another diagnosis it is a validated model again.
     const ReadBack again = ReadWithRadius(Corrected(text, diagnosis));
     CHECK(again.cell.domain->as_validated);
     CHECK(again.radius.basis == model::RadiusBasis::kMeasured);
   }
 }
 
-TEST_CASE("the measured poses are written and belong to the model that was validated") {
+TEST_CASE("the measured poses are written and are part of the fingerprint") {
   const std::string original =
       config::ReadTextFile("tests/virtual_cell/demo/cockpit-cell.toml").value();
   Diagnosis diagnosis;
@@ -272,7 +274,7 @@ TEST_CASE("the measured poses are written and belong to the model that was valid
   CHECK_FALSE(Read(Edited(written, "11.459", "11.460")).domain->as_validated);
 }
 
-TEST_CASE("a written model with effects and frames reads back as it was validated") {
+TEST_CASE("a written model with effects and frames reads back as validated") {
   Diagnosis diagnosis = test::ExampleDiagnosis(Verdict::kExplained);
   const Pose declared{RotationFromRollPitchYaw(Vec3(0.1, -0.2, 0.3)), Vec3(1, 2, 3)};
   diagnosis.sessions = {model::SessionFrames{"2", {}, std::nullopt, declared, Vec3(0.1, 0, 0.2)}};
@@ -288,7 +290,7 @@ TEST_CASE("a written model with effects and frames reads back as it was validate
   CHECK_FALSE(Read(Edited(written, "id = \"2\"", "id = \"3\"")).domain->as_validated);
 }
 
-TEST_CASE("a model that no reader would take is refused, not written") {
+TEST_CASE("a model that cannot be read back is refused") {
   Diagnosis diagnosis;
   diagnosis.domain.q.assign(2, {-1, 1});
   const auto corrected = CorrectedCellText(CellText(), Read(CellText()), diagnosis, kOrigin);
@@ -296,7 +298,7 @@ TEST_CASE("a model that no reader would take is refused, not written") {
   CHECK(corrected.error().find("domain") != std::string::npos);
 }
 
-TEST_CASE("carriage returns are kept, and a last line without its newline is ended") {
+TEST_CASE("carriage returns are preserved, and a missing newline at the end is added") {
   std::string original;
   for (const char c : CellText()) original += c == '\n' ? std::string("\r\n") : std::string(1, c);
   original.resize(original.size() - 2);
@@ -304,7 +306,7 @@ TEST_CASE("carriage returns are kept, and a last line without its newline is end
   CHECK(text.find("id = \"thermal_growth\"\r\n") != std::string::npos);
 }
 
-TEST_CASE("statements of a text are the text again") {
+TEST_CASE("the concatenated statements of a text are the text") {
   const std::string text =
       "\xEF\xBB\xBF# a\na.b = \"\"\"x\n[c]\"\"\"\"\nd = '''\n[e] \\''' # '''\n[f.\"g\"] # [h]\n"
       "i = [ # ]\n '[', \"\\\"]\",\n]\n[['domain']]\nj = \"#\"";
@@ -319,7 +321,7 @@ TEST_CASE("statements of a text are the text again") {
   CHECK(WithoutTable(text, "domain") == text.substr(0, text.find("[['domain']]")));
 }
 
-TEST_CASE("a text file is replaced as a whole, through links, and only where that is allowed") {
+TEST_CASE("a text file is replaced atomically, through links, and only if permitted") {
   namespace fs = std::filesystem;
   const fs::path folder = fs::temp_directory_path() / ("plumbline-" + std::to_string(getpid()));
   fs::create_directories(folder);

@@ -1,4 +1,4 @@
-// Parameters by least squares, which of them the rows hold, and rows of several kinds together.
+// Nonlinear refit: identifiable parameters, rows of several kinds, and covariances.
 #include "app/diagnosis/refit.h"
 
 #include <algorithm>
@@ -19,13 +19,13 @@ using namespace plumbline;
 
 using namespace plumbline::diagnosis;
 
-TEST_CASE("a parameter that the rows leave free is not held, others are") {
+TEST_CASE("a parameter that the rows do not determine is not identifiable, others are") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --seed 3");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
   FitProblem problem = UnitWeightFit(*dataset, 1);
   problem.sigma_m = 5e-5;
-  // The first joint turns about the base's z axis: its offset is a yaw of the base.
+  // The first joint rotates about the z axis of the base, so its offset is a yaw of the base.
   const auto of = [&](const std::vector<std::pair<std::string, double>>& frame) {
     Model model = Model::Declared(*dataset);
     model.effects = {EffectWith(data.cell, "joint_offset", {{"q1", 1e-6}, {"q3", 1e-6}}),
@@ -63,7 +63,7 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
       measured.q_WT = Eigen::Quaterniond(RotationFromVector(off) * state.X_WT.R);
       rows.numbers[row] = {6, of_pose};
     } else if (row.value() % 3 == 2) {
-      measured.p_WT.setConstant(1);  // means nothing
+      measured.p_WT.setConstant(1);  // must be ignored
       rows.numbers[row] = {0, {}};
     }
   }
@@ -76,16 +76,16 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
   REQUIRE(refit);
   const double sd = std::sqrt(refit->covariance(0, 0));
   CHECK(std::abs(refit->model.effects[0].values[0] - kOffset_rad) < 4 * sd);
-  // The flange turns about the last axis, by which the tip hardly moves: 15 rotations hold it.
+  // The last axis hardly moves the tip; only the 15 measured orientations determine its offset.
   CHECK(sd < 1.1 * kSigma_rad / std::sqrt(15));
-  // chi2 of 134 degrees of freedom, five deviations.
+  // chi2 with 134 degrees of freedom, within five standard deviations.
   CHECK(refit->chi2 == Approx(134).margin(5 * std::sqrt(2 * 134)));
   const Result<Linearisation> linear = Linearise(rows, refit->model, false, 1);
   REQUIRE(linear);
   CHECK(RobustSigma(rows, ResidualsOf(*linear)) == Approx(kSigma_m).epsilon(0.3));
 }
 
-TEST_CASE("the columns of a pose are central differences of its residuals") {
+TEST_CASE("the columns of a pose equal central differences of its residuals") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 6 --repeats 0 --seed 3");
   data.cell.measurement.kind = model::MeasurementKind::kPose;
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
@@ -114,7 +114,7 @@ TEST_CASE("the columns of a pose are central differences of its residuals") {
     MoveFrames(more.frames.front(), kStep * Eigen::Matrix<double, 9, 1>::Unit(k));
     MoveFrames(less.frames.front(), -kStep * Eigen::Matrix<double, 9, 1>::Unit(k));
     const Eigen::VectorXd slope = (residual_at(less) - residual_at(more)) / (2 * kStep);
-    // A turned base turns gravity in the arm, too, which the columns of the frames leave out.
+    // A rotated base also rotates gravity, which the columns of the frames neglect.
     CHECK((slope - linear->rows.front().frames.col(k)).norm() < 5e-3);
   }
   for (const int joint : {0, 3, 5}) {
@@ -128,7 +128,7 @@ TEST_CASE("the columns of a pose are central differences of its residuals") {
   }
 }
 
-TEST_CASE("effects that do nearly the same are uncertain apart, not together") {
+TEST_CASE("nearly collinear effects are uncertain individually, but not in sum") {
   const MeasuredCell data = Simulated("--family none --robot ur10 --rows 40 --repeats 0 --seed 3");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
@@ -145,11 +145,12 @@ TEST_CASE("effects that do nearly the same are uncertain apart, not together") {
     found.linear = std::make_shared<const Linearisation>(*linear);
     const Eigen::MatrixXd& covariance = found.refit.covariance;
     rho = covariance(0, 1) / std::sqrt(covariance(0, 0) * covariance(1, 1));
-    // What a discrepancy model adds has been scaled: it dilutes, no more.
+    // The covariances of a discrepancy model are already scaled; it only raises the factor.
     CHECK(CovarianceShare(found, 1e6) == Approx(1).epsilon(1e-4));
     return CovarianceShare(found, 0);
   };
-  // Of two parameters, rows of unit variance are predicted with 2, and apart with 2 / (1 - rho^2).
+  // The summed variance of the predictions is 2 for two parameters, and 2 / (1 - rho^2) without
+  // their correlation.
   double rho = 0;
   const double alike = share_of("gear_ratio", "q2", rho);
   CHECK(std::abs(rho) > 0.7);
@@ -159,7 +160,7 @@ TEST_CASE("effects that do nearly the same are uncertain apart, not together") {
   CHECK(unlike == Approx(1 - rho * rho).epsilon(1e-3));
 }
 
-TEST_CASE("an instrument of ranges errs along the wire: its columns are central differences") {
+TEST_CASE("the columns of instrument errors of ranges equal central differences") {
   MeasuredCell data = Simulated("--family none --range --robot ur10 --rows 6 --repeats 0 --seed 3");
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
@@ -180,7 +181,7 @@ TEST_CASE("an instrument of ranges errs along the wire: its columns are central 
   REQUIRE(declared);
   using I = effects::Influence<double>;
   for (const RowIndex row : rows.row_indices()) {
-    // What the instrument does wrong moves no tip.
+    // Errors of the instrument do not move the tip.
     const Vec3& tip_W = linear->rows[row].p_W;
     CHECK((tip_W - declared->rows[row].p_W).norm() < 1e-12);
     const double length_m = (tip_W - data.cell.measurement.anchor_W - Vec3(kX_m, 0, 0)).norm();
@@ -210,13 +211,13 @@ TEST_CASE("an instrument of ranges errs along the wire: its columns are central 
   }
 }
 
-TEST_CASE("a time constant ends within its range, where its gradient still holds") {
+TEST_CASE("a time constant remains within its range") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 3");
   const auto drift = [&](double time_constant_s) {
     return EffectWith(data.cell, "thermal_drift",
                       {{"x", 1e-3}, {"y", 0}, {"z", 0}, {"time_constant", time_constant_s}});
   };
-  constexpr double kSigma_m = 5e-5, kLeast_s = 10;  // least: of its range
+  constexpr double kSigma_m = 5e-5, kLeast_s = 10;  // kLeast_s: lower end of the range
   Remeasure(data, {drift(600)}, kSigma_m, 5);
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
@@ -235,7 +236,8 @@ TEST_CASE("a time constant ends within its range, where its gradient still holds
   CHECK(outside.chi2 == Approx(near.chi2).epsilon(0.01));
 }
 
-TEST_CASE("what poses would show of an effect is in lengths, whatever their rotations weigh") {
+TEST_CASE(
+    "detection limits of poses are lengths, independent of the weight of their orientations") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 30 --repeats 0 --seed 3");
   Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
   REQUIRE(dataset);
@@ -261,7 +263,8 @@ TEST_CASE("what poses would show of an effect is in lengths, whatever their rota
     const BlockIndex block = candidate_set.Add(WholeBlock(rows, effects::JointOffset(), ""));
     return candidate_set.MinimumDetectable(block, 0)[BlockColumnIndex(1)];
   };
-  // Ten times as certain a rotation shows a tenth of the size, hence a tenth of the displacement.
+  // With orientations ten times as certain, a tenth of the size, and of the displacement, is
+  // detectable.
   CHECK(detectable_m(0.01) == Approx(detectable_m(0.1) / 10).epsilon(0.1));
 }
 

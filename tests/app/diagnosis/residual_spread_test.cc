@@ -1,4 +1,4 @@
-// The spread of held-out errors near the measured poses and away from them.
+// Variance model of held-out errors near the measured poses and far from them.
 #include "app/diagnosis/residual_spread.h"
 
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ namespace {
 constexpr int kRows = 300;
 constexpr double kSigma_m = 5e-5;
 
-/// Rows of three numbers each.
+/// Rows with three residuals each.
 Dataset Points() {
   Dataset data;
   data.numbers.assign(kRows, {3, {}});
@@ -35,24 +35,24 @@ HeldOut Drawn(const std::string& by, double near_m, double distant_m, double low
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> distance(low, high);
-  HeldOut way;
-  way.by = by;
+  HeldOut scheme;
+  scheme.by = by;
   for (int row = 0; row < kRows; ++row) {
     const double d = distance(random), sigma_m = std::hypot(near_m, distant_m * d);
-    way.fold_of.push_back(row % 5);
-    way.distance.push_back(d);
-    way.after.emplace_back(sigma_m * normal(random), sigma_m * normal(random),
-                           sigma_m * normal(random));
-    way.before.push_back(2 * way.after.back());
+    scheme.fold_of.push_back(row % 5);
+    scheme.distance.push_back(d);
+    scheme.after.emplace_back(sigma_m * normal(random), sigma_m * normal(random),
+                              sigma_m * normal(random));
+    scheme.before.push_back(2 * scheme.after.back());
   }
-  way.predicted.assign(kRows, true);
-  way.reach.assign(kRows, 0.0);
-  return way;
+  scheme.predicted.assign(kRows, true);
+  scheme.reach.assign(kRows, 0.0);
+  return scheme;
 }
 
 Validation Drawn(double near_m, double distant_m) {
   Validation validation;
-  validation.ways = {
+  validation.schemes = {
       Drawn("blocks of time", near_m, distant_m, 0.1, 0.4, 1),
       Drawn("regions of the joint space", near_m, distant_m, 0.3, 1.5, 2),
   };
@@ -65,7 +65,8 @@ ResidualSpread Spread(const Validation& validation, Correction correction = Corr
 
 }  // namespace
 
-TEST_CASE("the growth with the distance is found, widened as five regions ask for") {
+TEST_CASE(
+    "the growth with the distance is estimated, and widened by Student's factor for five regions") {
   constexpr double kWidened = 1.3115;  // t(0.975, 5) / z(0.975) = 2.5706 / 1.9600
   const ResidualSpread spread = Spread(Drawn(1e-4, 3e-4));
   CHECK(spread.near_m == Approx(1e-4).epsilon(0.15));
@@ -74,24 +75,24 @@ TEST_CASE("the growth with the distance is found, widened as five regions ask fo
   CHECK(declared.distant_m == Approx(2 * spread.distant_m).epsilon(0.01));
 }
 
-TEST_CASE("errors that do not grow are the same everywhere, and never below the noise") {
+TEST_CASE("errors that do not grow give a constant spread, never below the noise") {
   const ResidualSpread spread = Spread(Drawn(1e-4, 0));
   CHECK(spread.near_m == Approx(1e-4).epsilon(0.1));
   CHECK(spread.distant_m < 0.4 * spread.near_m);
   CHECK(Spread(Drawn(1e-5, 0)).near_m == Approx(kSigma_m));
 }
 
-TEST_CASE("what the distance does not explain is expected everywhere") {
+TEST_CASE("errors that the distance does not explain are expected everywhere") {
   Validation validation = Drawn(1e-4, 0);
-  for (HeldOut& way : validation.ways) way.distance.assign(kRows, 0.5);
-  for (Vec3& error : validation.ways[1].after) error *= 5;
+  for (HeldOut& scheme : validation.schemes) scheme.distance.assign(kRows, 0.5);
+  for (Vec3& error : validation.schemes[1].after) error *= 5;
   const ResidualSpread spread = Spread(validation);
   CHECK(std::hypot(spread.near_m, 0.5 * spread.distant_m) > 5e-4);
 }
 
-TEST_CASE("rows of one fold that err alike say less than as many independent ones") {
-  // The same errors twice: a tenth of the rows err four times as much as the others, spread over
-  // all folds or together in few of them.
+TEST_CASE("correlated errors within a fold count as fewer independent rows") {
+  // The same errors twice: a tenth of the rows have four times the error of the others, either
+  // spread over all folds or concentrated in few.
   std::mt19937 random(6);
   std::normal_distribution<double> normal;
   HeldOut spread = Drawn("regions of the joint space", 1e-4, 0, 0.5, 0.5, 5);
@@ -105,34 +106,36 @@ TEST_CASE("rows of one fold that err alike say less than as many independent one
     spread.fold_of[index] = row % 20;
     together.fold_of[index] = row / (kRows / 20);
   }
-  const auto radius = [](const HeldOut& way) {
+  const auto radius = [](const HeldOut& scheme) {
     Validation validation;
-    validation.ways = {Drawn("blocks of time", 1e-4, 0, 0.5, 0.5, 1), way};
+    validation.schemes = {Drawn("blocks of time", 1e-4, 0, 0.5, 0.5, 1), scheme};
     const ResidualSpread found = Spread(validation);
     return std::hypot(found.near_m, 0.5 * found.distant_m);
   };
   CHECK(radius(together) > 1.1 * radius(spread));
 }
 
-TEST_CASE("a correction that fades is judged as it will be applied, from one half to the other") {
+TEST_CASE("a fading correction is tested as it will be applied, including between halves") {
   constexpr double kDeclared_m = 5e-4, kReach = 0.2;
   std::mt19937 random(4);
   std::normal_distribution<double> normal(0, kDeclared_m);
   Validation validation = Drawn(1e-4, 1e-4);
   validation.halves = Drawn("opposite halves of the joint space", 1e-4, 1e-3, 0.3, 1.5, 3);
-  std::vector<HeldOut*> every = {&validation.ways[0], &validation.ways[1], &*validation.halves};
-  for (HeldOut* way : every) {
-    way->reach.assign(kRows, kReach);
-    for (Vec3& before : way->before) before = Vec3(normal(random), normal(random), normal(random));
+  std::vector<HeldOut*> every = {&validation.schemes[0], &validation.schemes[1],
+                                 &*validation.halves};
+  for (HeldOut* scheme : every) {
+    scheme->reach.assign(kRows, kReach);
+    for (Vec3& before : scheme->before)
+      before = Vec3(normal(random), normal(random), normal(random));
   }
   const ResidualSpread written = Spread(validation);
   CHECK_FALSE(written.declared_m);
   CHECK(written.distant_m < 2e-4);
   const ResidualSpread fading = Spread(validation, Correction::kFading);
-  CHECK(fading.distant_m > 4e-4);  // the halves are believed
+  CHECK(fading.distant_m > 4e-4);  // estimated from the halves
   REQUIRE(fading.declared_m);
   CHECK(*fading.declared_m > 0.9 * kDeclared_m);
-  // As applied, the errors at the far end of the halves lie within the radius.
+  // With the applied share, the errors at the far end of the halves are within the radius.
   const double declared_m2 = *fading.declared_m * *fading.declared_m;
   int outside = 0;
   for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
@@ -147,16 +150,16 @@ TEST_CASE("a correction that fades is judged as it will be applied, from one hal
   CHECK(outside < 0.08 * kRows);
 }
 
-TEST_CASE("a box of ranges is no evidence: without a held-out region there is no spread") {
+TEST_CASE("without a held-out region or session there is no spread") {
   Validation validation = Drawn(1e-4, 0);
-  validation.ways.pop_back();
+  validation.schemes.pop_back();
   CHECK_FALSE(SpreadOf(validation, Problem(), Correction::kWritten));
 }
 
-TEST_CASE("what sessions differ by counts near the measured poses, too") {
+TEST_CASE("differences between sessions count near the measured poses, too") {
   Validation validation = Drawn(1e-4, 0);
-  validation.ways.push_back(Drawn("sessions", 5e-4, 0, 0.1, 0.4, 3));
-  validation.ways.back().other_sessions = true;
+  validation.schemes.push_back(Drawn("sessions", 5e-4, 0, 0.1, 0.4, 3));
+  validation.schemes.back().other_sessions = true;
   CHECK(Spread(validation).near_m > 5e-4);
   CHECK(Spread(validation).near_m < 8e-4);
 }
@@ -166,26 +169,26 @@ TEST_CASE(
   Validation validation = Drawn(1e-4, 0);
   FitProblem problem = Problem();
   const auto set_errors = [&](int every) {
-    for (HeldOut& way : validation.ways) {
+    for (HeldOut& scheme : validation.schemes) {
       for (const RowIndex row : FirstIndices<RowIndex>(kRows)) {
         const bool off = row.value() % every == 0;
-        way.after[row] = Vec3(off ? 8e-4 : 1e-4, 0, 0);
+        scheme.after[row] = Vec3(off ? 8e-4 : 1e-4, 0, 0);
         problem.weights[row] = off ? 0 : 1;
       }
     }
     return std::sqrt(7.815) * SpreadOf(validation, problem, Correction::kWritten).value().near_m;
   };
-  CHECK(set_errors(10) == Approx(8e-4).epsilon(0.05));  // one row in ten is off
+  CHECK(set_errors(10) == Approx(8e-4).epsilon(0.05));  // every tenth row is an outlier
   CHECK(set_errors(31) < 3e-4);                         // 10 of 300: P(X <= 10) is 0.11
   CHECK(set_errors(23) == Approx(8e-4).epsilon(0.05));  // 14 of 300: P(X <= 14) is 0.46
 }
 
-TEST_CASE("the farthest columns are spread, and none is taken twice") {
+TEST_CASE("farthest-point selection spreads the columns and selects none twice") {
   Eigen::MatrixXd points(1, 6);
   points << 0, 1, 1, 2, 10, 5;
   const std::vector<Eigen::Index> chosen = FarthestColumns(points, 10);
   REQUIRE(chosen.size() == 5);
-  CHECK(points(0, chosen[0]) == 2);  // the nearest to the mean of 3.2
+  CHECK(points(0, chosen[0]) == 2);  // nearest to the mean, 3.2
   CHECK(points(0, chosen[1]) == 10);
   CHECK(points(0, chosen[2]) == 5);
   CHECK(FarthestColumns(points, 2).size() == 2);

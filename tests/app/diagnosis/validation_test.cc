@@ -1,4 +1,4 @@
-// Held-out rows: how they are chosen, what they admit, and the checks of an explanation.
+// Held-out rows: fold plans, acceptance of model parts, and the checks of an explanation.
 #include "app/diagnosis/validation.h"
 
 #include <catch2/catch.hpp>
@@ -27,7 +27,7 @@ Dataset DatasetOf(const std::string& options) {
   return *dataset;
 }
 
-/// Held-out residuals of a size [m] along x on every row.
+/// Held-out residuals of one size [m] along x in every row.
 HeldOut HeldOutOf(const Dataset& data, double size_m) {
   HeldOut held_out;
   const auto rows = static_cast<std::size_t>(data.rows());
@@ -57,7 +57,7 @@ const ExplanationCheck& CheckNamed(const Diagnosis& diagnosis, const std::string
 
 }  // namespace
 
-TEST_CASE("repeats share a region, and sessions are held out one by one") {
+TEST_CASE("replicates share a region, and sessions are held out one by one") {
   const Dataset data = DatasetOf("--family none --seed 3 --unaligned --sessions 2");
   const FoldPlan regions = RegionsOfJointSpace(data);
   REQUIRE(regions.fold_of.size() == data.table.rows.size());
@@ -76,7 +76,9 @@ TEST_CASE("repeats share a region, and sessions are held out one by one") {
   CHECK(Sessions(DatasetOf("--family none --seed 3")).folds == 0);
 }
 
-TEST_CASE("no row is predicted between the last known before a step and the first known after it") {
+TEST_CASE(
+    "rows between the last training row before a step and the first one after it are not "
+    "predicted") {
   const MeasuredCell cell = Simulated("--family none --seed 3 --rows 40 --repeats 0");
   const Result<Dataset> read = DatasetFrom(cell.cell, cell.table);
   REQUIRE(read);
@@ -103,7 +105,7 @@ TEST_CASE("no row is predicted between the last known before a step and the firs
   }
 }
 
-TEST_CASE("an explanation that folds do not select, or that chance may bring, is in doubt") {
+TEST_CASE("an explanation that few folds select, or that chance may produce, is in doubt") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);
   const double sigma_m = problem.sigma_m;
@@ -141,7 +143,7 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
 
   diagnosis = Explained("gear_ratio");
   diagnosis.findings[0].implausible = "beyond what a sound machine shows";
-  diagnosis.findings[0].implausible_times = 3;  // a worn one
+  diagnosis.findings[0].implausible_times = 3;  // a worn machine
   CheckExplanation(evidence, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kExplained);
   CHECK(diagnosis.doubts.empty());
@@ -153,7 +155,8 @@ TEST_CASE("an explanation that folds do not select, or that chance may bring, is
   CHECK(diagnosis.doubts.size() == 1);
 }
 
-TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, explain nothing") {
+TEST_CASE(
+    "held-out errors beyond the noise, or a large discrepancy model, make the verdict unknown") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);
   const double sigma_m = problem.sigma_m;
@@ -172,7 +175,7 @@ TEST_CASE("held-out errors beyond the noise, or a large discrepancy model, expla
   CHECK_FALSE(CheckNamed(diagnosis, "discrepancy_model").passed);
 }
 
-TEST_CASE("a fold that selected other effects does not judge the explanation") {
+TEST_CASE("a fold that selected other effects is not used for the held-out error") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
@@ -186,14 +189,14 @@ TEST_CASE("a fold that selected other effects does not judge the explanation") {
   Diagnosis diagnosis = Explained("gear_ratio");
   CheckExplanation({problem, held_out, 2, 0}, diagnosis);
   CHECK(CheckNamed(diagnosis, "held_out_error").passed);
-  CHECK(diagnosis.verdict == Verdict::kExplained);  // four searches of five
+  CHECK(diagnosis.verdict == Verdict::kExplained);  // four of five folds
   held_out.selected[2] = {{{"gear_ratio", ""}, {}}};
   diagnosis = Explained("gear_ratio");
   CheckExplanation({problem, held_out, 2, 0}, diagnosis);
   CHECK_FALSE(CheckNamed(diagnosis, "held_out_error").passed);
 }
 
-TEST_CASE("a fold that selected the effect in other joints does not judge the explanation") {
+TEST_CASE("a fold that selected other joints of the effect is not used for the held-out error") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);
   HeldOut held_out = HeldOutOf(data, data.sigma_m);
@@ -213,7 +216,7 @@ TEST_CASE("a fold that selected the effect in other joints does not judge the ex
   }
 }
 
-TEST_CASE("a few poses are regions of their own, whatever their loads") {
+TEST_CASE("few distinct poses are one region each, regardless of payload") {
   Dataset data = DatasetOf("--family none --seed 3");
   const int joints = data.cell.robot.size();
   for (const RowIndex row : data.row_indices()) {
@@ -228,7 +231,7 @@ TEST_CASE("a few poses are regions of their own, whatever their loads") {
   }
 }
 
-TEST_CASE("the halves of the joint space are as large as each other, and repeats share one") {
+TEST_CASE("the halves of the joint space have equal sizes, and replicates share one") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FoldPlan plan = OppositeHalves(data);
   REQUIRE(plan.folds == 2);
@@ -240,7 +243,7 @@ TEST_CASE("the halves of the joint space are as large as each other, and repeats
     in_first += fresh && plan.fold_of[row] == 0 ? 1 : 0;
   }
   CHECK(in_first == data.clusters / 2);
-  // One half lies farther from the other than a region from the rest.
+  // The halves are farther from each other than a region is from the rest.
   const auto mean_distance = [&](const FoldPlan& folds, int fold) {
     std::vector<model::JointVector> others;
     for (const RowIndex row : data.row_indices()) {
@@ -261,7 +264,7 @@ TEST_CASE("the halves of the joint space are as large as each other, and repeats
   CHECK(0.5 * (mean_distance(plan, 0) + mean_distance(plan, 1)) > of_regions / regions.folds);
 }
 
-TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows between") {
+TEST_CASE("held-out regions decide on a discrepancy model, not the rows between") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const PerRow<double> weights(data.table.rows.size(), 1.0);
   HeldOut by_time = HeldOutOf(data, 1e-4), by_region = by_time;
@@ -269,14 +272,14 @@ TEST_CASE("a discrepancy model is admitted by held-out regions, not by the rows 
   by_region.after_named.assign(weights.size(), Vec3(0.5e-4, 0, 0));
   CHECK(AdmitsDiscrepancy({{by_time}, {}}, weights));
   CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
-  // Ways of which no row was predicted neither admit nor refuse.
+  // Schemes without predicted rows do not count.
   by_region.predicted.assign(weights.size(), false);
   CHECK(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
   by_time.predicted.assign(weights.size(), false);
   CHECK_FALSE(AdmitsDiscrepancy({{by_time, by_region}, {}}, weights));
 }
 
-TEST_CASE("a correction worse than none is withheld") {
+TEST_CASE("a correction that increases the held-out error is withheld") {
   HeldOut by_time;
   by_time.by = "blocks of time";
   const HeldOutError better{"blocks of time", 1e-3, 1e-4, 0, 0};
@@ -287,7 +290,7 @@ TEST_CASE("a correction worse than none is withheld") {
   CHECK(ReasonToWithhold({{by_time}, {better, worse}}, true).find("regions") != std::string::npos);
 }
 
-TEST_CASE("an empirical curve stays within the values that its rows saw") {
+TEST_CASE("an empirical curve remains within its values at the rows") {
   const Dataset data = DatasetOf("--family thermal_growth --seed 3");
   const Result<Linearisation> linear = Linearise(data, Model::Declared(data), true, 1);
   REQUIRE(linear);
@@ -302,7 +305,7 @@ TEST_CASE("an empirical curve stays within the values that its rows saw") {
   effect.term.parameters = {{0, -1, 1}};  // base_x
   effect.values = {1};
   effect.term.nodes.resize(4, 2);
-  // Between the rows 0.1 mm; an edge that only extrapolation reaches, 50 mm.
+  // 0.1 mm between the rows; 50 mm at an edge beyond them.
   effect.term.nodes << low - 1, 0.1, low, 0.1, high, 0.1, high + 1, 50;
   BoundToRows(UnitWeightFit(data, 1), *linear, effect);
   CHECK(effect.term.nodes.col(1).maxCoeff() == Approx(0.1));
