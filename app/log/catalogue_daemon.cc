@@ -41,7 +41,8 @@ constexpr EventEntry kEntries[] = {
      "`systemctl restart plumbline`"},
     {Event::kStateDirectory, "state-directory", LogLevel::kWarning,
      "ae972403c7be45bba93bca5dbae51efc", "service", "state directory: ...",
-     "another plumblined uses this directory; with `[loop]` enabled the daemon does not start",
+     "another plumblined uses this directory; with `[monitoring]` enabled the daemon does not "
+     "start",
      "give each daemon its own `state_directory`"},
     {Event::kBootCounter, "boot-counter", LogLevel::kWarning, "58890e3dde984ae8b0baff42e545ecad",
      "service", "boot counter not stored: ...",

@@ -87,7 +87,7 @@ TEST_CASE("every fault of a kind's options is found in one pass") {
   CHECK(read.Reports("plumbline.toml:2 zoom.tooth: 13 is used by the brake"));
   CHECK(read.Reports("plumbline.toml:3 zoom.timeout_ms: 5 is outside 10..1000"));
   CHECK(read.Reports("plumbline.toml:4 zoom.invertd: "));
-  CHECK(read.Reports("did you mean inverted?"));
+  CHECK(read.Reports("did you mean \"inverted\""));
 }
 
 TEST_CASE("a shared key is stored by the selected kind, which alone requires its keys") {

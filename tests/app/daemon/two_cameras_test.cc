@@ -64,7 +64,7 @@ struct Station {
     std::ofstream(folder.path() + "/bodies.toml") << TagsText();
     daemon.emplace(WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "",
                             "state_directory", "\"" + folder.path() + "/state\"") +
-                   "\n[loop]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
+                   "\n[monitoring]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
                    "probe_sigma_mm = 0.2\n" +
                    eyes[0].Table() + eyes[1].Table() + TagsTable(folder.path() + "/bodies.toml"));
     plc.emplace("plumblined", daemon->Plc(), 1, 10);
