@@ -244,7 +244,7 @@ constexpr EventEntry kEntries[] = {
      "loop", "journal works again", "", ""},
     {Event::kProbesUnwatched, "probes-unwatched", LogLevel::kWarning,
      "132e32e399c94b7298ff3cd518fa0880", "loop",
-     "probes by ... are recorded, but not watched for drift",
+     "probes by ... are recorded, but not monitored for drift",
      "the drift monitor's reference was taken with the other camera, or with both",
      "probe with the reference cameras again, or take a new reference with command 8"},
     {Event::kProbeRefused, "probe-refused", LogLevel::kWarning, "2656d6eaf947480d85934ccec6226307",

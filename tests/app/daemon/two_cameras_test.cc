@@ -131,7 +131,7 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
   CHECK(rows[0].covariance_W->trace() < rows[1].covariance_W->trace());
   CHECK(rows[0].covariance_W->trace() < rows[2].covariance_W->trace());
   CHECK(
-      station.daemon->Awaits("probes by camera side are recorded, but not watched for drift: the "
+      station.daemon->Awaits("probes by camera side are recorded, but not monitored for drift: the "
                              "reference was taken by camera side+rear"));
 
   SECTION("the side one zooms: stale, then its other lens") {
