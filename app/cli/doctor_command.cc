@@ -24,7 +24,8 @@ std::string ResultsJson(const doctor::CheckResults& found) {
   for (const doctor::CheckResult& result : found) {
     list.push_back({{"health", doctor::HealthText(result.health)},
                     {"what", result.subject},
-                    {"told", result.finding},
+                    {"detail", result.finding},
+                    {"told", result.finding},  // its previous name
                     {"do", result.remedy}});
   }
   return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -103,10 +103,10 @@ int Import(const JournalOptions& options) {
 Result<journal::Journal> ExistingJournal(const JournalOptions& options) {
   std::error_code unknown;
   if (!std::filesystem::exists(options.JournalFile(), unknown)) {
-    return Error{
-        fmt::format("{}: the journal does not exist yet; a daemon with [loop] creates it at its "
-                    "first start, and so does `plumbline journal import`. Or give another --state",
-                    options.JournalFile())};
+    return Error{fmt::format(
+        "{}: the journal does not exist yet; a daemon with [monitoring] creates it at its "
+        "first start, and so does `plumbline journal import`. Or give another --state",
+        options.JournalFile())};
   }
   return journal::Journal::OpenForReading(options.JournalFile());
 }

@@ -190,6 +190,21 @@ void CheckPorts(const TomlTable& page, const DaemonConfig& config) {
                             plc, own));
 }
 
+/// [monitoring], or [loop], its previous name, which is read for one version.
+std::optional<TomlTable> MonitoringTable(const TomlTable& root) {
+  if (!root.Has("loop")) return root.Table("monitoring");
+  if (root.Has("monitoring")) {
+    root.AddFault("loop",
+                  "is the previous name of [monitoring], which is given too; keep only "
+                  "[monitoring]");
+    root.Ignore({"loop"});
+    return root.Table("monitoring");
+  }
+  root.AddWarning("loop",
+                  "is now called [monitoring]; rename it, the next version will not read [loop]");
+  return root.Table("loop");
+}
+
 }  // namespace
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
@@ -240,7 +255,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
-    if (const auto table = root.Table("loop")) config.loop = MonitoringFromToml(*table);
+    if (const auto table = MonitoringTable(root)) config.loop = MonitoringFromToml(*table);
     config.vision = VisionFromToml(root, named, of_others);
     if (const auto table = root.Table("overlay")) {
       config.overlay = OverlayFromToml(*table, named, config.vision);

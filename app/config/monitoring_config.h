@@ -1,4 +1,5 @@
-// Monitoring configuration, [loop] of plumbline.toml: probes, drift monitor, diagnosis, model.
+// Monitoring configuration, [monitoring] of plumbline.toml: probes, drift monitor, diagnosis,
+// model.
 #pragma once
 
 #include <cstdint>

@@ -125,6 +125,12 @@ std::optional<std::size_t> Settings::Word(std::string_view key, std::string_view
   return index;
 }
 
+void Settings::AddFault(std::string_view key, std::string_view what) {
+  if (!table_) return;
+  table_->AddFault(key, what);
+  valid_ = false;
+}
+
 void Settings::Document(std::string_view key, std::string_view type, const SettingDoc& doc) {
   if (!AddRow(key, type, "", "", doc)) table_->Ignore({key});
 }

@@ -100,6 +100,9 @@ class Settings {
   /// Documents a key that the caller reads itself.
   void Document(std::string_view key, std::string_view type, const SettingDoc& doc);
 
+  /// Adds the fault `<value of key> <what>` at the key's line; no effect in documentation mode.
+  void AddFault(std::string_view key, std::string_view what);
+
   /// False once a key was present but faulty.
   bool valid() const { return valid_; }
 

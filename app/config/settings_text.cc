@@ -66,7 +66,7 @@ constexpr SettingsTable kTables[] = {
      "writes corrected points into the controller's registers and withdraws them when the daemon "
      "stops",
      ListPushKeys},
-    {"[loop]", "monitoring: probes (measured points), drift detection, diagnosis, model updates",
+    {"[monitoring]", "probes (measured points), drift detection, diagnosis, model updates",
      ListDefaults<MonitoringConfig>},
     {"[camera]",
      "a camera that measures tags; without this table there is no camera. For two cameras, write "

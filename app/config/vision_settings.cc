@@ -1,4 +1,4 @@
-// Configuration table, continued: [camera], [zoom], [board], [tags] and [overlay].
+// Configuration table, continued: [camera], [board], [tags] and [overlay].
 #include <algorithm>
 
 #include "app/config/daemon_settings.h"
@@ -18,19 +18,6 @@ std::vector<Choice<status::CameraName>> CameraNames(std::string_view none) {
     names.push_back({k == 0 ? none : status::kCameraNames[k], static_cast<status::CameraName>(k)});
   }
   return names;
-}
-
-void ListKeys(Settings& keys, lens::ZoomSupervisorSettings& zoom) {
-  keys.Add("zoom_band_counts", zoom.zoom_band_counts, {0, 10000},
-           {"dead band: smaller zoom changes are ignored"});
-  keys.Add("focus_band_counts", zoom.focus_band_counts, {0, 10000},
-           {"dead band: smaller focus changes are ignored"});
-  keys.Add("settle_ms", zoom.settle_s, {0, 60000, kSecondPerMs},
-           {"time the lens must have been at rest before it is used"});
-  keys.Add("lost_after_ms", zoom.lost_after_s, {100, 600000, kSecondPerMs},
-           {"without a reading for this time the sensor counts as lost"});
-  keys.Add("verify_patience_s", zoom.verify_patience_s, {0.1, 600},
-           {"time to verify the lens by tags; then the calibration board is requested"});
 }
 
 void ListSettingKeys(Settings& keys, camera::CameraSettings& settings) {
@@ -79,52 +66,6 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   keys.Add("serial", recorded.serial,
            {"serial number of the camera that made the recording", "\"A1B2C3\""});
   keys.Add("mode", recorded.mode, {"mode of that camera", "\"1920x1080 20 Hz\""});
-}
-
-/// The keys of all kinds are listed; a key of another kind is ignored, not a fault.
-void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera) {
-  zoom::ZoomConnection& c = zoom.connection;
-  std::vector<Choice<std::string>> kinds;
-  for (const zoom::ZoomKind* kind : zoom::ZoomKinds())
-    kinds.push_back({kind->name, std::string(kind->name)});
-  kinds.push_back({"none", ""});
-  keys.Choose("kind", zoom.kind, kinds, Required("how the zoom is sensed", "\"visca\""));
-  const bool of_camera = zoom.kind == "v4l2" && !camera.empty();
-  if (of_camera) c.visca.device = camera;
-  keys.Add("device", c.visca.device,
-           {.description = "for \"visca\", like the next four, and \"v4l2\": device",
-            .example = "\"/dev/serial/by-id/...\"",
-            .default_text = "for \"v4l2\": the camera's",
-            .required = zoom.kind == "visca" || (zoom.kind == "v4l2" && !of_camera)});
-  c.v4l2 = {c.visca.device, zoom::kQuickZoomPeriod_s};
-  keys.Add("baud", c.visca.baud, {9600, 38400}, {"9600 or 38400 bit/s"});
-  keys.Add("address", c.visca.address, {1, 7}, {"VISCA address of the camera"});
-  keys.Add("timeout_ms", c.visca.timeout_s, {10, 10000, kSecondPerMs},
-           {"timeout of one request, also for \"hid\""});
-  c.hid.timeout_s = c.visca.timeout_s;
-  keys.Add("optical_max_counts", c.visca.optical_max_counts, {1, kMaxCounts},
-           {"end of the optical range; the digital zoom beyond it is never calibrated"});
-  keys.Document("profile", "text",
-                {"for \"hid\": a file in profiles/zoom", "\"computar-lensconnect\""});
-  keys.Add("serial", c.hid.serial,
-           {"for \"hid\": serial number, to tell two equal devices apart", "\"A1\""});
-  const bool gpio = zoom.kind == "gpio";
-  keys.Add("chip", c.gpio.chip,
-           Required("for \"gpio\", like the next three: GPIO chip", "\"/dev/gpiochip0\"", gpio));
-  keys.Add("line", c.gpio.line, {0, 1023},
-           {.description = "number of the line on the chip",
-            .example = "4",
-            .default_text = "none",
-            .required = gpio});
-  keys.Add("active_low", c.gpio.active_low, {"true: the line is inverted"});
-  keys.Add("debounce_ms", c.gpio.debounce_s, {0, 1000, kSecondPerMs}, {"debounce time"});
-  keys.Document("file", "text",
-                {"for \"replay\": recorded table t_s,zoom_counts,...", "\"zoom.csv\""});
-  const zoom::ZoomKind* const kind = zoom::FindZoomKind(zoom.kind);
-  zoom.period_s = kind == nullptr ? zoom::kZoomPeriod_s : kind->period_s;
-  keys.Add("period_ms", zoom.period_s, {10, 1000, kSecondPerMs},
-           {.description = "polling period", .default_text = "50; 100 for \"visca\""});
-  ListKeys(keys, zoom.supervision);
 }
 
 void ListKeys(Settings& keys, lens::Board& board) {

@@ -11,8 +11,6 @@ ZoomConfig ZoomFromToml(const TomlTable& table, const NamedFiles& files, const s
   ZoomConfig zoom;
   Settings keys(table);
   ListKeys(keys, zoom, camera);
-  const int baud = zoom.connection.visca.baud;
-  if (baud != 9600 && baud != 38400) table.AddFault("baud", "is not 9600 or 38400");
   if (const auto file = files.ReadIf(zoom.kind == "hid", table, "profile", "profiles/zoom")) {
     if (auto profile = HidProfileFromText(file->second, file->first, faults)) {
       zoom.connection.hid.profile = std::move(*profile);

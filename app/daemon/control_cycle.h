@@ -31,7 +31,7 @@ struct CycleParts {
   Machine machine;
   TaughtBranchSearch branches;   ///< of the machine's taught points, which are pending until found
   int model_version;             ///< of the machine's cell; 0: not in the model store
-  bool records_probes;           ///< whether [loop] is enabled
+  bool records_probes;           ///< whether [monitoring] is enabled
   bool model_set_aside = false;  ///< whether an applied version is not in force
   plc::PlcConvention convention;
   plc::PlcEncoder encoder;

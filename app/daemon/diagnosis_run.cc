@@ -88,7 +88,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int
   if (uncertain > 0) {
     sink({log::Event::kDiagnosisNote,
           fmt::format("diagnosis: {} camera probes left out: less certain than "
-                      "loop.probe_sigma_mm",
+                      "monitoring.probe_sigma_mm",
                       uncertain)});
   }
   const journal::ExportedCsv exported =
@@ -133,7 +133,7 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const config::DaemonConf
   if (!ended) {
     if (spent.count() < config.loop.diagnosis_timeout_s) return std::nullopt;
     process_.Kill();
-    outcome.failure = fmt::format("not finished within loop.diagnosis_timeout_s = {:g} s",
+    outcome.failure = fmt::format("not finished within monitoring.diagnosis_timeout_s = {:g} s",
                                   config.loop.diagnosis_timeout_s);
   } else if (!ended->empty()) {
     outcome.failure = *ended;
@@ -223,7 +223,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   const Result<void> applied = store.value().Apply(*number);
   if (!applied) return applied.failure();
   outcome.applied = true;
-  outcome.message = fmt::format("{}; version {} applied (loop.apply)", what, *number);
+  outcome.message = fmt::format("{}; version {} applied (monitoring.apply)", what, *number);
   return outcome;
 }
 
@@ -240,8 +240,8 @@ std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
   }
   if (!facts.change_mm) return "how far it moves the tip cannot be computed";
   if (*facts.change_mm > 1e3 * loop.max_change_m) {
-    return fmt::format("it moves a tip by {:.3f} mm, loop.max_change_mm is {:g}", *facts.change_mm,
-                       1e3 * loop.max_change_m);
+    return fmt::format("it moves a tip by {:.3f} mm, monitoring.max_change_mm is {:g}",
+                       *facts.change_mm, 1e3 * loop.max_change_m);
   }
   if (!has_points) return {};
   if (!facts.points_change_mm) {
@@ -249,7 +249,7 @@ std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
            "corrected";
   }
   if (*facts.points_change_mm > 1e3 * loop.max_change_m) {
-    return fmt::format("it moves a configured point by {:.3f} mm, loop.max_change_mm is {:g}",
+    return fmt::format("it moves a configured point by {:.3f} mm, monitoring.max_change_mm is {:g}",
                        *facts.points_change_mm, 1e3 * loop.max_change_m);
   }
   return {};

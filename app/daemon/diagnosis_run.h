@@ -60,7 +60,8 @@ class DiagnosisRun {
   std::vector<journal::JournalRow> rows_;
 };
 
-/// Why a model needs a person's approval although loop.apply is "automatic"; empty if it does not.
+/// Why a model needs a person's approval although monitoring.apply is "automatic"; empty if it does
+/// not.
 /// @param has_points  whether points are configured, so that their displacement counts, too
 std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
                                     const config::MonitoringConfig& loop, bool has_points);

@@ -339,11 +339,10 @@ bool MonitoringWorker::MatchesReference(const journal::JournalRow& row, bool rep
   if (!reference_camera_) reference_camera_ = row.camera;
   if (row.camera == *reference_camera_) return true;
   if (!replayed && unmonitored_cameras_.insert(row.camera).second) {
-    sink_(
-        {log::Event::kProbesUnwatched,
-         fmt::format(
-             "probes by {} are recorded, but not watched for drift: the reference was taken by {}",
-             CameraText(row.camera), CameraText(*reference_camera_))});
+    sink_({log::Event::kProbesUnwatched,
+           fmt::format("probes by {} are recorded, but not monitored for drift: the reference was "
+                       "taken by {}",
+                       CameraText(row.camera), CameraText(*reference_camera_))});
   }
   return false;
 }

@@ -41,7 +41,8 @@ constexpr EventEntry kEntries[] = {
      "`systemctl restart plumbline`"},
     {Event::kStateDirectory, "state-directory", LogLevel::kWarning,
      "ae972403c7be45bba93bca5dbae51efc", "service", "state directory: ...",
-     "another plumblined uses this directory; with `[loop]` enabled the daemon does not start",
+     "another plumblined uses this directory; with `[monitoring]` enabled the daemon does not "
+     "start",
      "give each daemon its own `state_directory`"},
     {Event::kBootCounter, "boot-counter", LogLevel::kWarning, "58890e3dde984ae8b0baff42e545ecad",
      "service", "boot counter not stored: ...",
@@ -243,7 +244,7 @@ constexpr EventEntry kEntries[] = {
      "loop", "journal works again", "", ""},
     {Event::kProbesUnwatched, "probes-unwatched", LogLevel::kWarning,
      "132e32e399c94b7298ff3cd518fa0880", "loop",
-     "probes by ... are recorded, but not watched for drift",
+     "probes by ... are recorded, but not monitored for drift",
      "the drift monitor's reference was taken with the other camera, or with both",
      "probe with the reference cameras again, or take a new reference with command 8"},
     {Event::kProbeRefused, "probe-refused", LogLevel::kWarning, "2656d6eaf947480d85934ccec6226307",

@@ -187,10 +187,11 @@ Panel CorrectionPanel(const ViewFacts& facts) {
 Panel DistancePanel(const ViewFacts& facts) {
   Panel panel{"Distances", {}};
   const SceneMeasurements* const measured = facts.measured;
-  const bool watched =
+  const bool configured =
       facts.table != nullptr && !(facts.table->pairs.empty() && facts.table->distances.empty());
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) {
-    panel.lines.push_back({watched ? "no current measurement" : "none configured", Tone::kFaded});
+    panel.lines.push_back(
+        {configured ? "no current measurement" : "none configured", Tone::kFaded});
     return panel;
   }
   std::vector<PanelLine> rest;
@@ -377,14 +378,14 @@ CellHealth DisplayedHealth(const ViewFacts& facts) {
   const CellHealth health = facts.state->health;
   const SceneMeasurements* const measured = facts.measured;
   if (measured == nullptr || facts.now_s - measured->time_s > kMeasuredFresh_s) return health;
-  const auto touches = [](const MeasuredPair& pair) {
+  const auto interferes = [](const MeasuredPair& pair) {
     return pair.state == scene::Proximity::kInterference;
   };
   const auto blocked = [](const MeasuredSweep& sweep) {
     return sweep.result && sweep.result->hits;
   };
   std::uint16_t warnings = 0;
-  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), touches)) {
+  if (std::any_of(measured->pairs.begin(), measured->pairs.end(), interferes)) {
     warnings = static_cast<std::uint16_t>(warnings | warning::kInterference);
   }
   if (std::any_of(measured->sweeps.begin(), measured->sweeps.end(), blocked)) {

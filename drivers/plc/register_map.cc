@@ -319,7 +319,7 @@ const std::array kMapFields = {
     // 400-427 probes, drift monitor, model, masters
     MapField{400, kU16, "loop_state", "bits",
              "state of the monitoring: bit 0 probes are recorded, 1 drift alarm, 2 a proposed "
-             "model waits for approval, 3 the drift reference is being collected, 4 diagnosis "
+             "model awaits approval, 3 the drift reference is being collected, 4 diagnosis "
              "running, 5 journal or diagnosis failed, 6 probes in quarantine, 7 drift reference "
              "rejected: its probes disagree, 8 state directory cannot be written",
              [](Source s) -> double {
@@ -327,8 +327,7 @@ const std::array kMapFields = {
              }},
     MapField{401, kU16, "model_applied", "", "version of the cell model in force",
              [](Source s) -> double { return s.environment.monitoring.model.applied; }},
-    MapField{402, kU16, "model_proposed", "",
-             "version of the model that waits for approval; 0: none",
+    MapField{402, kU16, "model_proposed", "", "version of the model that awaits approval; 0: none",
              [](Source s) -> double { return s.environment.monitoring.model.proposed; }},
     MapField{403, kU16, "model_declared", "", "version of the model declared in the cell file",
              [](Source s) -> double { return s.environment.monitoring.model.declared; }},

@@ -15,6 +15,31 @@ namespace {
 
 constexpr int kMaxEdgesPerReading = 1000;  // bounds a reading if the line chatters endlessly
 
+constexpr ZoomOption kGpioOptions[] = {
+    {.key = "chip",
+     .value = [](ZoomConnection& to) -> std::string& { return to.gpio.chip; },
+     .description = "for \"gpio\", like the next three: GPIO chip",
+     .example = "\"/dev/gpiochip0\"",
+     .required = true},
+    {.key = "line",
+     .value = [](ZoomConnection& to) -> int& { return to.gpio.line; },
+     .min = 0,
+     .max = 1023,
+     .description = "number of the line on the chip",
+     .example = "4",
+     .default_text = "none",
+     .required = true},
+    {.key = "active_low",
+     .value = [](ZoomConnection& to) -> bool& { return to.gpio.active_low; },
+     .description = "true: the line is inverted"},
+    {.key = "debounce_ms",
+     .value = [](ZoomConnection& to) -> double& { return to.gpio.debounce_s; },
+     .min = 0,
+     .max = 1000,
+     .to_si = kSecondPerMs,
+     .description = "debounce time"},
+};
+
 }  // namespace
 
 Result<std::unique_ptr<ZoomSensor>> GpioZoom::Create(const GpioOptions& options, Clock clock) {
@@ -104,6 +129,7 @@ const ZoomKind kGpioKind{
           return Result<std::string>(to.gpio.chip.starts_with('/') ? to.gpio.chip : "");
         },
     .remedy = "the udev rule 65-plumbline.rules grants access: run udevadm trigger",
-    .period_s = kQuickZoomPeriod_s};
+    .period_s = kQuickZoomPeriod_s,
+    .options = kGpioOptions};
 
 }  // namespace plumbline::zoom

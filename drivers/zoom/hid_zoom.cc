@@ -13,6 +13,22 @@
 namespace plumbline::zoom {
 namespace {
 
+constexpr ZoomOption kHidOptions[] = {
+    {.key = "timeout_ms",
+     .value = [](ZoomConnection& to) -> double& { return to.hid.timeout_s; },
+     .min = 10,
+     .max = 10000,
+     .to_si = kSecondPerMs},
+    {.key = "profile",
+     .value = FileOption{},
+     .description = "for \"hid\": a file in profiles/zoom",
+     .example = "\"computar-lensconnect\""},
+    {.key = "serial",
+     .value = [](ZoomConnection& to) -> std::string& { return to.hid.serial; },
+     .description = "for \"hid\": serial number, to tell two equal devices apart",
+     .example = "\"A1\""},
+};
+
 using Report = std::array<std::uint8_t, kMaxHidReportBytes + 1>;
 
 int Milliseconds(double left_s) {
@@ -154,6 +170,7 @@ const ZoomKind kHidKind{
                              to.hid.profile.product_id, to.hid.serial);
         },
     .device = [](const ZoomConnection&) { return Result<std::string>(""); },
-    .period_s = kQuickZoomPeriod_s};
+    .period_s = kQuickZoomPeriod_s,
+    .options = kHidOptions};
 
 }  // namespace plumbline::zoom

@@ -16,6 +16,13 @@ namespace {
 constexpr std::array<std::string_view, 7> kColumns = {
     "t_s", "zoom_counts", "focus_counts", "moving", "digital_zoom", "moved", "lost"};
 
+constexpr ZoomOption kReplayOptions[] = {
+    {.key = "file",
+     .value = FileOption{},
+     .description = "for \"replay\": recorded table t_s,zoom_counts,...",
+     .example = "\"zoom.csv\""},
+};
+
 std::string_view CutAt(std::string_view& rest, char separator) {
   const std::size_t end = rest.find(separator);
   const std::string_view piece = rest.substr(0, end);
@@ -132,6 +139,7 @@ const ZoomKind kReplayZoomKind{
     .make = [](const ZoomConnection& to) { return ReplayZoom::Create(to.replay, to.clock); },
     .identity = [](const ZoomConnection&) { return std::string(); },
     .device = [](const ZoomConnection&) { return Result<std::string>(""); },
-    .period_s = kQuickZoomPeriod_s};
+    .period_s = kQuickZoomPeriod_s,
+    .options = kReplayOptions};
 
 }  // namespace plumbline::zoom

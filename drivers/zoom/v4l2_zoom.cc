@@ -18,6 +18,13 @@
 namespace plumbline::zoom {
 namespace {
 
+constexpr ZoomOption kV4l2ZoomOptions[] = {
+    {.key = "device",
+     .value = [](ZoomConnection& to) -> std::string& { return to.v4l2.device; },
+     .required = true,
+     .camera_device = true},
+};
+
 bool HasControl(int fd, std::uint32_t id) {
   v4l2_queryctrl query{};
   query.id = id;
@@ -140,6 +147,7 @@ const ZoomKind kV4l2ZoomKind{
       return device->path;
     },
     .remedy = "plug in the camera; add the user to the group video",
-    .period_s = kQuickZoomPeriod_s};
+    .period_s = kQuickZoomPeriod_s,
+    .options = kV4l2ZoomOptions};
 
 }  // namespace plumbline::zoom

@@ -13,8 +13,8 @@ struct v4l2_event;
 namespace plumbline::zoom {
 
 struct V4l2ZoomOptions {
-  std::string device;      ///< path or camera name, see SelectV4l2Device()
-  double timeout_s = 0.1;  ///< how long Read() waits for a change
+  std::string device;                     ///< path or camera name, see SelectV4l2Device()
+  double timeout_s = kQuickZoomPeriod_s;  ///< how long Read() waits for a change
 };
 
 /// Decodes a zoom or focus change from an event into `reading`. @return true if it was one

@@ -34,6 +34,41 @@ const BaudRate* FindBaudRate(int baud) {
   return nullptr;
 }
 
+std::string_view BaudFault(ZoomConnection& to) {
+  return to.visca.baud == 9600 || to.visca.baud == 38400 ? "" : "is not 9600 or 38400";
+}
+
+constexpr ZoomOption kViscaOptions[] = {
+    {.key = "device",
+     .value = [](ZoomConnection& to) -> std::string& { return to.visca.device; },
+     .description = "for \"visca\", like the next four, and \"v4l2\": device",
+     .example = "\"/dev/serial/by-id/...\"",
+     .default_text = "for \"v4l2\": the camera's",
+     .required = true},
+    {.key = "baud",
+     .value = [](ZoomConnection& to) -> int& { return to.visca.baud; },
+     .min = 9600,
+     .max = 38400,
+     .description = "9600 or 38400 bit/s",
+     .fault = BaudFault},
+    {.key = "address",
+     .value = [](ZoomConnection& to) -> int& { return to.visca.address; },
+     .min = 1,
+     .max = visca::kMaxCameras,
+     .description = "VISCA address of the camera"},
+    {.key = "timeout_ms",
+     .value = [](ZoomConnection& to) -> double& { return to.visca.timeout_s; },
+     .min = 10,
+     .max = 10000,
+     .to_si = kSecondPerMs,
+     .description = "timeout of one request, also for \"hid\""},
+    {.key = "optical_max_counts",
+     .value = [](ZoomConnection& to) -> int& { return to.visca.optical_max_counts; },
+     .min = 1,
+     .max = 1 << 24,
+     .description = "end of the optical range; the digital zoom beyond it is never calibrated"},
+};
+
 /// Raw, 8N1, no flow control, modem lines ignored.
 bool ConfigureLine(int fd, int baud) {
   termios line{};
@@ -255,6 +290,7 @@ const ZoomKind kViscaKind{
     .make = [](const ZoomConnection& to) { return ViscaZoom::Create(to.visca, to.clock); },
     .identity = [](const ZoomConnection& to) { return to.visca.device; },
     .device = [](const ZoomConnection& to) { return Result<std::string>(to.visca.device); },
-    .remedy = "plug in the adapter; add the user to the group dialout"};
+    .remedy = "plug in the adapter; add the user to the group dialout",
+    .options = kViscaOptions};
 
 }  // namespace plumbline::zoom

@@ -2,15 +2,15 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "drivers/zoom/zoom.h"
+#include "drivers/zoom/zoom_option.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::zoom {
-
-struct ZoomConnection;
 
 struct ZoomKind {
   std::string_view name;  ///< as in the configuration
@@ -23,6 +23,8 @@ struct ZoomKind {
   /// Remedy if that file is missing or cannot be opened.
   const char* remedy = "";
   double period_s = kZoomPeriod_s;  ///< reading period, unless configured
+  /// Keys of the table [zoom]. Kinds may share a key; it then has the same type and range.
+  std::span<const ZoomOption> options = {};
 };
 
 }  // namespace plumbline::zoom

@@ -29,7 +29,7 @@ cog_mm = [0.0, 0.0, 60.0]
 [plc]
 listen = "127.0.0.1"
 port = {port}
-[loop]
+[monitoring]
 enabled = true
 reference_probes = 0
 diagnose = false

@@ -10,15 +10,15 @@ using namespace plumbline::config;
 namespace {
 
 MonitoringConfig Read(const std::string& lines, FaultList& faults) {
-  TomlDocument document("[loop]\n" + lines, "plumbline.toml", faults);
-  MonitoringConfig loop = MonitoringFromToml(*document.Root().Table("loop"));
+  TomlDocument document("[monitoring]\n" + lines, "plumbline.toml", faults);
+  MonitoringConfig loop = MonitoringFromToml(*document.Root().Table("monitoring"));
   document.ReportUnknownKeys();
   return loop;
 }
 
 }  // namespace
 
-TEST_CASE("[loop] is read, in SI") {
+TEST_CASE("[monitoring] is read, in SI") {
   FaultList faults;
   const MonitoringConfig loop = Read(
       "enabled = true\nsession = \"a\"\nprobe_sigma_mm = 0.1\nreference_probes = 30\n"
@@ -43,9 +43,9 @@ TEST_CASE("[loop] is read, in SI") {
   CHECK(loop.journal_bytes == 50'000'000);
 }
 
-TEST_CASE("each faulty field of [loop] gives its message") {
+TEST_CASE("each faulty field of [monitoring] gives its message") {
   const std::pair<const char*, const char*> cases[] = {
-      {"enabled = 1", "loop.enabled"},
+      {"enabled = 1", "monitoring.enabled"},
       {"session = \"a,b\"", "must not contain a comma"},
       {"probe_sigma_mm = 0.0", "outside 0.001..10"},
       {"reference_probes = 3", "too few"},
@@ -54,7 +54,7 @@ TEST_CASE("each faulty field of [loop] gives its message") {
       {"shift_mm = 1000.0", "outside 0.001..100"},
       {"probes_per_day = 0.0", "outside 0.01..86400"},
       {"false_alarms_per_year = 0.0", "outside 0.001..100"},
-      {"diagnose = \"yes\"", "loop.diagnose"},
+      {"diagnose = \"yes\"", "monitoring.diagnose"},
       {"probes_before_diagnosis = -1", "outside 0..10000"},
       {"diagnosis_timeout_s = 0.0", "outside 1..86400"},
       {"apply = \"always\"", "is not one of"},

@@ -28,7 +28,7 @@ std::string ConfigText(const std::string& robot, const std::string& folder, cons
   std::ofstream(folder + "/bodies.toml") << TagsText();
   return WithLine(DemoConfig(robot, "universal-robots-fine"), "", "state_directory",
                   "\"" + folder + "/state\"") +
-         "\n[loop]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
+         "\n[monitoring]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
          "[camera]\nkind = \"recorded\"\npath = \"" +
          folder +
          "/frames\"\nrepeat = true\n"

@@ -59,7 +59,7 @@ VirtualCellOptions CellOptions() {
 
 std::string Config(const RunningCell& cell) {
   return DemoConfig(cell.robot(), "generic") +
-         "\n[loop]\nenabled = true\nreference_probes = 0\nprobes_before_diagnosis = 28\n";
+         "\n[monitoring]\nenabled = true\nreference_probes = 0\nprobes_before_diagnosis = 28\n";
 }
 
 struct Station {

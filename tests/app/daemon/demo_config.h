@@ -16,12 +16,12 @@ inline std::string WithLine(std::string text, const std::string& section, const 
   return text.replace(at, text.find('\n', at) - at, key + " = " + value);
 }
 
-/// Without the demo's [loop]: a test adds its own.
+/// Without the demo's [monitoring]: a test adds its own.
 /// @param robot    "HOST:PORT" of the controller
 /// @param profile  name in config/profiles
 inline std::string DemoConfig(const std::string& robot, const std::string& profile) {
   std::string text = FileText("tests/virtual_cell/demo/plumbline.toml");
-  const auto loop = text.find("[loop]");
+  const auto loop = text.find("[monitoring]");
   text.erase(loop, text.find("\n[", loop) + 1 - loop);
   const std::string here = std::filesystem::current_path().string();
   const auto quoted = [](const std::string& path) { return "\"" + path + "\""; };

@@ -33,7 +33,7 @@ virtual_cell::VirtualCellOptions Idle() {
 std::string Config(const RunningCell& cell, const std::string& state) {
   return WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "", "state_directory",
                   "\"" + state + "\"") +
-         "\n[loop]\nenabled = true\nreference_probes = 0\ndiagnose = false\n";
+         "\n[monitoring]\nenabled = true\nreference_probes = 0\ndiagnose = false\n";
 }
 
 std::int64_t IntegerIn(const std::string& file, const char* sql) {

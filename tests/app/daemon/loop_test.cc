@@ -59,7 +59,7 @@ END
 )script";
 
 struct Options {
-  std::string loop;  ///< further lines of [loop]
+  std::string loop;  ///< further lines of [monitoring]
   std::string script = kTrueAnswer;
   std::string profile = "universal-robots-fine";
 };
@@ -71,7 +71,7 @@ std::string LoopConfigText(const std::string& robot, const std::string& loop,
     text = WithLine(text, "payload", "source", "\"fixed\"\nmass_kg = 60.0");
   }
   return text +
-         "\n[loop]\nenabled = true\nsession = \"day 1\"\nreference_probes = 0\n"
+         "\n[monitoring]\nenabled = true\nsession = \"day 1\"\nreference_probes = 0\n"
          "probes_before_diagnosis = 8\n" +
          loop;
 }
@@ -228,7 +228,7 @@ TEST_CASE(
   const Case cases[] = {
       {"ask", "", "`plumbline model apply 2 --state ", 1},
       {"within", "apply = \"automatic\"\nmax_change_mm = 100.0\n", "version 2 applied", 2},
-      {"too far", "apply = \"automatic\"\nmax_change_mm = 0.5\n", "loop.max_change_mm", 1},
+      {"too far", "apply = \"automatic\"\nmax_change_mm = 0.5\n", "monitoring.max_change_mm", 1},
   };
   for (const Case& c : cases) {
     CAPTURE(c.name);
@@ -463,7 +463,7 @@ TEST_CASE("after a kill the daemon restores the alarm from its journal") {
 }
 
 TEST_CASE("probes that cannot be recorded are refused, with the reason") {
-  SECTION("no [loop]") {
+  SECTION("no [monitoring]") {
     RunningCell cell(Idle());
     DaemonProcess daemon(DemoConfig(cell.robot(), "universal-robots-fine"));
     RegisterClient plc("plumblined", daemon.Plc(), 1, 10);

@@ -382,10 +382,10 @@ TEST_CASE("nothing is recorded in a directory that another daemon owns") {
   CHECK(Warns(other_cell, "belongs to another cell"));
   CHECK(as_of_disk() == before);
 
-  std::ofstream(applied.file) << text + "\n[loop]\nenabled = true\n";
+  std::ofstream(applied.file) << text + "\n[monitoring]\nenabled = true\n";
   config::FaultList loop;
   CHECK_FALSE(ReadConfigInForce(applied.file, loop, second));
-  CHECK_THAT(FaultsText(loop), Catch::Contains("[loop] cannot be enabled here"));
+  CHECK_THAT(FaultsText(loop), Catch::Contains("[monitoring] cannot be enabled here"));
 }
 
 TEST_CASE("an unrecorded cell file that cannot be recorded leaves the applied model in force") {

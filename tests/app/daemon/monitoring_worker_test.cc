@@ -253,7 +253,7 @@ TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until i
   CHECK(working.Logged("drift alarm: the residual of probes changed"));
 }
 
-TEST_CASE("once [loop] is disabled, the journal's status is no longer reported") {
+TEST_CASE("once [monitoring] is disabled, the journal's status is no longer reported") {
   config::MonitoringConfig loop;
   loop.diagnose = false;
   Working working(loop);
@@ -382,7 +382,7 @@ TEST_CASE(
         std::string::npos);
   facts.points_change_mm = 7.65;
   CHECK(AutomaticApplyObjection(facts, loop, true) ==
-        "it moves a configured point by 7.650 mm, loop.max_change_mm is 1");
+        "it moves a configured point by 7.650 mm, monitoring.max_change_mm is 1");
   facts.points_change_mm = 0.9;
   CHECK(AutomaticApplyObjection(facts, loop, true).empty());
 }

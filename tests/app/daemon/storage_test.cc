@@ -88,7 +88,7 @@ struct Station {
   explicit Station(const std::function<void(const std::string& folder)>& prepare)
       : daemon(WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "", "state_directory",
                         "\"" + mount_point.path() + "\"") +
-                   "\n[loop]\nenabled = true\nsession = \"day 1\"\n",
+                   "\n[monitoring]\nenabled = true\nsession = \"day 1\"\n",
                std::nullopt,
                [this, &prepare] {
                  if (!MountSmall(mount_point.path())) _exit(126);

@@ -64,7 +64,7 @@ struct Station {
     std::ofstream(folder.path() + "/bodies.toml") << TagsText();
     daemon.emplace(WithLine(DemoConfig(cell.robot(), "universal-robots-fine"), "",
                             "state_directory", "\"" + folder.path() + "/state\"") +
-                   "\n[loop]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
+                   "\n[monitoring]\nenabled = true\nreference_probes = 0\ndiagnose = false\n"
                    "probe_sigma_mm = 0.2\n" +
                    eyes[0].Table() + eyes[1].Table() + TagsTable(folder.path() + "/bodies.toml"));
     plc.emplace("plumblined", daemon->Plc(), 1, 10);
@@ -131,7 +131,7 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
   CHECK(rows[0].covariance_W->trace() < rows[1].covariance_W->trace());
   CHECK(rows[0].covariance_W->trace() < rows[2].covariance_W->trace());
   CHECK(
-      station.daemon->Awaits("probes by camera side are recorded, but not watched for drift: the "
+      station.daemon->Awaits("probes by camera side are recorded, but not monitored for drift: the "
                              "reference was taken by camera side+rear"));
 
   SECTION("the side one zooms: stale, then its other lens") {

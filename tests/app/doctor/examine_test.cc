@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "app/doctor/computer.h"
 #include "tests/app/cli/shell.h"
@@ -115,6 +116,10 @@ TEST_CASE("plumbline doctor reports faults in its exit code") {
   const Answer by_name = Shell("doctor --config " + here.file + " --json");
   CHECK(by_name.exit_code == 1);
   CHECK_THAT(by_name.output, Catch::Contains("\"what\": \"robot\""));
+  for (const auto& result : nlohmann::json::parse(answer.output)) {
+    CHECK_FALSE(result.at("detail").get<std::string>().empty());
+    CHECK(result.at("told") == result.at("detail"));
+  }
 }
 
 TEST_CASE("an unreachable broker and a missing password file are faults") {
