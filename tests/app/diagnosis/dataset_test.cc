@@ -145,7 +145,7 @@ TEST_CASE(
   for (table::MeasuredRow& row : data.table.rows) {
     for (double& q : row.q) q = 1e-3 * std::round(q / 1e-3);
   }
-  CHECK(noted("are multiples of 0.0573 deg (1 mrad), though 6 decimals are written"));
+  CHECK(noted("are multiples of 0.0573 deg (1 mrad), although 6 decimals are written"));
   CHECK(noted("mm at the tool (95 %)"));
   CHECK(noted("add the column q_step_deg with 0.0572958 in every row"));
   data.table.recorded.q_step = true;

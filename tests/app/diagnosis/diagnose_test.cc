@@ -259,7 +259,7 @@ TEST_CASE("effects below the joint resolution are not identified, and a note say
           diagnosis->notes.begin(), diagnosis->notes.end(),
           [&](const std::string& note) { return note.find(words) != std::string::npos; });
     };
-    CHECK(noted("steps of 1 mrad"));
+    CHECK(noted("have a resolution of 1 mrad"));
     CHECK(noted("can be detected"));
   }
   CHECK(named == 0);
