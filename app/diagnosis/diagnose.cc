@@ -397,6 +397,20 @@ double VarianceBetweenRivals(const Diagnosis& diagnosis) {
   return most_m2;
 }
 
+/// Growth with the distance d from the measured poses, per radian and axis, of the difference
+/// between the answer and its rivals: least squares of their squared distance on d^2. On the rows
+/// they agree, so held-out rows do not show it.
+double GrowthBetweenRivals(const std::vector<RivalSeparation>& separations,
+                           const kinematics::PoseDistance& from, double axes) {
+  double along_m2 = 0, squares = 0;
+  for (const RivalSeparation& at : separations) {
+    const double d2 = std::pow(from.Of(at.q), 2);
+    along_m2 += d2 * at.distance_m * at.distance_m / axes;
+    squares += d2 * d2;
+  }
+  return squares > 0 ? std::sqrt(along_m2 / squares) : 0;
+}
+
 /// Adds the expected residuals of new points, near the measured poses and far from them.
 void AddSpread(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
@@ -407,20 +421,24 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   }
   diagnosis.domain.residual_sigma_m = spread->near_m;
   diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
-  // Half a turn away, where d is 2, it would add less than 0.5 %.
-  constexpr double kNegligible = 0.05;
-  if (spread->distant_m < kNegligible * spread->near_m) return;
-  diagnosis.domain.distant_sigma_m = spread->distant_m;
   FitRows accepted;
   for (const RowIndex row : task.data.row_indices()) {
     if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
   }
   const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
-  diagnosis.domain.poses = StoredPoses(cell, task.data, accepted);
+  const std::vector<model::JointVector> poses = StoredPoses(cell, task.data, accepted);
+  const kinematics::PoseDistance from = DistanceFrom(cell, poses);
+  spread->distant_m = std::hypot(
+      spread->distant_m,
+      GrowthBetweenRivals(diagnosis.rival_separations, from, task.data.lengths_per_row()));
+  // Half a turn away, where d is 2, it would add less than 0.5 %.
+  constexpr double kNegligible = 0.05;
+  if (spread->distant_m < kNegligible * spread->near_m) return;
+  diagnosis.domain.distant_sigma_m = spread->distant_m;
+  diagnosis.domain.poses = poses;
   if (!spread->declared_m) return;
   diagnosis.domain.declared_sigma_m = spread->declared_m;
-  const kinematics::PoseDistance kept = DistanceFrom(cell, diagnosis.domain.poses);
-  diagnosis.domain.reach_rad = ReachOf(kept, task.data, accepted);
+  diagnosis.domain.reach_rad = ReachOf(from, task.data, accepted);
   AddDeclaredFrames(task.data, declared, diagnosis);
 }
 

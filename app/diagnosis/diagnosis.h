@@ -102,6 +102,12 @@ struct NextPose {
   model::JointVector qd{}, qdd{};  ///< at the moment of measurement; empty if irrelevant
 };
 
+/// How far apart the answer and its rivals are at a pose that was not measured.
+struct RivalSeparation {
+  model::JointVector q;   ///< [rad] or [m]
+  double distance_m = 0;  ///< largest of all rivals, each refitted to the rows
+};
+
 struct HeldOutError {
   std::string by;                            ///< "blocks of time", "sessions", ..
   double before_m = 0, after_m = 0;          ///< 3-D RMS
@@ -142,7 +148,8 @@ struct Diagnosis {
   /// Alternative drivers of an empirical term; each is among the rivals.
   std::vector<std::vector<std::string>> rival_drivers;
   std::vector<NextPose> next_poses;
-  bool next_poses_separate_all = false;  ///< from the answer and from each other
+  std::vector<RivalSeparation> rival_separations;  ///< at random poses; empty without rivals
+  bool next_poses_separate_all = false;            ///< from the answer and from each other
   std::map<std::string, double>
       minimum_detectable_m;  ///< 3-D RMS over the rows, by id (detectable.h)
   double rms_before_m = 0, rms_after_m = 0;

@@ -16,7 +16,7 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr int kMaxRows = 300;  // a judgement; limits the computing time for large tables
+constexpr int kMaxSearchedRows = 300;  // a judgement; limits the computing time for large tables
 
 double ResidualSigma(const Identified& found) {
   return RobustSigma(found.fit.data, ResidualsOf(*found.linear));
@@ -162,7 +162,7 @@ std::optional<std::string> HiddenMistake(const Identified& found, const Diagnosi
                                          const Progress& progress) {
   if (!(found.fit.data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
   const std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
-  const Dataset subset = SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kMaxRows));
+  const Dataset subset = SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kMaxSearchedRows));
   const std::vector<Corrected> promising = PromisingMistakes(found, mistakes, subset, options);
   if (promising.empty()) return std::nullopt;
   const std::size_t searches = promising.size() + 1;
@@ -190,7 +190,7 @@ std::optional<std::string> HiddenUnitChange(const Dataset& data, const Diagnosis
   if (!(data.sigma_m > 0)) return std::nullopt;
   constexpr std::size_t kFewEffects = 3;
   const std::vector<Mistake> mistakes = UnitChanges(data);
-  const Dataset subset = SelectRows(data, EvenlySpacedRows(data, kMaxRows));
+  const Dataset subset = SelectRows(data, EvenlySpacedRows(data, kMaxSearchedRows));
   const std::size_t searches = 2 * mistakes.size();
   const double choice_cost = 2 * std::log(std::max(1.0, static_cast<double>(mistakes.size())));
   for (std::size_t k = 0; k < mistakes.size(); ++k) {

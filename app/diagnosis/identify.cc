@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/elimination.h"
 #include "app/diagnosis/event_outliers.h"
+#include "app/diagnosis/line_aliases.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/row_correlation.h"
 #include "app/diagnosis/thresholds.h"
@@ -226,7 +227,10 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     const bool converged = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
                            std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
                            before == found.fit.weights;
-    if (same_support && converged) return found;  // its chi2 and costs refer to the current noise
+    if (same_support && converged) {  // its chi2 and costs refer to the current noise
+      AddLineAliases(*found.candidate_set, found.best, found.ranked);
+      return found;
+    }
     found.fit.sigma_m = sigma;
     found.fit.row_correlation = correlation;
   }
@@ -236,6 +240,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
   found.refit = *refit;
   found.model = refit->model;
   if (const auto fault = linearise()) return Error{*fault};
+  AddLineAliases(*found.candidate_set, found.best, found.ranked);
   return found;
 }
 

@@ -83,13 +83,21 @@ std::vector<const Block*> BlocksOf(const DesignTask& task) {
   return blocks;
 }
 
+/// At random poses within the measured range.
+std::vector<RivalSeparation> SeparationsOf(const DesignTask& task, const DesignSpace& space) {
+  constexpr std::size_t kPoints = 200;
+  std::vector<DesignPoint> points = RandomPoints(space);
+  if (points.size() > kPoints) points.resize(kPoints);
+  return SequentialDesign(task, space).SeparationsAt(points);
+}
+
 }  // namespace
 
 void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
                   const PerRow<double>& weights, const Explanation& answer,
                   const std::vector<Explanation>& rivals, const DiagnosisOptions& options,
                   Diagnosis& diagnosis) {
-  if (rivals.empty() || options.next_poses <= 0) return;
+  if (rivals.empty()) return;
   const Dataset& data = candidate_set.problem().data();
   const FitRows accepted = AcceptedRows(weights);
   if (accepted.empty()) return;
@@ -99,6 +107,8 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
   task.poses = options.next_poses;
   task.threads = options.threads;
   DesignSpace space = DesignSpaceOf(task.rows, BlocksOf(task));
+  diagnosis.rival_separations = SeparationsOf(task, space);
+  if (options.next_poses <= 0) return;
   const std::vector<double> seen = space.payloads_kg;
   PoseDesign design = SequentialDesign(task, space).Run();
   space.payloads_kg = PayloadsWithZero(data, seen);

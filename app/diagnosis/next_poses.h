@@ -12,7 +12,7 @@ namespace plumbline::diagnosis {
 /// @param answer, rivals  explanations by columns of `candidate_set`; the scores of the rivals are
 /// those of
 ///                        their nonlinear refits
-/// @param diagnosis       receives next_poses, next_poses_separate_all and notes
+/// @param diagnosis       receives rival_separations, next_poses, next_poses_separate_all and notes
 void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
                   const PerRow<double>& weights, const Explanation& answer,
                   const std::vector<Explanation>& rivals, const DiagnosisOptions& options,

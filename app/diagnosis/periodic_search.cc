@@ -184,6 +184,36 @@ std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, const JointRows& r
   return PeaksOf(GainsAlong(problem, rows, joint, step), joint, step);
 }
 
+/// The spectral window of the rows, |sum_i w_i exp(i c q_i)| / sum_i w_i with the squared carrier
+/// as weight: 1 at the cycles c that a line may gain or lose without changing at any row.
+Eigen::ArrayXd SpectralWindow(const JointRows& rows, double first, double step,
+                              Eigen::Index steps) {
+  const Eigen::ArrayX2d sums = LineSums(rows.q, rows.square, first, step, steps);
+  return sums.square().rowwise().sum().sqrt() / std::max(rows.square.sum(), 1e-300);
+}
+
+/// The maxima of the spectral window at which lines cannot be told apart, beyond the resolution of
+/// the range itself.
+std::vector<double> IndistinctShifts(const JointRows& rows, double resolution) {
+  // A line at such a shift leaves at most 1 - 0.97^2 = 6 % of the chi2 that the true one explains;
+  // whether that rules it out is for its refit to decide.
+  constexpr double kIndistinct = 0.97, kStepsOfWindow = 12;
+  constexpr int kRefinement = 16;
+  const double step = resolution / kStepsOfWindow, first = 2 * resolution;
+  const auto steps = static_cast<Eigen::Index>((2 * kMaxCycles - first) / step);
+  if (steps < 3) return {};
+  const Eigen::ArrayXd window = SpectralWindow(rows, first, step, steps);
+  std::vector<double> shifts;
+  for (Eigen::Index k = 1; k + 1 < steps; ++k) {
+    if (window[k] < window[k - 1] || window[k] < window[k + 1] || window[k] < 0.9) continue;
+    const double fine = step / kRefinement, from = first + step * static_cast<double>(k) - step;
+    Eigen::Index at = 0;
+    const double highest = SpectralWindow(rows, from, fine, 2 * kRefinement + 1).maxCoeff(&at);
+    if (highest >= kIndistinct) shifts.push_back(from + fine * static_cast<double>(at));
+  }
+  return shifts;
+}
+
 /// Refines the cycles of a line, with the free frames projected out.
 Peak Refined(const LinearProblem& problem, const JointRows& rows, Peak peak) {
   constexpr int kHalvings = 6;
@@ -330,6 +360,26 @@ class BalanceSearch final : public ShapeSearch {
 };
 
 }  // namespace
+
+std::vector<double> AliasedCycles(const LinearProblem& problem, const PeriodicLine& line) {
+  const double span = problem.JointSpan(line.joint);
+  if (!(span > kMinSpan_rad)) return {};
+  const JointRows rows(problem, line.joint, problem.response());
+  std::vector<double> cycles;
+  for (const double shift : IndistinctShifts(rows, ResolutionOf(span))) {
+    for (const double other :
+         {std::abs(shift - line.cycles_per_turn), shift + line.cycles_per_turn}) {
+      if (other >= kMinCycles && other <= kMaxCycles) cycles.push_back(other);
+    }
+  }
+  std::sort(cycles.begin(), cycles.end());
+  return cycles;
+}
+
+Block LineAt(const Block& line, double cycles) {
+  const PeriodicLine of = LineOf(line).value();
+  return PeriodicBlock(of.joint, cycles, line.trials);
+}
 
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                                         const Eigen::VectorXd& residual) {

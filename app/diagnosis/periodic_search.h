@@ -20,4 +20,11 @@ const ShapeSearch& CounterbalanceSearch();
 std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                                         const Eigen::VectorXd& residual);
 
+/// Cycles per turn, from 0.5 to 400 and ascending, of lines that the rows cannot distinguish from
+/// this one because the readings of its joint are equally spaced (line_aliases.h).
+std::vector<double> AliasedCycles(const LinearProblem& problem, const PeriodicLine& line);
+
+/// The block of a line with other cycles per turn, of the same joint and number of trials.
+Block LineAt(const Block& line, double cycles);
+
 }  // namespace plumbline::diagnosis

@@ -110,6 +110,18 @@ std::vector<double> SequentialDesign::Values(const std::vector<DesignPoint>& poi
   return batch ? Values(points, *batch) : std::vector<double>(points.size(), 0.0);
 }
 
+std::vector<RivalSeparation> SequentialDesign::SeparationsAt(
+    const std::vector<DesignPoint>& points) const {
+  std::vector<RivalSeparation> separations;
+  const std::optional<Batch> batch = Linearised(points);
+  if (!batch) return separations;
+  for (const RowIndex row : batch->rows.row_indices()) {
+    separations.push_back(
+        {points[row.offset()].q, discrimination_.LargestDistance(batch->rows, batch->linear, row)});
+  }
+  return separations;
+}
+
 DesignPoint SequentialDesign::Improved(const DesignPoint& point) const {
   DesignPoint best = point;
   double value = Values({best}).front();

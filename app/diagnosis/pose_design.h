@@ -43,6 +43,10 @@ class SequentialDesign {
   /// Nachtsheim 1995, Technometrics 37(1)].
   DesignPoint Improved(const DesignPoint& point) const;
 
+  /// Distance between the answer and its rivals at each of these points; empty if the sagged
+  /// posture of one does not converge.
+  std::vector<RivalSeparation> SeparationsAt(const std::vector<DesignPoint>& points) const;
+
   /// Proposes poses until none has enough value. After all explanations are separated, further
   /// poses confirm the result; these are not improved by exchange.
   PoseDesign Run();

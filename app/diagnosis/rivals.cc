@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
 
@@ -23,6 +24,16 @@ struct Exchange {
 
   // NOLINTNEXTLINE(modernize-use-nullptr)
   friend auto operator<=>(const Exchange&, const Exchange&) = default;
+};
+
+/// An exchange, and the joint and rounded cycles per turn of every line put in place. Explanations
+/// of one trial are alike, so one of them is refitted.
+struct Trial {
+  Exchange exchange;
+  std::vector<std::pair<int, int>> lines;
+
+  // NOLINTNEXTLINE(modernize-use-nullptr)
+  friend auto operator<=>(const Trial&, const Trial&) = default;
 };
 
 /// nullopt if the other explanation has more effects, or differs in none.
@@ -53,6 +64,65 @@ std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
   return scope;
 }
 
+Trial TrialOf(const CandidateSet& candidate_set, const Explanation& other,
+              const Exchange& exchange) {
+  constexpr double kRounding = 4;  // cycles per turn
+  Trial trial{exchange, {}};
+  for (const BlockIndex block : other.blocks) {
+    const Block& of = candidate_set.blocks()[block];
+    const std::optional<PeriodicLine> line = LineOf(of);
+    const auto& instead = exchange.instead;
+    if (!line || std::find(instead.begin(), instead.end(), KeyOf(of)) == instead.end()) continue;
+    trial.lines.emplace_back(line->joint,
+                             static_cast<int>(std::lround(line->cycles_per_turn / kRounding)));
+  }
+  return trial;
+}
+
+/// An effect, its line in the answer, and the line of the same joint that an explanation has in its
+/// place.
+struct LineExchange {
+  EffectKey key;
+  PeriodicLine own, instead;
+};
+
+/// Lines of one joint that are closer than this are one line that the search located twice.
+constexpr double kMinSeparation = 2;  // cycles per turn
+
+bool IsSameLine(const PeriodicLine& a, const PeriodicLine& b) {
+  return a.joint == b.joint && std::abs(a.cycles_per_turn - b.cycles_per_turn) < kMinSeparation;
+}
+
+bool Contains(const std::vector<PeriodicLine>& lines, const PeriodicLine& line) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const PeriodicLine& other) { return IsSameLine(line, other); });
+}
+
+/// The lines that these rows cannot distinguish from this one (line_aliases.h).
+std::vector<PeriodicLine> AliasesOf(const LinearProblem& problem, const PeriodicLine& line) {
+  std::vector<PeriodicLine> aliases;
+  for (const double cycles : AliasedCycles(problem, line)) {
+    aliases.push_back({line.joint, cycles, line.amplitude_rad});
+  }
+  return aliases;
+}
+
+/// nullopt unless one line is all that the explanations differ in.
+std::optional<LineExchange> LineExchangeOf(const CandidateSet& candidate_set,
+                                           const Explanation& answer, const Explanation& other) {
+  std::vector<BlockIndex> own, instead;
+  std::set_difference(answer.blocks.begin(), answer.blocks.end(), other.blocks.begin(),
+                      other.blocks.end(), std::back_inserter(own));
+  std::set_difference(other.blocks.begin(), other.blocks.end(), answer.blocks.begin(),
+                      answer.blocks.end(), std::back_inserter(instead));
+  if (own.size() != 1 || instead.size() != 1) return std::nullopt;
+  const std::optional<PeriodicLine> line = LineOf(candidate_set.blocks()[own.front()]);
+  const std::optional<PeriodicLine> other_line = LineOf(candidate_set.blocks()[instead.front()]);
+  if (!line || !other_line || line->joint != other_line->joint || IsSameLine(*line, *other_line))
+    return std::nullopt;
+  return LineExchange{KeyOf(candidate_set.blocks()[own.front()]), *line, *other_line};
+}
+
 class RivalSearch {
  public:
   RivalSearch(const FindingsContext& context, const Model& model, Diagnosis& diagnosis)
@@ -62,23 +132,21 @@ class RivalSearch {
         answer_(EffectKeys(context.candidate_set, context.best)),
         own_(Linearise(context.problem.data, model, false, context.options.threads)) {}
 
-  /// Refits an explanation, unless one with the same exchange was refitted before.
+  /// Refits an explanation, unless one of the same trial was refitted before.
   void Consider(const Explanation& other) {
     const std::optional<Exchange> exchange =
         ExchangeOf(answer_, EffectKeys(context_.candidate_set, other));
-    if (!exchange || refitted_.contains(*exchange)) return;
+    if (!exchange) return ConsiderLine(other);
+    const Trial trial = TrialOf(context_.candidate_set, other, *exchange);
+    if (refitted_.contains(trial)) return;
     if (refitted_.size() >= kMaxRefits) {
-      skipped_.insert(*exchange);
+      skipped_.insert(trial);
       return;
     }
-    Model start = model_;
-    start.effects = EffectsFrom(context_.problem.data, context_.candidate_set.blocks(),
-                                context_.candidate_set.CoefficientsOf(other));
-    const Result<Refit> refit = RefitModel(context_.problem, start, {kRivalIterations});
+    const Result<Refit> refit = Refitted(other);
     if (!refit) return;
-    refitted_.insert(*exchange);
-    const double gap =
-        refit->chi2 + CostOf(other) - (context_.searched_chi2 + CostOf(context_.best));
+    refitted_.insert(trial);
+    const double gap = GapOf(other, *refit);
     if (gap > kRivalGap) {
       const bool by_size = gap - (other.prior - context_.best.prior) <= kRivalGap;
       if (by_size) {
@@ -87,8 +155,7 @@ class RivalSearch {
       return;
     }
     Add(*exchange, other, refit->model, gap);
-    found_.push_back(other);
-    found_.back().score = context_.best.score + gap;
+    Keep(other, gap);
   }
 
   std::vector<Explanation> Found() && {
@@ -96,6 +163,9 @@ class RivalSearch {
       diagnosis_.notes.push_back(fmt::format(
           "{} possible rivals were refitted; {} more scored close enough but were skipped",
           kMaxRefits, skipped_.size()));
+    }
+    for (const std::vector<PeriodicLine>& lines : aliased_) {
+      if (lines.size() > 1) diagnosis_.notes.push_back(AliasesText(lines));
     }
     for (const Rival& rival : diagnosis_.rivals) too_large_.erase(rival.id);
     if (!too_large_.empty()) {
@@ -110,6 +180,74 @@ class RivalSearch {
   }
 
  private:
+  Result<Refit> Refitted(const Explanation& other) const {
+    Model start = model_;
+    start.effects = EffectsFrom(context_.problem.data, context_.candidate_set.blocks(),
+                                context_.candidate_set.CoefficientsOf(other));
+    return RefitModel(context_.problem, start, {kRivalIterations});
+  }
+
+  double GapOf(const Explanation& other, const Refit& refit) const {
+    return refit.chi2 + CostOf(other) - (context_.searched_chi2 + CostOf(context_.best));
+  }
+
+  void Keep(const Explanation& other, double gap) {
+    found_.push_back(other);
+    found_.back().score = context_.best.score + gap;
+  }
+
+  /// Adds an explanation that differs only in having an alias in place of one line.
+  void ConsiderLine(const Explanation& other) {
+    const std::optional<LineExchange> exchange =
+        LineExchangeOf(context_.candidate_set, context_.best, other);
+    if (!exchange) return;
+    const PeriodicLine &own = exchange->own, &instead = exchange->instead;
+    std::vector<PeriodicLine>& found = AliasesFoundOf(own);
+    if (Contains(found, instead)) return;
+    if (!Contains(AliasesOf(context_.candidate_set.problem(), own), instead)) return;
+    const Result<Refit> refit = Refitted(other);
+    if (!refit) return;
+    const double gap = GapOf(other, *refit);
+    if (gap > kRivalGap) return;
+    found.push_back(instead);
+    Rival& rival = diagnosis_.rivals.emplace_back();
+    rival.instead_of = rival.id = exchange->key.id;
+    rival.instead_of_word = exchange->key.word;
+    rival.word = CyclesText(instead) + " cycles per turn";
+    rival.scope = {JointName(own)};
+    rival.evidence_gap = gap;
+    rival.shift_W = ShiftsOf(refit->model);
+    Keep(other, gap);
+  }
+
+  /// Those found so far, beginning with the line itself.
+  std::vector<PeriodicLine>& AliasesFoundOf(const PeriodicLine& own) {
+    for (std::vector<PeriodicLine>& lines : aliased_) {
+      if (IsSameLine(lines.front(), own)) return lines;
+    }
+    return aliased_.emplace_back(1, own);
+  }
+
+  static std::string AliasesText(std::vector<PeriodicLine> lines) {
+    std::sort(lines.begin(), lines.end(), [](const PeriodicLine& a, const PeriodicLine& b) {
+      return a.cycles_per_turn < b.cycles_per_turn;
+    });
+    std::vector<std::string> cycles;
+    for (const PeriodicLine& line : lines) cycles.push_back(CyclesText(line));
+    return fmt::format(
+        "the readings of {} are equally spaced, so that errors of {} cycles per turn are alike at "
+        "every row but not between the rows: measure poses at which this joint is off the grid",
+        JointName(lines.front()), Listed(cycles, "or"));
+  }
+
+  static std::string CyclesText(const PeriodicLine& line) {
+    return fmt::format("{:.3g}", line.cycles_per_turn);
+  }
+
+  static std::string JointName(const PeriodicLine& line) {
+    return fmt::format("q{}", line.joint + 1);
+  }
+
   void Add(const Exchange& exchange, const Explanation& other, const Model& theirs, double gap) {
     const std::vector<Vec3> shifts_W = ShiftsOf(theirs);
     for (const EffectKey& lacking : exchange.lacking) {
@@ -146,7 +284,8 @@ class RivalSearch {
   Diagnosis& diagnosis_;
   const std::vector<EffectKey> answer_;
   const Result<Linearisation> own_;
-  std::set<Exchange> refitted_, skipped_;
+  std::set<Trial> refitted_, skipped_;
+  std::vector<std::vector<PeriodicLine>> aliased_;  ///< each begins with a line of the answer
   std::set<std::string> too_large_;  ///< effects ruled out by their size alone
   std::set<std::pair<EffectKey, EffectKey>> named_;
   std::vector<Explanation> found_;

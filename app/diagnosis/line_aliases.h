@@ -1,0 +1,17 @@
+// Aliases of spectral lines along a joint whose readings are equally spaced.
+#pragma once
+
+#include "app/diagnosis/candidate_set.h"
+
+namespace plumbline::diagnosis {
+
+/// Readings of a joint that are multiples of 2 pi / n apart cannot distinguish c cycles per turn
+/// from |m n - c| or m n + c for any integer m: on these readings the lines are equal, between them
+/// they are not. Adds, for every line of the answer and of the explanations that score nearly as
+/// well, the explanations with the slowest such lines in its place; `ranked` remains sorted by
+/// score. Nothing is added if the readings are spread.
+/// @param best  the answer, by columns of `candidate_set`
+void AddLineAliases(CandidateSet& candidate_set, const Explanation& best,
+                    std::vector<Explanation>& ranked);
+
+}  // namespace plumbline::diagnosis
