@@ -31,10 +31,10 @@ struct TagCheckSettings {
 
 enum class TagVerdict {
   kNotVisible,   ///< fewer than two tags; with a baseline: none of its tags
-  kGood,         ///< noise explains every corner
+  kGood,         ///< noise explains every corner, except those of the tags in `excluded`
   kCameraMoved,  ///< the tags moved as one rigid body: `X_CK` is new, the lens remains valid
   kZoomDrifted,  ///< a change of focal length alone explains the corners: `log_focal`
-  kBad,          ///< neither explains them
+  kBad,          ///< no hypothesis explains them
 };
 
 struct TagJudgement {

@@ -12,9 +12,8 @@ namespace plumbline::camera {
 /// Fisher information about the shared parameters from a view of the board at X_CK, whose pose is
 /// estimated too:
 ///   (sum J_s^T J_s - J_s^T J_p (J_p^T J_p)^-1 J_p^T J_s) / sigma^2
-/// @return  nullopt if a corner is behind the camera or more than a tenth of the corners are
-/// outside
-///          the image
+/// @return  nullopt if a corner is behind the camera or more than a tenth of the corners lie
+///          outside the image
 std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
                                                     const lens::SharedVector& shared,
                                                     const Pose& X_CK, lens::ImageSize size,

@@ -193,8 +193,7 @@ std::string DomainText(const std::optional<model::Domain>& domain) {
   if (domain->declared_sigma_m) {
     return fmt::format(
         "declared; points deviate by {:.3g} mm at the measured poses and by up to {:.3g} mm far "
-        "from "
-        "them, where the correction fades (one sigma, one axis)",
+        "from them, where the correction fades (one sigma, one axis)",
         *domain->residual_sigma_m / kMetrePerMm,
         std::hypot(*domain->residual_sigma_m, *domain->declared_sigma_m) / kMetrePerMm);
   }

@@ -142,8 +142,8 @@ int Export(const JournalOptions& options) {
                 kExitUsage);
   }
   std::cerr << fmt::format(
-      "{}: {} rows; t_s of probes is 0 at {} (diagnose --time-zero); the robot's "
-      "moves between probes are not recorded (diagnose --order-unknown)\n",
+      "{}: {} rows. For plumbline diagnose, give --time-zero {} if the rows are probes, and "
+      "--order-unknown, because moves between probes are not recorded\n",
       to_output ? "standard output" : options.file, exported.ids.size(),
       config::TextFromUtc(journal.value().EpochUtc_s()));
   return kExitOk;

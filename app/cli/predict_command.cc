@@ -21,7 +21,7 @@
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/uncertainty.h"
-#include "firmware-like/effects/open_moment.h"
+#include "firmware-like/effects/event_time_uncertainty.h"
 
 namespace plumbline::cli {
 namespace {
@@ -56,22 +56,25 @@ std::optional<std::string> UnknownFrameProblem(const PredictOptions& options,
   const model::Measurement& measurement = cell.measurement;
   if (!options.align.empty() || !cell.sessions.empty()) return std::nullopt;
   if (measurement.frame_known && measurement.tool_known) return std::nullopt;
-  const char* free = measurement.tool_known    ? "frame = \"unaligned\""
-                     : measurement.frame_known ? "tool = \"unknown\""
-                                               : "frame = \"unaligned\" and tool = \"unknown\"";
+  const char* free = "frame = \"unaligned\" and tool = \"unknown\"";
+  const char* missing = "base pose and tool tip";
+  if (measurement.tool_known) {
+    free = "frame = \"unaligned\"", missing = "base pose";
+  } else if (measurement.frame_known) {
+    free = "tool = \"unknown\"", missing = "tool tip";
+  }
   return fmt::format(
-      "{}: [measurement] has {}, and there is no [[session]] with their values, so the tip in the "
+      "{}: [measurement] has {} and no [[session]] supplies the missing {}, so the tip in the "
       "instrument's frame is unknown. Give measured rows with --align MEASURED.csv, or predict "
-      "with "
-      "the corrected cell of `plumbline diagnose`",
-      options.cell, free);
+      "with the corrected cell of `plumbline diagnose`",
+      options.cell, free, missing);
 }
 
 /// True if it is unknown whether an event of the model has happened at this moment.
 bool EventStateUnknown(const deflection::LoadedArm& arm, const effects::Conditions& moment) {
   return std::any_of(arm.effects().begin(), arm.effects().end(),
                      [&](const effects::ActiveEffect& effect) {
-                       return effects::AmbiguousTimeOfEvent(effect, moment).has_value();
+                       return effects::UncertaintyOfEventTime(effect, moment).has_value();
                      });
 }
 
@@ -277,8 +280,7 @@ int Run(const PredictOptions& options) {
   if (poses->unreadable_lines.empty()) return kExitOk;
   std::cerr << fmt::format(
       "{}: {} could not be read and are missing in the output, whose rows therefore no longer "
-      "match "
-      "those of the input; fix the poses and predict again\n",
+      "match those of the input; fix the poses and predict again\n",
       options.poses, LinesText(poses->unreadable_lines));
   return kExitFault;
 }

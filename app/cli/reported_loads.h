@@ -1,4 +1,5 @@
-// Payloads known to be reported by the robot, for configurations with payload source "robot".
+// Payloads that the robot reports now or has reported (registers, journal), for payload source
+// "robot".
 #pragma once
 
 #include <vector>

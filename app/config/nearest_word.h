@@ -10,7 +10,7 @@ namespace plumbline::config {
 /// The nearest of `known` by edit distance; a missing or different unit suffix counts as one edit
 /// ("sigma" or "sigma_m" for "sigma_mm").
 /// @param share  largest edit distance as a share of the word's length; two edits are always
-/// allowed
+///               allowed
 /// @return       empty if no word is near
 std::string NearestWord(std::string_view word, const std::vector<std::string>& known, double share);
 

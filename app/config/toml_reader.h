@@ -97,8 +97,7 @@ class TomlTable {
   std::vector<TomlTable> TableOrTables(std::string_view key) const;
 
   /// Adds the fault or warning `<value of key> <what>` at the key's line; if the key is absent,
-  /// only
-  /// `<what>` at the table's line.
+  /// only `<what>` at the table's line.
   void AddFault(std::string_view key, std::string_view what) const;
   void AddWarning(std::string_view key, std::string_view what) const;
   /// Adds the fault that the key is missing; `expected` describes what to write.

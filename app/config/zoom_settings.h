@@ -1,4 +1,4 @@
-// Keys of [zoom] that the zoom sensor kinds declare.
+// Keys of [zoom] that depend on the kind of sensor; each kind declares its own.
 #pragma once
 
 #include <span>
@@ -9,8 +9,9 @@
 
 namespace plumbline::config {
 
-/// Lists the keys of all kinds, each key once.
-/// @param selected_kind  name of the kind whose required keys are required; empty: none
+/// Lists the keys of all kinds, each key once. Only those that the configured kind needs are
+/// required.
+/// @param selected_kind  name of the configured kind; empty if none is configured
 void ListKindKeys(Settings& keys, std::span<const zoom::ZoomKind* const> kinds,
                   std::string_view selected_kind, zoom::ZoomConnection& connection);
 

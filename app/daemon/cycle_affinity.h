@@ -16,7 +16,8 @@ namespace plumbline::daemon {
 /// back.
 class CycleAffinity {
  public:
-  /// Release if no cycle ran for this time [s] and this number of periods.
+  /// Both threads are released if no cycle ran for the longer of kTimeout_s and kTimeoutPeriods
+  /// periods.
   static constexpr double kTimeout_s = 0.3, kTimeoutPeriods = 3;
 
   struct CycleCount {

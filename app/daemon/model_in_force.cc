@@ -229,9 +229,8 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, config::
   };
   if (running && !running->owns_directory && config.loop.enabled) {
     return refuse(
-        "another plumblined uses it, so [monitoring] cannot be enabled here. Give this daemon its "
-        "own "
-        "state_directory and restart it");
+        "another plumblined uses it, so [monitoring] cannot be enabled here. Give this daemon "
+        "its own state_directory and restart it");
   }
   Result<model_store::ModelStore> store = model_store::ModelStore::Open(directory);
   if (!store) {

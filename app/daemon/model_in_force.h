@@ -29,16 +29,21 @@ struct RunningDaemon {
 /// Reads the configuration, records its cell file in the model store of its state directory, and
 /// reads it again with the applied version if that is another one.
 ///
-/// A version that is in the store but cannot be read is never replaced by the cell file: that is a
-/// fault. A store that is missing or cannot be written is a warning: the cell file is in force
-/// then, or the version that was applied to it. Two cases are faults at a reload, while at the
-/// start the cell file is used, with `set_aside`: a store that cannot be opened although it may
-/// hold an applied version, and one that has become empty since a version of it came into force, as
-/// when its file system is no longer mounted. Nothing is recorded in a directory that another
-/// daemon owns: its applied version is used for the same cell and no other. If the store holds no
-/// version at the start although the directory was used before, the cell file is in force with
-/// `set_aside`, because an applied model may have been lost. Applying a version, even the declared
-/// one, clears that.
+/// If the store or the applied version cannot be used:
+///   - The applied version is in the store but cannot be read: a fault, and the cell file does not
+///     replace it.
+///   - The store is missing, or the cell file cannot be recorded in it: a warning. The version
+///     applied to that cell file stays in force; without one, the cell file is in force. If the
+///     cell file has been edited since, it is in force with `set_aside`.
+///   - The store cannot be opened although it may hold an applied version: a fault at a reload; at
+///     the start the cell file is in force with `set_aside`.
+///   - At a reload the store is empty although a version of it is in force, as when its file system
+///     is no longer mounted: a fault.
+///   - At the start the store is empty although the directory was used before: the cell file is in
+///     force with `set_aside`, because an applied model may have been lost. Applying a version,
+///     even the declared one, clears that.
+///   - Another daemon owns the directory: nothing is recorded in it. Its applied version is used if
+///     it belongs to the same cell; otherwise the cell file is in force with a warning.
 /// @param running  nullopt at the start
 /// @return  nullopt if the configuration, its files, the store or the applied version have a fault,
 ///          or if the daemon cannot use the applied version (ModelUnusableReason)

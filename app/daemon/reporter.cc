@@ -28,9 +28,8 @@ constexpr WarningText kWarnings[] = {
     {warning::kPlcHeartbeatLost, log::Event::kHeartbeatLost, log::Event::kHeartbeatBack,
      "PLC heartbeat lost", "PLC heartbeat is back"},
     {warning::kCycleOverrun, log::Event::kCycleLate, log::Event::kCycleOnTime,
-     "control cycle started late: the machine is overloaded, or another real-time task occupies "
-     "its "
-     "CPU",
+     "control cycle started late: the machine is overloaded, or another real-time task "
+     "occupies its CPU",
      "control cycle is on time again"},
     {warning::kMassCentresGuessed,
      log::Event::kMassGuessed,

@@ -100,8 +100,7 @@ void StateStorage::StoreBootCount(std::uint16_t count) {
   if (boot_count_) {
     sink_({log::Event::kBootCounter,
            "boot counter not stored: the state directory cannot be written. It is stored as soon "
-           "as it "
-           "can"});
+           "as it can"});
   }
 }
 

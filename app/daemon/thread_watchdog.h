@@ -19,8 +19,7 @@ class ThreadWatchdog {
   /// @param beats       reads the thread's heartbeat counter
   /// @param timeout_s   longest time without a heartbeat
   /// @param in_device   whether the thread is waiting for a device now; only called once half of
-  /// the
-  ///                    timeout has passed
+  ///                    the timeout has passed
   void Add(
       std::string thread, double timeout_s, std::function<std::uint64_t()> beats,
       std::function<bool()> in_device = [] { return false; });

@@ -323,8 +323,7 @@ std::optional<std::string> UndeterminedFramesText(const Dataset& data, const Ali
   if (data.frames_free() && std::sqrt(std::max(0.0, turn.eigenvalues()[2])) > kUndetermined_rad) {
     text += fmt::format(
         "{}the rows do not determine the orientation of the robot base: measure poses spread over "
-        "the "
-        "cell",
+        "the cell",
         text.empty() ? "" : "; ");
   }
   if (text.empty()) return std::nullopt;

@@ -33,7 +33,7 @@ OtherUnit AllInRadians(const Dataset& data) {
   OtherUnit other{"the q columns", "radians", "degrees", {}, {}};
   std::vector<int> revolute;
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-    if (!Turns(data, joint)) continue;
+    if (!IsRevolute(data, joint)) continue;
     revolute.push_back(joint);
     other.numbers.emplace_back([joint](const table::MeasuredRow& row) { return row.q[joint]; });
   }
@@ -72,12 +72,12 @@ void AddMeasured(const Dataset& data, double factor, const char* unit,
 
 }  // namespace
 
-bool Turns(const Dataset& data, int joint) {
+bool IsRevolute(const Dataset& data, int joint) {
   return data.cell.robot.joints[static_cast<std::size_t>(joint)].type !=
          model::JointType::kPrismatic;
 }
 
-bool PayloadCounts(const Dataset& data) {
+bool UsesPayload(const Dataset& data) {
   return data.table.recorded.payload && data.cell.payload_cog_F;
 }
 
@@ -99,7 +99,7 @@ OtherUnit PayloadIn(const std::string& unit, double factor) {
 std::vector<OtherUnit> OtherUnits(const Dataset& data) {
   std::vector<OtherUnit> others = {AllInRadians(data)};
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-    if (Turns(data, joint)) {
+    if (IsRevolute(data, joint)) {
       others.push_back(InRadians(joint));
       continue;
     }
@@ -108,7 +108,7 @@ std::vector<OtherUnit> OtherUnits(const Dataset& data) {
     }
   }
   for (const auto& [factor, unit] : kLengthUnits) AddMeasured(data, factor, unit, others);
-  if (!PayloadCounts(data)) return others;
+  if (!UsesPayload(data)) return others;
   for (const auto& [factor, unit] : kPayloadUnits) others.push_back(PayloadIn(unit, factor));
   return others;
 }

@@ -1,4 +1,4 @@
-// Columns in a unit other than the one in their name.
+// A column, or several that are wrong together, and the unit its numbers may really be in.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace plumbline::diagnosis {
 
-/// A column, or several together, in another unit.
+/// A column, or several that are wrong together, and the unit its numbers may really be in.
 struct OtherUnit {
   std::string columns;   ///< "q2_deg", "x_mm, y_mm, z_mm"
   std::string unit;      ///< of the numbers: "radians"
@@ -29,9 +29,10 @@ OtherUnit PayloadIn(const std::string& unit, double factor);
 inline constexpr std::array<std::pair<double, const char*>, 2> kPayloadUnits = {
     {{0.45359237, "pounds"}, {1e-3, "grams"}}};
 
-bool Turns(const Dataset& data, int joint);
-/// True if the model uses the payload's weight.
-bool PayloadCounts(const Dataset& data);
+/// True if the joint (0-based) is revolute; its column is then in degrees.
+bool IsRevolute(const Dataset& data, int joint);
+/// True if the model uses the payload's weight: it is recorded, and the cell has a [payload].
+bool UsesPayload(const Dataset& data);
 
 /// Every column that affects the predicted or measured tip, in each unit commonly mistaken for it.
 std::vector<OtherUnit> OtherUnits(const Dataset& data);

@@ -72,7 +72,7 @@ void SeparateUnmeasuredRows(Dataset& data) {
   if (table.unmeasured.empty()) return;
   data.notes.push_back(
       fmt::format("{} rows have joint readings but no usable measurement (first: line {}): they "
-                  "count only as moves of the robot",
+                  "are used only to know how the robot moved",
                   table.unmeasured.size(), table.unmeasured.front().line));
 }
 

@@ -1,4 +1,4 @@
-// Alternative driver signals of an empirical term.
+// Other recorded signals that could drive an empirical term equally well.
 #pragma once
 
 #include "app/diagnosis/diagnosis.h"
@@ -10,8 +10,8 @@ namespace plumbline::diagnosis {
 /// alternatives that the rows do not rule out (kRivalGap) to the rivals of the diagnosis. If time
 /// and temperature rise together, for example, both are reported.
 /// @param candidate_set  extended by the blocks of the alternatives
-/// @param best  explanation by columns of `candidate_set`; nothing is added if it has no empirical
-/// term
+/// @param best           explanation by columns of `candidate_set`; nothing is added if it has no
+///                       empirical term
 void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

@@ -184,7 +184,7 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
     mistakes.push_back(sign);
   }
   for (int i = 0; i < count; ++i) {
-    if (!Turns(data, i)) continue;
+    if (!IsRevolute(data, i)) continue;
     for (const double turn_deg : {90.0, -90.0, 180.0}) {
       mistakes.push_back({fmt::format("joint q{} is offset by {:.0f} deg", i + 1, turn_deg),
                           "check theta_offset_deg", OnJoints([i, turn_deg](model::JointVector& q) {
@@ -193,12 +193,12 @@ void AddJoints(const Dataset& data, std::vector<Mistake>& mistakes) {
     }
   }
   for (int i = 0; i + 1 < count; ++i) {
-    if (Turns(data, i) != Turns(data, i + 1)) continue;
+    if (IsRevolute(data, i) != IsRevolute(data, i + 1)) continue;
     mistakes.push_back({fmt::format("the columns of q{} and q{} are swapped", i + 1, i + 2),
                         "check the header against the recording",
                         OnJoints([i](model::JointVector& q) { std::swap(q[i], q[i + 1]); })});
   }
-  if (count < 3 || !Turns(data, 1) || !Turns(data, 2)) return;
+  if (count < 3 || !IsRevolute(data, 1) || !IsRevolute(data, 2)) return;
   for (const double ratio : {1.0, -1.0}) {
     mistakes.push_back(
         {fmt::format("joint q3 is recorded relative to the ground (the joint angle is q3 {} q2)",
@@ -251,7 +251,7 @@ void AddCell(const Dataset& data, std::vector<Mistake>& mistakes) {
 }
 
 void AddPayload(const Dataset& data, std::vector<Mistake>& mistakes) {
-  if (!PayloadCounts(data)) return;
+  if (!UsesPayload(data)) return;
   constexpr double kOtherScale = 1.12;  // the rows distinguish scales that differ by this factor
   const std::pair<double, const char*> units[] = {{0.45359237, "pounds"}, {1 / 9.80665, "newtons"}};
   for (const auto& [factor, unit] : units) {

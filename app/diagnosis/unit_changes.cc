@@ -364,7 +364,7 @@ std::optional<Segment> SegmentWithinOneTurn(const Dataset& data, int joint, bool
 
 void AddJointChanges(const Dataset& data, std::vector<Mistake>& mistakes) {
   for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-    if (!Turns(data, joint)) continue;
+    if (!IsRevolute(data, joint)) continue;
     for (const bool from : {true, false}) {
       const std::optional<Segment> segment = SegmentWithinOneTurn(data, joint, from);
       if (segment) mistakes.push_back(SubtleChange(InRadians(joint), LinesOf(data, *segment)));
@@ -377,7 +377,7 @@ void AddJointChanges(const Dataset& data, std::vector<Mistake>& mistakes) {
 std::vector<Mistake> UnitChanges(const Dataset& data) {
   std::vector<Mistake> mistakes;
   AddJointChanges(data, mistakes);
-  if (PayloadCounts(data)) AddPayloadChanges(data, mistakes);
+  if (UsesPayload(data)) AddPayloadChanges(data, mistakes);
   return mistakes;
 }
 

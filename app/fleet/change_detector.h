@@ -1,4 +1,5 @@
-// Change detector: derives periodic state messages and change messages from the daemon's states.
+// Messages for the broker, derived from the daemon's states: periodic ones, and one for each
+// change.
 #pragma once
 
 #include <cstdint>

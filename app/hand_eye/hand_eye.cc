@@ -338,8 +338,7 @@ HandEye Calibration::Run() {
     if (result_.reasons.empty())
       result_.reasons.emplace_back(
           "no pose of the camera fits: check that poses and images match, and the convention of "
-          "the "
-          "poses");
+          "the poses");
     result_.accepted = false;
     result_.camera = result_.target = PoseWithCovariance{};
     return result_;

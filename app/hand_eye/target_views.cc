@@ -24,8 +24,8 @@ std::string AddBoard(const lens::LumaView& image, const lens::Board& board, Hand
   return {};
 }
 
-/// Appends the corners of the body's consistent tags. @return the reason if there are none, else
-/// empty
+/// Appends the corners of the body's consistent tags.
+/// @return  why there are none; empty if there are some
 std::string AddTags(const lens::LumaView& image, const tracking::Body& body, const lens::Lens& lens,
                     tracking::TagDetector& detector, HandEyeView& view) {
   tracking::SeenTags seen;

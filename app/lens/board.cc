@@ -81,9 +81,10 @@ std::string WordsOf(const Board& board) {
 std::optional<BoardFault> FaultOf(const Board& board) {
   const auto [fewest, most] = std::minmax(board.columns, board.rows);
   if (fewest < kMinPoints || most > kMaxPoints) {
-    return BoardFault{"columns",
-                      fmt::format("{} x {} points; {} to {} in each direction are possible",
-                                  board.columns, board.rows, kMinPoints, kMaxPoints)};
+    return BoardFault{
+        "columns",
+        fmt::format("{} x {} points; a board must have {} to {} points in each direction",
+                    board.columns, board.rows, kMinPoints, kMaxPoints)};
   }
   if (!(board.square_m > 0 && std::isfinite(board.square_m))) {
     return BoardFault{"square_mm", "must be positive"};

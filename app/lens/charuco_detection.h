@@ -13,8 +13,7 @@ namespace plumbline::lens {
 /// left. The top left square is black, or white on OpenCV's older boards with an even number of
 /// rows; both layouts are tried. Run time is bounded as for tag detection.
 /// @return  the view without its name and time, or why there is none: "no tag of aruco-6x6-250",
-/// tags
-///          not arranged as on this board, too few corners
+///          tags not arranged as on this board, too few corners
 Result<BoardView> DetectCharuco(const LumaView& image, const Board& board);
 
 }  // namespace plumbline::lens

@@ -23,8 +23,8 @@ struct LatticeSteps {
 /// edges is used: pixels within the tags' free margin on either side of an edge, minus what
 /// smoothing carries in.
 /// @param steps  of each corner
-/// @param rim    smallest distance of a tag from an edge, as a share of a step; 1/2 or more: no
-/// tags
+/// @param rim    smallest distance of a tag from an edge, as a share of a step; 1/2 or more if
+///               there are no tags
 /// @param view   on input, corners_px within about a sixth of a step; refined in place. `seen` is
 ///               cleared where no corner is found; blur_px is set.
 void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,

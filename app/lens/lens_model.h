@@ -44,7 +44,7 @@ SharedVector SharedOfLens(const Lens& lens);
 /// @param turn      rotation vector w of X_CK.R = R_start exp(w)
 /// @param d_shared  shape (2 n, kSharedCount) row-major; null: no derivatives
 /// @param d_pose    shape (2 n, 6) row-major, with respect to (w, p_CK); used if d_shared is not
-/// null
+///                  null
 /// @return          false if a corner is not in front of the camera
 bool BoardPixels(const Board& board, const SharedVector& shared, const Mat3& R_start,
                  const Vec3& turn, const Vec3& p_CK, std::vector<Vec2>& pixels, double* d_shared,

@@ -26,7 +26,7 @@ bool InsertLens(sqlite::Statement& statement, const LensEntry& entry);
 
 /// @param row  of kSelectLens
 /// @return     nullopt if the row is damaged: a missing or invalid value (FaultOf) or a wrong
-/// checksum
+///             checksum
 std::optional<LensEntry> ReadLensEntry(const sqlite::Statement& row);
 /// Likewise, without verifying the checksum.
 std::optional<LensEntry> ReadLensValues(const sqlite::Statement& row);

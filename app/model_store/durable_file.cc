@@ -79,9 +79,10 @@ Result<FileLock> FileLock::Take(const std::string& path, const WaitPolicy& polic
     const double waited_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (waited_s >= policy.timeout_s) {
       return Error{fmt::format(
-          "{}: {} has held this lock for {:g} s. Nothing was changed. Wait until it has finished, "
-          "or stop it, then try again (`fuser -v {}` lists the processes that have the file open)",
-          path, HolderText(fd), policy.timeout_s, path)};
+          "{}: waited {:g} s for the lock, which {} now holds. Nothing was changed. Wait until it "
+          "has finished, or stop it, then try again (`fuser -v {}` lists the processes that have "
+          "the file open)",
+          path, policy.timeout_s, HolderText(fd), path)};
     }
     if (!reported && waited_s >= policy.report_s && policy.report) {
       policy.report(fmt::format("waiting for {}, which holds {}", HolderText(fd), path));

@@ -110,8 +110,8 @@ class ModelStore {
   /// version, which is in force from then on. If another version than the declared one was applied,
   /// that is set aside; but a version applied before any cell file was declared stays in force.
   /// @param expected  kVersions: the state directory was used before. If the store holds no
-  /// version,
-  ///                  that is recorded as `set_aside`, because an applied one may have been lost
+  ///                  version, that is recorded as `set_aside`, because an applied one may have
+  ///                  been lost
   /// @return          the declared version
   enum class Expected { kNothing, kVersions };
   Result<int> Declare(const std::string& text, const std::string& file,

@@ -44,7 +44,7 @@ void LingeringClose(int fd) {
 }
 
 /// @return  nullopt if the client closed without sending anything, as browsers' spare connections
-/// do
+///          do
 std::optional<ParsedRequest> RequestOf(HttpConnection& connection) {
   using Head = HttpConnection::Head;
   std::string head;

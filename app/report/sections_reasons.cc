@@ -131,8 +131,7 @@ std::string OutlierTable(const diagnosis::Diagnosis& diagnosis) {
   }
   std::string html =
       "<p>Rows whose residual with the corrected model is far larger than the noise. They remain "
-      "in "
-      "the file and in this report but have little or no weight in the fit.</p>\n";
+      "in the file and in this report but have little or no weight in the fit.</p>\n";
   if (!table.empty()) html += table.Html();
   if (count > kMaxOutliers) {
     html += fmt::format("<p>and {} more.</p>\n", count - kMaxOutliers);

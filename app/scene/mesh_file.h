@@ -43,8 +43,7 @@ class MeshReader {
   /// Starts reading; call only while idle.
   /// @param unit_m  length unit of the file [m]
   /// @return        or why reading cannot start: no such file, not a regular file, too large,
-  /// unknown
-  ///                suffix, no process
+  ///                unknown suffix, no process
   Result<void> Start(const std::string& file, double unit_m);
   /// Returns the result, once; nullopt if it is not complete within `wait_s`.
   std::optional<Result<MeshFile>> Poll(double wait_s);

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "drivers/robot/robot.h"
+#include "drivers/clock.h"
 
 namespace plumbline::service {
 

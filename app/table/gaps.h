@@ -24,8 +24,7 @@ void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table);
 ///    t_s, otherwise over the row index), constant before the first and after the last. A column
 ///    that is empty in more than half of the rows is dropped instead, as not recorded;
 ///  - payload_kg: that of the neighbours if they agree; otherwise the payload is unknown, and the
-///  row
-///    counts as unmeasured;
+///    row counts as unmeasured;
 ///  - qd, qdd: the row's vector becomes empty (not recorded in that row);
 ///  - tau: the row counts as unmeasured, because the joints deflect under their torque;
 ///  - q_step: the largest of the column.

@@ -10,8 +10,7 @@ namespace plumbline::table {
 
 /// Reads config.robot.replay_file for the joints of config.cell.
 /// @param faults  receives faults of the header, a fault if no row can be replayed, and a warning
-/// for
-///                each row that is left out
+///                for each row that is left out
 /// @return        the table; nullopt if it has a fault
 std::optional<MeasuredTable> ReadReplayFile(const config::DaemonConfig& config,
                                             config::FaultList& faults);

@@ -1,4 +1,4 @@
-// Viewer: newest state, model in force, scene and measurements, as input for drawing.
+// Input of a picture: newest state, model in force, scene and measurements.
 #pragma once
 
 #include <functional>

@@ -25,8 +25,7 @@ struct ProgramRun {
 /// that exceeds a limit is killed.
 /// @param arguments  the program's path first
 /// @return           why it failed: "cannot be started: ...", "did not end within 60 s", "wrote
-/// more
-///                   than 64 MiB"
+///                   more than 64 MiB"
 Result<ProgramRun> RunProgram(const std::vector<std::string>& arguments, std::string_view input,
                               const RunLimits& limits = {});
 

@@ -2,8 +2,9 @@
 //
 // libmodbus checks the transaction id, function code and count of a response (not the unit id, the
 // protocol id or the length in the header) and leaves the rest of a mismatching one in the stream.
-// Here every error except an exception response closes the connection, and so do unread bytes
-// before a request: a late response is never taken for the response to a later request.
+// Here every error except an exception response closes the connection. Over TCP, so do unread bytes
+// before a request: a late response is never taken for the response to a later request. On RTU
+// they are discarded; see ModbusClient for what remains.
 #pragma once
 
 #include <array>

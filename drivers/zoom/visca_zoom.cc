@@ -276,9 +276,10 @@ ZoomResult ViscaZoom::Wait(std::size_t length, double deadline_s, Reply& answer)
                             malformed, options_.baud));
   }
   if (other > 0) {
-    return Fail(
-        ZoomResult::kTimeout,
-        fmt::format("no answer, but camera {} answered. Check camera.zoom.address.", other));
+    problem_ =
+        fmt::format("{}: camera {} does not answer, but camera {} does. Check camera.zoom.address.",
+                    options_.device, options_.address, other);
+    return ZoomResult::kTimeout;
   }
   return Fail(ZoomResult::kTimeout,
               fmt::format("no answer within {:.0f} ms. Check that it is on and set to {} baud.",

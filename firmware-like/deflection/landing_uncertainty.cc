@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "firmware-like/deflection/assumed_error.h"
-#include "firmware-like/effects/open_moment.h"
+#include "firmware-like/effects/event_time_uncertainty.h"
 
 namespace plumbline::deflection {
 namespace {
@@ -14,17 +14,17 @@ constexpr double kShareThatMatters = 0.17;
 
 /// Covariance for conditions that may lie before or after an event, because the event's time is
 /// uncertain: the displacement caused by the event must lie within the 95 % radius.
-Mat3 CovarianceOfAmbiguousEvents(const LoadedArm& arm, const model::JointVector& q,
+Mat3 CovarianceOfUncertainEvents(const LoadedArm& arm, const model::JointVector& q,
                                  const loads::Payload& payload,
                                  const effects::Conditions& conditions) {
   constexpr double kZ = 1.959964;
   Mat3 covariance = Mat3::Zero();
   for (const effects::ActiveEffect& effect : arm.effects()) {
-    const auto open = effects::AmbiguousTimeOfEvent(effect, conditions);
-    if (!open) continue;
+    const auto uncertainty = effects::UncertaintyOfEventTime(effect, conditions);
+    if (!uncertainty) continue;
     effects::Conditions before = conditions, after = conditions;
-    (open->is_row ? before.row : before.t_s) = open->between.low;
-    (open->is_row ? after.row : after.t_s) = open->between.high;
+    (uncertainty->is_row ? before.row : before.t_s) = uncertainty->between.low;
+    (uncertainty->is_row ? after.row : after.t_s) = uncertainty->between.high;
     LoadedState earlier, later;
     if (!arm.AtCommanded(q, payload, before, earlier)) continue;
     if (!arm.AtCommanded(q, payload, after, later)) continue;
@@ -59,7 +59,7 @@ model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::Jo
   if (!arm.AtCommanded(q, load.modelled, conditions, state_)) return {};
   const Mat3 effects_W =
       covariance_share_ * EffectCovariance(arm, q, load.modelled, conditions, scratch_) +
-      CovarianceOfAmbiguousEvents(arm, q, load.modelled, conditions);
+      CovarianceOfUncertainEvents(arm, q, load.modelled, conditions);
   if (!fitted_) return Assumed(arm, q, load, conditions, p_TP, effects_W);
   const double grown_m2 = held_out_ ? arm.growth().Variance(q) : 0;
   const double variance_m2 = residual_sigma_m_ * residual_sigma_m_ + grown_m2;

@@ -1,4 +1,4 @@
-// Base tilt: a base that follows the inclinometer mounted on it.
+// Base tilt: the base rotates as the inclinometer mounted on it reads, times a factor.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

@@ -1,4 +1,4 @@
-// Wrong tag size: tags that are not as large as configured for the camera.
+// Wrong tag size: the tags are larger or smaller than the camera's configuration says.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

@@ -87,8 +87,9 @@ struct RecordedValue {
   double value = 0;
 };
 
-/// Conditions at one instant, filled once per row. An empty vector or an absent value was not
-/// recorded; effects that need it add nothing, and the diagnosis does not consider them.
+/// Conditions at one instant, filled once per row. An empty vector or an absent value means that
+/// the quantity was not recorded; effects that need it add nothing, and the diagnosis does not
+/// consider them.
 struct Conditions {
   model::JointVector q;    ///< commanded [rad] or [m]
   model::JointVector qd;   ///< [rad/s]

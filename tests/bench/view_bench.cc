@@ -193,8 +193,7 @@ void MeasureCycle(const ViewStation& station, double run_s) {
                c = Quantile(again_ms, 0.5);
   fmt::print(
       "| start lateness of the cycle, 99 %: with and without the viewer (medians of five) | {:.3f} "
-      "ms "
-      "| {:.3f} ms | <= 0.2 ms more: {:+.3f} | {} |\n",
+      "ms | {:.3f} ms | <= 0.2 ms more: {:+.3f} | {} |\n",
       b, a, b - a, Met(b - a <= 0.2));
   fmt::print(
       "| same, without the viewer twice: noise of the machine | {:.3f} ms | {:.3f} ms | "

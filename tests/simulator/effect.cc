@@ -82,8 +82,8 @@ Changes::Changes(const Effects& effects, int joints) : Changes(joints) {
   for (const Effect& effect : effects) Add(effect);
 }
 
-/// Structural deflection and joints under unknown weight. @return true if the effect is one of
-/// these
+/// Structural deflection and joints under unknown weight.
+/// @return  true if the effect is one of these
 bool Changes::AddStructure(const Effect& effect) {
   const std::string& id = effect.id;
   if (id != "bearing_tilt" && id != "link_bending" && id != "axis_bending" && id != "guide_play" &&

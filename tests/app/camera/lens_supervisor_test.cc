@@ -314,7 +314,7 @@ TEST_CASE("invalid sensor replies: zoom unknown, with the driver's message") {
   for (const auto& [result, message] :
        {std::pair{zoom::ZoomResult::kProtocol, "an answer of 2 bytes is too short"},
         {zoom::ZoomResult::kTimeout,
-         "no answer, but camera 3 answered. Check camera.zoom.address."},
+         "camera 1 does not answer, but camera 3 does. Check camera.zoom.address."},
         {zoom::ZoomResult::kRefused, "reports an error: not executable (41)"}}) {
     Rig rig;
     rig.supervisor.OnCameraResult(CameraResult::kFrame, "", rig.now_s);

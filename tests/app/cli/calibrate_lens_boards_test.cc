@@ -71,6 +71,7 @@ TEST_CASE("an impossible board is refused, naming the option to fix") {
   refused("--board-kind charuco", "--mark-mm: a ChArUco board needs the side of its tags");
   refused("--board-kind circles", "--mark-mm: a board of circles needs their diameter");
   refused("--board-kind charuco --mark-mm 7 --family none", "--family");
-  refused("--board 2x9", "--board: 2 x 9 points; 3 to 100 in each direction are possible");
+  refused("--board 2x9",
+          "--board: 2 x 9 points; a board must have 3 to 100 points in each direction");
   refused("--board nine", "is not COLUMNSxROWS");
 }

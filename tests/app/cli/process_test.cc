@@ -187,8 +187,7 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
        "--help\n"},
       {"status --port 65536",
        "plumbline status: --port: 65536 is not a whole number from 1 to 65535; see plumbline "
-       "status "
-       "--help\n"},
+       "status --help\n"},
       {"journal show --last 0",
        "plumbline journal show: --last: 0 is not a whole number from 1 to 1000000000; see "
        "plumbline "

@@ -258,10 +258,11 @@ TEST_CASE("waiting for a locked model store is reported, and ends with a timeout
   SECTION("for good") {
     const Answer refused = Plumbline("model apply 1" + where);
     CHECK(refused.code == 2);
-    CHECK_THAT(refused.text,
-               Catch::Contains("waiting for ") && Catch::Contains("which holds " + path) &&
-                   Catch::Contains("has held this lock for 10 s. Nothing was changed. "
-                                   "Wait until it has finished, or stop it"));
+    CHECK_THAT(refused.text, Catch::Contains("waiting for ") &&
+                                 Catch::Contains("which holds " + path) &&
+                                 Catch::Contains(path + ": waited 10 s for the lock, which ") &&
+                                 Catch::Contains(" now holds. Nothing was changed. "
+                                                 "Wait until it has finished, or stop it"));
   }
   SECTION("for a moment") {
     std::thread holder([fd] {

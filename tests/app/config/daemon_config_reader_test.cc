@@ -488,8 +488,7 @@ TEST_CASE("Each transport requires its own keys") {
   CHECK(fault("transport = \"replay\"\nreplay_file = \"none.csv\"\n") ==
         "cell/plumbline.toml:5 robot.replay_file: \"none.csv\" cannot be read (cell/none.csv: No "
         "such file or directory; /share/none.csv: No such file or directory); check the name, or "
-        "copy "
-        "the file there");
+        "copy the file there");
 }
 
 TEST_CASE("PLC server and page cannot share a port of the same address") {

@@ -125,8 +125,8 @@ struct Station {
     return plc.Read(100, 40).Word(2);
   }
 
-  /// Submits the tip that the tracker measures, displaced by `extra_mm` in z. @return  its result
-  /// code
+  /// Submits the tip that the tracker measures, displaced by `extra_mm` in z.
+  /// @return  the command's result code
   int Probe(double extra_mm = 0) {
     const auto seen = tracker.Read(0, 16);
     std::vector<std::uint16_t> words = {6, 0};

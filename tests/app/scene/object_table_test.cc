@@ -186,8 +186,7 @@ TEST_CASE("each fault is reported with its line and a suggestion") {
         "object[1].colour: [0.1] is not a list of 3 numbers (red, green, blue) or 4 (and opacity)"},
        {"objects = [\"gripper\", \"car body\"]", "objects = [\"gripper\", \"car bdy\"]",
         "pair[1].objects: [\"gripper\", \"car bdy\"] names \"car bdy\", which is not an object; "
-        "did "
-        "you mean \"car body\"?"},
+        "did you mean \"car body\"?"},
        {"objects = [\"gripper\", \"car body\"]", "objects = [\"gripper\", \"gripper\"]",
         "pair[1].objects: [\"gripper\", \"gripper\"] is not a list of two different objects"},
        {"points_mm = [[0.0, 0.0, 0.0], [0.0, 0.0, 1000.0]]", "points_mm = [[0.0, 0.0, 0.0]]",

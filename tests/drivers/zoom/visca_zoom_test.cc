@@ -114,7 +114,7 @@ TEST_CASE("answers from another address are ignored, and that address is reporte
   lens::ZoomReading reading;
   CHECK(sensor->Read(reading) == ZoomResult::kTimeout);
   CHECK_THAT(std::string(sensor->problem()),
-             Catch::Contains("camera 1: no answer, but camera 3 answered"));
+             Catch::Contains(": camera 1 does not answer, but camera 3 does. Check"));
   CHECK_FALSE(reading.zoom_counts);
 }
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "firmware-like/effects/open_moment.h"
+#include "firmware-like/effects/event_time_uncertainty.h"
 #include "tests/firmware-like/effects/any_term.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
@@ -46,7 +46,7 @@ Eigen::MatrixXd AnyCovariance(const std::vector<double>& values) {
   return sizes.asDiagonal() * (A * A.transpose()) * sizes.asDiagonal();
 }
 
-TEST_CASE("an event time is ambiguous between the two rows around it, and nowhere else") {
+TEST_CASE("an event time is uncertain between the two rows around it, and nowhere else") {
   std::mt19937 random(3);
   int moments = 0;
   for (const Effect* effect : AllEffects()) {
@@ -62,19 +62,19 @@ TEST_CASE("an event time is ambiguous between the two rows around it, and nowher
         active.covariance = Eigen::MatrixXd::Zero(count, count);
         const auto at = static_cast<Eigen::Index>(k);
         active.covariance(at, at) = 100 * 100 / 12.0;  // rows that are 100 apart
-        const auto open_at = [&](double moment) {
+        const auto uncertainty_at = [&](double moment) {
           Conditions conditions;
           (spec.name == "row" ? conditions.row : conditions.t_s) = moment;
-          return AmbiguousTimeOfEvent(active, conditions);
+          return UncertaintyOfEventTime(active, conditions);
         };
-        REQUIRE(open_at(active.values[k] + 49));
-        CHECK(open_at(active.values[k] - 49)->is_row == (spec.name == "row"));
-        CHECK(open_at(active.values[k])->between.high == Approx(active.values[k] + 50));
-        CHECK_FALSE(open_at(active.values[k] + 51));
-        CHECK_FALSE(open_at(active.values[k] - 51));
-        CHECK_FALSE(AmbiguousTimeOfEvent(active, Conditions{}));
+        REQUIRE(uncertainty_at(active.values[k] + 49));
+        CHECK(uncertainty_at(active.values[k] - 49)->is_row == (spec.name == "row"));
+        CHECK(uncertainty_at(active.values[k])->between.high == Approx(active.values[k] + 50));
+        CHECK_FALSE(uncertainty_at(active.values[k] + 51));
+        CHECK_FALSE(uncertainty_at(active.values[k] - 51));
+        CHECK_FALSE(UncertaintyOfEventTime(active, Conditions{}));
         active.covariance.resize(0, 0);
-        CHECK_FALSE(open_at(active.values[k]));
+        CHECK_FALSE(uncertainty_at(active.values[k]));
       }
     }
   }

@@ -1,11 +1,11 @@
-#include "firmware-like/effects/open_moment.h"
+#include "firmware-like/effects/event_time_uncertainty.h"
 
 #include <cmath>
 
 namespace plumbline::effects {
 
-std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effect,
-                                                       const Conditions& conditions) {
+std::optional<EventTimeUncertainty> UncertaintyOfEventTime(const ActiveEffect& effect,
+                                                           const Conditions& conditions) {
   const auto& specs = effect.term.effect->traits().parameters;
   for (std::size_t k = 0; k < effect.values.size(); ++k) {
     const ParameterSpec& spec = specs[static_cast<std::size_t>(effect.term.parameters[k].spec)];
@@ -16,7 +16,7 @@ std::optional<AmbiguousEventTime> AmbiguousTimeOfEvent(const ActiveEffect& effec
     const double half = std::sqrt(3 * effect.covariance(at, at));
     const model::Interval between{effect.values[k] - half, effect.values[k] + half};
     if (now && *now > between.low && *now < between.high)
-      return AmbiguousEventTime{is_row, between};
+      return EventTimeUncertainty{is_row, between};
   }
   return std::nullopt;
 }
