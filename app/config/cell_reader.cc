@@ -231,6 +231,28 @@ void ReadDistance(const TomlTable& table, const model::Robot& robot, model::Doma
   }
 }
 
+std::vector<model::JointCombination> CombinationsFrom(const TomlTable& table, int joints) {
+  constexpr const char* kKey = "joint_combinations";
+  std::vector<model::JointCombination> combinations;
+  const auto rows = table.Rows(kKey, {-100000, 100000});
+  if (!rows) return combinations;
+  if (rows->cols() != joints + 2) {
+    table.AddFault(kKey, fmt::format("is not a list of {} weights and a range [deg] each", joints));
+    return combinations;
+  }
+  for (Eigen::Index row = 0; row < rows->rows(); ++row) {
+    const double low = (*rows)(row, joints), high = (*rows)(row, joints + 1);
+    if (low > high) {
+      table.AddFault(kKey, fmt::format("has the lower end of the range of combination {} above its "
+                                       "upper end",
+                                       row + 1));
+    }
+    combinations.push_back(
+        {rows->row(row).head(joints).transpose(), {low * kRadPerDeg, high * kRadPerDeg}});
+  }
+  return combinations;
+}
+
 model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot) {
   model::Domain domain;
   // Scaled per joint: the pair of a prismatic joint is in mm.
@@ -248,6 +270,7 @@ model::Domain DomainFromToml(const TomlTable& table, const model::Robot& robot) 
   } else if (!table.Has("q_deg")) {
     table.AddMissing("q_deg", "one pair [low, high] per joint");
   }
+  domain.combinations = CombinationsFrom(table, robot.size());
   domain.payload_kg = IntervalFrom(table, "payload_kg", {-10000, 10000});
   if (const auto levels = table.Numbers("payload_levels_kg", {-10000, 10000}, 2)) {
     domain.payload_levels_kg = *levels;

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "app/diagnosis/clusters.h"
+#include "app/diagnosis/fahrenheit.h"
 #include "app/diagnosis/impossible_values.h"
 #include "app/diagnosis/joint_step.h"
 #include "app/diagnosis/unit_changes.h"
@@ -402,13 +403,6 @@ void SetNoise(Dataset& data) {
   if (data.cell.measurement.sigma_m) {
     data.sigma_m = *data.cell.measurement.sigma_m;
     data.sigma_origin = "declared";
-    if (data.repeat_sigma_m > 2 * data.sigma_m) {
-      data.notes.push_back(
-          fmt::format("repeated points scatter by {:.3g} mm, more than the declared sigma_mm = "
-                      "{:.3g}: check the "
-                      "instrument, or what moved between the repeats",
-                      1e3 * data.repeat_sigma_m, 1e3 * data.sigma_m));
-    }
   } else if (data.repeat_sigma_m > 0) {
     data.sigma_m = data.repeat_sigma_m;
     data.sigma_origin = "repeats";
@@ -431,6 +425,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   }
   if (const auto grams = PayloadsInGrams(data.table)) return Error{*grams};
   DiscardRestartedClock(data.table);
+  NoteLikelyFahrenheit(data.table);
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
   if (auto error = TooFewRows(data)) return *error;

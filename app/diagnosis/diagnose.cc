@@ -17,6 +17,7 @@
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/hidden_mistakes.h"
 #include "app/diagnosis/identify.h"
+#include "app/diagnosis/joint_combinations.h"
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
 #include "app/diagnosis/residual_spread.h"
@@ -225,7 +226,8 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   if (task.Interrupted()) return;
   task.Report(0.7, "testing signals");
   AddSignals(task.data, found, diagnosis);
-  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), diagnosis);
+  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)),
+             fit.problem.weights, diagnosis);
   AddReadingNote(task.data, diagnosis);
   AddCorrelationNote(found.fit, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
@@ -454,6 +456,9 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
         fmt::format("{} of {} rows are rejected as outliers, more than a 95 % radius may exclude: "
                     "the radius is widened to include them; find out what they have in common",
                     rejected, rows));
+  }
+  if (const auto note = MovedTogetherNote(diagnosis.domain.combinations)) {
+    diagnosis.notes.push_back(*note);
   }
   const std::optional<double> cell_zero_s = TimeZeroOf(task.data.cell);
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : task.options.time_zero_s;

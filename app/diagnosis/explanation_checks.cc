@@ -149,6 +149,22 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   return check;
 }
 
+/// nullopt if the noise is unknown.
+std::optional<ExplanationCheck> NoiseCheck(const FitProblem& problem) {
+  const double declared_m = problem.data.sigma_m;
+  if (declared_m <= 0) return std::nullopt;
+  ExplanationCheck check;
+  check.name = "residual_noise";
+  check.figure = 1e3 * problem.sigma_m;
+  check.limit = 1e3 * kUnexplainedNoiseRatio * declared_m;
+  check.passed = check.figure <= check.limit;
+  check.sentence = fmt::format(
+      "the named effects leave {:.3g} mm per axis; with a noise of {:.3g} mm, more than {:.3g} mm "
+      "has another cause",
+      check.figure, 1e3 * declared_m, check.limit);
+  return check;
+}
+
 /// Adds the checks of a finding and returns the sentences of the failed ones.
 std::vector<std::string> CheckFinding(const ExplanationEvidence& evidence, const Finding& finding,
                                       std::vector<ExplanationCheck>& checks) {
@@ -252,6 +268,10 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
   }
   diagnosis.checks.push_back(DiscrepancyCheck(evidence));
   sound = sound && diagnosis.checks.back().passed;
+  if (auto noise = NoiseCheck(evidence.problem)) {
+    sound = sound && noise->passed;
+    diagnosis.checks.push_back(*std::move(noise));
+  }
   if (!sound) {
     diagnosis.verdict = Verdict::kUnknown;
   } else if (!diagnosis.doubts.empty() && diagnosis.verdict == Verdict::kExplained) {

@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/fahrenheit.h"
 #include "app/diagnosis/mistakes.h"
 #include "app/diagnosis/plausibility.h"
 #include "app/diagnosis/robust.h"
@@ -144,6 +145,13 @@ Progress PartOf(const Progress& progress, std::size_t part, std::size_t parts) {
   };
 }
 
+/// The units that the effects of a few causes can confirm, without gross errors.
+std::vector<Mistake> SubtleUnits(const Dataset& data) {
+  std::vector<Mistake> mistakes = UnitChanges(data);
+  if (auto fahrenheit = FahrenheitMistake(data)) mistakes.push_back(*std::move(fahrenheit));
+  return mistakes;
+}
+
 /// True if the effects of the corrected answer fit as well with an alternative change.
 bool AlternativeFitsAsWell(const Mistake& mistake, const Identified& without, const Dataset& subset,
                            const DiagnosisOptions& options) {
@@ -162,7 +170,8 @@ std::optional<std::string> HiddenMistake(const Identified& found, const Diagnosi
                                          const Progress& progress) {
   if (!(found.fit.data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
   const std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
-  const Dataset subset = SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kMaxSearchedRows));
+  const Dataset subset =
+      SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kMaxSearchedRows));
   const std::vector<Corrected> promising = PromisingMistakes(found, mistakes, subset, options);
   if (promising.empty()) return std::nullopt;
   const std::size_t searches = promising.size() + 1;
@@ -189,7 +198,7 @@ std::optional<std::string> HiddenUnitChange(const Dataset& data, const Diagnosis
                                             const Progress& progress) {
   if (!(data.sigma_m > 0)) return std::nullopt;
   constexpr std::size_t kFewEffects = 3;
-  const std::vector<Mistake> mistakes = UnitChanges(data);
+  const std::vector<Mistake> mistakes = SubtleUnits(data);
   const Dataset subset = SelectRows(data, EvenlySpacedRows(data, kMaxSearchedRows));
   const std::size_t searches = 2 * mistakes.size();
   const double choice_cost = 2 * std::log(std::max(1.0, static_cast<double>(mistakes.size())));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/diagnosis/joint_combinations.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
@@ -61,6 +62,7 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
     if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
     if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
   }
+  domain.combinations = NearlyConstantCombinations(problem);
   domain.payload_levels_kg = FewPayloadLevels(problem);
 }
 

@@ -114,6 +114,14 @@ std::string PoseText(const model::JointVector& q, const std::vector<model::Joint
   return ListText(values, [](double value) { return fmt::format("{:.3f}", value); });
 }
 
+/// Weights of the joints, then the range in degrees.
+std::string CombinationText(const model::JointCombination& combination) {
+  std::vector<double> values(combination.weights.begin(), combination.weights.end());
+  values.push_back(kDegPerRad * combination.range.low);
+  values.push_back(kDegPerRad * combination.range.high);
+  return ListText(values, [](double value) { return fmt::format("{:.4f}", value); });
+}
+
 std::string DomainText(const model::Domain& domain, const std::vector<model::Joint>& joints) {
   std::vector<std::string> pairs;
   for (std::size_t i = 0; i < domain.q.size(); ++i) {
@@ -122,6 +130,13 @@ std::string DomainText(const model::Domain& domain, const std::vector<model::Joi
   }
   std::string text = "\n[domain]\nq_deg = ";
   text += ListText(pairs, [](const std::string& pair) { return pair; }) + '\n';
+  if (!domain.combinations.empty()) {
+    text += "joint_combinations = [\n";
+    for (const model::JointCombination& combination : domain.combinations) {
+      text += "  " + CombinationText(combination) + ",\n";
+    }
+    text += "]\n";
+  }
   if (domain.payload_kg) text += "payload_kg = " + IntervalText(*domain.payload_kg) + '\n';
   if (!domain.payload_levels_kg.empty()) {
     std::vector<std::string> levels;

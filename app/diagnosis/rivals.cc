@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
@@ -286,7 +287,7 @@ class RivalSearch {
   const Result<Linearisation> own_;
   std::set<Trial> refitted_, skipped_;
   std::vector<std::vector<PeriodicLine>> aliased_;  ///< each begins with a line of the answer
-  std::set<std::string> too_large_;  ///< effects ruled out by their size alone
+  std::set<std::string> too_large_;                 ///< effects ruled out by their size alone
   std::set<std::pair<EffectKey, EffectKey>> named_;
   std::vector<Explanation> found_;
 };

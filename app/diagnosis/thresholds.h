@@ -45,6 +45,8 @@ inline constexpr double kWithinNoiseSignificance = 0.01;
 /// statistic.
 inline constexpr int kSignFlips = 199;
 inline constexpr double kSignalSignificance = 0.01;
+/// Of rejected rows that share a condition by chance, over all limits tried.
+inline constexpr double kConditionSignificance = 1e-3;
 /// Of a residual larger than the scatter of the repeats (Fisher's F).
 inline constexpr double kRepeatsSignificance = 0.01;
 /// Correlation of successive rows, in standard deviations, that independent noise exceeds once in a
@@ -69,6 +71,9 @@ inline constexpr double kMaxOutliers = 0.1;
 /// repeatability at one distance and temperature, so an excess of one half needs no other cause.
 /// Its cost is measured by "noise: declared sigma a third of the true" in the evaluation.
 inline constexpr double kExcessNoiseRatio = 1.5;
+/// A residual above this many declared sigmas is not explained, because no instrument is that much
+/// noisier than its data sheet. A judgement.
+inline constexpr double kUnexplainedNoiseRatio = 4;
 
 // --- Explanations.
 

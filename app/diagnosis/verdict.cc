@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/thresholds.h"
@@ -61,6 +62,29 @@ void AddDrivers(const Identified& found, bool rough, Diagnosis& diagnosis) {
   }
 }
 
+/// Repeats that scatter more than the declared noise, unless the named effects explain that.
+void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
+  constexpr double kMore = 2;
+  if (explained || !data.cell.measurement.sigma_m || data.repeat_sigma_m <= kMore * data.sigma_m)
+    return;
+  diagnosis.notes.push_back(fmt::format(
+      "repeated points scatter by {:.3g} mm, more than the declared sigma_mm = {:.3g}: check the "
+      "instrument, or what moved between the repeats",
+      1e3 * data.repeat_sigma_m, 1e3 * data.sigma_m));
+}
+
+/// Rejected rows that share a condition: what acts there is unknown.
+void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Diagnosis& diagnosis) {
+  const std::optional<OutlierCondition> found = ConditionOfOutliers(data, weights);
+  if (!found) return;
+  diagnosis.notes.push_back(fmt::format(
+      "{} of the {} rows with {} of {:.6g} or {} are rejected as outliers: an effect that acts "
+      "only there, or larger noise there. Measure more rows there to distinguish these",
+      found->rejected, found->rows, found->column, found->limit, found->above ? "more" : "less"));
+  AddEach({found->column}, diagnosis.drivers);
+  diagnosis.verdict = Verdict::kUnknown;
+}
+
 }  // namespace
 
 void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosis) {
@@ -82,10 +106,12 @@ void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosi
 }
 
 void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
-                Diagnosis& diagnosis) {
+                const PerRow<double>& weights, Diagnosis& diagnosis) {
   const bool rough = data.sigma_m > 0 && residual_sigma_m >= kExcessNoiseRatio * data.sigma_m;
   diagnosis.verdict = VerdictOfSearch(found, diagnosis);
   AddDrivers(found, rough, diagnosis);
+  AddRepeatNote(data, !rough && !found.best.blocks.empty(), diagnosis);
+  AddOutlierCondition(data, weights, diagnosis);
   if (!rough) return;
   diagnosis.notes.push_back(
       fmt::format("the residual, {:.3g} mm per axis, is {:.1f} times the noise of {:.3g} mm",

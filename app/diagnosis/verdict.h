@@ -14,7 +14,8 @@ void AddSignals(const Dataset& all, const Identified& found, Diagnosis& diagnosi
 /// Sets the verdict before the checks (explanation_checks.h), the driver signals of an unknown
 /// cause, and whether the declared noise is too small. Requires `rivals` and `signals`.
 /// @param residual_sigma_m  robust standard deviation of the residual, one axis [m]
+/// @param weights           robust weights of all rows
 void SetVerdict(const Dataset& data, const Identified& found, double residual_sigma_m,
-                Diagnosis& diagnosis);
+                const PerRow<double>& weights, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

@@ -195,12 +195,17 @@ void Add(Values& values, const std::string& at, const model::SessionFrames& sess
 }
 
 void Add(Values& values, const model::Domain& domain, const std::vector<model::Joint>& joints) {
-  const auto& [q, payload_kg, payload_levels_kg, temp_C, residual_sigma_m, distant_sigma_m,
-               covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s, as_validated] =
-      domain;
+  const auto& [q, combinations, payload_kg, payload_levels_kg, temp_C, residual_sigma_m,
+               distant_sigma_m, covariance_share, poses, reach_rad, declared_sigma_m, time_zero_s,
+               as_validated] = domain;
   for (std::size_t i = 0; i < q.size(); ++i) {
     const bool prismatic = i < joints.size() && joints[i].type == model::JointType::kPrismatic;
     values.Range(Numbered("domain.q_deg", i), q[i], 1 / (prismatic ? kMetrePerMm : kRadPerDeg));
+  }
+  for (std::size_t i = 0; i < combinations.size(); ++i) {
+    const std::string at = Numbered("domain.joint_combinations", i);
+    values.Matrix(at + " (weights)", combinations[i].weights);
+    values.Range(at + " (range, deg)", combinations[i].range, 1 / kRadPerDeg);
   }
   if (payload_kg) values.Range("domain.payload_kg", *payload_kg);
   for (std::size_t i = 0; i < payload_levels_kg.size(); ++i) {

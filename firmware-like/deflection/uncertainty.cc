@@ -134,6 +134,9 @@ bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
     if (!interval.Contains(q[i])) return true;
   }
   if (!cell.domain) return false;
+  for (const model::JointCombination& combination : cell.domain->combinations) {
+    if (!combination.range.Contains(combination.weights.dot(q))) return true;
+  }
   const auto outside = [](const std::optional<model::Interval>& seen, std::optional<double> value) {
     return seen && value && !seen->Contains(*value);
   };

@@ -40,8 +40,9 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 /// every C.
 double RadiusHolding95Percent(const Mat3& covariance);
 
-/// True if q, payload or temperature lie outside the domain of the model's fit, or the time outside
-/// that of a time-dependent effect. Without a domain: true if q is outside the joint limits.
+/// True if q, payload or temperature lie outside the domain of the model's fit, if q moves joints
+/// apart that moved together in the fitted rows, or if the time lies outside that of a
+/// time-dependent effect. Without a domain: true if q is outside the joint limits.
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
                    std::optional<double> t_s = std::nullopt);

@@ -515,6 +515,16 @@ TEST_CASE("distant_sigma_mm and poses_deg require each other") {
         std::string::npos);
 }
 
+TEST_CASE("joint_combinations need a weight for every joint and an ascending range") {
+  const auto told = [](const std::string& rows) {
+    FaultList faults;
+    CHECK_FALSE(CellFromText(kGood + "joint_combinations = " + rows + "\n", "cell.toml", faults));
+    return FaultsText(faults);
+  };
+  CHECK(told("[[1, -1, 0, 5]]").find("3 weights and a range") != std::string::npos);
+  CHECK(told("[[1, -1, 0, 5, 4]]").find("combination 1") != std::string::npos);
+}
+
 TEST_CASE("A fitted model keeps its validation through edits that change no value") {
   // [domain] is the last table of the text.
   const std::string good = kGood + "residual_sigma_mm = 0.05\n";

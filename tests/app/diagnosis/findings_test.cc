@@ -10,6 +10,7 @@
 
 #include "app/diagnosis/answer.h"
 #include "app/diagnosis/diagnosis_text.h"
+#include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
@@ -36,6 +37,11 @@ double ChanceOfAtMost(int most, int count, double p) {
                     k * std::log(p) + (count - k) * std::log(1 - p));
   }
   return sum;
+}
+
+bool Noted(const Diagnosis& diagnosis, const std::string& text) {
+  return std::any_of(diagnosis.notes.begin(), diagnosis.notes.end(),
+                     [&](const std::string& note) { return note.find(text) != std::string::npos; });
 }
 
 }  // namespace
@@ -212,6 +218,69 @@ TEST_CASE("rejected rows extend neither domain, time span nor the range of propo
   REQUIRE(drift->findings.size() == 1);
   REQUIRE(drift->findings[0].effect.seen_t_s);
   CHECK(drift->findings[0].effect.seen_t_s->high == last_of_drift_s);
+}
+
+TEST_CASE("a line along a joint that moves on a grid is ambiguous, and the radius shows it") {
+  constexpr double kSigma_m = 5e-5, kGrid_rad = 15 * kRadPerDeg;
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+  const auto grid = [&](double q) { return kGrid_rad * std::round(q / kGrid_rad); };
+  const effects::ActiveEffect line = EffectWith(
+      data.cell, "gear_periodic", {{"q1_amplitude", 5e-4}, {"q1_cycles", 25}, {"q1_phase", 0.3}});
+  Remeasure(data, {line}, kSigma_m, 7);
+  const auto spread = Answer(data);
+  REQUIRE(spread);
+  CHECK(spread->verdict == Verdict::kExplained);
+
+  for (table::MeasuredRow& row : data.table.rows) row.q[0] = grid(row.q[0]);
+  Remeasure(data, {line}, kSigma_m, 7);
+  const auto on_grid = Answer(data);
+  REQUIRE(on_grid);
+  CHECK(on_grid->verdict == Verdict::kAmbiguous);
+  CHECK(Noted(*on_grid, "the readings of q1 are equally spaced"));
+  REQUIRE(on_grid->domain.distant_sigma_m);
+  CHECK(*on_grid->domain.distant_sigma_m > 5 * *on_grid->domain.residual_sigma_m);
+  CHECK(on_grid->next_poses_separate_all);
+}
+
+TEST_CASE("joints that moved together leave a combination that new poses must keep") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+  const auto apart = Answer(data);
+  REQUIRE(apart);
+  CHECK(apart->domain.combinations.empty());
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 0.01);
+  for (table::MeasuredRow& row : data.table.rows) row.q[2] = 1 + row.q[1] + noise(random);
+  Remeasure(data, {}, 5e-5, 7);
+  const auto together = Answer(data);
+  REQUIRE(together);
+  REQUIRE(together->domain.combinations.size() == 1);
+  const model::JointCombination& combination = together->domain.combinations.front();
+  CHECK(std::abs(combination.weights[1] + combination.weights[2]) < 0.02);
+  CHECK(combination.range.high - combination.range.low < 0.12);
+  CHECK(Noted(*together, "q2 and q3 moved together"));
+}
+
+TEST_CASE("rejected rows that share a payload make the verdict unknown, scattered ones do not") {
+  for (const bool share : {true, false}) {
+    CAPTURE(share);
+    MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      data.table.rows[k].payload_kg = k % 2 == 0 ? 2 : 4;
+      if (share && k % 17 == 3) data.table.rows[k].payload_kg = 8;
+    }
+    Remeasure(data, {}, 5e-5, 7);
+    std::size_t at = 3;  // 3, 20, 37, 54
+    for (const double size_m : {2e-3, -3e-3, 2.5e-3, -2e-3}) {
+      data.table.rows[at].p_WT += Vec3(size_m, -size_m, size_m / 2);
+      at += 17;
+    }
+    const auto diagnosis = Answer(data);
+    REQUIRE(diagnosis);
+    CHECK(diagnosis->outlier_rows.size() == 4);
+    CHECK(diagnosis->verdict == (share ? Verdict::kUnknown : Verdict::kNoEffect));
+    CHECK(diagnosis->drivers ==
+          (share ? std::vector<std::string>{"payload_kg"} : std::vector<std::string>{}));
+  }
 }
 
 TEST_CASE("the p-value is corrected for the choice of joints") {

@@ -150,6 +150,32 @@ TEST_CASE("payloads in grams beyond any robot's limit are detected, a single typ
   CHECK(Refusal(data).empty());
 }
 
+TEST_CASE("temperatures in Fahrenheit are noted, and refused if an effect confirms it") {
+  const auto fahrenheit = [](MeasuredCell data, std::size_t from) {
+    for (std::size_t k = from; k < data.table.rows.size(); ++k) {
+      table::MeasuredRow& row = data.table.rows[k];
+      row.temp_C = 1.8 * row.temp_C + 32;
+    }
+    return data;
+  };
+  const auto answer = [](const MeasuredCell& data) { return Diagnose(data.cell, data.table, {}); };
+  const MeasuredCell clean = Clean(1);
+  MeasuredCell grown = clean;
+  Remeasure(grown, {EffectWith(clean.cell, "thermal_growth", {{"alpha", 3e-5}})}, 5e-5, 3);
+  CHECK(answer(grown));
+  for (const std::size_t from : {0, 20}) {
+    CAPTURE(from);
+    const auto unused = answer(fahrenheit(clean, from));
+    REQUIRE(unused);
+    CHECK(std::any_of(unused->notes.begin(), unused->notes.end(), [](const std::string& note) {
+      return note.find("degrees Fahrenheit") != std::string::npos;
+    }));
+    const auto refused = answer(fahrenheit(grown, from));
+    REQUIRE_FALSE(refused);
+    CHECK_THAT(refused.error(), Catch::Contains("temp_C holds degrees Fahrenheit"));
+  }
+}
+
 TEST_CASE("wrong signs, offsets and references of joints are named, also of the last joint") {
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] *= -1; }),
             "the sign of joint q3 is reversed");

@@ -258,6 +258,9 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   q << 0.1, -0.2, 0.3, -0.4, 0.5, -0.6;
   diagnosis.domain.poses = {q, 2 * q};
   diagnosis.domain.reach_rad = 0.25;
+  model::JointVector weights = model::JointVector::Zero(6);
+  weights.segment(1, 2) << 0.6, -0.8;
+  diagnosis.domain.combinations = {{weights, {-0.1, 0.2}}};
   diagnosis.domain.covariance_share = 0.5;
   diagnosis.domain.declared_sigma_m = 7e-4;
   const std::string written = Corrected(original, diagnosis);
@@ -265,6 +268,10 @@ TEST_CASE("the measured poses are written and are part of the fingerprint") {
   CHECK(domain.as_validated);
   CHECK(*domain.distant_sigma_m == Approx(2e-4));
   CHECK(domain.reach_rad == 0.25);
+  REQUIRE(domain.combinations.size() == 1);
+  CHECK((domain.combinations[0].weights - weights).norm() < 1e-12);
+  CHECK(domain.combinations[0].range.low == Approx(-0.1).margin(1e-6));
+  CHECK(domain.combinations[0].range.high == Approx(0.2).margin(1e-6));
   CHECK(domain.covariance_share == 0.5);
   CHECK(*domain.declared_sigma_m == Approx(7e-4));
   REQUIRE(domain.poses.size() == 2);

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 #include "app/diagnosis/candidates.h"
+#include "app/diagnosis/periodic_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/simulated.h"
 
@@ -105,6 +107,28 @@ TEST_CASE("a line at non-integer cycles is found with its phase") {
   search.Join(search.EffectFrom(*line, {{kCosine, 1e-4}}), effect);
   CHECK(ValueOf(effect, "q#_#_amplitude") == Approx(1e-4));
   CHECK(effect.term.parameters.back().harmonic == 2);
+}
+
+TEST_CASE("lines have aliases only if the readings of their joint are equally spaced") {
+  Rows rows("gear_periodic", {{"q1_amplitude", 3e-4}, {"q1_cycles", 1}, {"q1_phase", 0.4}});
+  const PeriodicLine line{0, 1, 0, 3e-4};
+  CHECK(AliasedCycles(*rows.problem, line).empty());
+  constexpr int kPerTurn = 24;
+  constexpr double kGrid_rad = 2 * std::numbers::pi / kPerTurn;
+  for (table::MeasuredRow& row : rows.measured.table.rows) {
+    row.q[0] = kGrid_rad * std::round(row.q[0] / kGrid_rad);
+  }
+  const Result<Dataset> data = DatasetFrom(rows.measured.cell, rows.measured.table);
+  REQUIRE(data);
+  const Model declared = Model::Declared(*data);
+  const LinearProblem problem(
+      UnitWeightFit(*data, 1),
+      std::make_shared<const Linearisation>(*Linearise(*data, declared, true, 1)), declared);
+  const std::vector<double> cycles = AliasedCycles(problem, line);
+  REQUIRE(cycles.size() >= 4);
+  const double expected[] = {23, 25, 47, 49};
+  for (std::size_t k = 0; k < 4; ++k) CHECK(cycles[k] == Approx(expected[k]).margin(0.1));
+  CHECK(AliasedCycles(problem, {1, 1, 0, 3e-4}).empty());  // q2 is not on a grid
 }
 
 TEST_CASE("two time constants, or two events with few rows between them, are excluded") {

@@ -175,6 +175,19 @@ TEST_CASE(
   CHECK_FALSE(CheckNamed(diagnosis, "discrepancy_model").passed);
 }
 
+TEST_CASE("a residual far beyond the declared noise is not explained") {
+  const Dataset data = DatasetOf("--family none --seed 3");
+  FitProblem problem = UnitWeightFit(data, 1);
+  for (const double times : {3.5, 4.5}) {
+    CAPTURE(times);
+    problem.sigma_m = times * data.sigma_m;
+    Diagnosis diagnosis = Explained("gear_ratio");
+    CheckExplanation({problem, HeldOutOf(data, problem.sigma_m), 2, 0}, diagnosis);
+    CHECK(CheckNamed(diagnosis, "residual_noise").passed == (times < 4));
+    CHECK(diagnosis.verdict == (times < 4 ? Verdict::kExplained : Verdict::kUnknown));
+  }
+}
+
 TEST_CASE("a fold that selected other effects is not used for the held-out error") {
   const Dataset data = DatasetOf("--family none --seed 3");
   const FitProblem problem = UnitWeightFit(data, 1);

@@ -214,6 +214,14 @@ TEST_CASE("outside the domain, or without a domain outside the joint limits, is 
   CHECK_FALSE(OutsideDomain(cell, q, 78, std::nullopt));
   CHECK(OutsideDomain(cell, q, 40, std::nullopt));
   cell.domain->payload_levels_kg.clear();
+  // Joints that moved together while the model was fitted.
+  model::JointVector weights = model::JointVector::Zero(6);
+  weights.segment(1, 2) << std::sqrt(0.5), -std::sqrt(0.5);
+  cell.domain->combinations = {{weights, {-0.1, 0.1}}};
+  q.segment(1, 2).setConstant(0.9);
+  CHECK_FALSE(OutsideDomain(cell, q, std::nullopt, std::nullopt));
+  q[2] = 0.7;
+  CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
   q[2] = 1.01;
   CHECK(OutsideDomain(cell, q, std::nullopt, std::nullopt));
 }

@@ -1,0 +1,69 @@
+#include "app/diagnosis/fahrenheit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace plumbline::diagnosis {
+namespace {
+
+// Read as Fahrenheit, 55 to 120 is 13 to 49 deg C, the range of a working cell.
+constexpr model::Interval kLikely{55, 120};
+constexpr std::size_t kMinRows = 4;  // fewer are single wrong rows instead of another unit
+
+double CelsiusFrom(double fahrenheit) {
+  return (fahrenheit - 32) / 1.8;
+}
+
+/// The temperatures from kLikely.low on, ascending; empty if they are few, or if some of them are
+/// hot in degrees Fahrenheit too.
+std::vector<double> LikelyFahrenheit(const table::MeasuredTable& table) {
+  std::vector<double> temperatures;
+  if (!table.recorded.temperature) return temperatures;
+  for (const table::MeasuredRow& row : table.rows) {
+    if (row.temp_C >= kLikely.low) temperatures.push_back(row.temp_C);
+  }
+  std::sort(temperatures.begin(), temperatures.end());
+  if (temperatures.size() < kMinRows || temperatures.back() > kLikely.high) return {};
+  return temperatures;
+}
+
+std::string RowsText(const table::MeasuredTable& table, std::size_t likely) {
+  if (likely == table.rows.size()) return "";
+  const auto first =
+      std::find_if(table.rows.begin(), table.rows.end(),
+                   [](const table::MeasuredRow& row) { return row.temp_C >= kLikely.low; });
+  return fmt::format(" in {} of {} rows (first: line {})", likely, table.rows.size(), first->line);
+}
+
+}  // namespace
+
+void NoteLikelyFahrenheit(table::MeasuredTable& table) {
+  const std::vector<double> likely = LikelyFahrenheit(table);
+  if (likely.empty()) return;
+  table.notes.push_back(fmt::format(
+      "temp_C is {:.3g} to {:.3g}{}, which is hot for a cell; if these are degrees Fahrenheit "
+      "({:.3g} to {:.3g} deg C), convert them",
+      likely.front(), likely.back(), RowsText(table, likely.size()), CelsiusFrom(likely.front()),
+      CelsiusFrom(likely.back())));
+}
+
+std::optional<Mistake> FahrenheitMistake(const Dataset& data) {
+  const std::size_t likely = LikelyFahrenheit(data.table).size();
+  if (likely == 0) return std::nullopt;
+  Mistake mistake{"temp_C holds degrees Fahrenheit" + RowsText(data.table, likely),
+                  "write degrees Celsius in every row", [](Dataset& changed) {
+                    for (const RowIndex row : changed.row_indices()) {
+                      double& temp_C = changed.table.rows[row.offset()].temp_C;
+                      if (temp_C < kLikely.low) continue;
+                      temp_C = CelsiusFrom(temp_C);
+                      changed.conditions[row].temp_C = temp_C;
+                    }
+                  }};
+  mistake.subtle = true;
+  mistake.affects = [](const table::MeasuredRow& row) { return row.temp_C >= kLikely.low; };
+  return mistake;
+}
+
+}  // namespace plumbline::diagnosis

@@ -1,0 +1,28 @@
+// Rejected rows that share a condition: more likely an effect that acts there than gross errors.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/diagnosis/dataset.h"
+
+namespace plumbline::diagnosis {
+
+/// Rows on one side of a value of a recorded signal.
+struct OutlierCondition {
+  std::string column;
+  double limit = 0;            ///< in file units
+  bool above = true;           ///< the rows from `limit` up, otherwise those from `limit` down
+  int rows = 0, rejected = 0;  ///< of these rows
+};
+
+/// The condition under which rows were rejected, if chance does not explain it: of m rejected rows
+/// among n, at least x are among the k rows beyond a limit, k < 2 x, with the hypergeometric
+/// probability P(X >= x). That of the best limit, times the number of limits tried, must be at most
+/// 0.001. Signals are payload, temperature and further columns; joints and time are not considered,
+/// because an instrument may fail in one region or for a while. nullopt if fewer than three rows
+/// were rejected.
+std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
+                                                    const PerRow<double>& weights);
+
+}  // namespace plumbline::diagnosis
