@@ -71,8 +71,8 @@ inline constexpr double kMaxOutliers = 0.1;
 /// repeatability at one distance and temperature, so an excess of one half needs no other cause.
 /// Its cost is measured by "noise: declared sigma a third of the true" in the evaluation.
 inline constexpr double kExcessNoiseRatio = 1.5;
-/// A residual above this many declared sigmas is not explained, because no instrument is that much
-/// noisier than its data sheet. A judgement.
+/// A residual above this many declared sigmas is not explained: a larger excess is taken for
+/// another cause than a data sheet that states too little. A judgement.
 inline constexpr double kUnexplainedNoiseRatio = 4;
 
 // --- Explanations.
