@@ -106,6 +106,7 @@ std::vector<Corrected> PromisingMistakes(const Identified& found,
   std::vector<Corrected> promising;
   for (const Mistake& mistake : mistakes) {
     if (!mistake.subtle) continue;
+    if (mistake.needs_all_rows && subset.rows() < found.fit.data.rows()) continue;
     Corrected corrected{&mistake, subset};
     mistake.undo(corrected.rows);
     const double score = ScoreOfOwnEffects(found, corrected.rows, options);

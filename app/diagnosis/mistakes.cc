@@ -263,6 +263,34 @@ void AddPayload(const Dataset& data, std::vector<Mistake>& mistakes) {
   }
 }
 
+/// Payloads recorded one row too late or too early. The last value continues at the end.
+void AddShiftedPayloads(const Dataset& data, std::vector<Mistake>& mistakes) {
+  constexpr int kMinChanges = 4;
+  int changes = 0;
+  for (int k = 1; k < data.rows(); ++k) {
+    if (data.measured(RowIndex(k)).payload_kg != data.measured(RowIndex(k - 1)).payload_kg) {
+      ++changes;
+    }
+  }
+  if (!UsesPayload(data) || changes < kMinChanges) return;
+  for (const int shift : {-1, 1}) {
+    const Undo undo = [shift](Dataset& changed) {
+      const std::vector<table::MeasuredRow> old = changed.table.rows;
+      for (const RowIndex row : changed.row_indices()) {
+        const int from = std::clamp(row.value() + shift, 0, changed.rows() - 1);
+        const double payload_kg = old[RowIndex(from).offset()].payload_kg;
+        changed.table.rows[row.offset()].payload_kg = payload_kg;
+        changed.conditions[row].payload_kg = payload_kg;
+        changed.payloads[row].mass_kg = payload_kg;
+      }
+    };
+    Mistake mistake{fmt::format("payload_kg changes one row {}", shift > 0 ? "late" : "early"),
+                    "record the payload that the robot carries at the moment of measurement", undo};
+    mistake.subtle = mistake.needs_all_rows = true;
+    mistakes.push_back(mistake);
+  }
+}
+
 void AddFrames(const Dataset& data, std::vector<Mistake>& mistakes) {
   if (!data.tip_free()) {
     Mistake tip{"", "correct tcp_mm (or the tool's length), or declare tool = \"unknown\"",
@@ -289,6 +317,7 @@ std::vector<Mistake> MistakesOf(const Dataset& data) {
   AddJoints(data, mistakes);
   AddCell(data, mistakes);
   AddPayload(data, mistakes);
+  AddShiftedPayloads(data, mistakes);
   AddFrames(data, mistakes);
   return mistakes;
 }

@@ -176,6 +176,24 @@ TEST_CASE("temperatures in Fahrenheit are noted, and refused if an effect confir
   }
 }
 
+TEST_CASE("payloads recorded one row late or early are named beside the effect that shows it") {
+  const MeasuredCell clean = Clean(1);
+  MeasuredCell bent = clean;
+  Remeasure(bent, {EffectWith(clean.cell, "joint_compliance", {{"q2", 3e-7}})}, 5e-5, 3);
+  CHECK(Diagnose(bent.cell, bent.table, {}));
+  for (const bool late : {true, false}) {
+    CAPTURE(late);
+    MeasuredCell data = bent;
+    for (std::size_t k = 1; k + 1 < data.table.rows.size(); ++k) {
+      data.table.rows[k].payload_kg = bent.table.rows[late ? k - 1 : k + 1].payload_kg;
+    }
+    const auto refused = Diagnose(data.cell, data.table, {});
+    REQUIRE_FALSE(refused);
+    CHECK_THAT(refused.error(), Catch::Contains(late ? "payload_kg changes one row late"
+                                                     : "payload_kg changes one row early"));
+  }
+}
+
 TEST_CASE("wrong signs, offsets and references of joints are named, also of the last joint") {
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q[2] *= -1; }),
             "the sign of joint q3 is reversed");
