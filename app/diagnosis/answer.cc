@@ -127,6 +127,7 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                                   {"after_high_mm", Millimetres(error.after_high_m)}});
   }
   answer["withheld"] = diagnosis.withheld.empty() ? Json(nullptr) : Json(diagnosis.withheld);
+  answer["notes"] = diagnosis.notes;
   // A column name may contain bytes that are not UTF-8; replace them instead of throwing.
   return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }

@@ -37,7 +37,7 @@ TEST_CASE("the keys and their order follow the format for every verdict") {
           std::vector<std::string>{"schema", "verdict", "effects", "rivals", "drivers",
                                    "next_poses", "minimum_detectable_mm", "rms_mm", "outlier_rows",
                                    "implausible", "discrepancy_model", "remainder", "checks",
-                                   "doubts", "held_out", "withheld"});
+                                   "doubts", "held_out", "withheld", "notes"});
     CHECK(answer["schema"] == 1);
     CHECK(answer["verdict"] == word);
     CHECK(answer["next_poses"].is_null());
@@ -54,7 +54,9 @@ TEST_CASE("checks, doubts and all held-out errors are listed with their figures"
   diagnosis.doubts = {{"backlash", {"q4"}, "selected by 2 of 5"}};
   diagnosis.held_out_by_all = {{"sessions", 2e-3, 1e-4, 5e-5, 2e-4}};
   diagnosis.withheld = "worse than the declared model";
+  diagnosis.notes = {"joint q6 never moved"};
   const Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  CHECK(answer["notes"] == Json({"joint q6 never moved"}));
   CHECK(answer["checks"][0] == Json({{"name", "selection_frequency"},
                                      {"effect", "backlash"},
                                      {"passed", false},
