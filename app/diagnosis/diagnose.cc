@@ -226,8 +226,8 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   if (task.Interrupted()) return;
   task.Report(0.7, "testing signals");
   AddSignals(task.data, found, diagnosis);
-  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)),
-             fit.problem.weights, diagnosis);
+  SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), fit.problem.weights,
+             diagnosis);
   AddReadingNote(task.data, diagnosis);
   AddCorrelationNote(found.fit, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
