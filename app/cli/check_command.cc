@@ -14,6 +14,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
+#include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
@@ -170,7 +171,10 @@ CheckedFile Check(const std::string& text, const std::string& file) {
     if (checked.config && !CheckObjects(*checked.config, checked.faults)) checked.config.reset();
     if (checked.config) {
       checked.cell = checked.config->machine.cell;
-      checked.points = config::SolvePoints(checked.in_force);
+      Progress progress(std::cerr, false);
+      checked.points = config::SolvePoints(checked.in_force, [&](std::size_t done) {
+        progress.ShowCount(done, checked.in_force.points.size(), "points");
+      });
     }
   } else {
     checked.cell = config::CellFromText(text, file, checked.faults);

@@ -13,6 +13,7 @@ namespace plumbline::cli {
 namespace {
 
 constexpr double kQuietPeriod_s = 2;
+constexpr double kTerminalQuietPeriod_s = 0.5;  // a quick command must not flicker
 constexpr int kLineInterval_percent = 10;
 constexpr double kEstimateFrom = 0.05;  // share done; before it the rate is too uncertain
 
@@ -83,6 +84,7 @@ std::string Progress::Line() const {
 }
 
 void Progress::ShowOnTerminal() {
+  if (display_.clock_s() - start_s_ < kTerminalQuietPeriod_s) return;
   // A line as wide as the terminal would leave its end behind when it is erased.
   const std::string line = Line().substr(0, static_cast<std::size_t>(display_.columns - 1));
   if (line == shown_) return;

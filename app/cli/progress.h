@@ -10,9 +10,9 @@
 
 namespace plumbline::cli {
 
-/// On a terminal, a single line, updated every second; elsewhere, after two seconds, a line every
-/// ten per cent. Both show the remaining time once 5 % are done, extrapolated from the elapsed
-/// time.
+/// On a terminal, after half a second, a single line, updated every second; elsewhere, after two
+/// seconds, a line every ten per cent. Both show the remaining time once 5 % are done, extrapolated
+/// from the elapsed time.
 class Progress {
  public:
   struct Display {

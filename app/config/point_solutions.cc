@@ -64,10 +64,12 @@ model::JointVector SeedOf(const kinematics::Chain& chain, const correction::Asse
   return middle;
 }
 
-std::vector<PointSolution> SolvePoints(const MachineConfig& config) {
+std::vector<PointSolution> SolvePoints(const MachineConfig& config,
+                                       const std::function<void(std::size_t)>& progress) {
   Machine machine(config);
   std::vector<PointSolution> solutions;
   for (std::size_t k = 0; k < config.points.size(); ++k) {
+    if (progress) progress(k);
     const correction::AssemblyPoint& point = config.points[k];
     for (PointLoad& load : LoadsOf(config, point)) {
       PointSolution& solution = solutions.emplace_back();

@@ -1,6 +1,7 @@
 // Offline solutions of the configured points, as the daemon computes them: payload and posture.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ struct PointSolution {
 
 /// Solves every point under each of its payloads, in configured order, like Machine::Prepare().
 /// Takes some milliseconds per point.
-std::vector<PointSolution> SolvePoints(const MachineConfig& config);
+/// @param progress  called with the number of solved points before each point; may be empty
+std::vector<PointSolution> SolvePoints(const MachineConfig& config,
+                                       const std::function<void(std::size_t)>& progress = {});
 
 }  // namespace plumbline::config

@@ -39,7 +39,7 @@ def on_terminal(*words, **environment):
 
 
 def too_wide(text):
-    return [line for line in text.split("\n") if len(re.sub("\033\\[[0-9;]*m", "", line)) > WIDTH]
+    return [line for line in text.split("\n") if len(re.sub("\033\\[[0-9;]*[mK]|\r", "", line)) > WIDTH]
 
 
 def check_help(*path):

@@ -102,7 +102,7 @@ TEST_CASE("progress on a terminal: one line with the time left, erased at the en
     progress.Clear();
     progress.Show(0.6, "too late");
   }
-  CHECK(err.str() == "\r\033[K  0 %  reading\r\033[K 50 %  fitting all rows, pass\r\033[K");
+  CHECK(err.str() == "\r\033[K 50 %  fitting all rows, pass\r\033[K");
 }
 
 TEST_CASE("progress on a terminal updates the time left between two steps") {
@@ -114,7 +114,7 @@ TEST_CASE("progress on a terminal updates the time left between two steps") {
   progress.Show(0.5, "fitting");
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   progress.Clear();
-  CHECK_THAT(err.str(), Catch::Contains(", 10 s left") && Catch::Contains(", 30 s left"));
+  CHECK_THAT(err.str(), Catch::Contains(", 20 s left") && Catch::Contains(", 40 s left"));
 }
 
 TEST_CASE("quiet progress prints nothing") {
