@@ -139,7 +139,7 @@ Result<FittedModel> FitDeclared(const Task& task) {
 
 /// Fits the identified model to all rows with new weights, if the search used a subset.
 Result<FitOfAllRows> FitAllRows(const Task& task, const Identified& found, bool thinned) {
-  task.Report(0.6, "fitting all rows");
+  task.Report(0.4, "fitting all rows");
   const Dataset& data = task.data;
   Result<Linearisation> linear = Linearise(data, found.model, false, task.options.threads);
   if (!linear) return Error{linear.error()};
@@ -209,7 +209,7 @@ void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
 /// ambiguous, the next poses.
 void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
              Diagnosis& diagnosis) {
-  task.Report(0.65, "comparing rivals");
+  task.Report(0.43, "comparing rivals");
   const FindingsContext context{found.fit,        *found.candidate_set, found.best,  fit.refit,
                                 found.refit.chi2, found.ranked,         task.options};
   AddFindings(context, diagnosis);
@@ -224,14 +224,14 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
   AddConsidered(context, found.candidates, diagnosis);
   AddDetectable(*found.candidate_set, found.candidates, diagnosis);
   if (task.Interrupted()) return;
-  task.Report(0.7, "testing signals");
+  task.Report(0.45, "testing signals");
   AddSignals(task.data, found, diagnosis);
   SetVerdict(task.data, found, RobustSigma(task.data, ResidualsOf(fit.linear)), fit.problem.weights,
              diagnosis);
   AddReadingNote(task.data, diagnosis);
   AddCorrelationNote(found.fit, diagnosis);
   if (diagnosis.verdict != Verdict::kAmbiguous) return;
-  task.Report(0.75, "planning further measurements");
+  task.Report(0.46, "planning further measurements");
   AddNextPoses(*found.candidate_set, found.model, found.fit.weights, found.best, rivals,
                task.options, diagnosis);
 }
@@ -290,15 +290,18 @@ Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
 /// Validates the model by held-out rows and decides which parts of it are written.
 Result<CorrectedModel> Validated(const Task& task, const Identified& found, const FitOfAllRows& fit,
                                  Diagnosis& diagnosis) {
-  task.Report(0.8, "fitting a discrepancy model");
+  task.Report(0.47, "fitting a discrepancy model");
   const std::optional<DiscrepancyModel> offered =
       DiscrepancyModelOf(*found.candidate_set, found.best, found.candidates);
   if (task.Interrupted()) return Task::InterruptedError();
-  task.Report(0.85, "predicting held-out rows");
+  // Every fold repeats the search, so they take as long as everything before.
+  const auto predicting = [&task](double share) {
+    task.Report(0.5 + 0.5 * share, "predicting held-out rows");
+  };
   const HeldOutInput input{
       found.fit,           found.linear,  found.model,
       found.candidates,    found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
-      offered.has_value(), task.options};
+      offered.has_value(), task.options,  predicting};
   const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
   if (!written) return Error{written.error()};
   const bool may_fade = diagnosis.verdict == Verdict::kUnknown || offered.has_value();
@@ -484,9 +487,9 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
     return Error{*change};
   }
   const Result<Identified> found =
-      Identify(searched, declared->model, options, progress_between(0.05, 0.5));
+      Identify(searched, declared->model, options, progress_between(0.05, 0.35));
   if (!found) return Error{found.error()};
-  if (const auto mistake = HiddenMistake(*found, options, progress_between(0.5, 0.6)))
+  if (const auto mistake = HiddenMistake(*found, options, progress_between(0.35, 0.4)))
     return Error{*mistake};
   const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
   if (!fit) return Error{fit.error()};

@@ -255,6 +255,7 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
     for (int number = first; number < plan.folds; number += threads) {
       Fold& fold = folds[static_cast<std::size_t>(number)];
       if (input.options.interrupted && input.options.interrupted()) return;
+      if (first == 0 && input.progress) input.progress(static_cast<double>(number) / plan.folds);
       if (fold.test.empty() || fold.training.size() < kMinTrainingRows) continue;
       SearchFold(input, y, fold);
     }

@@ -2,6 +2,7 @@
 // effects.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <set>
 
@@ -23,6 +24,8 @@ struct HeldOutInput {
   std::size_t most_blocks = 3;  ///< maximum of each fold's search
   bool with_discrepancy = false;
   const DiagnosisOptions& options;
+  /// Called by the calling thread with the share of a cross-validation that is done; may be empty.
+  std::function<void(double share)> progress = {};
 };
 
 /// An effect selected by the search of a fold, with its joints.

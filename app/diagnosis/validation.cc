@@ -37,13 +37,26 @@ std::pair<double, double> SquaresOf(const HeldOut& scheme, const PerRow<double>&
 
 Validation Validate(const HeldOutInput& input, bool with_halves) {
   const Dataset& data = input.problem.data;
+  const std::vector<FoldPlan> plans = {BlocksOfTime(data), RegionsOfJointSpace(data),
+                                       Sessions(data)};
+  const FoldPlan halves = with_halves ? OppositeHalves(data) : FoldPlan{};
+  double all_folds = halves.folds, done_folds = 0;
+  for (const FoldPlan& plan : plans) all_folds += plan.folds;
+  const auto hold_out = [&](const FoldPlan& plan) {
+    HeldOutInput part = input;
+    part.progress = [&](double share) {
+      if (input.progress) input.progress((done_folds + share * plan.folds) / all_folds);
+    };
+    HeldOut held_out = HoldOut(part, plan);
+    done_folds += plan.folds;
+    return held_out;
+  };
   Validation validation;
-  for (const FoldPlan& plan : {BlocksOfTime(data), RegionsOfJointSpace(data), Sessions(data)}) {
-    if (plan.folds > 0) validation.schemes.push_back(HoldOut(input, plan));
+  for (const FoldPlan& plan : plans) {
+    if (plan.folds > 0) validation.schemes.push_back(hold_out(plan));
   }
   validation.errors = ErrorsOfSchemes(input, validation.schemes);
-  const FoldPlan halves = with_halves ? OppositeHalves(data) : FoldPlan{};
-  if (halves.folds > 0) validation.halves = HoldOut(input, halves);
+  if (halves.folds > 0) validation.halves = hold_out(halves);
   return validation;
 }
 
