@@ -174,6 +174,7 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
       std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
   diagnosis.noise_floor_origin = data.sigma_m > 0 ? data.sigma_origin : "residual";
   diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
+  diagnosis.joint_reading_sigma_m = data.reading_sigma_m;
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
   diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
   for (const RowIndex row : data.row_indices()) {
@@ -350,6 +351,7 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
     RowTrace& trace = diagnosis.rows.emplace_back();
     trace.line = data.measured(row).line;
     trace.session = data.measured(row).session;
+    trace.pose = data.cluster_of[row];
     trace.weight = fit.problem.weights[row];
     trace.outlier = fit.problem.weights[row] < kOutlierWeight;
     trace.p_measured = data.ranges() ? fit.linear.rows[row].p_W : data.measured(row).p_WT;

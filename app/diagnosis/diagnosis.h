@@ -65,6 +65,7 @@ struct Considered {
 struct RowTrace {
   int line = 0;  ///< of the file, the header being line 1
   std::string session;
+  ClusterIndex pose{};   ///< replicates of one pose share it: same joints, session and payload
   int fold = 0;          ///< block of time it was held out with; -1: never held out
   double weight = 1;     ///< of the robust fit
   bool outlier = false;  ///< weight below kOutlierWeight; excluded from error figures and plots
@@ -155,6 +156,9 @@ struct Diagnosis {
   double rms_before_m = 0, rms_after_m = 0;
   double noise_floor_m = 0;  ///< 3-D: declared sigma times sqrt(lengths per row)
   double sigma_m = 0;        ///< one axis, as used
+  /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
+  /// one axis, mean over the rows.
+  double joint_reading_sigma_m = 0;
   /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
   /// use (3-D) then replaces `noise_floor_m`.
   bool declared_noise_too_small = false;
