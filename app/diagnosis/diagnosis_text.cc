@@ -8,6 +8,7 @@
 #include <map>
 
 #include "app/diagnosis/candidates.h"
+#include "app/diagnosis/signal_unit.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
@@ -201,20 +202,6 @@ std::string PercentText(double share) {
 }
 
 namespace {
-
-/// The unit at the end of a column name: "bar" for "air_pressure_bar", "deg/s" for "qd2_deg_s".
-/// Temperature differences are in K.
-std::string UnitOfSignal(std::string_view column) {
-  constexpr std::pair<std::string_view, std::string_view> kOfTwoParts[] = {
-      {"_deg_s2", "deg/s^2"}, {"_deg_s", "deg/s"}, {"_mm_s2", "mm/s^2"}, {"_mm_s", "mm/s"}};
-  for (const auto& [ending, unit] : kOfTwoParts) {
-    if (column.ends_with(ending)) return std::string(unit);
-  }
-  const std::size_t at = column.rfind('_');
-  if (at == std::string_view::npos) return fmt::format("unit of {}", column);
-  const std::string_view unit = column.substr(at + 1);
-  return unit == "C" ? "K" : std::string(unit);
-}
 
 /// Slope of each carrier per unit of the driver, by least squares over the nodes; nullopt if the
 /// curve is not straight.
