@@ -503,7 +503,8 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   CorrectedModel& corrected = validated.value();
   CheckExplanation({found->fit, corrected.validation.schemes.front(),
                     static_cast<double>(found->best.columns.size()),
-                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights)},
+                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights),
+                    RobustSigma(*data, ResidualsOf(fit->linear))},
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
   AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);

@@ -150,12 +150,12 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
 }
 
 /// nullopt if the noise is unknown.
-std::optional<ExplanationCheck> NoiseCheck(const FitProblem& problem) {
-  const double declared_m = problem.data.sigma_m;
+std::optional<ExplanationCheck> NoiseCheck(const ExplanationEvidence& evidence) {
+  const double declared_m = evidence.problem.data.sigma_m;
   if (declared_m <= 0) return std::nullopt;
   ExplanationCheck check;
   check.name = "residual_noise";
-  check.figure = 1e3 * problem.sigma_m;
+  check.figure = 1e3 * evidence.residual_sigma_m;
   check.limit = 1e3 * kUnexplainedNoiseRatio * declared_m;
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
@@ -268,7 +268,7 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
   }
   diagnosis.checks.push_back(DiscrepancyCheck(evidence));
   sound = sound && diagnosis.checks.back().passed;
-  if (auto noise = NoiseCheck(evidence.problem)) {
+  if (auto noise = NoiseCheck(evidence)) {
     sound = sound && noise->passed;
     diagnosis.checks.push_back(*std::move(noise));
   }

@@ -12,6 +12,7 @@ struct ExplanationEvidence {
   const HeldOut& held_out;       ///< held out by blocks of time
   double parameters = 0;         ///< fitted parameters of the named effects
   double discrepancy_rms_m = 0;  ///< 3-D RMS of the discrepancy model over the rows [m]
+  double residual_sigma_m = 0;   ///< robust standard deviation of the residual, one axis [m]
 };
 
 /// Mean square of the held-out residuals over sigma^2, and its upper limit under noise alone: the
