@@ -9,7 +9,7 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr int kMinRejected = 3;
+constexpr int kMinRuns = 3;
 
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
@@ -23,6 +23,19 @@ double HypergeometricTail(int n, int m, int k, int x) {
     tail += std::exp(LogChoose(k, i) + LogChoose(n - k, m - i) - LogChoose(n, m));
   }
   return tail;
+}
+
+/// The rows that count: the accepted ones, and the first of each run of rejected ones.
+std::vector<RowIndex> CountedRows(const Dataset& data, const PerRow<bool>& rejected) {
+  constexpr int kMaxGap = 2;
+  std::vector<RowIndex> counted;
+  int last = -kMaxGap - 2;
+  for (const RowIndex row : data.row_indices()) {
+    const bool continues = rejected[row] && row.value() - last <= kMaxGap + 1;
+    if (rejected[row]) last = row.value();
+    if (!continues) counted.push_back(row);
+  }
+  return counted;
 }
 
 struct SignalRow {
@@ -71,17 +84,17 @@ class LimitSearch {
 
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights) {
-  const auto is_rejected = [](double weight) { return weight < kOutlierWeight; };
-  const auto rejected =
-      static_cast<int>(std::count_if(weights.begin(), weights.end(), is_rejected));
-  if (rejected < kMinRejected) return std::nullopt;
-  LimitSearch search(data.rows(), rejected);
+  PerRow<bool> rejected;
+  for (const double weight : weights) rejected.push_back(weight < kOutlierWeight);
+  const std::vector<RowIndex> counted = CountedRows(data, rejected);
+  const auto runs = static_cast<int>(
+      std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));
+  if (runs < kMinRuns) return std::nullopt;
+  LimitSearch search(static_cast<int>(counted.size()), runs);
   for (const RecordedSignal& signal : data.signals) {
     if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
     std::vector<SignalRow> rows;
-    for (const RowIndex row : data.row_indices()) {
-      rows.push_back({signal.values[row], is_rejected(weights[row])});
-    }
+    for (const RowIndex row : counted) rows.push_back({signal.values[row], rejected[row]});
     std::sort(rows.begin(), rows.end(),
               [](const SignalRow& a, const SignalRow& b) { return a.value < b.value; });
     search.Try(signal.column, false, rows);

@@ -283,6 +283,19 @@ TEST_CASE("rejected rows that share a payload make the verdict unknown, scattere
   }
 }
 
+TEST_CASE("a run of rejected rows while a signal drifts is no condition") {
+  MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    data.table.rows[k].temp_C = 20 + 0.1 * static_cast<double>(k);
+  }
+  Remeasure(data, {}, 5e-5, 7);
+  for (std::size_t k = 30; k < 36; ++k) data.table.rows[k].p_WT += Vec3(2e-3, -1e-3, 1e-3);
+  const auto diagnosis = Answer(data);
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->outlier_rows.size() == 6);
+  CHECK(diagnosis->verdict == Verdict::kNoEffect);
+}
+
 TEST_CASE("the p-value is corrected for the choice of joints") {
   const MeasuredCell data = Simulated("--family none --robot ur10 --rows 60 --seed 5");
   const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
