@@ -34,7 +34,7 @@ std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding&
 /// Adds the checks of each finding and of the whole answer to `diagnosis.checks`. A finding that
 /// fails a check is added to `diagnosis.doubts` and lowers the verdict from `explained` to
 /// `ambiguous`. If the answer as a whole fails, part of the residual is unexplained and the verdict
-/// is `unknown`.
+/// is `unknown`. Without a finding, only the residual is compared with the noise.
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

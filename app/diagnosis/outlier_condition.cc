@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "app/diagnosis/thresholds.h"
@@ -25,15 +27,18 @@ double HypergeometricTail(int n, int m, int k, int x) {
   return tail;
 }
 
-/// The rows that count: the accepted ones, and the first of each run of rejected ones.
+/// The rows that count: one accepted and one rejected visit of each pose, and of each run of
+/// rejected rows the first.
 std::vector<RowIndex> CountedRows(const Dataset& data, const PerRow<bool>& rejected) {
   constexpr int kMaxGap = 2;
   std::vector<RowIndex> counted;
+  std::set<std::pair<ClusterIndex, bool>> visited;
   int last = -kMaxGap - 2;
   for (const RowIndex row : data.row_indices()) {
     const bool continues = rejected[row] && row.value() - last <= kMaxGap + 1;
     if (rejected[row]) last = row.value();
-    if (!continues) counted.push_back(row);
+    const bool fresh = visited.emplace(data.cluster_of[row], rejected[row]).second;
+    if (fresh && !continues) counted.push_back(row);
   }
   return counted;
 }
@@ -63,21 +68,21 @@ class LimitSearch {
       ++trials_;
       if (inside >= 2 * rejected_inside) continue;
       const double p = HypergeometricTail(rows_, rejected_, inside, rejected_inside);
-      if (p < best_.p_value) {
-        best_ = {{column, sorted[k].value, above, inside, rejected_inside}, p};
+      if (!best_ || p < best_->p_value) {
+        best_ = Candidate{{column, sorted[k].value, above, inside, rejected_inside}, p};
       }
     }
   }
 
   std::optional<OutlierCondition> Best() const {
-    if (trials_ * best_.p_value > kConditionSignificance) return std::nullopt;
-    return best_.condition;
+    if (!best_ || trials_ * best_->p_value > kConditionSignificance) return std::nullopt;
+    return best_->condition;
   }
 
  private:
   int rows_, rejected_;
   double trials_ = 0;
-  Candidate best_;
+  std::optional<Candidate> best_;
 };
 
 }  // namespace

@@ -22,7 +22,8 @@ struct OutlierCondition {
 /// 0.001. Signals are payload, temperature and further columns; joints and time are not considered,
 /// because an instrument may fail in one region or for a while. For the same reason a run of
 /// rejected rows, at most two accepted ones between them, counts as one row: a signal that drifts
-/// has similar values in all of them. nullopt if there are fewer than three runs.
+/// has similar values in all of them. Repeated visits of a pose count once, since one badly seated
+/// pose is one error. nullopt if there are fewer than three rejected rows by this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights);
 
