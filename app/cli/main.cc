@@ -22,6 +22,7 @@
 #include "app/cli/mesh_command.h"
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
+#include "app/cli/print_command.h"
 #include "app/cli/registers_command.h"
 #include "app/cli/settings_command.h"
 #include "app/cli/snapshot_command.h"
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);
   AddLensCommand(app, exit_code);
+  AddPrintCommand(app, exit_code);
   AddCamerasCommand(app, exit_code);
   AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);

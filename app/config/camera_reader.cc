@@ -13,6 +13,11 @@ CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   if ((size.width == 0) != (size.height == 0)) {
     table.AddFault("width_px", "and height_px must be given together");
   }
+  for (const std::string& word : camera.required_for) {
+    if (word == kRequiredForPoints) continue;
+    table.AddFault("required_for", fmt::format("contains \"{}\"; it may contain \"{}\" only", word,
+                                               kRequiredForPoints));
+  }
   return camera;
 }
 

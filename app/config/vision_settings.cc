@@ -45,6 +45,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   camera::V4l2CameraOptions& v4l2 = camera.connection.v4l2;
   keys.Choose("name", camera.name, CameraNames(""),
               {"required if there are two cameras", "\"side\""});
+  keys.Add(
+      "required_for", camera.required_for,
+      {"[\"points\"]: corrected points are withdrawn while the lens of this camera is not valid",
+       "[\"points\"]", "nothing"});
   keys.Add("device", v4l2.device,
            Required("for \"v4l2\": path, serial number, or serial number and port, as printed by "
                     "`plumbline cameras`",

@@ -163,6 +163,19 @@ TEST_CASE("each fault has its own message") {
   }
 }
 
+TEST_CASE("required_for names what a camera's lens must be valid for") {
+  CHECK_FALSE(Read(kLeast).vision.cameras[0].RequiredForPoints());
+  const std::string tags = "[tags]\nfile = \"bodies.toml\"\n";
+  const std::string camera = "[camera]\ndevice = \"cam\"\n";
+  const Read points(camera + "required_for = [\"points\"]\n" + tags);
+  CHECK(points.faults.All().empty());
+  CHECK(points.vision.cameras[0].RequiredForPoints());
+  CHECK_FALSE(Read(camera + "required_for = []\n" + tags).vision.cameras[0].RequiredForPoints());
+  const Read other(camera + "required_for = [\"probes\"]\n" + tags);
+  CHECK(other.Says("contains \"probes\"; it may contain \"points\" only"));
+  CHECK(Read(camera + "required_for = \"points\"\n" + tags).faults.HasFaults());
+}
+
 TEST_CASE("boards of the other kinds") {
   const std::string camera = "[camera]\ndevice = \"cam\"\n[tags]\nfile = \"bodies.toml\"\n";
   const Read charuco(camera +
