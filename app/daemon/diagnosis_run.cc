@@ -19,6 +19,7 @@
 #include "drivers/files/open_failure.h"
 #include "drivers/files/replace_file.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/statistics/containment_radius.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::daemon {
@@ -44,7 +45,7 @@ void LogReadingError(const config::DaemonConfig& config,
     deflection::LoadedState state;
     arm.AtActual(row.q, {}, {}, state);
     largest_rad = std::max(largest_rad, *row.q_step_rad);
-    radii_m.push_back(deflection::RadiusHolding95Percent(
+    radii_m.push_back(statistics::RadiusHolding95Percent(
         deflection::ReadingCovariance(arm, state, *row.q_step_rad)));
   }
   if (radii_m.empty()) return;

@@ -15,7 +15,9 @@ namespace plumbline::model {
 inline constexpr int kMaxJoints = 12;
 
 /// One value per joint, first joint first: rad and N m; m and N for prismatic joints.
-using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+template <typename T>
+using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+using JointVector = JointVectorOf<double>;
 
 enum class DhConvention {
   kDistal,    ///< "dh":  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha); rotates about z of frame i-1
@@ -130,8 +132,9 @@ struct SessionFrames {
   std::optional<Vec3> tip_declared_F{};
 };
 
-/// The sum w^T q of weighted joint angles, |w| = 1, and the range in which it lay [rad]. Joints that
-/// moved together leave such a sum nearly constant, e.g. q2 + q3 + q4 with the tool kept vertical.
+/// The sum w^T q of weighted joint angles, |w| = 1, and the range in which it lay [rad]. Joints
+/// that moved together leave such a sum nearly constant, e.g. q2 + q3 + q4 with the tool kept
+/// vertical.
 struct JointCombination {
   JointVector weights;  ///< one per joint; 0 for a prismatic joint
   Interval range;
@@ -139,7 +142,7 @@ struct JointCombination {
 
 /// The domain covered by the data of a fit; predictions outside it are extrapolated.
 struct Domain {
-  std::vector<Interval> q;  ///< [rad] or [m], one per joint
+  std::vector<Interval> q;                     ///< [rad] or [m], one per joint
   std::vector<JointCombination> combinations;  ///< that hardly varied over the fitted rows
   std::optional<Interval> payload_kg;
   /// The measured loads in ascending order, if they are too few (see OutsideDomain) to show that

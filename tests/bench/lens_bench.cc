@@ -10,6 +10,7 @@
 
 #include "app/lens/board_detection.h"
 #include "app/lens/calibration.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/peers/mrcal_peer.h"
 
@@ -17,7 +18,7 @@ using namespace plumbline;
 
 namespace {
 
-constexpr lens::ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
 /// CPU time of this thread, independent of other load on the machine.

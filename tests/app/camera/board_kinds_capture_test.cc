@@ -27,7 +27,7 @@ Result<lens::BoardView> Await(BoardWorker& worker) {
   return Error{"the test's patience ended"};
 }
 
-lens::LumaView ViewOf(const renderer::Image& image) {
+image::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 

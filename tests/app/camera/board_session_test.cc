@@ -5,6 +5,7 @@
 
 #include "app/camera/view_gain.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 using namespace plumbline;
@@ -13,7 +14,7 @@ using namespace plumbline::camera;
 
 namespace {
 
-constexpr lens::ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 
 /// A user who holds the board and roughly follows the prompts.
 class Operator {

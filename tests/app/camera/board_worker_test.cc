@@ -38,7 +38,7 @@ renderer::Image DrawnBoard(const lens::Board& board) {
   return renderer::Render(view.camera, {view.sheet}, {}, 1);
 }
 
-lens::LumaView ViewOf(const renderer::Image& image) {
+image::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <mutex>
 
+#include "firmware-like/image/image_size.h"
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/temporary_folder.h"
 
@@ -50,7 +51,7 @@ struct Bench {
   std::optional<CameraStores> stores;
   std::optional<CameraSupervisor> supervisor;
 
-  explicit Bench(double patience_s, lens::ImageSize lens_size = {1920, 1080}) {
+  explicit Bench(double patience_s, image::ImageSize lens_size = {1920, 1080}) {
     ShowCell();
     {
       auto store = lens_store::LensStore::Open(folder.path() + "/lenses.sqlite");

@@ -9,7 +9,7 @@
 namespace plumbline::lens {
 namespace {
 
-LumaView ViewOf(const renderer::Image& image) {
+image::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 

@@ -6,6 +6,7 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/calibration.h"
 #include "app/lens/disc_offsets.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 namespace plumbline::lens {
@@ -13,7 +14,7 @@ namespace {
 
 using test::ViewOf;
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr std::size_t kPixels = std::size_t{1920} * 1080;
 
 /// 10 x 7 squares of 20 mm with tags of 15 mm, as such boards are usually printed.

@@ -6,12 +6,13 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/lens_json.h"
 #include "drivers/camera/image_folder.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 namespace plumbline::lens {
 namespace {
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
 LensCalibration Calibrated(const Capture& capture, std::uint64_t seed,

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "tests/app/tracking/tag_scene.h"
 #include "tests/renderer/scene.h"
 

@@ -24,7 +24,7 @@ inline lens::Lens LensOfCamera(const renderer::Camera& c) {
           c.distortion[4]};
 }
 
-inline lens::LumaView ViewOf(const renderer::Image& image) {
+inline image::LumaView ViewOf(const renderer::Image& image) {
   return {image.grey.data(), image.width, image.height, image.width};
 }
 

@@ -1,4 +1,4 @@
-#include "app/view_process/snapshot.h"
+#include "app/view_process/snapshot_picture.h"
 
 #include <fmt/format.h>
 
