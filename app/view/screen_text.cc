@@ -8,6 +8,7 @@
 #include <ctime>
 #include <span>
 
+#include "app/view/panels.h"
 #include "app/view/silent_daemon.h"
 #include "drivers/display/colour_scale.h"
 #include "firmware-like/image/image_size.h"

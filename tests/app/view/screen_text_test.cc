@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/view/panels.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/app/view/view_scene.h"
 
