@@ -148,7 +148,7 @@ void Solve(int seeds) {
         start = CpuTime_ms();
         const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
         whole.push_back(CpuTime_ms() - start);
-        image_z.push_back(lens::LargestDifference(lens::TrueLens(truth), c.lens, kSize) /
+        image_z.push_back(lens::LargestDifference(test::LensOfCamera(truth), c.lens, kSize) /
                           c.uncertainty.max_px);
         if (const auto mrcal =
                 SolveWithMrcal(board, views, kSize, lens::LensFromShared(fit->shared), fit->X_CK)) {
@@ -225,7 +225,7 @@ void Acceptance(int runs) {
       const std::uint64_t seed = 20000 + run;
       const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
       const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
-      lens::Lens truth = lens::TrueLens(renderer::ZoomLens(capture.f));
+      lens::Lens truth = test::LensOfCamera(renderer::ZoomLens(capture.f));
       if (kind.any_frame) {
         truth.fx *= 1 + capture.step;
         truth.fy *= 1 + capture.step;
