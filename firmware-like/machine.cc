@@ -5,6 +5,7 @@
 
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/written.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline {
 namespace {
@@ -222,7 +223,7 @@ void Machine::CheckInput(const MachineInput& input) {
     if (moved) {
       deflection::LoadedState state;
       arm.AtActual(input.robot.q, {}, {}, state);
-      snapshot_.reading_radius_m = deflection::RadiusHolding95Percent(
+      snapshot_.reading_radius_m = statistics::RadiusHolding95Percent(
           deflection::ReadingCovariance(arm, state, input.robot.q_resolution));
     }
     if (snapshot_.reading_radius_m > kCoarseReading_m) {

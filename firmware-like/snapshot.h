@@ -10,7 +10,7 @@
 #include "firmware-like/correction/point_posture.h"
 #include "firmware-like/model/measured_point.h"
 #include "firmware-like/model/plc_command.h"
-#include "firmware-like/plausibility.h"
+#include "firmware-like/plausibility_filter.h"
 #include "firmware-like/probe_check.h"
 
 namespace plumbline {

@@ -23,6 +23,7 @@
 #include "app/printed_digits.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::cli {
 namespace {
@@ -37,7 +38,7 @@ struct CalibrateLensOptions {
 struct Frames {
   std::vector<lens::BoardView> views;
   std::vector<lens::RefusedFrame> refused;
-  lens::ImageSize size;
+  image::ImageSize size;
 };
 
 /// Detects the board in every image. Images whose size differs from the most frequent one are
@@ -46,7 +47,7 @@ Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::st
                   const lens::Board& board) {
   struct Found {
     lens::BoardView view;
-    lens::ImageSize size;
+    image::ImageSize size;
   };
   std::vector<Found> found;
   Frames frames;

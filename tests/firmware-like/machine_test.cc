@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "firmware-like/statistics/containment_radius.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -1199,7 +1200,7 @@ TEST_CASE("an identified model states its own uncertainty, not the declared devi
   const deflection::LoadedArm arm(cell.config.cell);
   const loads::Payload payload{60, *cell.config.cell.payload_cog_F};
   const auto expected_m = [&](const model::JointVector& q) {
-    return deflection::RadiusHolding95Percent(deflection::EffectCovariance(arm, q, payload, {}) +
+    return statistics::RadiusHolding95Percent(deflection::EffectCovariance(arm, q, payload, {}) +
                                               9e-10 * Mat3::Identity());
   };
   const Snapshot& snapshot = cell.Running();

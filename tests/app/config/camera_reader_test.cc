@@ -3,6 +3,7 @@
 #include "app/config/body_reader.h"
 #include "app/config/camera_config.h"
 #include "app/config/named_files.h"
+#include "firmware-like/image/image_size.h"
 
 using namespace plumbline;
 
@@ -97,7 +98,7 @@ TEST_CASE("all keys are read, in SI") {
   const VisionConfig& vision = read.vision;
   REQUIRE(vision.cameras.size() == 1);
   const CameraConfig& camera = vision.cameras[0];
-  CHECK(camera.connection.v4l2.mode.size == lens::ImageSize{1920, 1080});
+  CHECK(camera.connection.v4l2.mode.size == image::ImageSize{1920, 1080});
   CHECK(*camera.connection.v4l2.settings.exposure_s == Approx(0.008));
   CHECK(camera.zoom.connection.visca.baud == 38400);
   CHECK(camera.zoom.connection.visca.timeout_s == Approx(0.08));

@@ -1,4 +1,4 @@
-#include "app/lens/standstill.h"
+#include "app/lens/capture_change.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -108,9 +108,9 @@ Trial Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile& profil
 
 }  // namespace
 
-StandstillTest TestStandstill(const LensFit& fit, std::span<const BoardView> views,
-                              double widening) {
-  StandstillTest test;
+CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const BoardView> views,
+                                        double widening) {
+  CaptureChangeTest test;
   const SharedMatrix C = CovarianceWithDroppedFixed(fit);
   const std::vector<ChangeProfile> profiles = AllProfiles(views);
   double largest_undetected = kExpectedChi2;

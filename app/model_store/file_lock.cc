@@ -1,4 +1,4 @@
-#include "app/model_store/durable_file.h"
+#include "app/model_store/file_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -8,20 +8,17 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <thread>
 
 #include "drivers/files/open_failure.h"
-#include "drivers/os/file_writing.h"
 
 namespace plumbline::model_store {
 namespace {
 
-Error Failed(const std::string& path, std::string_view what) {
+Error LockFailure(const std::string& path, std::string_view what) {
   const int error = errno;
   return Error{
       fmt::format("{}: {}: {}{}", path, what, std::strerror(error), files::WriteRemedy(path))};
@@ -50,32 +47,18 @@ std::string HolderText(int fd) {
 
 }  // namespace
 
-Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode) {
-  const std::string temporary = path + ".new";
-  unlink(temporary.c_str());  // left by an interrupted write, and possibly read-only
-  os::Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
-  if (!file) return Failed(temporary, "cannot be created");
-  if (!os::WriteAll(file.get(), content) || fsync(file.get()) != 0 || !file.CloseWritten()) {
-    return Failed(temporary, "cannot be written");
-  }
-  if (std::rename(temporary.c_str(), path.c_str()) != 0) return Failed(path, "cannot be replaced");
-  const std::string directory = std::filesystem::path(path).parent_path().string();
-  if (!os::SyncFolder(directory)) return Failed(directory, "cannot be synced");
-  return {};
-}
-
 Result<FileLock> FileLock::Take(const std::string& path, const WaitPolicy& policy) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::milliseconds kPoll{20};
   FileLock lock(
       os::Descriptor(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644)));
   const int fd = lock.file_.get();
-  if (fd < 0) return Failed(path, "cannot be opened");
+  if (fd < 0) return LockFailure(path, "cannot be opened");
   const Clock::time_point start = Clock::now();
   bool reported = false;
   while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EINTR) continue;
-    if (errno != EWOULDBLOCK) return Failed(path, "cannot be locked");
+    if (errno != EWOULDBLOCK) return LockFailure(path, "cannot be locked");
     const double waited_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (waited_s >= policy.timeout_s) {
       return Error{fmt::format(

@@ -8,6 +8,7 @@
 
 #include "drivers/display/gl_context.h"
 #include "drivers/display/renderer.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::test {
 
@@ -32,7 +33,7 @@ struct Drawing {
   }
 };
 
-inline lens::Lens Pinhole(double f, lens::ImageSize size) {
+inline lens::Lens Pinhole(double f, image::ImageSize size) {
   lens::Lens lens;
   lens.fx = lens.fy = f;
   lens.cx = (size.width - 1) / 2.0;
@@ -40,7 +41,7 @@ inline lens::Lens Pinhole(double f, lens::ImageSize size) {
   return lens;
 }
 
-inline scene::DisplayList EmptyList(lens::ImageSize size, double f = 500) {
+inline scene::DisplayList EmptyList(image::ImageSize size, double f = 500) {
   scene::DisplayList list;
   list.size = size;
   list.pinhole = Pinhole(f, size);

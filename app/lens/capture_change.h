@@ -27,7 +27,7 @@ struct CaptureChange {
   SharedVector delta = SharedVector::Zero();  ///< d
 };
 
-struct StandstillTest {
+struct CaptureChangeTest {
   std::array<CaptureChange, 3> changes;  ///< one of each kind
   /// Addition to the covariance of the lens for a focal length change too small to be detected:
   /// e e^T, with
@@ -39,8 +39,8 @@ struct StandstillTest {
 
 /// @param views     the views of `fit`, in order of time
 /// @param widening  factor on the covariance for correlated corner errors
-StandstillTest TestStandstill(const LensFit& fit, std::span<const BoardView> views,
-                              double widening);
+CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const BoardView> views,
+                                        double widening);
 
 /// Probability that the maximum of chi^2 over all change points from `first` to 1 - first reaches
 /// `chi2` if nothing changed:

@@ -1,4 +1,4 @@
-#include "firmware-like/plausibility.h"
+#include "firmware-like/plausibility_filter.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "app/config/plausibility.h"
+#include "app/config/unlikely_values.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "app/view_process/snapshot.h"
+#include "app/view_process/snapshot_picture.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "app/view/panels.h"
 #include "app/view/screen_text.h"
 #include "app/view_process/await_state.h"
 #include "app/view_process/drawing.h"

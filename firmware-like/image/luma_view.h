@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "firmware-like/lens/lens.h"
+#include "firmware-like/image/image_size.h"
 
-namespace plumbline::lens {
+namespace plumbline::image {
 
 /// 8-bit luma, stored row by row; pixel (0, 0) is the top-left one. Valid as long as the owner's
 /// buffer.
@@ -19,4 +19,4 @@ struct LumaView {
   ImageSize size() const { return {width, height}; }
 };
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::image

@@ -1,21 +1,14 @@
-// Crash-safe file replacement, and advisory file locks.
+// Advisory lock on a file, which the kernel releases when its process ends.
 #pragma once
 
 #include <functional>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "drivers/os/descriptor.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::model_store {
-
-/// Writes `content` to a temporary file, syncs it, renames it to `path` and syncs the folder. At
-/// any moment `path` has its complete old content (or does not exist) or its complete new one. A
-/// symbolic link of that name is replaced, not followed.
-/// @param mode  permissions; 0444 for files that are never modified
-Result<void> WriteDurably(const std::string& path, std::string_view content, unsigned mode = 0644);
 
 /// Advisory lock on a file, held as long as the object exists; released by the kernel however the
 /// process ends.

@@ -1,4 +1,4 @@
-#include "app/lens/corner_refinement.h"
+#include "app/lens/board_corner_refinement.h"
 
 #include <algorithm>
 #include <cmath>
@@ -307,8 +307,8 @@ double EdgeWidth(const cv::Mat& smooth, double smooth_px, const Vec2& at, const 
 
 }  // namespace
 
-void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
-                   double rim) {
+void RefineCorners(const image::LumaView& image, const std::vector<LatticeSteps>& steps,
+                   BoardView& view, double rim) {
   // Smooth only the part of the image that shows the board.
   Vec2 least = Vec2::Constant(1e9), most = Vec2::Constant(-1e9);
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {

@@ -1,27 +1,28 @@
 // Detection of a lens that changes during a capture, without false alarms for one that does not.
-#include "app/lens/standstill.h"
+#include "app/lens/capture_change.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 namespace plumbline::lens {
 namespace {
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
-StandstillTest StandstillIn(const Capture& capture, std::uint64_t seed) {
+CaptureChangeTest ChangesIn(const Capture& capture, std::uint64_t seed) {
   const Board board;
   const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
   const auto fit = FitLens(board, views, kSize);
   REQUIRE(fit);
-  return TestStandstill(*fit, views, 1);
+  return TestForCaptureChanges(*fit, views, 1);
 }
 
-const CaptureChange& Of(const StandstillTest& standstill, CaptureChange::Kind kind) {
-  return standstill.changes[static_cast<std::size_t>(kind)];
+const CaptureChange& Of(const CaptureChangeTest& test, CaptureChange::Kind kind) {
+  return test.changes[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace
@@ -32,8 +33,8 @@ TEST_CASE("a jump of the focal length is found at the frame where it happened") 
     capture.step = 0.002;
     capture.step_at = at;
     for (std::uint64_t seed = 71; seed <= 73; ++seed) {
-      const StandstillTest standstill = StandstillIn(capture, seed);
-      const CaptureChange& change = Of(standstill, CaptureChange::Kind::kFocalLength);
+      const CaptureChangeTest test = ChangesIn(capture, seed);
+      const CaptureChange& change = Of(test, CaptureChange::Kind::kFocalLength);
       INFO("at " << at << ", seed " << seed << ", chi^2 " << change.chi2);
       CHECK(change.p_value < 1e-6);
       CHECK_FALSE(change.steady);
@@ -47,28 +48,28 @@ TEST_CASE("a focal length that creeps and a principal point that shifts are dist
   Capture capture;
   capture.creep = 0.003;
   for (std::uint64_t seed = 81; seed <= 83; ++seed) {
-    const StandstillTest standstill = StandstillIn(capture, seed);
-    const CaptureChange& change = Of(standstill, CaptureChange::Kind::kFocalLength);
+    const CaptureChangeTest test = ChangesIn(capture, seed);
+    const CaptureChange& change = Of(test, CaptureChange::Kind::kFocalLength);
     CHECK(change.p_value < 1e-6);
-    CHECK(change.chi2 > Of(standstill, CaptureChange::Kind::kCentre).chi2);
+    CHECK(change.chi2 > Of(test, CaptureChange::Kind::kCentre).chi2);
   }
   capture.creep = 0;
   capture.shift_px = 4;
   for (std::uint64_t seed = 84; seed <= 86; ++seed) {
-    const StandstillTest standstill = StandstillIn(capture, seed);
-    const CaptureChange& change = Of(standstill, CaptureChange::Kind::kCentre);
+    const CaptureChangeTest test = ChangesIn(capture, seed);
+    const CaptureChange& change = Of(test, CaptureChange::Kind::kCentre);
     CHECK(change.p_value < 1e-6);
-    CHECK(change.chi2 > Of(standstill, CaptureChange::Kind::kFocalLength).chi2);
+    CHECK(change.chi2 > Of(test, CaptureChange::Kind::kFocalLength).chi2);
   }
 }
 
 TEST_CASE("a constant lens raises no alarm and rarely widens the covariance") {
   int widened = 0;
   for (std::uint64_t seed = 91; seed <= 110; ++seed) {
-    const StandstillTest standstill = StandstillIn({}, seed);
+    const CaptureChangeTest test = ChangesIn({}, seed);
     // With 60 changes, a false alarm at this level is rare.
-    for (const CaptureChange& change : standstill.changes) CHECK(change.p_value > 1e-4);
-    widened += standstill.undetected_covariance(kFx, kFx) > 0;
+    for (const CaptureChange& change : test.changes) CHECK(change.p_value > 1e-4);
+    widened += test.undetected_covariance(kFx, kFx) > 0;
   }
   // Expected in one of three; 14 or more of 20 once in two thousand.
   CHECK(widened < 14);
@@ -80,7 +81,7 @@ TEST_CASE("a change too small to be detected adds its effect to the covariance")
   capture.step = 0.0003;
   double mean_sd_px = 0;
   for (std::uint64_t seed = 61; seed <= 66; ++seed)
-    mean_sd_px += std::sqrt(StandstillIn(capture, seed).undetected_covariance(kFx, kFx)) / 6;
+    mean_sd_px += std::sqrt(ChangesIn(capture, seed).undetected_covariance(kFx, kFx)) / 6;
   CHECK(mean_sd_px > 0.25 * 0.0003 * 1700);
   CHECK(mean_sd_px < 1.0 * 0.0003 * 1700);
 }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 
 namespace plumbline::lens {
 
@@ -27,7 +27,7 @@ struct LatticeSteps {
 ///               there are no tags
 /// @param view   on input, corners_px within about a sixth of a step; refined in place. `seen` is
 ///               cleared where no corner is found; blur_px is set.
-void RefineCorners(const LumaView& image, const std::vector<LatticeSteps>& steps, BoardView& view,
-                   double rim = 0.5);
+void RefineCorners(const image::LumaView& image, const std::vector<LatticeSteps>& steps,
+                   BoardView& view, double rim = 0.5);
 
 }  // namespace plumbline::lens

@@ -4,13 +4,14 @@
 #include <optional>
 #include <string>
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline::view_process {
 
 struct SnapshotOptions {
   std::string config_file, out;
-  lens::ImageSize size{1280, 720};
+  image::ImageSize size{1280, 720};
   std::string camera;  ///< name, or "both"; empty: as configured
   bool json = false;
   double state_wait_s = 5, meshes_wait_s = 60;
