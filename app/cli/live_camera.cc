@@ -38,6 +38,7 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
       "--camera", options.camera,
       "A camera, by the name that `plumbline cameras` prints, or a recording: a folder of images "
       "or a table t_s,file (*.csv)");
+  command.option_defaults()->group("With --camera");
   command
       .add_option("--size", options.size,
                   "Image size, WIDTHxHEIGHT; default: that of the lens calibration")
@@ -69,6 +70,7 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
   command.add_flag("--fast", options.fast, "Play a recording as fast as it can be processed")
       ->needs(camera);
   command.add_flag("--repeat", options.repeat, "Play a recording in a loop")->needs(camera);
+  command.option_defaults()->group("Options");
 }
 
 bool IsRecording(const std::string& camera) {

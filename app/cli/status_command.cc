@@ -14,6 +14,9 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
+#include "app/cli/terminal.h"
+#include "app/cli/terminal_output.h"
+#include "app/printed_digits.h"
 #include "drivers/plc/codec.h"
 #include "firmware-like/result.h"
 
@@ -93,9 +96,21 @@ std::string WordText(int word, std::span<const plc::BitMeaning> bits) {
   return text;
 }
 
-/// "±1.250 mm (95 %, assumed)".
-std::string Within(double radius_mm, model::RadiusBasis basis) {
-  return fmt::format("±{:.3f} mm (95 %, {})", radius_mm, Describe(basis));
+/// "corrected by 2.84 mm, ±0.55 mm (95 %, assumed)".
+std::string CorrectionText(double correction_mm, double radius_mm, model::RadiusBasis basis) {
+  const int decimals = DecimalsFor({radius_mm}, 0);
+  return fmt::format("corrected by {:.{}f} mm, ±{:.{}f} mm (95 %, {})", correction_mm, decimals,
+                     radius_mm, decimals, Describe(basis));
+}
+
+/// "x 1.23, y 4.56, z 7.89 mm, ±0.42 mm (95 %)": a measured position with the digits that its
+/// radius leaves.
+std::string PositionText(const Vec3& p_mm, double radius_mm) {
+  const int decimals = DecimalsFor({radius_mm}, 0);
+  return fmt::format("x {:.{}f}, y {:.{}f}, z {:.{}f} mm, ±{:.{}f} mm (95 %)",
+                     WithoutMinusZero(p_mm.x(), decimals), decimals,
+                     WithoutMinusZero(p_mm.y(), decimals), decimals,
+                     WithoutMinusZero(p_mm.z(), decimals), decimals, radius_mm, decimals);
 }
 
 std::string Age(double age_ms) {
@@ -156,20 +171,18 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
   for (int k = 0; k < number("bodies"); ++k) {
     const auto of_body = [&](const char* name) { return daemon.Body(name, camera, k); };
     const bool valid = (static_cast<int>(of_body("body_validity")) & plc::registers::kValid) != 0;
-    line("body", fmt::format("{:<5} {}", k + 1,
-                             valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, ±{:.2f} mm "
-                                                 "(95 %), seen {}",
-                                                 WithoutMinusZero(of_body("body_x"), 2),
-                                                 WithoutMinusZero(of_body("body_y"), 2),
-                                                 WithoutMinusZero(of_body("body_z"), 2),
-                                                 of_body("body_radius"), Age(of_body("body_age")))
+    line("body", fmt::format("{:<5}  {}", k + 1,
+                             valid ? fmt::format("{}, seen {}",
+                                                 PositionText({of_body("body_x"), of_body("body_y"),
+                                                               of_body("body_z")},
+                                                              of_body("body_radius")),
+                                                 Age(of_body("body_age")))
                                    : std::string("not visible, or the lens is not valid")));
   }
   if ((number("tip_validity") & plc::registers::kValid) != 0) {
-    line("tip",
-         fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, ±{:.3f} mm (95 %), measured by camera",
-                     WithoutMinusZero(value("tip_x"), 3), WithoutMinusZero(value("tip_y"), 3),
-                     WithoutMinusZero(value("tip_z"), 3), value("tip_radius")));
+    line("tip", fmt::format("{}, measured by camera",
+                            PositionText({value("tip_x"), value("tip_y"), value("tip_z")},
+                                         value("tip_radius"))));
   }
 }
 
@@ -213,9 +226,13 @@ void Print(const DaemonRegisters& daemon) {
   };
   const auto reason = static_cast<HealthReason>(daemon.Word("health_reason"));
   const auto severity = static_cast<HealthSeverity>(daemon.Word("health"));
-  line("health", reason == HealthReason::kNone ? std::string(Describe(severity))
-                                               : fmt::format("{}: {}; {}", Describe(severity),
-                                                             Describe(reason), RemedyOf(reason)));
+  const Tone tone = severity == HealthSeverity::kAlarm ? Tone::kFault
+                    : reason == HealthReason::kNone    ? Tone::kGood
+                                                       : Tone::kWarning;
+  const std::string health = Painted(Describe(severity), tone, ShowsColours(std::cout));
+  line("health", reason == HealthReason::kNone
+                     ? health
+                     : fmt::format("{}: {}; {}", health, Describe(reason), RemedyOf(reason)));
   const int firmware = daemon.Word("firmware");
   line("daemon",
        fmt::format("version {}.{}.{}, up {:.0f} s, boot number {}, {} Modbus clients",
@@ -235,8 +252,8 @@ void Print(const DaemonRegisters& daemon) {
   }
   line("joints", joints.empty() ? "none" : joints.substr(1) + " deg");
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
-    line("",
-         fmt::format("resolution of the joint registers: ±{:.2f} mm at the tip (95 %)", radius_mm));
+    line("", fmt::format("resolution of the joint registers: ±{:.{}f} mm at the tip (95 %)",
+                         radius_mm, DecimalsFor({radius_mm}, 0)));
   }
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
@@ -265,19 +282,18 @@ void Print(const DaemonRegisters& daemon) {
     const auto code = static_cast<correction::CorrectionCode>(value("point_code"));
     const int validity = static_cast<int>(value("point_validity"));
     const bool valid = (validity & plc::registers::kValid) != 0;
-    line("point", fmt::format("{:<5} {}", value("point_id"),
-                              valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
-                                                  "{:.3f} mm, {}",
-                                                  WithoutMinusZero(value("point_x"), 3),
-                                                  WithoutMinusZero(value("point_y"), 3),
-                                                  WithoutMinusZero(value("point_z"), 3),
-                                                  value("point_correction"),
-                                                  Within(value("point_uncertainty"),
-                                                         plc::registers::BasisOf(validity)))
-                                    : std::string("no correction: ") + Describe(code)));
-    if (valid && daemon.has_postures()) {
-      line("", fmt::format("{:<5} {}", "", PostureText(daemon, k)));
+    if (!valid) {
+      line("point", fmt::format("{:<5}  no correction: {}", value("point_id"), Describe(code)));
+      continue;
     }
+    line("point",
+         fmt::format("{:<5}  x {:.3f}, y {:.3f}, z {:.3f} mm", value("point_id"),
+                     WithoutMinusZero(value("point_x"), 3), WithoutMinusZero(value("point_y"), 3),
+                     WithoutMinusZero(value("point_z"), 3)));
+    line("", fmt::format("{:<5}  {}", "",
+                         CorrectionText(value("point_correction"), value("point_uncertainty"),
+                                        plc::registers::BasisOf(validity))));
+    if (daemon.has_postures()) line("", fmt::format("{:<5}  {}", "", PostureText(daemon, k)));
   }
 }
 
@@ -290,6 +306,7 @@ int Run(const StatusOptions& options) {
   if (options.json) {
     std::cout << AsJson(*daemon).dump(1) << '\n';
   } else {
+    std::cout << ForReading;
     Print(*daemon);
   }
   const bool alarm = static_cast<HealthSeverity>(daemon->Word("health")) == HealthSeverity::kAlarm;
