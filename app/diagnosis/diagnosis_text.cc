@@ -19,6 +19,7 @@ constexpr double kPercent = 100;
 
 /// "1, 23 or 25 cycles per turn".
 std::string CyclesText(const std::set<double>& cycles) {
+  if (cycles == std::set<double>{1}) return "1 cycle per turn";
   std::vector<std::string> texts;
   for (const double value : cycles) texts.push_back(fmt::format("{:.3g}", value));
   return Listed(texts, "or") + " cycles per turn";
