@@ -9,6 +9,7 @@
 #include "app/cli/beam_options.h"
 #include "app/cli/beam_print.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/terminal_output.h"
 
 namespace plumbline::cli {
 namespace {
@@ -96,7 +97,7 @@ void WarnAboutLargeDeflection(const BeamSeries& series) {
 
 int Run(const BeamOptions& options) {
   if (options.paper_table2) {
-    PrintPaperTable2(std::cout);
+    PrintPaperTable2(std::cout << ForReading);
     return kExitOk;
   }
   try {
@@ -107,7 +108,7 @@ int Run(const BeamOptions& options) {
     } else if (options.json) {
       PrintBeamJson(series, std::cout);
     } else {
-      PrintBeamTable(series, std::cout);
+      PrintBeamTable(series, std::cout << ForReading);
     }
   } catch (const BeamCellError& error) {
     std::cerr << "plumbline beam: " << error.what() << '\n';
@@ -129,11 +130,12 @@ void AddBeamCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "The tool is a cantilever along z of the flange, clamped at z = 0, where node 1 is.\n\n"
       "Examples:\n"
-      "  plumbline beam --length-mm 900 --section square_tube --side-mm 60 --wall-mm 4 \\\n"
-      "      --material steel --force-n 100:100:500 --own-weight --stress\n"
+      "  plumbline beam --length-mm 900 --section square_tube --side-mm 60 \\\n"
+      "      --wall-mm 4 --material steel --force-n 100:100:500 --own-weight --stress\n"
       "  plumbline beam --length-mm 1800 --section rectangle --b-mm 50 --h-mm 50 \\\n"
       "      --youngs-modulus-gpa 200 --elements 3 --force-n 100 --point-mm 900,40\n"
-      "  plumbline beam --cell tests/virtual_cell/demo/cockpit-cell.toml --force-n 800 --csv\n"
+      "  plumbline beam --cell tests/virtual_cell/demo/cockpit-cell.toml \\\n"
+      "      --force-n 800 --csv\n"
       "  plumbline beam --paper-table2\n\n"
       "Exit codes: 0 success, 1 the cell has faults or cannot be read, 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

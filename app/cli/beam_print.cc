@@ -62,24 +62,24 @@ void PrintNodes(const BeamSeries& series, const BeamCase& load_case, std::ostrea
 
 void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
   const beam::BeamSolution& solution = load_case.solution;
-  fmt::print(out, "\n  {:>7} {:>19} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}\n", "element",
-             "from .. to", "|moment|", "|shear|", "bending", "shear", "von Mises", "at z");
-  fmt::print(out, "  {:>7} {:>19} {:>12} {:>12} {:>10} {:>10} {:>10} {:>10}\n", "", "mm", "N m",
-             "N", "MPa", "MPa", "MPa", "mm");
+  fmt::print(out, "\n  {:>7} {:>16} {:>9} {:>9} {:>8} {:>7} {:>9} {:>6}\n", "element", "from .. to",
+             "|moment|", "|shear|", "bending", "shear", "von Mises", "at z");
+  fmt::print(out, "  {:>7} {:>16} {:>9} {:>9} {:>8} {:>7} {:>9} {:>6}\n", "", "mm", "N m", "N",
+             "MPa", "MPa", "MPa", "mm");
   for (int e = 0; e + 1 < solution.node_count(); ++e) {
     const beam::ElementStress stress = beam::StressInElement(solution, e);
     const NodeValues moment = ValuesOf(stress.largest_moment, series.axis);
     const NodeValues shear = ValuesOf(stress.largest_shear, series.axis);
     fmt::print(
-        out, "  {:>7} {:>19} {:>12.3f} {:>12.3f}", e + 1,
+        out, "  {:>7} {:>16} {:>9.3f} {:>9.3f}", e + 1,
         fmt::format("{:.1f} .. {:.1f}", kMm * solution.NodeZ(e), kMm * solution.NodeZ(e + 1)),
         std::abs(moment.moment_Nm), std::abs(shear.shear_N));
     if (stress.peak) {
-      fmt::print(out, " {:>10.3f} {:>10.3f} {:>10.3f} {:>10.1f}\n",
+      fmt::print(out, " {:>8.3f} {:>7.3f} {:>9.3f} {:>6.1f}\n",
                  kMPa * stress.peak->stress.normal_Pa, kMPa * stress.peak->stress.shear_Pa,
                  kMPa * stress.peak->stress.von_mises_Pa, kMm * stress.peak->z_m);
     } else {
-      fmt::print(out, " {:>10} {:>10} {:>10} {:>10}\n", "unknown", "", "", "");
+      fmt::print(out, " {:>8}\n", "unknown");
     }
   }
   const beam::LargestStress largest = beam::LargestStressOf(solution);
@@ -93,17 +93,17 @@ void PrintStress(const BeamSeries& series, const BeamCase& load_case, std::ostre
 
 void PrintPoints(const BeamSeries& series, const BeamCase& load_case, std::ostream& out) {
   const char name = series.axis == BendingAxis::kX ? 'x' : 'y';
-  fmt::print(out, "\n  {:>21} {:>25} {:>25} {:>25}\n", fmt::format("point (z, {})", name),
-             "loaded position", "compensated: section", "compensated: eq. 3");
+  fmt::print(out, "\n  {:<24} {:>12} {:>12}\n", "point", "z", name);
+  fmt::print(out, "  {:<24} {:>12} {:>12}\n", "", "mm", "mm");
+  const auto row = [&](const char* what, const BeamPoint& p) {
+    fmt::print(out, "  {:<24} {:>12.4f} {:>12.4f}\n", what, kMm * p.z_m,
+               WithoutMinusZero(kMm * p.y_m, 4));
+  };
   for (const BeamPoint& point : series.points) {
-    auto text = [](const BeamPoint& p, int digits) {
-      return fmt::format("({:.{}f}, {:.{}f})", kMm * p.z_m, digits,
-                         WithoutMinusZero(kMm * p.y_m, digits), digits);
-    };
-    fmt::print(out, "  {:>21} {:>25} {:>25} {:>25}  mm\n", text(point, 1),
-               text(LoadedPoint(load_case.solution, series.axis, point), 4),
-               text(CompensatedBySection(load_case.solution, series.axis, point), 4),
-               text(CompensatedByElementAngle(load_case.solution, series.axis, point), 4));
+    row("as taught", point);
+    row("loaded", LoadedPoint(load_case.solution, series.axis, point));
+    row("compensated: section", CompensatedBySection(load_case.solution, series.axis, point));
+    row("compensated: eq. 3", CompensatedByElementAngle(load_case.solution, series.axis, point));
   }
 }
 

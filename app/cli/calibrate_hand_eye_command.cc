@@ -12,7 +12,9 @@
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/progress.h"
 #include "app/cli/same_file.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/body_reader.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
@@ -168,9 +170,15 @@ int Run(const CalibrateHandEyeOptions& options) {
       !ReadPoses(options, inputs) || !ReadNames(options, inputs))
     return kExitFault;
   Interruption interruption;
-  hand_eye::TargetViews found = hand_eye::FindTargets(
-      options.images, inputs.names, inputs.poses, inputs.target, inputs.lens.lens, inputs.lens.size,
-      [] { return Interruption::Requested(); });
+  Progress progress(std::cerr, options.quiet);
+  std::size_t seen = 0;
+  hand_eye::TargetViews found =
+      hand_eye::FindTargets(options.images, inputs.names, inputs.poses, inputs.target,
+                            inputs.lens.lens, inputs.lens.size, [&] {
+                              progress.ShowCount(seen++, inputs.names.size(), "images");
+                              return Interruption::Requested();
+                            });
+  progress.Clear();
   if (Interruption::Requested()) return Interrupted();
   if (const auto missing = camera::MissingImageCodecs()) return Fail(missing->message);
   hand_eye::HandEyeOptions how;
@@ -203,7 +211,8 @@ int Run(const CalibrateHandEyeOptions& options) {
     }
   }
   if (!options.quiet)
-    (options.json == "-" ? std::cerr : std::cout) << hand_eye::HandEyeText(answer, how);
+    (options.json == "-" ? std::cerr : std::cout)
+        << ForReading << hand_eye::HandEyeText(answer, how);
   return kExitOk;
 }
 
@@ -254,10 +263,11 @@ void AddCalibrateHandEyeCommand(CLI::App& app, int& exit_code) {
       "directions. A refused result also has exit code 0, with \"accepted\": false and the "
       "remedy.\n\n"
       "Examples:\n"
-      "  plumbline calibrate-hand-eye --images frames --poses poses.csv --intrinsics lens.json \\\n"
-      "      --board 9x6 --square-mm 30 --json handeye.json\n"
-      "  plumbline calibrate-hand-eye --images frames --poses joints.csv --cell cell.toml \\\n"
-      "      --intrinsics lens.json --bodies bodies.toml --body gripper --free-joints");
+      "  plumbline calibrate-hand-eye --images frames --poses poses.csv \\\n"
+      "      --intrinsics lens.json --board 9x6 --square-mm 30 --json handeye.json\n"
+      "  plumbline calibrate-hand-eye --images frames --poses joints.csv \\\n"
+      "      --cell cell.toml --intrinsics lens.json --bodies bodies.toml \\\n"
+      "      --body gripper --free-joints");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

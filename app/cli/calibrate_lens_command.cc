@@ -14,7 +14,9 @@
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/progress.h"
 #include "app/cli/same_file.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/text_file.h"
 #include "app/lens/board_detection.h"
 #include "app/lens/chessboard_detection.h"
@@ -23,6 +25,7 @@
 #include "app/printed_digits.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::cli {
 namespace {
@@ -37,21 +40,22 @@ struct CalibrateLensOptions {
 struct Frames {
   std::vector<lens::BoardView> views;
   std::vector<lens::RefusedFrame> refused;
-  lens::ImageSize size;
+  image::ImageSize size;
 };
 
 /// Detects the board in every image. Images whose size differs from the most frequent one are
 /// refused.
 Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::string>& names,
-                  const lens::Board& board) {
+                  const lens::Board& board, Progress& progress) {
   struct Found {
     lens::BoardView view;
-    lens::ImageSize size;
+    image::ImageSize size;
   };
   std::vector<Found> found;
   Frames frames;
   std::map<std::pair<int, int>, int> sizes;
   for (std::size_t k = 0; k < names.size() && !Interruption::Requested(); ++k) {
+    progress.ShowCount(k, names.size(), "images");
     const Result<camera::GreyImage> image =
         camera::ReadImage((std::filesystem::path(options.images) / names[k]).string());
     if (!image) {
@@ -208,7 +212,9 @@ int Run(const CalibrateLensOptions& options) {
     }
   }
   Interruption interruption;
-  Frames frames = ReadFrames(options, *names, board);
+  Progress progress(std::cerr, options.quiet);
+  Frames frames = ReadFrames(options, *names, board, progress);
+  progress.Clear();
   if (Interruption::Requested()) return Interrupted();
   if (const auto missing = camera::MissingImageCodecs()) return Fail(missing->message);
   lens::CalibrationOptions criteria;
@@ -228,7 +234,8 @@ int Run(const CalibrateLensOptions& options) {
     return kExitUsage;
   if (options.json == "-") std::cout << lens::LensJson(calibration);
   if (!options.quiet)
-    (options.json == "-" ? std::cerr : std::cout) << Summary(calibration, names->size());
+    (options.json == "-" ? std::cerr : std::cout)
+        << ForReading << Summary(calibration, names->size());
   return kExitOk;
 }
 
@@ -265,8 +272,10 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
       "4.\n"
       "A refused calibration also has exit code 0, with \"accepted\": false and the remedy.\n\n"
       "Examples:\n"
-      "  plumbline calibrate-lens --images frames --board 17x11 --square-mm 10 --json lens.json\n"
-      "  plumbline calibrate-lens --images frames --board 9x6 --square-mm 25 --json - --quiet\n"
+      "  plumbline calibrate-lens --images frames --board 17x11 --square-mm 10 \\\n"
+      "    --json lens.json\n"
+      "  plumbline calibrate-lens --images frames --board 9x6 --square-mm 25 \\\n"
+      "    --json - --quiet\n"
       "  plumbline calibrate-lens --images frames --board-kind charuco --board 4x6 \\\n"
       "    --square-mm 36.2 --mark-mm 18.3 --family aruco-6x6-250 --json lens.json\n"
       "  plumbline calibrate-lens --images frames --board-kind acircles --board 4x11 \\\n"

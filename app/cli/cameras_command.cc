@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/terminal_output.h"
 #include "drivers/camera/v4l2_capabilities.h"
 
 namespace plumbline::cli {
@@ -141,6 +142,7 @@ void AddCamerasCommand(CLI::App& app, int& exit_code) {
       "  plumbline track --camera A1B2C3 --intrinsics lens.json --tag-size-mm 80\n\n"
       "Exit code: 0, even if there is no camera.");
   command->callback([json, &exit_code] {
+    if (!*json) std::cout << ForReading;
     std::cout << (*json ? CamerasJson({}) : CamerasText({}));
     exit_code = kExitOk;
   });

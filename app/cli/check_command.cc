@@ -14,6 +14,8 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
+#include "app/cli/terminal.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config_reader.h"
 #include "app/config/file_kind.h"
@@ -278,6 +280,22 @@ std::string CountText(const config::FaultList& faults) {
   return text(count, "fault") + (warnings > 0 ? ", " + text(warnings, "warning") : "");
 }
 
+/// One line for each fault and warning.
+std::string FaultLines(const config::FaultList& faults, bool colours) {
+  constexpr std::string_view kWarning = ": warning: ";
+  std::string text;
+  for (const config::Fault& fault : faults.All()) {
+    std::string line = config::FaultText(fault);
+    if (const auto at = line.find(kWarning); at != std::string::npos) {
+      line.replace(at, kWarning.size(), ": " + Painted("warning:", Tone::kWarning, colours) + " ");
+    } else {
+      line = Painted(line, Tone::kFault, colours);
+    }
+    text += line + '\n';
+  }
+  return text;
+}
+
 int Run(const CheckOptions& options) {
   const Result<std::string> text = config::ReadTextFile(options.file);
   if (!text) {
@@ -291,12 +309,17 @@ int Run(const CheckOptions& options) {
                      .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
               << '\n';
   } else {
-    std::cout << config::FaultsText(checked.faults);
+    std::cout << ForReading << FaultLines(checked.faults, ShowsColours(std::cout));
     for (const SummaryLine& line : Summary(checked)) {
       std::cout << fmt::format("{:12} {}\n", line.topic, line.text);
     }
     std::cout << PointTable(checked.in_force, checked.points);
-    std::cout << '\n' << options.file << ": " << CountText(checked.faults) << '\n';
+    const Tone tone = checked.faults.All().empty() ? Tone::kGood
+                      : checked.faults.HasFaults() ? Tone::kFault
+                                                   : Tone::kWarning;
+    std::cout << '\n'
+              << options.file << ": "
+              << Painted(CountText(checked.faults), tone, ShowsColours(std::cout)) << '\n';
   }
   return checked.cell ? kExitOk : kExitFault;
 }

@@ -100,6 +100,7 @@ void AddCompletionCommand(CLI::App& app, int& exit_code) {
   static_cast<void>(exit_code);
   CLI::App* command = app.add_subcommand("completion", "Completions for bash");
   command->group("");  // hidden: used by the package build
+  command->footer("Example:\n  source <(plumbline completion)");
   command->callback([&app] { std::cout << BashCompletion(app); });
 }
 

@@ -1,7 +1,6 @@
 #include "app/cli/diagnose_command.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -15,7 +14,9 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/progress.h"
 #include "app/cli/same_file.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/model_fingerprint.h"
 #include "app/config/text_file.h"
@@ -35,8 +36,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kPlainStep_percent = 10;
-
 std::string Today() {
   const std::time_t now = std::time(nullptr);
   std::tm local{};
@@ -44,36 +43,6 @@ std::string Today() {
   char text[16];
   return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &local)};
 }
-
-/// Progress display: a single updated line on a terminal, elsewhere a line every ten per cent.
-class Progress {
- public:
-  Progress(std::ostream& err, bool quiet) : err_(err), quiet_(quiet) {}
-
-  void operator()(double share, const std::string& doing) {
-    const int percent = static_cast<int>(100 * share);
-    if (quiet_ || (percent == last_percent_ && doing == last_doing_)) return;
-    if (on_terminal_) {
-      err_ << fmt::format("\r\033[K{:3d} %  {}", percent, doing) << std::flush;
-    } else if (last_percent_ < 0 ||
-               percent / kPlainStep_percent > last_percent_ / kPlainStep_percent) {
-      err_ << fmt::format("{:3d} %  {}\n", percent, doing);
-    }
-    last_percent_ = percent;
-    last_doing_ = doing;
-  }
-
-  void Clear() {
-    if (!quiet_ && on_terminal_) err_ << "\r\033[K" << std::flush;
-  }
-
- private:
-  std::ostream& err_;
-  bool quiet_;
-  bool on_terminal_ = isatty(STDERR_FILENO) != 0;
-  int last_percent_ = -1;
-  std::string last_doing_;
-};
 
 /// A file to be written at the end, and its content.
 struct Output {
@@ -257,7 +226,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   options.time_zero_s = arguments.time_zero_s;
   options.order_unknown = arguments.order_unknown;
   options.progress = [&progress](double share, const std::string& doing) {
-    progress(share, doing);
+    progress.Show(share, doing);
   };
   options.interrupted = [] { return Interruption::Requested(); };
   const Result<diagnosis::Diagnosis> diagnosis =
@@ -285,7 +254,8 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   });
   if (!arguments.pdf.empty() && !pdf_written) exit_code = kExitUsage;
   if (!arguments.quiet)
-    (json_to_out ? err : out) << diagnosis::SummaryText(*diagnosis, input->cell) << std::flush;
+    (json_to_out ? err : out) << ForReading << diagnosis::SummaryText(*diagnosis, input->cell)
+                              << std::flush;
   if (!arguments.model.empty() && (outputs.empty() || outputs[0].option != "--write-model")) {
     return kExitFault;
   }
@@ -351,7 +321,8 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "recorded.\n\n"
       "Examples:\n"
       "  plumbline diagnose cell.toml measured.csv\n"
-      "  plumbline diagnose cell.toml measured.csv --write-model corrected.toml --report r.html\n"
+      "  plumbline diagnose cell.toml measured.csv --write-model corrected.toml \\\n"
+      "      --report report.html\n"
       "  plumbline diagnose cell.toml measured.csv --pdf certificate.pdf --tolerance-mm 0.5 \\\n"
       "      --instrument \"laser tracker\" --serial 1234\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/terminal.h"
+#include "app/cli/terminal_output.h"
 #include "app/doctor/examine.h"
 
 namespace plumbline::cli {
@@ -31,12 +33,21 @@ std::string ResultsJson(const doctor::CheckResults& found) {
   return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string ResultsText(const doctor::CheckResults& found) {
+/// The health in its colour, padded to a column.
+std::string HealthColumn(doctor::Health health, bool colours) {
+  const std::string word = doctor::HealthText(health);
+  const std::string padding(word.size() < 8 ? 8 - word.size() : 0, ' ');
+  if (health == doctor::Health::kFault) return Painted(word, Tone::kFault, colours) + padding;
+  if (health == doctor::Health::kWarning) return Painted(word, Tone::kWarning, colours) + padding;
+  return word + padding;
+}
+
+std::string ResultsText(const doctor::CheckResults& found, bool colours) {
   std::string text;
   for (const doctor::CheckResult& result : found) {
-    text += fmt::format("{:<8} {:<16} {}\n", doctor::HealthText(result.health), result.subject,
+    text += fmt::format("{} {:<16}  {}\n", HealthColumn(result.health, colours), result.subject,
                         result.finding);
-    if (!result.remedy.empty()) text += fmt::format("{:<25} do: {}\n", "", result.remedy);
+    if (!result.remedy.empty()) text += fmt::format("{:<25}  do: {}\n", "", result.remedy);
   }
   return text;
 }
@@ -52,7 +63,7 @@ int RunDoctor(const DoctorOptions& options) {
   if (options.json) {
     std::cout << ResultsJson(found);
   } else {
-    std::cout << ResultsText(found)
+    std::cout << ForReading << ResultsText(found, ShowsColours(std::cout))
               << fmt::format("{} fault{}, {} warning{}\n", faults, faults == 1 ? "" : "s", warnings,
                              warnings == 1 ? "" : "s");
   }

@@ -14,6 +14,7 @@
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
@@ -197,24 +198,25 @@ nlohmann::json AsJson(const journal::JournalRow& row) {
 }
 
 std::string Line(const journal::JournalRow& row) {
-  std::string line = fmt::format("{:>7}  ", row.id);
+  std::string line = fmt::format("{:>6}  ", row.id);
   if (row.unix_ms) {
     line += fmt::format("{:%Y-%m-%d %H:%M:%S}Z",
                         fmt::gmtime(static_cast<std::time_t>(*row.unix_ms / 1000)));
   } else {
     line += row.t_s ? fmt::format("{:>18.3f} s", *row.t_s) : fmt::format("{:>20}", "-");
   }
-  line += fmt::format("  {:<6}", NameOf(row.source));
+  line += fmt::format(" {:<6}", NameOf(row.source));
   if (row.measured_W) {
-    line += fmt::format(" {:>10.3f} {:>10.3f} {:>10.3f}", 1e3 * row.measured_W->x(),
+    line += fmt::format(" {:>8.2f} {:>8.2f} {:>8.2f}", 1e3 * row.measured_W->x(),
                         1e3 * row.measured_W->y(), 1e3 * row.measured_W->z());
   } else if (row.range_m) {
-    line += fmt::format(" {:>10.3f} {:>21}", 1e3 * *row.range_m, "(range)");
+    line += fmt::format(" {:>8.2f} {:>17}", 1e3 * *row.range_m, "(range)");
   }
-  if (row.measured_W && row.predicted_W) {
-    line += fmt::format("  off by {:>7.3f}", 1e3 * (*row.measured_W - *row.predicted_W).norm());
-  }
-  if (row.model_version) line += fmt::format("  model {}", *row.model_version);
+  const bool compared = row.measured_W && row.predicted_W;
+  line += fmt::format(
+      " {:>11} {:>5}",
+      compared ? fmt::format("{:.3f}", 1e3 * (*row.measured_W - *row.predicted_W).norm()) : "-",
+      row.model_version ? std::to_string(*row.model_version) : "-");
   if (!row.camera.empty()) line += "  by " + row.camera;
   if (row.alarm) line += "  ALARM";
   if (row.wild) line += "  wild";
@@ -225,8 +227,8 @@ std::string Line(const journal::JournalRow& row) {
 }
 
 std::string Header() {
-  return fmt::format("{:>7}  {:<20}  {:<6} {:>10} {:>10} {:>10}\n", "row", "time", "source", "x mm",
-                     "y mm", "z mm");
+  return fmt::format("{:>6}  {:<20} {:<6} {:>8} {:>8} {:>8} {:>11} {:>5}\n", "row", "time",
+                     "source", "x mm", "y mm", "z mm", "residual mm", "model");
 }
 
 Result<std::int64_t> Print(journal::Journal& journal, const journal::JournalFilter& filter,
@@ -295,10 +297,12 @@ int Decide(const JournalOptions& options, bool accept) {
   if (!decided) return Fail(decided.error(), kExitFault);
   const Result<std::int64_t> waiting = journal.value().Waiting();
   if (!waiting) return Fail(waiting.error(), kExitFault);
-  std::cout << fmt::format(
-      "{} row{} {}, {} waiting for a decision; a running daemon updates within a few seconds\n",
-      options.ids.size(), options.ids.size() == 1 ? "" : "s", accept ? "accepted" : "rejected",
-      *waiting);
+  std::cout << ForReading
+            << fmt::format(
+                   "{} row{} {}, {} waiting for a decision; a running daemon updates within a few "
+                   "seconds\n",
+                   options.ids.size(), options.ids.size() == 1 ? "" : "s",
+                   accept ? "accepted" : "rejected", *waiting);
   return kExitOk;
 }
 
@@ -329,7 +333,10 @@ void AddJournalCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<JournalOptions>();
   CLI::App* journal = app.add_subcommand("journal", "Import, export and show measured points");
   journal->require_subcommand(1);
-  journal->footer("The journal is the file journal.sqlite in the daemon's state_directory.");
+  journal->footer(
+      "The journal is the file journal.sqlite in the daemon's state_directory.\n\n"
+      "Examples:\n  plumbline journal show --last 20\n"
+      "  plumbline journal export --cell cell.toml --out measured.csv");
   const auto add_to = [&](CLI::App& parent, const char* name, const char* what,
                           int (*run)(const JournalOptions&), const char* footer) {
     CLI::App* command = parent.add_subcommand(name, what);

@@ -13,6 +13,7 @@
 #include "app/cli/failure.h"
 #include "app/cli/number_option.h"
 #include "app/cli/same_file.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/lens/calibration.h"
@@ -53,8 +54,8 @@ std::string Line(const lens_store::LensEntry& entry) {
   const int decimals = DecimalsFor({fx_sd}, 2);
   const auto views = lens_store::DecodeViews(entry.corners);
   return fmt::format(
-      "{:>5}  {:<20}  {:>7} {:>7}  {:>9.{}f} {:>8.{}f} {:>10} {:>6} {:>8}  {}; {}, {}\n", entry.id,
-      entry.utc, entry.key.zoom_counts,
+      "{:>5}  {:<20} {:>6} {:>6} {:>9.{}f} {:>7.{}f} {:>5} {:>5} {:>7}\n       {}; {}, {}\n",
+      entry.id, entry.utc, entry.key.zoom_counts,
       entry.key.focus_counts ? std::to_string(*entry.key.focus_counts) : "-", entry.lens.fx,
       decimals, fx_sd, decimals,
       entry.uncertainty_px ? fmt::format("{:.2g}", *entry.uncertainty_px) : "-",
@@ -65,7 +66,8 @@ std::string Line(const lens_store::LensEntry& entry) {
 int List(const LensListOptions& options) {
   const auto lenses = StoredLenses(options);
   if (!lenses) return Fail(lenses.error(), kExitFault);
-  std::cout << fmt::format("{:>5}  {:<20}  {:>7} {:>7}  {:>9} {:>8} {:>10} {:>6} {:>8}  {}\n",
+  std::cout << ForReading
+            << fmt::format("{:>5}  {:<20} {:>6} {:>6} {:>9} {:>7} {:>5} {:>5} {:>7}\n       {}\n",
                            "lens", "time", "zoom", "focus", "fx px", "+-", "sd px", "views",
                            "temp.", "camera; mode, board");
   for (const lens_store::LensEntry& entry : *lenses) std::cout << Line(entry);
@@ -129,7 +131,7 @@ int Solve(const LensListOptions& options) {
                   kExitUsage);
     }
   }
-  std::cout << ComparisonText(*stored, solved);
+  std::cout << ForReading << ComparisonText(*stored, solved);
   return kExitOk;
 }
 
@@ -141,7 +143,8 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
       app.add_subcommand("lens", "List the lenses calibrated by the daemon, or solve one again");
   lens->require_subcommand(1);
   lens->footer(
-      "Reads the file lenses.sqlite in the daemon's state_directory and does not change it.");
+      "Reads the file lenses.sqlite in the daemon's state_directory and does not change it.\n\n"
+      "Examples:\n  plumbline lens list\n  plumbline lens solve 12 --json lens.json");
   const auto add = [&](const char* name, const char* what, int (*run)(const LensListOptions&),
                        const char* footer) {
     CLI::App* command = lens->add_subcommand(name, what);

@@ -12,13 +12,14 @@
 #include "app/cli/number_option.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/registry.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::cli {
 namespace {
 
 /// Parses "1920x1080"; nullopt if the text does not have this form.
-std::optional<lens::ImageSize> SizeFromText(std::string_view text) {
-  lens::ImageSize size;
+std::optional<image::ImageSize> SizeFromText(std::string_view text) {
+  image::ImageSize size;
   const char* end = text.data() + text.size();
   const auto [x, first] = std::from_chars(text.data(), end, size.width);
   if (first != std::errc() || x == end || *x != 'x') return std::nullopt;
@@ -37,6 +38,7 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
       "--camera", options.camera,
       "A camera, by the name that `plumbline cameras` prints, or a recording: a folder of images "
       "or a table t_s,file (*.csv)");
+  command.option_defaults()->group("With --camera");
   command
       .add_option("--size", options.size,
                   "Image size, WIDTHxHEIGHT; default: that of the lens calibration")
@@ -68,6 +70,7 @@ void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
   command.add_flag("--fast", options.fast, "Play a recording as fast as it can be processed")
       ->needs(camera);
   command.add_flag("--repeat", options.repeat, "Play a recording in a loop")->needs(camera);
+  command.option_defaults()->group("Options");
 }
 
 bool IsRecording(const std::string& camera) {

@@ -15,6 +15,8 @@
 #include "app/cli/failure.h"
 #include "app/cli/interruption.h"
 #include "app/cli/number_option.h"
+#include "app/cli/terminal.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/utc_text.h"
 #include "app/log/catalogue_text.h"
 #include "app/log/journal_reader.h"
@@ -56,9 +58,14 @@ std::string LevelOf(const log::StoredLogEntry& entry) {
   return log::LevelText(static_cast<log::LogLevel>(std::clamp(entry.priority, 3, 6)));
 }
 
-std::string KeptText(const log::StoredLogEntry& entry, bool explain) {
+std::string KeptText(const log::StoredLogEntry& entry, bool explain, bool colours) {
+  const std::string level = LevelOf(entry);
+  const std::string padding(level.size() < 7 ? 7 - level.size() : 0, ' ');
+  const std::string word = level == "error"     ? Painted(level, Tone::kFault, colours)
+                           : level == "warning" ? Painted(level, Tone::kWarning, colours)
+                                                : level;
   std::string text =
-      fmt::format("{}  {:<7}  {}\n", LocalTime(entry.utc_s), LevelOf(entry), entry.text);
+      fmt::format("{}  {}{}  {}\n", LocalTime(entry.utc_s), word, padding, entry.text);
   const log::EventEntry* const kind = explain ? log::FindEvent(entry.event) : nullptr;
   if (kind == nullptr) return text;
   if (*kind->means != '\0') text += fmt::format("{:>31}  {}\n", "means:", kind->means);
@@ -90,11 +97,13 @@ int PrintJournal(const LogOptions& options) {
   Result<log::JournalReader> reader = log::JournalReader::Open(options.query);
   if (!reader) return Fail(reader.error());
   bool any = false;
+  if (!options.json) std::cout << ForReading;
   while (!Interruption::Requested()) {
     const auto entry = reader.value().Next();
     if (entry) {
       any = true;
-      std::cout << (options.json ? KeptJson(*entry) : KeptText(*entry, options.explain));
+      std::cout << (options.json ? KeptJson(*entry)
+                                 : KeptText(*entry, options.explain, ShowsColours(std::cout)));
       continue;
     }
     if (!options.follow) break;
@@ -125,6 +134,7 @@ std::string EventText(const log::EventEntry& entry) {
 
 int PrintEvents(const LogOptions& options) {
   const log::EventEntry* const one = log::FindEvent(options.query.event);
+  if (!options.tables && !options.catalogue && !options.json) std::cout << ForReading;
   std::cout << (options.tables      ? log::EventTables()
                 : options.catalogue ? log::JournalCatalogue()
                 : options.json      ? log::EventsJson()

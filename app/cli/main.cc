@@ -1,5 +1,6 @@
 // plumbline: the command line program.
 #include <glog/logging.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -16,17 +17,20 @@
 #include "app/cli/distance_command.h"
 #include "app/cli/doctor_command.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/help_formatter.h"
 #include "app/cli/journal_command.h"
 #include "app/cli/lens_command.h"
 #include "app/cli/log_command.h"
 #include "app/cli/mesh_command.h"
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
+#include "app/cli/print_command.h"
 #include "app/cli/registers_command.h"
 #include "app/cli/settings_command.h"
 #include "app/cli/snapshot_command.h"
 #include "app/cli/standard_output.h"
 #include "app/cli/status_command.h"
+#include "app/cli/terminal_output.h"
 #include "app/cli/track_command.h"
 #include "app/version.h"
 
@@ -120,10 +124,19 @@ int main(int argc, char** argv) {
   using namespace plumbline;
   using namespace plumbline::cli;
   ReserveClosedOutputs();
+  const TerminalOutput out(std::cout, STDOUT_FILENO), err(std::cerr, STDERR_FILENO);
+  std::cerr << ForReading;
   FLAGS_minloglevel = google::GLOG_FATAL;  // failures of Ceres are reported by the commands
   CLI::App app("Plumbline: corrected assembly points for robots with heavy tools", "plumbline");
   app.set_version_flag("--version", PLUMBLINE_VERSION);
   app.require_subcommand(1);
+  app.formatter(HelpFormatter());
+  app.footer(
+      "`plumbline COMMAND --help` shows the options of a command, with examples.\n\n"
+      "Examples:\n"
+      "  plumbline check config/cells/ur10.toml\n"
+      "  plumbline diagnose cell.toml measured.csv --report report.html\n"
+      "  plumbline status");
   app.failure_message(UsageFault);
   int exit_code = kExitOk;
   AddCheckCommand(app, exit_code);
@@ -138,6 +151,7 @@ int main(int argc, char** argv) {
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);
   AddLensCommand(app, exit_code);
+  AddPrintCommand(app, exit_code);
   AddCamerasCommand(app, exit_code);
   AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);

@@ -11,6 +11,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
+#include "app/cli/terminal_output.h"
 #include "app/scene/mesh_summary.h"
 
 namespace plumbline::cli {
@@ -42,6 +43,7 @@ int RunMeshCheck(const MeshOptions& options) {
   } else if (!file) {
     std::cerr << options.file << ": " << file.error() << '\n';
   } else {
+    if (!options.json) std::cout << ForReading;
     std::cout << (options.json ? scene::MeshJson(*file, options.file, unit)
                                : scene::MeshText(*file, options.file, unit));
   }
@@ -54,6 +56,7 @@ void AddMeshCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MeshOptions>();
   CLI::App* mesh = app.add_subcommand("mesh", "Check mesh files for the overlay's objects");
   mesh->require_subcommand(1);
+  mesh->footer("Example:\n  plumbline mesh check gripper.stl --unit mm");
   CLI::App* command =
       mesh->add_subcommand("check", "Show what a mesh file contains and whether it is usable");
   command->add_option("file", options->file, fmt::format("One of {}", scene::kMeshFormats))

@@ -12,6 +12,7 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
 #include "app/cli/model_moves.h"
+#include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
@@ -112,13 +113,16 @@ int List(const ModelOptions& options) {
     std::cout << list.dump(1) << '\n';
     return known ? kExitOk : Fail(known.error(), kExitFault);
   }
-  std::cout << fmt::format("{:>7}  {:<20}  {:<9}  {:<9}  {:>9}  {:>9}  {}\n", "version", "date",
-                           "origin", "verdict", "before mm", "after mm", "");
+  std::cout << ForReading
+            << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "version", "date", "origin",
+                           "verdict", "before", "after")
+            << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}\n", "", "", "", "", "mm", "mm");
   for (const auto& [number, facts] : *versions) {
-    std::cout << fmt::format("{:>7}  {:<20}  {:<9}  {:<9}  {:>9}  {:>9}  {}\n", number, facts.date,
+    const std::string mark = MarkOf(number, state);
+    std::cout << fmt::format("{:>7}  {:<20} {:<9} {:<9} {:>6} {:>6}{}\n", number, facts.date,
                              NameOf(facts.origin), facts.verdict.empty() ? "-" : facts.verdict,
                              Millimetres(facts.rms_before_mm), Millimetres(facts.rms_after_mm),
-                             MarkOf(number, state));
+                             mark.empty() ? "" : "  " + mark);
   }
   PrintSetAside(state, options.state);
   return known ? kExitOk : Fail(known.error(), kExitFault);
@@ -327,7 +331,8 @@ void AddModelCommand(CLI::App& app, int& exit_code) {
   model->require_subcommand(1);
   model->footer(
       "All versions are stored in the folder `models` of the daemon's state_directory. A running\n"
-      "daemon switches to another version between two cycles.");
+      "daemon switches to another version between two cycles.\n\n"
+      "Examples:\n  plumbline model list\n  plumbline model apply 4\n  plumbline model rollback");
   const auto add_config = [&](CLI::App* command) {
     command->add_option("--config", options->config,
                         "plumbline.toml whose points are compared; default: the one that the "

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,17 +10,17 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
+#include "app/cli/progress.h"
 #include "app/cli/rounded.h"
-#include "app/cli/row_progress.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/table/conditions.h"
-#include "drivers/clock.h"
 #include "firmware-like/correction/correct.h"
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::cli {
 namespace {
@@ -164,7 +163,7 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
   const Vec3 arm_W = state.p_read_W - X_WB.p;
   for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   J.rightCols<3>() = X_WB.R * state.posture.X_BF().R;
-  return deflection::RadiusHolding95Percent(J * covariance * J.transpose());
+  return statistics::RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
 /// Displacement of the tip as the frames of its session blend into those of the declared model,
@@ -249,12 +248,10 @@ int Run(const PredictOptions& options) {
     cell = realigned->cell;
     frames = realigned->covariance;
   }
-  RowProgress progress(std::cerr, isatty(STDERR_FILENO) != 0, "poses");
-  const double start_s = MonotonicSeconds();
+  Progress progress(std::cerr, false);
   const Result<std::vector<Prediction>> predictions =
-      Predict(*cell, *poses, DeviationFrom(options), frames, [&](std::size_t done) {
-        progress.Show(done, poses->rows.size(), MonotonicSeconds() - start_s);
-      });
+      Predict(*cell, *poses, DeviationFrom(options), frames,
+              [&](std::size_t done) { progress.ShowCount(done, poses->rows.size(), "poses"); });
   progress.Clear();
   if (!predictions) {
     std::cerr << options.cell << ": " << predictions.error() << '\n';
@@ -380,14 +377,11 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "Output columns:\n"
       "  x_mm,y_mm,z_mm  tip in the measurement frame\n"
       "  u_mm            95 % radius of points measured there, including the instrument's noise; "
-      "it\n"
-      "                  grows with the distance from the poses that the model was fitted to\n"
+      "it grows with the distance from the poses that the model was fitted to\n"
       "  extrapolated    1: outside [domain], or outside the joint limits if there is no [domain]; "
-      "or\n"
-      "                  the cell has a [payload] and the poses have no payload_kg (0 is assumed)\n"
+      "or the cell has a [payload] and the poses have no payload_kg (0 is assumed)\n"
       "  basis           of the radius: measured (validated on held-out rows), propagated, "
-      "assumed\n"
-      "                  (typical values), unknown\n"
+      "assumed (typical values), unknown\n\n"
       "A cell with an unknown instrument frame or tool requires --align or [[session]] frames. "
       "The\n"
       "uncertainty of the alignment widens the radius. What the rows do not determine (the tip, if "
@@ -395,7 +389,8 @@ void AddPredictCommand(CLI::App& app, int& exit_code) {
       "have one orientation) stays as declared, with a warning.\n\n"
       "Examples:\n  plumbline predict config/cells/kr210.toml config/cells/example_poses.csv \\\n"
       "      --out predicted.csv\n"
-      "  plumbline predict corrected.toml poses.csv --align session2.csv --out predicted.csv\n\n"
+      "  plumbline predict corrected.toml poses.csv --align session2.csv \\\n"
+      "      --out predicted.csv\n\n"
       "Exit codes: 0 success, 1 faults in the input (including rows that were skipped), 2 wrong\n"
       "arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

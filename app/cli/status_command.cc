@@ -1,23 +1,23 @@
 #include "app/cli/status_command.h"
 
 #include <fmt/format.h>
-#include <modbus/modbus.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cassert>
-#include <cerrno>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <vector>
 
+#include "app/cli/daemon_registers.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
+#include "app/cli/terminal.h"
+#include "app/cli/terminal_output.h"
+#include "app/printed_digits.h"
 #include "drivers/plc/codec.h"
-#include "drivers/robot/host_name.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::cli {
@@ -27,117 +27,6 @@ struct StatusOptions {
   std::string host = "127.0.0.1";
   int port = 502;
   bool json = false;
-};
-
-/// How a server that is not plumblined replied to the first request.
-/// @param error  errno of libmodbus
-std::string UnexpectedReplyText(int error) {
-  if (error == ETIMEDOUT) return "it does not respond";
-  if (error == ECONNRESET || error == EPIPE) {
-    return "it closes the connection (another program, or plc.allow does not list this computer)";
-  }
-  if (error >= EMBXILFUN && error <= EMBXGTAR) return "its Modbus registers are not plumblined's";
-  return "it does not speak Modbus";
-}
-
-/// Snapshot of the registers of a running daemon.
-class DaemonRegisters {
- public:
-  static Result<DaemonRegisters> Read(const StatusOptions& options) {
-    const std::string place = fmt::format("{}:{}", options.host, options.port);
-    if (const char* why = robot::ResolveFailure(options.host)) {
-      return Error{fmt::format("{}: unknown host name ({}); check --host", place, why)};
-    }
-    const std::unique_ptr<modbus_t, decltype(&modbus_free)> link(
-        modbus_new_tcp_pi(options.host.c_str(), std::to_string(options.port).c_str()),
-        &modbus_free);
-    if (!link || modbus_connect(link.get()) != 0) {
-      return Error{
-          fmt::format("{}: {}; check that plumblined is running and that host and port match "
-                      "plc.listen and plc.port",
-                      place, modbus_strerror(errno))};
-    }
-    DaemonRegisters daemon;
-    const auto read = [&](int first, int count) {
-      const auto end = static_cast<std::size_t>(first) + static_cast<std::size_t>(count);
-      daemon.registers_.resize(std::max(daemon.registers_.size(), end));
-      return modbus_read_registers(link.get(), first, count, daemon.registers_.data() + first) ==
-             count;
-    };
-    bool ok = read(0, plc::registers::kStateSize);
-    if (ok && daemon.registers_[0] != plc::registers::kMagic) errno = EMBXILADD;
-    if (!ok || daemon.registers_[0] != plc::registers::kMagic) {
-      return Error{fmt::format("{}: another server is listening there: {}; {}", place,
-                               UnexpectedReplyText(errno),
-                               "set --host and --port to the daemon's plc.listen and plc.port")};
-    }
-    ok = ok && read(plc::registers::kInputs, plc::registers::kInputsSize);
-    ok = ok && read(plc::registers::kMonitoring, plc::registers::kMonitoringSize);
-    for (int k = 0; ok && k < static_cast<int>(model::kMaxCameras); ++k) {
-      const int further = plc::registers::kCameraStride * k;
-      ok = read(plc::registers::kCamera + further, plc::registers::kCameraSize) &&
-           read(plc::registers::kBodies + further,
-                plc::registers::kBodySize * static_cast<int>(status::CameraStatus::kMaxBodies));
-      if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
-    }
-    ok = ok && read(plc::registers::kScene, plc::registers::kSceneSize);
-    for (int k = 0; ok && k < daemon.points(); ++k) {
-      ok = read(plc::registers::kPoints + plc::registers::kPointSize * k,
-                plc::registers::kPointSize);
-    }
-    // A daemon of an earlier version has no posture blocks and rejects the first request.
-    daemon.postures_ = ok && daemon.points() > 0;
-    for (int k = 0; ok && daemon.postures_ && k < daemon.points(); ++k) {
-      daemon.postures_ = read(plc::registers::kPostures + plc::registers::kPostureSize * k,
-                              plc::registers::kPostureSize);
-      ok = daemon.postures_ || errno == EMBXILADD;
-    }
-    const int error = errno;
-    modbus_close(link.get());
-    if (!ok) return Error{fmt::format("{}: {}", place, modbus_strerror(error))};
-    return daemon;
-  }
-
-  int points() const { return Word("points"); }
-  double Value(std::string_view name) const { return Find(plc::registers::Fields(), name, 0); }
-  double Value(std::string_view name, int point) const {
-    return Find(plc::registers::PointFields(), name,
-                plc::registers::kPoints + plc::registers::kPointSize * point);
-  }
-  bool has_postures() const { return postures_; }
-  double Posture(std::string_view name, int point) const {
-    return Find(plc::registers::PostureFields(), name,
-                plc::registers::kPostures + plc::registers::kPostureSize * point);
-  }
-  int cameras() const { return cameras_; }
-  double Camera(std::string_view name, int camera) const {
-    return Find(plc::registers::CameraFields(), name, plc::registers::kCameraStride * camera);
-  }
-  double Scene(std::string_view name) const { return Find(plc::registers::SceneFields(), name, 0); }
-  double Body(std::string_view name, int camera, int body) const {
-    return Find(plc::registers::BodyFields(), name,
-                plc::registers::kBodies + plc::registers::kCameraStride * camera +
-                    plc::registers::kBodySize * body);
-  }
-  int Word(std::string_view name) const { return static_cast<int>(Value(name)); }
-  bool Status(int bit) const { return (Word("status") & bit) != 0; }
-
- private:
-  double Find(std::span<const plc::MapField> fields, std::string_view name, int base) const {
-    for (const plc::MapField& field : fields) {
-      if (name == field.name) {
-        return plc::ValueOfField(field.type, registers_,
-                                 static_cast<std::size_t>(base) + field.address,
-                                 registers_[2] == 1);
-      }
-    }
-    assert(false && "no such field");
-    return 0;
-  }
-
-  std::vector<std::uint16_t> registers_;
-  int cameras_ = 0;        ///< number of configured cameras
-  bool postures_ = false;  ///< the daemon has posture blocks
 };
 
 std::string NameOfCamera(const DaemonRegisters& daemon, int camera) {
@@ -207,9 +96,21 @@ std::string WordText(int word, std::span<const plc::BitMeaning> bits) {
   return text;
 }
 
-/// "±1.250 mm (95 %, assumed)".
-std::string Within(double radius_mm, model::RadiusBasis basis) {
-  return fmt::format("±{:.3f} mm (95 %, {})", radius_mm, Describe(basis));
+/// "corrected by 2.84 mm, ±0.55 mm (95 %, assumed)".
+std::string CorrectionText(double correction_mm, double radius_mm, model::RadiusBasis basis) {
+  const int decimals = DecimalsFor({radius_mm}, 0);
+  return fmt::format("corrected by {:.{}f} mm, ±{:.{}f} mm (95 %, {})", correction_mm, decimals,
+                     radius_mm, decimals, Describe(basis));
+}
+
+/// "x 1.23, y 4.56, z 7.89 mm, ±0.42 mm (95 %)": a measured position with the digits that its
+/// radius leaves.
+std::string PositionText(const Vec3& p_mm, double radius_mm) {
+  const int decimals = DecimalsFor({radius_mm}, 0);
+  return fmt::format("x {:.{}f}, y {:.{}f}, z {:.{}f} mm, ±{:.{}f} mm (95 %)",
+                     WithoutMinusZero(p_mm.x(), decimals), decimals,
+                     WithoutMinusZero(p_mm.y(), decimals), decimals,
+                     WithoutMinusZero(p_mm.z(), decimals), decimals, radius_mm, decimals);
 }
 
 std::string Age(double age_ms) {
@@ -270,20 +171,18 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
   for (int k = 0; k < number("bodies"); ++k) {
     const auto of_body = [&](const char* name) { return daemon.Body(name, camera, k); };
     const bool valid = (static_cast<int>(of_body("body_validity")) & plc::registers::kValid) != 0;
-    line("body", fmt::format("{:<5} {}", k + 1,
-                             valid ? fmt::format("x {:.2f}  y {:.2f}  z {:.2f} mm, ±{:.2f} mm "
-                                                 "(95 %), seen {}",
-                                                 WithoutMinusZero(of_body("body_x"), 2),
-                                                 WithoutMinusZero(of_body("body_y"), 2),
-                                                 WithoutMinusZero(of_body("body_z"), 2),
-                                                 of_body("body_radius"), Age(of_body("body_age")))
+    line("body", fmt::format("{:<5}  {}", k + 1,
+                             valid ? fmt::format("{}, seen {}",
+                                                 PositionText({of_body("body_x"), of_body("body_y"),
+                                                               of_body("body_z")},
+                                                              of_body("body_radius")),
+                                                 Age(of_body("body_age")))
                                    : std::string("not visible, or the lens is not valid")));
   }
   if ((number("tip_validity") & plc::registers::kValid) != 0) {
-    line("tip",
-         fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, ±{:.3f} mm (95 %), measured by camera",
-                     WithoutMinusZero(value("tip_x"), 3), WithoutMinusZero(value("tip_y"), 3),
-                     WithoutMinusZero(value("tip_z"), 3), value("tip_radius")));
+    line("tip", fmt::format("{}, measured by camera",
+                            PositionText({value("tip_x"), value("tip_y"), value("tip_z")},
+                                         value("tip_radius"))));
   }
 }
 
@@ -327,9 +226,13 @@ void Print(const DaemonRegisters& daemon) {
   };
   const auto reason = static_cast<HealthReason>(daemon.Word("health_reason"));
   const auto severity = static_cast<HealthSeverity>(daemon.Word("health"));
-  line("health", reason == HealthReason::kNone ? std::string(Describe(severity))
-                                               : fmt::format("{}: {}; {}", Describe(severity),
-                                                             Describe(reason), RemedyOf(reason)));
+  const Tone tone = severity == HealthSeverity::kAlarm ? Tone::kFault
+                    : reason == HealthReason::kNone    ? Tone::kGood
+                                                       : Tone::kWarning;
+  const std::string health = Painted(Describe(severity), tone, ShowsColours(std::cout));
+  line("health", reason == HealthReason::kNone
+                     ? health
+                     : fmt::format("{}: {}; {}", health, Describe(reason), RemedyOf(reason)));
   const int firmware = daemon.Word("firmware");
   line("daemon",
        fmt::format("version {}.{}.{}, up {:.0f} s, boot number {}, {} Modbus clients",
@@ -349,8 +252,8 @@ void Print(const DaemonRegisters& daemon) {
   }
   line("joints", joints.empty() ? "none" : joints.substr(1) + " deg");
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
-    line("",
-         fmt::format("resolution of the joint registers: ±{:.2f} mm at the tip (95 %)", radius_mm));
+    line("", fmt::format("resolution of the joint registers: ±{:.{}f} mm at the tip (95 %)",
+                         radius_mm, DecimalsFor({radius_mm}, 0)));
   }
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
@@ -379,24 +282,23 @@ void Print(const DaemonRegisters& daemon) {
     const auto code = static_cast<correction::CorrectionCode>(value("point_code"));
     const int validity = static_cast<int>(value("point_validity"));
     const bool valid = (validity & plc::registers::kValid) != 0;
-    line("point", fmt::format("{:<5} {}", value("point_id"),
-                              valid ? fmt::format("x {:.3f}  y {:.3f}  z {:.3f} mm, corrected by "
-                                                  "{:.3f} mm, {}",
-                                                  WithoutMinusZero(value("point_x"), 3),
-                                                  WithoutMinusZero(value("point_y"), 3),
-                                                  WithoutMinusZero(value("point_z"), 3),
-                                                  value("point_correction"),
-                                                  Within(value("point_uncertainty"),
-                                                         plc::registers::BasisOf(validity)))
-                                    : std::string("no correction: ") + Describe(code)));
-    if (valid && daemon.has_postures()) {
-      line("", fmt::format("{:<5} {}", "", PostureText(daemon, k)));
+    if (!valid) {
+      line("point", fmt::format("{:<5}  no correction: {}", value("point_id"), Describe(code)));
+      continue;
     }
+    line("point",
+         fmt::format("{:<5}  x {:.3f}, y {:.3f}, z {:.3f} mm", value("point_id"),
+                     WithoutMinusZero(value("point_x"), 3), WithoutMinusZero(value("point_y"), 3),
+                     WithoutMinusZero(value("point_z"), 3)));
+    line("", fmt::format("{:<5}  {}", "",
+                         CorrectionText(value("point_correction"), value("point_uncertainty"),
+                                        plc::registers::BasisOf(validity))));
+    if (daemon.has_postures()) line("", fmt::format("{:<5}  {}", "", PostureText(daemon, k)));
   }
 }
 
 int Run(const StatusOptions& options) {
-  const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options);
+  const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options.host, options.port);
   if (!daemon) {
     std::cerr << "plumbline status: " << daemon.error() << '\n';
     return kExitUsage;
@@ -404,6 +306,7 @@ int Run(const StatusOptions& options) {
   if (options.json) {
     std::cout << AsJson(*daemon).dump(1) << '\n';
   } else {
+    std::cout << ForReading;
     Print(*daemon);
   }
   const bool alarm = static_cast<HealthSeverity>(daemon->Word("health")) == HealthSeverity::kAlarm;

@@ -180,6 +180,7 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
   AddCameraOptions(*command, options->live);
   command->add_option("--frames", options->frames, "Stop after this number of frames")
       ->needs("--camera")
+      ->group("With --camera")
       ->check(WholeNumberWithin(1, 1 << 30));
   command
       ->add_option("--intrinsics", options->intrinsics,
@@ -205,10 +206,12 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
       "origin\n"
       "at the centre of the tag, x to its right, y down, z into it.\n\n"
       "Examples:\n  plumbline track --image frame.png --intrinsics lens.json --tag-size-mm 80\n"
-      "  plumbline track --image frame.png --intrinsics lens.json --bodies bodies.toml --json\n"
-      "  plumbline track --camera A1B2C3 --size 1920x1080 --exposure-ms 5 --intrinsics lens.json "
-      "--bodies bodies.toml --json\n"
-      "  plumbline track --camera recording --fast --intrinsics lens.json --tag-size-mm 80 --json\n"
+      "  plumbline track --image frame.png --intrinsics lens.json \\\n"
+      "      --bodies bodies.toml --json\n"
+      "  plumbline track --camera A1B2C3 --size 1920x1080 --exposure-ms 5 \\\n"
+      "      --intrinsics lens.json --bodies bodies.toml --json\n"
+      "  plumbline track --camera recording --fast --intrinsics lens.json \\\n"
+      "      --tag-size-mm 80 --json\n\n"
       "Ctrl-C stops tracking of a camera.\n\n"
       "Exit codes: 0 success, even if no tag was found; 1 faults in the input; 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -82,7 +82,7 @@ void AddNextPoses(const Diagnosis& diagnosis, const model::CellModel& cell, std:
     text += fmt::format("  {}:", k + 1);
     for (Eigen::Index i = 0; i < poses[k].q.size(); ++i) {
       const bool linear = slides(cell.robot.joints[static_cast<std::size_t>(i)]);
-      text += fmt::format(" {:8.2f}", poses[k].q[i] * (linear ? kMmPerMetre : kDegPerRad));
+      text += fmt::format(" {:7.1f}", poses[k].q[i] * (linear ? kMmPerMetre : kDegPerRad));
     }
     const std::string how = MeasuringText(poses[k]);
     text += fmt::format("  {:5.1f} kg  {} mm apart{}{}\n", poses[k].payload_kg,

@@ -155,7 +155,7 @@ std::string PointText(const PointMove& move) {
 
 std::string PositionText(correction::CorrectionCode code, const Vec3& p_B) {
   if (code != correction::CorrectionCode::kOk) return "none";
-  return fmt::format("{:.3f}, {:.3f}, {:.3f}", 1e3 * p_B.x(), 1e3 * p_B.y(), 1e3 * p_B.z());
+  return fmt::format("{:.2f}, {:.2f}, {:.2f}", 1e3 * p_B.x(), 1e3 * p_B.y(), 1e3 * p_B.z());
 }
 
 }  // namespace
@@ -218,11 +218,11 @@ std::string TextOf(const PointMoves& moves, const std::string& configuration) {
   if (!moves.all.empty()) {
     text += fmt::format("corrected commands of the points of {}, in the robot's base, mm:\n",
                         configuration);
-    text += fmt::format("{:>7}  {:>8}  {:>30}  {:>30}  {:>9}\n", "point", "load kg", "now", "then",
+    text += fmt::format("{:>5} {:>7} {:>27} {:>27} {:>8}\n", "point", "load kg", "now", "then",
                         "moves");
   }
   for (const PointMove& move : moves.all) {
-    text += fmt::format("{:>7}  {:>8g}  {:>30}  {:>30}  {:>9}\n", move.id, move.payload_kg,
+    text += fmt::format("{:>5} {:>7g} {:>27} {:>27} {:>8}\n", move.id, move.payload_kg,
                         PositionText(move.code_before, move.before_B),
                         PositionText(move.code_after, move.after_B),
                         move.Compared() ? fmt::format("{:.3f}", 1e3 * move.Distance_m()) : "-");

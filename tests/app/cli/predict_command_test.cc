@@ -15,7 +15,6 @@
 #include <sstream>
 #include <string>
 
-#include "app/cli/row_progress.h"
 #include "app/config/cell_reader.h"
 #include "tests/app/cli/run_command.h"
 
@@ -332,29 +331,6 @@ TEST_CASE("a refused prediction leaves an older output unchanged and reports it"
   CHECK_THAT(folder.told, Catch::Contains("out.csv: not written"));
   CHECK(folder.Content("out.csv") == "older\n");
   CHECK(folder.Files() == 3);
-}
-
-TEST_CASE(
-    "progress: nothing for two seconds, then a line every ten per cent with the remaining time") {
-  std::ostringstream told;
-  RowProgress progress(told, false, "poses");
-  for (std::size_t done = 0; done <= 50000; done += 64) {
-    progress.Show(done, 50000, 1e-4 * static_cast<double>(done));  // 5 s in all
-  }
-  CHECK_THAT(told.str(), Catch::StartsWith(" 40 %  20032 of 50000 poses, 3 s left\n 50 %  "));
-  CHECK_THAT(told.str(), Catch::EndsWith(" 90 %  45056 of 50000 poses, 1 s left\n"));
-  const std::string text = told.str();
-  CHECK(std::count(text.begin(), text.end(), '\n') == 6);
-
-  std::ostringstream screen;
-  RowProgress on_terminal(screen, true, "poses");
-  on_terminal.Show(0, 50000, 0);
-  on_terminal.Show(640, 50000, 0.06);
-  on_terminal.Show(25000, 50000, 300);
-  on_terminal.Clear();
-  CHECK(screen.str() ==
-        "\r\033[K  0 %  0 of 50000 poses\r\033[K  1 %  640 of 50000 poses"
-        "\r\033[K 50 %  25000 of 50000 poses, 5 min left\r\033[K");
 }
 
 TEST_CASE("the uncertainty of an alignment widens the radius") {

@@ -1,0 +1,58 @@
+// Progress display of a long-running command, for standard error.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <ostream>
+#include <string>
+#include <thread>
+
+namespace plumbline::cli {
+
+/// On a terminal, a single line, updated every second; elsewhere, after two seconds, a line every
+/// ten per cent. Both show the remaining time once 5 % are done, extrapolated from the elapsed
+/// time.
+class Progress {
+ public:
+  struct Display {
+    int columns = 0;     ///< width of the terminal; 0: not a terminal
+    bool quiet = false;  ///< show nothing
+    double update_s = 1;
+    std::function<double()> clock_s;  ///< default: the monotonic clock
+  };
+
+  Progress(std::ostream& err, Display display);
+  /// For standard error as it is.
+  Progress(std::ostream& err, bool quiet);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// @param share  done so far, 0..1
+  /// @param doing  the current step: "fitting all rows"
+  void Show(double share, const std::string& doing);
+  /// "640 of 50000 poses".
+  void ShowCount(std::size_t done, std::size_t of, const std::string& things);
+  /// Erases the line on the terminal and shows nothing more. Call before printing anything else.
+  void Clear();
+
+ private:
+  std::string Line() const;
+  void ShowOnTerminal();
+  void Update();
+
+  std::ostream& err_;
+  Display display_;
+  double start_s_;
+  double share_ = 0;
+  std::string doing_;  ///< empty: nothing to show
+  int last_percent_ = -1;
+  std::string shown_;  ///< on the terminal
+  bool ended_ = false;
+  std::mutex mutex_;  ///< of all members above
+  std::condition_variable end_;
+  std::thread updater_;  ///< on a terminal
+};
+
+}  // namespace plumbline::cli

@@ -1,0 +1,32 @@
+// Text for a terminal: its width, colours, and wrapped lines.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace plumbline::cli {
+
+/// Width of the terminal behind a descriptor, in columns; 0 if it is a file or a pipe. A terminal
+/// that does not know its width (a serial console) has $COLUMNS, else 80.
+int TerminalColumns(int descriptor);
+
+enum class Tone { kGood, kWarning, kFault };
+
+/// The text in green, yellow or red if `colours`, else unchanged.
+std::string Painted(std::string_view text, Tone tone, bool colours);
+
+/// Number of columns that UTF-8 text occupies; escape sequences of colours occupy none.
+std::size_t ColumnsOf(std::string_view text);
+
+/// Wraps a line without its line feed at spaces. Further lines are indented to the text after the
+/// last gap of two or more spaces ("robot        UR10, ..."), otherwise by two columns more than
+/// the first. A table row whose last column has no room for that, and a word that is too long, stay
+/// as they are.
+std::string WrappedLine(std::string_view line, std::size_t columns);
+
+/// Wraps running text: line feeds count as spaces. Lines after the first start with `indent`
+/// spaces, for which, as for the first line, the caller has left room.
+/// @param columns  of the text alone, without the indent
+std::string WrappedParagraph(std::string_view text, std::size_t columns, std::size_t indent);
+
+}  // namespace plumbline::cli

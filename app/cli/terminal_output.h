@@ -1,0 +1,38 @@
+// Standard output and standard error on a terminal: wrapped lines and colours.
+#pragma once
+
+#include <memory>
+#include <ostream>
+#include <streambuf>
+
+namespace plumbline::cli {
+
+/// Prepares a stream for the terminal behind its descriptor; has no effect on files and pipes.
+/// While an object of this class exists, the lines that follow ForReading are wrapped at the width
+/// of the terminal (WrappedLine), and ShowsColours() returns whether the terminal shows colours. A
+/// line that starts with a carriage return (progress) passes as it is.
+class TerminalOutput {
+ public:
+  /// @param descriptor  STDOUT_FILENO or STDERR_FILENO
+  TerminalOutput(std::ostream& stream, int descriptor);
+  /// For a terminal of this width; 0: not a terminal.
+  TerminalOutput(std::ostream& stream, int columns, bool colours);
+  ~TerminalOutput();
+  TerminalOutput(const TerminalOutput&) = delete;
+  TerminalOutput& operator=(const TerminalOutput&) = delete;
+
+ private:
+  std::ostream& stream_;
+  std::streambuf* target_;
+  std::unique_ptr<std::streambuf> wrapping_;
+};
+
+/// Manipulator: what follows is text for a person. Do not use it before JSON, CSV or TOML, which a
+/// person may copy from the terminal.
+std::ostream& ForReading(std::ostream& stream);
+
+/// True if text printed to the stream may contain colours. NO_COLOR (not empty) and TERM=dumb
+/// switch them off.
+bool ShowsColours(std::ostream& stream);
+
+}  // namespace plumbline::cli
