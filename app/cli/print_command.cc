@@ -218,10 +218,10 @@ void AddPrintBoardCommand(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  plumbline print board --out board.pdf\n"
       "  plumbline print board --board 9x6 --square-mm 30 --page A3 --out board.pdf\n"
-      "  plumbline print board --board-kind charuco --board 9x6 --square-mm 20 --mark-mm 15 \\\n"
-      "    --family aruco-5x5-100 --out charuco.pdf\n"
-      "  plumbline print board --board-kind acircles --board 4x11 --square-mm 15 --mark-mm 11 \\\n"
-      "    --out circles.svg\n\n"
+      "  plumbline print board --board-kind charuco --board 9x6 --square-mm 20 \\\n"
+      "    --mark-mm 15 --family aruco-5x5-100 --out charuco.pdf\n"
+      "  plumbline print board --board-kind acircles --board 4x11 --square-mm 15 \\\n"
+      "    --mark-mm 11 --out circles.svg\n\n"
       "Exit codes: 0 the file was written, 2 wrong arguments, or the file cannot be written.");
   command->callback([options, &exit_code] { exit_code = PrintBoard(*options); });
 }
