@@ -14,7 +14,7 @@
 namespace plumbline::report {
 namespace {
 
-constexpr std::size_t kMaxNameLength = 32, kMaxSentenceLength = 300, kMaxWordLength = 24,
+constexpr std::size_t kMaxNameLength = 32, kMaxSentenceLength = 500, kMaxWordLength = 24,
                       kMaxInstrumentLength = 44, kMaxFileLength = 60;
 constexpr std::size_t kMaxItemLength = 64;
 constexpr std::size_t kMaxCoefficients = 4, kMaxUntested = 2;
