@@ -32,6 +32,7 @@ enum class HealthReason : std::uint8_t {
   kInterference = 9,      ///< monitored objects touch
   kApproachBlocked = 10,  ///< an object blocks an approach path
   kNoDaemon = 11,         ///< page and display only: the daemon has exited or hangs
+  kRequiredLens = 12,     ///< points are withdrawn: a camera that they require has no valid lens
   // Attention.
   kDrift = 20,            ///< probes no longer agree with the model
   kModelSetAside = 21,    ///< the applied model is not in force
@@ -76,6 +77,7 @@ struct HealthInputs {
       weakest_basis{};            ///< among valid points; nullopt: no valid point
   bool radius_too_large = false;  ///< a valid point's radius exceeds the largest allowed correction
   bool fiducial_moved = false;
+  bool required_lens_missing = false;  ///< points are withdrawn until a camera's lens is valid
   bool scene_lost = false, scene_incomplete = false;
   bool reference_refused = false, quarantined = false;
   bool pending = false;        ///< a point is still being computed

@@ -5,6 +5,7 @@
 
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/written.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline {
 namespace {
@@ -192,6 +193,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
 
   CheckInput(input);
   ChoosePayload();
+  CheckRequiredLenses(input);
   RefreshPoints();
   Execute(input);
   ReportStatus(input);
@@ -221,7 +223,7 @@ void Machine::CheckInput(const MachineInput& input) {
     if (moved) {
       deflection::LoadedState state;
       arm.AtActual(input.robot.q, {}, {}, state);
-      snapshot_.reading_radius_m = deflection::RadiusHolding95Percent(
+      snapshot_.reading_radius_m = statistics::RadiusHolding95Percent(
           deflection::ReadingCovariance(arm, state, input.robot.q_resolution));
     }
     if (snapshot_.reading_radius_m > kCoarseReading_m) {
@@ -258,6 +260,16 @@ void Machine::ChoosePayload() {
   const std::optional<loads::Payload> payload = KnownPayload(mass_kg, cog_F_);
   snapshot_.payload_valid = payload.has_value();
   if (payload) snapshot_.payload = *payload;
+}
+
+void Machine::CheckRequiredLenses(const MachineInput& input) {
+  int missing = 0;
+  for (std::size_t k = 0; k < model::kMaxCameras; ++k) {
+    const CameraInput& camera = input.cameras[k];
+    const bool valid = camera.configured && camera.lens_valid;
+    if (config_.required_lenses[k] && !valid) missing |= 1 << k;
+  }
+  snapshot_.lenses_missing = static_cast<std::uint16_t>(missing);
 }
 
 std::optional<loads::Payload> Machine::PayloadAt(const std::optional<double>& own_mass_kg) const {
@@ -331,6 +343,10 @@ void Machine::RefreshPoint(std::size_t index, int& searches_left) {
   const std::optional<loads::Payload> payload = PayloadAt(point.payload_kg);
   if (!payload) {
     result.code = correction::CorrectionCode::kPayloadUnknown;
+    return;
+  }
+  if (snapshot_.lenses_missing != 0) {
+    result.code = correction::CorrectionCode::kLensStale;
     return;
   }
   if (branch.search_pending) {
@@ -426,6 +442,7 @@ HealthInputs Machine::HealthInputsFrom(const MachineInput& input) const {
   for (const CameraInput& camera : input.cameras) {
     facts.fiducial_moved = facts.fiducial_moved || (camera.configured && camera.fiducial_moved);
   }
+  facts.required_lens_missing = snapshot_.lenses_missing != 0;
   facts.scene_lost = input.scene_lost;
   facts.scene_incomplete = input.scene_incomplete;
   facts.no_points = config_.points.empty();

@@ -31,6 +31,8 @@ struct MachineConfig {
   correction::CorrectionLimits limits;
   PlausibilityLimits plausibility;
   PayloadPolicy payload;
+  /// Cameras whose lens must be valid for points to be corrected.
+  std::array<bool, model::kMaxCameras> required_lenses{};
 };
 
 /// Camera status that the control cycle needs.
@@ -117,6 +119,9 @@ class Machine {
  private:
   void CheckInput(const MachineInput& input);
   void ChoosePayload();
+  /// Determines which required cameras have no valid lens; a camera that has not reported yet has
+  /// none.
+  void CheckRequiredLenses(const MachineInput& input);
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
   /// at the centre of gravity declared by the cell or, if there is none, at that of the present
   /// load.

@@ -14,6 +14,13 @@ bool IsPlausible(const std::optional<double>& payload_kg) {
   return !payload_kg || (*payload_kg >= 0 && *payload_kg <= loads::kMaxPayload_kg);
 }
 
+/// True if the command's result is a corrected point or pose.
+bool IsCorrection(model::PlcCommandCode code) {
+  return code == model::PlcCommandCode::kCorrectPoint ||
+         code == model::PlcCommandCode::kCorrectPose ||
+         code == model::PlcCommandCode::kCorrectPoseScaled;
+}
+
 /// True if the command refers to camera k.
 bool IsAddressed(const MachineInput& input, std::size_t k) {
   const std::uint16_t named = input.command.camera;
@@ -26,7 +33,9 @@ void Machine::Execute(const MachineInput& input) {
   const model::PlcCommand& command = input.command;
   CommandResult& result = snapshot_.result;
   const bool robot_trusted = snapshot_.input_fault == InputFault::kOk;
-  if (!robot_trusted) result.valid = false;  // the values remain
+  const bool lens_missing = snapshot_.lenses_missing != 0;
+  const bool withdrawn = !robot_trusted || (lens_missing && IsCorrection(result.command));
+  if (withdrawn) result.valid = false;  // the values remain
   if (command.acknowledge && !acknowledged_) result.valid = false;
   acknowledged_ = command.acknowledge;
   if (command.sequence == result.sequence) return;
@@ -111,6 +120,9 @@ void Machine::Execute(const MachineInput& input) {
   if (command.payload_kg) point.payload_kg = command.payload_kg;
   const std::optional<loads::Payload> payload = PayloadAt(point.payload_kg);
   if (!payload) return refuse(correction::CorrectionCode::kPayloadUnknown);
+  if (lens_missing && IsCorrection(command.code)) {
+    return refuse(correction::CorrectionCode::kLensStale);
+  }
   correction::Correction correction;
   if (command.code == model::PlcCommandCode::kPredictLanding) {
     corrector_.PredictLanding(command.X_BP, Vec3::Zero(), *payload, ConditionsOf(*payload), seed,

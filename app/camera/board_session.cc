@@ -45,7 +45,7 @@ double Distance(const lens::BoardView& a, const lens::BoardView& b) {
 
 }  // namespace
 
-BoardSession::BoardSession(const BoardSettings& settings, lens::ImageSize size, double now_s)
+BoardSession::BoardSession(const BoardSettings& settings, image::ImageSize size, double now_s)
     : settings_(settings),
       size_(size),
       start_s_(now_s),

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/lens/calibration.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/board_prompt.h"
 
 namespace plumbline::camera {
@@ -28,7 +29,7 @@ class BoardSession {
  public:
   enum class State { kCapturing, kAccepted, kRefused };
 
-  BoardSession(const BoardSettings& settings, lens::ImageSize size, double now_s);
+  BoardSession(const BoardSettings& settings, image::ImageSize size, double now_s);
 
   /// A frame in which the board was detected.
   void Take(lens::BoardView view);
@@ -57,7 +58,7 @@ class BoardSession {
   void Refuse(std::string reason);
 
   BoardSettings settings_;
-  lens::ImageSize size_;
+  image::ImageSize size_;
   double start_s_;
   State state_ = State::kCapturing;
   lens::BoardPrompt prompt_ = lens::BoardPrompt::kShowBoard, wanted_ = lens::BoardPrompt::kTiltLeft;

@@ -57,7 +57,7 @@ void BoardWorker::StopWorker() {
   sent_s_.reset();
 }
 
-Result<void> BoardWorker::CopyToSharedMemory(const lens::LumaView& image) {
+Result<void> BoardWorker::CopyToSharedMemory(const image::LumaView& image) {
   const std::size_t bytes = static_cast<std::size_t>(image.width) * image.height;
   if (bytes > shared_bytes_) {
     StopWorker();  // it has mapped the smaller memory
@@ -83,7 +83,7 @@ Result<void> BoardWorker::CopyToSharedMemory(const lens::LumaView& image) {
   return {};
 }
 
-Result<void> BoardWorker::Submit(const lens::LumaView& image, const lens::Board& board) {
+Result<void> BoardWorker::Submit(const image::LumaView& image, const lens::Board& board) {
   if (auto shared = CopyToSharedMemory(image); !shared) return shared;
   if (!child_.started()) {
     if (auto started = Start(); !started) return started;
@@ -149,7 +149,7 @@ int RunBoardWorker() {
       mapped = size;
     }
     if (static_cast<std::size_t>(request->width) * request->height > mapped) return 1;
-    const lens::LumaView image{shared, request->width, request->height, request->width};
+    const image::LumaView image{shared, request->width, request->height, request->width};
     const Bytes response = EncodeResponse(lens::DetectBoard(image, request->board));
     if (send(kSocket, response.data(), response.size(), MSG_NOSIGNAL) < 0) return 1;
   }

@@ -8,7 +8,7 @@
 #include "drivers/clock.h"
 #include "drivers/os/child_process.h"
 #include "drivers/os/descriptor.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::camera {
@@ -31,14 +31,14 @@ class BoardWorker {
   /// Submits a frame; only while idle. The image is copied.
   /// @param board  any kind of board for which FaultOf(board) is nullopt
   /// @return       an error if the frame could not be submitted
-  Result<void> Submit(const lens::LumaView& image, const lens::Board& board);
+  Result<void> Submit(const image::LumaView& image, const lens::Board& board);
   /// The response to the submitted frame, once; nullopt while it is being processed.
   std::optional<Result<lens::BoardView>> Poll();
   int failures() const { return failures_; }  ///< workers that were killed or exited
 
  private:
   Result<void> Start();
-  Result<void> CopyToSharedMemory(const lens::LumaView& image);
+  Result<void> CopyToSharedMemory(const image::LumaView& image);
   void StopWorker();
   Result<lens::BoardView> Fail(const std::string& why);
 

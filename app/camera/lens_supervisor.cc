@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "app/printed_digits.h"
-#include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::camera {
 namespace {
@@ -243,7 +243,7 @@ void LensSupervisor::OnBodies(const std::vector<tracking::SeenBody>& seen,
     const CameraPoint origin = MeasurePoint(cell->estimate, body->estimate, settings_.X_WK,
                                             Vec3::Zero(), lens, image_s, places(*body));
     status.radius_m =
-        deflection::RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
+        statistics::RadiusHolding95Percent(origin.covariance_W + origin.tag_covariance_W);
     status.time_s = image_s;
   }
   const tracking::SeenBody* const tool =

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "app/config/text_file.h"
-#include "app/model_store/durable_file.h"
 #include "app/text/json_text.h"
+#include "drivers/files/replace_file.h"
 
 namespace plumbline::camera {
 namespace {
@@ -141,7 +141,7 @@ Result<void> TagBaselineStore::Store(std::int64_t lens_id, const TagBaseline& ba
   baselines_[lens_id] = baseline;
   std::error_code not_moved;  // the write below then fails and is reported
   if (std::exchange(unreadable_, false)) fs::rename(path_, path_ + ".unread", not_moved);
-  return model_store::WriteDurably(path_, TagBaselinesJson(baselines_, cell_));
+  return files::ReplaceFileDurably(path_, TagBaselinesJson(baselines_, cell_));
 }
 
 }  // namespace plumbline::camera

@@ -39,7 +39,7 @@ constexpr std::array<PromptPlacement, 10> kPlacements = {{
 }};
 
 Pose PoseOfPlacement(const PromptPlacement& placement, const lens::Board& board,
-                     const lens::Lens& lens, lens::ImageSize size) {
+                     const lens::Lens& lens, image::ImageSize size) {
   const double width_m = 2 * board.Centre().x(), height_m = 2 * board.Centre().y();
   const double z = std::max(lens.fx * width_m / (placement.share * size.width),
                             lens.fy * height_m / (placement.share * size.height));
@@ -56,7 +56,7 @@ Pose PoseOfPlacement(const PromptPlacement& placement, const lens::Board& board,
 
 std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
                                                     const lens::SharedVector& shared,
-                                                    const Pose& X_CK, lens::ImageSize size,
+                                                    const Pose& X_CK, image::ImageSize size,
                                                     double sigma_px) {
   const Eigen::Index n = board.corners();
   std::vector<lens::Vec2> pixels;
@@ -88,7 +88,7 @@ std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
 }
 
 Pose PoseOfPrompt(lens::BoardPrompt prompt, const lens::Board& board, const lens::Lens& lens,
-                  lens::ImageSize size) {
+                  image::ImageSize size) {
   const auto* placement =
       std::find_if(kPlacements.begin(), kPlacements.end(),
                    [&](const PromptPlacement& p) { return p.prompt == prompt; });
@@ -97,7 +97,7 @@ Pose PoseOfPrompt(lens::BoardPrompt prompt, const lens::Board& board, const lens
 }
 
 lens::BoardPrompt BestPrompt(const lens::Board& board, const lens::LensFit& fit,
-                             lens::ImageSize size, const std::set<lens::BoardPrompt>& avoid) {
+                             image::ImageSize size, const std::set<lens::BoardPrompt>& avoid) {
   const lens::Lens lens = lens::LensFromShared(fit.shared);
   lens::BoardPrompt best = lens::BoardPrompt::kShowBoard;
   double least = INFINITY;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/lens/lens_fit.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/board_prompt.h"
 
 namespace plumbline::camera {
@@ -16,18 +17,18 @@ namespace plumbline::camera {
 ///          outside the image
 std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
                                                     const lens::SharedVector& shared,
-                                                    const Pose& X_CK, lens::ImageSize size,
+                                                    const Pose& X_CK, image::ImageSize size,
                                                     double sigma_px);
 
 /// Pose of the board (X_CK) if a prompt is followed; `lens` need only be roughly right.
 Pose PoseOfPrompt(lens::BoardPrompt prompt, const lens::Board& board, const lens::Lens& lens,
-                  lens::ImageSize size);
+                  image::ImageSize size);
 
 /// The prompt whose view would make the projection least uncertain at its worst place; candidates
 /// are tilts, image corners, closer and farther.
 /// @param avoid  prompts to skip, since they were given without success
 /// @return       kShowBoard if no candidate remains
 lens::BoardPrompt BestPrompt(const lens::Board& board, const lens::LensFit& fit,
-                             lens::ImageSize size, const std::set<lens::BoardPrompt>& avoid = {});
+                             image::ImageSize size, const std::set<lens::BoardPrompt>& avoid = {});
 
 }  // namespace plumbline::camera

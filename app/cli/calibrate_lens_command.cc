@@ -25,6 +25,7 @@
 #include "app/printed_digits.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::cli {
 namespace {
@@ -39,7 +40,7 @@ struct CalibrateLensOptions {
 struct Frames {
   std::vector<lens::BoardView> views;
   std::vector<lens::RefusedFrame> refused;
-  lens::ImageSize size;
+  image::ImageSize size;
 };
 
 /// Detects the board in every image. Images whose size differs from the most frequent one are
@@ -48,7 +49,7 @@ Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::st
                   const lens::Board& board, Progress& progress) {
   struct Found {
     lens::BoardView view;
-    lens::ImageSize size;
+    image::ImageSize size;
   };
   std::vector<Found> found;
   Frames frames;

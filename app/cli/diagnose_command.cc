@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <filesystem>
@@ -17,14 +18,18 @@
 #include "app/cli/same_file.h"
 #include "app/cli/terminal_output.h"
 #include "app/config/cell_reader.h"
+#include "app/config/model_fingerprint.h"
 #include "app/config/text_file.h"
 #include "app/config/utc_text.h"
 #include "app/diagnosis/answer.h"
 #include "app/diagnosis/model_writer.h"
 #include "app/diagnosis/summary.h"
+#include "app/report/pdf.h"
 #include "app/report/report.h"
+#include "app/report/sha256.h"
 #include "app/version.h"
 #include "drivers/files/open_failure.h"
+#include "firmware-like/geometry/length.h"
 
 namespace plumbline::cli {
 namespace {
@@ -72,6 +77,7 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
       {"--json", arguments.json},
       {"--write-model", arguments.model},
       {"--report", arguments.report},
+      {"--pdf", arguments.pdf},
       {"--next-poses", NextPosesPath(arguments)}};
   bool writable = true;
   std::vector<std::string> others = {arguments.cell, arguments.measured};
@@ -87,7 +93,8 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
   }
   for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
-    if (path != arguments.next_poses && option == outputs[3].first) continue;  // beside --json
+    if (path != arguments.next_poses && option == std::string_view("--next-poses"))
+      continue;  // beside --json
     if (const auto why = config::WhyNotWritable(path)) {
       err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
                          option);
@@ -100,6 +107,7 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
 /// What the command has read.
 struct Input {
   std::string cell_text;
+  std::string data_sha256;
   model::CellModel cell;
   table::MeasuredTable measured;  ///< moved into the diagnosis
   std::size_t rows = 0;
@@ -123,10 +131,17 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  Input input{*cell_text, *cell, std::move(*measured), 0, {}};
+  Input input{*cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
   return input;
+}
+
+/// Fingerprint of a valid cell's model; empty if the text cannot be parsed.
+std::string FingerprintOf(const std::string& cell_text) {
+  config::FaultList ignored;
+  const config::TomlDocument document(cell_text, "", ignored);
+  return document.parsed() ? config::ModelFingerprint(document) : "";
 }
 
 std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& input,
@@ -146,15 +161,31 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
           << model.error();
     }
   }
-  if (!arguments.report.empty()) {
-    const report::ReportSource source{fs::path(arguments.cell).filename().string(),
-                                      origin.file,
-                                      origin.rows,
-                                      input.unreadable_lines,
-                                      origin.date,
-                                      PLUMBLINE_VERSION};
-    outputs.push_back(
-        {"--report", arguments.report, report::ReportHtml(diagnosis, input.cell, source)});
+  if (!arguments.report.empty() || !arguments.pdf.empty()) {
+    const bool has_model = !outputs.empty();
+    const report::ReportSource source{
+        fs::path(arguments.cell).filename().string(),
+        origin.file,
+        origin.rows,
+        input.unreadable_lines,
+        origin.date,
+        PLUMBLINE_VERSION,
+        config::TextFromUtc(static_cast<double>(std::time(nullptr))),
+        report::Sha256Hex(input.cell_text),
+        input.data_sha256,
+        FingerprintOf(input.cell_text),
+        has_model ? FingerprintOf(outputs.front().text) : std::string(),
+        arguments.particulars};
+    const std::string html = report::ReportHtml(diagnosis, input.cell, source);
+    if (!arguments.report.empty()) outputs.push_back({"--report", arguments.report, html});
+    if (!arguments.pdf.empty()) {
+      const Result<std::string> pdf = report::PdfFromHtml(html);
+      if (pdf) {
+        outputs.push_back({"--pdf", arguments.pdf, *pdf});
+      } else {
+        err << fmt::format("{}: not written: {}\n", arguments.pdf, pdf.error());
+      }
+    }
   }
   std::string poses = diagnosis.next_poses.empty() ? "" : NextPosesPath(arguments);
   if (!poses.empty()) {
@@ -178,6 +209,10 @@ int Interrupted(std::ostream& err) {
 int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engine,
                 std::ostream& out, std::ostream& err) {
   if (!AllWritable(arguments, err)) return kExitUsage;
+  if (const std::string why = report::WhyNoPdf(); !arguments.pdf.empty() && !why.empty()) {
+    err << fmt::format("plumbline diagnose: --pdf: {}\n", why);
+    return kExitUsage;
+  }
   int exit_code = kExitOk;
   Result<Input> input = Read(arguments, err, exit_code);
   if (!input) {
@@ -214,6 +249,10 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
       exit_code = kExitUsage;
     }
   }
+  const bool pdf_written = std::any_of(outputs.begin(), outputs.end(), [](const Output& output) {
+    return output.option == "--pdf";
+  });
+  if (!arguments.pdf.empty() && !pdf_written) exit_code = kExitUsage;
   if (!arguments.quiet)
     (json_to_out ? err : out) << ForReading << diagnosis::SummaryText(*diagnosis, input->cell)
                               << std::flush;
@@ -234,6 +273,23 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
                       "Write the corrected cell: CELL.toml with the found effects appended");
   command->add_option("--report", arguments->report,
                       "Write a report: one self-contained HTML file (plots require gnuplot)");
+  command->add_option("--pdf", arguments->pdf,
+                      "Write the report as PDF, certificate on page 1 (requires weasyprint)");
+  command
+      ->add_option_function<double>(
+          "--tolerance-mm",
+          [arguments](double tolerance_mm) {
+            arguments->particulars.tolerance_m = kMetrePerMm * tolerance_mm;
+          },
+          "Largest permitted error of a measured pose, for the report's statement of conformity\n"
+          "(ISO 14253-1: the expanded uncertainty counts against conformity)")
+      ->check(NumberWithin(1e-4, 1e3));
+  command->add_option("--instrument", arguments->particulars.instrument,
+                      "Measuring instrument, for the report");
+  command->add_option("--serial", arguments->particulars.serial,
+                      "Serial number of the instrument, for the report");
+  command->add_option("--approved-by", arguments->particulars.approved_by,
+                      "Who approves the report; without it, the report leaves a line to fill in");
   command->add_option("--next-poses", arguments->next_poses,
                       "Write poses that would separate rival explanations, a CSV file\n"
                       "(default: next_poses.csv beside the --json file)");
@@ -267,6 +323,8 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "  plumbline diagnose cell.toml measured.csv\n"
       "  plumbline diagnose cell.toml measured.csv --write-model corrected.toml \\\n"
       "      --report report.html\n"
+      "  plumbline diagnose cell.toml measured.csv --pdf certificate.pdf \\\n"
+      "      --tolerance-mm 0.5 --instrument \"laser tracker\" --serial 1234\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
       "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or "
       "cannot\n"

@@ -12,13 +12,14 @@
 #include "app/cli/number_option.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/registry.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::cli {
 namespace {
 
 /// Parses "1920x1080"; nullopt if the text does not have this form.
-std::optional<lens::ImageSize> SizeFromText(std::string_view text) {
-  lens::ImageSize size;
+std::optional<image::ImageSize> SizeFromText(std::string_view text) {
+  image::ImageSize size;
   const char* end = text.data() + text.size();
   const auto [x, first] = std::from_chars(text.data(), end, size.width);
   if (first != std::errc() || x == end || *x != 'x') return std::nullopt;

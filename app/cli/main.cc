@@ -24,6 +24,7 @@
 #include "app/cli/mesh_command.h"
 #include "app/cli/model_command.h"
 #include "app/cli/predict_command.h"
+#include "app/cli/print_command.h"
 #include "app/cli/registers_command.h"
 #include "app/cli/settings_command.h"
 #include "app/cli/snapshot_command.h"
@@ -150,6 +151,7 @@ int main(int argc, char** argv) {
   AddModelCommand(app, exit_code);
   AddCalibrateLensCommand(app, exit_code);
   AddLensCommand(app, exit_code);
+  AddPrintCommand(app, exit_code);
   AddCamerasCommand(app, exit_code);
   AddCalibrateHandEyeCommand(app, exit_code);
   AddRegistersCommand(app, exit_code);

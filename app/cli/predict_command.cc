@@ -20,6 +20,7 @@
 #include "firmware-like/deflection/landing_uncertainty.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::cli {
 namespace {
@@ -162,7 +163,7 @@ double FrameRadius(const Eigen::Matrix<double, 9, 9>& covariance, const Pose& X_
   const Vec3 arm_W = state.p_read_W - X_WB.p;
   for (int axis = 0; axis < 3; ++axis) J.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   J.rightCols<3>() = X_WB.R * state.posture.X_BF().R;
-  return deflection::RadiusHolding95Percent(J * covariance * J.transpose());
+  return statistics::RadiusHolding95Percent(J * covariance * J.transpose());
 }
 
 /// Displacement of the tip as the frames of its session blend into those of the declared model,

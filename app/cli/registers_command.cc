@@ -102,7 +102,9 @@ but the valid bit is clear.
 
 In `camera_state` 4 the measurements of the camera may be used. In every other state bit 0 of
 `camera_bits` is set, tip and bodies are not valid, and `camera_reason` gives the reason; bit 3
-means that an operator must show the calibration board. Command 9 starts a calibration (so does a
+means that an operator must show the calibration board. If the camera is configured with
+`required_for = ["points"]`, the configured points are not valid either (code 14), and commands 1
+to 3 are refused with that code. Command 9 starts a calibration (so does a
 board that comes into view while it is required), `board_prompt` then says how to hold the board,
 and command 10 cancels. The second camera has the same blocks 200 registers further;
 `command_camera` (1016) selects the camera for commands 9 to 11.

@@ -1,18 +1,16 @@
 #include "app/cli/status_command.h"
 
 #include <fmt/format.h>
-#include <modbus/modbus.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cassert>
-#include <cerrno>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <vector>
 
+#include "app/cli/daemon_registers.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
 #include "app/cli/rounded.h"
@@ -20,7 +18,6 @@
 #include "app/cli/terminal_output.h"
 #include "app/printed_digits.h"
 #include "drivers/plc/codec.h"
-#include "drivers/robot/host_name.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::cli {
@@ -30,117 +27,6 @@ struct StatusOptions {
   std::string host = "127.0.0.1";
   int port = 502;
   bool json = false;
-};
-
-/// How a server that is not plumblined replied to the first request.
-/// @param error  errno of libmodbus
-std::string UnexpectedReplyText(int error) {
-  if (error == ETIMEDOUT) return "it does not respond";
-  if (error == ECONNRESET || error == EPIPE) {
-    return "it closes the connection (another program, or plc.allow does not list this computer)";
-  }
-  if (error >= EMBXILFUN && error <= EMBXGTAR) return "its Modbus registers are not plumblined's";
-  return "it does not speak Modbus";
-}
-
-/// Snapshot of the registers of a running daemon.
-class DaemonRegisters {
- public:
-  static Result<DaemonRegisters> Read(const StatusOptions& options) {
-    const std::string place = fmt::format("{}:{}", options.host, options.port);
-    if (const char* why = robot::ResolveFailure(options.host)) {
-      return Error{fmt::format("{}: unknown host name ({}); check --host", place, why)};
-    }
-    const std::unique_ptr<modbus_t, decltype(&modbus_free)> link(
-        modbus_new_tcp_pi(options.host.c_str(), std::to_string(options.port).c_str()),
-        &modbus_free);
-    if (!link || modbus_connect(link.get()) != 0) {
-      return Error{
-          fmt::format("{}: {}; check that plumblined is running and that host and port match "
-                      "plc.listen and plc.port",
-                      place, modbus_strerror(errno))};
-    }
-    DaemonRegisters daemon;
-    const auto read = [&](int first, int count) {
-      const auto end = static_cast<std::size_t>(first) + static_cast<std::size_t>(count);
-      daemon.registers_.resize(std::max(daemon.registers_.size(), end));
-      return modbus_read_registers(link.get(), first, count, daemon.registers_.data() + first) ==
-             count;
-    };
-    bool ok = read(0, plc::registers::kStateSize);
-    if (ok && daemon.registers_[0] != plc::registers::kMagic) errno = EMBXILADD;
-    if (!ok || daemon.registers_[0] != plc::registers::kMagic) {
-      return Error{fmt::format("{}: another server is listening there: {}; {}", place,
-                               UnexpectedReplyText(errno),
-                               "set --host and --port to the daemon's plc.listen and plc.port")};
-    }
-    ok = ok && read(plc::registers::kInputs, plc::registers::kInputsSize);
-    ok = ok && read(plc::registers::kMonitoring, plc::registers::kMonitoringSize);
-    for (int k = 0; ok && k < static_cast<int>(model::kMaxCameras); ++k) {
-      const int further = plc::registers::kCameraStride * k;
-      ok = read(plc::registers::kCamera + further, plc::registers::kCameraSize) &&
-           read(plc::registers::kBodies + further,
-                plc::registers::kBodySize * static_cast<int>(status::CameraStatus::kMaxBodies));
-      if (ok && daemon.Camera("camera_state", k) > 0) daemon.cameras_ = k + 1;
-    }
-    ok = ok && read(plc::registers::kScene, plc::registers::kSceneSize);
-    for (int k = 0; ok && k < daemon.points(); ++k) {
-      ok = read(plc::registers::kPoints + plc::registers::kPointSize * k,
-                plc::registers::kPointSize);
-    }
-    // A daemon of an earlier version has no posture blocks and rejects the first request.
-    daemon.postures_ = ok && daemon.points() > 0;
-    for (int k = 0; ok && daemon.postures_ && k < daemon.points(); ++k) {
-      daemon.postures_ = read(plc::registers::kPostures + plc::registers::kPostureSize * k,
-                              plc::registers::kPostureSize);
-      ok = daemon.postures_ || errno == EMBXILADD;
-    }
-    const int error = errno;
-    modbus_close(link.get());
-    if (!ok) return Error{fmt::format("{}: {}", place, modbus_strerror(error))};
-    return daemon;
-  }
-
-  int points() const { return Word("points"); }
-  double Value(std::string_view name) const { return Find(plc::registers::Fields(), name, 0); }
-  double Value(std::string_view name, int point) const {
-    return Find(plc::registers::PointFields(), name,
-                plc::registers::kPoints + plc::registers::kPointSize * point);
-  }
-  bool has_postures() const { return postures_; }
-  double Posture(std::string_view name, int point) const {
-    return Find(plc::registers::PostureFields(), name,
-                plc::registers::kPostures + plc::registers::kPostureSize * point);
-  }
-  int cameras() const { return cameras_; }
-  double Camera(std::string_view name, int camera) const {
-    return Find(plc::registers::CameraFields(), name, plc::registers::kCameraStride * camera);
-  }
-  double Scene(std::string_view name) const { return Find(plc::registers::SceneFields(), name, 0); }
-  double Body(std::string_view name, int camera, int body) const {
-    return Find(plc::registers::BodyFields(), name,
-                plc::registers::kBodies + plc::registers::kCameraStride * camera +
-                    plc::registers::kBodySize * body);
-  }
-  int Word(std::string_view name) const { return static_cast<int>(Value(name)); }
-  bool Status(int bit) const { return (Word("status") & bit) != 0; }
-
- private:
-  double Find(std::span<const plc::MapField> fields, std::string_view name, int base) const {
-    for (const plc::MapField& field : fields) {
-      if (name == field.name) {
-        return plc::ValueOfField(field.type, registers_,
-                                 static_cast<std::size_t>(base) + field.address,
-                                 registers_[2] == 1);
-      }
-    }
-    assert(false && "no such field");
-    return 0;
-  }
-
-  std::vector<std::uint16_t> registers_;
-  int cameras_ = 0;        ///< number of configured cameras
-  bool postures_ = false;  ///< the daemon has posture blocks
 };
 
 std::string NameOfCamera(const DaemonRegisters& daemon, int camera) {
@@ -412,7 +298,7 @@ void Print(const DaemonRegisters& daemon) {
 }
 
 int Run(const StatusOptions& options) {
-  const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options);
+  const Result<DaemonRegisters> daemon = DaemonRegisters::Read(options.host, options.port);
   if (!daemon) {
     std::cerr << "plumbline status: " << daemon.error() << '\n';
     return kExitUsage;

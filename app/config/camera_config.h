@@ -53,7 +53,12 @@ struct CameraConfig {
   std::string kind = "v4l2";                            ///< one of CameraKinds()
   camera::CameraConnection connection;
   ZoomConfig zoom;
+  std::vector<std::string> required_for;  ///< what its lens must be valid for: kRequiredForPoints
+  bool RequiredForPoints() const { return !required_for.empty(); }
 };
+
+/// The only entry of `required_for`.
+inline constexpr const char* kRequiredForPoints = "points";
 
 /// The cameras and what they share: one cell, one set of bodies, one board.
 struct VisionConfig {

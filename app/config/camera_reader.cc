@@ -2,16 +2,22 @@
 
 #include "app/config/body_reader.h"
 #include "app/config/daemon_settings.h"
-#include "app/config/plausibility.h"
+#include "app/config/unlikely_values.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::config {
 
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files) {
   CameraConfig camera;
   ReadKeys(table, camera, &files);
-  const lens::ImageSize& size = camera.connection.v4l2.mode.size;
+  const image::ImageSize& size = camera.connection.v4l2.mode.size;
   if ((size.width == 0) != (size.height == 0)) {
     table.AddFault("width_px", "and height_px must be given together");
+  }
+  for (const std::string& word : camera.required_for) {
+    if (word == kRequiredForPoints) continue;
+    table.AddFault("required_for", fmt::format("contains \"{}\"; it may contain \"{}\" only", word,
+                                               kRequiredForPoints));
   }
   return camera;
 }

@@ -257,6 +257,10 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
     if (const auto table = MonitoringTable(root)) config.loop = MonitoringFromToml(*table);
     config.vision = VisionFromToml(root, named, of_others);
+    const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
+    for (std::size_t k = 0; k < cameras; ++k) {
+      config.machine.required_lenses[k] = config.vision.cameras[k].RequiredForPoints();
+    }
     if (const auto table = root.Table("overlay")) {
       config.overlay = OverlayFromToml(*table, named, config.vision);
     }

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/config/daemon_settings.h"
-#include "app/config/plausibility.h"
+#include "app/config/unlikely_values.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/joint_columns.h"

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "app/config/limits.h"
-#include "app/config/plausibility.h"
 #include "app/config/point_solutions.h"
+#include "app/config/unlikely_values.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/joint_columns.h"
 

@@ -2,15 +2,13 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
+#include "drivers/files/replace_file.h"
 #include "drivers/os/descriptor.h"
 #include "drivers/os/file_writing.h"
 
@@ -48,48 +46,6 @@ Result<void> WriteSpecial(const fs::path& file, std::string_view text) {
   return {};
 }
 
-/// A temporary file that is deleted unless it was renamed.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const fs::path& beside)
-      : name_(beside.string() + ".XXXXXX"), fd_(mkostemp(name_.data(), O_CLOEXEC)) {}
-  ~TemporaryFile() {
-    if (created() && !renamed_) unlink(name_.c_str());
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  bool created() const { return static_cast<bool>(fd_); }
-
-  bool Fill(std::string_view text) const {
-    const mode_t mask = umask(0);
-    umask(mask);
-    return fchmod(fd_.get(), 0666 & ~mask) == 0 && os::WriteAll(fd_.get(), text) &&
-           fsync(fd_.get()) == 0;
-  }
-
-  bool RenameTo(const fs::path& file) {
-    renamed_ = std::rename(name_.c_str(), file.c_str()) == 0;
-    return renamed_;
-  }
-
- private:
-  std::string name_;
-  os::Descriptor fd_;
-  bool renamed_ = false;
-};
-
-/// Atomically replaces whatever has that name by a new file.
-Result<void> ReplaceFile(const fs::path& file, std::string_view text) {
-  TemporaryFile temporary(file);
-  if (!temporary.created() || !temporary.Fill(text) || !temporary.RenameTo(file))
-    return SystemError();
-  // The new name survives a power cut once its folder is synced; a file system that cannot do so
-  // (some network shares) has still renamed the file.
-  os::SyncFolder(FolderOf(file));
-  return {};
-}
-
 }  // namespace
 
 Result<std::string> ReadTextFile(const std::string& path) {
@@ -123,11 +79,7 @@ Result<void> WriteTextFile(const std::string& path, std::string_view text) {
   }
   const fs::path file = TargetOf(path);
   if (IsSpecial(file)) return WriteSpecial(file, text);
-  return ReplaceFile(file, text);
-}
-
-Result<void> WriteStateFile(const std::string& path, std::string_view text) {
-  return ReplaceFile(path, text);
+  return files::ReplaceFile(file, text);
 }
 
 std::optional<Error> WhyNotWritable(const std::string& path) {

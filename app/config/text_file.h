@@ -17,14 +17,10 @@ inline constexpr std::size_t kMaxTextFileBytes = std::size_t{256} << 20;
 ///         that delivers nothing for 1.5 s is an error
 Result<std::string> ReadTextFile(const std::string& path);
 
-/// Replaces a file atomically: writes a temporary file beside it, syncs and renames it. A link is
-/// followed. Special files, and always /dev/stdout, are written to directly.
+/// Replaces a file atomically (`files::ReplaceFile`), but follows a link. Special files, and always
+/// /dev/stdout, are written to directly.
 /// @return the reason on failure ("Permission denied")
 Result<void> WriteTextFile(const std::string& path, std::string_view text);
-
-/// The same for a file in the state directory, but a symbolic link of that name is replaced instead
-/// of followed: a user who may write there must not redirect a write made as root.
-Result<void> WriteStateFile(const std::string& path, std::string_view text);
 
 /// The reason why the file could not be written now, or nullopt. Changes nothing.
 [[nodiscard]] std::optional<Error> WhyNotWritable(const std::string& path);

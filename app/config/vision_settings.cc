@@ -4,6 +4,7 @@
 #include "app/config/daemon_settings.h"
 #include "app/config/limits.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::config {
 namespace {
@@ -45,6 +46,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   camera::V4l2CameraOptions& v4l2 = camera.connection.v4l2;
   keys.Choose("name", camera.name, CameraNames(""),
               {"required if there are two cameras", "\"side\""});
+  keys.Add(
+      "required_for", camera.required_for,
+      {"[\"points\"]: corrected points are withdrawn while the lens of this camera is not valid",
+       "[\"points\"]", "nothing"});
   keys.Add("device", v4l2.device,
            Required("for \"v4l2\": path, serial number, or serial number and port, as printed by "
                     "`plumbline cameras`",
@@ -141,7 +146,7 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
            {"picture size, together with height_px", "1920",
             "the display's, or 1280 x 720 without a display"});
   keys.Add("height_px", height, {480, 1080}, {"see width_px", "1080"});
-  if (width && height) overlay.size = lens::ImageSize{*width, *height};
+  if (width && height) overlay.size = image::ImageSize{*width, *height};
   status::CameraName camera = status::CameraName::kNone;
   keys.Choose("camera", camera, CameraNames("both"),
               {"with two cameras: both images next to each other, or one of them"});

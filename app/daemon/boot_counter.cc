@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/model_store/durable_file.h"
+#include "drivers/files/replace_file.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -29,7 +29,7 @@ std::uint16_t NextBootCount(const std::string& directory) {
 Result<void> StoreBootCount(const std::string& directory, std::uint16_t count) {
   std::error_code ignored;  // reported below by the file that cannot be created
   std::filesystem::create_directories(directory, ignored);
-  return model_store::WriteDurably(CounterFile(directory), fmt::format("{}\n", count));
+  return files::ReplaceFileDurably(CounterFile(directory), fmt::format("{}\n", count));
 }
 
 }  // namespace plumbline::daemon

@@ -158,6 +158,10 @@ std::optional<PendingReload> ReadConfiguration(const Running& running) {
     in_force.reset();
   }
   log::LogFaults(faults);
+  // The cameras are those of the start until a restart, and so is what requires them.
+  if (in_force) {
+    in_force->config.machine.required_lenses = running.started.machine.required_lenses;
+  }
   std::unique_ptr<CycleParts> parts =
       in_force ? PartsFrom(*in_force, &running.cycle.parts()) : nullptr;
   if (!parts) {

@@ -11,14 +11,15 @@
 #include "app/config/utc_text.h"
 #include "app/daemon/probe_row.h"
 #include "app/journal/journal_csv.h"
-#include "app/model_store/durable_file.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/point_moves.h"
 #include "app/model_store/usable_model.h"
 #include "app/service/utc_clock.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/replace_file.h"
 #include "firmware-like/deflection/uncertainty.h"
+#include "firmware-like/statistics/containment_radius.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::daemon {
@@ -44,7 +45,7 @@ void LogReadingError(const config::DaemonConfig& config,
     deflection::LoadedState state;
     arm.AtActual(row.q, {}, {}, state);
     largest_rad = std::max(largest_rad, *row.q_step_rad);
-    radii_m.push_back(deflection::RadiusHolding95Percent(
+    radii_m.push_back(statistics::RadiusHolding95Percent(
         deflection::ReadingCovariance(arm, state, *row.q_step_rad)));
   }
   if (radii_m.empty()) return;
@@ -105,7 +106,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int
   std::filesystem::create_directories(folder, error);
   if (error)
     return Error{fmt::format("{}: {}", folder, files::WriteErrorText(folder, error.message()))};
-  const Result<void> written = model_store::WriteDurably(folder + "/measured.csv", exported.text);
+  const Result<void> written = files::ReplaceFileDurably(folder + "/measured.csv", exported.text);
   if (!written) return written.failure();
   step();
   const Result<model_store::ModelStore> store =

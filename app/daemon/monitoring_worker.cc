@@ -3,13 +3,10 @@
 #include <fmt/format.h>
 #include <pthread.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "app/daemon/probe_row.h"
 #include "app/service/utc_clock.h"
-#include "firmware-like/monitor/run_length.h"
-#include "firmware-like/statistics/median.h"
 
 namespace plumbline::daemon {
 namespace {
@@ -21,34 +18,6 @@ constexpr auto kJournalRetry = 5s;
 constexpr auto kStorageRetry = 2s;
 constexpr auto kModelsRefresh = 1s;
 constexpr auto kDecisionsRefresh = 1s;
-constexpr std::size_t kMaxRowsListed = 12;
-
-std::string CameraText(const std::string& name) {
-  return name.empty() ? "an unnamed camera" : "camera " + name;
-}
-
-/// "rows 4, 7, 9"; only the first ones if there are many.
-std::string RowsText(const std::vector<std::int64_t>& ids) {
-  const std::size_t listed = std::min(ids.size(), kMaxRowsListed);
-  std::string text =
-      fmt::format("row{} {}", ids.size() == 1 ? "" : "s",
-                  fmt::join(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(listed), ", "));
-  if (listed < ids.size()) text += fmt::format(" and {} more", ids.size() - listed);
-  return text;
-}
-
-/// @param step  progress callback, called between steps that take about a second in total
-monitor::MonitorDesign DesignFrom(const config::MonitoringConfig& loop,
-                                  const std::function<void()>& step) {
-  monitor::MonitorRequirements requirements;
-  requirements.sigma_m = loop.probe_sigma_m;
-  requirements.shift_m = loop.shift_m;
-  requirements.probes_per_day = loop.probes_per_day;
-  requirements.false_alarms_per_year = loop.false_alarms_per_year;
-  requirements.reference_probes = loop.reference_probes;
-  requirements.reference_sd_m = loop.reference_sd_m;
-  return monitor::MonitorDesignFor(requirements, step);
-}
 
 }  // namespace
 
@@ -211,8 +180,7 @@ Result<void> MonitoringWorker::ReadJournal() {
   Result<journal::Journal> opened = journal::Journal::Open(path, config_.loop.journal_bytes);
   if (!opened) return opened.failure();
   journal::Journal journal = std::move(opened).value();
-  monitor_.emplace(DesignFrom(config_.loop, [this] { heartbeat_.Beat(); }));
-  ResetReference();
+  monitor_.emplace(config_.loop, sink_, [this] { heartbeat_.Beat(); });
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbeTime_s();
@@ -250,16 +218,16 @@ Result<void> MonitoringWorker::ReadJournal() {
   journal_.emplace(std::move(journal));
   last_decision_ = *decision;
   quarantined_ = *waiting;
-  if (monitor_->reference_refused()) LogReference();
-  if (monitor_->alarm() && alarm_unlogged_) {
-    const Result<void> marked = journal_->Mark(alarm_row_, false, true);
+  if (monitor_->drift().reference_refused()) sink_(monitor_->ReferenceEntry());
+  if (monitor_->drift().alarm() && alarm_unlogged_) {
+    const Result<void> marked = journal_->Mark(monitor_->alarm_row(), false, true);
     if (!marked) return marked.failure();
     alarm_unlogged_ = false;
     alarm_handled_ = models_.proposed != 0;
     LogAlarm();
-  } else if (monitor_->alarm()) {
+  } else if (monitor_->drift().alarm()) {
     sink_({log::Event::kDriftAlarmActive,
-           fmt::format("drift alarm of journal row {} is still active", alarm_row_)});
+           fmt::format("drift alarm of journal row {} is still active", monitor_->alarm_row())});
     alarm_handled_ = alarm_handled_ || models_.proposed != 0;
   } else {
     alarm_handled_ = false;
@@ -297,7 +265,6 @@ bool MonitoringWorker::RestartMonitor(const char* reason) {
     return false;
   }
   monitor_->Restart();
-  ResetReference();
   alarm_handled_ = false;
   sink_({log::Event::kMonitorRestarted, "drift monitor restarted by the PLC"});
   return true;
@@ -328,83 +295,23 @@ bool MonitoringWorker::Record(const CycleEvent& event) {
   return true;
 }
 
-void MonitoringWorker::ResetReference() {
-  reference_camera_.reset();
-  unmonitored_cameras_.clear();
-  monitored_rows_.clear();
-}
-
-bool MonitoringWorker::MatchesReference(const journal::JournalRow& row, bool replayed) {
-  if (row.source != journal::JournalRow::Source::kCamera) return true;
-  if (!reference_camera_) reference_camera_ = row.camera;
-  if (row.camera == *reference_camera_) return true;
-  if (!replayed && unmonitored_cameras_.insert(row.camera).second) {
-    sink_({log::Event::kProbesUnwatched,
-           fmt::format("probes by {} are recorded, but not monitored for drift: the reference was "
-                       "taken by {}",
-                       CameraText(row.camera), CameraText(*reference_camera_))});
-  }
-  return false;
-}
-
+/// Passes a row to the drift monitor, and records and logs what it found unless the row is
+/// replayed.
 void MonitoringWorker::UpdateMonitor(const journal::JournalRow& row, bool replayed) {
-  if (!IsUsableForMonitoring(row, config_.loop.probe_sigma_m) || !MatchesReference(row, replayed))
-    return;
-  const bool was_learning = monitor_->learning();
-  const monitor::ProbeVerdict verdict = monitor_->Update(*row.measured_W - *row.predicted_W);
-  if (verdict.unmonitored) return;
-  monitored_rows_.push_back(row.id);
-  if (verdict.raised) {
-    alarm_row_ = row.id;
-    alarm_unlogged_ = replayed && !row.alarm;
-  }
+  const std::optional<RowVerdict> verdict = monitor_->Update(row, replayed);
+  if (!verdict) return;
+  if (verdict->raised) alarm_unlogged_ = replayed && !row.alarm;
   if (replayed) return;
-  if (verdict.outlier || verdict.raised) {
-    const Result<void> marked = journal_->Mark(row.id, verdict.outlier, verdict.raised);
+  if (verdict->outlier || verdict->raised) {
+    const Result<void> marked = journal_->Mark(row.id, verdict->outlier, verdict->raised);
     if (!marked) ReportFault(marked.error());
   }
-  if (was_learning && !monitor_->learning()) LogReference();
-  if (verdict.raised) LogAlarm();
+  if (verdict->reference_complete) sink_(monitor_->ReferenceEntry());
+  if (verdict->raised) LogAlarm();
 }
 
-/// Logs the reference, or why it was refused.
-void MonitoringWorker::LogReference() {
-  if (!monitor_->reference_refused()) {
-    const Vec3 reference_mm = 1e3 * monitor_->reference_m();
-    sink_({log::Event::kReferenceLearned,
-           fmt::format("drift monitor has its reference: residual ({:.3f}, {:.3f}, {:.3f}) mm, "
-                       "scatter {:.3f} mm",
-                       reference_mm.x(), reference_mm.y(), reference_mm.z(),
-                       1e3 * monitor_->sigma_m())});
-    return;
-  }
-  std::vector<std::int64_t> disagree;
-  for (std::size_t k = 0; k < monitored_rows_.size(); ++k) {
-    if (monitor_->Disagrees(static_cast<int>(k))) disagree.push_back(monitored_rows_[k]);
-  }
-  const double sigma_mm = 1e3 * monitor_->design().sigma_m;
-  const monitor::ReferenceFault fault = monitor_->reference_fault();
-  const std::string why =
-      fault == monitor::ReferenceFault::kOutliers
-          ? fmt::format(
-                "{} of them are farther from the others than their scatter explains "
-                "(99.99 %): {}",
-                disagree.size(), RowsText(disagree))
-      : fault == monitor::ReferenceFault::kScatter
-          ? fmt::format("they scatter by {:.3f} mm, over {:.0f} times probe_sigma_mm ({:.3f}): {}",
-                        1e3 * monitor_->sigma_m(), monitor::DriftMonitor::kMaxScatterRatio,
-                        sigma_mm, RowsText(disagree))
-          : fmt::format(
-                "they scatter by {:.3f} mm, more than probe_sigma_mm ({:.3f}), and consecutive "
-                "probes are correlated: something moved while they were taken",
-                1e3 * monitor_->sigma_m(), sigma_mm);
-  sink_(
-      {log::Event::kReferenceRefused,
-       fmt::format("drift monitor's reference refused: its {} probes, rows {} to {}, disagree; "
-                   "{}. Drift is not monitored. Inspect the rows (`plumbline journal show`), then "
-                   "take a new reference with command 8; if poses really differ that much, raise "
-                   "probe_sigma_mm",
-                   monitored_rows_.size(), monitored_rows_.front(), monitored_rows_.back(), why)});
+void MonitoringWorker::LogAlarm() {
+  sink_(monitor_->AlarmEntry(*journal_, config_.machine.cell.robot.joints, models_.applied));
 }
 
 void MonitoringWorker::LogQuarantined(const journal::JournalRow& row) {
@@ -449,51 +356,16 @@ void MonitoringWorker::FollowDecisions() {
   OpenJournal();
 }
 
-void MonitoringWorker::LogAlarm() {
-  const monitor::DriftAlarm& alarm = *monitor_->alarm();
-  const Vec3 shift_mm = 1e3 * MedianShift(alarm);
-  sink_({log::Event::kDriftAlarm,
-         fmt::format("drift alarm: the residual of probes changed by ({:.3f}, {:.3f}, {:.3f}) mm "
-                     "within the last {} probes; row {} of the journal",
-                     shift_mm.x(), shift_mm.y(), shift_mm.z(), alarm.probe - alarm.first_probe + 1,
-                     alarm_row_)});
-}
-
-/// The shift to be logged: the median over the probes that contributed to the alarm. The monitor's
-/// own estimate limits each probe, and so underestimates shifts of several millimetres.
-Vec3 MonitoringWorker::MedianShift(const monitor::DriftAlarm& alarm) {
-  const auto count = static_cast<std::size_t>(alarm.probe - alarm.first_probe + 1);
-  if (count > monitored_rows_.size()) return alarm.shift_m;
-  const std::vector<std::int64_t> part(monitored_rows_.end() - static_cast<std::ptrdiff_t>(count),
-                                       monitored_rows_.end());
-  journal::JournalFilter filter;
-  filter.after_id = part.front() - 1;
-  filter.model_version = models_.applied;
-  const auto rows = journal_->Read(filter, config_.machine.cell.robot.joints);
-  if (!rows || rows->empty()) return alarm.shift_m;
-  Vec3 shift_m;
-  for (int k = 0; k < 3; ++k) {
-    std::vector<double> values;
-    for (const journal::JournalRow& row : *rows) {
-      const bool monitored = std::binary_search(part.begin(), part.end(), row.id);
-      if (monitored && row.measured_W && row.predicted_W) {
-        values.push_back((*row.measured_W)[k] - (*row.predicted_W)[k]);
-      }
-    }
-    if (values.empty()) return alarm.shift_m;
-    shift_m[k] = statistics::MedianOf(values) - monitor_->reference_m()[k];
-  }
-  return shift_m;
-}
-
 void MonitoringWorker::StartDiagnosisIfDue() {
-  if (!journal_ || !monitor_ || !monitor_->alarm()) return;
+  if (!journal_ || !monitor_ || !monitor_->drift().alarm()) return;
   if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
-  const std::uint64_t since = monitor_->probes() - monitor_->alarm()->first_probe + 1;
+  const monitor::DriftMonitor& drift = monitor_->drift();
+  const std::uint64_t since = drift.probes() - drift.alarm()->first_probe + 1;
   if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
   alarm_handled_ = true;
-  Result<DiagnosisRun> started = DiagnosisRun::Start(
-      config_, models_.applied, *journal_, alarm_row_, sink_, [this] { heartbeat_.Beat(); });
+  Result<DiagnosisRun> started =
+      DiagnosisRun::Start(config_, models_.applied, *journal_, monitor_->alarm_row(), sink_,
+                          [this] { heartbeat_.Beat(); });
   diagnosis_failed_ = !started;
   if (started) {
     diagnosis_.emplace(std::move(started).value());
@@ -531,15 +403,15 @@ void MonitoringWorker::PublishStatus() {
   const bool writable = storage_ == nullptr || storage_->writable();
   status.storage_unavailable = !writable;
   status.recording = journal_ && !event_pending_ && writable;
-  status.drift_alarm = monitor_ && monitor_->alarm();
-  status.learning = monitor_ && monitor_->learning();
-  status.reference_refused = monitor_ && monitor_->reference_refused();
+  status.drift_alarm = monitor_ && monitor_->drift().alarm();
+  status.learning = monitor_ && monitor_->drift().learning();
+  status.reference_refused = monitor_ && monitor_->drift().reference_refused();
   status.diagnosing = diagnosis_.has_value();
   status.fault = !fault_.empty() || diagnosis_failed_ || (config_.loop.enabled && !writable);
   status.settled = true;
   status.quarantined = static_cast<std::uint32_t>(quarantined_);
   status.probes = recorded_;
-  status.drift_statistic = monitor_ ? monitor_->statistic() : 0;
+  status.drift_statistic = monitor_ ? monitor_->drift().statistic() : 0;
   status.residual_m = last_residual_m_;
   status.model.applied = models_.applied;
   status.model.proposed = models_.proposed;

@@ -4,18 +4,17 @@
 #include <chrono>
 #include <functional>
 #include <mutex>
-#include <set>
 #include <thread>
 
 #include "app/config/daemon_config.h"
 #include "app/daemon/cycle_mailboxes.h"
 #include "app/daemon/diagnosis_run.h"
+#include "app/daemon/row_drift_monitor.h"
 #include "app/daemon/state_storage.h"
 #include "app/journal/journal.h"
 #include "app/log/log_entry.h"
 #include "app/model_store/model_store.h"
 #include "drivers/thread_heartbeat.h"
-#include "firmware-like/monitor/drift_monitor.h"
 
 namespace plumbline::daemon {
 
@@ -59,15 +58,11 @@ class MonitoringWorker {
   void CheckStorage();
   bool Handle(const CycleEvent& event);
   bool Record(const CycleEvent& event);
-  void ResetReference();
-  bool MatchesReference(const journal::JournalRow& row, bool replayed);
   bool RestartMonitor(const char* reason);
   void UpdateMonitor(const journal::JournalRow& row, bool replayed);
   void LogAlarm();
-  void LogReference();
   void LogQuarantined(const journal::JournalRow& row);
   void FollowDecisions();
-  Vec3 MedianShift(const monitor::DriftAlarm& alarm);
   void StartDiagnosisIfDue();
   void PollDiagnosis();
   void RefreshModels();
@@ -92,19 +87,13 @@ class MonitoringWorker {
   config::DaemonConfig config_;
   model_store::ModelState models_;
   std::optional<journal::Journal> journal_;
-  std::optional<monitor::DriftMonitor> monitor_;
+  std::optional<RowDriftMonitor> monitor_;
   std::optional<DiagnosisRun> diagnosis_;
   Clock::time_point journal_tried_, models_read_, decisions_read_, storage_polled_,
       storage_checked_;
-  /// The camera whose probes the monitor compares. Errors of the tags' declared positions are the
-  /// same in every probe of one camera, but differ between cameras. nullopt before the first row.
-  std::optional<std::string> reference_camera_;
-  std::set<std::string> unmonitored_cameras_;  ///< whose probes were logged as not monitored
-  std::vector<std::int64_t> monitored_rows_;   ///< rows passed to the monitor, ascending
   /// The cameras at the start: a reload does not change them.
   std::optional<std::vector<config::CameraConfig>> cameras_;
   bool alarm_handled_ = false;
-  std::int64_t alarm_row_ = 0;
   bool alarm_unlogged_ = false;     ///< raised while rereading rows that were accepted since
   std::int64_t quarantined_ = 0;    ///< rows of the journal that wait for a person's decision
   std::int64_t last_decision_ = 0;  ///< id of the newest decision that was followed

@@ -94,6 +94,7 @@ void Reporter::Observe(const Snapshot& snapshot, std::uint16_t raised,
                        const robot::RobotLinkStatus& link) {
   ObserveLink(link, snapshot.now_s);
   ObserveInput(snapshot, raised);
+  ObserveRequiredLenses(snapshot);
   ObservePoints(snapshot);
   ObserveWarnings(snapshot);
   ObserveProbes(snapshot.probes);
@@ -183,8 +184,29 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
   input_since_s_ = snapshot.now_s;
 }
 
+void Reporter::ObserveRequiredLenses(const Snapshot& snapshot) {
+  if (snapshot.input_fault != InputFault::kOk) return;  // the points are withdrawn for that reason
+  const std::uint16_t missing = snapshot.lenses_missing;
+  if (missing == lenses_missing_) return;
+  if (missing == 0) {
+    sink_({log::Event::kPointsRestored,
+           fmt::format("corrected points are served again after {:.1f} s: the required lens is "
+                       "valid",
+                       snapshot.now_s - lenses_since_s_)});
+  } else {
+    sink_({log::Event::kPointsWithdrawn,
+           fmt::format("corrected points withdrawn: {} not valid, and required_for demands it",
+                       missing == 1   ? "the lens of camera 1 is"
+                       : missing == 2 ? "the lens of camera 2 is"
+                                      : "the lenses of cameras 1 and 2 are")});
+  }
+  if (lenses_missing_ == 0) lenses_since_s_ = snapshot.now_s;
+  lenses_missing_ = missing;
+}
+
 void Reporter::ObservePoints(const Snapshot& snapshot) {
-  if (snapshot.input_fault != InputFault::kOk) return;  // reported once, by ObserveInput()
+  // Reported once for all points, by ObserveInput() and ObserveRequiredLenses().
+  if (snapshot.input_fault != InputFault::kOk || snapshot.lenses_missing != 0) return;
   for (std::size_t k = 0; k < points_.size() && k < snapshot.points.size(); ++k) {
     const PointResult& point = snapshot.points[k];
     if (point.code == correction::CorrectionCode::kPending || codes_[k] == point.code) continue;

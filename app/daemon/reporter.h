@@ -33,6 +33,7 @@ class Reporter {
   /// Reports that the link is down, or while it is, a new reason that has persisted.
   void ReportLinkDown(const robot::RobotLinkStatus& link, double now_s);
   void ObserveInput(const Snapshot& snapshot, std::uint16_t raised);
+  void ObserveRequiredLenses(const Snapshot& snapshot);
   void ObservePoints(const Snapshot& snapshot);
   void ObserveWarnings(const Snapshot& snapshot);
   void ObserveProbes(const ProbeIntake& probes);
@@ -47,6 +48,8 @@ class Reporter {
   double new_reason_since_s_ = 0;
   std::optional<InputFault> input_fault_;
   double input_since_s_ = 0;
+  std::uint16_t lenses_missing_ = 0;
+  double lenses_since_s_ = 0;
   std::uint16_t warnings_ = 0;
   ProbeFault probe_fault_ = ProbeFault::kNone;
   std::uint32_t logged_refusals_ = 0;  ///< total when probes were last logged as accepted again

@@ -83,6 +83,7 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                                                     {"signal_left", Number(rival.signal_left)}});
     if (!rival.scope.empty()) json["scope"] = rival.scope;
     if (!rival.word.empty()) json["word"] = rival.word;
+    if (rival.cycles) json["cycles_per_turn"] = *rival.cycles;
   }
   answer["drivers"] = diagnosis.drivers;
   answer["next_poses"] = next_poses_file.empty() ? Json(nullptr) : Json(next_poses_file);

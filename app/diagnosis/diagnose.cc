@@ -174,6 +174,7 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
       std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
   diagnosis.noise_floor_origin = data.sigma_m > 0 ? data.sigma_origin : "residual";
   diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
+  diagnosis.joint_reading_sigma_m = data.reading_sigma_m;
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
   diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
   for (const RowIndex row : data.row_indices()) {
@@ -205,8 +206,8 @@ void AddCorrelationNote(const FitProblem& problem, Diagnosis& diagnosis) {
       rho, (1 + rho) / (1 - rho)));
 }
 
-/// Adds findings, rivals, rejected candidates, detection limits, signals, the verdict and, if it is
-/// ambiguous, the next poses.
+/// Adds findings, rivals, rejected candidates, detection limits, signals, the verdict and, if there
+/// are rivals, the next poses.
 void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
              Diagnosis& diagnosis) {
   task.Report(0.43, "comparing rivals");
@@ -230,7 +231,7 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
              diagnosis);
   AddReadingNote(task.data, diagnosis);
   AddCorrelationNote(found.fit, diagnosis);
-  if (diagnosis.verdict != Verdict::kAmbiguous) return;
+  if (rivals.empty()) return;
   task.Report(0.46, "planning further measurements");
   AddNextPoses(*found.candidate_set, found.model, found.fit.weights, found.best, rivals,
                task.options, diagnosis);
@@ -353,6 +354,7 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
     RowTrace& trace = diagnosis.rows.emplace_back();
     trace.line = data.measured(row).line;
     trace.session = data.measured(row).session;
+    trace.pose = data.cluster_of[row];
     trace.weight = fit.problem.weights[row];
     trace.outlier = fit.problem.weights[row] < kOutlierWeight;
     trace.p_measured = data.ranges() ? fit.linear.rows[row].p_W : data.measured(row).p_WT;
@@ -402,21 +404,33 @@ double VarianceBetweenRivals(const Diagnosis& diagnosis) {
   return most_m2;
 }
 
-/// Growth with the distance d from the measured poses, per radian and axis, of the difference
-/// between the answer and its rivals: least squares of their squared distance on d^2. On the rows
-/// they agree, so held-out rows do not show it.
-double GrowthBetweenRivals(const std::vector<RivalSeparation>& separations,
+/// Variance on one axis of the difference between the answer and its rivals at a distance d from
+/// the measured poses: near^2 + (distant d)^2.
+struct RivalSpread {
+  double near_m = 0, distant_m = 0;
+};
+
+/// Least squares fit of the squared differences, both terms at least 0. On the rows the
+/// explanations agree, so held-out rows do not show how they differ elsewhere; between the points
+/// of a grid they may differ however near these are.
+RivalSpread SpreadOfRivals(const std::vector<RivalSeparation>& separations,
                            const kinematics::PoseDistance& from, double axes) {
-  double along_m2 = 0, squares = 0;
+  double n = 0, sum_x = 0, sum_xx = 0, sum_y = 0, sum_xy = 0;
   for (const RivalSeparation& at : separations) {
-    const double d2 = std::pow(from.Of(at.q), 2);
-    along_m2 += d2 * at.distance_m * at.distance_m / axes;
-    squares += d2 * d2;
+    const double x = std::pow(from.Of(at.q), 2), y = at.distance_m * at.distance_m / axes;
+    n += 1, sum_x += x, sum_xx += x * x, sum_y += y, sum_xy += x * y;
   }
-  return squares > 0 ? std::sqrt(along_m2 / squares) : 0;
+  if (n == 0) return {};
+  const double spread = n * sum_xx - sum_x * sum_x;
+  const double slope = spread > 0 ? (n * sum_xy - sum_x * sum_y) / spread : 0;
+  const double intercept = (sum_y - slope * sum_x) / n;
+  if (slope < 0) return {std::sqrt(sum_y / n), 0};
+  if (intercept < 0) return {0, sum_xx > 0 ? std::sqrt(sum_xy / sum_xx) : 0};
+  return {std::sqrt(intercept), std::sqrt(slope)};
 }
 
-/// Adds the expected residuals of new points, near the measured poses and far from them.
+/// Adds the expected residuals of new points, near the measured poses and far from them. Rivals
+/// count as errors of the correction, so that one which fades does so sooner.
 void AddSpread(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
@@ -424,8 +438,6 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   if (task.data.ranges()) {
     spread->near_m = std::hypot(spread->near_m, std::sqrt(VarianceBetweenRivals(diagnosis)));
   }
-  diagnosis.domain.residual_sigma_m = spread->near_m;
-  diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
   FitRows accepted;
   for (const RowIndex row : task.data.row_indices()) {
     if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
@@ -433,9 +445,12 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
   const std::vector<model::JointVector> poses = StoredPoses(cell, task.data, accepted);
   const kinematics::PoseDistance from = DistanceFrom(cell, poses);
-  spread->distant_m = std::hypot(
-      spread->distant_m,
-      GrowthBetweenRivals(diagnosis.rival_separations, from, task.data.lengths_per_row()));
+  const RivalSpread rivals =
+      SpreadOfRivals(diagnosis.rival_separations, from, task.data.lengths_per_row());
+  spread->near_m = std::hypot(spread->near_m, rivals.near_m);
+  spread->distant_m = std::hypot(spread->distant_m, rivals.distant_m);
+  diagnosis.domain.residual_sigma_m = spread->near_m;
+  diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
   // Half a turn away, where d is 2, it would add less than 0.5 %.
   constexpr double kNegligible = 0.05;
   if (spread->distant_m < kNegligible * spread->near_m) return;
@@ -489,7 +504,7 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   const Result<Identified> found =
       Identify(searched, declared->model, options, progress_between(0.05, 0.35));
   if (!found) return Error{found.error()};
-  if (const auto mistake = HiddenMistake(*found, options, progress_between(0.35, 0.4)))
+  if (const auto mistake = HiddenMistake(*found, *data, options, progress_between(0.35, 0.4)))
     return Error{*mistake};
   const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
   if (!fit) return Error{fit.error()};
@@ -506,7 +521,8 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   CorrectedModel& corrected = validated.value();
   CheckExplanation({found->fit, corrected.validation.schemes.front(),
                     static_cast<double>(found->best.columns.size()),
-                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights)},
+                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights),
+                    RobustSigma(*data, ResidualsOf(fit->linear))},
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
   AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);

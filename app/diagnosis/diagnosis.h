@@ -40,6 +40,8 @@ struct Rival {
   std::string id;
   std::string instead_of_word, word;  ///< variants, if any: two variants of one id can be rivals
   std::vector<std::string> scope;
+  /// Cycles per turn, if only a line of the finding is exchanged.
+  std::optional<double> instead_of_cycles, cycles;
   double signal_left =
       0;  ///< share of the finding's signal that the refitted rival cannot reproduce
   double evidence_gap = 0;     ///< score of the rival minus score of the answer; 16 is 4 sigma
@@ -65,6 +67,7 @@ struct Considered {
 struct RowTrace {
   int line = 0;  ///< of the file, the header being line 1
   std::string session;
+  ClusterIndex pose{};   ///< replicates of one pose share it: same joints, session and payload
   int fold = 0;          ///< block of time it was held out with; -1: never held out
   double weight = 1;     ///< of the robust fit
   bool outlier = false;  ///< weight below kOutlierWeight; excluded from error figures and plots
@@ -102,7 +105,8 @@ struct NextPose {
   model::JointVector qd{}, qdd{};  ///< at the moment of measurement; empty if irrelevant
 };
 
-/// How far apart the answer and its rivals are at a pose that was not measured.
+/// How far apart the answer and its rivals are at a pose that was not measured: a random one within
+/// the measured range, or one beside a measured pose.
 struct RivalSeparation {
   model::JointVector q;   ///< [rad] or [m]
   double distance_m = 0;  ///< largest of all rivals, each refitted to the rows
@@ -148,15 +152,20 @@ struct Diagnosis {
   /// Alternative drivers of an empirical term; each is among the rivals.
   std::vector<std::vector<std::string>> rival_drivers;
   std::vector<NextPose> next_poses;
-  std::vector<RivalSeparation> rival_separations;  ///< at random poses; empty without rivals
+  std::vector<RivalSeparation> rival_separations;  ///< empty without rivals
   bool next_poses_separate_all = false;            ///< from the answer and from each other
   std::map<std::string, double>
       minimum_detectable_m;  ///< 3-D RMS over the rows, by id (detectable.h)
   double rms_before_m = 0, rms_after_m = 0;
   double noise_floor_m = 0;  ///< 3-D: declared sigma times sqrt(lengths per row)
   double sigma_m = 0;        ///< one axis, as used
+  /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
+  /// one axis, mean over the rows.
+  double joint_reading_sigma_m = 0;
   /// The residual is far above the declared noise and no repeats confirm that noise. The noise in
   /// use (3-D) then replaces `noise_floor_m`.
+  /// The condition that the rejected rows share ("payload_kg of 80 or more"); empty if none.
+  std::string outlier_condition;
   bool declared_noise_too_small = false;
   double noise_in_use_m = 0;
   std::string sigma_origin;        ///< "declared", "repeats", "residual"

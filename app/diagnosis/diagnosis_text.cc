@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "app/diagnosis/candidates.h"
+#include "app/diagnosis/signal_unit.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 
@@ -16,6 +18,26 @@ namespace {
 
 constexpr double kPercent = 100;
 
+/// "1, 23 or 25 cycles per turn".
+std::string CyclesText(const std::set<double>& cycles) {
+  if (cycles == std::set<double>{1}) return "1 cycle per turn";
+  std::vector<std::string> texts;
+  for (const double value : cycles) texts.push_back(fmt::format("{:.3g}", value));
+  return Listed(texts, "or") + " cycles per turn";
+}
+
+/// The cycles per turn between which the rows cannot decide for a finding; empty if they can.
+std::set<double> UndecidedCycles(const Diagnosis& diagnosis, const Finding& finding) {
+  const std::vector<std::string> scope = ScopeOf(finding.effect.term);
+  std::set<double> cycles;
+  for (const Rival& rival : diagnosis.rivals) {
+    if (!rival.cycles || rival.id != finding.effect.term.effect->traits().id) continue;
+    if (std::find(scope.begin(), scope.end(), rival.scope.front()) == scope.end()) continue;
+    cycles.insert({*rival.cycles, *rival.instead_of_cycles});
+  }
+  return cycles;
+}
+
 std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
   std::vector<std::string> names;
   for (const Finding& finding : diagnosis.findings) {
@@ -23,12 +45,14 @@ std::vector<std::string> NamesOf(const Diagnosis& diagnosis, bool with_shares) {
     // A rival of the same id is distinguished by its variant.
     const bool differs_by_word =
         std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(), [&](const Rival& rival) {
-          return rival.id == rival.instead_of && rival.id == term.effect->traits().id &&
-                 rival.instead_of_word == term.word;
+          return !rival.cycles && rival.id == rival.instead_of &&
+                 rival.id == term.effect->traits().id && rival.instead_of_word == term.word;
         });
     std::string name = differs_by_word
                            ? EffectName(term.effect->traits().id, term.word, ScopeOf(term))
                            : EffectName(finding);
+    const std::set<double> cycles = UndecidedCycles(diagnosis, finding);
+    if (!cycles.empty()) name += fmt::format(" ({})", CyclesText(cycles));
     if (with_shares) {
       name += fmt::format(" ({}{})", PercentText(finding.share_of_residual),
                           names.empty() ? " of the residual" : "");
@@ -89,6 +113,7 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   }
   std::vector<std::string> names = {Listed(NamesOf(diagnosis, false))};
   for (const Rival& rival : diagnosis.rivals) {
+    if (rival.cycles) continue;  // in the name of the finding
     std::string name = RivalName(rival);
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
@@ -110,6 +135,22 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   return text;
 }
 
+/// What the named effects leave.
+std::string UnknownPart(const Diagnosis& diagnosis) {
+  if (!diagnosis.outlier_condition.empty() && diagnosis.drivers.size() == 1) {
+    return "an effect outside the catalogue, or larger noise, in the rejected rows with " +
+           diagnosis.outlier_condition;
+  }
+  if (!diagnosis.drivers.empty()) {
+    return "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
+  }
+  if (diagnosis.declared_noise_too_small) {
+    return "an effect outside the catalogue that follows no recorded signal, or noise" +
+           NoiseClause(diagnosis);
+  }
+  return "an effect outside the catalogue that follows no recorded signal";
+}
+
 std::string UnknownHeadline(const Diagnosis& diagnosis) {
   std::string text;
   std::vector<std::string> physical;
@@ -119,9 +160,7 @@ std::string UnknownHeadline(const Diagnosis& diagnosis) {
                                    PercentText(finding.share_of_residual)));
   }
   if (!physical.empty()) text = Listed(physical) + ", plus ";
-  text += diagnosis.drivers.empty()
-              ? "an effect outside the catalogue that follows no recorded signal"
-              : "an effect outside the catalogue that follows " + Listed(diagnosis.drivers);
+  text += UnknownPart(diagnosis);
   if (!diagnosis.withheld.empty()) return text + "; no correction is written";
   text += HasEmpiricalTerm(diagnosis) ? "; corrected empirically within the measured range"
                                       : "; that part is not corrected";
@@ -155,10 +194,12 @@ std::string EffectName(std::string_view id, std::string_view word,
 }
 
 std::string RivalName(const Rival& rival) {
+  if (rival.cycles) return EffectName(rival.id, CyclesText({*rival.cycles}), rival.scope);
   return EffectName(rival.id, rival.id == rival.instead_of ? rival.word : "", rival.scope);
 }
 
 std::string ReplacedName(const Rival& rival) {
+  if (rival.cycles) return CyclesText({*rival.instead_of_cycles});
   return EffectName(rival.instead_of, rival.id == rival.instead_of ? rival.instead_of_word : "",
                     {});
 }
@@ -201,20 +242,6 @@ std::string PercentText(double share) {
 }
 
 namespace {
-
-/// The unit at the end of a column name: "bar" for "air_pressure_bar", "deg/s" for "qd2_deg_s".
-/// Temperature differences are in K.
-std::string UnitOfSignal(std::string_view column) {
-  constexpr std::pair<std::string_view, std::string_view> kOfTwoParts[] = {
-      {"_deg_s2", "deg/s^2"}, {"_deg_s", "deg/s"}, {"_mm_s2", "mm/s^2"}, {"_mm_s", "mm/s"}};
-  for (const auto& [ending, unit] : kOfTwoParts) {
-    if (column.ends_with(ending)) return std::string(unit);
-  }
-  const std::size_t at = column.rfind('_');
-  if (at == std::string_view::npos) return fmt::format("unit of {}", column);
-  const std::string_view unit = column.substr(at + 1);
-  return unit == "C" ? "K" : std::string(unit);
-}
 
 /// Slope of each carrier per unit of the driver, by least squares over the nodes; nullopt if the
 /// curve is not straight.

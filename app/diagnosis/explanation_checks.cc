@@ -149,19 +149,23 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   return check;
 }
 
-/// nullopt if the noise is unknown.
-std::optional<ExplanationCheck> NoiseCheck(const FitProblem& problem) {
-  const double declared_m = problem.data.sigma_m;
-  if (declared_m <= 0) return std::nullopt;
+/// Compares with the scatter of repeated points if it is larger than the declared noise. nullopt if
+/// the noise is unknown.
+std::optional<ExplanationCheck> NoiseCheck(const ExplanationEvidence& evidence) {
+  const Dataset& data = evidence.problem.data;
+  if (data.sigma_m <= 0) return std::nullopt;
+  const double repeats_m =
+      data.repeat_sigma_m > 0 ? std::hypot(data.repeat_sigma_m, data.reading_sigma_m) : 0;
+  const double noise_m = std::max(data.sigma_m, repeats_m);
   ExplanationCheck check;
   check.name = "residual_noise";
-  check.figure = 1e3 * problem.sigma_m;
-  check.limit = 1e3 * kUnexplainedNoiseRatio * declared_m;
+  check.figure = 1e3 * evidence.residual_sigma_m;
+  check.limit = 1e3 * kUnexplainedNoiseRatio * noise_m;
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
-      "the named effects leave {:.3g} mm per axis; with a noise of {:.3g} mm, more than {:.3g} mm "
-      "has another cause",
-      check.figure, 1e3 * declared_m, check.limit);
+      "the residual is {:.3g} mm per axis; with a noise of {:.3g} mm, more than {:.3g} mm is not "
+      "explained",
+      check.figure, 1e3 * noise_m, check.limit);
   return check;
 }
 
@@ -252,6 +256,12 @@ std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding&
 }
 
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis) {
+  bool sound = true;
+  if (auto noise = NoiseCheck(evidence)) {
+    sound = noise->passed;
+    diagnosis.checks.push_back(*std::move(noise));
+    if (!sound) diagnosis.verdict = Verdict::kUnknown;
+  }
   if (diagnosis.findings.empty()) return;
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
@@ -260,18 +270,13 @@ void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis)
     diagnosis.doubts.push_back(
         {KeyOfFinding(finding).id, ScopeOf(finding.effect.term), Listed(failed)});
   }
-  bool sound = true;
   const HeldOutRatio found = HeldOutOverNoise(evidence, diagnosis.findings);
   if (found.clusters > 0) {
     diagnosis.checks.push_back(HeldOutCheck(evidence, found));
-    sound = diagnosis.checks.back().passed;
+    sound = sound && diagnosis.checks.back().passed;
   }
   diagnosis.checks.push_back(DiscrepancyCheck(evidence));
   sound = sound && diagnosis.checks.back().passed;
-  if (auto noise = NoiseCheck(evidence.problem)) {
-    sound = sound && noise->passed;
-    diagnosis.checks.push_back(*std::move(noise));
-  }
   if (!sound) {
     diagnosis.verdict = Verdict::kUnknown;
   } else if (!diagnosis.doubts.empty() && diagnosis.verdict == Verdict::kExplained) {

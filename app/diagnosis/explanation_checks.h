@@ -12,6 +12,7 @@ struct ExplanationEvidence {
   const HeldOut& held_out;       ///< held out by blocks of time
   double parameters = 0;         ///< fitted parameters of the named effects
   double discrepancy_rms_m = 0;  ///< 3-D RMS of the discrepancy model over the rows [m]
+  double residual_sigma_m = 0;   ///< robust standard deviation of the residual, one axis [m]
 };
 
 /// Mean square of the held-out residuals over sigma^2, and its upper limit under noise alone: the
@@ -33,7 +34,7 @@ std::optional<double> SelectionFrequency(const HeldOut& held_out, const Finding&
 /// Adds the checks of each finding and of the whole answer to `diagnosis.checks`. A finding that
 /// fails a check is added to `diagnosis.doubts` and lowers the verdict from `explained` to
 /// `ambiguous`. If the answer as a whole fails, part of the residual is unexplained and the verdict
-/// is `unknown`.
+/// is `unknown`. Without a finding, only the residual is compared with the noise.
 void CheckExplanation(const ExplanationEvidence& evidence, Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

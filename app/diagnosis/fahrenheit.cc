@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace plumbline::diagnosis {
@@ -16,14 +17,22 @@ double CelsiusFrom(double fahrenheit) {
   return (fahrenheit - 32) / 1.8;
 }
 
-/// The temperatures from kLikely.low on, ascending; empty if they are few, or if some of them are
-/// hot in degrees Fahrenheit too.
+/// The temperatures from kLikely.low on, ascending; empty if they are few, if some of them are hot
+/// in degrees Fahrenheit too, or if the others lead up to them as in a warm-up.
 std::vector<double> LikelyFahrenheit(const table::MeasuredTable& table) {
+  constexpr double kMinGap = 10;
   std::vector<double> temperatures;
   if (!table.recorded.temperature) return temperatures;
+  double coldest = kLikely.high, hottest_of_others = -HUGE_VAL;
   for (const table::MeasuredRow& row : table.rows) {
-    if (row.temp_C >= kLikely.low) temperatures.push_back(row.temp_C);
+    if (row.temp_C >= kLikely.low) {
+      temperatures.push_back(row.temp_C);
+      coldest = std::min(coldest, row.temp_C);
+    } else {
+      hottest_of_others = std::max(hottest_of_others, row.temp_C);
+    }
   }
+  if (coldest - hottest_of_others < kMinGap) return {};
   std::sort(temperatures.begin(), temperatures.end());
   if (temperatures.size() < kMinRows || temperatures.back() > kLikely.high) return {};
   return temperatures;
@@ -52,8 +61,12 @@ void NoteLikelyFahrenheit(table::MeasuredTable& table) {
 std::optional<Mistake> FahrenheitMistake(const Dataset& data) {
   const std::size_t likely = LikelyFahrenheit(data.table).size();
   if (likely == 0) return std::nullopt;
+  const bool all = likely == data.table.rows.size();
   Mistake mistake{"temp_C holds degrees Fahrenheit" + RowsText(data.table, likely),
-                  "write degrees Celsius in every row", [](Dataset& changed) {
+                  all ? "write degrees Celsius; if it is in degrees Celsius, correct "
+                        "reference_temperature_C, which has the same effect"
+                      : "write degrees Celsius in every row",
+                  [](Dataset& changed) {
                     for (const RowIndex row : changed.row_indices()) {
                       double& temp_C = changed.table.rows[row.offset()].temp_C;
                       if (temp_C < kLikely.low) continue;

@@ -123,6 +123,12 @@ std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& 
   return in_other_order ? std::optional(middle_m) : std::nullopt;
 }
 
+/// The subset with a mistake undone, before thinning where the mistake moves values between rows.
+Dataset CorrectedSubset(const Dataset& data, const Dataset& subset, const Mistake& mistake) {
+  return mistake.needs_all_rows ? Subset(Corrected(data, mistake.undo))
+                                : Corrected(subset, mistake.undo);
+}
+
 std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
                            const std::vector<Mistake>& mistakes, double before_m, int threads) {
   const std::string found = fmt::format(
@@ -131,9 +137,7 @@ std::string GrossErrorText(const Dataset& data, const Linearisation& aligned,
   const Dataset subset = Subset(data);
   std::vector<Trial> all;
   for (const Mistake& mistake : mistakes) {
-    all.push_back(RunTrial(mistake.needs_all_rows ? Subset(Corrected(data, mistake.undo))
-                                                  : Corrected(subset, mistake.undo),
-                           threads));
+    all.push_back(RunTrial(CorrectedSubset(data, subset, mistake), threads));
     all.back().mistake = &mistake;
   }
   std::stable_sort(all.begin(), all.end(),
@@ -175,9 +179,10 @@ double SigmaOfAffected(const Dataset& data, const Trial& trial, const Mistake& m
   return RobustSigma(SelectRows(data, rows), residuals);
 }
 
-std::optional<std::string> SubtleErrorText(const Dataset& subset,
+std::optional<std::string> SubtleErrorText(const Dataset& data,
                                            const std::vector<Mistake>& mistakes,
                                            double sigma_before_m, int threads) {
+  const Dataset subset = Subset(data);
   const double noise_m = kNoiseRatio * subset.sigma_m;
   const auto is_large = [&](double sigma_m) { return sigma_m >= kSubtleRatio * subset.sigma_m; };
   const bool some_affect_part =
@@ -190,7 +195,7 @@ std::optional<std::string> SubtleErrorText(const Dataset& subset,
     const double before_m =
         mistake.affects ? SigmaOfAffected(subset, as_read, mistake) : sigma_before_m;
     if (!is_large(before_m)) continue;
-    const Trial trial = RunTrial(Corrected(subset, mistake.undo), threads);
+    const Trial trial = RunTrial(CorrectedSubset(data, subset, mistake), threads);
     const double after_m = SigmaOfAffected(subset, trial, mistake);
     if (std::max(after_m, trial.sigma_m) > std::min(noise_m, before_m / kSubtleRatio)) continue;
     const bool alternative_fits =
@@ -218,7 +223,7 @@ std::optional<std::string> GrossError(const Dataset& data, const Linearisation& 
   }
   const std::vector<Mistake> mistakes = MistakesOf(data);
   if (before_m >= kGross_m) return GrossErrorText(data, aligned, mistakes, before_m, threads);
-  return SubtleErrorText(Subset(data), mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
+  return SubtleErrorText(data, mistakes, RobustSigma(data, ResidualsOf(aligned)), threads);
 }
 
 }  // namespace plumbline::diagnosis

@@ -19,6 +19,10 @@ namespace {
 
 constexpr int kMaxSearchedRows = 300;  // a judgement; limits the computing time for large tables
 
+Dataset Searched(const Dataset& data) {
+  return SelectRows(data, EvenlySpacedRows(data, kMaxSearchedRows));
+}
+
 double ResidualSigma(const Identified& found) {
   return RobustSigma(found.fit.data, ResidualsOf(*found.linear));
 }
@@ -100,15 +104,15 @@ struct Corrected {
 /// The mistakes that justify a search: correcting them improves the fit of the answer's effects, or
 /// of some of them.
 std::vector<Corrected> PromisingMistakes(const Identified& found,
-                                         const std::vector<Mistake>& mistakes,
+                                         const std::vector<Mistake>& mistakes, const Dataset& all,
                                          const Dataset& subset, const DiagnosisOptions& options) {
   const double to_beat = ScoreOfOwnEffects(found, subset, options) - kMistakeMargin;
   std::vector<Corrected> promising;
   for (const Mistake& mistake : mistakes) {
     if (!mistake.subtle) continue;
-    if (mistake.needs_all_rows && subset.rows() < found.fit.data.rows()) continue;
-    Corrected corrected{&mistake, subset};
+    Corrected corrected{&mistake, mistake.needs_all_rows ? all : subset};
     mistake.undo(corrected.rows);
+    if (mistake.needs_all_rows) corrected.rows = Searched(corrected.rows);
     const double score = ScoreOfOwnEffects(found, corrected.rows, options);
     if (score > to_beat) continue;
     const bool alternative_fits_as_well =
@@ -167,13 +171,14 @@ bool AlternativeFitsAsWell(const Mistake& mistake, const Identified& without, co
 
 }  // namespace
 
-std::optional<std::string> HiddenMistake(const Identified& found, const DiagnosisOptions& options,
+std::optional<std::string> HiddenMistake(const Identified& found, const Dataset& data,
+                                         const DiagnosisOptions& options,
                                          const Progress& progress) {
-  if (!(found.fit.data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
-  const std::vector<Mistake> mistakes = MistakesOf(found.fit.data);
-  const Dataset subset =
-      SelectRows(found.fit.data, EvenlySpacedRows(found.fit.data, kMaxSearchedRows));
-  const std::vector<Corrected> promising = PromisingMistakes(found, mistakes, subset, options);
+  if (!(data.sigma_m > 0) || found.best.blocks.empty()) return std::nullopt;
+  const std::vector<Mistake> mistakes = MistakesOf(data);
+  const Dataset subset = Searched(data);
+  const std::vector<Corrected> promising =
+      PromisingMistakes(found, mistakes, data, subset, options);
   if (promising.empty()) return std::nullopt;
   const std::size_t searches = promising.size() + 1;
   const Result<Identified> uncorrected =
@@ -200,7 +205,7 @@ std::optional<std::string> HiddenUnitChange(const Dataset& data, const Diagnosis
   if (!(data.sigma_m > 0)) return std::nullopt;
   constexpr std::size_t kFewEffects = 3;
   const std::vector<Mistake> mistakes = SubtleUnits(data);
-  const Dataset subset = SelectRows(data, EvenlySpacedRows(data, kMaxSearchedRows));
+  const Dataset subset = Searched(data);
   const std::size_t searches = 2 * mistakes.size();
   const double choice_cost = 2 * std::log(std::max(1.0, static_cast<double>(mistakes.size())));
   for (std::size_t k = 0; k < mistakes.size(); ++k) {

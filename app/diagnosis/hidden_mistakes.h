@@ -15,14 +15,16 @@ using Progress = std::function<void(double, const std::string&)>;
 /// within the declared noise) that is better by kMistakeMargin than the explanation of the
 /// uncorrected rows. Both are searched on at most 300 rows, and only if correcting the mistake
 /// already improves the fit of the answer's effects, and by more than an alternative change.
-/// @param found     the answer for the uncorrected rows
+/// @param found     the answer for the uncorrected rows, or for an evenly spaced subset of them
+/// @param data      all rows
 /// @param progress  completed share 0..1 and current activity
 /// @return          the mistake and a remedy; nullopt if no known mistake explains the rows better
-std::optional<std::string> HiddenMistake(const Identified& found, const DiagnosisOptions& options,
-                                         const Progress& progress);
+std::optional<std::string> HiddenMistake(const Identified& found, const Dataset& data,
+                                         const DiagnosisOptions& options, const Progress& progress);
 
-/// Looks for a column whose unit changes (UnitChanges) before the main search, which would be slow:
-/// no small number of effects fits the rows as read. A change is reported if the converted rows
+/// Looks for a column whose unit changes (UnitChanges), and for temperatures in Fahrenheit, before
+/// the main search, which would be slow: no small number of effects fits the rows as read. A change
+/// is reported if the converted rows
 /// have a sound explanation, and neither the rows as read with as many effects nor an alternative
 /// conversion factor comes within kMistakeMargin of it. Searches only if the numbers of the column
 /// suggest a change, on at most 300 rows.

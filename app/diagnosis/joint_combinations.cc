@@ -5,7 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <limits>
+#include <set>
 
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/thresholds.h"
@@ -13,13 +13,15 @@
 namespace plumbline::diagnosis {
 namespace {
 
-/// One row per accepted pose, all joints.
+/// One row per accepted pose, however often it was visited; all joints.
 Eigen::MatrixXd AcceptedAngles(const FitProblem& problem) {
   const int joints = problem.data.cell.robot.size();
   Eigen::MatrixXd angles(problem.data.rows(), joints);
   Eigen::Index count = 0;
+  std::set<ClusterIndex> visited;
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
+    if (!visited.insert(problem.data.cluster_of[row]).second) continue;
     angles.row(count++) = problem.data.measured(row).q.transpose();
   }
   return angles.topRows(count);
@@ -88,8 +90,9 @@ std::optional<std::string> MovedTogetherNote(
     joints.push_back(JointsText(combination));
   }
   return fmt::format(
-      "{} moved together in all rows: poses that move them apart are outside the measured range; "
-      "if the robot works at such poses, measure some",
+      "joints moved together in the measured poses ({}): poses that move them apart are outside "
+      "the "
+      "measured range; if the robot works at such poses, measure some",
       fmt::join(joints, "; "));
 }
 

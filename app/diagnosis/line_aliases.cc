@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/diagnosis/periodic_search.h"
+#include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {
@@ -12,27 +13,32 @@ namespace {
 constexpr std::size_t kMaxAliases = 2;       // of one line
 constexpr std::size_t kMaxExplanations = 4;  // whose lines are replaced
 
-/// nullopt if the explanation already has the other block.
-std::optional<Explanation> WithBlock(CandidateSet& candidate_set, const Explanation& explanation,
-                                     BlockIndex gone, const Block& instead) {
+/// The explanation with one block replaced; nullopt if it already has the replacement, or if that
+/// is not resolved from another of its lines.
+std::optional<Explanation> WithReplacement(CandidateSet& candidate_set,
+                                           const Explanation& explanation, BlockIndex removed,
+                                           const Block& replacement) {
   std::vector<BlockIndex> support = explanation.blocks;
-  const BlockIndex added = candidate_set.Add(instead);
+  const BlockIndex added = candidate_set.Add(replacement);
   if (std::find(support.begin(), support.end(), added) != support.end()) return std::nullopt;
-  std::replace(support.begin(), support.end(), gone, added);
+  std::replace(support.begin(), support.end(), removed, added);
   std::sort(support.begin(), support.end());
+  std::vector<const Block*> blocks;
+  for (const BlockIndex block : support) blocks.push_back(&candidate_set.blocks()[block]);
+  if (ShapesConflict(candidate_set.problem(), blocks)) return std::nullopt;
   return candidate_set.Fit(support);
 }
 
 std::vector<Explanation> AliasesOf(CandidateSet& candidate_set, const Explanation& explanation) {
   std::vector<Explanation> aliases;
   for (const BlockIndex block : explanation.blocks) {
-    const Block of = candidate_set.blocks()[block];  // a copy: Add() moves the blocks
-    const std::optional<PeriodicLine> line = LineOf(of);
+    const Block line_block = candidate_set.blocks()[block];  // a copy: Add() moves the blocks
+    const std::optional<PeriodicLine> line = LineOf(line_block);
     if (!line) continue;
     std::size_t added = 0;
     for (const double cycles : AliasedCycles(candidate_set.problem(), *line)) {
       if (added == kMaxAliases) break;
-      auto alias = WithBlock(candidate_set, explanation, block, LineAt(of, cycles));
+      auto alias = WithReplacement(candidate_set, explanation, block, LineAt(line_block, cycles));
       if (!alias) continue;
       aliases.push_back(*std::move(alias));
       ++added;

@@ -6,8 +6,10 @@
 #include <set>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/pose_design.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/statistics.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -46,7 +48,22 @@ std::string Kilograms(const std::vector<double>& payloads_kg) {
   return Listed(texts) + " kg";
 }
 
-/// The effects in which two explanations differ: "payload mass from tool stiffness".
+/// The lines of one explanation that another lacks: "23 cycles per turn of q1".
+std::vector<std::string> LinesText(const CandidateSet& candidate_set, const Explanation& of,
+                                   const Explanation& beside) {
+  std::vector<std::string> texts;
+  for (const BlockIndex block : of.blocks) {
+    const std::optional<PeriodicLine> line = LineOf(candidate_set.blocks()[block]);
+    const bool shared =
+        std::find(beside.blocks.begin(), beside.blocks.end(), block) != beside.blocks.end();
+    if (!line || shared) continue;
+    texts.push_back(
+        fmt::format("{:.3g} cycles per turn of q{}", line->cycles_per_turn, line->joint + 1));
+  }
+  return texts;
+}
+
+/// What two explanations differ in, effects or else lines: "payload mass from tool stiffness".
 std::string PairText(const CandidateSet& candidate_set, const Explanation& answer,
                      const Explanation& rival) {
   const auto names = [&](const Explanation& of, const Explanation& beside) {
@@ -56,7 +73,7 @@ std::string PairText(const CandidateSet& candidate_set, const Explanation& answe
       if (std::find(others.begin(), others.end(), key) == others.end())
         texts.push_back(EffectName(key.id, key.word, {}));
     }
-    return Listed(texts);
+    return Listed(texts.empty() ? LinesText(candidate_set, of, beside) : texts);
   };
   return names(rival, answer) + " from " + names(answer, rival);
 }
@@ -83,11 +100,30 @@ std::vector<const Block*> BlocksOf(const DesignTask& task) {
   return blocks;
 }
 
-/// At random poses within the measured range.
+/// A measured pose with every joint displaced by up to a tenth of its range.
+DesignPoint Beside(const DesignPoint& random_point, const table::MeasuredRow& row,
+                   const DesignSpace& space, Random& random) {
+  constexpr double kDisplacement = 0.1;
+  DesignPoint point = random_point;  // the other design variables
+  point.q = row.q;
+  for (Eigen::Index joint = 0; joint < point.q.size(); ++joint) {
+    const double range = space.high[joint] - space.low[joint];
+    point.q[joint] += kDisplacement * range * (2 * random.Uniform() - 1);
+  }
+  return point;
+}
+
+/// At random poses within the measured range, and beside measured poses.
 std::vector<RivalSeparation> SeparationsOf(const DesignTask& task, const DesignSpace& space) {
-  constexpr std::size_t kPoints = 200;
+  constexpr std::size_t kRandom = 150;
+  Random random(8191);
   std::vector<DesignPoint> points = RandomPoints(space);
-  if (points.size() > kPoints) points.resize(kPoints);
+  if (points.size() > kRandom) points.resize(kRandom);
+  const std::size_t count = points.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto row = random.Below(task.rows.rows());
+    points.push_back(Beside(points[k], task.rows.measured(RowIndex(row)), space, random));
+  }
   return SequentialDesign(task, space).SeparationsAt(points);
 }
 

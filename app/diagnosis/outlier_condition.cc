@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "app/diagnosis/thresholds.h"
@@ -9,7 +11,7 @@
 namespace plumbline::diagnosis {
 namespace {
 
-constexpr int kMinRejected = 3;
+constexpr int kMinRuns = 3;
 
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
@@ -23,6 +25,22 @@ double HypergeometricTail(int n, int m, int k, int x) {
     tail += std::exp(LogChoose(k, i) + LogChoose(n - k, m - i) - LogChoose(n, m));
   }
   return tail;
+}
+
+/// The rows that count: one accepted and one rejected visit of each pose, and of each run of
+/// rejected rows the first.
+std::vector<RowIndex> CountedRows(const Dataset& data, const PerRow<bool>& rejected) {
+  constexpr int kMaxGap = 2;
+  std::vector<RowIndex> counted;
+  std::set<std::pair<ClusterIndex, bool>> visited;
+  int last = -kMaxGap - 2;
+  for (const RowIndex row : data.row_indices()) {
+    const bool continues = rejected[row] && row.value() - last <= kMaxGap + 1;
+    if (rejected[row]) last = row.value();
+    const bool fresh = visited.emplace(data.cluster_of[row], rejected[row]).second;
+    if (fresh && !continues) counted.push_back(row);
+  }
+  return counted;
 }
 
 struct SignalRow {
@@ -50,38 +68,38 @@ class LimitSearch {
       ++trials_;
       if (inside >= 2 * rejected_inside) continue;
       const double p = HypergeometricTail(rows_, rejected_, inside, rejected_inside);
-      if (p < best_.p_value) {
-        best_ = {{column, sorted[k].value, above, inside, rejected_inside}, p};
+      if (!best_ || p < best_->p_value) {
+        best_ = Candidate{{column, sorted[k].value, above, inside, rejected_inside}, p};
       }
     }
   }
 
   std::optional<OutlierCondition> Best() const {
-    if (trials_ * best_.p_value > kConditionSignificance) return std::nullopt;
-    return best_.condition;
+    if (!best_ || trials_ * best_->p_value > kConditionSignificance) return std::nullopt;
+    return best_->condition;
   }
 
  private:
   int rows_, rejected_;
   double trials_ = 0;
-  Candidate best_;
+  std::optional<Candidate> best_;
 };
 
 }  // namespace
 
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights) {
-  const auto is_rejected = [](double weight) { return weight < kOutlierWeight; };
-  const auto rejected =
-      static_cast<int>(std::count_if(weights.begin(), weights.end(), is_rejected));
-  if (rejected < kMinRejected) return std::nullopt;
-  LimitSearch search(data.rows(), rejected);
+  PerRow<bool> rejected;
+  for (const double weight : weights) rejected.push_back(weight < kOutlierWeight);
+  const std::vector<RowIndex> counted = CountedRows(data, rejected);
+  const auto runs = static_cast<int>(
+      std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));
+  if (runs < kMinRuns) return std::nullopt;
+  LimitSearch search(static_cast<int>(counted.size()), runs);
   for (const RecordedSignal& signal : data.signals) {
     if (signal.of_joint || signal.column == "t_s" || signal.column == "row") continue;
     std::vector<SignalRow> rows;
-    for (const RowIndex row : data.row_indices()) {
-      rows.push_back({signal.values[row], is_rejected(weights[row])});
-    }
+    for (const RowIndex row : counted) rows.push_back({signal.values[row], rejected[row]});
     std::sort(rows.begin(), rows.end(),
               [](const SignalRow& a, const SignalRow& b) { return a.value < b.value; });
     search.Try(signal.column, false, rows);

@@ -20,8 +20,10 @@ struct OutlierCondition {
 /// among n, at least x are among the k rows beyond a limit, k < 2 x, with the hypergeometric
 /// probability P(X >= x). That of the best limit, times the number of limits tried, must be at most
 /// 0.001. Signals are payload, temperature and further columns; joints and time are not considered,
-/// because an instrument may fail in one region or for a while. nullopt if fewer than three rows
-/// were rejected.
+/// because an instrument may fail in one region or for a while. For the same reason a run of
+/// rejected rows, at most two accepted ones between them, counts as one row: a signal that drifts
+/// has similar values in all of them. Repeated visits of a pose count once, since one badly seated
+/// pose is one error. nullopt if there are fewer than three rejected rows by this count.
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights);
 

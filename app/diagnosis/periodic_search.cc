@@ -233,18 +233,6 @@ Peak Refined(const LinearProblem& problem, const JointRows& rows, Peak peak) {
   return peak;
 }
 
-/// True if the range of the joint does not resolve two of its lines. Lines at whole cycles are
-/// exempt: they are an eccentricity and its harmonics, not one line split in two.
-bool Unresolved(const LinearProblem& problem, const PeriodicLine& a, const PeriodicLine& b) {
-  if (a.joint != b.joint) return false;
-  const auto whole = [](double cycles) { return cycles == std::round(cycles); };
-  if (whole(a.cycles_per_turn) && whole(b.cycles_per_turn)) return false;
-  constexpr double kMinSeparation = 0.7;
-  const double resolution =
-      2 * std::numbers::pi / std::max(kMinSpan_rad, problem.JointSpan(a.joint));
-  return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kMinSeparation * resolution;
-}
-
 /// Number of lines with whole cycles over all joints, among which one is selected.
 double WholeLines(int joints) {
   return static_cast<double>(kWholeCycles.size()) * joints;
@@ -360,6 +348,16 @@ class BalanceSearch final : public ShapeSearch {
 };
 
 }  // namespace
+
+bool Unresolved(const LinearProblem& problem, const PeriodicLine& a, const PeriodicLine& b) {
+  if (a.joint != b.joint) return false;
+  const auto whole = [](double cycles) { return cycles == std::round(cycles); };
+  if (whole(a.cycles_per_turn) && whole(b.cycles_per_turn)) return false;
+  constexpr double kMinSeparation = 0.7;
+  const double resolution =
+      2 * std::numbers::pi / std::max(kMinSpan_rad, problem.JointSpan(a.joint));
+  return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kMinSeparation * resolution;
+}
 
 std::vector<double> AliasedCycles(const LinearProblem& problem, const PeriodicLine& line) {
   const double span = problem.JointSpan(line.joint);

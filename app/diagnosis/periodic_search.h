@@ -24,6 +24,10 @@ std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
 /// this one because the readings of its joint are equally spaced (line_aliases.h).
 std::vector<double> AliasedCycles(const LinearProblem& problem, const PeriodicLine& line);
 
+/// True if the range of the joint does not resolve two of its lines. Lines at whole cycles are
+/// exempt: they are an eccentricity and its harmonics, not one line split in two.
+bool Unresolved(const LinearProblem& problem, const PeriodicLine& a, const PeriodicLine& b);
+
 /// The block of a line with other cycles per turn, of the same joint and number of trials.
 Block LineAt(const Block& line, double cycles);
 

@@ -169,8 +169,9 @@ double GrowthOfRadius(const std::vector<HeldOutSquare>& rows, const Components& 
   std::vector<double> sorted = ratios;
   std::sort(sorted.begin(), sorted.end());
   const auto inside = [&sorted](double share_outside) {
+    constexpr double kRounding = 1e-9;  // of a share that is a ratio of whole numbers
     const auto count = static_cast<double>(sorted.size());
-    const double last = std::max(0.0, count - 1 - std::floor(share_outside * count));
+    const double last = std::max(0.0, count - 1 - std::floor(share_outside * count + kRounding));
     return sorted[static_cast<std::size_t>(last)];
   };
   std::vector<bool> outside;

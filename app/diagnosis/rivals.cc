@@ -67,15 +67,13 @@ std::vector<std::string> ScopeWithin(const Model& model, const EffectKey& key) {
 
 Trial TrialOf(const CandidateSet& candidate_set, const Explanation& other,
               const Exchange& exchange) {
-  constexpr double kRounding = 4;  // cycles per turn
   Trial trial{exchange, {}};
   for (const BlockIndex block : other.blocks) {
     const Block& of = candidate_set.blocks()[block];
     const std::optional<PeriodicLine> line = LineOf(of);
     const auto& instead = exchange.instead;
     if (!line || std::find(instead.begin(), instead.end(), KeyOf(of)) == instead.end()) continue;
-    trial.lines.emplace_back(line->joint,
-                             static_cast<int>(std::lround(line->cycles_per_turn / kRounding)));
+    trial.lines.emplace_back(line->joint, static_cast<int>(std::lround(line->cycles_per_turn)));
   }
   return trial;
 }
@@ -87,23 +85,17 @@ struct LineExchange {
   PeriodicLine own, instead;
 };
 
-/// Lines of one joint that are closer than this are one line that the search located twice.
-constexpr double kMinSeparation = 2;  // cycles per turn
-
-bool IsSameLine(const PeriodicLine& a, const PeriodicLine& b) {
-  return a.joint == b.joint && std::abs(a.cycles_per_turn - b.cycles_per_turn) < kMinSeparation;
-}
-
-bool Contains(const std::vector<PeriodicLine>& lines, const PeriodicLine& line) {
+bool Contains(const LinearProblem& problem, const std::vector<PeriodicLine>& lines,
+              const PeriodicLine& line) {
   return std::any_of(lines.begin(), lines.end(),
-                     [&](const PeriodicLine& other) { return IsSameLine(line, other); });
+                     [&](const PeriodicLine& other) { return Unresolved(problem, line, other); });
 }
 
 /// The lines that these rows cannot distinguish from this one (line_aliases.h).
 std::vector<PeriodicLine> AliasesOf(const LinearProblem& problem, const PeriodicLine& line) {
   std::vector<PeriodicLine> aliases;
   for (const double cycles : AliasedCycles(problem, line)) {
-    aliases.push_back({line.joint, cycles, line.amplitude_rad});
+    aliases.push_back({line.joint, cycles, 0, line.amplitude_rad});
   }
   return aliases;
 }
@@ -119,7 +111,8 @@ std::optional<LineExchange> LineExchangeOf(const CandidateSet& candidate_set,
   if (own.size() != 1 || instead.size() != 1) return std::nullopt;
   const std::optional<PeriodicLine> line = LineOf(candidate_set.blocks()[own.front()]);
   const std::optional<PeriodicLine> other_line = LineOf(candidate_set.blocks()[instead.front()]);
-  if (!line || !other_line || line->joint != other_line->joint || IsSameLine(*line, *other_line))
+  if (!line || !other_line || line->joint != other_line->joint ||
+      Unresolved(candidate_set.problem(), *line, *other_line))
     return std::nullopt;
   return LineExchange{KeyOf(candidate_set.blocks()[own.front()]), *line, *other_line};
 }
@@ -165,8 +158,8 @@ class RivalSearch {
           "{} possible rivals were refitted; {} more scored close enough but were skipped",
           kMaxRefits, skipped_.size()));
     }
-    for (const std::vector<PeriodicLine>& lines : aliased_) {
-      if (lines.size() > 1) diagnosis_.notes.push_back(AliasesText(lines));
+    for (const Aliases& aliases : aliased_) {
+      if (aliases.found.size() > 1) diagnosis_.notes.push_back(AliasesText(aliases.found));
     }
     for (const Rival& rival : diagnosis_.rivals) too_large_.erase(rival.id);
     if (!too_large_.empty()) {
@@ -202,31 +195,46 @@ class RivalSearch {
     const std::optional<LineExchange> exchange =
         LineExchangeOf(context_.candidate_set, context_.best, other);
     if (!exchange) return;
+    const LinearProblem& problem = context_.candidate_set.problem();
     const PeriodicLine &own = exchange->own, &instead = exchange->instead;
-    std::vector<PeriodicLine>& found = AliasesFoundOf(own);
-    if (Contains(found, instead)) return;
-    if (!Contains(AliasesOf(context_.candidate_set.problem(), own), instead)) return;
+    Aliases& aliases = AliasesFoundOf(own);
+    if (Contains(problem, aliases.found, instead) || Contains(problem, aliases.ruled_out, instead))
+      return;
+    if (!Contains(problem, aliases.possible, instead)) return;
+    aliases.ruled_out.push_back(instead);
+    if (aliases.ruled_out.size() > kMaxRefits) return;
     const Result<Refit> refit = Refitted(other);
     if (!refit) return;
     const double gap = GapOf(other, *refit);
     if (gap > kRivalGap) return;
-    found.push_back(instead);
+    aliases.ruled_out.pop_back();
+    aliases.found.push_back(instead);
     Rival& rival = diagnosis_.rivals.emplace_back();
     rival.instead_of = rival.id = exchange->key.id;
     rival.instead_of_word = exchange->key.word;
-    rival.word = CyclesText(instead) + " cycles per turn";
+    rival.instead_of_cycles = own.cycles_per_turn;
+    rival.cycles = instead.cycles_per_turn;
     rival.scope = {JointName(own)};
+    rival.signal_left =
+        context_.candidate_set.SignalLeft(context_.best, exchange->key, other.blocks);
     rival.evidence_gap = gap;
     rival.shift_W = ShiftsOf(refit->model);
     Keep(other, gap);
   }
 
-  /// Those found so far, beginning with the line itself.
-  std::vector<PeriodicLine>& AliasesFoundOf(const PeriodicLine& own) {
-    for (std::vector<PeriodicLine>& lines : aliased_) {
-      if (IsSameLine(lines.front(), own)) return lines;
+  /// A line of the answer, and those that the rows may not distinguish from it.
+  struct Aliases {
+    std::vector<PeriodicLine> found;  ///< begins with the line itself
+    std::vector<PeriodicLine> possible, ruled_out;
+  };
+
+  Aliases& AliasesFoundOf(const PeriodicLine& own) {
+    for (Aliases& aliases : aliased_) {
+      const PeriodicLine& line = aliases.found.front();
+      if (line.joint == own.joint && line.cycles_per_turn == own.cycles_per_turn) return aliases;
     }
-    return aliased_.emplace_back(1, own);
+    return aliased_.emplace_back(
+        Aliases{{own}, AliasesOf(context_.candidate_set.problem(), own), {}});
   }
 
   static std::string AliasesText(std::vector<PeriodicLine> lines) {
@@ -234,15 +242,14 @@ class RivalSearch {
       return a.cycles_per_turn < b.cycles_per_turn;
     });
     std::vector<std::string> cycles;
-    for (const PeriodicLine& line : lines) cycles.push_back(CyclesText(line));
+    for (const PeriodicLine& line : lines) {
+      cycles.push_back(fmt::format("{:.3g}", line.cycles_per_turn));
+    }
     return fmt::format(
-        "the readings of {} are equally spaced, so that errors of {} cycles per turn are alike at "
-        "every row but not between the rows: measure poses at which this joint is off the grid",
+        "the readings of {} are equally spaced, so that errors of, for example, {} cycles per turn "
+        "are alike at every row but not between the rows: measure poses at which this joint is off "
+        "the grid",
         JointName(lines.front()), Listed(cycles, "or"));
-  }
-
-  static std::string CyclesText(const PeriodicLine& line) {
-    return fmt::format("{:.3g}", line.cycles_per_turn);
   }
 
   static std::string JointName(const PeriodicLine& line) {
@@ -286,8 +293,8 @@ class RivalSearch {
   const std::vector<EffectKey> answer_;
   const Result<Linearisation> own_;
   std::set<Trial> refitted_, skipped_;
-  std::vector<std::vector<PeriodicLine>> aliased_;  ///< each begins with a line of the answer
-  std::set<std::string> too_large_;                 ///< effects ruled out by their size alone
+  std::vector<Aliases> aliased_;     ///< one per line of the answer
+  std::set<std::string> too_large_;  ///< effects ruled out by their size alone
   std::set<std::pair<EffectKey, EffectKey>> named_;
   std::vector<Explanation> found_;
 };

@@ -77,10 +77,12 @@ void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
 void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Diagnosis& diagnosis) {
   const std::optional<OutlierCondition> found = ConditionOfOutliers(data, weights);
   if (!found) return;
+  diagnosis.outlier_condition = fmt::format("{} of {:.6g} or {}", found->column, found->limit,
+                                            found->above ? "more" : "less");
   diagnosis.notes.push_back(fmt::format(
-      "{} of the {} rows with {} of {:.6g} or {} are rejected as outliers: an effect that acts "
-      "only there, or larger noise there. Measure more rows there to distinguish these",
-      found->rejected, found->rows, found->column, found->limit, found->above ? "more" : "less"));
+      "{} of the {} rows with {} are rejected as outliers: an effect acts only there, or "
+      "the noise is larger there. Measure more rows there to distinguish these",
+      found->rejected, found->rows, diagnosis.outlier_condition));
   AddEach({found->column}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/tracking/tag_pose.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/kinematics/chain.h"
 
 namespace plumbline::hand_eye {
@@ -28,7 +29,7 @@ struct HandEyeView {
 
 struct HandEyeOptions {
   HandEyeSetup setup = HandEyeSetup::kEyeToHand;
-  lens::ImageSize image;
+  image::ImageSize image;
   /// Estimate the lens too, with its covariance as the prior; weak priors if that is zero.
   bool free_lens = false;
   /// Estimate the target's size too, which the robot's motion determines. Otherwise a size that

@@ -4,12 +4,13 @@
 #include <cmath>
 
 #include "app/hand_eye/hand_eye_fit.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::hand_eye {
 namespace {
 
 /// Prior for a lens of unknown covariance, by the effect of each parameter at the image's corner.
-lens::LensCovariance WeakLensPrior(const lens::Lens& lens, const lens::ImageSize& image) {
+lens::LensCovariance WeakLensPrior(const lens::Lens& lens, const image::ImageSize& image) {
   const double corner = std::hypot(image.width, image.height) / (lens.fx + lens.fy);
   const double c2 = corner * corner;
   Eigen::Matrix<double, 9, 1> sd;

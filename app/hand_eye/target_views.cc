@@ -12,7 +12,7 @@ namespace plumbline::hand_eye {
 namespace {
 
 /// Appends the board's corners. @return the reason if it is not found, else empty
-std::string AddBoard(const lens::LumaView& image, const lens::Board& board, HandEyeView& view) {
+std::string AddBoard(const image::LumaView& image, const lens::Board& board, HandEyeView& view) {
   const Result<lens::BoardView> seen = lens::DetectBoard(image, board);
   if (!seen) return seen.error();
   for (int k = 0; k < board.corners(); ++k) {
@@ -26,8 +26,8 @@ std::string AddBoard(const lens::LumaView& image, const lens::Board& board, Hand
 
 /// Appends the corners of the body's consistent tags.
 /// @return  why there are none; empty if there are some
-std::string AddTags(const lens::LumaView& image, const tracking::Body& body, const lens::Lens& lens,
-                    tracking::TagDetector& detector, HandEyeView& view) {
+std::string AddTags(const image::LumaView& image, const tracking::Body& body,
+                    const lens::Lens& lens, tracking::TagDetector& detector, HandEyeView& view) {
   tracking::SeenTags seen;
   detector.Detect(image, &lens, seen);
   const auto located = tracking::LocateBody({lens}, body, seen.tags, std::nullopt);
@@ -51,7 +51,7 @@ std::string AddTags(const lens::LumaView& image, const tracking::Body& body, con
 
 TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
                         const std::map<std::string, RobotPose>& poses, const Target& target,
-                        const lens::Lens& lens, lens::ImageSize size,
+                        const lens::Lens& lens, image::ImageSize size,
                         const std::function<bool()>& interrupted) {
   TargetViews found;
   const auto refuse = [&](const std::string& name, std::string reason) {

@@ -9,6 +9,7 @@
 #include "app/hand_eye/robot_poses.h"
 #include "app/lens/board.h"
 #include "app/tracking/bodies.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::hand_eye {
 
@@ -30,7 +31,7 @@ struct TargetViews {
 /// @param interrupted  called before each image; true ends the search early
 TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
                         const std::map<std::string, RobotPose>& poses, const Target& target,
-                        const lens::Lens& lens, lens::ImageSize size,
+                        const lens::Lens& lens, image::ImageSize size,
                         const std::function<bool()>& interrupted);
 
 }  // namespace plumbline::hand_eye

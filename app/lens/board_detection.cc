@@ -6,7 +6,7 @@
 
 namespace plumbline::lens {
 
-Result<BoardView> DetectBoard(const LumaView& image, const Board& board) {
+Result<BoardView> DetectBoard(const image::LumaView& image, const Board& board) {
   switch (board.kind) {
     case BoardKind::kChessboard:
       return DetectChessboard(image, board);

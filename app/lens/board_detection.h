@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::lens {
@@ -12,6 +12,6 @@ namespace plumbline::lens {
 /// @param board  valid: FaultOf(board) is nullopt
 /// @return       the view without its name and time, or the reason for the operator why there is
 ///               none
-Result<BoardView> DetectBoard(const LumaView& image, const Board& board);
+Result<BoardView> DetectBoard(const image::LumaView& image, const Board& board);
 
 }  // namespace plumbline::lens

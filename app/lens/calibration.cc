@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/lens/standstill.h"
+#include "app/lens/capture_change.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::lens {
@@ -65,7 +65,7 @@ bool RemoveMisfits(const LensFit& fit, std::vector<BoardView>& views,
   return any;
 }
 
-double Coverage(std::span<const BoardView> views, ImageSize size) {
+double Coverage(std::span<const BoardView> views, image::ImageSize size) {
   std::vector<bool> cells(std::size_t{kCellColumns} * kCellRows, false);
   for (const BoardView& view : views) {
     for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
@@ -112,7 +112,7 @@ double TiltSpread(const LensFit& fit) {
 
 /// Distance from the image centre to the farthest used corner, as a share of that to the image's
 /// corner.
-double ReachOf(const LensFit& fit, std::span<const BoardView> views, ImageSize size) {
+double ReachOf(const LensFit& fit, std::span<const BoardView> views, image::ImageSize size) {
   const Vec2 middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
   double farthest = 0;
   for (std::size_t j = 0; j < views.size(); ++j) {
@@ -160,11 +160,11 @@ std::string Describe(const CaptureChange& change, const LensFit& fit,
 
 /// Refuses the calibration if the lens or the board changed; widens its covariance for changes that
 /// are too small to be detected.
-void JudgeStandstill(const LensFit& fit, std::span<const BoardView> views, double widening,
-                     LensCalibration& result) {
-  StandstillTest standstill = TestStandstill(fit, views, widening);
-  result.covariance += standstill.undetected_covariance;
-  auto& changes = standstill.changes;
+void JudgeCaptureChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
+                         LensCalibration& result) {
+  CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
+  result.covariance += test.undetected_covariance;
+  auto& changes = test.changes;
   std::sort(changes.begin(), changes.end(),
             [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
   std::string words;
@@ -211,8 +211,8 @@ void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
 
 }  // namespace
 
-LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
-                              const CalibrationOptions& options) {
+LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,
+                              image::ImageSize size, const CalibrationOptions& options) {
   LensCalibration result;
   result.size = size;
   result.board = board;
@@ -248,7 +248,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   const double widening =
       std::max({1.0, fit->dispersion, 1 + static_cast<double>(kept.size()) * shared});
   result.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  JudgeStandstill(*fit, kept, widening, result);
+  JudgeCaptureChanges(*fit, kept, widening, result);
   std::size_t fixable = result.reasons.size();
   JudgeUncertainty(*fit, kept, options, result);
   fixable = result.reasons.size() - fixable;

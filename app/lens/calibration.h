@@ -7,6 +7,7 @@
 
 #include "app/lens/lens_fit.h"
 #include "app/lens/projection_uncertainty.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/known_lens.h"
 
 namespace plumbline::lens {
@@ -42,7 +43,7 @@ struct LensCalibration : KnownLens {
 /// view, a board shape within its model, and corners all over the image. The covariance is widened
 /// for errors that all views share (an uneven print) and for changes too small to be detected.
 /// @param views  in order of time
-LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views, ImageSize size,
-                              const CalibrationOptions& options = {});
+LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,
+                              image::ImageSize size, const CalibrationOptions& options = {});
 
 }  // namespace plumbline::lens

@@ -8,7 +8,7 @@
 #include <opencv2/core/eigen.hpp>
 #include <optional>
 
-#include "app/lens/corner_refinement.h"
+#include "app/lens/board_corner_refinement.h"
 #include "app/tracking/tag_detector.h"
 
 namespace plumbline::lens {
@@ -102,7 +102,7 @@ std::vector<tracking::SeenTag> TagsInPlace(const CharucoLayout& tags,
 }
 
 /// Bilinear interpolation, clamped at the image border.
-double GreyAt(const LumaView& image, const Vec2& at) {
+double GreyAt(const image::LumaView& image, const Vec2& at) {
   const double x = std::clamp(at.x(), 0.0, image.width - 1.001);
   const double y = std::clamp(at.y(), 0.0, image.height - 1.001);
   const int u = static_cast<int>(x), v = static_cast<int>(y);
@@ -146,8 +146,8 @@ void PlaceCorners(const Board& board, const CharucoLayout& tags,
 
 /// Whether the four squares at a corner are dark and bright as printed, near it and along the four
 /// edges as far as the refinement uses them. If not, something covers the corner.
-bool ColoursMatch(const LumaView& image, const Board& board, const CharucoLayout& tags, int k,
-                  const Vec2& at, const LatticeSteps& steps, double contrast) {
+bool ColoursMatch(const image::LumaView& image, const Board& board, const CharucoLayout& tags,
+                  int k, const Vec2& at, const LatticeSteps& steps, double contrast) {
   const double near = kColourProbe * 0.5 * (1 - board.marker_m / board.square_m);
   double darkest_white = 255, brightest_black = 0;
   for (const auto& [a, b] :
@@ -181,7 +181,7 @@ bool SpansRowsAndColumns(const Board& board, const BoardView& view) {
 
 }  // namespace
 
-Result<BoardView> DetectCharuco(const LumaView& image, const Board& board) {
+Result<BoardView> DetectCharuco(const image::LumaView& image, const Board& board) {
   auto family = tracking::TagFamilyOfName(board.family);
   if (!family) return family.failure();
   tracking::TagDetector detector(std::move(family).value(), {.small_tags = true});

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::lens {
@@ -14,6 +14,6 @@ namespace plumbline::lens {
 /// rows; both layouts are tried. Run time is bounded as for tag detection.
 /// @return  the view without its name and time, or why there is none: "no tag of aruco-6x6-250",
 ///          tags not arranged as on this board, too few corners
-Result<BoardView> DetectCharuco(const LumaView& image, const Board& board);
+Result<BoardView> DetectCharuco(const image::LumaView& image, const Board& board);
 
 }  // namespace plumbline::lens

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "app/lens/board_corner_refinement.h"
 #include "app/lens/board_lattice.h"
-#include "app/lens/corner_refinement.h"
 
 namespace plumbline::lens {
 namespace {
@@ -129,7 +129,7 @@ struct Search {
   std::vector<Lattice> lattices;  ///< the largest first
 };
 
-Result<Search> SearchLattices(const LumaView& image) {
+Result<Search> SearchLattices(const image::LumaView& image) {
   Search search;
   search.factor = std::max(1, (image.width + kBoardWidth_px / 2) / kBoardWidth_px);
   const int factor = search.factor;
@@ -152,7 +152,7 @@ Result<Search> SearchLattices(const LumaView& image) {
 
 }  // namespace
 
-std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image) {
+std::optional<std::pair<int, int>> WholeChessboardIn(const image::LumaView& image) {
   constexpr int kMinCount = 3;  // shorter rows occur in any texture
   const Result<Search> search = SearchLattices(image);
   if (!search || search->lattices.empty()) return std::nullopt;
@@ -162,7 +162,7 @@ std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image) {
   return std::pair(longer, shorter);
 }
 
-Result<BoardView> DetectChessboard(const LumaView& image, const Board& board) {
+Result<BoardView> DetectChessboard(const image::LumaView& image, const Board& board) {
   const Result<Search> search = SearchLattices(image);
   if (!search) return search.failure();
   const int factor = search->factor;

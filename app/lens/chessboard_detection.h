@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::lens {
@@ -16,11 +16,11 @@ namespace plumbline::lens {
 /// corners, the one nearest to the top left is chosen.
 /// @return  the view without its name and time, or why there is none: "no chessboard", "a board of
 ///          9 x 6 inner corners instead of 17 x 11", "only a part of the board: ..."
-Result<BoardView> DetectChessboard(const LumaView& image, const Board& board);
+Result<BoardView> DetectChessboard(const image::LumaView& image, const Board& board);
 
 /// Size of any complete chessboard in the image, in inner corners, larger number first. Used to
 /// suggest the right size when no image shows the requested board.
 /// @return  nullopt if there is none
-std::optional<std::pair<int, int>> WholeChessboardIn(const LumaView& image);
+std::optional<std::pair<int, int>> WholeChessboardIn(const image::LumaView& image);
 
 }  // namespace plumbline::lens

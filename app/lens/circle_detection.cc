@@ -118,7 +118,7 @@ double GapOf(const Match& match, const std::vector<Disc>& discs) {
 
 }  // namespace
 
-Result<BoardView> DetectCircles(const LumaView& image, const Board& board) {
+Result<BoardView> DetectCircles(const image::LumaView& image, const Board& board) {
   const int factor = std::max(1, (image.width + kCircleWidth_px / 2) / kCircleWidth_px);
   const int width = image.width / factor, height = image.height / factor;
   if (std::min(width, height) < 2 * kBackgroundDivisors[1])

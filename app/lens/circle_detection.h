@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::lens {
@@ -16,6 +16,6 @@ namespace plumbline::lens {
 /// DiscOffsets.
 /// @return  the view without its name and time, or why there is none: "no grid of circles", "only a
 ///          part of the board: ..."
-Result<BoardView> DetectCircles(const LumaView& image, const Board& board);
+Result<BoardView> DetectCircles(const image::LumaView& image, const Board& board);
 
 }  // namespace plumbline::lens

@@ -68,7 +68,7 @@ std::optional<Centre> RefinedDisc(const cv::Mat& smooth, const Disc& disc, const
 
 }  // namespace
 
-void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double gap_px,
+void RefineDiscs(const image::LumaView& image, const std::vector<Disc>& discs, double gap_px,
                  BoardView& view) {
   const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                       static_cast<std::size_t>(image.stride));

@@ -3,7 +3,7 @@
 
 #include "app/lens/board.h"
 #include "app/lens/disc_lattice.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 
 namespace plumbline::lens {
 
@@ -18,7 +18,7 @@ namespace plumbline::lens {
 /// @param gap_px  distance to the nearest rim of another disc
 /// @param view    on input, corners_px and seen; corners_px is refined, `seen` is cleared where the
 ///                fit fails, and blur_px is set
-void RefineDiscs(const LumaView& image, const std::vector<Disc>& discs, double gap_px,
+void RefineDiscs(const image::LumaView& image, const std::vector<Disc>& discs, double gap_px,
                  BoardView& view);
 
 }  // namespace plumbline::lens

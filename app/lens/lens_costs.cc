@@ -47,7 +47,8 @@ bool ViewCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSize size, double f) {
+SharedVector PriorDeviations(const LensPrior& prior, const Board& board, image::ImageSize size,
+                             double f) {
   const double r = 0.5 * std::hypot(size.width, size.height) / f;
   const double half_m = board.Centre().norm();
   SharedVector sd;
@@ -62,7 +63,7 @@ SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSi
   return sd;
 }
 
-PriorCost::PriorCost(const SharedVector& sd, ImageSize size) {
+PriorCost::PriorCost(const SharedVector& sd, image::ImageSize size) {
   rows_.setZero();
   for (int k = 0; k < kSharedCount; ++k) {
     if (sd[k] > 0) rows_(k, k) = 1 / sd[k];

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/lens/lens_fit.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::lens {
 
@@ -48,12 +49,13 @@ class ViewCost : public ceres::CostFunction {
 };
 
 /// Prior standard deviations in the parameters' own units, for a lens of focal length f [px].
-SharedVector PriorDeviations(const LensPrior& prior, const Board& board, ImageSize size, double f);
+SharedVector PriorDeviations(const LensPrior& prior, const Board& board, image::ImageSize size,
+                             double f);
 
 /// The prior as least-squares rows.
 class PriorCost : public ceres::SizedCostFunction<kSharedCount, kSharedCount> {
  public:
-  PriorCost(const SharedVector& sd, ImageSize size);
+  PriorCost(const SharedVector& sd, image::ImageSize size);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
   /// Its contribution to J^T J.

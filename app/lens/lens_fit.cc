@@ -27,7 +27,7 @@ constexpr double kMadToSd = 1.4826;
 /// State of the bundle adjustment.
 class Adjustment {
  public:
-  Adjustment(const Board& board, std::span<const BoardView> views, ImageSize size,
+  Adjustment(const Board& board, std::span<const BoardView> views, image::ImageSize size,
              const LensPrior& prior)
       : board_(board), size_(size), prior_(prior), states_(views.size()) {
     for (std::size_t j = 0; j < views.size(); ++j) {
@@ -286,7 +286,7 @@ class Adjustment {
   }
 
   const Board& board_;
-  ImageSize size_;
+  image::ImageSize size_;
   LensPrior prior_;
   std::vector<ViewState> states_;
   SharedVector shared_ = SharedVector::Zero();
@@ -300,7 +300,7 @@ constexpr int kMaxIterations = 100;
 
 }  // namespace
 
-Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,
+Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, image::ImageSize size,
                         const LensPrior& prior) {
   if (views.size() < 3)
     return Error{fmt::format("only {} views of the board; at least 3 are needed", views.size())};

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "app/lens/lens_model.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::lens {
@@ -54,7 +55,7 @@ struct LensFit {
 /// with sigma from the residuals.
 /// @param views  at least 3
 /// @return       an error if there is no solution
-Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, ImageSize size,
+Result<LensFit> FitLens(const Board& board, std::span<const BoardView> views, image::ImageSize size,
                         const LensPrior& prior = {});
 
 }  // namespace plumbline::lens

@@ -17,7 +17,7 @@ struct Pairs {
 };
 
 /// Homography from the board to pixels relative to the image centre; zero if there is none.
-Eigen::Matrix3d HomographyOf(const Board& board, const BoardView& view, ImageSize size) {
+Eigen::Matrix3d HomographyOf(const Board& board, const BoardView& view, image::ImageSize size) {
   Pairs pairs;
   for (int k = 0; k < board.corners(); ++k) {
     if (!view.seen[k]) continue;
@@ -35,7 +35,7 @@ Eigen::Matrix3d HomographyOf(const Board& board, const BoardView& view, ImageSiz
 }  // namespace
 
 std::vector<double> FocalGuesses(const Board& board, std::span<const BoardView> views,
-                                 ImageSize size) {
+                                 image::ImageSize size) {
   // With w = 1 / f^2:  w (h1x h2x + h1y h2y) + h1z h2z = 0 and similarly for |h1|^2 - |h2|^2.
   double aa = 0, ab = 0;
   for (const BoardView& view : views) {

@@ -5,6 +5,7 @@
 
 #include "app/lens/board.h"
 #include "firmware-like/geometry/pose.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::lens {
 
@@ -13,7 +14,7 @@ namespace plumbline::lens {
 /// image centre and square pixels], if the views determine one, then a few that cover common
 /// lenses.
 std::vector<double> FocalGuesses(const Board& board, std::span<const BoardView> views,
-                                 ImageSize size);
+                                 image::ImageSize size);
 
 /// The two poses of a flat board that are consistent with a view, the better one first [T. Collins
 /// and A. Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014)].

@@ -13,7 +13,7 @@ constexpr int kAlignSteps = 5;
 using LensRows = Eigen::Matrix<double, 2, kLensCount>;
 using Motion = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
 
-Vec2 GridPixel(int column, int row, ImageSize size) {
+Vec2 GridPixel(int column, int row, image::ImageSize size) {
   return {(size.width - 1) * static_cast<double>(column) / (kColumns - 1),
           (size.height - 1) * static_cast<double>(row) / (kRows - 1)};
 }
@@ -52,7 +52,8 @@ Eigen::MatrixXd PixelByMotion(const Lens& lens, const Vec2& n, std::optional<dou
 }  // namespace
 
 ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
-                                              ImageSize size, std::optional<double> distance_m) {
+                                              image::ImageSize size,
+                                              std::optional<double> distance_m) {
   ProjectionUncertainty result;
   result.distance_m = distance_m;
   result.columns = kColumns;
@@ -86,7 +87,7 @@ ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix
   return result;
 }
 
-double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
+double LargestDifference(const Lens& a, const Lens& b, image::ImageSize size,
                          std::optional<double> distance_m) {
   // Gauss-Newton for the camera motion that best aligns b's pixels of a's directions with a's.
   const int motions = distance_m ? 6 : 3;

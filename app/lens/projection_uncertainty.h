@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/lens/lens_model.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::lens {
 
@@ -25,11 +26,11 @@ struct ProjectionUncertainty {
 /// well. The result is the standard deviation of e(q) in its worst direction, from the covariance
 /// of d.
 ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
-                                              ImageSize size,
+                                              image::ImageSize size,
                                               std::optional<double> distance_m = std::nullopt);
 
 /// Largest difference between two lenses over the image by the same measure [px].
-double LargestDifference(const Lens& a, const Lens& b, ImageSize size,
+double LargestDifference(const Lens& a, const Lens& b, image::ImageSize size,
                          std::optional<double> distance_m = std::nullopt);
 
 }  // namespace plumbline::lens

@@ -149,6 +149,17 @@ constexpr EventEntry kEntries[] = {
     {Event::kPointRefused, "point-refused", LogLevel::kError, "390eb8e66fe547b38ec89f414d840b5d",
      "points", "point ... has no correction: ...",
      "see the code in the table under \"Corrected points\"", "as listed there"},
+    {Event::kPointsWithdrawn, "points-withdrawn", LogLevel::kError,
+     "40111ed0f0254cf1bc516e320f5c3a2a", "points",
+     "corrected points withdrawn: the lens of camera ... is not valid",
+     "`required_for` of that camera contains \"points\", and its lens is not verified at the "
+     "present zoom",
+     "let the zoom come to rest with the reference tags in view, or show the calibration board; "
+     "the "
+     "points are served again by themselves"},
+    {Event::kPointsRestored, "points-restored", LogLevel::kNotice,
+     "db9f65842d1640d0a62bed2e9ddd845c", "points", "corrected points are served again after ...",
+     "the required lens is valid", ""},
     // plc
     {Event::kPlcServerFailed, "plc-side", LogLevel::kError, "6dce5d82a95e4967af4d26562036cd42",
      "plc", "PLC server: ...",

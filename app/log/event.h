@@ -50,6 +50,8 @@ enum class Event : std::uint8_t {
   // points
   kPointCorrected,
   kPointRefused,
+  kPointsWithdrawn,
+  kPointsRestored,
   // plc
   kPlcServerFailed,
   kPlcPortDiffers,

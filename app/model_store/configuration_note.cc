@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "app/config/text_file.h"
-#include "app/model_store/durable_file.h"
+#include "drivers/files/replace_file.h"
 
 namespace plumbline::model_store {
 namespace {
@@ -18,7 +18,7 @@ Result<void> RecordConfigurationPath(const std::string& state_directory, const s
   std::error_code unknown;
   const std::string path = std::filesystem::absolute(file, unknown).string();
   if (unknown || RecordedConfigurationPath(state_directory) == path) return {};
-  return WriteDurably(RecordFile(state_directory), path + "\n");
+  return files::ReplaceFileDurably(RecordFile(state_directory), path + "\n");
 }
 
 bool HasBeenUsed(const std::string& state_directory) {

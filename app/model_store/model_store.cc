@@ -13,9 +13,9 @@
 #include "app/config/daemon_config.h"
 #include "app/config/text_file.h"
 #include "app/model_store/cell_difference.h"
-#include "app/model_store/durable_file.h"
 #include "app/model_store/model_json.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/replace_file.h"
 
 namespace plumbline::model_store {
 namespace {
@@ -232,19 +232,19 @@ Result<int> ModelStore::AddVersion(const std::string& text, const ModelFacts& fa
     const Result<std::string> content = config::ReadTextFile(report);
     if (!content)
       return Error{fmt::format("{}: {}", report, files::ReadErrorText(report, content.error()))};
-    const Result<void> kept = WriteDurably(ReportFile(number), *content, 0444);
+    const Result<void> kept = files::ReplaceFileDurably(ReportFile(number), *content, 0444);
     if (!kept) return kept.failure();
     complete.report = std::filesystem::path(ReportFile(number)).filename().string();
   }
-  const Result<void> model = WriteDurably(ModelFile(number), text, 0444);
+  const Result<void> model = files::ReplaceFileDurably(ModelFile(number), text, 0444);
   if (!model) return model.failure();
-  const Result<void> described = WriteDurably(described_by, JsonFrom(complete), 0444);
+  const Result<void> described = files::ReplaceFileDurably(described_by, JsonFrom(complete), 0444);
   if (!described) return described.failure();
   return number;
 }
 
 Result<void> ModelStore::WriteState(const ModelState& state) {
-  return WriteDurably(StateFile(), JsonFrom(state));
+  return files::ReplaceFileDurably(StateFile(), JsonFrom(state));
 }
 
 Result<void> ModelStore::InitializeState() {

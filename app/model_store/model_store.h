@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/model_store/durable_file.h"
+#include "app/model_store/file_lock.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::model_store {

@@ -6,12 +6,13 @@
 
 #include "app/page/log_tail.h"
 #include "app/view/display_mailbox.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::page {
 
 /// Picture and server as reported by the page.
 struct PictureFacts {
-  lens::ImageSize size{0, 0};  ///< 0: no picture was drawn
+  image::ImageSize size{0, 0};  ///< 0: no picture was drawn
   double age_s = 0;
   std::string server_start;  ///< unique for each start; a change means that streams have ended
 };

@@ -7,6 +7,7 @@
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/report/figures.h"
 #include "app/report/plot.h"
+#include "app/report/signal_bins.h"
 #include "firmware-like/effects/parameter_name.h"
 
 namespace plumbline::report {
@@ -14,17 +15,10 @@ namespace {
 
 constexpr int kFigureWidth = 340, kFigureHeight = 310, kUncorrectedHeight = 220;
 constexpr int kSpectrumHeight = 220;
-constexpr std::size_t kBins = 10;
-constexpr double kGapShare = 0.3;     // share of the signal's range
 constexpr double kSideMargin = 0.04;  // share of the signal's range
 constexpr std::size_t kMaxSignals = 18;
 constexpr std::size_t kFewLines = 60;
 constexpr double kLogFrom = 30;  // ratio of cycles from which the axis is logarithmic
-
-/// A signal's values with one axis of the residual [mm], sorted by value.
-struct Cloud {
-  std::vector<double> value, before, after;
-};
 
 Cloud CloudOf(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrace& signal,
               int axis) {
@@ -43,39 +37,6 @@ Cloud CloudOf(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrac
     cloud.after.push_back(1e3 * diagnosis.rows[row].after[axis]);
   }
   return cloud;
-}
-
-struct Bin {
-  double value = 0, before = 0, after = 0;
-  bool after_gap = false;  ///< there is a gap in the values before this bin
-};
-
-/// Means over bins of equal count along the signal. Equal values share a bin, and no bin spans a
-/// gap in the values.
-std::vector<Bin> BinsOf(const Cloud& cloud) {
-  std::vector<Bin> bins;
-  const std::size_t n = cloud.value.size();
-  if (n == 0) return bins;
-  const double gap = kGapShare * (cloud.value.back() - cloud.value.front());
-  bool after_gap = false;
-  std::size_t start = 0;
-  while (start < n) {
-    const std::size_t least = std::min(n, start + std::max<std::size_t>(4, n / kBins));
-    std::size_t end = start + 1;
-    const auto step = [&](std::size_t k) { return cloud.value[k] - cloud.value[k - 1]; };
-    while (end < n && step(end) <= gap && (end < least || step(end) == 0)) ++end;
-    Bin bin;
-    for (std::size_t k = start; k < end; ++k) {
-      bin.value += cloud.value[k];
-      bin.before += cloud.before[k];
-      bin.after += cloud.after[k];
-    }
-    const auto count = static_cast<double>(end - start);
-    bins.push_back({bin.value / count, bin.before / count, bin.after / count, after_gap});
-    after_gap = end < n && gap > 0 && step(end) > gap;
-    start = end;
-  }
-  return bins;
 }
 
 /// The axis whose binned means, before and after, are largest.

@@ -24,6 +24,42 @@ void ReplaceAll(std::string& text, const std::string& from, const std::string& t
   }
 }
 
+/// True for gnuplot's filled point types; the others are outlines.
+bool IsFilledPoint(std::string_view type) {
+  for (const char* const filled : {"4", "6", "8", "10", "12", "14"}) {
+    if (type == filled) return true;
+  }
+  return false;
+}
+
+/// Writes colours where they are used, in place of the keyword currentColor, which WeasyPrint does
+/// not resolve: in lines (<g color="C" stroke="currentColor">) and points (<use href='#gpPt6'
+/// color='C'/>, whose definition refers to the colour of its use).
+void ResolveCurrentColor(std::string& svg) {
+  const std::string line = "\" stroke=\"currentColor\"";
+  for (auto at = svg.find(line); at != std::string::npos; at = svg.find(line, at)) {
+    const auto start = svg.rfind(" color=\"", at);
+    if (start == std::string::npos) break;
+    svg.replace(at, line.size(), "\"");
+    svg.replace(start, std::string_view(" color=\"").size(), " stroke=\"");
+  }
+  const std::string point = "<use ";
+  for (auto at = svg.find(point); at != std::string::npos; at = svg.find(point, at + 1)) {
+    const auto end = svg.find('>', at);
+    const auto colour = svg.find(" color='", at), type = svg.find("gpPt", at);
+    if (colour == std::string::npos || colour > end) continue;
+    const auto close = svg.find('\'', colour + 8);
+    const std::string value = svg.substr(colour + 8, close - colour - 8);
+    const bool filled = type < end && IsFilledPoint(std::string_view(svg).substr(
+                                          type + 4, svg.find('\'', type) - type - 4));
+    svg.replace(colour, close + 1 - colour,
+                (filled ? " fill='" + value + "'" : std::string()) + " stroke='" + value + "'");
+  }
+  EraseAll(svg, " fill='currentColor' stroke='none'");
+  EraseAll(svg, " stroke='currentColor'");
+  EraseAll(svg, " fill='currentColor'");
+}
+
 /// Removes everything from `open` to `close`, inclusive.
 void EraseBetween(std::string& text, const std::string& open, const std::string& close) {
   for (auto at = text.find(open); at != std::string::npos; at = text.find(open, at)) {
@@ -83,6 +119,7 @@ std::string InlineSvg(const std::string& document, const std::string& id,
   EraseBetween(svg, "<title>", "</title>");
   EraseBetween(svg, "<desc>", "</desc>");
   EraseBetween(svg, " font-family=\"", "\"");
+  ResolveCurrentColor(svg);
   EraseAll(svg, " xmlns=\"http://www.w3.org/2000/svg\"");
   EraseAll(svg, " xmlns:xlink=\"http://www.w3.org/1999/xlink\"");
   // gnuplot uses either kind of quote.

@@ -5,6 +5,8 @@
 namespace plumbline::report {
 namespace {
 
+constexpr int kShortTable = 16;  // rows that are kept on one page
+
 /// Length of the UTF-8 sequence at the start of the text; 0 if invalid.
 std::size_t SequenceLength(std::string_view text) {
   const auto byte = [text](std::size_t k) { return static_cast<unsigned char>(text[k]); };
@@ -90,10 +92,13 @@ void HtmlTable::AddRow(const std::vector<std::string>& cells, bool strong) {
   for (std::size_t k = 0; k < cells.size(); ++k)
     rows_ += "<td" + Class(k) + ">" + cells[k] + "</td>";
   rows_ += "</tr>\n";
+  ++count_;
 }
 
 std::string HtmlTable::Html() const {
-  std::string html = "<div class=\"table\"><table>\n<thead><tr>";
+  std::string html =
+      count_ <= kShortTable ? "<div class=\"table whole\">" : "<div class=\"table\">";
+  html += "<table>\n<thead><tr>";
   for (std::size_t k = 0; k < headers_.size(); ++k) {
     html += "<th scope=\"col\"" + Class(k) + ">" + headers_[k] + "</th>";
   }

@@ -16,14 +16,14 @@ std::string Escape(std::string_view text);
 /// Formats "5.1e-07" as 5.1 x 10^-7 in HTML; escapes any other text.
 std::string NumberHtml(const std::string& number);
 
-/// A table with HTML cells. Columns in `text_columns` (0-based) are left-aligned, all others
-/// right-aligned as numbers.
+/// A table with HTML cells, on one page of a print if it is short. Columns in `text_columns`
+/// (0-based) are left-aligned, all others right-aligned as numbers.
 class HtmlTable {
  public:
   HtmlTable(std::vector<std::string> headers, std::vector<std::size_t> text_columns);
   /// @param strong  emphasise the row
   void AddRow(const std::vector<std::string>& cells, bool strong = false);
-  bool empty() const { return rows_.empty(); }
+  bool empty() const { return count_ == 0; }
   std::string Html() const;
 
  private:
@@ -32,6 +32,7 @@ class HtmlTable {
   std::vector<std::string> headers_;
   std::vector<std::size_t> text_columns_;
   std::string rows_;
+  int count_ = 0;
 };
 
 }  // namespace plumbline::report

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/report/certificate.h"
 #include "app/report/html.h"
 #include "app/report/sections.h"
 #include "app/report/style.h"
@@ -15,6 +16,7 @@ struct Pictures {
   std::vector<PanelGroup> arrows;
   PanelGroup signals, spectrum, poses;
   std::vector<PanelGroup> rivals;
+  CertificateFigure points, deciding;
   std::string fault;  ///< why there are no figures; empty: there are
 
   std::vector<Panel*> Panels() {
@@ -25,13 +27,19 @@ struct Pictures {
     for (PanelGroup& group : arrows) add(group);
     for (PanelGroup* group : {&signals, &spectrum, &poses}) add(*group);
     for (PanelGroup& group : rivals) add(group);
+    for (CertificateFigure* figure : {&points, &deciding}) {
+      if (!figure->panel.script.empty()) panels.push_back(&figure->panel);
+    }
     return panels;
   }
 };
 
 Pictures Draw(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
+              const AchievedAccuracy& achieved, const Particulars& particulars,
               const GnuplotOptions& gnuplot) {
   Pictures pictures;
+  pictures.points = PointsFigure(achieved, particulars.tolerance_m);
+  pictures.deciding = DecidingFigure(diagnosis, cell);
   pictures.arrows = ArrowFigures(diagnosis, cell);
   pictures.signals = SignalFigures(diagnosis);
   pictures.spectrum = SpectrumFigures(diagnosis);
@@ -71,9 +79,10 @@ std::string RivalsHtml(const diagnosis::Diagnosis& diagnosis, const Pictures& pi
   std::string html;
   for (std::size_t k = 0; k < diagnosis.rivals.size(); ++k) {
     const diagnosis::Rival& rival = diagnosis.rivals[k];
-    html += "<h3>" + Escape(diagnosis::Capitalized(diagnosis::RivalName(rival))) + " in place of " +
+    html += "<div class=\"whole\">\n<h3>" +
+            Escape(diagnosis::Capitalized(diagnosis::RivalName(rival))) + " in place of " +
             Escape(diagnosis::ReplacedName(rival)) + "</h3>\n";
-    html += RivalText(rival) + FigureHtml(pictures.rivals[k]);
+    html += RivalText(rival) + FigureHtml(pictures.rivals[k]) + "</div>\n";
   }
   return html;
 }
@@ -89,18 +98,17 @@ std::string Head(const model::CellModel& cell) {
 
 std::string ReportHtml(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot) {
-  const Pictures pictures = Draw(diagnosis, cell, gnuplot);
-  std::string html = Head(cell) + "<body>\n<main>\n<header>\n<h1>" + Escape(cell.robot.name) +
-                     "</h1>\n<p>Diagnosis of " + fmt::format("{}", diagnosis.rows.size()) +
-                     " measured points, " + Escape(source.data_file) + ", " + Escape(source.date) +
-                     "</p>\n</header>\n";
-  html += VerdictBlock(diagnosis);
-  if (!pictures.fault.empty()) {
-    html += "<p class=\"note\">This report has no figures: " + Escape(pictures.fault) +
-            ". Fix this and run the diagnosis again with --report.</p>\n";
-  }
+  const AchievedAccuracy achieved = AchievedAccuracyOf(diagnosis, cell);
+  const Pictures pictures = Draw(diagnosis, cell, achieved, source.particulars, gnuplot);
+  std::string html = Head(cell) + "<body>\n<main>\n";
+  html += CertificatePage(
+      {diagnosis, cell, source, achieved, pictures.points, pictures.deciding, pictures.fault});
+  html += "<h2 class=\"appendix\">Appendix</h2>\n" + VerdictBlock(diagnosis);
   html += Chapter("Residuals before and after correction", ErrorTable(diagnosis));
   html += Chapter("Effects found", EffectsBlock(diagnosis));
+  html += Chapter("Measurement uncertainty", BudgetTable(achieved, diagnosis));
+  html +=
+      Chapter("Error at each measured pose", PosesTable(achieved, source.particulars.tolerance_m));
   const std::string detectable = Chapter("Detection limits", DetectableTable(diagnosis));
   // If nothing was found, the detection limits are the result; otherwise they come with the
   // reasons.

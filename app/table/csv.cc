@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "app/config/limits.h"
-#include "app/config/nearest_word.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
+#include "app/table/csv_fields.h"
 #include "app/table/gaps.h"
+#include "app/table/table_header.h"
 #include "drivers/files/open_failure.h"
-#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::table {
 namespace {
@@ -20,88 +20,6 @@ namespace {
 constexpr double kMaxNumber = 1e12;            // no measurement is larger
 constexpr double kMinCellSize_m = 0.01;        // measured points of any robot extend farther
 constexpr double kQuaternionTolerance = 0.01;  // of its norm; rounding in a file is far smaller
-
-enum class Quantity {
-  kSession,
-  kTime,
-  kQ,
-  kQd,
-  kQdd,
-  kTau,
-  kPayload,
-  kTemperature,
-  kPosition,
-  kRange,
-  kOrientation,
-  kJointStep,
-  kFurther,
-  kUnused,
-};
-
-/// Meaning of a column: its quantity, component and factor to SI.
-struct Column {
-  std::string name;
-  Quantity quantity = Quantity::kUnused;
-  int index = 0;
-  double to_si = 1;
-};
-
-Quantity QuantityOf(model::JointQuantity quantity) {
-  switch (quantity) {
-    case model::JointQuantity::kPosition:
-      return Quantity::kQ;
-    case model::JointQuantity::kVelocity:
-      return Quantity::kQd;
-    case model::JointQuantity::kAcceleration:
-      return Quantity::kQdd;
-    case model::JointQuantity::kTorque:
-      return Quantity::kTau;
-  }
-  return Quantity::kUnused;
-}
-
-std::vector<Column> KnownColumns(const std::vector<model::Joint>& joints) {
-  std::vector<Column> columns = {{"session", Quantity::kSession},
-                                 {"t_s", Quantity::kTime},
-                                 {"payload_kg", Quantity::kPayload},
-                                 {"temp_C", Quantity::kTemperature},
-                                 {"q_step_deg", Quantity::kJointStep, 0, kRadPerDeg},
-                                 {"x_mm", Quantity::kPosition, 0, kMetrePerMm},
-                                 {"y_mm", Quantity::kPosition, 1, kMetrePerMm},
-                                 {"z_mm", Quantity::kPosition, 2, kMetrePerMm},
-                                 {"range_mm", Quantity::kRange, 0, kMetrePerMm},
-                                 {"qw", Quantity::kOrientation, 0},
-                                 {"qx", Quantity::kOrientation, 1},
-                                 {"qy", Quantity::kOrientation, 2},
-                                 {"qz", Quantity::kOrientation, 3},
-                                 // Instructions in next_poses.csv, not measurements.
-                                 {"wait_min", Quantity::kUnused},
-                                 {"measure", Quantity::kUnused}};
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    const int index = static_cast<int>(i);
-    for (const model::JointColumnForm& form : model::kJointColumnForms) {
-      if (form.type != joints[i].type) continue;
-      columns.push_back({model::JointColumnName(form.quantity, form.type, index),
-                         QuantityOf(form.quantity), index, form.to_SI});
-    }
-  }
-  return columns;
-}
-
-std::string_view Trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-/// A field for display in a message: shortened and printable.
-std::string Shown(std::string_view field) {
-  std::string shown(field.substr(0, 40));
-  for (char& c : shown) {
-    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
-  }
-  return fmt::format("\"{}{}\"", shown, field.size() > 40 ? "..." : "");
-}
 
 /// The number in a field; infinity if it is not a number.
 double NumberOrInfinity(std::string_view field) {
@@ -118,48 +36,25 @@ std::optional<int> DecimalsOf(std::string_view field) {
   return point == std::string_view::npos ? 0 : static_cast<int>(field.size() - point) - 1;
 }
 
-/// A column's name for display in a message: likewise, without quotes.
-std::string ShownName(std::string_view name) {
-  const std::string shown = Shown(name);
-  return shown.substr(1, shown.size() - 2);
-}
-
-/// Removes the text before `separator` from the front of `rest` and returns it.
-std::string_view TakeUntil(char separator, std::string_view& rest) {
-  const auto end = rest.find(separator);
-  const std::string_view taken = rest.substr(0, end);
-  rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
-  return taken;
-}
-
-void SplitFields(std::string_view line, std::vector<std::string_view>& fields) {
-  fields.clear();
-  const auto count = std::count(line.begin(), line.end(), ',') + 1;
-  for (std::ptrdiff_t i = 0; i < count; ++i) fields.push_back(Trimmed(TakeUntil(',', line)));
-}
-
-/// Parses one table: the header defines the columns, then each line yields a row or a warning.
+/// Reads the lines below the header; each yields a row or a warning.
 class TableReader {
  public:
-  TableReader(std::string file, const std::vector<model::Joint>& joints, config::FaultList& faults,
-              TableUse use)
-      : joint_count_(static_cast<int>(joints.size())),
+  TableReader(std::string file, TableHeader header, std::size_t joint_count,
+              config::FaultList& faults, TableUse use)
+      : joint_count_(static_cast<int>(joint_count)),
         use_(use),
-        known_(KnownColumns(joints)),
-        faults_(faults) {
+        faults_(faults),
+        columns_(std::move(header.columns)) {
     table_.file = std::move(file);
+    table_.recorded = header.recorded;
+    table_.further = std::move(header.further);
   }
 
-  bool ReadHeader(std::string_view line);
   void ReadRow(std::string_view line, int line_number);
   MeasuredTable Take();
 
  private:
   void WarnIfInMetres();
-  void AddHeaderFault(std::string_view column, std::string what);
-  void AddColumn(std::string_view name);
-  std::string DidYouMean(std::string_view name) const;
-  bool Recorded(Quantity quantity, bool required);
   std::string Store(const Column& column, std::string_view field, MeasuredRow& row) const;
   std::string StoreEmpty(const Column& column, MeasuredRow& row) const;
   bool ReadJoints(MeasuredRow& row) const;
@@ -169,109 +64,13 @@ class TableReader {
 
   int joint_count_;
   TableUse use_;
-  std::vector<Column> known_;
   config::FaultList& faults_;
   std::vector<Column> columns_;
   std::vector<std::string_view> fields_;
-  bool header_faulty_ = false;
   bool decimals_counted_ = false;
   std::vector<MeasuredRow> rows_;  ///< measured and unmeasured, in file order
   MeasuredTable table_;
 };
-
-void TableReader::AddHeaderFault(std::string_view column, std::string what) {
-  header_faulty_ = true;
-  faults_.Add(
-      {config::Fault::Severity::kFault, table_.file, 1, ShownName(column), std::move(what)});
-}
-
-/// Suggests a missing column that an unknown one may be a misspelling of.
-std::string TableReader::DidYouMean(std::string_view name) const {
-  std::vector<std::string> absent;
-  for (const Column& column : known_) {
-    if (column.quantity == Quantity::kOrientation)
-      continue;  // two characters: similar to everything
-    if (std::find(fields_.begin(), fields_.end(), column.name) == fields_.end()) {
-      absent.push_back(column.name);
-    }
-  }
-  const std::string nearest = config::NearestWord(name, absent, 0);
-  return nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest);
-}
-
-void TableReader::AddColumn(std::string_view name) {
-  const auto named = [name](const Column& column) { return column.name == name; };
-  if (std::any_of(columns_.begin(), columns_.end(), named) && !name.empty()) {
-    AddHeaderFault(name, "appears twice");
-  }
-  const auto known = std::find_if(known_.begin(), known_.end(), named);
-  if (known != known_.end()) {
-    columns_.push_back(*known);
-    return;
-  }
-  if (model::ResemblesJointColumn(name)) {
-    AddHeaderFault(name,
-                   fmt::format("does not fit the cell: it has {} joints, revolute ones in deg "
-                               "and Nm, prismatic ones in mm and N",
-                               joint_count_));
-  } else if (name.empty()) {
-    columns_.push_back({"", Quantity::kUnused});
-    faults_.Add({config::Fault::Severity::kWarning, table_.file, 1, "",
-                 "a column without a name is ignored"});
-  } else {
-    columns_.push_back(
-        {std::string(name), Quantity::kFurther, static_cast<int>(table_.further.size())});
-    table_.further.emplace_back(name);
-    if (name == "tilt_x_deg" || name == "tilt_y_deg") return;  // an effect reads them by name
-    faults_.Add(
-        {config::Fault::Severity::kWarning, table_.file, 1, ShownName(name),
-         "is not a column of the format: treated as an additional signal" + DidYouMean(name)});
-  }
-}
-
-/// Whether all columns of a quantity are present. Having only some of them, or none of a required
-/// quantity, is a fault.
-bool TableReader::Recorded(Quantity quantity, bool required) {
-  std::vector<std::string> missing;
-  bool any = false;
-  for (const Column& column : known_) {
-    if (column.quantity != quantity) continue;
-    const bool there = std::any_of(columns_.begin(), columns_.end(),
-                                   [&column](const Column& c) { return c.name == column.name; });
-    any = any || there;
-    if (!there) missing.push_back(column.name);
-  }
-  if (any || required) {
-    for (const std::string& name : missing) AddHeaderFault(name, "missing column");
-  }
-  return any && missing.empty();
-}
-
-bool TableReader::ReadHeader(std::string_view line) {
-  if (Trimmed(line).empty()) {
-    AddHeaderFault("", "has no header row");
-    return false;
-  }
-  if (line.find(',') == std::string_view::npos && line.find(';') != std::string_view::npos) {
-    AddHeaderFault("", "is separated by ';': separate columns by ',' with decimal points");
-    return false;
-  }
-  SplitFields(line, fields_);
-  for (const std::string_view name : fields_) AddColumn(name);
-  table_.recorded = {.session = Recorded(Quantity::kSession, false),
-                     .time = Recorded(Quantity::kTime, false),
-                     .qd = Recorded(Quantity::kQd, false),
-                     .qdd = Recorded(Quantity::kQdd, false),
-                     .tau = Recorded(Quantity::kTau, false),
-                     .payload = Recorded(Quantity::kPayload, false),
-                     .temperature = Recorded(Quantity::kTemperature, false),
-                     .position = Recorded(Quantity::kPosition, false),
-                     .range = Recorded(Quantity::kRange, false),
-                     .orientation = Recorded(Quantity::kOrientation, false),
-                     .q_step = Recorded(Quantity::kJointStep, false)};
-  Recorded(Quantity::kQ, true);
-  return !header_faulty_;
-}
 
 bool IsMeasured(Quantity quantity) {
   return quantity == Quantity::kPosition || quantity == Quantity::kRange ||
@@ -536,8 +335,9 @@ std::optional<MeasuredTable> TableFromCsv(std::string_view text, const std::stri
   if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
     text.remove_prefix(kByteOrderMark.size());
   }
-  TableReader reader(file, joints, faults, use);
-  if (!reader.ReadHeader(TakeUntil('\n', text))) return std::nullopt;
+  std::optional<TableHeader> header = HeaderFromCsv(TakeUntil('\n', text), file, joints, faults);
+  if (!header) return std::nullopt;
+  TableReader reader(file, *std::move(header), joints.size(), faults, use);
   for (int line = 2; !text.empty(); ++line) reader.ReadRow(TakeUntil('\n', text), line);
   return reader.Take();
 }

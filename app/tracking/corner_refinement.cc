@@ -21,7 +21,7 @@ double BowAtMiddle(const lens::Lens& lens, const lens::Vec2& from, const lens::V
 
 }  // namespace
 
-std::optional<RefinedCorners> RefineCorners(const lens::LumaView& image, const Corners& rough,
+std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
                                             int cells, const lens::Lens* lens) {
   std::array<EdgeFit, 4> fits;
   std::array<lens::Vec2, 4> direction, normal;

@@ -4,7 +4,8 @@
 #include <optional>
 
 #include "app/tracking/quads.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
 
 namespace plumbline::tracking {
 
@@ -29,7 +30,7 @@ struct RefinedCorners {
 /// @param cells  per side, including the border
 /// @param lens   null if unknown: sides are then assumed to be straight in the image
 /// @return       nullopt if a side has too few pixels or its edge cannot be fitted
-std::optional<RefinedCorners> RefineCorners(const lens::LumaView& image, const Corners& rough,
+std::optional<RefinedCorners> RefineCorners(const image::LumaView& image, const Corners& rough,
                                             int cells, const lens::Lens* lens);
 
 }  // namespace plumbline::tracking

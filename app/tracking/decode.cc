@@ -16,7 +16,7 @@ constexpr int kMaxCells = 11;  // per side, including the surrounding ring
 /// Grey levels of all cells and of a ring around them.
 class Cells {
  public:
-  Cells(const lens::LumaView& image, const Corners& corners, int cells) : cells_(cells) {
+  Cells(const image::LumaView& image, const Corners& corners, int cells) : cells_(cells) {
     const Mat3 map = MapOfUnitSquare(corners);
     const auto grey_at = [&](double x, double y) {
       const lens::Vec2 p = Mapped(map, lens::Vec2(x, y) / cells);
@@ -90,7 +90,7 @@ lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point) {
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-std::optional<DecodedTag> DecodeCells(const lens::LumaView& image, const TagFamily& family,
+std::optional<DecodedTag> DecodeCells(const image::LumaView& image, const TagFamily& family,
                                       const Corners& corners, double min_contrast) {
   const int n = family.cells();
   const Cells cells(image, corners, n);

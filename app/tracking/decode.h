@@ -6,7 +6,8 @@
 #include "app/tracking/quads.h"
 #include "app/tracking/tag_family.h"
 #include "firmware-like/geometry/pose.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
 
 namespace plumbline::tracking {
 
@@ -27,7 +28,7 @@ struct DecodedTag {
 /// in 14 border cells may be bright, and one in 6 of the surrounding samples dark.
 /// @param min_contrast  [grey levels]
 /// @return              nullopt if the quadrilateral is not a tag of the family
-std::optional<DecodedTag> DecodeCells(const lens::LumaView& image, const TagFamily& family,
+std::optional<DecodedTag> DecodeCells(const image::LumaView& image, const TagFamily& family,
                                       const Corners& corners, double min_contrast);
 
 }  // namespace plumbline::tracking

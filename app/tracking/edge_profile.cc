@@ -54,7 +54,7 @@ struct Sample {
   double d, s, grey;  ///< outward distance from the bowed chord [px]; along it (1); grey level
 };
 
-void CollectSamples(const lens::LumaView& image, const EdgeRegion& region, double reach,
+void CollectSamples(const image::LumaView& image, const EdgeRegion& region, double reach,
                     double from_corner, std::vector<Sample>& samples) {
   const lens::Vec2 side = region.end - region.start;
   const double length = side.norm();
@@ -168,7 +168,7 @@ std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters
 
 }  // namespace
 
-std::optional<EdgeFit> FitEdge(const lens::LumaView& image, const EdgeRegion& region) {
+std::optional<EdgeFit> FitEdge(const image::LumaView& image, const EdgeRegion& region) {
   const double length = (region.end - region.start).norm();
   static thread_local std::vector<Sample> samples;
   Parameters x = Parameters::Zero();

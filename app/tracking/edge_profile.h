@@ -3,7 +3,8 @@
 
 #include <optional>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
 
 namespace plumbline::tracking {
 
@@ -26,6 +27,6 @@ struct EdgeFit {
 
 /// See corner_refinement.h for the model. Pixels closer to an adjacent side than three times the
 /// blur are excluded.
-std::optional<EdgeFit> FitEdge(const lens::LumaView& image, const EdgeRegion& region);
+std::optional<EdgeFit> FitEdge(const image::LumaView& image, const EdgeRegion& region);
 
 }  // namespace plumbline::tracking

@@ -33,7 +33,7 @@ struct Step {
   double across, height;
 };
 
-Step SteepestRise(const lens::LumaView& image, const lens::Vec2& at, const lens::Vec2& normal,
+Step SteepestRise(const image::LumaView& image, const lens::Vec2& at, const lens::Vec2& normal,
                   int reach) {
   std::array<double, 2 * kMaxReach + 4> grey{};
   const int half = reach + 1;
@@ -72,7 +72,7 @@ std::optional<std::pair<double, double>> Fit(const std::array<Place, kMaxProfile
   return std::pair{(y - b * x) / n, b};
 }
 
-std::optional<Line> FitLineNear(const lens::LumaView& image, const EdgeSearch& search,
+std::optional<Line> FitLineNear(const image::LumaView& image, const EdgeSearch& search,
                                 const lens::Vec2& from, const lens::Vec2& to) {
   const lens::Vec2 direction = (to - from).normalized();
   const lens::Vec2 normal(direction.y(), -direction.x());
@@ -116,7 +116,7 @@ std::optional<Line> FitLineNear(const lens::LumaView& image, const EdgeSearch& s
 
 }  // namespace
 
-bool SnapToEdges(const lens::LumaView& image, const EdgeSearch& search, Corners& corners) {
+bool SnapToEdges(const image::LumaView& image, const EdgeSearch& search, Corners& corners) {
   std::array<Line, 4> lines;
   for (int k = 0; k < 4; ++k) {
     const auto line = FitLineNear(image, search, corners[k], corners[(k + 1) % 4]);

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "app/tracking/quads.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
 
 namespace plumbline::tracking {
 
@@ -16,6 +17,6 @@ struct EdgeSearch {
 /// 24 profiles across each side, a straight line through them without outliers, and the
 /// intersections of these lines.
 /// @return  true if all four sides follow an edge; otherwise the quadrilateral is not a tag
-bool SnapToEdges(const lens::LumaView& image, const EdgeSearch& search, Corners& corners);
+bool SnapToEdges(const image::LumaView& image, const EdgeSearch& search, Corners& corners);
 
 }  // namespace plumbline::tracking

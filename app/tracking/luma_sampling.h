@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 
 namespace plumbline::tracking {
 
 /// Grey level at (u, v); positions outside the image are clamped to its border.
-inline double GreyAt(const lens::LumaView& image, double u, double v) {
+inline double GreyAt(const image::LumaView& image, double u, double v) {
   u = std::clamp(u, 0.0, static_cast<double>(image.width - 1));
   v = std::clamp(v, 0.0, static_cast<double>(image.height - 1));
   const int i = std::min(static_cast<int>(u), image.width - 2);

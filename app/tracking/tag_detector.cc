@@ -40,7 +40,7 @@ TagDetector::TagDetector(TagFamily family, const DetectorSettings& settings)
       threshold_(settings.threshold),
       quads_({.max_regions = settings.max_regions}) {}
 
-void TagDetector::Search(const lens::LumaView& image, const Part& part, bool whole,
+void TagDetector::Search(const image::LumaView& image, const Part& part, bool whole,
                          const lens::Lens* lens, SeenTags& seen) {
   const ImageBox box = WithinImage(part.box, image.size());
   if (std::min(box.width(), box.height()) < kMinImage_px) return;
@@ -80,7 +80,7 @@ void TagDetector::Search(const lens::LumaView& image, const Part& part, bool who
   }
 }
 
-void TagDetector::Detect(const lens::LumaView& image, const lens::Lens* lens, SeenTags& seen) {
+void TagDetector::Detect(const image::LumaView& image, const lens::Lens* lens, SeenTags& seen) {
   seen.tags.clear();
   seen.limited = false;
   const ImageBox whole{0, 0, image.width, image.height};
@@ -90,7 +90,7 @@ void TagDetector::Detect(const lens::LumaView& image, const lens::Lens* lens, Se
                    [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }
 
-void TagDetector::DetectIn(const lens::LumaView& image, const std::vector<Part>& parts,
+void TagDetector::DetectIn(const image::LumaView& image, const std::vector<Part>& parts,
                            const lens::Lens* lens, SeenTags& seen) {
   seen.tags.clear();
   seen.limited = false;

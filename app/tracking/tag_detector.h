@@ -37,7 +37,7 @@ class TagDetector {
   TagDetector(TagFamily family, const DetectorSettings& settings);
 
   /// Searches the whole image. @param lens  null if unknown; see RefineCorners
-  void Detect(const lens::LumaView& image, const lens::Lens* lens, SeenTags& seen);
+  void Detect(const image::LumaView& image, const lens::Lens* lens, SeenTags& seen);
 
   /// A part of the image to search, and the reduction factor for it: 1 or 2.
   struct Part {
@@ -45,13 +45,13 @@ class TagDetector {
     int shrink = 2;
   };
   /// Searches only the given parts.
-  void DetectIn(const lens::LumaView& image, const std::vector<Part>& parts, const lens::Lens* lens,
-                SeenTags& seen);
+  void DetectIn(const image::LumaView& image, const std::vector<Part>& parts,
+                const lens::Lens* lens, SeenTags& seen);
 
   const TagFamily& family() const { return family_; }
 
  private:
-  void Search(const lens::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
+  void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
 
   TagFamily family_;

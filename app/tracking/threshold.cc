@@ -12,7 +12,7 @@ constexpr double kTileRangeOfNoise = 3;          // range of 16 normal numbers, 
 constexpr double kRangeInNoise = 6.5;            // the range of 144 of them is 5.3 on average
 constexpr int kMinRange = 5, kMaxMinRange = 24;  // [grey levels]
 
-void Halve(const lens::LumaView& image, const ImageBox& box, SearchImage& search) {
+void Halve(const image::LumaView& image, const ImageBox& box, SearchImage& search) {
   for (int y = 0; y < search.height; ++y) {
     const std::uint8_t* upper = image.row(box.v0 + 2 * y) + box.u0;
     const std::uint8_t* lower = image.row(box.v0 + 2 * y + 1) + box.u0;
@@ -24,7 +24,7 @@ void Halve(const lens::LumaView& image, const ImageBox& box, SearchImage& search
   }
 }
 
-void Smooth(const lens::LumaView& image, const ImageBox& box, SearchImage& search) {
+void Smooth(const image::LumaView& image, const ImageBox& box, SearchImage& search) {
   std::vector<std::uint16_t> column(static_cast<std::size_t>(search.width) + 2);
   for (int y = 0; y < search.height; ++y) {
     const int v = box.v0 + y;
@@ -44,14 +44,14 @@ void Smooth(const lens::LumaView& image, const ImageBox& box, SearchImage& searc
 
 }  // namespace
 
-ImageBox WithinImage(const ImageBox& box, lens::ImageSize size) {
+ImageBox WithinImage(const ImageBox& box, image::ImageSize size) {
   ImageBox within{std::clamp(box.u0, 0, size.width), std::clamp(box.v0, 0, size.height), 0, 0};
   within.u1 = std::clamp(box.u1, within.u0, size.width);
   within.v1 = std::clamp(box.v1, within.v0, size.height);
   return within;
 }
 
-void MakeSearchImage(const lens::LumaView& image, const ImageBox& box, int shrink,
+void MakeSearchImage(const image::LumaView& image, const ImageBox& box, int shrink,
                      SearchImage& search) {
   search.shrink = shrink;
   search.u0 = box.u0;

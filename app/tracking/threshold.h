@@ -5,7 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
 
 namespace plumbline::tracking {
 
@@ -18,7 +19,7 @@ struct ImageBox {
 };
 
 /// The intersection of `box` with an image of that size.
-ImageBox WithinImage(const ImageBox& box, lens::ImageSize size);
+ImageBox WithinImage(const ImageBox& box, image::ImageSize size);
 
 /// A noise-reduced part of the image: means of 2 x 2 pixels (shrink 2), or full resolution with a
 /// binomial 1-2-1 filter in both directions (shrink 1).
@@ -36,7 +37,7 @@ struct SearchImage {
 };
 
 /// Fills `search` with a part of the image.
-void MakeSearchImage(const lens::LumaView& image, const ImageBox& box, int shrink,
+void MakeSearchImage(const image::LumaView& image, const ImageBox& box, int shrink,
                      SearchImage& search);
 
 /// Classifies pixels as dark or bright.

@@ -52,7 +52,7 @@ Corners Tracker::Predicted(const Track& track, double time_s) const {
   return corners;
 }
 
-bool Tracker::SearchPredicted(const lens::LumaView& image, double time_s, const lens::Lens* lens) {
+bool Tracker::SearchPredicted(const image::LumaView& image, double time_s, const lens::Lens* lens) {
   parts_.clear();
   for (const Track& track : tracks_) {
     const Corners corners = Predicted(track, time_s);
@@ -137,7 +137,7 @@ void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
   }
 }
 
-const TrackedFrame& Tracker::Update(const lens::LumaView& image, double time_s,
+const TrackedFrame& Tracker::Update(const image::LumaView& image, double time_s,
                                     const lens::KnownLens* lens) {
   const lens::Lens* const known = lens != nullptr ? &lens->lens : nullptr;
   const bool due = tracks_.empty() || ++frames_since_full_search_ >= settings_.full_search_interval;

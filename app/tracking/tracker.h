@@ -47,7 +47,7 @@ class Tracker {
   /// @param time_s  when the image was taken, monotonic
   /// @param lens    null if unknown: only corners are measured
   /// @return        valid until the next call
-  const TrackedFrame& Update(const lens::LumaView& image, double time_s,
+  const TrackedFrame& Update(const image::LumaView& image, double time_s,
                              const lens::KnownLens* lens);
 
   /// Discards all predictions: after a cut, or when the camera reconnects.
@@ -70,7 +70,7 @@ class Tracker {
   };
 
   Corners Predicted(const Track& track, double time_s) const;
-  bool SearchPredicted(const lens::LumaView& image, double time_s, const lens::Lens* lens);
+  bool SearchPredicted(const image::LumaView& image, double time_s, const lens::Lens* lens);
   void UpdateTracks(double time_s);
   void Locate(double time_s, const lens::KnownLens& lens);
   void LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& lens);

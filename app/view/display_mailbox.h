@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/view/status_text.h"
+#include "app/view/panels.h"
 #include "drivers/display/picture.h"
 
 namespace plumbline::view {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "firmware-like/image/image_size.h"
+
 namespace plumbline::view {
 namespace {
 
@@ -53,8 +55,8 @@ class OverlayBuilder {
 
   void AddBackground() {
     const auto& image = camera_.image;
-    const lens::ImageSize size =
-        image ? lens::ImageSize{image->width, image->height} : lens::ImageSize{1920, 1080};
+    const image::ImageSize size =
+        image ? image::ImageSize{image->width, image->height} : image::ImageSize{1920, 1080};
     const lens::Lens lens = camera_.lens ? *camera_.lens : PlainLens(size);
     list_.size = layout_.size;
     list_.pinhole = PinholeIn(layout_.image, lens, size);

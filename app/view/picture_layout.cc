@@ -11,7 +11,7 @@ constexpr float kColumn_em = 22, kMostColumn = 0.42F;
 constexpr int kMessages = 4;
 
 /// Largest scale at which the whole image fits the area.
-double ScaleIn(const scene::Area& area, lens::ImageSize image) {
+double ScaleIn(const scene::Area& area, image::ImageSize image) {
   return std::min(static_cast<double>(area.width) / image.width,
                   static_cast<double>(area.height) / image.height);
 }
@@ -22,7 +22,7 @@ bool StartsCharacter(char byte) {
 
 }  // namespace
 
-PictureLayout LayoutOf(lens::ImageSize size) {
+PictureLayout LayoutOf(image::ImageSize size) {
   PictureLayout layout;
   layout.size = size;
   const auto width = static_cast<float>(size.width), height = static_cast<float>(size.height);
@@ -38,7 +38,7 @@ PictureLayout LayoutOf(lens::ImageSize size) {
 }
 
 std::vector<scene::Area> SplitArea(const scene::Area& area, std::size_t count,
-                                   lens::ImageSize image, float gap) {
+                                   image::ImageSize image, float gap) {
   const auto n = static_cast<float>(count);
   scene::Area beside = area, below = area;
   beside.width = (area.width - (n - 1) * gap) / n;
@@ -53,7 +53,7 @@ std::vector<scene::Area> SplitArea(const scene::Area& area, std::size_t count,
   return parts;
 }
 
-lens::Lens PinholeIn(const scene::Area& area, const lens::Lens& lens, lens::ImageSize image) {
+lens::Lens PinholeIn(const scene::Area& area, const lens::Lens& lens, image::ImageSize image) {
   const double s = ScaleIn(area, image);
   const double left =
       static_cast<double>(area.x) + (static_cast<double>(area.width) - s * image.width) / 2;
@@ -67,7 +67,7 @@ lens::Lens PinholeIn(const scene::Area& area, const lens::Lens& lens, lens::Imag
   return pinhole;
 }
 
-lens::Lens PlainLens(lens::ImageSize image) {
+lens::Lens PlainLens(image::ImageSize image) {
   lens::Lens lens;
   lens.fx = lens.fy = image.width;
   lens.cx = (image.width - 1) / 2.0;

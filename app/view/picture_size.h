@@ -6,13 +6,14 @@
 #include <string>
 #include <string_view>
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline::view {
 
 /// @return  nullopt if malformed or outside the sizes that the layout supports
-inline std::optional<lens::ImageSize> PictureSizeFrom(std::string_view text) {
-  lens::ImageSize size;
+inline std::optional<image::ImageSize> PictureSizeFrom(std::string_view text) {
+  image::ImageSize size;
   const char* const end = text.data() + text.size();
   const auto width = std::from_chars(text.data(), end, size.width);
   if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;

@@ -8,8 +8,10 @@
 #include <ctime>
 #include <span>
 
+#include "app/view/panels.h"
 #include "app/view/silent_daemon.h"
 #include "drivers/display/colour_scale.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::view {
 namespace {
@@ -317,8 +319,8 @@ scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout
   scene::DisplayList list;
   const std::vector<std::size_t>& shown = input.facts.shown;
   const auto& first = view_link::CameraOf(*input.facts.state, shown.front()).image;
-  const lens::ImageSize size =
-      first ? lens::ImageSize{first->width, first->height} : lens::ImageSize{1920, 1080};
+  const image::ImageSize size =
+      first ? image::ImageSize{first->width, first->height} : image::ImageSize{1920, 1080};
   const std::vector<scene::Area> parts =
       SplitArea(layout.image, shown.size(), size, kGap_em * layout.em);
   for (std::size_t i = 0; i < shown.size(); ++i) {

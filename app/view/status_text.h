@@ -1,4 +1,4 @@
-// Status texts of the display: headline, panels, messages and reasons for stale data.
+// Status texts of the display: headline, messages and reasons for stale data.
 #pragma once
 
 #include <span>
@@ -16,11 +16,6 @@ enum class Tone { kPlain, kGood, kAttention, kBad, kFaded };
 struct PanelLine {
   std::string text;
   Tone tone = Tone::kPlain;
-};
-
-struct Panel {
-  std::string title;
-  std::vector<PanelLine> lines;  ///< most important first; the last may be hidden for lack of room
 };
 
 /// Everything that the texts and the overlay are derived from.
@@ -42,6 +37,13 @@ struct ViewFacts {
 /// this process, which reaches the daemon a moment later. An alarm while the daemon is silent.
 CellHealth DisplayedHealth(const ViewFacts& facts);
 
+/// "300 ms ago", "5 s ago", "3 min ago".
+std::string AgeText(double age_s);
+
+/// "side: " if the cameras have names, else empty.
+std::string CameraPrefix(const view_link::ViewCamera& camera);
+
+Tone ToneOf(HealthSeverity severity);
 /// Tone of a point: good only if nothing is known that invalidates its stated 95 % radius.
 Tone ToneOf(const view_link::ViewPoint& point, const view_link::ViewState& state);
 
@@ -54,9 +56,6 @@ std::vector<std::string> StaleReasons(const ViewFacts& facts, std::span<const st
 inline std::vector<std::string> StaleReasons(const ViewFacts& facts) {
   return StaleReasons(facts, facts.shown);
 }
-
-/// All panels, in display order.
-std::vector<Panel> PanelsOf(const ViewFacts& facts);
 
 /// The newest `count` log lines of daemon and viewer, oldest first.
 std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count);

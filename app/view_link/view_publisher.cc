@@ -135,7 +135,7 @@ bool ViewPublisher::Reserve(std::size_t bytes) {
   return true;
 }
 
-std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const lens::LumaView& luma,
+std::optional<ViewImage> ViewPublisher::Share(std::size_t camera, const image::LumaView& luma,
                                               const std::uint8_t* bgr) {
   const std::size_t row = static_cast<std::size_t>(luma.width) * (bgr != nullptr ? 3 : 1);
   const auto height = static_cast<std::size_t>(luma.height);

@@ -12,7 +12,7 @@
 #include "app/view_link/scene_message.h"
 #include "app/view_link/view_state.h"
 #include "drivers/os/descriptor.h"
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::view_link {
@@ -47,7 +47,7 @@ class ViewPublisher {
   /// @param bgr  the same image in colour, without padding; may be null
   /// @return     its location, with time and sequence left to the caller; nullopt if there is no
   ///             memory for it
-  std::optional<ViewImage> Share(std::size_t camera, const lens::LumaView& luma,
+  std::optional<ViewImage> Share(std::size_t camera, const image::LumaView& luma,
                                  const std::uint8_t* bgr);
   /// Number of the shared memory. When it changes, images shared earlier are gone.
   int memory_number() const { return memory_number_; }

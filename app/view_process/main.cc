@@ -5,7 +5,7 @@
 #include "app/version.h"
 #include "app/view/picture_size.h"
 #include "app/view_process/distance_report.h"
-#include "app/view_process/snapshot.h"
+#include "app/view_process/snapshot_picture.h"
 #include "app/view_process/view_loop.h"
 
 int main(int argc, char** argv) {

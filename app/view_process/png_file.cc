@@ -10,6 +10,7 @@
 
 #include "app/config/text_file.h"
 #include "drivers/files/open_failure.h"
+#include "drivers/files/replace_file.h"
 
 namespace plumbline::view_process {
 
@@ -47,7 +48,7 @@ Result<void> WritePng(const std::string& file, const display::RgbImage& picture)
 }
 
 Result<void> WritePngBytes(const std::string& file, std::string_view bytes) {
-  return config::WriteStateFile(file, bytes).transform_error([&file](const std::string& why) {
+  return files::ReplaceFile(file, bytes).transform_error([&file](const std::string& why) {
     return fmt::format("{}: {}", file, files::WriteErrorText(file, why));
   });
 }

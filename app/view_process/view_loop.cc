@@ -26,7 +26,7 @@ constexpr double kUnseenPeriod_s = 1.0;   ///< between pictures that nobody sees
 constexpr double kSharedPeriod_s = 0.1;   ///< between pictures for the page
 constexpr double kStatusPeriod_s = 0.2;   ///< between updates of the page's status
 constexpr double kTrimPeriod_s = 3;       ///< between malloc_trim() calls
-constexpr lens::ImageSize kWithoutDisplay{1280, 720};
+constexpr image::ImageSize kWithoutDisplay{1280, 720};
 
 const char* KindOf(config::OverlayConfig::Display display) {
   return display == config::OverlayConfig::Display::kKms           ? "kms"
@@ -49,7 +49,7 @@ ViewLoop::ViewLoop(const std::string& config_file, view::ViewModel model,
 void ViewLoop::OpenDisplay() {
   const config::OverlayConfig& config = viewer_.config();
   display::DisplayConnection connection;
-  const lens::ImageSize size = config.size.value_or(lens::ImageSize{0, 0});
+  const image::ImageSize size = config.size.value_or(image::ImageSize{0, 0});
   connection.kms.size = size;
   connection.none.size = config.size.value_or(kWithoutDisplay);
   if (!config.device.empty()) {
@@ -88,7 +88,7 @@ bool ViewLoop::Due(double now_s) const {
   return now_s - drawn_s_ >= (fresh_ ? kSharedPeriod_s : kMaxPictureAge_s);
 }
 
-void ViewLoop::DrawOne(lens::ImageSize size, bool show) {
+void ViewLoop::DrawOne(image::ImageSize size, bool show) {
   const double now_s = MonotonicSeconds();
   drawn_s_ = now_s;
   fresh_ = false;

@@ -9,6 +9,7 @@
 #include "app/view_process/drawing.h"
 #include "app/view_process/viewer.h"
 #include "drivers/display/registry.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::view_process {
 
@@ -36,7 +37,7 @@ class ViewLoop {
   bool on_screen() const;
   bool Due(double now_s) const;
   double WaitForNextFrame_s(double now_s) const;
-  void DrawOne(lens::ImageSize size, bool show);
+  void DrawOne(image::ImageSize size, bool show);
   void LogDisplayState(display::DisplayResult result);
   void PublishStatus(double now_s);
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 
 namespace plumbline::camera {
 
@@ -24,8 +24,8 @@ std::string_view CameraResultText(CameraResult result);
 
 /// One frame.
 struct CameraFrame {
-  lens::LumaView luma;  ///< owned by the camera, valid until its next call
-  double time_s = 0;    ///< monotonic time of exposure; the driver decides which line it refers to
+  image::LumaView luma;  ///< owned by the camera, valid until its next call
+  double time_s = 0;     ///< monotonic time of exposure; the driver decides which line it refers to
   std::uint64_t sequence = 0;  ///< ascending; a gap means frames were lost before reaching us
 };
 

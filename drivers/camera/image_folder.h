@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::camera {
@@ -14,7 +14,7 @@ struct GreyImage {
   std::vector<std::uint8_t> grey;  ///< row by row, no padding
   int width = 0, height = 0;
 
-  lens::LumaView View() const { return {grey.data(), width, height, width}; }
+  image::LumaView View() const { return {grey.data(), width, height, width}; }
 };
 
 /// Names of the image files in a folder, selected by extension, in natural order: frame2 before

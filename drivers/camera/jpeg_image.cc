@@ -47,7 +47,7 @@ struct Decoder {
 
 /// Reads the header and checks it against the expected size and coding.
 Result<void> ReadHeader(jpeg_decompress_struct& state, std::span<const std::uint8_t> bytes,
-                        lens::ImageSize size) {
+                        image::ImageSize size) {
   jpeg_mem_src(&state, bytes.data(), static_cast<unsigned long>(bytes.size()));
   if (jpeg_read_header(&state, TRUE) != JPEG_HEADER_OK) return Error{"a JPEG without an image"};
   if (state.image_width != static_cast<JDIMENSION>(size.width) ||
@@ -75,7 +75,7 @@ Result<void> ReadRows(Decoder& decoder, std::size_t row_bytes, std::uint8_t* pix
 
 }  // namespace
 
-Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, lens::ImageSize size,
+Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, image::ImageSize size,
                         JpegColour colour, std::vector<std::uint8_t>& pixels) {
   if (bytes.empty()) return Error{"an empty frame"};
   if (size.width < 1 || size.height < 1) return Error{"an image without pixels"};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/camera/image_folder.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/result.h"
 
@@ -21,7 +22,7 @@ enum class JpegColour : std::uint8_t {
 /// arithmetic coding, and for any damage (libjpeg would continue with grey). Extra bytes between
 /// segments are ignored, since many cameras send some.
 /// @return an error if there are no pixels; the contents of `pixels` are then unspecified
-Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, lens::ImageSize size,
+Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, image::ImageSize size,
                         JpegColour colour, std::vector<std::uint8_t>& pixels);
 
 /// Decodes a JPEG file of any kind that libjpeg supports, including progressive, as luma, up to 100

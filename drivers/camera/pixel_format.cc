@@ -95,16 +95,16 @@ std::string FourccText(std::uint32_t fourcc) {
   return text;
 }
 
-Result<lens::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer) {
+Result<image::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer) {
   const auto [width, height] = image.size;
   if (image.format == PixelFormat::kMjpeg) {
     const auto decoded = DecodeJpeg(image.bytes, image.size, JpegColour::kLuma, buffer);
     if (!decoded) return decoded.failure();
-    return lens::LumaView{buffer.data(), width, height, width};
+    return image::LumaView{buffer.data(), width, height, width};
   }
   if (const auto why = LayoutFault(image)) return *why;
   if (!IsPacked(image.format))
-    return lens::LumaView{image.bytes.data(), width, height, image.stride};
+    return image::LumaView{image.bytes.data(), width, height, image.stride};
   buffer.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const std::size_t first = image.format == PixelFormat::kYuyv ? 0 : 1;
   for (int v = 0; v < height; ++v) {
@@ -112,7 +112,7 @@ Result<lens::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& 
     std::uint8_t* to = buffer.data() + static_cast<std::ptrdiff_t>(v) * width;
     for (int x = 0; x < width; ++x) to[x] = from[2 * static_cast<std::size_t>(x) + first];
   }
-  return lens::LumaView{buffer.data(), width, height, width};
+  return image::LumaView{buffer.data(), width, height, width};
 }
 
 Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {

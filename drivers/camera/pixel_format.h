@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::camera {
@@ -39,7 +39,7 @@ std::string FourccText(std::uint32_t fourcc);
 /// A frame as sent by the camera.
 struct RawImage {
   PixelFormat format = PixelFormat::kGrey;
-  lens::ImageSize size;
+  image::ImageSize size;
   std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; unused for kMjpeg
   std::span<const std::uint8_t> bytes;
 };
@@ -48,7 +48,7 @@ struct RawImage {
 /// `buffer`, which is reused from frame to frame. Fails for a short frame, an impossible size or
 /// stride, and a JPEG that is damaged, progressive (unbounded decoding time) or not of
 /// `image.size`.
-Result<lens::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer);
+Result<image::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer);
 
 /// Converts `image` to BGR, 8 bits per channel, row by row without padding. YUV is assumed to be
 /// limited-range ITU-R BT.601, the default of cameras that do not report anything else.

@@ -94,7 +94,7 @@ CameraResult RecordedCamera::Show(std::size_t n, CameraFrame& frame) {
     problem_ = fmt::format("{}: {}", recorded.file, image.error());
     return CameraResult::kUnusable;
   }
-  const lens::ImageSize size = image->View().size();
+  const image::ImageSize size = image->View().size();
   if (!size_) {
     size_ = size;
     if (identity_.mode.empty()) {

@@ -10,6 +10,7 @@
 #include "drivers/camera/pgm_image.h"
 #include "drivers/camera/sequence_file.h"
 #include "drivers/clock.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::camera {
@@ -59,7 +60,7 @@ class RecordedCamera : public Camera {
   std::optional<double> start_s_;
   std::size_t next_ = 0;  ///< next frame to return
   GreyImage image_;
-  std::optional<lens::ImageSize> size_;
+  std::optional<image::ImageSize> size_;
   CameraIdentity identity_;
   std::string problem_;
 };

@@ -13,6 +13,7 @@
 
 #include "drivers/files/open_failure.h"
 #include "drivers/ioctl.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::camera {
 namespace {
@@ -26,7 +27,7 @@ std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
     return Error{"v4l2 camera: no device configured. List the cameras with plumbline cameras."};
   const auto [width, height] = o.mode.size;
   const auto is_side = [](int side) { return side >= 1 && side <= kMaxImageSide_px; };
-  if (o.mode.size != lens::ImageSize{} && !(is_side(width) && is_side(height))) {
+  if (o.mode.size != image::ImageSize{} && !(is_side(width) && is_side(height))) {
     return Error{fmt::format("v4l2 camera: {} x {} px is not a valid size", width, height)};
   }
   if (!(o.mode.rate_hz >= 0.01 && o.mode.rate_hz <= 1000)) {
@@ -179,7 +180,8 @@ bool V4l2Camera::WaitForFrame(double deadline_s) const {
   return (wait.revents & (POLLERR | POLLHUP | POLLNVAL)) == 0;
 }
 
-void V4l2Camera::FillFrame(const V4l2Frame& taken, const lens::LumaView& luma, CameraFrame& frame) {
+void V4l2Camera::FillFrame(const V4l2Frame& taken, const image::LumaView& luma,
+                           CameraFrame& frame) {
   const double now_s = clock_();
   double time_s = taken.time_s.value_or(now_s);
   if (!(time_s <= now_s && time_s >= now_s - kMaxTimestampAge_s)) time_s = now_s;

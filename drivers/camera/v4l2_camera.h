@@ -54,7 +54,7 @@ class V4l2Camera : public Camera {
   CameraResult Disconnect(const std::string& why);
   /// Waits for a frame until the deadline. @return false if the device is gone
   bool WaitForFrame(double deadline_s) const;
-  void FillFrame(const V4l2Frame& taken, const lens::LumaView& luma, CameraFrame& frame);
+  void FillFrame(const V4l2Frame& taken, const image::LumaView& luma, CameraFrame& frame);
 
   const V4l2CameraOptions options_;
   const Clock clock_;

@@ -19,12 +19,12 @@ double RateOf(const v4l2_fract& interval) {
                                 : 0;
 }
 
-lens::ImageSize SizeOf(std::uint32_t width, std::uint32_t height) {
+image::ImageSize SizeOf(std::uint32_t width, std::uint32_t height) {
   constexpr std::uint32_t kMost = 1U << 20;
   return {static_cast<int>(std::min(width, kMost)), static_cast<int>(std::min(height, kMost))};
 }
 
-std::vector<double> RatesOf(int fd, std::uint32_t fourcc, lens::ImageSize size) {
+std::vector<double> RatesOf(int fd, std::uint32_t fourcc, image::ImageSize size) {
   std::vector<double> rates_hz;
   for (std::uint32_t i = 0; i < kMaxEntries; ++i) {
     v4l2_frmivalenum interval{};
@@ -146,7 +146,7 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
     wanted = {PixelFormat::kGrey, PixelFormat::kNv12, PixelFormat::kYuyv, PixelFormat::kUyvy,
               PixelFormat::kMjpeg};
   }
-  const bool any_size = request.size == lens::ImageSize{};
+  const bool any_size = request.size == image::ImageSize{};
   ModeChoice best;
   std::tuple<bool, double, std::int64_t, std::ptrdiff_t> best_merit;
   bool found = false;
@@ -154,7 +154,7 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
     const auto format = PixelFormatOfFourcc(mode.fourcc);
     const auto place = format ? std::find(wanted.begin(), wanted.end(), *format) : wanted.end();
     if (place == wanted.end()) continue;
-    const lens::ImageSize size = any_size ? mode.largest : request.size;
+    const image::ImageSize size = any_size ? mode.largest : request.size;
     if (!IsWithin(size.width, mode.smallest.width, mode.largest.width, mode.step.width) ||
         !IsWithin(size.height, mode.smallest.height, mode.largest.height, mode.step.height)) {
       continue;
@@ -180,7 +180,7 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
                            request.size.width, request.size.height, Offer(modes), remedy)};
 }
 
-std::string ModeText(PixelFormat format, lens::ImageSize size, double rate_hz) {
+std::string ModeText(PixelFormat format, image::ImageSize size, double rate_hz) {
   std::string text = fmt::format("{} {}x{}", PixelFormatName(format), size.width, size.height);
   if (rate_hz > 0) text += fmt::format("@{:.4g}", rate_hz);
   return text;

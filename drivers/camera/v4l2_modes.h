@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/camera/pixel_format.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/result.h"
 
@@ -15,14 +16,14 @@ namespace plumbline::camera {
 /// One format at one size or a range of sizes.
 struct V4l2Mode {
   std::uint32_t fourcc = 0;
-  lens::ImageSize smallest, largest;  ///< equal for a single size
-  lens::ImageSize step = {1, 1};      ///< increment within the range
-  std::vector<double> rates_hz;       ///< at the largest size, fastest first; empty: not reported
+  image::ImageSize smallest, largest;  ///< equal for a single size
+  image::ImageSize step = {1, 1};      ///< increment within the range
+  std::vector<double> rates_hz;        ///< at the largest size, fastest first; empty: not reported
 };
 
 struct ModeRequest {
-  lens::ImageSize size = {};  ///< {0, 0}: the largest that reaches rate_hz
-  double rate_hz = 20;        ///< minimum, if the camera supports it
+  image::ImageSize size = {};  ///< {0, 0}: the largest that reaches rate_hz
+  double rate_hz = 20;         ///< minimum, if the camera supports it
   std::vector<PixelFormat> formats =
       {}  ///< acceptable formats, best first; empty: all in order of preference
   ;
@@ -30,7 +31,7 @@ struct ModeRequest {
 
 struct ModeChoice {
   PixelFormat format = PixelFormat::kGrey;
-  lens::ImageSize size;
+  image::ImageSize size;
   double rate_hz = 0;  ///< rate to request; 0: the camera reports none
 };
 
@@ -43,6 +44,6 @@ std::vector<V4l2Mode> ModesOf(int fd);
 Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequest& request);
 
 /// "YUYV 1920x1080@30".
-std::string ModeText(PixelFormat format, lens::ImageSize size, double rate_hz);
+std::string ModeText(PixelFormat format, image::ImageSize size, double rate_hz);
 
 }  // namespace plumbline::camera

@@ -36,7 +36,8 @@ void main() {
 )";
 
 /// Lens that scales an image without a lens to fit into the picture.
-lens::Lens FittingLens(lens::ImageSize image, const lens::Lens& pinhole, lens::ImageSize picture) {
+lens::Lens FittingLens(image::ImageSize image, const lens::Lens& pinhole,
+                       image::ImageSize picture) {
   const double scale = std::min(static_cast<double>(picture.width) / image.width,
                                 static_cast<double>(picture.height) / image.height);
   // Picture pixel u sees image pixel (u - (W - 1)/2) / scale + (w - 1)/2.
@@ -70,7 +71,7 @@ Result<BackgroundPass> BackgroundPass::Create() {
 }
 
 void BackgroundPass::Load(const scene::Background& background, Image& image) {
-  const lens::LumaView& luma = background.luma;
+  const image::LumaView& luma = background.luma;
   const bool colour = background.bgr != nullptr;
   const bool fits = luma.size() == image.size && colour == image.colour;
   if (fits && image.sequence == background.sequence) return;
@@ -100,10 +101,10 @@ void BackgroundPass::Load(const scene::Background& background, Image& image) {
 }
 
 Result<void> BackgroundPass::Draw(const scene::Background& background, const lens::Lens& pinhole,
-                                  lens::ImageSize size, std::size_t view) {
+                                  image::ImageSize size, std::size_t view) {
   glClearColor(kEmpty, kEmpty, kEmpty, 1);
   glClear(GL_COLOR_BUFFER_BIT);
-  const lens::LumaView& luma = background.luma;
+  const image::LumaView& luma = background.luma;
   if (luma.data == nullptr) return {};
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);

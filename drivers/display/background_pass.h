@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drivers/display/gl_objects.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline::display {
@@ -22,13 +23,13 @@ class BackgroundPass {
   /// @param view  index of the camera view in the picture; each has its own texture
   /// @return an error if there is no image; the background is then grey
   Result<void> Draw(const scene::Background& background, const lens::Lens& pinhole,
-                    lens::ImageSize size, std::size_t view = 0);
+                    image::ImageSize size, std::size_t view = 0);
 
  private:
   struct Image {
     GlTexture texture;
     std::optional<std::uint64_t> sequence;
-    lens::ImageSize size;
+    image::ImageSize size;
     bool colour = false;
   };
   static void Load(const scene::Background& background, Image& image);

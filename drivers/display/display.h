@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "drivers/display/picture.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::display {
 
@@ -35,7 +36,7 @@ class Display {
   virtual DisplayResult Wait(double timeout_s) = 0;
 
   /// Picture size that the screen accepts; valid after kReady.
-  virtual lens::ImageSize size() const = 0;
+  virtual image::ImageSize size() const = 0;
 
   /// Shows a picture without waiting for the screen. @return kShown, kBusy, kLost or kSizeMismatch
   virtual DisplayResult Show(DrawnPicture& picture) = 0;

@@ -11,7 +11,7 @@
 
 namespace plumbline::display {
 
-Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, lens::ImageSize size) {
+Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, image::ImageSize size) {
   std::unique_ptr<DumbBuffer> buffer(new DumbBuffer(card));
   const auto failed = [](const char* what) {
     return Error{

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "drivers/display/pixel_packing.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {
@@ -14,7 +15,7 @@ namespace plumbline::display {
 class DumbBuffer {
  public:
   /// @param card  open card; must outlive the buffer
-  static Result<std::unique_ptr<DumbBuffer>> Make(int card, lens::ImageSize size);
+  static Result<std::unique_ptr<DumbBuffer>> Make(int card, image::ImageSize size);
   ~DumbBuffer();
   DumbBuffer(const DumbBuffer&) = delete;
   DumbBuffer& operator=(const DumbBuffer&) = delete;

@@ -47,17 +47,8 @@ Result<FlatPass> FlatPass::Create(std::optional<Font> font) {
   FlatPass pass;
   pass.program_ = std::move(program).value();
   pass.font_ = std::move(font);
-  glBindVertexArray(*pass.array_);
-  glBindBuffer(GL_ARRAY_BUFFER, *pass.buffer_);
-  const auto attribute = [](GLuint place, GLint size, std::size_t bytes) {
-    glVertexAttribPointer(place, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                          reinterpret_cast<const void*>(bytes));
-    glEnableVertexAttribArray(place);
-  };
-  attribute(0, 2, offsetof(Vertex, x));
-  attribute(1, 2, offsetof(Vertex, s));
-  attribute(2, 4, offsetof(Vertex, r));
-  glBindVertexArray(0);
+  pass.triangles_.Describe(
+      {{2, offsetof(Vertex, x)}, {2, offsetof(Vertex, s)}, {4, offsetof(Vertex, r)}});
   pass.ClearAtlas(kInitialAtlas_px);
   return pass;
 }
@@ -129,8 +120,8 @@ void FlatPass::AddRectangle(float x, float y, float width, float height, float s
                             bool glyph, const scene::Colour& colour) {
   const float ds = glyph ? width : 0, dt = glyph ? height : 0;
   const auto corner = [&](float right, float down) {
-    vertices_.push_back({x + right * width, y + down * height, s + right * ds, t + down * dt,
-                         colour.r, colour.g, colour.b, colour.a});
+    triangles_.Add({x + right * width, y + down * height, s + right * ds, t + down * dt, colour.r,
+                    colour.g, colour.b, colour.a});
   };
   corner(0, 0);
   corner(1, 0);
@@ -183,12 +174,12 @@ void FlatPass::Upload() {
 
 void FlatPass::Draw(const scene::DisplayList& list) {
   if (full_) ClearAtlas(atlas_width_);
-  vertices_.clear();
+  triangles_.Clear();
   for (const scene::DrawnBox& box : list.boxes) {
     AddRectangle(box.x, box.y, box.width, box.height, 1, 1, false, box.colour);
   }
   for (const scene::DrawnText& text : list.texts) AddText(text);
-  if (vertices_.empty()) return;
+  if (triangles_.empty()) return;
   Upload();
   program_.Use();
   glUniform2f(program_.UniformLocation("u_size"), static_cast<float>(list.size.width),
@@ -197,12 +188,7 @@ void FlatPass::Draw(const scene::DisplayList& list) {
   glUniform1i(program_.UniformLocation("u_glyphs"), 0);
   glDisable(GL_DEPTH_TEST);
   glEnable(GL_BLEND);
-  glBindVertexArray(*array_);
-  glBindBuffer(GL_ARRAY_BUFFER, *buffer_);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices_.size() * sizeof(Vertex)),
-               vertices_.data(), GL_STREAM_DRAW);
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_.size()));
-  glBindVertexArray(0);
+  triangles_.Draw();
   glDisable(GL_BLEND);
 }
 

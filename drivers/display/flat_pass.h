@@ -10,6 +10,7 @@
 
 #include "drivers/display/font.h"
 #include "drivers/display/gl_objects.h"
+#include "drivers/display/triangle_stream.h"
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline::display {
@@ -49,10 +50,8 @@ class FlatPass {
 
   std::optional<Font> font_;
   GlProgram program_;
-  GlVertexArray array_;
-  GlBuffer buffer_;
+  TriangleStream<Vertex> triangles_;
   GlTexture texture_;
-  std::vector<Vertex> vertices_;
   std::vector<std::uint8_t> atlas_;  ///< coverage; texel (0, 0) is fully covered, for boxes
   std::map<std::pair<char32_t, int>, AtlasEntry> entries_;
   int atlas_width_ = 0;  ///< also the height

@@ -11,6 +11,7 @@
 #include "drivers/display/display.h"
 #include "drivers/display/pixel_packing.h"
 #include "drivers/os/descriptor.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {
@@ -31,7 +32,7 @@ class FramebufferDisplay : public Display {
   ~FramebufferDisplay() override;
 
   DisplayResult Wait(double timeout_s) override;
-  lens::ImageSize size() const override { return layout_.size; }
+  image::ImageSize size() const override { return layout_.size; }
   DisplayResult Show(DrawnPicture& picture) override;
   std::string_view problem() const override { return problem_; }
 

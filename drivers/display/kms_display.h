@@ -12,14 +12,15 @@
 #include "drivers/display/dumb_buffer.h"
 #include "drivers/display/kms_output.h"
 #include "drivers/os/descriptor.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {
 
 struct KmsOptions {
   std::string card = "/dev/dri/card0";
-  std::string connector = {};  ///< "HDMI-A-1"; empty: the first one with a monitor
-  lens::ImageSize size{0, 0};  ///< of the mode; {0, 0}: the preferred one
+  std::string connector = {};   ///< "HDMI-A-1"; empty: the first one with a monitor
+  image::ImageSize size{0, 0};  ///< of the mode; {0, 0}: the preferred one
 };
 
 /// Double-buffered and free of tearing. An unplugged monitor is detected within half a second and
@@ -35,7 +36,7 @@ class KmsDisplay : public Display {
                                                  Sleep sleep = SleepSeconds);
 
   DisplayResult Wait(double timeout_s) override;
-  lens::ImageSize size() const override { return output_ ? output_->size() : lens::ImageSize{}; }
+  image::ImageSize size() const override { return output_ ? output_->size() : image::ImageSize{}; }
   DisplayResult Show(DrawnPicture& picture) override;
   std::string_view problem() const override { return problem_; }
 

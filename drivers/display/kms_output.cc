@@ -74,14 +74,14 @@ std::optional<std::uint32_t> PrimaryPlaneOf(int card, int crtc_index) {
 }
 
 /// First mode of the requested size, otherwise the preferred mode.
-drmModeModeInfo ChooseMode(const drmModeConnector& connector, lens::ImageSize wanted) {
+drmModeModeInfo ChooseMode(const drmModeConnector& connector, image::ImageSize wanted) {
   drmModeModeInfo chosen = connector.modes[0];
   for (int i = connector.count_modes - 1; i >= 0; --i) {
     if ((connector.modes[i].type & DRM_MODE_TYPE_PREFERRED) != 0) chosen = connector.modes[i];
   }
   for (int i = connector.count_modes - 1; i >= 0; --i) {
     const drmModeModeInfo& mode = connector.modes[i];
-    if (lens::ImageSize{mode.hdisplay, mode.vdisplay} == wanted) chosen = mode;
+    if (image::ImageSize{mode.hdisplay, mode.vdisplay} == wanted) chosen = mode;
   }
   return chosen;
 }
@@ -119,7 +119,7 @@ std::string FindProperties(int card, KmsOutput& output) {
 }  // namespace
 
 Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector_name,
-                                  lens::ImageSize size) {
+                                  image::ImageSize size) {
   const DrmResources resources(drmModeGetResources(card));
   if (!resources) return Error{"has no mode setting"};
   std::string seen;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 #include "firmware-like/result.h"
 
@@ -25,14 +26,14 @@ struct KmsOutput {
     std::uint32_t plane_crtc_x, plane_crtc_y, plane_crtc_w, plane_crtc_h;
   } property{};
 
-  lens::ImageSize size() const { return {mode.hdisplay, mode.vdisplay}; }
+  image::ImageSize size() const { return {mode.hdisplay, mode.vdisplay}; }
 };
 
 /// Probes the connectors of an open card, which can take up to a second, and chooses an output.
 /// @param connector  name; empty: the first one with a monitor
 /// @param size       of the mode; {0, 0} or a size that the monitor lacks: its preferred mode
 /// @return           the output, or why there is none
-Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector, lens::ImageSize size);
+Result<KmsOutput> ChooseKmsOutput(int card, const std::string& connector, image::ImageSize size);
 
 /// Connection state known to the kernel, without probing the monitor.
 bool IsStillConnected(int card, std::uint32_t connector);

@@ -110,18 +110,10 @@ Result<LinePass> LinePass::Create() {
   if (!grid) return grid.failure();
   pass.line_program_ = std::move(lines).value();
   pass.grid_program_ = std::move(grid).value();
-  glBindVertexArray(*pass.array_);
-  glBindBuffer(GL_ARRAY_BUFFER, *pass.buffer_);
-  const auto attribute = [](GLuint place, GLint size, std::size_t bytes) {
-    glVertexAttribPointer(place, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                          reinterpret_cast<const void*>(bytes));
-    glEnableVertexAttribArray(place);
-  };
-  attribute(0, 3, offsetof(Vertex, x));
-  attribute(1, 3, offsetof(Vertex, along));
-  attribute(2, 3, offsetof(Vertex, start));
-  attribute(3, 4, offsetof(Vertex, r));
-  glBindVertexArray(0);
+  pass.triangles_.Describe({{3, offsetof(Vertex, x)},
+                            {3, offsetof(Vertex, along)},
+                            {3, offsetof(Vertex, start)},
+                            {4, offsetof(Vertex, r)}});
   return pass;
 }
 
@@ -146,10 +138,10 @@ void LinePass::AddLine(const scene::DisplayList& list, const scene::DrawnLine& l
       const double t = side * static_cast<double>(margin);
       const lens::Vec2 p = from + s * along + t * across;
       const scene::Colour& c = line.colour;
-      vertices_.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
-                           end ? depth_to : depth_from, static_cast<float>(s),
-                           static_cast<float>(t), static_cast<float>(length),
-                           static_cast<float>(start), half_width, dash, c.r, c.g, c.b, c.a});
+      triangles_.Add({static_cast<float>(p.x()), static_cast<float>(p.y()),
+                      end ? depth_to : depth_from, static_cast<float>(s), static_cast<float>(t),
+                      static_cast<float>(length), static_cast<float>(start), half_width, dash, c.r,
+                      c.g, c.b, c.a});
     };
     for (const auto& [end, side] : {std::pair(false, -1.0),
                                     {true, -1.0},
@@ -163,17 +155,12 @@ void LinePass::AddLine(const scene::DisplayList& list, const scene::DrawnLine& l
   }
 }
 
-void LinePass::DrawVertices(const scene::DisplayList& list) {
-  if (vertices_.empty()) return;
+void LinePass::DrawLines(const scene::DisplayList& list) {
+  if (triangles_.empty()) return;
   line_program_.Use();
   glUniform2f(line_program_.UniformLocation("u_size"), static_cast<float>(list.size.width),
               static_cast<float>(list.size.height));
-  glBindVertexArray(*array_);
-  glBindBuffer(GL_ARRAY_BUFFER, *buffer_);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices_.size() * sizeof(Vertex)),
-               vertices_.data(), GL_STREAM_DRAW);
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_.size()));
-  glBindVertexArray(0);
+  triangles_.Draw();
 }
 
 void LinePass::DrawGrid(const scene::DisplayList& list) {
@@ -205,12 +192,12 @@ void LinePass::Draw(const scene::DisplayList& list) {
   glDepthMask(GL_FALSE);
   if (list.clip && list.clip->grid) DrawGrid(list);
   for (const bool in_front : {false, true}) {
-    vertices_.clear();
+    triangles_.Clear();
     for (const scene::DrawnLine& line : list.lines) {
       if (line.always_in_front == in_front) AddLine(list, line);
     }
     if (in_front) glDisable(GL_DEPTH_TEST);
-    DrawVertices(list);
+    DrawLines(list);
   }
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);

@@ -1,9 +1,8 @@
 // Render pass for lines of constant pixel width and for the grid in the clip plane.
 #pragma once
 
-#include <vector>
-
 #include "drivers/display/gl_objects.h"
+#include "drivers/display/triangle_stream.h"
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline::display {
@@ -31,13 +30,12 @@ class LinePass {
   };
 
   void AddLine(const scene::DisplayList& list, const scene::DrawnLine& line);
-  void DrawVertices(const scene::DisplayList& list);
+  void DrawLines(const scene::DisplayList& list);
   void DrawGrid(const scene::DisplayList& list);
 
   GlProgram line_program_, grid_program_;
-  GlVertexArray array_, empty_array_;
-  GlBuffer buffer_;
-  std::vector<Vertex> vertices_;  ///< member to reuse its memory
+  TriangleStream<Vertex> triangles_;
+  GlVertexArray empty_array_;
 };
 
 }  // namespace plumbline::display

@@ -5,12 +5,13 @@
 
 #include "drivers/clock.h"
 #include "drivers/display/display.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {
 
 struct NoDisplayOptions {
-  lens::ImageSize size{1280, 720};
+  image::ImageSize size{1280, 720};
   double rate_hz = 30;
 };
 
@@ -22,7 +23,7 @@ class NoDisplay : public Display {
                                                  Sleep sleep = SleepSeconds);
 
   DisplayResult Wait(double timeout_s) override;
-  lens::ImageSize size() const override { return options_.size; }
+  image::ImageSize size() const override { return options_.size; }
   DisplayResult Show(DrawnPicture& picture) override;
   std::string_view problem() const override { return problem_; }
 

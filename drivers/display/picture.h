@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline::display {
@@ -12,7 +13,7 @@ namespace plumbline::display {
 /// Red, green, blue and an unused fourth byte; row by row from the top, no padding.
 struct PictureView {
   const std::uint8_t* rgbx = nullptr;
-  lens::ImageSize size;
+  image::ImageSize size;
 
   const std::uint8_t* row(int v) const {
     return rgbx + static_cast<std::ptrdiff_t>(v) * size.width * 4;
@@ -27,7 +28,7 @@ class DrawnPicture {
   DrawnPicture& operator=(const DrawnPicture&) = delete;
   virtual ~DrawnPicture() = default;
 
-  virtual lens::ImageSize size() const = 0;  ///< {0, 0}: nothing was drawn yet
+  virtual image::ImageSize size() const = 0;  ///< {0, 0}: nothing was drawn yet
 
   /// Reads `count` rows starting at `first`; valid until the next call. Waits until rendering is
   /// complete.
@@ -49,7 +50,7 @@ void ReadInStrips(DrawnPicture& picture, Take take) {
 /// Image for files: red, green, blue; row by row from the top, no padding.
 struct RgbImage {
   std::vector<std::uint8_t> rgb;
-  lens::ImageSize size;
+  image::ImageSize size;
 };
 
 }  // namespace plumbline::display

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "drivers/display/picture.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/result.h"
 
 namespace plumbline::display {
@@ -19,7 +20,7 @@ struct ColourBits {
 
 /// Pixel layout of a framebuffer: words of 16 or 32 bits in native byte order.
 struct PixelLayout {
-  lens::ImageSize size;
+  image::ImageSize size;
   std::size_t stride = 0;  ///< bytes from one row to the next
   unsigned bits = 32;      ///< bits per pixel
   ColourBits red{16, 8}, green{8, 8}, blue{0, 8};

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline::display {
@@ -14,7 +15,7 @@ inline constexpr float kNearPlane_m = 0.02F;
 /// and row 0 of the framebuffer is the top row:
 ///   x_clip / w = 2 (u + 1/2) / width - 1,  y_clip / w = 2 (v + 1/2) / height - 1,
 ///   z_clip / w = 1 - 2 nearest / Z,  w = Z
-inline Eigen::Matrix4f ClipOfCamera(const lens::Lens& pinhole, lens::ImageSize size) {
+inline Eigen::Matrix4f ClipOfCamera(const lens::Lens& pinhole, image::ImageSize size) {
   Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
   P(0, 0) = 2 * pinhole.fx / size.width;
   P(0, 2) = 2 * (pinhole.cx + 0.5) / size.width - 1;

@@ -56,7 +56,7 @@ std::string Renderer::CheckList(const scene::DisplayList& list) const {
   return "";
 }
 
-bool Renderer::Resize(lens::ImageSize size) {
+bool Renderer::Resize(image::ImageSize size) {
   if (size == size_) return true;
   glBindRenderbuffer(GL_RENDERBUFFER, *colour_);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, size.width, size.height);
@@ -66,7 +66,7 @@ bool Renderer::Resize(lens::ImageSize size) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, *colour_);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, *depth_);
   const bool complete = glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
-  size_ = complete ? size : lens::ImageSize{};
+  size_ = complete ? size : image::ImageSize{};
   return complete;
 }
 
@@ -127,7 +127,7 @@ PictureView Renderer::ReadRows(int first, int count) {
 }
 
 RgbImage Renderer::ReadBack() {
-  const auto pixels = [](lens::ImageSize size) {
+  const auto pixels = [](image::ImageSize size) {
     return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   };
   RgbImage image{.rgb = std::vector<std::uint8_t>(3 * pixels(size_)), .size = size_};

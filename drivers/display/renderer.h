@@ -13,6 +13,7 @@
 #include "drivers/display/line_pass.h"
 #include "drivers/display/mesh_pass.h"
 #include "drivers/display/picture.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/scene/display_list.h"
 
 namespace plumbline::display {
@@ -44,7 +45,7 @@ class Renderer : public DrawnPicture {
   /// Error of the last Draw() that did not return kDrawn.
   const std::string& problem() const { return problem_; }
 
-  lens::ImageSize size() const override { return size_; }
+  image::ImageSize size() const override { return size_; }
   PictureView ReadRows(int first, int count) override;
   RgbImage ReadBack();
 
@@ -63,7 +64,7 @@ class Renderer : public DrawnPicture {
   Renderer(GlContext& context, BackgroundPass background, MeshPass meshes, LinePass lines,
            FlatPass flat);
   std::string CheckList(const scene::DisplayList& list) const;
-  bool Resize(lens::ImageSize size);
+  bool Resize(image::ImageSize size);
   void DrawView(const scene::DisplayList& view, std::size_t index);
   void Remark(const std::string& remark);
 
@@ -74,7 +75,7 @@ class Renderer : public DrawnPicture {
   FlatPass flat_;
   GlFramebuffer framebuffer_;
   GlRenderbuffer colour_, depth_;
-  lens::ImageSize size_;
+  image::ImageSize size_;
   std::vector<std::uint8_t> pixels_;
   std::string problem_;
   std::vector<std::string> remarks_, reported_;

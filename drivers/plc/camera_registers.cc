@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "drivers/plc/register_map.h"
-#include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::plc {
 namespace {
@@ -26,7 +26,7 @@ double Age_ms(Source s, double time_s) {
 }
 
 double TipRadius_mm(Source s) {
-  return kMmPerMetre * deflection::RadiusHolding95Percent(Camera(s).tip_covariance_W +
+  return kMmPerMetre * statistics::RadiusHolding95Percent(Camera(s).tip_covariance_W +
                                                           Camera(s).tip_tag_covariance_W);
 }
 

@@ -61,11 +61,11 @@ Vec3Of<T> ReadByCamera(const Pose& X_WC, const effects::Influence<T>& influence,
 
 /// Applies the structural deflections of all joints to X_BT, from the outermost joint inwards.
 template <typename T>
-PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const effects::JointVectorOf<T>& theta,
+PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const model::JointVectorOf<T>& theta,
                                    const effects::Influence<T>& influence, const Vec3Of<T>& g_B,
                                    const LoadedStateOf<T>& state) const {
   loads::OutboardMassesOf<T> outboard;
-  effects::JointVectorOf<T> tau;
+  model::JointVectorOf<T> tau;
   loads_.Torques(state.posture, g_B, state.tool.payload, tau, &outboard);
   for (int i = size() - 1; i >= 0; --i) {
     const auto motions = StructureMotions<T>(chain_, state.posture, outboard, g_B, i, theta[i]);
@@ -82,8 +82,7 @@ PoseOf<T> LoadedArm::WithStructure(PoseOf<T> X_BT, const effects::JointVectorOf<
 }
 
 template <typename T>
-void LoadedArm::Equations(const effects::JointVectorOf<T>& theta,
-                          const loads::PayloadOf<T>& payload,
+void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::PayloadOf<T>& payload,
                           const effects::Influence<T>* influence,
                           const model::JointVector& measured_tau, LoadedStateOf<T>& state) const {
   using I = effects::Influence<T>;
@@ -101,7 +100,14 @@ void LoadedArm::Equations(const effects::JointVectorOf<T>& theta,
     load.cog_F += influence->Vector(I::kPayloadCog);
   }
 
-  chain_.Evaluate(theta, influence, state.posture);
+  if (influence == nullptr) {
+    chain_.Evaluate<T>(theta, nullptr, state.posture);
+  } else {
+    const kinematics::DhChanges<T> changes{
+        &influence->Joint(I::kLengthA, 0), &influence->Joint(I::kOffsetD, 0),
+        &influence->Joint(I::kTwistAlpha, 0), &influence->Joint(I::kTwistBeta, 0)};
+    chain_.Evaluate<T>(theta, &changes, state.posture);
+  }
   Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
   // The arm leans with its pedestal. In the frame of the leaning arm, gravity has another
   // direction, which changes the torques, the bending and the moment that causes the lean. The

@@ -4,6 +4,7 @@
 
 #include "firmware-like/deflection/assumed_error.h"
 #include "firmware-like/effects/event_time_uncertainty.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::deflection {
 namespace {
@@ -66,7 +67,7 @@ model::StatedRadius LandingUncertainty::At(const LoadedArm& arm, const model::Jo
   const Mat3 covariance = effects_W + variance_m2 * Mat3::Identity();
   const model::RadiusBasis basis =
       tested_ ? model::RadiusBasis::kMeasured : model::RadiusBasis::kPropagated;
-  const model::StatedRadius inside{RadiusHolding95Percent(covariance),
+  const model::StatedRadius inside{statistics::RadiusHolding95Percent(covariance),
                                    as_validated_ ? basis : model::RadiusBasis::kAssumed};
   if (!extrapolated && as_validated_) return inside;
   const model::StatedRadius outside = Assumed(arm, q, load, conditions, p_TP, Mat3::Zero());

@@ -16,7 +16,7 @@ constexpr int kMostPasses = 50;
 template void LoadedArm::Equations<double>(const model::JointVector&, const loads::Payload&,
                                            const effects::Influence<double>*,
                                            const model::JointVector&, LoadedStateOf<double>&) const;
-template void LoadedArm::Equations<effects::Dual>(const effects::JointVectorOf<effects::Dual>&,
+template void LoadedArm::Equations<effects::Dual>(const model::JointVectorOf<effects::Dual>&,
                                                   const loads::PayloadOf<effects::Dual>&,
                                                   const effects::Influence<effects::Dual>*,
                                                   const model::JointVector&,

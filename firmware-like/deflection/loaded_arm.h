@@ -25,8 +25,8 @@ struct ToolLoadOf {
 template <typename T>
 struct LoadedStateOf {
   kinematics::PostureOf<T> posture;       ///< frames of the deflected arm in B
-  effects::JointVectorOf<T> tau;          ///< gravity torques [N m]
-  effects::JointVectorOf<T> sag;          ///< joint deflections s [rad], effects included
+  model::JointVectorOf<T> tau;            ///< gravity torques [N m]
+  model::JointVectorOf<T> sag;            ///< joint deflections s [rad], effects included
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
   ToolLoadOf<T> tool;                     ///< the loads that cause bend_F and slope_F
@@ -117,14 +117,14 @@ class LoadedArm {
   /// @param measured_tau  measured joint torques, used by effects instead of computed ones; may be
   ///                      empty
   template <typename T>
-  void Equations(const effects::JointVectorOf<T>& theta, const loads::PayloadOf<T>& payload,
+  void Equations(const model::JointVectorOf<T>& theta, const loads::PayloadOf<T>& payload,
                  const effects::Influence<T>* influence, const model::JointVector& measured_tau,
                  LoadedStateOf<T>& state) const;
 
   /// The tip pose including tilting bearings and bending links, in the posture of `state`.
   /// @param g_B  gravity in B [m/s^2]
   template <typename T>
-  PoseOf<T> WithStructure(PoseOf<T> X_BT, const effects::JointVectorOf<T>& theta,
+  PoseOf<T> WithStructure(PoseOf<T> X_BT, const model::JointVectorOf<T>& theta,
                           const effects::Influence<T>& influence, const Vec3Of<T>& g_B,
                           const LoadedStateOf<T>& state) const;
 

@@ -221,7 +221,7 @@ void Differentiate(const LoadedArm& arm, const model::JointVector& theta,
   const loads::PayloadOf<T> load{T(payload.mass_kg), payload.cog_F.cast<T>()};
   LoadedStateOf<T> state;
   for (int first = 0; first < variables; first += kWidth) {
-    effects::JointVectorOf<T> theta_dual = theta.cast<T>();
+    model::JointVectorOf<T> theta_dual = theta.cast<T>();
     effects::Influence<T> influence_dual;
     for (int k = 0; k < I::kSize; ++k) influence_dual[k].a = influence[k];
     const int count = std::min(kWidth, variables - first);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "firmware-like/deflection/sensitivity.h"
-#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::deflection {
 
@@ -96,15 +95,6 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
   }
   const double share = arm.growth().Share(q);
   return share * share * covariance;
-}
-
-double RadiusHolding95Percent(const Mat3& covariance) {
-  const double trace = covariance.trace();
-  if (trace <= 0) return 0;
-  const double trace_of_square = covariance.squaredNorm();
-  const double freedom = trace * trace / trace_of_square;
-  return std::sqrt(trace / freedom *
-                   statistics::ChiSquareQuantileNear(statistics::kNormal95, freedom));
 }
 
 namespace {

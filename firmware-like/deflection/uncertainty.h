@@ -1,11 +1,14 @@
-// Covariance of the predicted tip, and its 95 % radius.
+// Covariance of the predicted tip, and the domain in which it holds.
 #pragma once
 
 #include <vector>
 
 #include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/statistics/containment_radius.h"
 
 namespace plumbline::deflection {
+
+using statistics::RadiusHolding95Percent;
 
 /// Covariance of the tip in B [m^2] due to the resolution of the joint registers: uniform within a
 /// step, variance resolution^2 / 12.
@@ -33,12 +36,6 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
 Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
                       const loads::Payload& payload, const effects::Conditions& conditions,
                       EffectScratch& scratch);
-
-/// Radius [m] of the sphere that contains 95 % of a zero-mean normal error with covariance C [m^2].
-/// |e|^2 is approximated by a chi^2_nu with a = tr(C^2)/tr(C), nu = tr(C)^2/tr(C^2) [Satterthwaite
-/// 1946], and its quantile by Wilson & Hilferty (chi_square.h). Within 2 % of the exact radius for
-/// every C.
-double RadiusHolding95Percent(const Mat3& covariance);
 
 /// True if q, payload or temperature lie outside the domain of the model's fit, if q moves joints
 /// apart that moved together in the fitted rows, or if the time lies outside that of a

@@ -11,10 +11,6 @@
 
 namespace plumbline::effects {
 
-/// One value per joint, of number type T.
-template <typename T>
-using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, model::kMaxJoints, 1>;
-
 /// Changes to the declared arm; all entries are zero if no effect acts. Effects read the conditions
 /// and *add* to their entries; the arm's equations (deflection/loaded_arm.h) read the sum. Stored
 /// flat so that the derivatives form a matrix: column k of the tip's gradient belongs to entry k. T

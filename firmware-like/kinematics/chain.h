@@ -5,13 +5,24 @@
 #include <cmath>
 #include <vector>
 
-#include "firmware-like/effects/influence.h"
+#include "firmware-like/model/cell_model.h"
 
 namespace plumbline::kinematics {
 
 /// Jacobian, 6 x n, in B: rows 0-2 linear velocity of a point [m/rad], rows 3-5 angular velocity
 /// [rad/rad].
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, model::kMaxJoints>;
+
+/// Changes to a chain's table, an array of one value per joint each. T is double or a dual number.
+///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)             [Hayati & Mirmirani 1985]
+///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
+template <typename T>
+struct DhChanges {
+  const T* a;      ///< added to a [m]
+  const T* d;      ///< added to d [m]
+  const T* alpha;  ///< added to alpha [rad]
+  const T* beta;   ///< rotation about y, which the table lacks [rad]
+};
 
 /// Link frames and joint axes in one posture, all expressed in B.
 template <typename T>
@@ -48,12 +59,9 @@ class Chain {
   double Reach() const { return reach_m_; }
 
   /// Computes the frames at joint positions q [rad] or [m], shape (n). Does not allocate.
-  /// @param change  changes of a, d and alpha, and a rotation beta about y that the table lacks:
-  ///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)             [Hayati & Mirmirani 1985]
-  ///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
-  /// null for the table as declared
+  /// @param changes  null for the table as declared
   template <typename T>
-  void Evaluate(const effects::JointVectorOf<T>& q, const effects::Influence<T>* change,
+  void Evaluate(const model::JointVectorOf<T>& q, const DhChanges<T>* changes,
                 PostureOf<T>& posture) const;
   void Evaluate(const model::JointVector& q, Posture& posture) const {
     Evaluate<double>(q, nullptr, posture);
@@ -76,26 +84,25 @@ class Chain {
 };
 
 template <typename T>
-void Chain::Evaluate(const effects::JointVectorOf<T>& q, const effects::Influence<T>* change,
+void Chain::Evaluate(const model::JointVectorOf<T>& q, const DhChanges<T>* changes,
                      PostureOf<T>& posture) const {
   using std::cos, std::sin;
   posture.size = size_;
   PoseOf<T> X_BL;
   for (std::size_t i = 0; i < static_cast<std::size_t>(size_); ++i) {
     const Link& link = links_[i];
-    const int joint = static_cast<int>(i);
-    const T count = link.sign * q[joint];
+    const T count = link.sign * q[static_cast<int>(i)];
     const bool turns = link.type == model::JointType::kRevolute;
     const T theta = turns ? T(link.offset + count) : T(link.offset);
     T a(link.a), d = turns ? T(link.d) : T(link.d + count);
     T ca(link.cos_alpha), sa(link.sin_alpha), cb(1), sb(0);
-    if (change != nullptr) {
-      a += change->Joint(effects::Influence<T>::kLengthA, joint);
-      d += change->Joint(effects::Influence<T>::kOffsetD, joint);
-      const T alpha = link.alpha + change->Joint(effects::Influence<T>::kTwistAlpha, joint);
+    if (changes != nullptr) {
+      a += changes->a[i];
+      d += changes->d[i];
+      const T alpha = link.alpha + changes->alpha[i];
       ca = cos(alpha);
       sa = sin(alpha);
-      const T& beta = change->Joint(effects::Influence<T>::kTwistBeta, joint);
+      const T& beta = changes->beta[i];
       cb = cos(beta);
       sb = sin(beta);
     }
@@ -106,7 +113,7 @@ void Chain::Evaluate(const effects::JointVectorOf<T>& q, const effects::Influenc
       posture.point_B[i] = X_BL.p;
       X.R << c, -s * ca, s * sa, s, c * ca, -c * sa, zero, sa, ca;
       X.p << a * c, a * s, d;
-      if (change != nullptr) {
+      if (changes != nullptr) {
         const Vec3Of<T> x = X.R.col(0), z = X.R.col(2);
         X.R.col(0) = cb * x - sb * z;
         X.R.col(2) = sb * x + cb * z;

@@ -1,6 +1,7 @@
 // Lens parameters with their covariance.
 #pragma once
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline::lens {
@@ -13,7 +14,7 @@ using LensCovariance = Eigen::Matrix<double, kLensParameters, kLensParameters>;
 struct KnownLens {
   Lens lens;
   LensCovariance covariance = LensCovariance::Zero();  ///< in the order of LensVector
-  ImageSize size{};  ///< size of the calibration images; 0 x 0: unknown
+  image::ImageSize size{};  ///< size of the calibration images; 0 x 0: unknown
 };
 
 }  // namespace plumbline::lens

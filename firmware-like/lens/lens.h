@@ -15,12 +15,6 @@ template <typename T>
 using Vec2Of = Eigen::Matrix<T, 2, 1>;
 using Vec2 = Vec2Of<double>;
 
-struct ImageSize {
-  int width = 0;   ///< [px]
-  int height = 0;  ///< [px]
-  bool operator==(const ImageSize&) const = default;
-};
-
 /// Intrinsics and distortion of a camera at one zoom and one focus setting.
 template <typename T>
 struct LensOf {

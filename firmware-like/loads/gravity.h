@@ -60,7 +60,7 @@ class GravityLoads {
   /// @return          moment of the whole weight about the origin of B, in B [N m]
   template <typename T>
   Vec3Of<T> Torques(const kinematics::PostureOf<T>& posture, const Vec3Of<T>& g_B,
-                    const PayloadOf<T>& payload, effects::JointVectorOf<T>& tau,
+                    const PayloadOf<T>& payload, model::JointVectorOf<T>& tau,
                     OutboardMassesOf<T>* outboard = nullptr) const;
 
  private:
@@ -79,7 +79,7 @@ class GravityLoads {
 
 template <typename T>
 Vec3Of<T> GravityLoads::Torques(const kinematics::PostureOf<T>& posture, const Vec3Of<T>& g_B,
-                                const PayloadOf<T>& payload, effects::JointVectorOf<T>& tau,
+                                const PayloadOf<T>& payload, model::JointVectorOf<T>& tau,
                                 OutboardMassesOf<T>* outboard) const {
   tau.resize(posture.size);
   // Mass and first moment of everything outboard of the joint suffice, because gravity is uniform.

@@ -15,7 +15,9 @@ namespace plumbline::model {
 inline constexpr int kMaxJoints = 12;
 
 /// One value per joint, first joint first: rad and N m; m and N for prismatic joints.
-using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+template <typename T>
+using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+using JointVector = JointVectorOf<double>;
 
 enum class DhConvention {
   kDistal,    ///< "dh":  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha); rotates about z of frame i-1

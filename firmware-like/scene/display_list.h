@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware-like/lens/luma_view.h"
+#include "firmware-like/image/luma_view.h"
+#include "firmware-like/lens/lens.h"
 #include "firmware-like/scene/bend_field.h"
 
 namespace plumbline::scene {
@@ -19,7 +20,7 @@ struct Colour {
 
 /// The camera image, undistorted when it is drawn.
 struct Background {
-  lens::LumaView luma;                ///< without data: plain colour
+  image::LumaView luma;               ///< without data: plain colour
   const std::uint8_t* bgr = nullptr;  ///< the same image in colour, rows not padded; null: grey
   std::uint64_t sequence = 0;         ///< unchanged: the same image, no upload needed
   std::optional<lens::Lens> lens;     ///< nullopt: drawn without undistortion
@@ -76,7 +77,7 @@ struct DrawnText {
 
 /// One picture: a camera view with boxes and texts on top.
 struct DisplayList {
-  lens::ImageSize size;      ///< of the picture [px]
+  image::ImageSize size;     ///< of the picture [px]
   std::optional<Area> area;  ///< area of the camera view; nullopt: the whole picture
   lens::Lens pinhole;        ///< projection of the camera view; distortion terms are zero
   Background background;

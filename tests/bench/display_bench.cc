@@ -18,13 +18,14 @@
 #include "drivers/display/renderer.h"
 #include "firmware-like/beam/beam.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/model/materials.h"
 #include "firmware-like/scene/loaded_tool.h"
 
 namespace plumbline {
 namespace {
 
-constexpr lens::ImageSize kPicture{1920, 1080};
+constexpr image::ImageSize kPicture{1920, 1080};
 
 /// CPU time of all threads, independent of other load on the machine.
 double Milliseconds(const std::function<void()>& work) {

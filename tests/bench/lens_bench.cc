@@ -10,6 +10,7 @@
 
 #include "app/lens/board_detection.h"
 #include "app/lens/calibration.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/peers/mrcal_peer.h"
 
@@ -17,7 +18,7 @@ using namespace plumbline;
 
 namespace {
 
-constexpr lens::ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
 /// CPU time of this thread, independent of other load on the machine.
@@ -147,7 +148,7 @@ void Solve(int seeds) {
         start = CpuTime_ms();
         const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
         whole.push_back(CpuTime_ms() - start);
-        image_z.push_back(lens::LargestDifference(lens::TrueLens(truth), c.lens, kSize) /
+        image_z.push_back(lens::LargestDifference(test::LensOfCamera(truth), c.lens, kSize) /
                           c.uncertainty.max_px);
         if (const auto mrcal =
                 SolveWithMrcal(board, views, kSize, lens::LensFromShared(fit->shared), fit->X_CK)) {
@@ -224,7 +225,7 @@ void Acceptance(int runs) {
       const std::uint64_t seed = 20000 + run;
       const auto views = NoisyViews(DrawViews(capture, board, seed), board, kNoise_px, seed);
       const lens::LensCalibration c = lens::CalibrateLens(board, views, kSize);
-      lens::Lens truth = lens::TrueLens(renderer::ZoomLens(capture.f));
+      lens::Lens truth = test::LensOfCamera(renderer::ZoomLens(capture.f));
       if (kind.any_frame) {
         truth.fx *= 1 + capture.step;
         truth.fy *= 1 + capture.step;

@@ -125,7 +125,7 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
     const test::TagScene scene =
         test::SixTags(family, renderer::ZoomLens(1500 + 400 * (s % 10)), side_px, 0.8, 1000 + s);
     renderer::Image image = renderer::Render(scene.camera, scene.sheets, light, s);
-    const lens::LumaView view = test::ViewOf(image);
+    const image::LumaView view = test::ViewOf(image);
     const lens::Lens lens = test::LensOfCamera(scene.camera);
     tracking::TagDetector detector(family, {});
     tracking::SeenTags seen;

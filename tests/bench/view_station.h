@@ -139,7 +139,7 @@ class ViewStation {
     auto store = lens_store::LensStore::Open(folder_ + "/state/lenses.sqlite");
     lens_store::LensEntry lens;
     lens.key = {serial, "test mode", 0, 0};
-    lens.lens = lens::TrueLens(camera);
+    lens.lens = test::LensOfCamera(camera);
     lens.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     lens.size = {1920, 1080};
     lens.board = "none";

@@ -45,6 +45,10 @@ TEST_CASE("health is never OK while an alarm bit, a warning bit or a doubt is se
   CHECK(HealthOf({.radius_too_large = true}) ==
         CellHealth{HealthSeverity::kAttention, HealthReason::kRadiusTooLarge});
   CHECK(HealthOf({.fiducial_moved = true}).reason == HealthReason::kFiducialMoved);
+  CHECK(HealthOf({.alarms = alarm::kPointRefused,
+                  .warnings = warning::kLensStale,
+                  .required_lens_missing = true}) ==
+        CellHealth{HealthSeverity::kAlarm, HealthReason::kRequiredLens});
   CHECK(HealthOf({.scene_lost = true}).reason == HealthReason::kSceneLost);
   CHECK(HealthOf({.reference_refused = true}).reason == HealthReason::kReferenceRefused);
   CHECK(HealthOf({.pending = true}).reason == HealthReason::kPointsPending);
@@ -64,5 +68,5 @@ TEST_CASE("each reason has a text and, if there is something to do, a remedy") {
     CHECK(texts.insert(text).second);
     CHECK(std::strlen(RemedyOf(reason)) > 0);
   }
-  CHECK(texts.size() == 36);
+  CHECK(texts.size() == 37);
 }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "firmware-like/statistics/containment_radius.h"
 #include "tests/firmware-like/test_cell.h"
 
 using namespace plumbline;
@@ -497,6 +498,86 @@ TEST_CASE("a camera probe uses the measured tip and its covariance while the len
     CHECK(refused.calibration_requests[0] == CalibrationRequest::kNone);
     CHECK(refused.result.code == correction::CorrectionCode::kNoCamera);
   }
+}
+
+TEST_CASE("points that require a camera are withdrawn while its lens is not valid") {
+  Cell cell;
+  cell.config.required_lenses[0] = true;
+  const Snapshot& snapshot = cell.Running();  // the camera has not reported yet
+  CHECK(snapshot.lenses_missing == 1);
+  CHECK_FALSE(snapshot.points[0].valid);
+  CHECK_FALSE(snapshot.points[0].ever_valid);
+  CHECK(snapshot.first_error == correction::CorrectionCode::kLensStale);
+  CHECK(snapshot.health.reason == HealthReason::kRequiredLens);
+  CHECK((snapshot.alarms & alarm::kPointRefused) != 0);
+
+  CameraInput& camera = cell.input.cameras[0];
+  camera.configured = camera.lens_valid = true;
+  cell.Running();
+  REQUIRE(snapshot.points[0].valid);
+  CHECK(snapshot.lenses_missing == 0);
+  CHECK(snapshot.alarms == 0);
+
+  model::PlcCommand& command = cell.input.command;
+  command.code = model::PlcCommandCode::kCorrectPoint;
+  command.point_id = 7;
+  command.sequence = 1;
+  cell.Next();
+  REQUIRE(snapshot.result.valid);
+
+  // The zoom is turned: within one cycle nothing is valid, and the values remain.
+  camera.lens_valid = false;
+  const Vec3 position = snapshot.points[0].correction.X_BP_command.p;
+  const std::uint16_t sequence = snapshot.points[0].sequence;
+  cell.input.robot.payload_kg = 30;
+  cell.Next();
+  CHECK_FALSE(snapshot.points[0].valid);
+  CHECK(snapshot.points[0].code == correction::CorrectionCode::kLensStale);
+  CHECK(snapshot.points[0].correction.X_BP_command.p == position);
+  CHECK(snapshot.points[0].sequence == sequence);
+  CHECK((snapshot.status & status::kReady) == 0);
+  CHECK_FALSE(snapshot.result.valid);
+  CHECK(snapshot.result.correction.X_BP_command.p == position);
+
+  SECTION("the robot's own fault is reported first") {
+    for (int k = 0; k < 100; ++k) cell.Silent();
+    CHECK(snapshot.points[0].code == correction::CorrectionCode::kNoRobot);
+  }
+  SECTION("commands for a corrected point or pose are refused, predictions are not") {
+    command.payload_kg = 40;
+    command.sequence = 2;
+    CHECK(cell.Next().result.code == correction::CorrectionCode::kLensStale);
+    command.X_BP = snapshot.points[0].correction.X_BP_command;
+    command.pose_valid = true;
+    command.code = model::PlcCommandCode::kCorrectPose;
+    command.sequence = 3;
+    CHECK(cell.Next().result.code == correction::CorrectionCode::kLensStale);
+    CHECK_FALSE(snapshot.result.valid);
+    command.code = model::PlcCommandCode::kPredictLanding;
+    command.sequence = 4;
+    CHECK(cell.Next().result.code == correction::CorrectionCode::kOk);
+    CHECK(cell.Next().result.valid);
+  }
+  SECTION("once the lens is valid again, the points are those of the present payload") {
+    camera.lens_valid = true;
+    cell.Next();
+    CHECK(snapshot.points[0].valid);
+    CHECK(snapshot.points[0].correction.X_BP_command.p != position);
+  }
+}
+
+TEST_CASE("points require only the cameras that are configured so") {
+  Cell cell;
+  for (CameraInput& camera : cell.input.cameras) camera.configured = true;
+  cell.input.cameras[1].lens_valid = true;
+  CHECK(cell.Running().points[0].valid);  // none: as without a camera
+  Cell second;
+  second.config.required_lenses[1] = true;
+  second.input.cameras = cell.input.cameras;
+  CHECK(second.Running().points[0].valid);
+  second.input.cameras[1].lens_valid = false;
+  CHECK(second.Next().lenses_missing == 2);
+  CHECK_FALSE(second.Next().points[0].valid);
 }
 
 TEST_CASE("two cameras: mean of both, selection of one, contradiction") {
@@ -1119,7 +1200,7 @@ TEST_CASE("an identified model states its own uncertainty, not the declared devi
   const deflection::LoadedArm arm(cell.config.cell);
   const loads::Payload payload{60, *cell.config.cell.payload_cog_F};
   const auto expected_m = [&](const model::JointVector& q) {
-    return deflection::RadiusHolding95Percent(deflection::EffectCovariance(arm, q, payload, {}) +
+    return statistics::RadiusHolding95Percent(deflection::EffectCovariance(arm, q, payload, {}) +
                                               9e-10 * Mat3::Identity());
   };
   const Snapshot& snapshot = cell.Running();

@@ -19,7 +19,7 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-bool Inside(const lens::Vec2& p, const lens::LumaView& image) {
+bool Inside(const lens::Vec2& p, const image::LumaView& image) {
   return p.x() > -1 && p.y() > -1 && p.x() < image.width && p.y() < image.height;
 }
 
@@ -36,8 +36,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size <= kHeader) return 0;
   // Each input byte becomes a square of pixels.
   const int columns = 1 + data[1] % 96, rows = 1 + data[2] % 96, enlarged = 1 + data[3] % 16;
-  const lens::LumaView image_size{nullptr, std::min(kSide, columns * enlarged),
-                                  std::min(kSide, rows * enlarged), 0};
+  const image::LumaView image_size{nullptr, std::min(kSide, columns * enlarged),
+                                   std::min(kSide, rows * enlarged), 0};
   std::vector<std::uint8_t> pixels;
   for (int v = 0; v < image_size.height; ++v) {
     for (int u = 0; u < image_size.width; ++u) {
@@ -45,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       pixels.push_back(data[kHeader + at % (size - kHeader)]);
     }
   }
-  const lens::LumaView image{pixels.data(), image_size.width, image_size.height, image_size.width};
+  const image::LumaView image{pixels.data(), image_size.width, image_size.height, image_size.width};
   if (data[0] % 5 < 4) {
     const lens::Board& board = boards[data[0] % 5];
     const auto view = lens::DetectBoard(image, board);

@@ -1,5 +1,6 @@
 """Every relative link of an installed document leads to an installed file; ./dev build makes every
-program that is installed; bash finds the completions; OpenCV's image codecs are a module's alone.
+program that is installed; bash finds the completions; OpenCV's image codecs and cairo are each linked to a
+module only.
 
     package_files_test.py CMAKE BUILD"""
 
@@ -12,6 +13,7 @@ import tempfile
 cmake, build = sys.argv[1], os.path.abspath(sys.argv[2])
 faults = []
 CODECS = "usr/lib/plumbline/plumbline-image-codecs.so"
+SHEETS = "usr/lib/plumbline/plumbline-sheets.so"
 with tempfile.TemporaryDirectory() as root:
     installed = subprocess.run(
         [cmake, "--install", build, "--prefix", "/usr"],
@@ -45,7 +47,7 @@ with tempfile.TemporaryDirectory() as root:
             ).stdout,
         )
         for name in files
-        if name.startswith("usr/bin/") or name == CODECS
+        if name.startswith("usr/bin/") or name in (CODECS, SHEETS)
     }
     if links < 1:
         faults.append("no link was found in the installed documents")
@@ -54,11 +56,13 @@ if "usr/share/bash-completion/completions/plumbline" not in files:
     faults.append("no completions for bash are installed")
 if not any("opencv_imgcodecs" in library for library in needed.get(CODECS, [])):
     faults.append("%s is not installed, or without OpenCV's codecs" % CODECS)
-for name in sorted(set(needed) - {CODECS}):
+if not any("cairo" in library for library in needed.get(SHEETS, [])):
+    faults.append("%s is not installed, or without cairo" % SHEETS)
+for name in sorted(set(needed) - {CODECS, SHEETS}):
     if not needed[name]:
         faults.append("%s: readelf names no library of it" % name)
     for library in needed[name]:
-        if re.search("opencv_(imgcodecs|aruco)", library):
+        if re.search("opencv_(imgcodecs|aruco)|cairo", library):
             faults.append("%s is linked with %s: loaded at each start" % (name, library))
 # What README.md and MANUAL.md have somebody run after ./dev build is there then.
 words = re.search(r"^programs=\((.*)\)$", open("dev").read(), re.M)

@@ -41,7 +41,7 @@ struct Problem {
 };
 
 Problem ProblemOf(const lens::Board& board, std::span<const lens::BoardView> views,
-                  lens::ImageSize size, const lens::Lens& start, std::span<const Pose> X_CK) {
+                  image::ImageSize size, const lens::Lens& start, std::span<const Pose> X_CK) {
   Problem p;
   p.intrinsics = {start.fx, start.fy, start.cx, start.cy, start.k1,
                   start.k2, start.p1, start.p2, start.k3};
@@ -132,8 +132,9 @@ bool HasMrcal() {
 }
 
 std::optional<MrcalFit> SolveWithMrcal(const lens::Board& board,
-                                       std::span<const lens::BoardView> views, lens::ImageSize size,
-                                       const lens::Lens& start, std::span<const Pose> X_CK) {
+                                       std::span<const lens::BoardView> views,
+                                       image::ImageSize size, const lens::Lens& start,
+                                       std::span<const Pose> X_CK) {
   Problem p = ProblemOf(board, views, size, start, X_CK);
   const mrcal_stats_t stats = mrcal_optimize(
       nullptr, 0, nullptr, 0, p.intrinsics.data(), nullptr, p.poses.data(), nullptr, &p.warp, 1, 0,
@@ -160,7 +161,7 @@ bool HasMrcal() {
 }
 
 std::optional<MrcalFit> SolveWithMrcal(const lens::Board&, std::span<const lens::BoardView>,
-                                       lens::ImageSize, const lens::Lens&, std::span<const Pose>) {
+                                       image::ImageSize, const lens::Lens&, std::span<const Pose>) {
   return std::nullopt;
 }
 

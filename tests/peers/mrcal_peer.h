@@ -6,6 +6,7 @@
 
 #include "app/lens/board.h"
 #include "app/lens/lens_model.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline {
 
@@ -20,8 +21,9 @@ struct MrcalFit {
 /// given.
 /// @return  nothing where the build has no mrcal, or where it does not solve
 std::optional<MrcalFit> SolveWithMrcal(const lens::Board& board,
-                                       std::span<const lens::BoardView> views, lens::ImageSize size,
-                                       const lens::Lens& start, std::span<const Pose> X_CK);
+                                       std::span<const lens::BoardView> views,
+                                       image::ImageSize size, const lens::Lens& start,
+                                       std::span<const Pose> X_CK);
 
 /// Whether the build found it.
 bool HasMrcal();

@@ -218,6 +218,10 @@ Eigen::Vector2d PixelOf(const Camera& c, const Eigen::Vector3d& p) {
           c.fy * (radial * y + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y) + c.cy};
 }
 
+Camera Pinhole(int width, int height, double f) {
+  return {width, height, f, f, (width - 1) / 2.0, (height - 1) / 2.0};
+}
+
 Camera ZoomLens(double f) {
   const double zoom = std::log(f / 1000) / std::log(12.0);  // 0 wide .. 1 long
   Camera camera;

@@ -20,6 +20,10 @@ struct Camera {
 /// Pixel of a point in the camera frame (z forward, x right, y down).
 Eigen::Vector2d PixelOf(const Camera& camera, const Eigen::Vector3d& point_C);
 
+/// A camera without distortion whose optical axis meets the centre of the image.
+/// @param f  focal length [px]
+Camera Pinhole(int width, int height, double f);
+
 /// A zoom lens whose principal point shifts and whose distortion changes from barrel to pincushion
 /// as it zooms in.
 /// @param f  focal length [px], 1000 to 12,000

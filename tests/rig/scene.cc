@@ -15,13 +15,7 @@ using namespace plumbline;
 constexpr int kZooms[] = {0, 4000};
 
 renderer::Camera SmallCamera() {
-  renderer::Camera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 900;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
+  return renderer::Pinhole(640, 480, 900);
 }
 
 bool KeepLenses(const std::string& file) {
@@ -30,7 +24,7 @@ bool KeepLenses(const std::string& file) {
   for (const int zoom : kZooms) {
     lens_store::LensEntry entry;
     entry.key = {"RIG0001", "GREY 640x480@2", zoom, 0};
-    entry.lens = lens::TrueLens(SmallCamera());
+    entry.lens = test::LensOfCamera(SmallCamera());
     entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {640, 480};
     entry.board = "none";

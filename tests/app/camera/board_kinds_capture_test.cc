@@ -27,10 +27,6 @@ Result<lens::BoardView> Await(BoardWorker& worker) {
   return Error{"the test's patience ended"};
 }
 
-lens::LumaView ViewOf(const renderer::Image& image) {
-  return {image.grey.data(), image.width, image.height, image.width};
-}
-
 /// The same view at 1280 x 720 pixels, which renders faster.
 renderer::Camera Small(renderer::Camera camera) {
   const double scale = 1280.0 / camera.width;
@@ -68,7 +64,7 @@ TEST_CASE(
         prompt = static_cast<lens::BoardPrompt>(3 + frame % 4);
       }
       const renderer::Image image = test::DrawBoard(camera, board, prompt, frame + 1, 0.25);
-      REQUIRE(worker.Submit(ViewOf(image), board));
+      REQUIRE(worker.Submit(test::ViewOf(image), board));
       auto found = Await(worker);
       const double time_s = static_cast<double>(frame);
       if (found) {
@@ -83,7 +79,8 @@ TEST_CASE(
     CAPTURE(frame, session.kept(), session.rejection(), misses, session.reasons());
     REQUIRE(session.state() == BoardSession::State::kAccepted);
     const lens::LensCalibration& solved = *session.calibration();
-    const double wrong = lens::LargestDifference(solved.lens, lens::TrueLens(camera), solved.size);
+    const double wrong =
+        lens::LargestDifference(solved.lens, test::LensOfCamera(camera), solved.size);
     CHECK(wrong < 4 * solved.uncertainty.max_px);
     CHECK(worker.failures() == 0);
   }

@@ -5,6 +5,7 @@
 
 #include "app/camera/view_gain.h"
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 using namespace plumbline;
@@ -13,13 +14,13 @@ using namespace plumbline::camera;
 
 namespace {
 
-constexpr lens::ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 
 /// A user who holds the board and roughly follows the prompts.
 class Operator {
  public:
   Operator(double f, std::uint64_t seed)
-      : lens_(lens::TrueLens(renderer::ZoomLens(f))), random_(seed) {}
+      : lens_(test::LensOfCamera(renderer::ZoomLens(f))), random_(seed) {}
 
   /// The next frame, 1/20 s later. The pose is kept for several frames, as by hand.
   lens::BoardView Next(lens::BoardPrompt prompt) {
@@ -67,7 +68,7 @@ int FramesUntilDone(BoardSession& session, Operator& somebody, int most) {
 TEST_CASE("each prompt's pose matches its text, and the whole board is in the image") {
   const lens::Board board;
   for (const double f : {1500.0, 5000.0}) {
-    const lens::Lens lens = lens::TrueLens(renderer::ZoomLens(f));
+    const lens::Lens lens = test::LensOfCamera(renderer::ZoomLens(f));
     const auto depth = [&](lens::BoardPrompt prompt, double x, double y) {
       const lens::Vec2 c = board.Centre();
       return (PoseOfPrompt(prompt, board, lens, kSize) * Vec3(c.x() + x, c.y() + y, 0)).z();

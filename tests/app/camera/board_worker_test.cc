@@ -38,10 +38,6 @@ renderer::Image DrawnBoard(const lens::Board& board) {
   return renderer::Render(view.camera, {view.sheet}, {}, 1);
 }
 
-lens::LumaView ViewOf(const renderer::Image& image) {
-  return {image.grey.data(), image.width, image.height, image.width};
-}
-
 }  // namespace
 
 TEST_CASE("the board is found by the worker process, in frames of changing size") {
@@ -56,7 +52,7 @@ TEST_CASE("the board is found by the worker process, in frames of changing size"
   CHECK_THAT(none.error(), Catch::Contains("no chessboard"));
   const renderer::Image image = DrawnBoard(board);
   for (int frame = 0; frame < 3; ++frame) {
-    REQUIRE(worker.Submit(ViewOf(image), board));
+    REQUIRE(worker.Submit(test::ViewOf(image), board));
     const auto found = Await(worker);
     INFO((found ? "" : found.error()));
     REQUIRE(found);
@@ -75,7 +71,7 @@ TEST_CASE("a worker that does not respond is killed at the deadline and replaced
   BoardWorker worker(program, OwnClock);
   const lens::Board board;
   const renderer::Image image = DrawnBoard(board);
-  REQUIRE(worker.Submit(ViewOf(image), board));
+  REQUIRE(worker.Submit(test::ViewOf(image), board));
   now_s = BoardWorker::kStartupDeadline_s - 1;
   CHECK_FALSE(worker.Poll());
   now_s = BoardWorker::kStartupDeadline_s + 1;
@@ -86,9 +82,9 @@ TEST_CASE("a worker that does not respond is killed at the deadline and replaced
   CHECK(worker.idle());
 
   std::ofstream(folder.path() + "/sound") << "1";
-  REQUIRE(worker.Submit(ViewOf(image), board));
+  REQUIRE(worker.Submit(test::ViewOf(image), board));
   REQUIRE(Await(worker));
-  REQUIRE(worker.Submit(ViewOf(image), board));
+  REQUIRE(worker.Submit(test::ViewOf(image), board));
   now_s += BoardWorker::kDeadline_s / 2;  // it has answered before: the short deadline holds
   CHECK(Await(worker).ok());
 }

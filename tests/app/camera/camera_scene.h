@@ -52,8 +52,8 @@ inline renderer::Image DrawBoard(const renderer::Camera& camera, const lens::Boa
                                  double roll_rad = 0) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> U(-1, 1);
-  Pose X =
-      camera::PoseOfPrompt(prompt, board, lens::TrueLens(camera), {camera.width, camera.height});
+  Pose X = camera::PoseOfPrompt(prompt, board, test::LensOfCamera(camera),
+                                {camera.width, camera.height});
   X.R = X.R * RotationFromVector(0.1 * Vec3(U(random), U(random), U(random)));
   X.p *= 1.08 + 0.06 * U(random);
   const Vec3 centre = X * Vec3(board.Centre().x(), board.Centre().y(), 0);

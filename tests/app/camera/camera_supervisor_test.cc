@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <mutex>
 
+#include "firmware-like/image/image_size.h"
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/temporary_folder.h"
 
@@ -35,9 +36,17 @@ class SettableZoom : public zoom::ZoomSensor {
   const std::atomic<int>& zoom_;
 };
 
-}  // namespace
-
-namespace {
+/// Stores the lens of the test camera for zoom 100.
+void StoreLens(const std::string& folder, image::ImageSize size) {
+  auto store = lens_store::LensStore::Open(folder + "/lenses.sqlite");
+  lens_store::LensEntry entry;
+  entry.key = {"test camera", "mode", 100, std::nullopt};
+  entry.lens = test::LensOfCamera(renderer::ZoomLens(2600));
+  entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+  entry.size = size;
+  entry.utc = "2026-01-01T00:00:00Z";
+  REQUIRE(store.value().Append(entry));
+}
 
 /// A supervisor whose camera shows an image file and whose store has a lens for zoom 100.
 struct Bench {
@@ -50,18 +59,9 @@ struct Bench {
   std::optional<CameraStores> stores;
   std::optional<CameraSupervisor> supervisor;
 
-  explicit Bench(double patience_s, lens::ImageSize lens_size = {1920, 1080}) {
+  explicit Bench(double patience_s, image::ImageSize lens_size = {1920, 1080}) {
     ShowCell();
-    {
-      auto store = lens_store::LensStore::Open(folder.path() + "/lenses.sqlite");
-      lens_store::LensEntry entry;
-      entry.key = {"test camera", "mode", 100, std::nullopt};
-      entry.lens = lens::TrueLens(renderer::ZoomLens(2600));
-      entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-      entry.size = lens_size;
-      entry.utc = "2026-01-01T00:00:00Z";
-      REQUIRE(store.value().Append(entry));
-    }
+    StoreLens(folder.path(), lens_size);
     config::VisionConfig vision;
     config::CameraConfig& config = vision.cameras.emplace_back();
     config.kind = "recorded";
@@ -178,16 +178,7 @@ TEST_CASE(
   const TemporaryFolder folder;
   const ShownImage image(folder.path());
   image.Show(DrawCell(renderer::ZoomLens(2600), CellInCamera(), GripperInCamera()));
-  {
-    auto store = lens_store::LensStore::Open(folder.path() + "/lenses.sqlite");
-    lens_store::LensEntry entry;
-    entry.key = {"test camera", "mode", 100, std::nullopt};
-    entry.lens = lens::TrueLens(renderer::ZoomLens(2600));
-    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
-    entry.size = {1920, 1080};
-    entry.utc = "2026-01-01T00:00:00Z";
-    REQUIRE(store.value().Append(entry));
-  }
+  StoreLens(folder.path(), {1920, 1080});
   config::VisionConfig vision;
   config::CameraConfig& config = vision.cameras.emplace_back();
   config.kind = "recorded";

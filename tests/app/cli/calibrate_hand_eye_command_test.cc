@@ -41,12 +41,7 @@ struct Files {
   std::vector<std::string> rows;
 
   Files() {
-    renderer::Camera camera;
-    camera.width = 800;
-    camera.height = 600;
-    camera.fx = camera.fy = 1000;
-    camera.cx = 399.5;
-    camera.cy = 299.5;
+    const renderer::Camera camera = renderer::Pinhole(800, 600, 1000);
     std::filesystem::create_directory(Path("frames"));
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> draw(-1, 1);

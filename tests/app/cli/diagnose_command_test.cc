@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -14,8 +15,11 @@
 #include "app/cli/exit_codes.h"
 #include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
+#include "app/config/model_fingerprint.h"
 #include "app/config/text_file.h"
 #include "app/diagnosis/summary.h"
+#include "app/report/pdf.h"
+#include "app/report/sha256.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
@@ -138,6 +142,56 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
   CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
   CHECK(nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value())["next_poses"]
             .is_null());
+}
+
+TEST_CASE("the report carries its particulars, and digests of the files as they were read") {
+  Desk desk;
+  desk.arguments.report = desk.File("r.html");
+  desk.arguments.model = desk.File("corrected.toml");
+  desk.arguments.particulars = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
+  CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
+  const std::string html = config::ReadTextFile(desk.File("r.html")).value();
+  const std::string data = config::ReadTextFile(desk.arguments.measured).value(),
+                    cell = config::ReadTextFile(kCell).value();
+  const auto fingerprint = [](const std::string& text) {
+    config::FaultList ignored;
+    return config::ModelFingerprint(config::TomlDocument(text, "", ignored));
+  };
+  for (const std::string& part :
+       {std::string("laser tracker"), std::string("SN 4711"), std::string("A. Approver"),
+        std::string("0.50 mm"), report::Sha256Hex(data), report::Sha256Hex(cell), fingerprint(cell),
+        fingerprint(config::ReadTextFile(desk.File("corrected.toml")).value())}) {
+    CAPTURE(part);
+    CHECK(html.find(part) != std::string::npos);
+  }
+}
+
+TEST_CASE("--pdf writes a PDF, or says what is missing before the diagnosis starts") {
+  Desk desk;
+  desk.arguments.pdf = desk.File("r.pdf");
+  if (report::WhyNoPdf().empty()) {
+    CHECK(desk.Run(diagnosis::Verdict::kNoEffect) == kExitOk);
+    CHECK(config::ReadTextFile(desk.File("r.pdf"))->starts_with("%PDF-"));
+    fs::remove(desk.File("r.pdf"));
+  } else {
+    WARN("SKIPPED: weasyprint is not installed");
+  }
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", "/nonexistent", 1);
+  bool started = false;
+  CHECK(desk.Run([&started](const auto&, const auto&, const auto&) -> Result<diagnosis::Diagnosis> {
+    started = true;
+    return Error{"not expected"};
+  }) == kExitUsage);
+  setenv("PATH", path.c_str(), 1);
+  CHECK_FALSE(started);
+  CHECK(desk.err.str().find("--pdf: weasyprint is not installed (Debian package weasyprint)") !=
+        std::string::npos);
+  CHECK(desk.Files() == 1);
+  // A PDF that would overwrite the report is refused.
+  desk.arguments.report = desk.arguments.pdf;
+  CHECK(desk.Run(diagnosis::Verdict::kNoEffect) == kExitUsage);
+  CHECK(desk.err.str().find("--pdf would overwrite") != std::string::npos);
 }
 
 TEST_CASE("--json - is alone on standard output") {

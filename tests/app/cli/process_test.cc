@@ -134,6 +134,21 @@ TEST_CASE("without the image codec module: one message, and JPEG is still read")
   CHECK_THAT(jpeg.output, Catch::Contains("JPEG") && !Catch::Contains("cannot be loaded"));
 }
 
+TEST_CASE("without the module that draws sheets: one message with the remedy") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() + "/bin");
+  const std::string alone = folder.path() + "/bin/plumbline";
+  std::filesystem::copy_file(PLUMBLINE, alone);
+  const Answer missing = Shell("--version > /dev/null; " + alone +
+                               " print tag --id 7 --size-mm 80 --out " + folder.path() + "/a.pdf");
+  CHECK(missing.exit_code == 2);
+  CHECK_THAT(missing.output, Catch::StartsWith("the module that draws sheets, " + folder.path() +
+                                               "/lib/plumbline/plumbline-sheets.so, cannot be "
+                                               "loaded: ") &&
+                                 Catch::Contains("apt install --reinstall plumbline"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() + "/a.pdf"));
+}
+
 TEST_CASE("a reader that exits early is not an error") {
   CHECK(Shell("registers | head -1").output == "# The register map\n");
   const Answer ignored = Shell("--version > /dev/null; trap '' PIPE; (" PLUMBLINE

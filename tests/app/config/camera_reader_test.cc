@@ -3,6 +3,7 @@
 #include "app/config/body_reader.h"
 #include "app/config/camera_config.h"
 #include "app/config/named_files.h"
+#include "firmware-like/image/image_size.h"
 
 using namespace plumbline;
 
@@ -97,7 +98,7 @@ TEST_CASE("all keys are read, in SI") {
   const VisionConfig& vision = read.vision;
   REQUIRE(vision.cameras.size() == 1);
   const CameraConfig& camera = vision.cameras[0];
-  CHECK(camera.connection.v4l2.mode.size == lens::ImageSize{1920, 1080});
+  CHECK(camera.connection.v4l2.mode.size == image::ImageSize{1920, 1080});
   CHECK(*camera.connection.v4l2.settings.exposure_s == Approx(0.008));
   CHECK(camera.zoom.connection.visca.baud == 38400);
   CHECK(camera.zoom.connection.visca.timeout_s == Approx(0.08));
@@ -161,6 +162,19 @@ TEST_CASE("each fault has its own message") {
     CHECK(read.Says(one.words));
     CHECK(read.faults.All().size() == 1);
   }
+}
+
+TEST_CASE("required_for names what a camera's lens must be valid for") {
+  CHECK_FALSE(Read(kLeast).vision.cameras[0].RequiredForPoints());
+  const std::string tags = "[tags]\nfile = \"bodies.toml\"\n";
+  const std::string camera = "[camera]\ndevice = \"cam\"\n";
+  const Read points(camera + "required_for = [\"points\"]\n" + tags);
+  CHECK(points.faults.All().empty());
+  CHECK(points.vision.cameras[0].RequiredForPoints());
+  CHECK_FALSE(Read(camera + "required_for = []\n" + tags).vision.cameras[0].RequiredForPoints());
+  const Read other(camera + "required_for = [\"probes\"]\n" + tags);
+  CHECK(other.Says("contains \"probes\"; it may contain \"points\" only"));
+  CHECK(Read(camera + "required_for = \"points\"\n" + tags).faults.HasFaults());
 }
 
 TEST_CASE("boards of the other kinds") {

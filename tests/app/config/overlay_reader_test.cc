@@ -3,6 +3,7 @@
 #include "app/config/camera_config.h"
 #include "app/config/named_files.h"
 #include "app/config/overlay_config.h"
+#include "firmware-like/image/image_size.h"
 
 using namespace plumbline;
 
@@ -51,7 +52,7 @@ TEST_CASE("[overlay]: every key is read, in SI; file names are relative to the c
   CHECK(overlay.display == OverlayConfig::Display::kKms);
   CHECK(overlay.device == "/dev/dri/card1");
   REQUIRE(overlay.size);
-  CHECK(*overlay.size == lens::ImageSize{640, 480});
+  CHECK(*overlay.size == image::ImageSize{640, 480});
   CHECK(overlay.objects_file == "/etc/objects.toml");
   CHECK_FALSE(overlay.background);
   CHECK(overlay.exaggeration == 10);

@@ -61,14 +61,3 @@ TEST_CASE("standard output that is a file keeps what others write to it") {
   CHECK(after);
   CHECK(FileText(file) == "before\ntext\nafter\n");
 }
-
-TEST_CASE("a state file takes the place of a link, and never writes through it") {
-  const TemporaryFolder folder;
-  const std::string victim = folder.path() + "/victim", link = folder.path() + "/state";
-  std::ofstream(victim) << "precious";
-  REQUIRE(symlink(victim.c_str(), link.c_str()) == 0);
-  CHECK(WriteStateFile(link, "ours"));
-  CHECK(FileText(victim) == "precious");
-  CHECK(FileText(link) == "ours");
-  CHECK_FALSE(std::filesystem::is_symlink(link));
-}

@@ -11,7 +11,7 @@
 #include "tests/app/daemon/camera_cell.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
-#include "tests/app/daemon/status_text.h"
+#include "tests/app/daemon/status_command_output.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
 using namespace plumbline;
@@ -24,7 +24,7 @@ using virtual_cell::RunningCell;
 namespace {
 
 std::string ConfigText(const std::string& robot, const std::string& folder, const std::string& zoom,
-                       const std::string& board) {
+                       const std::string& board, const std::string& camera) {
   std::ofstream(folder + "/bodies.toml") << TagsText();
   return WithLine(DemoConfig(robot, "universal-robots-fine"), "", "state_directory",
                   "\"" + folder + "/state\"") +
@@ -32,9 +32,9 @@ std::string ConfigText(const std::string& robot, const std::string& folder, cons
          "[camera]\nkind = \"recorded\"\npath = \"" +
          folder +
          "/frames\"\nrepeat = true\n"
-         "serial = \"test camera\"\nmode = \"test mode\"\nrate_hz = 20.0\n"
-         "[zoom]\nlost_after_ms = 5000\n" +
-         zoom + "[board]\nviews = 12\n" + board + TagsTable(folder + "/bodies.toml");
+         "serial = \"test camera\"\nmode = \"test mode\"\nrate_hz = 20.0\n" +
+         camera + "[zoom]\nlost_after_ms = 5000\n" + zoom + "[board]\nviews = 12\n" + board +
+         TagsTable(folder + "/bodies.toml");
 }
 
 struct Station {
@@ -49,8 +49,10 @@ struct Station {
   std::uint16_t sequence = 100;
 
   /// @param before  what is done to the lens store before the daemon starts
+  /// @param camera  further lines of [camera]
   explicit Station(const std::string& replay = "", const std::string& board = "",
-                   const std::function<void(const std::string& store)>& before = {}) {
+                   const std::function<void(const std::string& store)>& before = {},
+                   const std::string& camera = "") {
     KeepLenses(folder.path() + "/state", "test camera");
     if (before) before(Store());
     ShowCell();
@@ -58,7 +60,7 @@ struct Station {
     const std::string sensor =
         replay.empty() ? "kind = \"visca\"\ndevice = \"" + visca.device() + "\"\n"
                        : "kind = \"replay\"\nfile = \"" + folder.path() + "/zoom.csv\"\n";
-    daemon.emplace(ConfigText(cell.robot(), folder.path(), sensor, board));
+    daemon.emplace(ConfigText(cell.robot(), folder.path(), sensor, board, camera));
     plc.emplace("plumblined", daemon->Plc(), 1, 10);
   }
   std::string Store() const { return folder.path() + "/state/lenses.sqlite"; }
@@ -143,6 +145,44 @@ TEST_CASE("a zoom change: stale, then the known lens, and work goes on by itself
 
   station.daemon->Signal(SIGTERM);
   CHECK(station.daemon->Wait() == 0);
+}
+
+TEST_CASE("points that require the camera are withdrawn while its lens is not valid") {
+  Station station("", "", {}, "required_for = [\"points\"]\n");
+  INFO(station.daemon->Log());
+  const auto point_valid = [&] { return (station.plc->Read(2000, 20).Word(1) & 1) != 0; };
+  REQUIRE(station.Becomes(4));
+  REQUIRE(Eventually(point_valid));
+  CHECK(station.plc->Read(2000, 20).Word(2) == 0);
+
+  station.moving = true;
+  REQUIRE(Eventually([&] { return !point_valid(); }));
+  CHECK(station.plc->Read(2000, 20).Word(2) == 14);
+  CHECK(station.plc->Read(13, 1).Word(0) == 14);
+  const auto health = station.plc->Read(24, 2);
+  CHECK(health.Word(0) == 3);
+  CHECK(health.Word(1) == 12);
+  CHECK(station.Command(1) == 9);  // no such point
+  CHECK_THAT(StatusText(station.daemon->Plc()),
+             Catch::Contains("ALARM: points withdrawn: the camera's lens is not valid") &&
+                 Catch::Contains("no correction: lens not valid"));
+  CHECK(station.daemon->Says("corrected points withdrawn: the lens of camera 1 is not valid"));
+
+  station.ZoomTo(kOtherKnown);
+  station.moving = false;
+  REQUIRE(station.Becomes(4));
+  REQUIRE(Eventually(point_valid));
+  CHECK(station.daemon->Awaits("corrected points are served again after"));
+
+  // A reload changes neither the cameras nor what requires them.
+  station.daemon->Write(
+      WithLine(FileText(station.daemon->ConfigFile()), "camera", "required_for", "[]"));
+  station.daemon->Signal(SIGHUP);
+  REQUIRE(station.daemon->Awaits("needs a restart: [camera]"));
+  REQUIRE(station.daemon->Awaits("reloaded"));
+  REQUIRE(Eventually(point_valid));
+  station.moving = true;
+  CHECK(Eventually([&] { return !point_valid(); }));
 }
 
 TEST_CASE("a zoom that was never calibrated: the board, followed by its prompts, and on") {

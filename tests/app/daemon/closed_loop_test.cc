@@ -10,7 +10,7 @@
 #include "app/model_store/model_store.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
-#include "tests/app/daemon/status_text.h"
+#include "tests/app/daemon/status_command_output.h"
 #include "tests/virtual_cell/assembly_client.h"
 #include "tests/virtual_cell/running_cell.h"
 

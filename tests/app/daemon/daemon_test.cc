@@ -25,11 +25,7 @@ using virtual_cell::VirtualCellOptions;
 namespace {
 
 VirtualCellOptions Idle(Profile profile) {
-  VirtualCellOptions options;
-  options.profile = profile;
-  options.idle = true;
-  options.time_scale = 4;
-  return options;
+  return {.profile = profile, .idle = true, .time_scale = 4};
 }
 
 const char* MapOf(Profile profile) {

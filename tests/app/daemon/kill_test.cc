@@ -24,10 +24,7 @@ using virtual_cell::RunningCell;
 namespace {
 
 virtual_cell::VirtualCellOptions Idle() {
-  virtual_cell::VirtualCellOptions options;
-  options.profile = virtual_cell::Profile::kUr;
-  options.idle = true;
-  return options;
+  return {.profile = virtual_cell::Profile::kUr, .idle = true};
 }
 
 std::string Config(const RunningCell& cell, const std::string& state) {

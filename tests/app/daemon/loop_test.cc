@@ -32,11 +32,7 @@ using virtual_cell::VirtualCellOptions;
 namespace {
 
 VirtualCellOptions Idle() {
-  VirtualCellOptions options;
-  options.profile = Profile::kUr;
-  options.idle = true;
-  options.time_scale = 4;
-  return options;
+  return {.profile = Profile::kUr, .idle = true, .time_scale = 4};
 }
 
 /// Script that replaces `plumbline diagnose CELL MEASURED --json D --write-model C --report R`.

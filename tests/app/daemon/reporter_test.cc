@@ -104,6 +104,27 @@ TEST_CASE("an emergency stop ends when the controller reports so, not when its l
   CHECK(desk.Observe().front() == "the emergency stop is released");
 }
 
+TEST_CASE("points withdrawn for a lens are logged once for all, and so is their return") {
+  Desk desk;
+  desk.snapshot.input_fault = InputFault::kOk;
+  desk.Observe();
+  desk.snapshot.lenses_missing = 1;
+  desk.snapshot.points[0].code = correction::CorrectionCode::kLensStale;
+  CHECK(desk.Observe() == std::vector<std::string>{"corrected points withdrawn: the lens of camera "
+                                                   "1 is not valid, and required_for demands it"});
+  CHECK(desk.Observe().empty());
+  desk.snapshot.input_fault = InputFault::kStale;
+  desk.Observe();
+  desk.snapshot.input_fault = InputFault::kOk;
+  CHECK(desk.Observe().size() == 1);  // the robot is trusted again
+  desk.snapshot.lenses_missing = 3;
+  CHECK_THAT(desk.Observe().back(), Catch::Contains("the lenses of cameras 1 and 2 are not valid"));
+  desk.snapshot.lenses_missing = 0;
+  desk.snapshot.now_s += 3.75;
+  CHECK(desk.Observe().front() ==
+        "corrected points are served again after 4.0 s: the required lens is valid");
+}
+
 TEST_CASE("a fault between two observations is not missed") {
   Desk desk;
   desk.snapshot.input_fault = InputFault::kOk;

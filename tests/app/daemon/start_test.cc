@@ -27,10 +27,7 @@ constexpr int kMany = 80;  // more than can be searched during the start
 constexpr std::uint16_t kOk = 0, kNoRobot = 8, kPending = 11;
 
 VirtualCellOptions Idle() {
-  VirtualCellOptions options;
-  options.profile = Profile::kGeneric;
-  options.idle = true;
-  return options;
+  return {.profile = Profile::kGeneric, .idle = true};
 }
 
 std::string Times(int count, const std::string& piece) {

@@ -70,11 +70,7 @@ bool MayMount() {
 }
 
 VirtualCellOptions Idle() {
-  VirtualCellOptions options;
-  options.profile = Profile::kUr;
-  options.idle = true;
-  options.time_scale = 4;
-  return options;
+  return {.profile = Profile::kUr, .idle = true, .time_scale = 4};
 }
 
 struct Station {

@@ -8,7 +8,7 @@
 #include "tests/app/daemon/camera_cell.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
-#include "tests/app/daemon/status_text.h"
+#include "tests/app/daemon/status_command_output.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
 using namespace plumbline;

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/statistics/containment_radius.h"
 #include "tests/app/diagnosis/simulated.h"
 
 using namespace plumbline;
@@ -73,7 +73,7 @@ TEST_CASE(
   const Result<Linearisation> linear = Linearise(dataset, alignment.model, false, 1);
   REQUIRE(linear);
   const auto radius = [&](const Eigen::Matrix<double, 3, 9>& J) {
-    return deflection::RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
+    return statistics::RadiusHolding95Percent(J * alignment.covariance.front() * J.transpose());
   };
   for (const LinearRow& row : linear->rows) {
     CHECK(row.residual.norm() < 3e-4);

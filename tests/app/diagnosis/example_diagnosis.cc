@@ -191,7 +191,7 @@ void AddRival(const Simulation& simulation, const diagnosis::Finding& rival_find
               diagnosis::Diagnosis& diagnosis) {
   const std::vector<Vec3> answer = simulation.Tips(diagnosis.findings);
   const std::vector<Vec3> other = simulation.Tips({rival_finding});
-  diagnosis::Rival rival{"tool_stiffness", "payload_mass", "", "", {}, 0.012, 1.4, {}, {}};
+  diagnosis::Rival rival{"tool_stiffness", "payload_mass", "", "", {}, {}, {}, 0.012, 1.4, {}, {}};
   for (std::size_t k = 0; k < answer.size(); ++k) {
     rival.shift_W.push_back(other[k] - answer[k]);
     rival.rows.emplace_back(k);

@@ -177,7 +177,9 @@ TEST_CASE("temperatures in Fahrenheit are noted, and refused if an effect confir
 }
 
 TEST_CASE("payloads recorded one row late or early are named beside the effect that shows it") {
-  const MeasuredCell clean = Clean(1);
+  const int rows = GENERATE(44, 400);  // more rows than the search for mistakes uses
+  const MeasuredCell clean =
+      Simulated(fmt::format("--family none --robot ur10 --rows {} --repeats 4 --seed 3", rows));
   MeasuredCell bent = clean;
   Remeasure(bent, {EffectWith(clean.cell, "joint_compliance", {{"q2", 3e-7}})}, 5e-5, 3);
   CHECK(Diagnose(bent.cell, bent.table, {}));

@@ -177,12 +177,12 @@ TEST_CASE(
 
 TEST_CASE("a residual far beyond the declared noise is not explained") {
   const Dataset data = DatasetOf("--family none --seed 3");
-  FitProblem problem = UnitWeightFit(data, 1);
+  const FitProblem problem = UnitWeightFit(data, 1);
   for (const double times : {3.5, 4.5}) {
     CAPTURE(times);
-    problem.sigma_m = times * data.sigma_m;
     Diagnosis diagnosis = Explained("gear_ratio");
-    CheckExplanation({problem, HeldOutOf(data, problem.sigma_m), 2, 0}, diagnosis);
+    CheckExplanation({problem, HeldOutOf(data, problem.sigma_m), 2, 0, times * data.sigma_m},
+                     diagnosis);
     CHECK(CheckNamed(diagnosis, "residual_noise").passed == (times < 4));
     CHECK(diagnosis.verdict == (times < 4 ? Verdict::kExplained : Verdict::kUnknown));
   }

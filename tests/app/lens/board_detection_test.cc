@@ -9,10 +9,6 @@
 namespace plumbline::lens {
 namespace {
 
-LumaView ViewOf(const renderer::Image& image) {
-  return {image.grey.data(), image.width, image.height, image.width};
-}
-
 /// RMS error per coordinate; the board may be detected rotated by half a turn.
 double RmsOf(const BoardView& found, const std::vector<Vec2>& truth) {
   double least = 1e9;
@@ -51,7 +47,7 @@ TEST_CASE("corners are found to a few hundredths of a pixel, at every zoom") {
     for (std::size_t k = 0; k < views.size(); ++k) {
       const auto image =
           renderer::Render(views[k].camera, {views[k].sheet}, Light(180, 3), 100 + k);
-      const auto found = DetectBoard(ViewOf(image), board);
+      const auto found = DetectBoard(test::ViewOf(image), board);
       INFO("f " << f << ", view " << k);
       REQUIRE(found);
       CHECK(std::count(found->seen.begin(), found->seen.end(), true) >= board.corners() - 4);
@@ -81,7 +77,7 @@ TEST_CASE("poor light, shade, ripple and blur") {
         Case{"blur of 3 px", Light(150, 3, 3), 0.1}}) {
     INFO(one.name);
     const auto image = renderer::Render(view.camera, {view.sheet}, one.light, 7);
-    const auto found = DetectBoard(ViewOf(image), board);
+    const auto found = DetectBoard(test::ViewOf(image), board);
     REQUIRE(found);
     CHECK(RmsOf(*found, TrueCorners(view, board)) < one.rms_px);
   }
@@ -98,7 +94,7 @@ TEST_CASE("a frame without the board: the error says what it shows") {
     cluttered.clutter = 60;
     for (int seed = 0; seed < 5; ++seed) {
       const auto image = renderer::Render(view.camera, {}, cluttered, seed);
-      const auto found = DetectBoard(ViewOf(image), board);
+      const auto found = DetectBoard(test::ViewOf(image), board);
       REQUIRE_FALSE(found);
       CHECK(found.error() == "no chessboard");
     }
@@ -111,14 +107,14 @@ TEST_CASE("a frame without the board: the error says what it shows") {
   }
   SECTION("another board") {
     const auto image = renderer::Render(view.camera, {view.sheet}, light, 7);
-    const auto found = DetectBoard(ViewOf(image), Board{16, 10, 0.01});
+    const auto found = DetectBoard(test::ViewOf(image), Board{16, 10, 0.01});
     REQUIRE_FALSE(found);
     CHECK(found.error() == "a board of 17 x 11 inner corners instead of 16 x 10: check --board");
   }
   SECTION("half of the board") {
     view.sheet.half_width_m /= 2;
     const auto image = renderer::Render(view.camera, {view.sheet}, light, 7);
-    const auto found = DetectBoard(ViewOf(image), board);
+    const auto found = DetectBoard(test::ViewOf(image), board);
     REQUIRE_FALSE(found);
     CHECK(found.error().find("only a part of the board") == 0);
   }

@@ -6,6 +6,7 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/calibration.h"
 #include "app/lens/disc_offsets.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 namespace plumbline::lens {
@@ -13,7 +14,7 @@ namespace {
 
 using test::ViewOf;
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr std::size_t kPixels = std::size_t{1920} * 1080;
 
 /// 10 x 7 squares of 20 mm with tags of 15 mm, as such boards are usually printed.
@@ -31,7 +32,7 @@ Board Shifted() {
 
 /// True image positions of the board's points; for discs, the centres of their images.
 std::vector<Vec2> TruePoints(const DrawnView& view, const Board& board) {
-  SharedVector shared = SharedOfLens(TrueLens(view.camera));
+  SharedVector shared = SharedOfLens(test::LensOfCamera(view.camera));
   std::vector<Vec2> points = TrueCorners(view, board);
   const Pose X_CK{view.sheet.X_CK.linear(), view.sheet.X_CK.translation()};
   const std::vector<Vec2> offsets = DiscOffsets(board, shared, X_CK);
@@ -280,7 +281,7 @@ TEST_CASE("with each kind of board, the lens error is within its stated uncertai
     }
     CHECK(views.size() >= 13);
     const LensCalibration c = CalibrateLens(board, views, kSize);
-    const Lens truth = TrueLens(renderer::ZoomLens(capture.f));
+    const Lens truth = test::LensOfCamera(renderer::ZoomLens(capture.f));
     std::string reasons;
     for (const std::string& reason : c.reasons) reasons += reason + "\n";
     INFO(NameOf(board.kind) << ": " << reasons << "fx " << c.lens.fx << " +- "

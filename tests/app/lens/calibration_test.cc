@@ -6,12 +6,13 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/lens_json.h"
 #include "drivers/camera/image_folder.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
 namespace plumbline::lens {
 namespace {
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 
 LensCalibration Calibrated(const Capture& capture, std::uint64_t seed,
@@ -36,7 +37,7 @@ TEST_CASE("the lens error is within its stated uncertainty, from wide to long le
     double z2 = 0;
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       const LensCalibration c = Calibrated(capture, seed);
-      const Lens truth = TrueLens(renderer::ZoomLens(f));
+      const Lens truth = test::LensOfCamera(renderer::ZoomLens(f));
       INFO("f " << f << ", seed " << seed << "\n" << AllReasons(c));
       REQUIRE(c.lens.fx > 0);
       const double z = (c.lens.fx - truth.fx) / std::sqrt(c.covariance(kFx, kFx));
@@ -59,7 +60,7 @@ TEST_CASE("a bowed board does not bias the lens") {
     const auto drawn = DrawViews(capture, Board{}, seed)[0].sheet;
     INFO(AllReasons(c));
     CHECK(c.accepted);
-    CHECK(LargestDifference(TrueLens(renderer::ZoomLens(capture.f)), c.lens, kSize) <
+    CHECK(LargestDifference(test::LensOfCamera(renderer::ZoomLens(capture.f)), c.lens, kSize) <
           std::max(5 * c.uncertainty.max_px, 0.1));
     CHECK((c.board_bow_m > 2e-5) ==
           (std::abs(drawn.bow_x) + std::abs(drawn.bow_y) + std::abs(drawn.bow_xy) > 0.004));
@@ -120,7 +121,7 @@ TEST_CASE("blurred and inconsistent views are excluded and named") {
   CHECK(c.frames_refused[0].name == "view 4");
   CHECK(c.frames_refused[0].reason.find("blurred") == 0);
   CHECK(c.frames_refused[1].name == "view 9");
-  CHECK(LargestDifference(TrueLens(renderer::ZoomLens(1700)), c.lens, kSize) <
+  CHECK(LargestDifference(test::LensOfCamera(renderer::ZoomLens(1700)), c.lens, kSize) <
         5 * c.uncertainty.max_px);
 }
 

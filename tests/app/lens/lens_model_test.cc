@@ -27,9 +27,9 @@ TEST_CASE("the lens projects points as the renderer does") {
     const renderer::Camera camera = renderer::ZoomLens(f);
     for (int k = 0; k < 50; ++k) {
       const Vec3 p(U(random) * 900 / f, U(random) * 500 / f, 1);
-      const Vec2 pixel = Project(TrueLens(camera), p);
+      const Vec2 pixel = Project(test::LensOfCamera(camera), p);
       CHECK((pixel - renderer::PixelOf(camera, p)).norm() < 1e-9);
-      const auto back = NormalisedOfPixel(TrueLens(camera), pixel);
+      const auto back = NormalisedOfPixel(test::LensOfCamera(camera), pixel);
       REQUIRE(back);
       CHECK((*back - p.head<2>()).norm() * f < 1e-6);
     }

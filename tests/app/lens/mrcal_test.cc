@@ -4,13 +4,14 @@
 #include <iostream>
 
 #include "app/lens/lens_fit.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/peers/mrcal_peer.h"
 
 namespace plumbline::lens {
 namespace {
 
-constexpr ImageSize kSize{1920, 1080};
+constexpr image::ImageSize kSize{1920, 1080};
 constexpr double kNoise_px = 0.03;
 constexpr int kSeeds = 30;
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "app/lens/board.h"
-#include "firmware-like/lens/luma_view.h"
+#include "tests/app/rendered_image.h"
 #include "tests/app/tracking/tag_scene.h"
 #include "tests/renderer/scene.h"
 
@@ -47,18 +47,6 @@ inline renderer::Print PrintOf(const Board& board, bool white_first = false) {
       return renderer::ShiftedCircles(board.columns, board.rows, board.square_m, board.marker_m);
   }
   return renderer::Chessboard(board.columns, board.rows, board.square_m);
-}
-
-inline Lens TrueLens(const renderer::Camera& c) {
-  return {c.fx,
-          c.fy,
-          c.cx,
-          c.cy,
-          c.distortion[0],
-          c.distortion[1],
-          c.distortion[2],
-          c.distortion[3],
-          c.distortion[4]};
 }
 
 /// True image positions of the corners.

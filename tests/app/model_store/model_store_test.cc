@@ -15,11 +15,12 @@
 #include "app/model_store/cell_difference.h"
 #include "app/model_store/configuration_note.h"
 #include "app/model_store/daemon_signal.h"
-#include "app/model_store/durable_file.h"
+#include "app/model_store/file_lock.h"
 #include "app/model_store/model_change.h"
 #include "app/model_store/model_json.h"
 #include "app/model_store/point_moves.h"
 #include "app/model_store/usable_model.h"
+#include "drivers/files/replace_file.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 #include "tests/firmware-like/test_cell.h"
@@ -479,7 +480,7 @@ TEST_CASE("symbolic links in place of state files are not followed") {
   CHECK_FALSE(store.value().Declare("a = 1\n", "cell.toml"));
   std::filesystem::remove(folder.path() + "/models/lock");
   link("/models/state.json");
-  CHECK(WriteDurably(folder.path() + "/models/state.json", "ours"));
+  CHECK(files::ReplaceFileDurably(folder.path() + "/models/state.json", "ours"));
   CHECK(test::FileText(victim) == "precious");
 }
 

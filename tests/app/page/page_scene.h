@@ -7,6 +7,7 @@
 #include "app/page/page.h"
 #include "drivers/clock.h"
 #include "drivers/os/descriptor.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/page/page_client.h"
 #include "tests/app/view/view_scene.h"
 
@@ -85,7 +86,7 @@ struct PageScene {
   }
   /// A picture of one colour.
   void PublishPicture(std::uint8_t red, std::uint8_t green, std::uint8_t blue, double age_s = 0,
-                      lens::ImageSize size = {320, 180}) {
+                      image::ImageSize size = {320, 180}) {
     auto picture = std::make_shared<view::DisplayPicture>();
     picture->image.size = size;
     for (int k = 0; k < size.width * size.height; ++k) {

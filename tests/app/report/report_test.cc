@@ -10,9 +10,12 @@
 #include <fstream>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/report/certificate.h"
 #include "app/report/figures.h"
 #include "app/report/html.h"
+#include "app/report/pdf.h"
 #include "app/report/sections.h"
+#include "app/report/sha256.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
 using namespace plumbline;
@@ -25,7 +28,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const ReportSource kSource{"cell.toml", "measured.csv", 96, {7}, "2026-11-21", "0.1.0"};
+const ReportSource kSource{.cell_file = "cell.toml",
+                           .data_file = "measured.csv",
+                           .rows = 96,
+                           .unreadable_lines = {7},
+                           .date = "2026-11-21",
+                           .version = "0.1.0",
+                           .utc = "2026-11-21T07:30:00Z",
+                           .cell_sha256 = "5e",
+                           .data_sha256 = "da7a",
+                           .declared_fingerprint = "0123456789abcdef"};
 
 std::string Report(const diagnosis::Diagnosis& diagnosis) {
   return ReportHtml(diagnosis, ExampleCell(), kSource);
@@ -327,4 +339,288 @@ TEST_CASE("texts and numbers are formatted for HTML") {
   CHECK(NumberHtml("-0.180") == "&minus;0.180");
   CHECK(NumberHtml("none") == "none");
   CHECK(GnuplotQuoted("it's\n`x`") == "'it\u2019s `x`'");
+}
+
+namespace {
+
+constexpr diagnosis::Verdict kVerdicts[] = {
+    diagnosis::Verdict::kNoEffect, diagnosis::Verdict::kExplained, diagnosis::Verdict::kAmbiguous,
+    diagnosis::Verdict::kUnknown};
+
+/// A cell whose instrument is declared.
+model::CellModel DeclaredCell() {
+  model::CellModel cell = ExampleCell();
+  cell.measurement.sigma_m = 0.05e-3;
+  return cell;
+}
+
+/// An example whose rows are replicates, `cycles` of each pose; without outliers if so requested.
+diagnosis::Diagnosis WithReplicates(diagnosis::Verdict verdict, int cycles, bool outliers) {
+  diagnosis::Diagnosis diagnosis = ExampleDiagnosis(verdict);
+  int at = 0;
+  for (diagnosis::RowTrace& row : diagnosis.rows) {
+    row.pose = diagnosis::ClusterIndex(at++ / cycles);
+    if (!outliers) row.outlier = false;
+  }
+  if (!outliers) diagnosis.outlier_rows.clear();
+  return diagnosis;
+}
+
+std::string FirstPage(const std::string& html) {
+  const auto start = html.find("<section class=\"certificate\">");
+  return html.substr(start, html.find("<h2 class=\"appendix\">") - start);
+}
+
+/// Output of a command; empty if it cannot be run.
+std::string OutputOf(const std::string& command) {
+  std::string output;
+  FILE* const pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return output;
+  char bytes[4096];
+  for (std::size_t n; (n = fread(bytes, 1, sizeof bytes, pipe)) > 0;) output.append(bytes, n);
+  pclose(pipe);
+  return output;
+}
+
+}  // namespace
+
+TEST_CASE("the first page names what was measured, with what, when and by which model") {
+  ReportSource source = kSource;
+  source.particulars = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
+  const std::string page = FirstPage(
+      ReportHtml(ExampleDiagnosis(diagnosis::Verdict::kExplained), DeclaredCell(), source));
+  for (const char* part :
+       {"2026-11-21T07:30:00Z", "laser tracker", "SN 4711", "A. Approver", "0.050 mm per axis",
+        "22 to 31 \u00b0C", "0123456789abcdef", "measured.csv da7a", "cell.toml 5e", "Signature",
+        "coverage 95.45 %", "Not tested", "5.100&thinsp;&times;&thinsp;10<sup>&minus;7</sup>"}) {
+    CAPTURE(part);
+    CHECK(Has(page, part));
+  }
+}
+
+TEST_CASE("without particulars the first page leaves lines to fill in and claims nothing") {
+  const std::string page = FirstPage(
+      ReportHtml(ExampleDiagnosis(diagnosis::Verdict::kExplained), ExampleCell(), kSource));
+  CHECK(Count(page, "class=\"blank\"") == 5);  // instrument, serial, name, date, signature
+  CHECK(Has(page, "makes no statement of conformity"));
+  CHECK(Has(page, "not declared"));
+  CHECK_FALSE(Has(page, "Conforms"));
+}
+
+TEST_CASE("each verdict has its own colour and word on the first page") {
+  const char* const words[] = {"No effect", "Explained", "Ambiguous", "Unknown cause"};
+  const char* const styles[] = {"no-effect", "explained", "ambiguous", "unknown"};
+  for (std::size_t k = 0; k < std::size(kVerdicts); ++k) {
+    CAPTURE(words[k]);
+    const std::string page =
+        FirstPage(ReportHtml(ExampleDiagnosis(kVerdicts[k]), ExampleCell(), kSource));
+    CHECK(Has(page, std::string("class=\"banner ") + styles[k] + "\""));
+    CHECK(Has(page, words[k]));
+    CHECK(Has(page, "Rests on 96 rows in 2 sessions (2 rejected)"));
+  }
+}
+
+TEST_CASE("an ambiguous first page says which two explanations and what to measure") {
+  const std::string page = FirstPage(
+      ReportHtml(ExampleDiagnosis(diagnosis::Verdict::kAmbiguous), ExampleCell(), kSource));
+  CHECK(Has(page, "Either tool stiffness or payload mass: these rows cannot separate them"));
+  CHECK(Has(page, "with 80.0 kg, where the explanations differ by 1.20 mm."));
+  CHECK(Has(page, "measure q1 "));
+}
+
+TEST_CASE("an unknown cause opens with the plot of its driver, other verdicts with the figures") {
+  if (!HasGnuplot()) {
+    WARN("SKIPPED: gnuplot is not installed (Debian package gnuplot-nox)");
+    return;
+  }
+  for (const diagnosis::Verdict verdict : kVerdicts) {
+    CAPTURE(Describe(verdict));
+    const std::string page =
+        FirstPage(ReportHtml(ExampleDiagnosis(verdict), ExampleCell(), kSource));
+    const auto plot = page.find("class=\"plot deciding\""), table = page.find("ISO 9283");
+    REQUIRE(plot != std::string::npos);
+    REQUIRE(table != std::string::npos);
+    CHECK((plot < table) == (verdict == diagnosis::Verdict::kUnknown));
+    if (verdict == diagnosis::Verdict::kUnknown) {
+      CHECK(Has(page, "against air_pressure_bar"));
+    }
+  }
+}
+
+TEST_CASE("the deciding figure shows the signal that explains the residual, with its slope") {
+  diagnosis::Diagnosis diagnosis = ExampleDiagnosis(diagnosis::Verdict::kExplained);
+  diagnosis::SignalTrace load{"load_N", {}, 0.5, 0};
+  for (diagnosis::RowTrace& row : diagnosis.rows) {
+    const double load_N = static_cast<double>(row.line % 7);
+    load.values.push_back(load_N);
+    row.after = Vec3(1e-6, 0, 0);
+    row.before = Vec3(0, 2e-4 * load_N, 0);
+    row.outlier = false;
+  }
+  diagnosis.signals.push_back(load);
+  const CertificateFigure figure = DecidingFigure(diagnosis, ExampleCell());
+  CHECK(figure.panel.title == "Residual in y against load_N");
+  CHECK(Has(figure.sentence, "Before correction, load_N explains"));
+  CHECK(Has(figure.sentence, "mm per N"));
+  CHECK(Has(figure.sentence, "0.2"));
+  CHECK(Has(figure.panel.script, "after correction"));
+  // Not corrected: one panel, no slope.
+  diagnosis.withheld = "too few rows";
+  const CertificateFigure before_only = DecidingFigure(diagnosis, ExampleCell());
+  CHECK_FALSE(Has(before_only.panel.script, "after correction"));
+  CHECK_FALSE(Has(before_only.sentence, "mm per N"));
+}
+
+TEST_CASE("rejected rows of an unknown cause are in its plot") {
+  const CertificateFigure figure =
+      DecidingFigure(ExampleDiagnosis(diagnosis::Verdict::kUnknown), ExampleCell());
+  CHECK(Has(figure.sentence, "Crosses: rows rejected as outliers."));
+  CHECK(Has(figure.panel.script, "$rejected << EOD"));
+  CHECK_FALSE(Has(
+      DecidingFigure(ExampleDiagnosis(diagnosis::Verdict::kExplained), ExampleCell()).panel.script,
+      "$rejected"));
+}
+
+TEST_CASE("conformity needs a tolerance, a declared instrument and no rejected row") {
+  using Outcome = Conformity::Outcome;
+  struct Case {
+    bool declared, outliers;
+    double tolerance_m;
+    Outcome outcome;
+    const char* says;
+  };
+  const Case cases[] = {
+      {true, false, 2e-3, Outcome::kConforms, "Conforms to the tolerance of 2.00 mm after"},
+      {true, true, 2e-3, Outcome::kNotDecided, "2 rows rejected as outliers are not assessed"},
+      {false, false, 2e-3, Outcome::kNotDecided, "uncertainty of the instrument is not declared"},
+      {true, false, 0.15e-3, Outcome::kNotDecided, "the uncertainty is too large to tell"},
+      {true, false, 1e-6, Outcome::kDoesNotConform, "measured poses exceed it"}};
+  for (const Case& c : cases) {
+    CAPTURE(c.says, c.tolerance_m);
+    const Conformity conformity = ConformityOf(
+        AchievedAccuracyOf(WithReplicates(diagnosis::Verdict::kExplained, 4, c.outliers),
+                           c.declared ? DeclaredCell() : ExampleCell()),
+        c.tolerance_m);
+    CHECK(conformity.outcome == c.outcome);
+    CHECK(Has(conformity.sentence, c.says));
+  }
+  // Far outside the tolerance, as before a correction that was withheld.
+  diagnosis::Diagnosis withheld = WithReplicates(diagnosis::Verdict::kExplained, 4, false);
+  withheld.withheld = "the correction predicts held-out rows worse";
+  const Conformity before = ConformityOf(AchievedAccuracyOf(withheld, DeclaredCell()), 1e-4);
+  CHECK(before.outcome == Outcome::kDoesNotConform);
+  CHECK(Has(before.sentence, "Does not conform to the tolerance of 0.10 mm without correction"));
+}
+
+TEST_CASE("characteristics come from held-out rows and state what the rows do not show") {
+  const AchievedAccuracy single =
+      AchievedAccuracyOf(ExampleDiagnosis(diagnosis::Verdict::kExplained), DeclaredCell());
+  CHECK(single.held_out);
+  CHECK(single.rows == 94);
+  REQUIRE(single.after);
+  // All rows of the example belong to pose 0 unless they are told apart.
+  CHECK(single.after->characteristics.poses.size() == 1);
+  diagnosis::Diagnosis apart = WithReplicates(diagnosis::Verdict::kExplained, 1, true);
+  const AchievedAccuracy poses = AchievedAccuracyOf(apart, DeclaredCell());
+  const std::string table = CharacteristicsTable(poses);
+  CHECK(Has(table, "no repeated poses"));
+  CHECK(Has(table, "no pose visited again"));
+  CHECK(Has(BudgetTable(poses, apart), "scatter of the residual instead"));
+  CHECK(Has(CharacteristicsTable(AchievedAccuracyOf(
+                WithReplicates(diagnosis::Verdict::kExplained, 4, true), DeclaredCell())),
+            "Repeatability RP, 4 cycles"));
+  model::CellModel ranges = DeclaredCell();
+  ranges.measurement.kind = model::MeasurementKind::kRange;
+  const AchievedAccuracy none = AchievedAccuracyOf(apart, ranges);
+  CHECK_FALSE(none.before);
+  CHECK(Has(CharacteristicsTable(none), "measures ranges"));
+  CHECK(ConformityOf(none, 1e-3).outcome == Conformity::Outcome::kNotDecided);
+}
+
+TEST_CASE("the digest is SHA-256") {
+  // FIPS 180-4, example of a one-block message; and the empty message.
+  CHECK(Sha256Hex("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  CHECK(Sha256Hex("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+TEST_CASE("colours of an embedded drawing are written where they are used") {
+  const std::string svg = InlineSvg(
+      "<svg viewBox=\"0 0 9 9\"><defs><circle id='gpPt5' stroke='currentColor' r='1'/><use "
+      "xlink:href='#gpPt5' id='gpPt6' fill='currentColor' stroke='none'/></defs><g fill=\"none\" "
+      "color=\"black\" stroke=\"currentColor\"><use xlink:href='#gpPt6' color='red'/><use "
+      "xlink:href='#gpPt5' color='green'/></g></svg>",
+      "p1", "t");
+  CHECK_FALSE(Has(svg, "currentColor"));
+  CHECK(Has(svg, "<g fill=\"none\" stroke=\"black\">"));
+  CHECK(Has(svg, "<use href='#p1-gpPt6' fill='red' stroke='red'/>"));
+  CHECK(Has(svg, "<use href='#p1-gpPt5' stroke='green'/>"));
+}
+
+TEST_CASE("without WeasyPrint the PDF's error names the package and another way") {
+  const PdfOptions absent{.program = "weasyprint-that-is-not-installed"};
+  CHECK(Has(WhyNoPdf(absent), "Debian package weasyprint"));
+  const auto pdf = PdfFromHtml("<p>x</p>", absent);
+  REQUIRE_FALSE(pdf);
+  CHECK(Has(pdf.error(), "print it from a browser"));
+}
+
+TEST_CASE("a program that prints no PDF is reported") {
+  const Folder folder;
+  const PdfOptions broken{.program = folder.File("weasyprint")};
+  std::ofstream(broken.program) << "#!/bin/sh\ncat > /dev/null; echo no fonts >&2; exit 1\n";
+  fs::permissions(broken.program, fs::perms::owner_all);
+  const auto pdf = PdfFromHtml("<p>x</p>", broken);
+  REQUIRE_FALSE(pdf);
+  CHECK(Has(pdf.error(), "no fonts"));
+  fs::remove(broken.program);
+}
+
+TEST_CASE("the certificate is exactly the first page of the PDF, also with long texts") {
+  if (!WhyNoPdf().empty() || OutputOf("command -v pdftotext").empty()) {
+    WARN("SKIPPED: weasyprint or pdftotext is not installed");
+    return;
+  }
+  const Folder folder;
+  const std::string file = folder.File("report.pdf");
+  for (const bool crowded : {false, true}) {
+    for (const diagnosis::Verdict verdict : kVerdicts) {
+      CAPTURE(Describe(verdict), crowded);
+      diagnosis::Diagnosis diagnosis = WithReplicates(verdict, 3, true);
+      model::CellModel cell = DeclaredCell();
+      ReportSource source = kSource;
+      source.particulars.tolerance_m = 0.2e-3;
+      source.cell_sha256 = source.data_sha256 = Sha256Hex("x");
+      // Only the first page matters here, and it prints faster without the others' figures.
+      diagnosis.signals.erase(diagnosis.signals.begin(), diagnosis.signals.end() - 1);
+      diagnosis.spectrum.clear();
+      if (crowded) {
+        std::string word, sentence;
+        for (int k = 0; k < 8; ++k) word += "Measured_";
+        for (int k = 0; k < 20; ++k) sentence += "a sentence that goes on and on, ";
+        cell.robot.name = word + word;
+        source.data_file = source.cell_file = word + ".csv";
+        source.particulars.instrument = source.particulars.serial = word;
+        source.particulars.approved_by = word;
+        diagnosis.withheld = sentence;
+        diagnosis.not_recorded.assign(9, sentence);
+        for (int k = 0; k < 3; ++k) {
+          diagnosis.doubts.push_back({"backlash", {"q1"}, sentence});
+          diagnosis.checks.push_back({"held_out_error", "", false, 1, 1, sentence});
+        }
+        diagnosis.held_out_by = sentence;
+        diagnosis.drivers = {word, word};
+        if (!diagnosis.findings.empty()) {
+          for (int k = 0; k < 3; ++k) diagnosis.findings.push_back(diagnosis.findings.front());
+        }
+      }
+      const auto pdf = PdfFromHtml(ReportHtml(diagnosis, cell, source));
+      REQUIRE(pdf);
+      std::ofstream(file) << *pdf;
+      const std::string first = OutputOf("pdftotext -f 1 -l 1 -layout '" + file + "' -"),
+                        second = OutputOf("pdftotext -f 2 -l 2 -layout '" + file + "' -");
+      CHECK(Has(first, "Signature"));
+      CHECK(Count(first, "SHA-256") == 2);
+      CHECK(second.find("Appendix") < 20);
+    }
+  }
 }

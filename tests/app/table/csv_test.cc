@@ -111,48 +111,6 @@ TEST_CASE("A byte-order mark, CRLF and a missing last line end are accepted") {
   CHECK(table->rows[1].temp_C == 6.0);
 }
 
-TEST_CASE("Each fault of a header has its message, and all are reported") {
-  const std::vector<std::pair<std::string, std::string>> cases = {
-      {"", "measured.csv:1: has no header row\n"},
-      {"\r\n1,2\n", "measured.csv:1: has no header row\n"},
-      {"q1_deg;q2_mm\n",
-       "measured.csv:1: is separated by ';': separate columns by ',' with decimal points\n"},
-      {"q1_deg\n", "measured.csv:1 q2_mm: missing column\n"},
-      {"x_mm,y_mm,z_mm\n",
-       "measured.csv:1 q1_deg: missing column\nmeasured.csv:1 q2_mm: missing column\n"},
-      {"q1_deg,q2_deg\n",
-       "measured.csv:1 q2_deg: does not fit the cell: it has 2 joints, revolute ones in deg and "
-       "Nm, prismatic ones in mm and N\nmeasured.csv:1 q2_mm: missing column\n"},
-      {"q1_deg,q2_mm,q3_deg\n",
-       "measured.csv:1 q3_deg: does not fit the cell: it has 2 joints, revolute ones in deg and "
-       "Nm, prismatic ones in mm and N\n"},
-      {"q1_deg,q2_mm,q1_deg\n", "measured.csv:1 q1_deg: appears twice\n"},
-      {"q1_deg,q2_mm,note,note\n",
-       "measured.csv:1 note: warning: is not a column of the format: treated as an additional "
-       "signal\n"
-       "measured.csv:1 note: appears twice\n"
-       "measured.csv:1 note: warning: is not a column of the format: treated as an additional "
-       "signal\n"},
-      {"q1_deg,q2_mm,\x1b[2J,x_mm,z_mm\n",
-       "measured.csv:1 ?[2J: warning: is not a column of the format: treated as an additional "
-       "signal\nmeasured.csv:1 y_mm: missing "
-       "column\n"},
-      {"q1_deg," + std::string(50, 'z') + "\n",
-       "measured.csv:1 " + std::string(40, 'z') +
-           "...: warning: is not a column of the format: treated as an additional "
-           "signal\nmeasured.csv:1 "
-           "q2_mm: missing column\n"},
-      {"q1_deg,q2_mm,x_mm,z_mm\n", "measured.csv:1 y_mm: missing column\n"},
-      {"q1_deg,q2_mm,qd2_mm_s\n", "measured.csv:1 qd1_deg_s: missing column\n"},
-      {"q1_deg,q2_mm,qw,qx,qz\n", "measured.csv:1 qy: missing column\n"}};
-  for (const auto& [header, expected] : cases) {
-    config::FaultList faults;
-    CAPTURE(header);
-    CHECK_FALSE(Read(header, faults));
-    CHECK(FaultsText(faults) == expected);
-  }
-}
-
 TEST_CASE("Unknown columns with numbers become signals, with a warning") {
   config::FaultList faults;
   const auto table = Read("q1_deg,operator,q2_mm,,air_bar\n1,4,2,x,6.1\n1,Jo,2,x,6.2\n", faults);
@@ -168,22 +126,6 @@ TEST_CASE("Unknown columns with numbers become signals, with a warning") {
   REQUIRE(table->rows.size() == 2);
   CHECK(table->further == std::vector<std::string>{"air_bar"});
   CHECK(table->rows[1].further == std::vector<double>{6.2});
-}
-
-TEST_CASE("A misspelled column gets a suggestion") {
-  const std::pair<const char*, const char*> asked[] = {{"payload_g", "payload_kg"},
-                                                       {"paylod_kg", "payload_kg"},
-                                                       {"temp_F", "temp_C"},
-                                                       {"x", "x_mm"}};
-  for (const auto& [name, meant] : asked) {
-    config::FaultList faults;
-    CAPTURE(name);
-    REQUIRE(Read(std::string("q1_deg,q2_mm,") + name + "\n1,2,3\n", faults));
-    CHECK_THAT(FaultsText(faults), Catch::Contains(std::string("did you mean ") + meant + "?"));
-  }
-  config::FaultList faults;
-  REQUIRE(Read("q1_deg,q2_mm,payload_kg,payload_g,operator\n1,2,3,4,5\n", faults));
-  CHECK_THAT(FaultsText(faults), !Catch::Contains("did you mean"));
 }
 
 TEST_CASE("Points in metres get a warning") {

@@ -19,7 +19,7 @@ struct Canvas {
       : width(w),
         height(h),
         grey(static_cast<std::size_t>(w) * h, static_cast<std::uint8_t>(level)) {}
-  lens::LumaView View() const { return {grey.data(), width, height, width}; }
+  image::LumaView View() const { return {grey.data(), width, height, width}; }
   void Set(int u, int v, double level) {
     if (u >= 0 && v >= 0 && u < width && v < height)
       grey[static_cast<std::size_t>(v) * width + u] =
@@ -94,7 +94,7 @@ TEST_CASE("Images of any content and size are processed safely") {
                 : kind == 2 ? static_cast<std::uint8_t>(u * v)
                             : static_cast<std::uint8_t>(random() % 2 * 255);
     }
-    const lens::LumaView view{grey.data(), width, height, stride};
+    const image::LumaView view{grey.data(), width, height, stride};
     for (TagDetector* detector : {&automatic, &fixed}) {
       SeenTags seen;
       detector->Detect(view, &lens, seen);

@@ -8,25 +8,10 @@
 #include <vector>
 
 #include "app/tracking/tag_detector.h"
+#include "tests/app/rendered_image.h"
 #include "tests/renderer/scene.h"
 
 namespace plumbline::test {
-
-inline lens::Lens LensOfCamera(const renderer::Camera& c) {
-  return {c.fx,
-          c.fy,
-          c.cx,
-          c.cy,
-          c.distortion[0],
-          c.distortion[1],
-          c.distortion[2],
-          c.distortion[3],
-          c.distortion[4]};
-}
-
-inline lens::LumaView ViewOf(const renderer::Image& image) {
-  return {image.grey.data(), image.width, image.height, image.width};
-}
 
 /// The cells of a tag, row by row, 1 white, with its black border.
 inline std::vector<bool> CellsOf(const tracking::TagFamily& family, int id) {

@@ -13,13 +13,7 @@ using namespace plumbline::tracking;
 namespace {
 
 renderer::Camera Camera() {
-  renderer::Camera camera;
-  camera.width = 800;
-  camera.height = 600;
-  camera.fx = camera.fy = 1000;
-  camera.cx = 399.5;
-  camera.cy = 299.5;
-  return camera;
+  return renderer::Pinhole(800, 600, 1000);
 }
 
 struct Shot {

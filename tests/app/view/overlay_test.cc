@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "firmware-like/image/image_size.h"
 #include "tests/app/view/view_scene.h"
 #include "tests/renderer/scene.h"
 
@@ -20,7 +21,7 @@ struct Composed {
   std::vector<Label> labels;
   PictureLayout layout;
 
-  Composed(ViewScene& scene, lens::ImageSize size, const scene::ObjectTable* table = nullptr,
+  Composed(ViewScene& scene, image::ImageSize size, const scene::ObjectTable* table = nullptr,
            const SceneMeasurements* measured = nullptr)
       : carriers(scene.Placed()), layout(LayoutOf(size)) {
     facts.state = &scene.state;
@@ -75,7 +76,7 @@ TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep the
   straight.fy = lens.fy;
   straight.cx = lens.cx;
   straight.cy = lens.cy;
-  for (const lens::ImageSize size : {lens::ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
+  for (const image::ImageSize size : {image::ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
     const PictureLayout layout = LayoutOf(size);
     const lens::Lens pinhole = PinholeIn(layout.image, lens, {1920, 1080});
     CHECK(pinhole.k1 == 0);

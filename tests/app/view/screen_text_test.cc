@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "app/view/panels.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/view/view_scene.h"
 
 using namespace plumbline;
@@ -24,7 +26,7 @@ struct Drawn {
   PictureLayout layout;
   scene::DisplayList list;
 
-  Drawn(ViewScene& scene, lens::ImageSize size, const scene::ObjectTable* table = nullptr,
+  Drawn(ViewScene& scene, image::ImageSize size, const scene::ObjectTable* table = nullptr,
         const SceneMeasurements* measured = nullptr)
       : layout(LayoutOf(size)) {
     facts.shown.clear();
@@ -96,8 +98,8 @@ void MakeEverythingLong(ViewScene& scene) {
 }  // namespace
 
 TEST_CASE("no text overlaps another or leaves the picture, at any size and amount of text") {
-  for (const lens::ImageSize size :
-       {lens::ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
+  for (const image::ImageSize size :
+       {image::ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
     ViewScene plain("exaggeration = 10.0\nstress = true\n"), full("exaggeration = 10.0\n");
     ExpectTidy(Drawn(plain, size));
     MakeEverythingLong(full);
@@ -222,7 +224,7 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     CHECK_FALSE(drawn.Says("corrected by 4."));
   }
   SECTION("exaggeration, at every size") {
-    for (const lens::ImageSize size : {lens::ImageSize{640, 480}, {1920, 1080}}) {
+    for (const image::ImageSize size : {image::ImageSize{640, 480}, {1920, 1080}}) {
       ViewScene scene("exaggeration = 25.0\n");
       CHECK(Drawn(scene, size).Says("deflection exaggerated 25 times"));
       scene.state.cameras[0].status.state = lens::ZoomState::kMoving;
@@ -269,7 +271,7 @@ TEST_CASE("two cameras each get a named part of the picture; panel lines name th
   scene.state.cameras[1].status.name = status::CameraName::kRear;
   scene.state.cameras[1].status.state = lens::ZoomState::kStale;
   scene.state.cameras[1].status.reason = lens::ZoomReason::kZoomChanged;
-  for (const lens::ImageSize size : {lens::ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
+  for (const image::ImageSize size : {image::ImageSize{640, 480}, {1280, 720}, {1920, 1080}}) {
     CAPTURE(size.width);
     const Drawn drawn(scene, size);
     ExpectTidy(drawn);

@@ -214,7 +214,7 @@ TEST_CASE("an overwritten image is detected") {
   Link link;
   ViewState state = FullState();
   const auto pixels = Ramp(8, 4);
-  const lens::LumaView luma{pixels.data(), 8, 4, 8};
+  const image::LumaView luma{pixels.data(), 8, 4, 8};
   state.cameras[0].image = link.publisher->Share(0, luma, nullptr);
   for (int k = 0; k < ViewPublisher::kSlotsPerCamera; ++k)
     (void)link.publisher->Share(0, luma, nullptr);

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "tests/app/scene/shapes.h"
-#include "tests/drivers/display/drawing.h"
+#include "tests/drivers/display/drawing_fixture.h"
 #include "tests/drivers/display/exchanged_egl.h"
 
 using namespace plumbline;

@@ -94,7 +94,7 @@ struct Station {
       REQUIRE(store);
       lens_store::LensEntry entry;
       entry.key = {serial, "test mode", 0, 0};
-      entry.lens = lens::TrueLens(camera);
+      entry.lens = test::LensOfCamera(camera);
       entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
       entry.size = {1920, 1080};
       entry.board = "none";

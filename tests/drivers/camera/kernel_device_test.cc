@@ -10,6 +10,7 @@
 
 #include "drivers/camera/v4l2_camera.h"
 #include "drivers/camera/v4l2_capabilities.h"
+#include "firmware-like/image/image_size.h"
 
 namespace plumbline::camera {
 namespace {
@@ -42,9 +43,9 @@ std::unique_ptr<Camera> Open(const std::string& selector, const V4l2Device& devi
   const auto offer = QueryV4l2Capabilities(device);
   if (!offer) FAIL(offer.error());
   for (const V4l2Mode& mode : offer->modes) {
-    const lens::ImageSize size = mode.largest, best = options.mode.size;
+    const image::ImageSize size = mode.largest, best = options.mode.size;
     const bool smaller =
-        best == lens::ImageSize{} || size.width * size.height < best.width * best.height;
+        best == image::ImageSize{} || size.width * size.height < best.width * best.height;
     if (PixelFormatOfFourcc(mode.fourcc) && smaller) options.mode.size = size;
   }
   auto made = V4l2Camera::Create(options, MonotonicSeconds);

@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "firmware-like/image/image_size.h"
+
 namespace plumbline::camera {
 namespace {
 
@@ -44,7 +46,7 @@ Bytes WithoutTables(const Bytes& jpeg) {
   return out;
 }
 
-RawImage Raw(PixelFormat format, lens::ImageSize size, std::ptrdiff_t stride, const Bytes& bytes) {
+RawImage Raw(PixelFormat format, image::ImageSize size, std::ptrdiff_t stride, const Bytes& bytes) {
   return {format, size, stride, bytes};
 }
 
@@ -78,7 +80,7 @@ TEST_CASE("luma: grey and NV12 refer to the memory of the camera, including padd
     REQUIRE(luma);
     CHECK(luma->data == bytes.data());
     CHECK(luma->stride == 10);
-    CHECK(luma->size() == lens::ImageSize{8, 4});
+    CHECK(luma->size() == image::ImageSize{8, 4});
   }
   CHECK(buffer.empty());
 }
@@ -102,7 +104,8 @@ TEST_CASE("luma: short frames and impossible sizes and strides are rejected") {
              Catch::Contains("a short frame: 100 bytes, but 10 x 11 px in GREY need 110"));
   CHECK_THAT(FaultOf(Raw(PixelFormat::kNv12, {10, 8}, 10, bytes)), Catch::Contains("need 120"));
   CHECK_THAT(FaultOf(Raw(PixelFormat::kYuyv, {10, 6}, 20, bytes)), Catch::Contains("need 120"));
-  for (const lens::ImageSize size : {lens::ImageSize{0, 4}, {4, 0}, {-4, 4}, {1 << 30, 1 << 30}}) {
+  for (const image::ImageSize size :
+       {image::ImageSize{0, 4}, {4, 0}, {-4, 4}, {1 << 30, 1 << 30}}) {
     CHECK_THAT(FaultOf(Raw(PixelFormat::kGrey, size, 1 << 30, bytes)),
                Catch::Contains("not possible"));
   }
@@ -155,7 +158,7 @@ TEST_CASE("JPEG: garbage, truncation, damage, progressive coding and another siz
 }
 
 TEST_CASE("BGR: every format converts to the same colours as with OpenCV") {
-  const lens::ImageSize size{96, 64};
+  const image::ImageSize size{96, 64};
   const cv::Mat image = Colours(size.width, size.height);
   // Chroma that is the same for two pixels, from OpenCV's 4:2:0: Y, then U, then V.
   cv::Mat planes;

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "drivers/camera/registry.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/app/temporary_folder.h"
 
 namespace plumbline::camera {
@@ -56,7 +57,7 @@ TEST_CASE("recorded camera: unpaced, every frame is returned with its recorded t
   for (unsigned k = 0; k < 5; ++k) {
     now_s += 1;
     REQUIRE(camera->Read(0.1, recording.frame) == CameraResult::kFrame);
-    CHECK(recording.frame.luma.size() == lens::ImageSize{8, 6});
+    CHECK(recording.frame.luma.size() == image::ImageSize{8, 6});
     CHECK(recording.frame.luma.row(5)[7] == 10 * (k + 1));
     CHECK(recording.frame.time_s == Approx(101 + 0.1 * k));
     CHECK(recording.frame.sequence == k);

@@ -4,6 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "drivers/camera/registry.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/drivers/camera/fake_v4l2.h"
 
 namespace plumbline::camera {
@@ -67,7 +68,7 @@ TEST_CASE("v4l2 camera: connects by itself, luma in place, the driver's time") {
   REQUIRE(cell.Read() == CameraResult::kFrame);
   CHECK(cell.camera->identity().serial == "A1");
   CHECK(cell.camera->identity().mode == "GREY 16x8@30");
-  CHECK(cell.frame.luma.size() == lens::ImageSize{16, 8});
+  CHECK(cell.frame.luma.size() == image::ImageSize{16, 8});
   CHECK(cell.Seen() == 50);
   CHECK(cell.frame.time_s == Approx(1000.03));
   const bool in_place = cell.frame.luma.data == cell.device->memory[0].bytes.data();

@@ -4,10 +4,12 @@
 
 #include <catch2/catch.hpp>
 
+#include "firmware-like/image/image_size.h"
+
 namespace plumbline::camera {
 namespace {
 
-V4l2Mode Discrete(std::uint32_t fourcc, lens::ImageSize size, std::vector<double> rates_hz) {
+V4l2Mode Discrete(std::uint32_t fourcc, image::ImageSize size, std::vector<double> rates_hz) {
   return {fourcc, size, size, {1, 1}, std::move(rates_hz)};
 }
 
@@ -64,7 +66,7 @@ TEST_CASE("mode: unsupported formats are reported with the remedy") {
                           {V4L2_PIX_FMT_H264, "H264 720x576", "Motion JPEG or raw"},
                           {V4L2_PIX_FMT_SRGGB8, "RGGB 720x576", "monochrome"},
                           {V4L2_PIX_FMT_Y16, "Y16  720x576", "8 bits"}}) {
-    for (const lens::ImageSize size : {lens::ImageSize{}, {720, 576}}) {
+    for (const image::ImageSize size : {image::ImageSize{}, {720, 576}}) {
       const std::string error = Chosen({Discrete(one.fourcc, {720, 576}, {25})}, {.size = size});
       CHECK_THAT(error, Catch::Contains(std::string("offers ") + one.name) &&
                             Catch::Contains("supported are GREY, NV12, YUYV, UYVY, MJPG") &&

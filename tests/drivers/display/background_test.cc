@@ -4,7 +4,8 @@
 #include <random>
 
 #include "drivers/display/background_pass.h"
-#include "tests/drivers/display/drawing.h"
+#include "firmware-like/image/image_size.h"
+#include "tests/drivers/display/drawing_fixture.h"
 
 using namespace plumbline;
 
@@ -13,7 +14,7 @@ using namespace plumbline::display;
 namespace {
 
 /// Image with edges and gradients in every direction, as blurred as a real camera image.
-cv::Mat Photograph(lens::ImageSize size, int channels) {
+cv::Mat Photograph(image::ImageSize size, int channels) {
   cv::Mat image(size.height, size.width, CV_8UC(channels));
   cv::RNG random(7);
   random.fill(image, cv::RNG::UNIFORM, 0, 255);
@@ -33,7 +34,7 @@ struct Case {
   lens::Lens pinhole;
 };
 
-std::vector<Case> Cases(lens::ImageSize size) {
+std::vector<Case> Cases(image::ImageSize size) {
   lens::Lens barrel = test::Pinhole(0.9 * size.width, size);
   barrel.fy *= 1.01;
   barrel.cx += 7.3;
@@ -67,7 +68,7 @@ double Expected(const cv::Mat& image, const cv::Mat& map, int u, int v, int chan
          ty * ((1 - tx) * at(y0 + 1, x0) + tx * at(y0 + 1, x0 + 1));
 }
 
-cv::Mat MapOf(const lens::Lens& lens, const lens::Lens& pinhole, lens::ImageSize size) {
+cv::Mat MapOf(const lens::Lens& lens, const lens::Lens& pinhole, image::ImageSize size) {
   const cv::Mat K = (cv::Mat_<double>(3, 3) << lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
   const cv::Mat P =
       (cv::Mat_<double>(3, 3) << pinhole.fx, 0, pinhole.cx, 0, pinhole.fy, pinhole.cy, 0, 0, 1);
@@ -98,7 +99,7 @@ scene::DisplayList ListOf(const cv::Mat& image, const Case& c, cv::Mat& padded) 
 TEST_CASE("the background matches OpenCV's undistortion to one grey level") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  const lens::ImageSize size{960, 540};
+  const image::ImageSize size{960, 540};
   for (const int channels : {1, 3}) {
     const cv::Mat image = Photograph(size, channels);
     for (const Case& c : Cases(size)) {
@@ -139,7 +140,7 @@ TEST_CASE("the background matches OpenCV's undistortion to one grey level") {
 TEST_CASE("outside the image and where the lens folds back the picture is empty") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  const lens::ImageSize size{640, 480};
+  const image::ImageSize size{640, 480};
   const cv::Mat image(size.height, size.width, CV_8UC1, cv::Scalar(200));
   lens::Lens folding = test::Pinhole(300, size);
   folding.k1 = -0.35;  // folds at r = 0.976: pixel 319.5 + 300 * 0.65 is the farthest it reaches
@@ -158,7 +159,7 @@ TEST_CASE("outside the image and where the lens folds back the picture is empty"
 TEST_CASE("an image without a lens is shown unchanged, scaled to fit if the size differs") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
-  const lens::ImageSize size{320, 240};
+  const image::ImageSize size{320, 240};
   const cv::Mat image = Photograph(size, 1);
   scene::DisplayList list = test::EmptyList(size, 777);
   list.background.luma = {image.data, size.width, size.height, size.width};

@@ -6,7 +6,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/model/materials.h"
 #include "firmware-like/scene/loaded_tool.h"
-#include "tests/drivers/display/drawing.h"
+#include "tests/drivers/display/drawing_fixture.h"
 
 using namespace plumbline;
 

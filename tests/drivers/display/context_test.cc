@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "drivers/display/gl_context.h"
-#include "tests/drivers/display/drawing.h"
+#include "tests/drivers/display/drawing_fixture.h"
 #include "tests/drivers/display/exchanged_egl.h"
 
 using namespace plumbline;

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "drivers/display/registry.h"
+#include "firmware-like/image/image_size.h"
 #include "tests/drivers/display/fake_card.h"
 
 using namespace plumbline;
@@ -27,20 +28,20 @@ void Pass(double seconds) {
 /// Picture whose pixels encode their coordinates.
 class Marked : public DrawnPicture {
  public:
-  explicit Marked(lens::ImageSize size, int mark = 0) : size_(size) {
+  explicit Marked(image::ImageSize size, int mark = 0) : size_(size) {
     for (int v = 0; v < size.height; ++v) {
       for (int u = 0; u < size.width; ++u) {
         for (const int c : {u, v, mark, 77}) pixels_.push_back(static_cast<std::uint8_t>(c));
       }
     }
   }
-  lens::ImageSize size() const override { return size_; }
+  image::ImageSize size() const override { return size_; }
   PictureView ReadRows(int first, int count) override {
     return {pixels_.data() + 4 * first * size_.width, {size_.width, count}};
   }
 
  private:
-  lens::ImageSize size_;
+  image::ImageSize size_;
   std::vector<std::uint8_t> pixels_;
 };
 
@@ -74,7 +75,7 @@ TEST_CASE("a monitor gets its mode with the first picture, and buffers alternate
   test::FakeCard card;
   auto display = Kms(card);
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
-  CHECK(display->size() == lens::ImageSize{1280, 720});
+  CHECK(display->size() == image::ImageSize{1280, 720});
   for (int mark = 1; mark < 5; ++mark) {
     Marked picture({1280, 720}, mark);
     REQUIRE(display->Show(picture) == DisplayResult::kShown);
@@ -87,7 +88,7 @@ TEST_CASE("a monitor gets its mode with the first picture, and buffers alternate
     CHECK(card.Pixel(1279, 719) == XrgbAt(1279, 719, mark));
   }
   CHECK(card.modes_set() == 1);
-  CHECK(card.mode() == lens::ImageSize{1280, 720});
+  CHECK(card.mode() == image::ImageSize{1280, 720});
   CHECK(card.buffers() == 2);
   display.reset();
   CHECK(card.buffers() == 0);
@@ -97,11 +98,11 @@ TEST_CASE("the mode of the requested size is used, otherwise the preferred one")
   test::FakeCard card;
   auto small = Kms(card, {.card = "", .connector = "HDMI-A-1", .size = {640, 480}});
   REQUIRE(small->Wait(0) == DisplayResult::kReady);
-  CHECK(small->size() == lens::ImageSize{640, 480});
+  CHECK(small->size() == image::ImageSize{640, 480});
   small.reset();
   auto other = Kms(card, {.card = "", .connector = "", .size = {800, 600}});
   REQUIRE(other->Wait(0) == DisplayResult::kReady);
-  CHECK(other->size() == lens::ImageSize{1280, 720});
+  CHECK(other->size() == image::ImageSize{1280, 720});
 }
 
 TEST_CASE("an unplugged monitor is reported and found again with another mode") {
@@ -123,13 +124,13 @@ TEST_CASE("an unplugged monitor is reported and found again with another mode") 
   card.modes = {{640, 480}};
   now_s += 5;
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
-  CHECK(display->size() == lens::ImageSize{640, 480});
+  CHECK(display->size() == image::ImageSize{640, 480});
   CHECK(display->Show(picture) == DisplayResult::kSizeMismatch);
   Marked smaller({640, 480}, 9);
   REQUIRE(display->Show(smaller) == DisplayResult::kShown);
   card.Refresh();
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
-  CHECK(card.mode() == lens::ImageSize{640, 480});
+  CHECK(card.mode() == image::ImageSize{640, 480});
   CHECK(card.Pixel(5, 6) == XrgbAt(5, 6, 9));
 }
 
@@ -247,7 +248,7 @@ TEST_CASE("a framebuffer holds the picture in its visible part; 16-bit colours a
   test::FakeFramebuffer device(var, kStride, kStride * 60);
   auto display = Framebuffer(device);
   REQUIRE(display->Wait(0) == DisplayResult::kReady);
-  CHECK(display->size() == lens::ImageSize{64, 48});
+  CHECK(display->size() == image::ImageSize{64, 48});
   Marked picture({64, 48}, 200);
   REQUIRE(display->Show(picture) == DisplayResult::kShown);
   const std::vector<std::uint8_t> bytes = device.Bytes();

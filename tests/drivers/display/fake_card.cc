@@ -48,7 +48,7 @@ void HandOver(const std::vector<T>& list, std::uint64_t to, Count& count) {
   count = static_cast<Count>(list.size());
 }
 
-drm_mode_modeinfo ModeOf(lens::ImageSize size, bool preferred) {
+drm_mode_modeinfo ModeOf(image::ImageSize size, bool preferred) {
   drm_mode_modeinfo mode{};
   mode.hdisplay = static_cast<std::uint16_t>(size.width);
   mode.vdisplay = static_cast<std::uint16_t>(size.height);
@@ -136,7 +136,7 @@ int FakeCard::Commit(const void* argument) {
   }
   constexpr std::uint32_t kFlip = DRM_MODE_ATOMIC_NONBLOCK | DRM_MODE_PAGE_FLIP_EVENT;
   if ((request.flags & kFlip) != kFlip) return Refuse(EINVAL);
-  lens::ImageSize mode = mode_;
+  image::ImageSize mode = mode_;
   if (set.contains("crtc MODE_ID")) {
     const auto blob = blobs_.find(static_cast<std::uint32_t>(set["crtc MODE_ID"]));
     if (blob == blobs_.end() || (request.flags & DRM_MODE_ATOMIC_ALLOW_MODESET) == 0 ||
@@ -184,7 +184,7 @@ int FakeCard::Answer(unsigned long request, void* argument) {
     case DRM_IOCTL_MODE_GETCONNECTOR: {
       auto& connector = As<drm_mode_get_connector>(argument);
       std::vector<drm_mode_modeinfo> offered;
-      for (const lens::ImageSize& size : modes) offered.push_back(ModeOf(size, offered.empty()));
+      for (const image::ImageSize& size : modes) offered.push_back(ModeOf(size, offered.empty()));
       if (!connected) offered.clear();
       HandOver(offered, connector.modes_ptr, connector.count_modes);
       HandOver<std::uint32_t>({kEncoder}, connector.encoders_ptr, connector.count_encoders);

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware-like/image/image_size.h"
 #include "firmware-like/lens/lens.h"
 
 namespace plumbline::test {
@@ -30,8 +31,8 @@ class FakeCard {
   // Set by the test.
   bool atomic = true;
   bool connected = true;
-  std::vector<lens::ImageSize> modes = {{1280, 720}, {640, 480}};  ///< the first one is preferred
-  int refuse_commits_with = 0;                                     ///< errno
+  std::vector<image::ImageSize> modes = {{1280, 720}, {640, 480}};  ///< the first one is preferred
+  int refuse_commits_with = 0;                                      ///< errno
 
   std::function<void()> on_commit,
       on_flip;  ///< called when a picture is accepted and when it is shown
@@ -41,9 +42,9 @@ class FakeCard {
   void Refresh();
 
   // Queried by the test.
-  int probes() const { return probes_; }          ///< number of connector probes
-  lens::ImageSize mode() const { return mode_; }  ///< {0, 0}: never set
-  int modes_set() const { return modes_set_; }    ///< number of mode sets
+  int probes() const { return probes_; }           ///< number of connector probes
+  image::ImageSize mode() const { return mode_; }  ///< {0, 0}: never set
+  int modes_set() const { return modes_set_; }     ///< number of mode sets
   std::size_t buffers() const { return buffers_.size(); }
   /// Pixel on the screen: 0xXXRRGGBB.
   std::uint32_t Pixel(int u, int v) const;
@@ -67,10 +68,10 @@ class FakeCard {
   std::uint32_t next_ = 1000;
   std::map<std::uint32_t, Buffer> buffers_;              ///< by handle
   std::map<std::uint32_t, std::uint32_t> framebuffers_;  ///< handle by framebuffer id
-  std::map<std::uint32_t, lens::ImageSize> blobs_;
+  std::map<std::uint32_t, image::ImageSize> blobs_;
   std::uint32_t on_screen_ = 0, pending_ = 0;  ///< framebuffers
   std::uint64_t pending_user_ = 0;
-  lens::ImageSize mode_;
+  image::ImageSize mode_;
   int modes_set_ = 0, probes_ = 0;
 };
 

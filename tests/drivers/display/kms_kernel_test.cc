@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "drivers/display/kms_display.h"
+#include "firmware-like/image/image_size.h"
 
 using namespace plumbline;
 
@@ -14,15 +15,15 @@ namespace {
 
 class White : public DrawnPicture {
  public:
-  explicit White(lens::ImageSize size)
+  explicit White(image::ImageSize size)
       : size_(size), pixels_(static_cast<std::size_t>(4 * size.width * size.height), 255) {}
-  lens::ImageSize size() const override { return size_; }
+  image::ImageSize size() const override { return size_; }
   PictureView ReadRows(int first, int count) override {
     return {pixels_.data() + 4 * first * size_.width, {size_.width, count}};
   }
 
  private:
-  lens::ImageSize size_;
+  image::ImageSize size_;
   std::vector<std::uint8_t> pixels_;
 };
 

@@ -5,7 +5,7 @@
 #include "drivers/display/colour_scale.h"
 #include "drivers/display/font.h"
 #include "drivers/display/mesh_normals.h"
-#include "tests/drivers/display/drawing.h"
+#include "tests/drivers/display/drawing_fixture.h"
 
 using namespace plumbline;
 

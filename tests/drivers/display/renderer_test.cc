@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include "firmware-like/geometry/rotation.h"
-#include "tests/drivers/display/drawing.h"
+#include "firmware-like/image/image_size.h"
+#include "tests/drivers/display/drawing_fixture.h"
 
 using namespace plumbline;
 
@@ -16,7 +17,7 @@ using test::Pixel;
 
 namespace {
 
-const lens::ImageSize kSize{640, 480};
+const image::ImageSize kSize{640, 480};
 const scene::Colour kRed{1, 0, 0, 1}, kGreen{0, 1, 0, 1};
 
 /// Centroid of everything brighter than the empty picture in one channel; brightness is capped at
@@ -335,8 +336,8 @@ TEST_CASE("invalid lists are rejected or drawn without the invalid parts") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const lens::ImageSize size :
-       {lens::ImageSize{0, 480}, lens::ImageSize{640, -1}, lens::ImageSize{100000, 10}}) {
+  for (const image::ImageSize size :
+       {image::ImageSize{0, 480}, image::ImageSize{640, -1}, image::ImageSize{100000, 10}}) {
     scene::DisplayList list = test::EmptyList(kSize);
     list.size = size;
     CHECK(drawing.renderer->Draw(list) == DrawResult::kRefused);
@@ -374,8 +375,8 @@ TEST_CASE("the picture size can change between pictures") {
   test::Drawing drawing;
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
-  for (const lens::ImageSize size :
-       {lens::ImageSize{640, 480}, lens::ImageSize{1920, 1080}, lens::ImageSize{33, 17}}) {
+  for (const image::ImageSize size :
+       {image::ImageSize{640, 480}, image::ImageSize{1920, 1080}, image::ImageSize{33, 17}}) {
     scene::DisplayList list = test::EmptyList(size);
     list.meshes = {test::Placed(square, Vec3(0, 0, 1), kGreen)};
     const RgbImage image = Drawn(drawing, list);

@@ -78,12 +78,12 @@ TEST_CASE("beta rotates about y after the twist, in both conventions") {
     joint.alpha_rad = 0.7;
     joint.d_m = 0.3;
     const Chain chain(robot);
-    effects::Influence<double> change;
-    change.Joint(effects::Influence<double>::kTwistBeta, 0) = 0.2;
+    const double none = 0, beta = 0.2;
+    const DhChanges<double> changes{&none, &none, &none, &beta};
     model::JointVector q(1);
     q << -0.9;
     PostureOf<double> posture;
-    chain.Evaluate<double>(q, &change, posture);
+    chain.Evaluate<double>(q, &changes, posture);
     const Eigen::AngleAxisd Rz(q[0], Vec3::UnitZ()), Rx(0.7, Vec3::UnitX()), Ry(0.2, Vec3::UnitY());
     const Eigen::Translation3d Tz(0, 0, 0.3), Tx(0.4, 0, 0);
     const Eigen::Isometry3d expected = convention == model::DhConvention::kDistal

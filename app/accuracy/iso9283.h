@@ -1,0 +1,73 @@
+// Performance characteristics of ISO 9283 from measured poses: accuracy, repeatability, drift.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "firmware-like/geometry/pose.h"
+
+namespace plumbline::accuracy {
+
+/// One measured row.
+struct Reading {
+  int pose = 0;                    ///< readings of one command pose share it
+  int session = 0;                 ///< readings of one session are in the same frame
+  std::optional<double> t_s{};     ///< absent: not recorded
+  Vec3 attained_W = Vec3::Zero();  ///< measured tip [m]
+  Vec3 error_W = Vec3::Zero();     ///< attained minus command [m]
+};
+
+/// Characteristics of one pose.
+struct PoseCharacteristics {
+  int pose = 0;
+  int session = 0;
+  int cycles = 0;
+  Vec3 barycentre_W = Vec3::Zero();  ///< mean of the attained positions [m]
+  Vec3 mean_error_W = Vec3::Zero();  ///< barycentre minus command [m]
+  double accuracy_m = 0;             ///< AP_P, the length of `mean_error_W`
+  /// RP_l = mean + 3 standard deviations of the distances from the barycentre [m]; absent with
+  /// fewer than three cycles.
+  std::optional<double> repeatability_m{};
+  double repeatability_u_m = 0;  ///< its standard uncertainty, from the number of cycles
+};
+
+/// AD: mean attained distance between two poses minus the commanded one.
+struct DistanceCharacteristics {
+  std::size_t from = 0, to = 0;  ///< into Characteristics::poses
+  double commanded_m = 0;
+  double accuracy_m = 0;  ///< signed
+};
+
+/// dAP: change of the pose accuracy between the first and the last visit of a pose.
+struct DriftCharacteristics {
+  std::size_t pose = 0;  ///< into Characteristics::poses
+  int first_cycles = 0, last_cycles = 0;
+  std::optional<double> elapsed_s{};  ///< between the means of the two visits
+  double accuracy_m = 0;              ///< |AP(last) - AP(first)|
+};
+
+struct Characteristics {
+  std::vector<PoseCharacteristics> poses;  ///< in the order of their first reading
+  double mean_accuracy_m = 0;              ///< of AP_P over the poses
+  std::size_t worst = 0;                   ///< the pose with the largest AP_P
+  /// The pose with the largest RP_l; absent if no pose has three cycles.
+  std::optional<std::size_t> least_repeatable{};
+  /// Standard deviation of a cycle about its pose's mean, on one axis, pooled over the poses [m],
+  /// and its degrees of freedom; 0 without repeated poses.
+  double cycle_sigma_m = 0;
+  int cycle_freedom = 0;
+  /// Of the two poses commanded farthest apart within one session; absent if there are none.
+  std::optional<DistanceCharacteristics> distance{};
+  double rms_distance_m = 0;  ///< of AD over all pairs of poses within a session
+  std::size_t pairs = 0;
+  /// Of the pose with the longest time (or the most readings) between two visits; absent if no
+  /// pose was visited again after another one.
+  std::optional<DriftCharacteristics> drift{};
+};
+
+/// Characteristics of readings in the order of measuring; empty for no readings. Of more than 1000
+/// poses, an evenly spaced subset takes part in the distances.
+Characteristics CharacteristicsOf(const std::vector<Reading>& readings);
+
+}  // namespace plumbline::accuracy

@@ -1,0 +1,72 @@
+// Drift monitor over rows of the journal, with the log entries about its findings.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "app/config/monitoring_config.h"
+#include "app/journal/journal.h"
+#include "app/log/log_entry.h"
+#include "firmware-like/monitor/drift_monitor.h"
+
+namespace plumbline::daemon {
+
+/// The monitor's verdict on one row.
+struct RowVerdict {
+  bool outlier = false;
+  bool raised = false;              ///< this row raised the alarm
+  bool reference_complete = false;  ///< with this row the reference was learned or refused
+};
+
+/// Selects the rows that the drift monitor may compare, and knows which row each of its probes is.
+///
+/// All monitored probes are by one camera, that of the first row by a camera, or by none: errors of
+/// the tags' declared positions are the same in every probe of one camera, but differ between
+/// cameras.
+class RowDriftMonitor {
+ public:
+  /// @param sink  receives one entry for each camera whose probes are not monitored
+  /// @param step  progress callback, called between steps that take about a second in total
+  RowDriftMonitor(const config::MonitoringConfig& config, log::LogSink sink,
+                  const std::function<void()>& step);
+
+  /// Discards everything, including the reference and its camera.
+  void Restart();
+
+  /// Processes a row; rows arrive in ascending id.
+  /// @param replayed  read from the journal; then nothing is logged
+  /// @return          nullopt for a row that is not monitored
+  std::optional<RowVerdict> Update(const journal::JournalRow& row, bool replayed);
+
+  const monitor::DriftMonitor& drift() const { return drift_; }
+  std::int64_t alarm_row() const { return alarm_row_; }  ///< that raised the alarm; 0: none did
+
+  /// The reference that was learned, or why it was refused and which rows disagree.
+  log::LogEntry ReferenceEntry() const;
+  /// The shift that raised the alarm: the median over the rows that contributed, because the
+  /// monitor's own estimate limits each probe and so underestimates shifts of several millimetres.
+  /// The monitor's estimate if the rows cannot be read. There must be an alarm.
+  /// @param journal  from which the monitored rows came
+  /// @param joints   of the cell
+  log::LogEntry AlarmEntry(journal::Journal& journal, const std::vector<model::Joint>& joints,
+                           int model_version) const;
+
+ private:
+  bool MatchesReference(const journal::JournalRow& row, bool replayed);
+  Vec3 MedianShift(journal::Journal& journal, const std::vector<model::Joint>& joints,
+                   int model_version) const;
+
+  log::LogSink sink_;
+  double probe_sigma_m_;
+  monitor::DriftMonitor drift_;
+  std::optional<std::string> reference_camera_;  ///< nullopt before the first row by a camera
+  std::set<std::string> unmonitored_cameras_;    ///< that were logged as not monitored
+  std::vector<std::int64_t> monitored_rows_;     ///< ascending
+  std::int64_t alarm_row_ = 0;
+};
+
+}  // namespace plumbline::daemon

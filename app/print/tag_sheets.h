@@ -1,0 +1,25 @@
+// Sheets of tags to scale.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/print/paper.h"
+#include "app/tracking/tag_family.h"
+#include "firmware-like/result.h"
+
+namespace plumbline::print {
+
+/// Lays out tags on as few sheets as possible, in portrait or landscape. Each has a white border of
+/// one cell, an arrow that points up, and its family, id and size below it. Tags are drawn as the
+/// detector takes them for upright, which for 36h11 is the AprilTag library's orientation.
+/// @param ids   of the tags, not empty, all of the family
+/// @param side_mm  side of the black square, from outer edge to outer edge
+/// @return      the sheets, or an error that names the largest size that fits
+Result<Document> TagSheets(const tracking::TagFamily& family, const std::vector<int>& ids,
+                           double side_mm, const Paper& paper);
+
+/// The lines that declare one tag in bodies.toml.
+std::vector<std::string> TagLines(int id, double side_mm);
+
+}  // namespace plumbline::print

@@ -1,0 +1,38 @@
+// ISO 9283 characteristics of a diagnosis' rows before and after correction.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/accuracy/budget.h"
+#include "app/diagnosis/diagnosis.h"
+
+namespace plumbline::report {
+
+/// Characteristics with one model, and what their uncertainties need.
+struct Achieved {
+  accuracy::Characteristics characteristics;
+  accuracy::Contributions contributions;
+
+  accuracy::Budget BudgetOfPose(std::size_t pose) const {
+    return accuracy::BudgetOf(characteristics, contributions, characteristics.poses[pose].cycles);
+  }
+};
+
+/// Both have the same poses in the same order.
+struct AchievedAccuracy {
+  std::optional<Achieved> before;
+  std::optional<Achieved> after;  ///< absent also if no correction was found or written
+  std::string why_none;           ///< why `before` is absent
+  /// True if the errors are those of rows that were used neither to select nor to fit the effects.
+  bool held_out = false;
+  int rows = 0;           ///< that take part
+  int rejected_rows = 0;  ///< outliers, which do not
+};
+
+/// Rows rejected as outliers are excluded. If rows were held out, only these take part, with their
+/// held-out errors.
+AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
+                                    const model::CellModel& cell);
+
+}  // namespace plumbline::report

@@ -1,0 +1,368 @@
+#include "app/report/figures_certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/signal_unit.h"
+#include "app/report/plot.h"
+#include "app/report/signal_bins.h"
+
+namespace plumbline::report {
+namespace {
+
+constexpr int kWidth = 700, kPointsHeight = 138, kDecidingHeight = 190;
+constexpr const char* kTolerance = "#b42318";
+constexpr double kWeakShare = 0.3;      // a signal that explains less decides nothing
+constexpr double kStraightShare = 0.9;  // share of a correction that a straight line explains
+constexpr double kNearAxis_m = 1e-3;    // radial and tangential are undefined on the base's axis
+
+/// A component of the residual.
+enum class Component { kX, kY, kZ, kRadial, kTangential };
+
+const char* NameOf(Component component) {
+  switch (component) {
+    case Component::kX:
+      return "in x";
+    case Component::kY:
+      return "in y";
+    case Component::kZ:
+      return "in z";
+    case Component::kRadial:
+      return "away from the base's axis";
+    case Component::kTangential:
+      break;
+  }
+  return "around the base's axis";
+}
+
+/// Unit vector of a component at a point, in W.
+Vec3 DirectionAt(Component component, const Pose& X_WB, const Vec3& p_W) {
+  if (component <= Component::kZ) return Vec3::Unit(static_cast<int>(component));
+  const Vec3 axis = X_WB.R * Vec3::UnitZ();
+  const Vec3 from_axis = (p_W - X_WB.p) - axis * axis.dot(p_W - X_WB.p);
+  if (from_axis.norm() < kNearAxis_m) return Vec3::Zero();
+  const Vec3 radial = from_axis.normalized();
+  return component == Component::kRadial ? radial : Vec3(axis.cross(radial));
+}
+
+std::vector<Component> ComponentsOf(const model::CellModel& cell) {
+  std::vector<Component> all = {Component::kX, Component::kY, Component::kZ};
+  if (cell.measurement.frame_known) {
+    all.push_back(Component::kRadial);
+    all.push_back(Component::kTangential);
+  }
+  return all;
+}
+
+struct Selected {
+  const diagnosis::SignalTrace* signal = nullptr;
+  Component component = Component::kZ;
+  Cloud cloud, rejected;  ///< rejected: outliers, drawn only if they may show the cause
+  double share_before = 0, share_after = 0;  ///< of the mean square
+};
+
+Cloud CloudAlong(const diagnosis::Diagnosis& diagnosis, const diagnosis::SignalTrace& signal,
+                 Component component, const Pose& X_WB, bool outliers) {
+  std::vector<diagnosis::RowIndex> order;
+  const std::size_t count = std::min(signal.values.size(), diagnosis.rows.size());
+  for (const diagnosis::RowIndex row : diagnosis::FirstIndices<diagnosis::RowIndex>(count)) {
+    const diagnosis::RowTrace& of = diagnosis.rows[row];
+    if (of.outlier == outliers && std::isfinite(signal.values[row]) && of.before.allFinite() &&
+        of.after.allFinite()) {
+      order.push_back(row);
+    }
+  }
+  std::stable_sort(order.begin(), order.end(), [&](diagnosis::RowIndex a, diagnosis::RowIndex b) {
+    return signal.values[a] < signal.values[b];
+  });
+  Cloud cloud;
+  for (const diagnosis::RowIndex row : order) {
+    const diagnosis::RowTrace& of = diagnosis.rows[row];
+    const Vec3 along = DirectionAt(component, X_WB, of.p_measured);
+    cloud.value.push_back(signal.values[row]);
+    cloud.before.push_back(1e3 * along.dot(of.before));
+    cloud.after.push_back(1e3 * along.dot(of.after));
+  }
+  return cloud;
+}
+
+/// A cloud with further points, sorted again.
+Cloud Joined(const Cloud& a, const Cloud& b) {
+  std::vector<std::array<double, 3>> points;
+  for (const Cloud* of : {&a, &b}) {
+    for (std::size_t k = 0; k < of->value.size(); ++k) {
+      points.push_back({of->value[k], of->before[k], of->after[k]});
+    }
+  }
+  std::stable_sort(points.begin(), points.end(),
+                   [](const auto& p, const auto& q) { return p[0] < q[0]; });
+  Cloud joined;
+  for (const auto& [value, before, after] : points) {
+    joined.value.push_back(value);
+    joined.before.push_back(before);
+    joined.after.push_back(after);
+  }
+  return joined;
+}
+
+/// Variance of the residual, and the share of it that binned means explain, both corrected for the
+/// degrees of freedom.
+std::pair<double, double> ExplainedBy(const std::vector<Bin>& bins, double Bin::*mean,
+                                      const std::vector<double>& residual) {
+  const auto n = static_cast<double>(residual.size());
+  const auto k = static_cast<double>(bins.size());
+  if (n <= k || k < 2) return {0, 0};
+  double sum = 0, square = 0, between = 0;
+  for (const double one : residual) sum += one;
+  for (const double one : residual) square += (one - sum / n) * (one - sum / n);
+  for (const Bin& bin : bins) between += bin.count * std::pow(bin.*mean - sum / n, 2);
+  if (square <= 0) return {0, 0};
+  return {square / (n - 1), std::max(0.0, 1 - (square - between) / (n - k) / (square / (n - 1)))};
+}
+
+/// Signals that may decide the verdict: the drivers of an unknown cause, otherwise all.
+std::vector<const diagnosis::SignalTrace*> EligibleSignals(const diagnosis::Diagnosis& diagnosis) {
+  std::vector<const diagnosis::SignalTrace*> all, drivers;
+  for (const diagnosis::SignalTrace& signal : diagnosis.signals) {
+    all.push_back(&signal);
+    const auto& names = diagnosis.drivers;
+    if (std::find(names.begin(), names.end(), signal.name) != names.end()) {
+      drivers.push_back(&signal);
+    }
+  }
+  return drivers.empty() ? all : drivers;
+}
+
+Selected Select(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell) {
+  const bool unknown = diagnosis.verdict == diagnosis::Verdict::kUnknown;
+  // What is left gives away a cause without a driver; otherwise what was there before correction.
+  const bool by_after = unknown && diagnosis.drivers.empty();
+  Selected best;
+  double most = -1;
+  for (const diagnosis::SignalTrace* const signal : EligibleSignals(diagnosis)) {
+    for (const Component component : ComponentsOf(cell)) {
+      Selected one{signal, component, {}, {}};
+      one.cloud = CloudAlong(diagnosis, *signal, component, cell.robot.X_WB, false);
+      if (unknown) {
+        one.rejected = CloudAlong(diagnosis, *signal, component, cell.robot.X_WB, true);
+      }
+      const Cloud all = Joined(one.cloud, one.rejected);
+      const std::vector<Bin> bins = BinsOf(all);
+      const auto [before, share_before] = ExplainedBy(bins, &Bin::before, all.before);
+      const auto [after, share_after] = ExplainedBy(bins, &Bin::after, all.after);
+      one.share_before = share_before;
+      one.share_after = share_after;
+      const double explained = by_after ? after * share_after : before * share_before;
+      if (explained <= most || one.cloud.value.empty()) continue;
+      most = explained;
+      best = std::move(one);
+    }
+  }
+  return best;
+}
+
+struct Slope {
+  double mm_per_unit, expanded;  ///< k = 2
+};
+
+/// Slope of the correction along the signal if a straight line explains it.
+std::optional<Slope> CorrectionSlope(const Cloud& cloud) {
+  const auto n = static_cast<double>(cloud.value.size());
+  if (n < 4) return std::nullopt;
+  double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  const auto correction = [&](std::size_t k) { return cloud.before[k] - cloud.after[k]; };
+  for (std::size_t k = 0; k < cloud.value.size(); ++k) {
+    x += cloud.value[k] / n;
+    y += correction(k) / n;
+  }
+  for (std::size_t k = 0; k < cloud.value.size(); ++k) {
+    const double dx = cloud.value[k] - x, dy = correction(k) - y;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
+  }
+  if (xx <= 0 || yy <= 0 || xy * xy < kStraightShare * xx * yy) return std::nullopt;
+  const double slope = xy / xx;
+  return Slope{slope, 2 * std::sqrt(std::max(0.0, yy - slope * xy) / (n - 2) / xx)};
+}
+
+std::string DecidingSentence(const Selected& selected, bool corrected, diagnosis::Verdict verdict) {
+  const std::string& name = selected.signal->name;
+  const char* const where = NameOf(selected.component);
+  const std::string before = diagnosis::PercentText(selected.share_before),
+                    after = diagnosis::PercentText(selected.share_after);
+  const bool unknown = verdict == diagnosis::Verdict::kUnknown;
+  std::string text;
+  if (verdict == diagnosis::Verdict::kNoEffect || selected.share_before < kWeakShare) {
+    const bool decides = unknown && selected.share_after >= kWeakShare;
+    text = decides ? fmt::format("The residual {} still follows {} after correction ({} of it).",
+                                 where, name, after)
+                   : fmt::format(
+                         "No single signal explains the residual; the strongest is {} with "
+                         "{} of the residual {}.",
+                         name, before, where);
+  } else if (corrected) {
+    text = fmt::format("Before correction, {} explains {} of the residual {}; afterwards {}.", name,
+                       before, where, after);
+  } else {
+    text = fmt::format("{} explains {} of the residual {}.", name, before, where);
+  }
+  if (corrected && selected.share_before >= kWeakShare) {
+    if (const auto slope = CorrectionSlope(selected.cloud)) {
+      const auto shown = diagnosis::ValueTextOf(slope->mm_per_unit, slope->expanded);
+      text += fmt::format(" The correction changes by {} ± {} mm per {}.", shown.value, shown.sd,
+                          diagnosis::UnitOfSignal(name));
+    }
+  }
+  if (!selected.rejected.value.empty()) {
+    text += " Crosses: rows rejected as outliers.";
+  }
+  return text +
+         " Line: means over a tenth of the rows each; dashed: ±2 standard deviations of the "
+         "noise.";
+}
+
+/// The smallest interval that contains all values and the noise band, widened by a margin.
+std::pair<double, double> ScaleOf(const Selected& selected, bool corrected, double noise_mm) {
+  double low = -noise_mm, high = noise_mm;
+  for (const Cloud* cloud : {&selected.cloud, &selected.rejected}) {
+    for (std::size_t k = 0; k < cloud->value.size(); ++k) {
+      low = std::min({low, cloud->before[k], corrected ? cloud->after[k] : 0});
+      high = std::max({high, cloud->before[k], corrected ? cloud->after[k] : 0});
+    }
+  }
+  const double margin = std::max(0.06 * (high - low), 1e-6);
+  return {low - margin, high + margin};
+}
+
+std::vector<std::vector<double>> PointsOf(const Cloud& cloud) {
+  std::vector<std::vector<double>> points;
+  for (std::size_t k = 0; k < cloud.value.size(); k += plot::Stride(cloud.value.size())) {
+    points.push_back({cloud.value[k], cloud.before[k], cloud.after[k]});
+  }
+  return points;
+}
+
+std::string DecidingPlot(const char* title, int column, const char* colour, double noise_mm,
+                         bool rejected) {
+  std::string script = fmt::format(
+      "set title '{}' offset 0,-0.6\n"
+      "plot {:.6g} with lines linecolor rgb '{}' dashtype 2, -{:.6g} with lines linecolor rgb '{}' "
+      "dashtype 2, "
+      "$points using 1:{} with points pointtype 7 pointsize 0.35 linecolor rgb '{}', "
+      "$means using 1:{} with linespoints pointtype 7 pointsize 0.4 linecolor rgb '{}' linewidth 2",
+      title, noise_mm, plot::kGrey, noise_mm, plot::kGrey, column, plot::kGrey, column, colour);
+  if (rejected) {
+    script += fmt::format(
+        ", $rejected using 1:{} with points pointtype 2 pointsize 0.6 linewidth 1.4 linecolor rgb "
+        "'{}'",
+        column, kTolerance);
+  }
+  return script + '\n';
+}
+
+}  // namespace
+
+CertificateFigure PointsFigure(const AchievedAccuracy& achieved,
+                               std::optional<double> tolerance_m) {
+  CertificateFigure figure;
+  if (!achieved.before) return figure;
+  const bool corrected = achieved.after.has_value();
+  const auto& before = achieved.before->characteristics.poses;
+  std::vector<std::vector<double>> rows;
+  double highest_mm = 0;
+  for (std::size_t k = 0; k < before.size(); k += plot::Stride(before.size())) {
+    const Achieved& last = corrected ? *achieved.after : *achieved.before;
+    const double error_mm = 1e3 * last.characteristics.poses[k].accuracy_m;
+    const double expanded_mm = 1e3 * last.BudgetOfPose(k).expanded_m();
+    const double before_mm = 1e3 * before[k].accuracy_m;
+    rows.push_back({static_cast<double>(k + 1), before_mm, error_mm,
+                    std::max(0.0, error_mm - expanded_mm), error_mm + expanded_mm});
+    highest_mm = std::max({highest_mm, before_mm, error_mm + expanded_mm});
+  }
+  if (tolerance_m) highest_mm = std::max(highest_mm, 1e3 * *tolerance_m);
+  Panel& panel = figure.panel;
+  panel.title = "Error at the measured poses";
+  panel.script = plot::Begin(kWidth, kPointsHeight) + plot::Data("poses", rows);
+  panel.script += fmt::format(
+      "set xlabel 'pose, in the order of measuring' offset 0,0.5\nset ylabel 'error (mm)'\n"
+      "set xrange [0:{}]\nset yrange [0:{:.6g}]\nset lmargin 8\nset rmargin {}\nset tmargin 0.6\n"
+      "set ytics {:.6g}\n",
+      before.size() + 1, std::max(1.06 * highest_mm, 1e-6), tolerance_m ? 10 : 2,
+      plot::RoundDown(std::max(highest_mm, 1e-6) / 2.5));
+  if (tolerance_m) {
+    panel.script += fmt::format(
+        "set arrow 1 from graph 0, first {0:.6g} to graph 1, first {0:.6g} nohead linewidth 1.4 "
+        "linecolor rgb '{1}' front\n"
+        "set label 1 'tolerance' at graph 1.01, first {0:.6g} textcolor rgb '{1}'\n",
+        1e3 * *tolerance_m, kTolerance);
+  }
+  const double size = rows.size() > 150 ? 0.3 : 0.5;
+  panel.script += "plot ";
+  if (corrected) {
+    panel.script +=
+        fmt::format("$poses using 1:2 with points pointtype 6 pointsize {} linecolor rgb '{}', ",
+                    size, "#7d8a93");
+  }
+  panel.script += fmt::format(
+      "$poses using 1:3:4:5 with yerrorbars pointtype 7 pointsize {} linewidth 1 linecolor rgb "
+      "'{}'\n",
+      size, plot::kAccent);
+  figure.sentence = fmt::format(
+      "{} bar: expanded uncertainty U.{}{}",
+      corrected ? "Circle: before correction; dot: after correction;" : "Dot: without correction;",
+      tolerance_m ? " A bar that crosses the line proves neither conformity nor the contrary." : "",
+      plot::Stride(before.size()) > 1
+          ? fmt::format(" One pose in {} is drawn.", plot::Stride(before.size()))
+          : std::string());
+  return figure;
+}
+
+CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
+                                 const model::CellModel& cell) {
+  CertificateFigure figure;
+  const Selected selected = Select(diagnosis, cell);
+  if (selected.signal == nullptr) return figure;
+  const bool corrected = !diagnosis.findings.empty() && diagnosis.withheld.empty();
+  const bool rejected = !selected.rejected.value.empty();
+  const double noise_mm = 2e3 * diagnosis.sigma_m;
+  const auto [bottom, top] = ScaleOf(selected, corrected, noise_mm);
+  std::vector<std::vector<double>> means;
+  for (const Bin& bin : BinsOf(selected.cloud)) {
+    if (bin.after_gap) means.emplace_back();  // a blank line interrupts the curve
+    means.push_back({bin.value, bin.before, bin.after});
+  }
+  const Cloud all = Joined(selected.cloud, selected.rejected);
+  const double low = all.value.front(), high = all.value.back();
+  const double margin = high > low ? 0.04 * (high - low) : 1;
+  Panel& panel = figure.panel;
+  panel.title =
+      fmt::format("Residual {} against {}", NameOf(selected.component), selected.signal->name);
+  panel.script = plot::Begin(kWidth, kDecidingHeight) +
+                 plot::Data("points", PointsOf(selected.cloud)) + plot::Data("means", means);
+  if (rejected) panel.script += plot::Data("rejected", PointsOf(selected.rejected));
+  panel.script += fmt::format(
+      "set xrange [{:.8g}:{:.8g}]\nset yrange [{:.6g}:{:.6g}]\nset xtics {:.6g}\n"
+      "set xlabel {} offset 0,0.4\nset ylabel 'residual (mm)' offset 0.8,0\nset ytics {:.6g}\n"
+      "set tmargin at screen 0.87\nset bmargin at screen 0.27\n",
+      low - margin, high + margin, bottom, top, plot::RoundDown(high > low ? (high - low) / 3 : 1),
+      GnuplotQuoted(selected.signal->name), plot::RoundDown((top - bottom) / 3));
+  if (!corrected) {
+    panel.script += "set lmargin at screen 0.1\nset rmargin at screen 0.98\n";
+    panel.script +=
+        DecidingPlot("measured minus declared model", 2, plot::kAccent, noise_mm, rejected);
+  } else {
+    panel.script += "set multiplot\nset lmargin at screen 0.1\nset rmargin at screen 0.52\n";
+    panel.script += DecidingPlot("before correction", 2, plot::kInk, noise_mm, rejected);
+    panel.script +=
+        "set lmargin at screen 0.55\nset rmargin at screen 0.98\nset format y ''\nunset ylabel\n";
+    panel.script += DecidingPlot("after correction", 3, plot::kAccent, noise_mm, rejected);
+    panel.script += "unset multiplot\n";
+  }
+  figure.sentence = DecidingSentence(selected, corrected, diagnosis.verdict);
+  return figure;
+}
+
+}  // namespace plumbline::report

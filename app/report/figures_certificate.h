@@ -1,0 +1,30 @@
+// Figures of the report's first page.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/report/achieved_accuracy.h"
+#include "app/report/figures.h"
+
+namespace plumbline::report {
+
+/// A large panel with the sentence that says what to see in it.
+struct CertificateFigure {
+  Panel panel;
+  std::string sentence;  ///< plain text
+};
+
+/// Error at each measured pose before and after correction with its expanded uncertainty, and the
+/// tolerance. Empty panel if there are no errors.
+/// @param tolerance_m  [m]; absent: none was stated
+CertificateFigure PointsFigure(const AchievedAccuracy& achieved, std::optional<double> tolerance_m);
+
+/// The residual against the signal that decides the verdict, before and after correction at one
+/// scale. The signal is the driver of an unknown cause; otherwise the one whose binned means
+/// explain most of the residual before correction, along x, y, z of W or, if the base is known,
+/// radially or tangentially to its axis. Empty panel if no signal was recorded.
+CertificateFigure DecidingFigure(const diagnosis::Diagnosis& diagnosis,
+                                 const model::CellModel& cell);
+
+}  // namespace plumbline::report

@@ -1,0 +1,19 @@
+// Panels of the display, from alarms to the model in force.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/view/status_text.h"
+
+namespace plumbline::view {
+
+struct Panel {
+  std::string title;
+  std::vector<PanelLine> lines;  ///< most important first; the last may be hidden for lack of room
+};
+
+/// All panels, in display order.
+std::vector<Panel> PanelsOf(const ViewFacts& facts);
+
+}  // namespace plumbline::view

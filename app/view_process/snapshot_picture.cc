@@ -1,0 +1,113 @@
+#include "app/view_process/snapshot_picture.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "app/view/panels.h"
+#include "app/view/screen_text.h"
+#include "app/view_process/await_state.h"
+#include "app/view_process/drawing.h"
+#include "app/view_process/png_file.h"
+#include "app/view_process/viewer.h"
+#include "drivers/clock.h"
+
+namespace plumbline::view_process {
+namespace {
+
+constexpr int kFault = 1, kUsage = 2;
+
+int Refuse(int code, const std::string& why) {
+  std::cerr << "plumbline snapshot: " << why << '\n';
+  return code;
+}
+
+nlohmann::json PanelsJson(const std::vector<view::Panel>& panels) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const view::Panel& panel : panels) {
+    for (const view::PanelLine& line : panel.lines) json[panel.title].push_back(line.text);
+  }
+  return json;
+}
+
+void Print(const SnapshotOptions& options, const view::ViewFacts& facts) {
+  if (!options.json) {
+    std::cout << fmt::format("{}: {}x{}, {}\n", options.out, options.size.width,
+                             options.size.height, Headline(facts).text);
+    return;
+  }
+  const view_link::ViewState& state = *facts.state;
+  nlohmann::json json = {{"schema", 1},
+                         {"file", options.out},
+                         {"width_px", options.size.width},
+                         {"height_px", options.size.height},
+                         {"cell", state.cell},
+                         {"utc_s", state.utc_s},
+                         {"model_version", state.model_version},
+                         {"alarms", state.alarms},
+                         {"warnings", state.warnings},
+                         {"headline", Headline(facts).text},
+                         {"stale_because", view::StaleReasons(facts)},
+                         {"panels", PanelsJson(view::PanelsOf(facts))}};
+  json["cameras"] = nlohmann::json::array();
+  for (const std::size_t k : facts.shown) {
+    const view_link::ViewCamera& camera = view_link::CameraOf(state, k);
+    json["cameras"].push_back(
+        {{"name", status::CameraNameText(camera.status.name)},
+         {"image_age_s", camera.image ? nlohmann::json(facts.now_s - camera.image->time_s)
+                                      : nlohmann::json(nullptr)}});
+  }
+  std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+int TakeSnapshot(const SnapshotOptions& options) {
+  config::FaultList faults;
+  std::optional<view::ViewModel> model = view::ReadViewModel(options.config_file, 0, faults);
+  if (!model) {
+    std::cerr << config::FaultsText(faults);
+    return kFault;
+  }
+  config::OverlayConfig& overlay = model->config.overlay;
+  if (!options.camera.empty()) {
+    overlay.camera.reset();
+    std::string names = "both";
+    for (const config::CameraConfig& one : model->config.vision.cameras) {
+      if (options.camera == status::CameraNameText(one.name)) overlay.camera = one.name;
+      if (one.name != status::CameraName::kNone)
+        names += fmt::format(", {}", status::CameraNameText(one.name));
+    }
+    if (!overlay.camera && options.camera != "both") {
+      return Refuse(
+          kUsage, fmt::format("--camera {}: no such camera; known are: {}", options.camera, names));
+    }
+  }
+  Drawing drawing([](const log::LogEntry&) {});
+  if (!drawing.Ready(MonotonicSeconds())) return Refuse(kUsage, drawing.problem());
+
+  Viewer viewer(options.config_file, std::move(*model), [](const log::LogEntry& entry) {
+    // A missing connection is reported at the end, if it is not established in time.
+    const bool bad = log::EntryOf(entry.event).level <= log::LogLevel::kWarning;
+    if (bad && entry.event != log::Event::kViewLinkLost) std::cerr << entry.text << '\n';
+  });
+  if (!AwaitState(viewer, options.state_wait_s)) {
+    return Refuse(kUsage, viewer.Facts().link_problem);
+  }
+  AwaitMeasured(viewer, options.meshes_wait_s);
+  const view::ViewFacts& facts = viewer.Facts();
+  const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
+  const view::OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels()};
+  if (!drawing.Draw(view::PictureOf(input, view::LayoutOf(options.size), drawing.text_width()))) {
+    return Refuse(kUsage, "drawing failed: " + drawing.renderer().problem());
+  }
+  const auto written = WritePng(options.out, drawing.renderer().ReadBack());
+  if (!written) return Refuse(kUsage, written.error());
+  Print(options, facts);
+  std::cout.flush();
+  return std::cout.good() ? 0 : kUsage;
+}
+
+}  // namespace plumbline::view_process

@@ -1,0 +1,111 @@
+#include "firmware-like/plausibility_filter.h"
+
+#include <algorithm>
+
+#include "firmware-like/geometry/rotation.h"
+
+namespace plumbline {
+namespace {
+
+bool Finite(const Pose& pose) {
+  return pose.R.allFinite() && pose.p.allFinite();
+}
+
+/// True if the reported tool pose agrees with forward kinematics.
+bool TcpAgrees(const deflection::LoadedArm& arm, const model::RobotState& state,
+               const model::JointVector& q_before, const PlausibilityLimits& limits) {
+  kinematics::Posture posture, before;
+  arm.chain().Evaluate(state.q, posture);
+  arm.chain().Evaluate(q_before, before);
+  const Pose& X_BF = posture.X_BF();
+  const auto agrees = [&](const Pose& X_FT) {
+    const Pose X_BT = X_BF * X_FT;
+    const Pose X_BT_before = before.X_BF() * X_FT;
+    const double moved_m = (X_BT.p - X_BT_before.p).norm();
+    const double turned_rad = VectorFromRotation(X_BT.R * X_BT_before.R.transpose()).norm();
+    return (X_BT.p - state.X_BT->p).norm() <= limits.tcp_tolerance_m + 2 * moved_m &&
+           VectorFromRotation(X_BT.R * state.X_BT->R.transpose()).norm() <=
+               limits.tcp_tolerance_rad + 2 * turned_rad;
+  };
+  if (state.tcp_is_flange) return agrees(Pose());
+  if (state.X_FT) return agrees(*state.X_FT);
+  // The controller does not report its tool offset: assume the cell's tool, or none.
+  return agrees(arm.X_FT()) || agrees(Pose());
+}
+
+}  // namespace
+
+const char* Describe(InputFault fault) {
+  switch (fault) {
+    case InputFault::kOk:
+      return "ok";
+    case InputFault::kMissing:
+      return "no reading yet";
+    case InputFault::kStale:
+      return "stale";
+    case InputFault::kNotFinite:
+      return "not a number";
+    case InputFault::kJointLimit:
+      return "joint outside its limits";
+    case InputFault::kJump:
+      return "joint jumped";
+    case InputFault::kJointCount:
+      return "wrong number of joints";
+    case InputFault::kTcpMismatch:
+      return "reported tool pose contradicts the joints";
+  }
+  return "?";
+}
+
+InputFault PlausibilityFilter::Check(const deflection::LoadedArm& arm,
+                                     const model::RobotState& state, double now_s) {
+  if (state.sequence == 0) return InputFault::kMissing;
+  if (state.sequence != sequence_) {
+    sequence_ = state.sequence;
+    const InputFault fault = CheckNewReading(arm, state);
+    if (fault != InputFault::kOk) {
+      fault_ = fault;
+      good_in_a_row_ = 0;
+    } else if (++good_in_a_row_ >= limits_.readings_to_trust) {
+      fault_ = InputFault::kOk;
+    }
+  }
+  if (now_s - state.timestamp_s > limits_.stale_after_s) {
+    // Readings after a gap must regain trust.
+    fault_ = InputFault::kStale;
+    good_in_a_row_ = 0;
+    have_last_ = false;
+  }
+  return fault_;
+}
+
+InputFault PlausibilityFilter::CheckNewReading(const deflection::LoadedArm& arm,
+                                               const model::RobotState& state) {
+  if (state.q.size() != arm.size()) return InputFault::kJointCount;
+  if (!state.q.allFinite() || (state.X_BT && !Finite(*state.X_BT)) ||
+      (state.X_FT && !Finite(*state.X_FT))) {
+    return InputFault::kNotFinite;
+  }
+  if (!arm.chain().WithinLimits(state.q, limits_.limit_margin_rad)) return InputFault::kJointLimit;
+  const double elapsed_s =
+      std::clamp(state.timestamp_s - changed_s_, 0.0, limits_.slowest_refresh_s);
+  const double allowed = limits_.max_joint_step + limits_.max_joint_speed * elapsed_s;
+  const bool jumped = have_last_ && (state.q - last_q_).cwiseAbs().maxCoeff() > allowed;
+  const model::JointVector q_before = have_last_ ? last_q_ : state.q;
+  if (!have_last_ || state.q != last_q_) changed_s_ = state.timestamp_s;
+  last_q_ = state.q;
+  have_last_ = true;
+  if (jumped) return InputFault::kJump;
+  if (state.X_BT) {
+    const bool agrees = TcpAgrees(arm, state, q_before, limits_);
+    contradictions_in_a_row_ = agrees ? 0 : contradictions_in_a_row_ + 1;
+    if (!agrees &&
+        (!decoding_checked_ || contradictions_in_a_row_ >= limits_.readings_to_contradict)) {
+      return InputFault::kTcpMismatch;
+    }
+    decoding_checked_ = decoding_checked_ || agrees;
+  }
+  return InputFault::kOk;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,146 @@
+#include "firmware-like/plausibility_filter.h"
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "firmware-like/geometry/rotation.h"
+#include "tests/firmware-like/test_cell.h"
+
+using namespace plumbline;
+
+namespace {
+
+struct Stream {
+  model::CellModel cell = test::HeavyArm();
+  deflection::LoadedArm arm{cell};
+  PlausibilityFilter filter{PlausibilityLimits{}};
+  model::RobotState state;
+  double now_s = 100;
+
+  Stream() {
+    state.q = model::JointVector::Zero(6);
+    state.q[4] = 0.5;
+  }
+
+  InputFault Next() {
+    now_s += 0.01;
+    state.timestamp_s = now_s;
+    ++state.sequence;
+    return filter.Check(arm, state, now_s);
+  }
+  InputFault Trusted() {
+    Next();
+    Next();
+    return Next();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("trust requires three consecutive good readings") {
+  Stream stream;
+  CHECK(stream.filter.Check(stream.arm, stream.state, 100) == InputFault::kMissing);
+  CHECK(stream.Next() == InputFault::kMissing);
+  CHECK(stream.Next() == InputFault::kMissing);
+  CHECK(stream.Next() == InputFault::kOk);
+}
+
+TEST_CASE("implausible readings are rejected, and trust returns automatically") {
+  struct Case {
+    const char* name;
+    InputFault fault;
+    std::function<void(model::RobotState&)> spoil;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Case cases[] = {
+      {"a joint is not a number", InputFault::kNotFinite,
+       [&](model::RobotState& s) { s.q[2] = nan; }},
+      {"a joint is infinite", InputFault::kNotFinite,
+       [&](model::RobotState& s) { s.q[2] = 1 / 0.0; }},
+      {"a joint outside its limits", InputFault::kJointLimit,
+       [](model::RobotState& s) { s.q[4] = 2.3; }},
+      {"a joint jumps", InputFault::kJump, [](model::RobotState& s) { s.q[0] += 0.5; }},
+      {"a joint is missing", InputFault::kJointCount,
+       [](model::RobotState& s) { s.q = model::JointVector::Zero(5); }},
+      {"the tool pose is not a number", InputFault::kNotFinite,
+       [&](model::RobotState& s) {
+         s.X_BT = Pose();
+         s.X_BT->p.x() = nan;
+       }},
+      {"the tool pose is 10 m away", InputFault::kTcpMismatch,
+       [](model::RobotState& s) {
+         s.X_BT = Pose();
+         s.X_BT->p.x() = 10;
+       }},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.name);
+    Stream stream;
+    REQUIRE(stream.Trusted() == InputFault::kOk);
+    const model::RobotState good = stream.state;
+    c.spoil(stream.state);
+    CHECK(stream.Next() == c.fault);
+    const auto sequence = stream.state.sequence;
+    stream.state = good;
+    stream.state.sequence = sequence;
+    CHECK(stream.Next() != InputFault::kOk);
+    stream.Trusted();
+    CHECK(stream.Next() == InputFault::kOk);
+  }
+}
+
+TEST_CASE("registers refreshed every 100 ms are not mistaken for jumps") {
+  Stream stream;
+  REQUIRE(stream.Trusted() == InputFault::kOk);
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    if (cycle % 10 == 0) stream.state.q[0] += cycle < 100 ? 0.2 : -0.2;  // 115 deg/s
+    CAPTURE(cycle);
+    REQUIRE(stream.Next() == InputFault::kOk);
+  }
+  // Even after a long standstill, more than a joint can move in the slowest refresh is a jump.
+  for (int cycle = 0; cycle < 100; ++cycle) stream.Next();
+  stream.state.q[0] += 2;
+  CHECK(stream.Next() == InputFault::kJump);
+}
+
+TEST_CASE("a reading becomes stale, and fresh ones must regain trust") {
+  Stream stream;
+  REQUIRE(stream.Trusted() == InputFault::kOk);
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 0.099) == InputFault::kOk);
+  CHECK(stream.filter.Check(stream.arm, stream.state, stream.now_s + 0.101) == InputFault::kStale);
+  stream.now_s += 5;
+  CHECK(stream.Next() == InputFault::kStale);
+  CHECK(stream.Next() == InputFault::kStale);
+  CHECK(stream.Next() == InputFault::kOk);
+}
+
+TEST_CASE("the reported tool pose is compared with forward kinematics according to the profile") {
+  Stream stream;
+  kinematics::Posture posture;
+  stream.arm.chain().Evaluate(stream.state.q, posture);
+  const Pose X_BF = posture.X_BF();
+  SECTION("no pose reported: not checked") {
+    CHECK(stream.Trusted() == InputFault::kOk);
+    CHECK_FALSE(stream.filter.decoding_checked());
+  }
+  SECTION("the cell's tool") {
+    stream.state.X_BT = X_BF * stream.arm.X_FT();
+  }
+  SECTION("the flange") {
+    stream.state.X_BT = X_BF;
+    stream.state.tcp_is_flange = true;
+  }
+  SECTION("a reported tool offset") {
+    stream.state.X_FT = Pose{RotationFromVector({0.1, 0.2, 0.3}), Vec3(0.3, 0, 0.2)};
+    stream.state.X_BT = X_BF * *stream.state.X_FT;
+  }
+  if (stream.state.X_BT) {
+    CHECK(stream.Trusted() == InputFault::kOk);
+    CHECK(stream.filter.decoding_checked());
+    stream.state.X_BT->p.z() = -stream.state.X_BT->p.z();  // a sign decoded the wrong way
+    CHECK(stream.Next() ==
+          InputFault::kOk);  // may have been sampled at another time than the joints
+    CHECK(stream.Next() == InputFault::kOk);
+    CHECK(stream.Next() == InputFault::kTcpMismatch);
+  }
+}
