@@ -129,7 +129,7 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
   std::string text = Listed(names, "or") + ": these points cannot distinguish them";
   const std::size_t poses = diagnosis.next_poses.size();
   const char* can = diagnosis.next_poses_separate_all ? "would" : "may";
-  if (poses == 0) text += ", and no further pose nearby would";
+  if (poses == 0) text += ", and no pose nearby was found that would";
   if (poses == 1) text += fmt::format("; one further pose {}", can);
   if (poses > 1) text += fmt::format("; {} further poses {}", poses, can);
   return text;

@@ -92,7 +92,7 @@ bool Contains(const LinearProblem& problem, const std::vector<PeriodicLine>& lin
 }
 
 /// The lines that these rows cannot distinguish from this one (line_aliases.h).
-std::vector<PeriodicLine> AliasesOf(const LinearProblem& problem, const PeriodicLine& line) {
+std::vector<PeriodicLine> PossibleAliases(const LinearProblem& problem, const PeriodicLine& line) {
   std::vector<PeriodicLine> aliases;
   for (const double cycles : AliasedCycles(problem, line)) {
     aliases.push_back({line.joint, cycles, 0, line.amplitude_rad});
@@ -198,16 +198,13 @@ class RivalSearch {
     const LinearProblem& problem = context_.candidate_set.problem();
     const PeriodicLine &own = exchange->own, &instead = exchange->instead;
     Aliases& aliases = AliasesFoundOf(own);
-    if (Contains(problem, aliases.found, instead) || Contains(problem, aliases.ruled_out, instead))
-      return;
     if (!Contains(problem, aliases.possible, instead)) return;
-    aliases.ruled_out.push_back(instead);
-    if (aliases.ruled_out.size() > kMaxRefits) return;
+    if (Contains(problem, aliases.tried, instead) || aliases.tried.size() > kMaxRefits) return;
+    aliases.tried.push_back(instead);
     const Result<Refit> refit = Refitted(other);
     if (!refit) return;
     const double gap = GapOf(other, *refit);
     if (gap > kRivalGap) return;
-    aliases.ruled_out.pop_back();
     aliases.found.push_back(instead);
     Rival& rival = diagnosis_.rivals.emplace_back();
     rival.instead_of = rival.id = exchange->key.id;
@@ -224,17 +221,17 @@ class RivalSearch {
 
   /// A line of the answer, and those that the rows may not distinguish from it.
   struct Aliases {
-    std::vector<PeriodicLine> found;  ///< begins with the line itself
-    std::vector<PeriodicLine> possible, ruled_out;
+    std::vector<PeriodicLine> possible;
+    std::vector<PeriodicLine> tried, found;  ///< each begins with the line itself
   };
 
   Aliases& AliasesFoundOf(const PeriodicLine& own) {
     for (Aliases& aliases : aliased_) {
-      const PeriodicLine& line = aliases.found.front();
+      const PeriodicLine& line = aliases.tried.front();
       if (line.joint == own.joint && line.cycles_per_turn == own.cycles_per_turn) return aliases;
     }
     return aliased_.emplace_back(
-        Aliases{{own}, AliasesOf(context_.candidate_set.problem(), own), {}});
+        Aliases{PossibleAliases(context_.candidate_set.problem(), own), {own}, {own}});
   }
 
   static std::string AliasesText(std::vector<PeriodicLine> lines) {

@@ -51,6 +51,7 @@ std::string ReplacedFinding(const diagnosis::Diagnosis& diagnosis, const diagnos
   for (const diagnosis::Finding& finding : diagnosis.findings) {
     if (finding.effect.term.effect->traits().id != rival.instead_of) continue;
     const std::string name = diagnosis::EffectName(finding);
+    if (rival.cycles) return fmt::format("{} ({})", name, diagnosis::ReplacedName(rival));
     const bool variants = rival.id == rival.instead_of && !rival.instead_of_word.empty();
     return variants ? fmt::format("{} ({})", name, rival.instead_of_word) : name;
   }
@@ -79,7 +80,7 @@ std::string VerdictSentence(const diagnosis::Diagnosis& diagnosis, const model::
   std::string text = fmt::format("Either {} or {}: these rows cannot separate them; ",
                                  ReplacedFinding(diagnosis, rival), diagnosis::RivalName(rival));
   if (diagnosis.next_poses.empty()) {
-    text += "no further pose near those measured would.";
+    text += "no pose near those measured was found that would.";
   } else {
     const diagnosis::NextPose& pose = diagnosis.next_poses.front();
     text += fmt::format("measure {} with {:.1f} kg, where the explanations differ by {} mm.",

@@ -108,5 +108,5 @@ TEST_CASE("an ambiguous headline states whether further poses would separate the
   diagnosis.next_poses.resize(1);
   CHECK(Headline(diagnosis) == cannot + "; one further pose may");
   diagnosis.next_poses.clear();
-  CHECK(Headline(diagnosis) == cannot + ", and no further pose nearby would");
+  CHECK(Headline(diagnosis) == cannot + ", and no pose nearby was found that would");
 }

@@ -518,7 +518,7 @@ TEST_CASE("characteristics come from held-out rows and state what the rows do no
   CHECK(single.held_out);
   CHECK(single.rows == 94);
   REQUIRE(single.after);
-  // All rows of the example belong to pose 0 unless they are told apart.
+  // All rows of the example belong to pose 0 unless a test assigns them to others.
   CHECK(single.after->characteristics.poses.size() == 1);
   diagnosis::Diagnosis apart = WithReplicates(diagnosis::Verdict::kExplained, 1, true);
   const AchievedAccuracy poses = AchievedAccuracyOf(apart, DeclaredCell());
