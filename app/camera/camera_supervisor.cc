@@ -149,7 +149,7 @@ void CameraSupervisor::RunImageThread() {
     });
     if (stop) break;
     for (const std::string& remark : devices_.camera->TakeRemarks()) {
-      sink_({log::Event::kCameraRemark, "camera: " + remark});
+      sink_({log::Event::kCameraWarning, "camera: " + remark});
     }
     if (result == CameraResult::kFrame) {
       TakeFrame(frame);

@@ -21,7 +21,7 @@ log::Event LogEventOf(const lens::ZoomTransition& transition) {
       return transition.why == lens::ZoomReason::kSensorLost ? log::Event::kLensUnknown
                                                              : log::Event::kLensState;
     default:
-      return transition.from == lens::ZoomState::kValid ? log::Event::kLensLeft
+      return transition.from == lens::ZoomState::kValid ? log::Event::kLensInvalidated
                                                         : log::Event::kLensState;
   }
 }
@@ -264,8 +264,9 @@ bool LensSupervisor::StartBoard(double now_s) {
   if (started) {
     prompt_ = lens::BoardPrompt::kShowBoard;
   } else {
-    sink_({log::Event::kBoardRefusedNow, fmt::format("camera: calibration cannot start now: {}",
-                                                     lens::ZoomReasonText(supervision_.reason()))});
+    sink_({log::Event::kCalibrationNotPossible,
+           fmt::format("camera: calibration cannot start now: {}",
+                       lens::ZoomReasonText(supervision_.reason()))});
   }
   return started;
 }

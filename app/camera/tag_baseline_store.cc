@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "app/config/text_file.h"
@@ -90,7 +89,8 @@ std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baseline
     lenses[std::to_string(id)] = {
         {"R", NumbersOf(baseline.X_CK.R)}, {"p_m", NumbersOf(baseline.X_CK.p)}, {"tags", tags}};
   }
-  return Json{{"schema", kSchema}, {"marks", Declared(cell)}, {"lenses", lenses}}.dump() + "\n";
+  return text::JsonText(Json{{"schema", kSchema}, {"marks", Declared(cell)}, {"lenses", lenses}}) +
+         "\n";
 }
 
 Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
@@ -103,7 +103,7 @@ Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::stri
     if (json.at("schema") != kSchema) {
       return Error{fmt::format("its schema is not {}", kSchema)};
     }
-    if (json.at("marks") != text::JsonOrNull(Declared(cell).dump())) return baselines;
+    if (json.at("marks") != text::JsonOrNull(text::JsonText(Declared(cell)))) return baselines;
     for (const auto& [id, baseline] : json.at("lenses").items()) {
       baselines[std::stoll(id)] = BaselineFrom(baseline);
     }

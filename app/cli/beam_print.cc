@@ -4,9 +4,9 @@
 #include <fmt/ostream.h>
 
 #include <cstddef>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/rounded.h"
+#include "app/text/json_text.h"
 #include "firmware-like/beam/stress.h"
 
 namespace plumbline::cli {
@@ -229,7 +229,7 @@ void PrintBeamJson(const BeamSeries& series, std::ostream& out) {
   for (const BeamCase& load_case : series.cases) {
     written["cases"].push_back(CaseJson(series, load_case));
   }
-  out << written.dump(2) << '\n';
+  out << text::JsonText(written, 2) << '\n';
 }
 
 void PrintPaperTable2(std::ostream& out) {

@@ -6,12 +6,12 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/terminal_output.h"
+#include "app/text/json_text.h"
 #include "drivers/camera/v4l2_capabilities.h"
 
 namespace plumbline::cli {
@@ -97,7 +97,7 @@ std::string CamerasJson(const camera::DeviceTree& tree) {
                        {"controls", controls}});
   }
   // A name from a device need not be UTF-8.
-  return Json{{"cameras", cameras}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return text::JsonText(Json{{"cameras", cameras}}, 2) + "\n";
 }
 
 std::string CamerasText(const camera::DeviceTree& tree) {

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/point_table.h"
@@ -24,6 +23,7 @@
 #include "app/model_store/usable_model.h"
 #include "app/scene/object_table.h"
 #include "app/table/replay_file.h"
+#include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
 #include "firmware-like/kinematics/chain.h"
 
@@ -308,10 +308,7 @@ int Run(const CheckOptions& options) {
   }
   const CheckedFile checked = Check(*text, options.file);
   if (options.json) {
-    // A faulty file may contain invalid UTF-8, which is replaced.
-    std::cout << JsonOf(checked, options.file)
-                     .dump(2, ' ', false, nlohmann::json::error_handler_t::replace)
-              << '\n';
+    std::cout << text::JsonText(JsonOf(checked, options.file), 2) << '\n';
   } else {
     std::cout << ForReading << FaultLines(checked.faults, ShowsColours(std::cout));
     for (const SummaryLine& line : Summary(checked)) {

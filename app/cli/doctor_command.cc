@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/doctor/examine.h"
+#include "app/text/json_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -30,7 +30,7 @@ std::string ResultsJson(const doctor::CheckResults& found) {
                     {"told", result.finding},  // its previous name
                     {"do", result.remedy}});
   }
-  return list.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return text::JsonText(list, 1) + "\n";
 }
 
 /// The health in its colour, padded to a column.

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/cli/exit_codes.h"
@@ -22,6 +21,7 @@
 #include "app/config/utc_text.h"
 #include "app/journal/journal.h"
 #include "app/journal/journal_csv.h"
+#include "app/text/json_text.h"
 #include "drivers/files/open_failure.h"
 
 namespace plumbline::cli {
@@ -92,7 +92,7 @@ int Import(const JournalOptions& options) {
                                    {"first", *last - rows + 1},
                                    {"last", *last},
                                    {"skipped_lines", table->unreadable_lines}};
-    std::cout << answer.dump(1) << '\n';
+    std::cout << text::JsonText(answer, 1) << '\n';
   } else {
     std::cout << fmt::format("{} rows imported as {}..{}, {} skipped\n", rows, *last - rows + 1,
                              *last, bad);
@@ -238,7 +238,7 @@ Result<std::int64_t> Print(journal::Journal& journal, const journal::JournalFilt
   if (!joints) return joints.failure();
   const Result<void> shown =
       journal.ForEach(filter, JointsAsRecorded(*joints), [&](const journal::JournalRow& row) {
-        std::cout << (json ? AsJson(row).dump() : Line(row)) << '\n';
+        std::cout << (json ? text::JsonText(AsJson(row)) : Line(row)) << '\n';
         last = row.id;
       });
   if (!shown) return shown.failure();

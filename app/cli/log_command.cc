@@ -9,7 +9,6 @@
 #include <ctime>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
@@ -22,6 +21,7 @@
 #include "app/log/journal_reader.h"
 #include "app/log/level_text.h"
 #include "app/service/utc_clock.h"
+#include "app/text/json_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -83,7 +83,7 @@ std::string KeptJson(const log::StoredLogEntry& entry) {
   nlohmann::ordered_json fields = nlohmann::ordered_json::object();
   for (const log::LogField& field : entry.fields) fields[field.name] = field.value;
   line["fields"] = fields;
-  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return text::JsonText(line) + "\n";
 }
 
 /// To a user without permission the journal appears empty.

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -13,6 +12,7 @@
 #include "app/cli/number_option.h"
 #include "app/cli/terminal_output.h"
 #include "app/scene/mesh_summary.h"
+#include "app/text/json_text.h"
 
 namespace plumbline::cli {
 namespace {
@@ -39,7 +39,7 @@ int RunMeshCheck(const MeshOptions& options) {
   const auto file = scene::ReadMeshFile(options.file, unit_m, options.limits);
   if (!file && options.json) {
     const nlohmann::json json = {{"schema", 1}, {"file", options.file}, {"refused", file.error()}};
-    std::cout << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << text::JsonText(json, 2) << '\n';
   } else if (!file) {
     std::cerr << options.file << ": " << file.error() << '\n';
   } else {

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/failure.h"
@@ -89,7 +88,7 @@ nlohmann::json AsJson(const model_store::ModelVersion& version,
 /// Explains why an applied version is not in force, and lists the keys that changed.
 void PrintSetAside(const model_store::ModelState& state, const std::string& state_directory) {
   if (!state.set_aside) return;
-  std::cout << '\n' << model_store::SetAsideText(state, state_directory) << '\n';
+  std::cout << '\n' << model_store::SupersededText(state, state_directory) << '\n';
   for (const std::string& change : state.set_aside->changes) std::cout << "  " << change << '\n';
 }
 
@@ -110,7 +109,7 @@ int List(const ModelOptions& options) {
       }
       list.push_back(std::move(one));
     }
-    std::cout << list.dump(1) << '\n';
+    std::cout << text::JsonText(list, 1) << '\n';
     return known ? kExitOk : Fail(known.error(), kExitFault);
   }
   std::cout << ForReading
@@ -142,7 +141,7 @@ int Show(const ModelOptions& options) {
   if (options.json) {
     nlohmann::json json = AsJson({number, *facts}, *state);
     json["file"] = store->ModelFile(number);
-    std::cout << json.dump(1) << '\n';
+    std::cout << text::JsonText(json, 1) << '\n';
     return kExitOk;
   }
   std::cout << fmt::format("# version {}  {}\n# {}, {}, from {}\n", number, MarkOf(number, *state),

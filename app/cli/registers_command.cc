@@ -5,9 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <bit>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/exit_codes.h"
+#include "app/text/json_text.h"
 #include "drivers/plc/register_map.h"
 
 namespace plumbline::cli {
@@ -254,7 +254,7 @@ void AddRegistersCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--json", *json, "For programs that generate PLC tags");
   command->footer("Example:\n  plumbline registers > register-map.md");
   command->callback([json, &exit_code] {
-    std::cout << (*json ? AsJson().dump(1) + "\n" : RegisterMapMarkdown());
+    std::cout << (*json ? text::JsonText(AsJson(), 1) + "\n" : RegisterMapMarkdown());
     exit_code = kExitOk;
   });
 }

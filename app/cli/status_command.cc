@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +16,7 @@
 #include "app/cli/terminal.h"
 #include "app/cli/terminal_output.h"
 #include "app/printed_digits.h"
+#include "app/text/json_text.h"
 #include "drivers/plc/codec.h"
 #include "firmware-like/result.h"
 
@@ -304,7 +304,7 @@ int Run(const StatusOptions& options) {
     return kExitUsage;
   }
   if (options.json) {
-    std::cout << AsJson(*daemon).dump(1) << '\n';
+    std::cout << text::JsonText(AsJson(*daemon), 1) << '\n';
   } else {
     std::cout << ForReading;
     Print(*daemon);

@@ -42,7 +42,7 @@ struct DaemonConfig {
   MachineConfig machine;  ///< the cell has the base and tip of its last session, if it has sessions
   RobotLinkConfig robot;
   PlcConfig plc;
-  MonitoringConfig loop;
+  MonitoringConfig monitoring;
   VisionConfig vision;             ///< a change takes effect at the next start
   OverlayConfig overlay;           ///< used by plumbline-view; the daemon only checks it
   PageConfig page;                 ///< used by plumbline-view; the daemon only checks it

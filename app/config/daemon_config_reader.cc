@@ -255,7 +255,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
-    if (const auto table = MonitoringTable(root)) config.loop = MonitoringFromToml(*table);
+    if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
     config.vision = VisionFromToml(root, named, of_others);
     const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
     for (std::size_t k = 0; k < cameras; ++k) {

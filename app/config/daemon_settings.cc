@@ -20,24 +20,24 @@ void ListSerialKeys(Settings& keys, Line& line, bool required, int max_baud,
   keys.Add("baud", line.baud, {1200, static_cast<double>(max_baud)},
            {"standard baud rate in bit/s"});
   keys.Choose("parity", line.parity, {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}}, {"none, even or odd"});
-  keys.Add("stop_bits", line.stop_bits, {1, 2}, {});
+  keys.Add("stop_bits", line.stop_bits, {1, 2}, {"stop bits"});
 }
 
-void ListDiagnosisKeys(Settings& keys, MonitoringConfig& loop) {
+void ListDiagnosisKeys(Settings& keys, MonitoringConfig& monitoring) {
   using Apply = MonitoringConfig::Apply;
   keys.Add(
-      "diagnose", loop.diagnose,
+      "diagnose", monitoring.diagnose,
       {"after a drift alarm, look for the effect that the model lacks (runs at low priority)"});
-  keys.Add("probes_before_diagnosis", loop.probes_before_diagnosis, {0, 10000},
+  keys.Add("probes_before_diagnosis", monitoring.probes_before_diagnosis, {0, 10000},
            {"probes needed since the change began"});
-  keys.Add("diagnosis_timeout_s", loop.diagnosis_timeout_s, {1, 86400},
+  keys.Add("diagnosis_timeout_s", monitoring.diagnosis_timeout_s, {1, 86400},
            {"time limit of one diagnosis"});
-  keys.Choose("apply", loop.apply, {{"ask", Apply::kAsk}, {"automatic", Apply::kAutomatic}},
+  keys.Choose("apply", monitoring.apply, {{"ask", Apply::kAsk}, {"automatic", Apply::kAutomatic}},
               {"\"ask\": a person applies a proposed model with `plumbline model apply N`; "
                "\"automatic\": the daemon applies it if the diagnosis explains the residual by "
                "plausible, named effects, the held-out error falls, and neither a measured tip nor "
                "the command of a configured point moves by more than max_change_mm"});
-  keys.Add("max_change_mm", loop.max_change_m, {0.001, 100, kMetrePerMm},
+  keys.Add("max_change_mm", monitoring.max_change_m, {0.001, 100, kMetrePerMm},
            {"largest change that is applied automatically"});
 }
 
@@ -132,10 +132,12 @@ void ListKeys(Settings& keys, modbus::RtuSlaveOptions& line) {
 }
 
 void ListKeys(Settings& keys, correction::CorrectionLimits& limits) {
-  keys.Add("max_translation_mm", limits.max_translation_m, {0.01, 1000, kMetrePerMm},
-           {"a probe farther from the prediction than this plus 10 mrad over the reach is "
-            "quarantined"});
-  keys.Add("max_rotation_deg", limits.max_rotation_rad, {0.001, 90, kRadPerDeg}, {});
+  keys.Add(
+      "max_translation_mm", limits.max_translation_m, {0.01, 1000, kMetrePerMm},
+      {"a larger correction is refused (code 4); a probe farther from the prediction than this "
+       "plus 10 mrad times the reach is quarantined"});
+  keys.Add("max_rotation_deg", limits.max_rotation_rad, {0.001, 90, kRadPerDeg},
+           {"a correction that rotates the tool more is refused (code 4)"});
   keys.Add("min_singular_value", limits.min_singular_value, {0, 1},
            {"smallest singular value of the tip Jacobian; below it the arm is too close to a "
             "singularity"});
@@ -156,25 +158,25 @@ void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids) {
            {"shortest time between two writes of a point"});
 }
 
-void ListKeys(Settings& keys, MonitoringConfig& loop) {
-  keys.Add("enabled", loop.enabled, {"true: probes that the PLC submits are recorded"});
-  keys.Add("session", loop.session,
+void ListKeys(Settings& keys, MonitoringConfig& monitoring) {
+  keys.Add("enabled", monitoring.enabled, {"true: probes that the PLC submits are recorded"});
+  keys.Add("session", monitoring.session,
            {"session label of the recorded probes; the boot number is added", "\"1\""});
-  keys.Add("probe_sigma_mm", loop.probe_sigma_m, {0.001, 10, kMetrePerMm},
+  keys.Add("probe_sigma_mm", monitoring.probe_sigma_m, {0.001, 10, kMetrePerMm},
            {"standard deviation of one probe, per axis"});
-  keys.Add("reference_probes", loop.reference_probes, {0, 100},
+  keys.Add("reference_probes", monitoring.reference_probes, {0, 100},
            {"5 or more: drift is a change from the mean of the first probes, which is refused as a "
             "reference if they disagree; 0: drift is a deviation from the model itself"});
-  keys.Add("reference_sd_mm", loop.reference_sd_m, {0, 10, kMetrePerMm},
+  keys.Add("reference_sd_mm", monitoring.reference_sd_m, {0, 10, kMetrePerMm},
            {"for reference_probes = 0: standard deviation of the model's mean residual"});
-  keys.Add("shift_mm", loop.shift_m, {0.001, 100, kMetrePerMm},
+  keys.Add("shift_mm", monitoring.shift_m, {0.001, 100, kMetrePerMm},
            {"size of the change that must be detected quickly"});
-  keys.Add("probes_per_day", loop.probes_per_day, {0.01, 86400},
+  keys.Add("probes_per_day", monitoring.probes_per_day, {0.01, 86400},
            {"expected number; sets the alarm threshold together with the next key"});
-  keys.Add("false_alarms_per_year", loop.false_alarms_per_year, {0.001, 100},
+  keys.Add("false_alarms_per_year", monitoring.false_alarms_per_year, {0.001, 100},
            {"acceptable rate of false alarms"});
-  ListDiagnosisKeys(keys, loop);
-  keys.Add("journal_mb", loop.journal_bytes, {1, 1e6, kBytesPerMB},
+  ListDiagnosisKeys(keys, monitoring);
+  keys.Add("journal_mb", monitoring.journal_bytes, {1, 1e6, kBytesPerMB},
            {"largest size of the journal, about 330 bytes per probe; probes are refused when it is "
             "full"});
 }

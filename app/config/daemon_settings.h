@@ -25,7 +25,7 @@ void ListKeys(Settings& keys, modbus::RtuSlaveOptions& line);
 void ListKeys(Settings& keys, correction::CorrectionLimits& limits);
 /// @param ids  DaemonConfig::push_ids
 void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids);
-void ListKeys(Settings& keys, MonitoringConfig& loop);
+void ListKeys(Settings& keys, MonitoringConfig& monitoring);
 void ListKeys(Settings& keys, CameraConfig& camera);
 /// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");

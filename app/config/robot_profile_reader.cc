@@ -262,7 +262,7 @@ std::optional<robot::PushProfile> ReadPush(const TomlTable& table) {
                              {"roll_pitch_yaw", OrientationConvention::kRollPitchYaw},
                              {"abc", OrientationConvention::kAbc}})
           .value_or(push.orientation);
-  if (!robot::IsSound(push)) {
+  if (!robot::IsConsistent(push)) {
     table.AddFault("",
                    fmt::format("pose ({} registers), id and sequence overlap or do not fit into "
                                "a slot of {} registers, or the slots end beyond register 65535",

@@ -57,10 +57,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
   std::optional<int> width, height;
   keys.Add("width_px", width, {1, kMaxSide_px},
            {"image size, together with height_px", "1920", "the largest that reaches rate_hz"});
-  keys.Add("height_px", height, {1, kMaxSide_px}, {"see width_px", "1080"});
+  keys.Add("height_px", height, {1, kMaxSide_px}, {"image height, together with width_px", "1080"});
   v4l2.mode.size = {width.value_or(0), height.value_or(0)};
   keys.Add("rate_hz", recorded.rate_hz, {0.01, 1000},
-           {"frame rate: the least for a camera, the playback rate for a folder of images"});
+           {"smallest frame rate of a camera; playback rate of a folder of images"});
   v4l2.mode.rate_hz = recorded.rate_hz;
   ListSettingKeys(keys, v4l2.settings);
   keys.Path("path", recorded.path,
@@ -95,9 +95,8 @@ void ListKeys(Settings& keys, BoardConfig& board) {
   keys.Add("views", board.views, {8, 200}, {"views to capture before the lens is first evaluated"});
   board.most_views = std::max(board.most_views, board.views);
   keys.Add("most_views", board.most_views, {8, 400},
-           {"if so many views do not suffice, the calibration is refused"});
-  keys.Add("patience_s", board.patience_s, {1, 3600},
-           {"if it takes longer, the calibration is refused"});
+           {"largest number of views before the calibration is refused"});
+  keys.Add("patience_s", board.patience_s, {1, 3600}, {"time limit of one calibration"});
   keys.Add("acceptable_px", board.acceptable_px, {0.001, 100},
            {"largest accepted standard deviation of the projection"});
   keys.Add("distance_mm", board.distance_m, {1, 1e6, kMetrePerMm},
@@ -145,7 +144,7 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
   keys.Add("width_px", width, {640, 1920},
            {"picture size, together with height_px", "1920",
             "the display's, or 1280 x 720 without a display"});
-  keys.Add("height_px", height, {480, 1080}, {"see width_px", "1080"});
+  keys.Add("height_px", height, {480, 1080}, {"image height, together with width_px", "1080"});
   if (width && height) overlay.size = image::ImageSize{*width, *height};
   status::CameraName camera = status::CameraName::kNone;
   keys.Choose("camera", camera, CameraNames("both"),
@@ -164,7 +163,7 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
   keys.Add("stress_full_MPa", overlay.stress_full_Pa, {0.1, 10000, kPaPerMPa},
            {"upper end of the colour scale"});
   keys.Add("near_mm", overlay.near_m, {0, 10000, kMetrePerMm},
-           {"pairs of objects closer than this are reported, unless the pair states its own"});
+           {"pairs of objects closer than this are reported; default of near_mm in objects.toml"});
 }
 
 }  // namespace plumbline::config

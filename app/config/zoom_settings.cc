@@ -73,8 +73,9 @@ void ListKeys(Settings& keys, lens::ZoomSupervisorSettings& zoom) {
            {"time the lens must have been at rest before it is used"});
   keys.Add("lost_after_ms", zoom.lost_after_s, {100, 600000, kSecondPerMs},
            {"without a reading for this time the sensor counts as lost"});
-  keys.Add("verify_patience_s", zoom.verify_patience_s, {0.1, 600},
-           {"time to verify the lens by tags; then the calibration board is requested"});
+  keys.Add(
+      "verify_patience_s", zoom.verify_patience_s, {0.1, 600},
+      {"time that the tags may take to verify the lens before the calibration board is requested"});
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ CycleParts::CycleParts(const config::DaemonConfig& config, std::shared_ptr<robot
     : machine(config.machine),
       branches(config.machine),
       model_version(version),
-      records_probes(config.loop.enabled),
+      records_probes(config.monitoring.enabled),
       convention(config.plc.convention),
       encoder(convention, PointIds(config)),
       readable(ReadableRanges(config.machine.points.size())),

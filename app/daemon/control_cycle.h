@@ -79,7 +79,7 @@ class ControlCycle {
   /// the new model can correct: its points are solved before the switch. A new robot link starts
   /// after the old one has withdrawn its pushed points, because slots may have been reassigned.
   /// @param step  progress callback, called every few milliseconds while the old link stops, which
-  ///              can take as long as its time-outs
+  ///              can take as long as its timeouts
   void Replace(
       std::unique_ptr<CycleParts> parts, const std::function<void()>& step = [] {});
 

@@ -47,7 +47,7 @@ constexpr double kBranchesTimeout_s = 0.3;
 constexpr double kThreadTimeout_s = 2, kMonitoringTimeout_s = 5.5, kNameLookupTimeout_s = 60;
 
 /// Watchdog timeout of the robot link: pushing one point takes seven requests, each of which may
-/// take nearly its own time-out.
+/// take nearly its own timeout.
 double RobotTimeout_s(const config::DaemonConfig& config) {
   constexpr double kRequestsPerPush = 7;
   if (config.robot.transport == "tcp" && !robot::IsAddress(config.robot.connection.tcp.host)) {
@@ -376,13 +376,14 @@ int RunDaemon(const std::string& config_file) {
   const std::optional<std::string> other_daemon = storage.Acquire();
   if (other_daemon) {
     log::Log(
-        {config->loop.enabled ? log::Event::kNotStarted : log::Event::kStateDirectory,
+        {config->monitoring.enabled ? log::Event::kNotStarted : log::Event::kStateDirectory,
          fmt::format(
              "{}state directory: {}: {}; stop it, or give this daemon its own "
              "state_directory{}",
-             config->loop.enabled ? "not started: " : "", config->state_directory, *other_daemon,
-             config->loop.enabled ? "" : "; otherwise `plumbline model` cannot notify it")});
-    if (config->loop.enabled)
+             config->monitoring.enabled ? "not started: " : "", config->state_directory,
+             *other_daemon,
+             config->monitoring.enabled ? "" : "; otherwise `plumbline model` cannot notify it")});
+    if (config->monitoring.enabled)
       return 2;  // two writers of one journal would raise alarms for each other
   }
 

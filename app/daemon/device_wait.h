@@ -6,7 +6,7 @@
 namespace plumbline::daemon {
 
 /// Whether a thread of this process is in uninterruptible sleep (state D): it waits for a disk, or
-/// for a USB device's time-outs. A thread that hangs in our own code, or that a debugger has
+/// for a USB device's timeouts. A thread that hangs in our own code, or that a debugger has
 /// stopped, is not. [proc(5), /proc/pid/stat]
 /// @return  false also if there is no such thread
 bool IsWaitingForDevice(pid_t thread);

@@ -50,12 +50,14 @@ void LogReadingError(const config::DaemonConfig& config,
   }
   if (radii_m.empty()) return;
   const double middle_m = statistics::MedianOf(radii_m);
-  if (middle_m < cell.measurement.sigma_m.value_or(config.loop.probe_sigma_m)) return;
-  sink({log::Event::kDiagnosisCoarse,
-        fmt::format("{} probes' joints are read to {:.2g} mrad = {:.2g} mm at the tool (95 %). The "
-                    "diagnosis treats this as noise and cannot detect smaller effects. Use finer "
-                    "registers (universal-robots-fine)",
-                    radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m)});
+  if (middle_m < cell.measurement.sigma_m.value_or(config.monitoring.probe_sigma_m)) return;
+  sink(
+      {log::Event::kDiagnosisCoarse,
+       fmt::format("the joint readings of {} probes have a resolution of {:.2g} mrad, {:.2g} mm at "
+                   "the tool (95 %). The diagnosis treats this as noise and cannot detect smaller "
+                   "effects. Use finer "
+                   "registers (universal-robots-fine)",
+                   radii_m.size(), 1e3 * largest_rad, 1e3 * middle_m)});
 }
 
 /// The smallest and the largest mass that was carried.
@@ -83,7 +85,7 @@ Result<DiagnosisRun> DiagnosisRun::Start(const config::DaemonConfig& config, int
   auto rows = journal.Read(filter, config.machine.cell.robot.joints);
   if (!rows) return rows.failure();
   step();
-  const double sigma_m = config.loop.probe_sigma_m;
+  const double sigma_m = config.monitoring.probe_sigma_m;
   const std::size_t uncertain = std::erase_if(
       rows.value(), [&](const journal::JournalRow& row) { return IsTooUncertain(row, sigma_m); });
   if (uncertain > 0) {
@@ -132,10 +134,10 @@ std::optional<DiagnosisRun::Outcome> DiagnosisRun::Poll(const config::DaemonConf
   const std::chrono::duration<double> spent = Clock::now() - started_;
   Outcome outcome;
   if (!ended) {
-    if (spent.count() < config.loop.diagnosis_timeout_s) return std::nullopt;
+    if (spent.count() < config.monitoring.diagnosis_timeout_s) return std::nullopt;
     process_.Kill();
     outcome.failure = fmt::format("not finished within monitoring.diagnosis_timeout_s = {:g} s",
-                                  config.loop.diagnosis_timeout_s);
+                                  config.monitoring.diagnosis_timeout_s);
   } else if (!ended->empty()) {
     outcome.failure = *ended;
   } else {
@@ -207,7 +209,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
       store.value().Propose(*model, facts, std::filesystem::exists(report) ? report : "");
   if (!number) return number.failure();
   outcome.proposed = *number;
-  if (config.loop.apply != config::MonitoringConfig::Apply::kAutomatic) {
+  if (config.monitoring.apply != config::MonitoringConfig::Apply::kAutomatic) {
     outcome.message = fmt::format(
         "{}; version {} proposed: {}", what, *number,
         model_store::ModelCommand(fmt::format("apply {}", *number), config.state_directory));
@@ -215,7 +217,7 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
   }
   const bool has_points = !config.machine.points.empty();
   const std::string objection = model_store::ModelUnusableReason(*cell).value_or(
-      AutomaticApplyObjection(facts, config.loop, has_points));
+      AutomaticApplyObjection(facts, config.monitoring, has_points));
   if (!objection.empty()) {
     outcome.message =
         fmt::format("{}; version {} proposed, not applied: {}", what, *number, objection);
@@ -229,29 +231,29 @@ Result<DiagnosisRun::Outcome> DiagnosisRun::Propose(const config::DaemonConfig& 
 }
 
 std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
-                                    const config::MonitoringConfig& loop, bool has_points) {
+                                    const config::MonitoringConfig& monitoring, bool has_points) {
   if (facts.verdict != "explained") return "the verdict is not \"explained\"";
   if (!facts.rms_before_mm || !facts.rms_after_mm) return "nothing was held out";
   if (!facts.implausible.empty()) {
-    return fmt::format("implausible on a sound machine: {}", fmt::join(facts.implausible, "; "));
+    return fmt::format("implausible on a healthy machine: {}", fmt::join(facts.implausible, "; "));
   }
   if (facts.discrepancy_share) {
     return fmt::format("{:.0f} % of the correction is not explained by a named effect",
                        100 * *facts.discrepancy_share);
   }
   if (!facts.change_mm) return "how far it moves the tip cannot be computed";
-  if (*facts.change_mm > 1e3 * loop.max_change_m) {
+  if (*facts.change_mm > 1e3 * monitoring.max_change_m) {
     return fmt::format("it moves a tip by {:.3f} mm, monitoring.max_change_mm is {:g}",
-                       *facts.change_mm, 1e3 * loop.max_change_m);
+                       *facts.change_mm, 1e3 * monitoring.max_change_m);
   }
   if (!has_points) return {};
   if (!facts.points_change_mm) {
     return "how far it moves the configured points is not known: one of them cannot be "
            "corrected";
   }
-  if (*facts.points_change_mm > 1e3 * loop.max_change_m) {
+  if (*facts.points_change_mm > 1e3 * monitoring.max_change_m) {
     return fmt::format("it moves a configured point by {:.3f} mm, monitoring.max_change_mm is {:g}",
-                       *facts.points_change_mm, 1e3 * loop.max_change_m);
+                       *facts.points_change_mm, 1e3 * monitoring.max_change_m);
   }
   return {};
 }

@@ -64,6 +64,6 @@ class DiagnosisRun {
 /// not.
 /// @param has_points  whether points are configured, so that their displacement counts, too
 std::string AutomaticApplyObjection(const model_store::ModelFacts& facts,
-                                    const config::MonitoringConfig& loop, bool has_points);
+                                    const config::MonitoringConfig& monitoring, bool has_points);
 
 }  // namespace plumbline::daemon

@@ -49,7 +49,7 @@ StoreOutcome NotRecorded(const model_store::ModelState& before, bool edited,
   const bool other_applied = before.applied != before.declared;
   if (!other_applied && before.set_aside && before.set_aside->version == 0) {
     warn("the model store cannot be written: " + why);
-    return StoreOutcome{{}, model_store::SetAsideText(before, directory)};
+    return StoreOutcome{{}, model_store::SupersededText(before, directory)};
   }
   if (!other_applied && !before.set_aside) {
     WarnNotStored(warn, why,
@@ -101,13 +101,13 @@ Result<StoreOutcome> RecordDeclared(model_store::ModelStore& store,
     model_store::ModelState found = before;
     if (expected == model_store::ModelStore::Expected::kVersions &&
         before == model_store::ModelState{}) {
-      found.set_aside = model_store::SetAside{};
+      found.set_aside = model_store::SupersededVersion{};
     }
     return NotRecorded(found, edited, directory, declared.error(), warn);
   }
   Result<model_store::ModelState> now = store.State();
   if (!now) return now.failure();
-  const std::string set_aside = now->set_aside ? model_store::SetAsideText(*now, directory) : "";
+  const std::string set_aside = now->set_aside ? model_store::SupersededText(*now, directory) : "";
   return StoreOutcome{std::move(now).value(), set_aside};
 }
 
@@ -227,7 +227,7 @@ std::optional<ConfigInForce> ReadConfigInForce(const std::string& path, config::
     faults.Add({config::Fault::Severity::kFault, directory, 0, "", what});
     return std::nullopt;
   };
-  if (running && !running->owns_directory && config.loop.enabled) {
+  if (running && !running->owns_directory && config.monitoring.enabled) {
     return refuse(
         "another plumblined uses it, so [monitoring] cannot be enabled here. Give this daemon "
         "its own state_directory and restart it");

@@ -32,8 +32,8 @@ struct RunningDaemon {
 /// If the store or the applied version cannot be used:
 ///   - The applied version is in the store but cannot be read: a fault, and the cell file does not
 ///     replace it.
-///   - The store is missing, or the cell file cannot be recorded in it: a warning. The version
-///     applied to that cell file stays in force; without one, the cell file is in force. If the
+///   - The store is missing, or the cell file cannot be recorded in it: a warning. If a version
+///     was applied to this cell file it stays in force, otherwise the cell file is used. If the
 ///     cell file has been edited since, it is in force with `set_aside`.
 ///   - The store cannot be opened although it may hold an applied version: a fault at a reload; at
 ///     the start the cell file is in force with `set_aside`.

@@ -68,7 +68,7 @@ void MonitoringWorker::Run() {
     }
     if (task) Reconfigure(std::move(*task));
     PollStorage();
-    if (config_.loop.enabled && !journal_ && Clock::now() - journal_tried_ > kJournalRetry) {
+    if (config_.monitoring.enabled && !journal_ && Clock::now() - journal_tried_ > kJournalRetry) {
       OpenJournal();
     }
     event_pending_ = false;
@@ -121,7 +121,7 @@ void MonitoringWorker::Reconfigure(Task task) {
   if (!cameras_) cameras_ = config_.vision.cameras;
   models_ = task.models;
   CloseJournal();
-  if (config_.loop.enabled) return OpenJournal();
+  if (config_.monitoring.enabled) return OpenJournal();
   // Without a journal, its status must not be reported any more.
   quarantined_ = 0;
   quarantining_ = decision_unlogged_ = false;
@@ -177,10 +177,10 @@ Result<void> MonitoringWorker::ReadJournal() {
                      "including quarantined ones, are lost; restore the file if you have a copy",
                      path)});
   }
-  Result<journal::Journal> opened = journal::Journal::Open(path, config_.loop.journal_bytes);
+  Result<journal::Journal> opened = journal::Journal::Open(path, config_.monitoring.journal_bytes);
   if (!opened) return opened.failure();
   journal::Journal journal = std::move(opened).value();
-  monitor_.emplace(config_.loop, sink_, [this] { heartbeat_.Beat(); });
+  monitor_.emplace(config_.monitoring, sink_, [this] { heartbeat_.Beat(); });
   const auto restart = journal.LastRestart();
   const auto last_row = journal.LastRow();
   const auto last_probe_s = journal.LastProbeTime_s();
@@ -254,7 +254,7 @@ void MonitoringWorker::CloseMovedJournal() {
 
 bool MonitoringWorker::Handle(const CycleEvent& event) {
   CloseMovedJournal();
-  if (!journal_) return !config_.loop.enabled;
+  if (!journal_) return !config_.monitoring.enabled;
   return event.monitor_restart ? RestartMonitor("person") : Record(event);
 }
 
@@ -272,7 +272,7 @@ bool MonitoringWorker::RestartMonitor(const char* reason) {
 
 bool MonitoringWorker::Record(const CycleEvent& event) {
   journal::JournalRow row =
-      JournalRowFromProbe(event, config_.loop.session, journal_->EpochUtc_s(), *cameras_);
+      JournalRowFromProbe(event, config_.monitoring.session, journal_->EpochUtc_s(), *cameras_);
   const std::vector<model::Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size()))
     return true;  // from a previous cell
@@ -358,10 +358,10 @@ void MonitoringWorker::FollowDecisions() {
 
 void MonitoringWorker::StartDiagnosisIfDue() {
   if (!journal_ || !monitor_ || !monitor_->drift().alarm()) return;
-  if (alarm_handled_ || diagnosis_ || !config_.loop.diagnose) return;
+  if (alarm_handled_ || diagnosis_ || !config_.monitoring.diagnose) return;
   const monitor::DriftMonitor& drift = monitor_->drift();
   const std::uint64_t since = drift.probes() - drift.alarm()->first_probe + 1;
-  if (since < static_cast<std::uint64_t>(config_.loop.probes_before_diagnosis)) return;
+  if (since < static_cast<std::uint64_t>(config_.monitoring.probes_before_diagnosis)) return;
   alarm_handled_ = true;
   Result<DiagnosisRun> started =
       DiagnosisRun::Start(config_, models_.applied, *journal_, monitor_->alarm_row(), sink_,
@@ -407,7 +407,7 @@ void MonitoringWorker::PublishStatus() {
   status.learning = monitor_ && monitor_->drift().learning();
   status.reference_refused = monitor_ && monitor_->drift().reference_refused();
   status.diagnosing = diagnosis_.has_value();
-  status.fault = !fault_.empty() || diagnosis_failed_ || (config_.loop.enabled && !writable);
+  status.fault = !fault_.empty() || diagnosis_failed_ || (config_.monitoring.enabled && !writable);
   status.settled = true;
   status.quarantined = static_cast<std::uint32_t>(quarantined_);
   status.probes = recorded_;

@@ -114,7 +114,8 @@ void Reporter::ObserveLink(const robot::RobotLinkStatus& link, double now_s) {
   if (link.readings == 0 && link.failures == 0) return;
   const bool interrupted = connected_ == true && link.connected && link.changes != link_changes_;
   link_changes_ = link.changes;
-  if (interrupted) sink_({log::Event::kRobotLinkBlip, "robot link lost and restored at once"});
+  if (interrupted)
+    sink_({log::Event::kRobotLinkInterrupted, "robot link lost and restored at once"});
   if (!link.connected) ReportLinkDown(link, now_s);
   if (connected_ == link.connected) return;
   if (link.connected) {
@@ -154,7 +155,7 @@ void Reporter::ObserveInput(const Snapshot& snapshot, std::uint16_t raised) {
       fault == InputFault::kOk && input_fault_ == InputFault::kOk &&
       (raised & (alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong)) != 0;
   if (brief_fault)
-    sink_({log::Event::kRobotDoubted, "robot input was not trusted for a few cycles"});
+    sink_({log::Event::kRobotBrieflyUntrusted, "robot input was not trusted for a few cycles"});
   const bool emergency_stop = (snapshot.alarms & alarm::kEmergencyStop) != 0;
   if (fault == InputFault::kOk && emergency_stop != emergency_stop_) {
     emergency_stop_ = emergency_stop;
@@ -237,7 +238,7 @@ void Reporter::ObserveProbes(const ProbeIntake& probes) {
            {{"FAULT", fmt::format("{}", static_cast<int>(probes.fault))}}});
   }
   if (probe_fault_ != ProbeFault::kNone && probes.fault == ProbeFault::kNone) {
-    sink_({log::Event::kProbesTaken,
+    sink_({log::Event::kProbesAccepted,
            fmt::format("probes are accepted again; {} were refused", since)});
     logged_refusals_ = probes.refused;
   }

@@ -29,15 +29,15 @@ std::string RowsText(const std::vector<std::int64_t>& ids) {
 }
 
 /// @param step  progress callback, called between steps that take about a second in total
-monitor::MonitorDesign DesignFrom(const config::MonitoringConfig& loop,
+monitor::MonitorDesign DesignFrom(const config::MonitoringConfig& monitoring,
                                   const std::function<void()>& step) {
   monitor::MonitorRequirements requirements;
-  requirements.sigma_m = loop.probe_sigma_m;
-  requirements.shift_m = loop.shift_m;
-  requirements.probes_per_day = loop.probes_per_day;
-  requirements.false_alarms_per_year = loop.false_alarms_per_year;
-  requirements.reference_probes = loop.reference_probes;
-  requirements.reference_sd_m = loop.reference_sd_m;
+  requirements.sigma_m = monitoring.probe_sigma_m;
+  requirements.shift_m = monitoring.shift_m;
+  requirements.probes_per_day = monitoring.probes_per_day;
+  requirements.false_alarms_per_year = monitoring.false_alarms_per_year;
+  requirements.reference_probes = monitoring.reference_probes;
+  requirements.reference_sd_m = monitoring.reference_sd_m;
   return monitor::MonitorDesignFor(requirements, step);
 }
 
@@ -62,7 +62,7 @@ bool RowDriftMonitor::MatchesReference(const journal::JournalRow& row, bool repl
   if (!reference_camera_) reference_camera_ = row.camera;
   if (row.camera == *reference_camera_) return true;
   if (!replayed && unmonitored_cameras_.insert(row.camera).second) {
-    sink_({log::Event::kProbesUnwatched,
+    sink_({log::Event::kProbesNotMonitored,
            fmt::format("probes by {} are recorded, but not monitored for drift: the reference was "
                        "taken by {}",
                        CameraText(row.camera), CameraText(*reference_camera_))});

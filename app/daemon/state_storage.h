@@ -17,9 +17,9 @@ namespace plumbline::daemon {
 std::optional<std::string> StorageFault(const std::string& directory);
 
 /// Monitors whether the state directory is writable, and locks it for this daemon: two daemons that
-/// write one journal would raise alarms for each other. Corrections do not depend on it: points are
-/// served without storage, only probes and models need it. What could not be stored at the start is
-/// stored once the directory is writable.
+/// write one journal would each treat the other's probes as drift. Corrections do not depend on it:
+/// points are served without storage, only probes and models need it. If the boot counter could not
+/// be stored at start-up, it is stored as soon as the directory is writable.
 ///
 /// Call Acquire() and StoreBootCount() first; after that Check() and Poll() from one thread,
 /// writable() from any.

@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/text/json_text.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
@@ -130,7 +130,7 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   answer["withheld"] = diagnosis.withheld.empty() ? Json(nullptr) : Json(diagnosis.withheld);
   answer["notes"] = diagnosis.notes;
   // A column name may contain bytes that are not UTF-8; replace them instead of throwing.
-  return answer.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
+  return text::JsonText(answer, 1) + '\n';
 }
 
 namespace {

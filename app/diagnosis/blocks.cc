@@ -91,17 +91,17 @@ Block WholeBlock(const Dataset& data, const effects::Effect& effect, std::string
       AddParameters(data.cell.robot, parameter, spec, joint, block.term.parameters);
     }
   }
-  const bool one_by_one = traits.per_joint || traits.one_by_one;
+  const bool independent_parameters = traits.per_joint || traits.independent_parameters;
   const std::size_t count = block.term.parameters.size();
   for (std::size_t k = 0; k < count; ++k) {
     BlockColumn& column = block.columns.emplace_back();
-    column.unit = one_by_one ? static_cast<int>(k) : 0;
+    column.unit = independent_parameters ? static_cast<int>(k) : 0;
     column.parameter = static_cast<int>(k);
     column.values.assign(count, 0.0);
     const effects::TermParameter& own = block.term.parameters[k];
     column.plausible = PlausibleSizes(traits, own.spec, block.term.prismatic, own.joint);
   }
-  block.units = one_by_one ? static_cast<int>(count) : 1;
+  block.units = independent_parameters ? static_cast<int>(count) : 1;
   return block;
 }
 

@@ -34,7 +34,7 @@ struct EffectKey {
 };
 
 /// Blocks with their projected columns and Gram matrix. The prior of each value is normal with mean
-/// 0; its standard deviation is the largest size plausible for a sound machine. The prior is
+/// 0; its standard deviation is the largest size plausible for a healthy machine. The prior is
 /// negligible if the rows determine the value; otherwise it favours the more plausible explanation.
 class CandidateSet {
  public:

@@ -123,7 +123,7 @@ Candidates CandidatesFor(const Dataset& data) {
     }
     for (const std::string_view word : words) {
       const auto lacking_word = std::find_if(traits.word_needs.begin(), traits.word_needs.end(),
-                                             [&](const effects::WordNeed& need) {
+                                             [&](const effects::VariantSignal& need) {
                                                return need.word == word && !Has(data, need.signal);
                                              });
       if (lacking_word != traits.word_needs.end()) {

@@ -82,7 +82,7 @@ void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidat
   }
   if (undetectable.empty()) return;
   diagnosis.notes.push_back(fmt::format(
-      "not detectable in these rows at any size plausible for a sound machine (absorbed by free "
+      "not detectable in these rows at any size plausible for a healthy machine (absorbed by free "
       "frames, short lever arms or joints that hardly move): {}",
       fmt::join(undetectable, ", ")));
 }

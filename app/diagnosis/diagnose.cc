@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/diagnosis/alignment.h"
-#include "app/diagnosis/considered.h"
+#include "app/diagnosis/candidate_outcomes.h"
 #include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
@@ -21,6 +21,7 @@
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
 #include "app/diagnosis/residual_spread.h"
+#include "app/diagnosis/rival_spread.h"
 #include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
@@ -222,7 +223,7 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
     }
   }
   if (found.unknown) AddDriverRivals(*found.candidate_set, found.best, diagnosis);
-  AddConsidered(context, found.candidates, diagnosis);
+  AddCandidateOutcomes(context, found.candidates, diagnosis);
   AddDetectable(*found.candidate_set, found.candidates, diagnosis);
   if (task.Interrupted()) return;
   task.Report(0.45, "testing signals");
@@ -388,45 +389,6 @@ void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& di
     frames.X_WB_declared = of_declared.X_WB;
     if (data.tip_free()) frames.tip_declared_F = of_declared.tip_F;
   }
-}
-
-/// Variance of one axis between the answer and the rival with the largest tip displacement [m^2].
-/// Used for ranges, which do not test this difference: explanations that agree along the wire may
-/// differ across it.
-double VarianceBetweenRivals(const Diagnosis& diagnosis) {
-  double most_m2 = 0;
-  for (const Rival& rival : diagnosis.rivals) {
-    double sum_m2 = 0;
-    for (const Vec3& shift_W : rival.shift_W) sum_m2 += shift_W.squaredNorm() / 3;
-    const double rows = static_cast<double>(std::max<std::size_t>(1, rival.shift_W.size()));
-    most_m2 = std::max(most_m2, sum_m2 / rows);
-  }
-  return most_m2;
-}
-
-/// Variance on one axis of the difference between the answer and its rivals at a distance d from
-/// the measured poses: near^2 + (distant d)^2.
-struct RivalSpread {
-  double near_m = 0, distant_m = 0;
-};
-
-/// Least squares fit of the squared differences, both terms at least 0. On the rows the
-/// explanations agree, so held-out rows do not show how they differ elsewhere; between the points
-/// of a grid they may differ however near these are.
-RivalSpread SpreadOfRivals(const std::vector<RivalSeparation>& separations,
-                           const kinematics::PoseDistance& from, double axes) {
-  double n = 0, sum_x = 0, sum_xx = 0, sum_y = 0, sum_xy = 0;
-  for (const RivalSeparation& at : separations) {
-    const double x = std::pow(from.Of(at.q), 2), y = at.distance_m * at.distance_m / axes;
-    n += 1, sum_x += x, sum_xx += x * x, sum_y += y, sum_xy += x * y;
-  }
-  if (n == 0) return {};
-  const double spread = n * sum_xx - sum_x * sum_x;
-  const double slope = spread > 0 ? (n * sum_xy - sum_x * sum_y) / spread : 0;
-  const double intercept = (sum_y - slope * sum_x) / n;
-  if (slope < 0) return {std::sqrt(sum_y / n), 0};
-  if (intercept < 0) return {0, sum_xx > 0 ? std::sqrt(sum_xy / sum_xx) : 0};
-  return {std::sqrt(intercept), std::sqrt(slope)};
 }
 
 /// Adds the expected residuals of new points, near the measured poses and far from them. Rivals

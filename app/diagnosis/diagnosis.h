@@ -28,7 +28,7 @@ struct Finding {
   /// from the same rows is not corrected for.
   double p_value = 1;
   double share_of_residual = 0;  ///< increase of chi2 on removal over chi2 without any effect
-  std::string implausible;       ///< empty, or why the value is implausible for a sound machine
+  std::string implausible;       ///< empty, or why the value is implausible for a healthy machine
   /// Largest ratio of a value to its plausible bound; infinite for a physically impossible sign; 0
   /// if all values are plausible.
   double implausible_times = 0;
@@ -50,7 +50,7 @@ struct Rival {
 };
 
 /// A candidate effect and why it was selected or rejected.
-struct Considered {
+struct CandidateOutcome {
   std::string id;
   std::vector<std::string> scope;  ///< joints selected when fitted alone
   int parameters = 0;
@@ -174,7 +174,7 @@ struct Diagnosis {
   std::string held_out_by;         ///< "blocks of time"; empty if no row could be held out
   std::vector<HeldOutError> held_out_by_all;  ///< by blocks of time, regions and sessions
   std::vector<int> outlier_rows;              ///< file lines
-  std::vector<Considered> considered;
+  std::vector<CandidateOutcome> considered;
   std::vector<SignalTrace> signals;
   std::vector<SpectralLine> spectrum;
   PerRow<RowTrace> rows;

@@ -41,7 +41,8 @@ class DriftSearch final : public ShapeSearch {
         SignalAtRows(problem, [](const effects::Conditions& m) { return m.t_s.value_or(0); });
     const auto gain = [&](double tau) {
       const Eigen::MatrixXd warmth = 1 - (-t / tau).array().exp();
-      return Gain(problem, problem.Carried(Three(effects::Influence<double>::kBase), warmth),
+      return Gain(problem,
+                  problem.Carried(TranslationEntries(effects::Influence<double>::kBase), warmth),
                   residual);
     };
     constexpr int kSteps = 24, kHalvings = 5;

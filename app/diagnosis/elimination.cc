@@ -127,8 +127,9 @@ std::optional<RefittedExplanation> BestSmaller(const CandidateSet& candidate_set
 
 }  // namespace
 
-RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
-                                         const RefitExplanation& refit) {
+RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
+                                              RefittedExplanation of,
+                                              const RefitExplanation& refit) {
   if (of.explanation.blocks.size() > kMaxRefittedBlocks) return of;
   while (auto smaller = BestSmaller(candidate_set, of, refit)) of = std::move(*smaller);
   return of;

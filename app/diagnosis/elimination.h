@@ -28,7 +28,8 @@ inline constexpr std::size_t kMaxRefittedBlocks = 6;
 /// kDiscardRatio or with an excluded sign. Explanations with more than kMaxRefittedBlocks blocks
 /// are returned unchanged.
 /// @param of  by columns of the candidate set
-RefittedExplanation WithoutUnearnedUnits(const CandidateSet& candidate_set, RefittedExplanation of,
-                                         const RefitExplanation& refit);
+RefittedExplanation EliminateUnsupportedUnits(const CandidateSet& candidate_set,
+                                              RefittedExplanation of,
+                                              const RefitExplanation& refit);
 
 }  // namespace plumbline::diagnosis

@@ -70,7 +70,7 @@ ExplanationCheck PlausibilityCheck(const Finding& finding) {
   check.passed = finding.implausible_times < kDoubtfulRatio;
   check.figure = std::min(finding.implausible_times, kLargestReported);
   check.limit = kDoubtfulRatio;
-  check.sentence = finding.implausible.empty() ? "every value is plausible for a sound machine"
+  check.sentence = finding.implausible.empty() ? "every value is plausible for a healthy machine"
                                                : finding.implausible;
   return check;
 }

@@ -147,7 +147,7 @@ Result<Refit> SearchRefitAndEliminate(std::size_t most, bool with_unknown,
                                       const DiagnosisOptions& options, Identified& so_far) {
   Result<Refit> refit = SearchAndRefit(most, with_unknown, options, so_far);
   if (!refit) return refit;
-  RefittedExplanation kept = WithoutUnearnedUnits(
+  RefittedExplanation kept = EliminateUnsupportedUnits(
       *so_far.candidate_set, {std::move(so_far.best), std::move(refit).value()},
       [&so_far](const Explanation& explanation) { return RefitTo(so_far, explanation); });
   const auto refit_with = [&so_far](const FitProblem& fit, const Explanation& explanation) {

@@ -165,9 +165,10 @@ Result<Linearisation> Linearise(const Dataset& data, const Model& model,
     }
   });
   if (diverged >= 0) {
-    return Error{fmt::format(
-        "{}:{}: the sagged posture does not converge; check compliance_rad_per_Nm and link_mass_kg",
-        data.table.file, data.measured(RowIndex(diverged.load())).line)};
+    return Error{
+        fmt::format("{}:{}: the deflected posture does not converge; check compliance_rad_per_Nm "
+                    "and link_mass_kg",
+                    data.table.file, data.measured(RowIndex(diverged.load())).line)};
   }
   return result;
 }

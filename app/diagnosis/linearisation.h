@@ -58,7 +58,7 @@ class ModelAtRows {
   /// @param wanted    entries of the influence whose gradient is needed
   /// @param scratch   one per thread
   /// @param gradient  zero except for the wanted entries; not changed if none is wanted
-  /// @return          false if the sagged posture does not converge
+  /// @return          false if the deflected posture does not converge
   [[nodiscard]] bool At(RowIndex row, const deflection::InfluenceSet& wanted,
                         deflection::Sensitivity& scratch, LinearRow& result,
                         Gradient& gradient) const;
@@ -71,7 +71,7 @@ class ModelAtRows {
 
 /// Evaluates the model at every row.
 /// @param gradients  whether to store gradients (4.5 kB per row)
-/// @return  an error with the line of a row whose sagged posture does not converge
+/// @return  an error with the line of a row whose deflected posture does not converge
 Result<Linearisation> Linearise(const Dataset& data, const Model& model, bool gradients,
                                 int threads);
 /// Like Linearise, with the gradients of some entries of the influence only.

@@ -180,8 +180,10 @@ class StepSearch final : public MomentSearch {
     const std::vector<double> moments = Moments(problem);
     if (moments.empty()) return {};
     std::vector<Block> blocks;
-    blocks.push_back(BestFrom(problem, residual, moments, effect_, "base", Three(I::kBase)));
-    blocks.push_back(BestFrom(problem, residual, moments, effect_, "tool", Three(I::kTip)));
+    blocks.push_back(
+        BestFrom(problem, residual, moments, effect_, "base", TranslationEntries(I::kBase)));
+    blocks.push_back(
+        BestFrom(problem, residual, moments, effect_, "tool", TranslationEntries(I::kTip)));
     return blocks;
   }
 };

@@ -24,7 +24,7 @@ const char* NameOf(effects::Signal signal) {
 }
 
 void AddLacked(effects::Signal signal, std::vector<std::size_t> rows,
-               std::vector<LackedSignal>& lacked) {
+               std::vector<MissingSignal>& lacked) {
   if (!rows.empty()) lacked.push_back({signal, std::move(rows)});
 }
 
@@ -32,13 +32,13 @@ bool EffectNeeds(const Finding& finding, effects::Signal signal) {
   const effects::EffectTraits& traits = finding.effect.term.effect->traits();
   if (traits.Needs(signal)) return true;
   return std::any_of(traits.word_needs.begin(), traits.word_needs.end(),
-                     [&](const effects::WordNeed& need) {
+                     [&](const effects::VariantSignal& need) {
                        return need.signal == signal && need.word == finding.effect.term.word;
                      });
 }
 
 /// Treats a signal that most rows lack as not recorded.
-void DropSignal(const LackedSignal& lacked, table::MeasuredTable& table) {
+void DropSignal(const MissingSignal& lacked, table::MeasuredTable& table) {
   if (lacked.signal == effects::Signal::kOrder) table.recorded.order = false;
   if (lacked.signal == effects::Signal::kVelocity) table.recorded.qd = false;
   if (lacked.signal == effects::Signal::kAcceleration) table.recorded.qdd = false;
@@ -47,9 +47,9 @@ void DropSignal(const LackedSignal& lacked, table::MeasuredTable& table) {
                   NameOf(lacked.signal), lacked.rows.size(), table.rows.size()));
 }
 
-std::vector<std::size_t> RowsOf(const std::vector<LackedSignal>& lacked) {
+std::vector<std::size_t> RowsOf(const std::vector<MissingSignal>& lacked) {
   std::set<std::size_t> rows;
-  for (const LackedSignal& one : lacked) rows.insert(one.rows.begin(), one.rows.end());
+  for (const MissingSignal& one : lacked) rows.insert(one.rows.begin(), one.rows.end());
   return {rows.begin(), rows.end()};
 }
 
@@ -66,8 +66,8 @@ DiagnosisOptions WithProgress(const DiagnosisOptions& options, double from, doub
 
 /// The answer from the complete rows, with a note on the excluded ones.
 Diagnosis WithNotes(Diagnosis diagnosis, const table::MeasuredTable& table,
-                    const std::vector<LackedSignal>& lacked) {
-  for (const LackedSignal& one : lacked) {
+                    const std::vector<MissingSignal>& lacked) {
+  for (const MissingSignal& one : lacked) {
     diagnosis.notes.push_back(fmt::format(
         "{} is missing in {} rows (first: line {}): these rows were excluded, because the "
         "answer contains an effect that depends on it",
@@ -78,8 +78,8 @@ Diagnosis WithNotes(Diagnosis diagnosis, const table::MeasuredTable& table,
 
 }  // namespace
 
-std::vector<LackedSignal> LackedSignals(const model::CellModel& cell,
-                                        const table::MeasuredTable& table) {
+std::vector<MissingSignal> LackedSignals(const model::CellModel& cell,
+                                         const table::MeasuredTable& table) {
   std::vector<std::size_t> moves, velocities, accelerations;
   std::set<std::string> seen;
   const std::vector<effects::Conditions> conditions = ConditionsOf(cell, table);
@@ -90,15 +90,15 @@ std::vector<LackedSignal> LackedSignals(const model::CellModel& cell,
     if (row.qd.size() == 0) velocities.push_back(k);
     if (row.qdd.size() == 0) accelerations.push_back(k);
   }
-  std::vector<LackedSignal> lacked;
+  std::vector<MissingSignal> lacked;
   if (table.recorded.order) AddLacked(effects::Signal::kOrder, moves, lacked);
   if (table.recorded.qd) AddLacked(effects::Signal::kVelocity, velocities, lacked);
   if (table.recorded.qdd) AddLacked(effects::Signal::kAcceleration, accelerations, lacked);
   return lacked;
 }
 
-table::MeasuredTable WithRowsAside(const table::MeasuredTable& table,
-                                   const std::vector<std::size_t>& rows) {
+table::MeasuredTable ExcludeRows(const table::MeasuredTable& table,
+                                 const std::vector<std::size_t>& rows) {
   table::MeasuredTable without = table;
   without.rows.clear();
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
@@ -111,10 +111,10 @@ table::MeasuredTable WithRowsAside(const table::MeasuredTable& table,
   return without;
 }
 
-bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked) {
+bool DependsOn(const Diagnosis& diagnosis, const std::vector<MissingSignal>& lacked) {
   const auto needs = [&](const Finding& finding) {
     return std::any_of(lacked.begin(), lacked.end(),
-                       [&](const LackedSignal& one) { return EffectNeeds(finding, one.signal); });
+                       [&](const MissingSignal& one) { return EffectNeeds(finding, one.signal); });
   };
   return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(), needs) ||
          std::any_of(diagnosis.discrepancy.begin(), diagnosis.discrepancy.end(), needs);
@@ -123,20 +123,20 @@ bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked) 
 Result<Diagnosis> Diagnose(const model::CellModel& cell, table::MeasuredTable table,
                            const DiagnosisOptions& options) {
   if (options.order_unknown) table.recorded.order = false;
-  std::vector<LackedSignal> lacked = LackedSignals(cell, table);
-  std::erase_if(lacked, [&](const LackedSignal& one) {
+  std::vector<MissingSignal> lacked = LackedSignals(cell, table);
+  std::erase_if(lacked, [&](const MissingSignal& one) {
     const bool most = 2 * one.rows.size() > table.rows.size();
     if (most) DropSignal(one, table);
     return most;
   });
   if (lacked.empty()) return DiagnoseRows(cell, std::move(table), options);
   const Result<Diagnosis> complete =
-      DiagnoseRows(cell, WithRowsAside(table, RowsOf(lacked)), WithProgress(options, 0, 0.5));
-  if (complete && Needs(*complete, lacked)) return WithNotes(*complete, table, lacked);
+      DiagnoseRows(cell, ExcludeRows(table, RowsOf(lacked)), WithProgress(options, 0, 0.5));
+  if (complete && DependsOn(*complete, lacked)) return WithNotes(*complete, table, lacked);
   if (options.interrupted && options.interrupted()) return Error{"interrupted"};
   // No effect depends on the missing signals, so the incomplete rows can take part.
   Result<Diagnosis> all = DiagnoseRows(cell, table, WithProgress(options, 0.5, 0.5));
-  if (complete && (!all || Needs(*all, lacked))) return WithNotes(*complete, table, lacked);
+  if (complete && (!all || DependsOn(*all, lacked))) return WithNotes(*complete, table, lacked);
   return all;
 }
 

@@ -10,24 +10,24 @@
 namespace plumbline::diagnosis {
 
 /// A signal that is missing in some rows.
-struct LackedSignal {
+struct MissingSignal {
   effects::Signal signal = effects::Signal::kOrder;
   std::vector<std::size_t> rows;  ///< indices into the table, ascending
 };
 
 /// Signals that are recorded, but not in every row. The first row of a session never has a last
 /// move and is not counted.
-std::vector<LackedSignal> LackedSignals(const model::CellModel& cell,
-                                        const table::MeasuredTable& table);
+std::vector<MissingSignal> LackedSignals(const model::CellModel& cell,
+                                         const table::MeasuredTable& table);
 
 /// The table with some of its rows moved to `unmeasured`, where they still count as moves in their
 /// original order.
 /// @param rows  indices into the table, ascending
-table::MeasuredTable WithRowsAside(const table::MeasuredTable& table,
-                                   const std::vector<std::size_t>& rows);
+table::MeasuredTable ExcludeRows(const table::MeasuredTable& table,
+                                 const std::vector<std::size_t>& rows);
 
 /// True if an effect of the answer, named or in its discrepancy model, depends on one of these
 /// signals.
-bool Needs(const Diagnosis& diagnosis, const std::vector<LackedSignal>& lacked);
+bool DependsOn(const Diagnosis& diagnosis, const std::vector<MissingSignal>& lacked);
 
 }  // namespace plumbline::diagnosis

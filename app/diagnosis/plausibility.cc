@@ -35,7 +35,7 @@ Implausible ImplausibilityOf(const Dataset& data, const effects::ActiveEffect& e
     const model::Interval& plausible = effects::PlausibleOf(spec, prismatic, parameter.joint);
     if (!plausible.Contains(in_file)) {
       return {
-          fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a sound machine",
+          fmt::format("{} = {}{}{} is outside {}..{}, the plausible range of a healthy machine",
                       effects::NameFromParameter(traits, parameter), PlausibilityNumber(in_file),
                       unit == "1" ? "" : " ", unit == "1" ? "" : unit,
                       PlausibilityNumber(plausible.low), PlausibilityNumber(plausible.high)),

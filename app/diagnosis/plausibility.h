@@ -1,4 +1,4 @@
-// Plausibility of effect sizes: whether a sound machine can show them.
+// Plausibility of effect sizes: whether a healthy machine can show them.
 #pragma once
 
 #include <string>

@@ -35,7 +35,7 @@ class SequentialDesign {
 
   /// Value of measuring each of these points next: `Discrimination::Gain`, less a tenth for each
   /// choice that costs time; 0 below the lowest tip, near an already proposed pose, or if the
-  /// sagged posture does not converge.
+  /// deflected posture does not converge.
   std::vector<double> Values(const std::vector<DesignPoint>& points) const;
 
   /// Improves a point by coordinate exchange; the value never decreases. Each round makes the best

@@ -46,7 +46,7 @@ Indexed<BlockColumnIndex, double> PriorSizes(const LinearProblem& problem, const
   for (const BlockColumn& column : block.columns) {
     sizes.push_back(std::min(kMaxSize, column.Largest()));
   }
-  const double seen_rad = block.term.effect->traits().seen_turn_rad;
+  const double seen_rad = block.term.effect->traits().largest_observed_rotation_rad;
   if (seen_rad == 0) return sizes;
   const Indexed<BlockColumnIndex, double> rotations_rad = LargestRotations(problem, block);
   for (const BlockColumnIndex k : sizes.indices()) {

@@ -22,8 +22,8 @@ struct Realignment {
       notes;  ///< directions that the rows did not determine, and what was assumed
 };
 
-/// Estimates the frames that [measurement] leaves free (instrument pose, tip) anew from these rows,
-/// with the cell's effects acting, and returns the cell with one [[session]] for each session of
+/// Re-estimates from these rows the frames that [measurement] leaves free (instrument pose, tip),
+/// with the cell's effects active, and returns the cell with one [[session]] for each session of
 /// the rows. Returns the cell unchanged if nothing is free. Directions that the rows do not
 /// determine stay as in the cell's last session, or as declared (alignment.h).
 /// @return  an error if the rows do not determine the frames

@@ -321,12 +321,12 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     double* jacobian[] = {J.data()};
     rows->ClearGradients();
     if (!rows->Evaluate(at, residuals.data(), jacobian))
-      return Error{"the refitted posture does not converge"};
+      return Error{"the deflected posture of the refitted model does not converge"};
   } else {
     const double none = 0;
     const double* at[] = {&none};
     if (!rows->Evaluate(at, residuals.data(), nullptr))
-      return Error{"the sagged posture does not converge"};
+      return Error{"the deflected posture does not converge"};
   }
   for (const double r : residuals) refit.chi2 += r * r;
   const auto count = static_cast<int>(layout.parameters.size());

@@ -26,7 +26,7 @@ struct RefitOptions {
 /// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2 over effects and free frames by
 /// Levenberg-Marquardt (Ceres) with analytic derivatives, starting from the given model; r_k are
 /// the residuals of a row and C_k their covariance (RowNumbers).
-/// @return  an error if a sagged posture does not converge
+/// @return  an error if a deflected posture does not converge
 Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options);
 

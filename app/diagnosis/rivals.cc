@@ -166,7 +166,7 @@ class RivalSearch {
       std::vector<std::string> names;
       for (const std::string& id : too_large_) names.push_back(EffectName(id));
       diagnosis_.notes.push_back(
-          fmt::format("{} would fit as well, but only at a size implausible for a sound machine; "
+          fmt::format("{} would fit as well, but only at a size implausible for a healthy machine; "
                       "nothing else rules it out",
                       Listed(names, "or")));
     }
@@ -272,7 +272,7 @@ class RivalSearch {
   }
 
   /// For each row, the prediction of another model minus that of the answer [m]; empty if the
-  /// sagged posture of either does not converge.
+  /// deflected posture of either does not converge.
   std::vector<Vec3> ShiftsOf(const Model& theirs) const {
     const Dataset& data = context_.problem.data;
     const Result<Linearisation> there = Linearise(data, theirs, false, context_.options.threads);

@@ -14,7 +14,7 @@ double Gain(const LinearProblem& problem, Eigen::MatrixXd columns,
   return moment.dot(gram.ldlt().solve(moment));
 }
 
-std::vector<int> Three(int first) {
+std::vector<int> TranslationEntries(int first) {
   return {first, first + 1, first + 2};
 }
 

@@ -23,7 +23,7 @@ Eigen::VectorXd SignalAtRows(const LinearProblem& problem, const F& f) {
 }
 
 /// Three consecutive entries of the influence: a translation along x, y and z.
-std::vector<int> Three(int first);
+std::vector<int> TranslationEntries(int first);
 
 /// Blocks, each with its reduction of chi2.
 using Found = std::vector<std::pair<double, Block>>;

@@ -42,7 +42,7 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   if (!refit) return chosen;
   RefittedExplanation kept{chosen, std::move(refit).value()};
   // A subset of the rows determines the shapes, but underestimates the evidence for a unit.
-  if (few) kept = WithoutUnearnedUnits(candidate_set, std::move(kept), refit_to);
+  if (few) kept = EliminateUnsupportedUnits(candidate_set, std::move(kept), refit_to);
   std::vector<const effects::Effect*> reshaped;
   std::vector<BlockIndex> blocks;
   for (const effects::ActiveEffect& effect : kept.refit.model.effects) {

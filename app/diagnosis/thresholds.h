@@ -80,7 +80,7 @@ inline constexpr double kUnexplainedNoiseRatio = 4;
 /// Minimum share of the folds that select a named effect: four of five. Stability selection uses
 /// 0.6 to 0.9 [Meinshausen & Buehlmann, J. R. Stat. Soc. B 72 (2010) 417].
 inline constexpr double kMinSelectionFrequency = 0.8;
-/// A value this many times the plausible limit of a sound machine is doubtful. A judgement: worn
+/// A value this many times the plausible limit of a healthy machine is doubtful. A judgement: worn
 /// and damaged machines exceed the limit, by amounts that are not published.
 inline constexpr double kDoubtfulRatio = 5;
 /// A value this many times the plausible limit is discarded: noise along a direction that the rows

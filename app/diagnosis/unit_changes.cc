@@ -94,8 +94,8 @@ std::optional<RowIndex> ChangePoint(const Dataset& data, const OtherUnit& other)
   return RowIndex(std::min_element(first, last) - costs.begin());
 }
 
-/// Distance of each measured point from the predicted one [m]; infinite if the sagged posture does
-/// not converge.
+/// Distance of each measured point from the predicted one [m]; infinite if the deflected posture
+/// does not converge.
 PerRow<double> DistancesAt(const Dataset& data, const Model& model) {
   const ModelAtRows at_rows(data, model);
   PerRow<double> distances;

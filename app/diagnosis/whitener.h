@@ -5,8 +5,8 @@
 
 namespace plumbline::diagnosis {
 
-/// Whitening matrix of one row: s L^-1, where L L^T is the covariance of its residuals (RowNumbers)
-/// and s is a factor.
+/// Whitening matrix of one row: s L^-1, with L L^T the covariance of its residuals (RowNumbers) and
+/// s = sqrt(weight) / sigma.
 class RowWhitening {
  public:
   RowWhitening(const RowNumbers& numbers, double factor);

@@ -82,7 +82,7 @@ CheckResult CheckStateDirectory(const std::string& directory, const Account& acc
     return fault(directory + ": the file system has no free inode", "delete files on it");
   if (free_GiB < kLow_GiB) {
     found.health = free_GiB < kFull_GiB ? Health::kFault : Health::kWarning;
-    found.remedy = "free some space: probes are refused (code 12) when the disk is full";
+    found.remedy = "free some space: probes are refused (code 19) when the disk is full";
   }
   return found;
 }
@@ -109,7 +109,7 @@ CheckResults CheckPrograms(const config::DaemonConfig& config,
                        "reinstall the package: mesh files are read by this program"});
     }
   }
-  if (config.loop.enabled && config.loop.diagnose) {
+  if (config.monitoring.enabled && config.monitoring.diagnose) {
     if (InPath("gnuplot")) {
       found.push_back({Health::kGood, "gnuplot", "installed: reports have plots", {}});
     } else {

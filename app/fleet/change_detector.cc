@@ -4,7 +4,6 @@
 
 #include <bit>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/text/json_text.h"
 #include "firmware-like/snapshot.h"
@@ -40,10 +39,12 @@ ChangeDetector::ChangeDetector(const config::MqttConfig& config, FleetCell cell,
 }
 
 std::string ChangeDetector::Memory() const {
-  return nlohmann::ordered_json{{"schema", kMemorySchema}, {"alarms", alarms_},
-                                {"warnings", warnings_},   {"silent", silent_},
-                                {"model", model_version_}, {"lenses", lenses_}}
-      .dump();
+  return text::JsonText(nlohmann::ordered_json{{"schema", kMemorySchema},
+                                               {"alarms", alarms_},
+                                               {"warnings", warnings_},
+                                               {"silent", silent_},
+                                               {"model", model_version_},
+                                               {"lenses", lenses_}});
 }
 
 void ChangeDetector::UpdateWord(const char* word, std::uint16_t bits,

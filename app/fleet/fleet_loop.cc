@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "app/log/log.h"
@@ -67,14 +66,14 @@ FleetLoop::FleetLoop(const config::DaemonConfig& config, FleetQueue queue)
       client_(view_link::ViewSocketOf(config.state_directory), false),
       tail_(config.state_directory + "/journal.sqlite"),
       mark_(MarkOf(queue_)),
-      changes_(config_, cell_, MemoryOf(queue_).value("changes", nlohmann::json()).dump()),
+      changes_(config_, cell_, text::JsonText(MemoryOf(queue_).value("changes", nlohmann::json()))),
       link_(config_, WillOf(cell_)) {}
 
 std::string FleetLoop::Memory() const {
   nlohmann::ordered_json memory = {
       {"changes", text::JsonOrNull<nlohmann::ordered_json>(changes_.Memory())}};
   if (mark_) memory["probes"] = {{"journal", mark_->journal}, {"id", mark_->id}};
-  return memory.dump();
+  return text::JsonText(memory);
 }
 
 void FleetLoop::RunOnce() {

@@ -62,7 +62,7 @@ class FleetLoop {
 
   view_link::View view_;
   std::vector<Message> pending_;    ///< not in the queue yet
-  int discarded_ = 0;               ///< of those, dropped since the queue failed
+  int discarded_ = 0;               ///< messages discarded since the queue failed
   double tried_s_ = -1e300;         ///< last attempt to write the queue
   double journal_read_s_ = -1e300;  ///< last read of the journal
   std::int64_t connection_ = 0;     ///< 0: none

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "app/version.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/angle.h"
@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string TextOf(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text::JsonText(json);
 }
 
 /// Rounds to significant digits, to keep payloads short; null if not finite.
@@ -86,8 +86,8 @@ std::string BirthText(const FleetCell& cell, const FleetQueue& queue, std::int64
        {"dropped", {{"states", dropped[0]}, {"changes", dropped[1]}, {"others", dropped[2]}}}});
 }
 
-std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool told_goodbye) {
-  return TextOf({{"timestamp", utc_ms}, {"bdSeq", bdSeq}, {"told_goodbye", told_goodbye}});
+std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool clean_shutdown) {
+  return TextOf({{"timestamp", utc_ms}, {"bdSeq", bdSeq}, {"clean_shutdown", clean_shutdown}});
 }
 
 std::string MessageText(const std::string& stream, const QueuedMessage& queued) {

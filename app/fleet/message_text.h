@@ -35,7 +35,7 @@ std::string TopicOf(const FleetCell& cell, const char* type);
 std::string BirthText(const FleetCell& cell, const FleetQueue& queue, std::int64_t bdSeq,
                       std::int64_t utc_ms);
 /// Also the payload of the last will; its time is then that of the connection.
-std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool told_goodbye);
+std::string DeathText(std::int64_t bdSeq, std::int64_t utc_ms, bool clean_shutdown);
 /// The body, preceded by stream, seq and timestamp.
 std::string MessageText(const std::string& stream, const QueuedMessage& queued);
 

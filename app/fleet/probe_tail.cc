@@ -55,15 +55,8 @@ Result<ProbeTail::Taken> ProbeTail::ReadNew(const std::optional<ProbeMark>& mark
   Result<sqlite::Database> opened = sqlite::Database::Open(path_, sqlite::Database::Mode::kRead);
   if (!opened) return Error{opened.error()};
   sqlite::Database& database = opened.value();
-  if (auto problem = journal::JournalFileFault(database)) return *std::move(problem);
-  const auto version = database.IntegerOf("PRAGMA user_version");
-  if (!version) return Error{version.error()};
-  if (*version != journal::kJournalSchema) {
-    return Error{
-        fmt::format("{}: has the schema of another version; start plumblined of this version, "
-                    "which upgrades it",
-                    path_)};
-  }
+  const auto current = sqlite::RequireCurrentSchema(database, journal::kJournalIdentity);
+  if (!current) return current.failure();
   const auto epoch = database.IntegerOf("SELECT utc_s FROM epoch");
   const auto last = database.IntegerOf("SELECT coalesce(max(id), 0) FROM measurement");
   if (!epoch) return Error{epoch.error()};

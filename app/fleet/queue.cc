@@ -1,14 +1,14 @@
 #include "app/fleet/queue.h"
 
-#include <fmt/format.h>
-
 #include <numeric>
+
+#include "app/sqlite/store_identity.h"
 
 namespace plumbline::fleet {
 namespace {
 
-constexpr int kQueueSchema = 1;
-constexpr int kQueueId = 0x504C4651;  // "PLFQ", shown by file(1)
+constexpr sqlite::StoreIdentity kQueueIdentity{0x504C4651, 1,
+                                               "a queue of plumbline-fleet"};  // "PLFQ"
 /// Messages dropped at a time when the queue is full.
 constexpr int kDropBatch = 16;
 
@@ -69,7 +69,7 @@ int ImportanceOf(MessageKind kind) {
 }
 
 Error FleetQueue::Failed(const char* what) const {
-  return Error{fmt::format("{}: {}: {}", database_.path(), what, database_.Problem())};
+  return sqlite::Failure(database_, what);
 }
 
 Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_bytes) {
@@ -83,30 +83,14 @@ Result<FleetQueue> FleetQueue::Open(const std::string& path, std::int64_t bound_
   return queue;
 }
 
-/// Refuses a file of another program or of a newer version.
-Result<void> FleetQueue::CheckFile() {
-  const auto version = database_.IntegerOf("PRAGMA user_version");
-  const auto kind = database_.IntegerOf("PRAGMA application_id");
-  const auto tables = database_.IntegerOf("SELECT count(*) FROM sqlite_master");
-  for (const auto* read : {&version, &kind, &tables}) {
-    if (!*read) return Failed("cannot be read (is another plumbline-fleet using it?)");
-  }
-  if (*tables > 0 && *kind != kQueueId) {
-    return Error{
-        fmt::format("{}: is a database, but not a queue of plumbline-fleet; move the file away",
-                    database_.path())};
-  }
-  if (*version > kQueueSchema) {
-    return Error{sqlite::NewerSchema(database_.path(), *version, kQueueSchema)};
-  }
-  return {};
-}
-
 Result<void> FleetQueue::Prepare() {
   // Two publishers of one queue would publish everything twice; the second is refused.
   if (!database_.Run("PRAGMA locking_mode=EXCLUSIVE")) return Failed("cannot be prepared");
-  Result<void> ours = CheckFile();
-  if (!ours) return ours;
+  if (!database_.Run("SELECT count(*) FROM sqlite_master")) {
+    return Failed("cannot be read (is another plumbline-fleet using it?)");
+  }
+  const Result<std::int64_t> schema = sqlite::SchemaOf(database_, kQueueIdentity);
+  if (!schema) return schema.failure();
   if (!database_.Run("PRAGMA journal_mode=WAL") || !database_.Run("PRAGMA synchronous=FULL") ||
       !database_.Run("PRAGMA wal_autocheckpoint=200") ||
       !database_.Run("PRAGMA journal_size_limit=4000000")) {
@@ -117,9 +101,7 @@ Result<void> FleetQueue::Prepare() {
   const auto version = database_.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version == 0) {
-    const std::string mark =
-        fmt::format("PRAGMA application_id={}; PRAGMA user_version={}", kQueueId, kQueueSchema);
-    if (!database_.Run(kQueueTables) || !database_.Run(mark.c_str())) {
+    if (!database_.Run(kQueueTables) || !database_.Run(kQueueIdentity.Mark().c_str())) {
       return Failed("cannot be created");
     }
   }

@@ -52,7 +52,6 @@ class FleetQueue {
   };
   FleetQueue(sqlite::Database database, std::int64_t bound_bytes)
       : database_(std::move(database)), bound_bytes_(bound_bytes) {}
-  Result<void> CheckFile();
   Result<void> Prepare();
   Result<void> LoadCounts();
   bool DropOldest(Counts& counts);

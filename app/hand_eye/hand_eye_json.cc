@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/lens/lens_model.h"
 #include "app/printed_digits.h"
+#include "app/text/json_text.h"
 #include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -112,7 +112,7 @@ std::string HandEyeJson(const HandEye& result, const HandEyeOptions& options, co
         {"camera_xyz_mm", tracking::JsonOfVector(kMmPerMetre * X_WC.p)},
         {"camera_rpy_deg", tracking::JsonOfVector(RollPitchYawFromRotation(X_WC.R) / kRadPerDeg)}};
   }
-  return root.dump(2) + "\n";
+  return text::JsonText(root, 2) + "\n";
 }
 
 std::string HandEyeText(const HandEye& result, const HandEyeOptions& options) {

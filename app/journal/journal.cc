@@ -15,7 +15,8 @@ Result<Journal> Journal::Open(const std::string& path, std::int64_t max_bytes) {
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
   sqlite::Database& database = journal.database_;
-  if (auto problem = JournalFileFault(database)) return *std::move(problem);
+  const Result<std::int64_t> schema = sqlite::SchemaOf(database, kJournalIdentity);
+  if (!schema) return schema.failure();
   if (!database.Run("PRAGMA journal_mode=WAL") || !database.Run("PRAGMA synchronous=FULL")) {
     return journal.Failed("cannot be prepared");
   }
@@ -62,23 +63,15 @@ Result<Journal> Journal::OpenForReading(const std::string& path) {
   Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
   if (!opened) return opened.failure();
   Journal journal(std::move(opened).value());
-  if (auto problem = JournalFileFault(journal.database_)) return *std::move(problem);
-  const Result<std::int64_t> version = journal.database_.IntegerOf("PRAGMA user_version");
-  if (!version) return version.failure();
-  if (*version == 0) return Error{fmt::format("{}: is empty, not a journal yet", path)};
-  if (*version < kJournalSchema) {
-    return Error{
-        fmt::format("{}: written by an older plumbline; it becomes readable once this "
-                    "version's plumblined, or an import, has opened it",
-                    path)};
-  }
+  const Result<void> current = sqlite::RequireCurrentSchema(journal.database_, kJournalIdentity);
+  if (!current) return current.failure();
   const Result<void> epoch_read = journal.ReadEpoch();
   if (!epoch_read) return epoch_read.failure();
   return journal;
 }
 
 Error Journal::Failed(const char* what) const {
-  return Error{fmt::format("{}: {}: {}", database_.path(), what, database_.Problem())};
+  return sqlite::Failure(database_, what);
 }
 
 Error Journal::WriteFailed(const char* what) {

@@ -1,11 +1,7 @@
 #include "app/journal/journal_schema.h"
 
-#include <fmt/format.h>
-
 namespace plumbline::journal {
 namespace {
-
-constexpr int kApplicationId = 0x504C4A31;  // "PLJ1", shown by file(1)
 
 constexpr const char* kSchema = R"(
 CREATE TABLE measurement (
@@ -80,43 +76,19 @@ PRAGMA user_version = 5;
 
 }  // namespace
 
-std::optional<Error> JournalFileFault(sqlite::Database& database) {
-  // SQLite detects a file that is not a database when it first reads it.
-  if (!database.Run("SELECT count(*) FROM sqlite_master")) {
-    return Error{fmt::format("{}: {}", database.path(), database.Problem())};
-  }
-  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
-  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
-  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
-  for (const Result<std::int64_t>* read : {&version, &tables, &kind}) {
-    if (!*read) return read->failure();
-  }
-  if (*version > kJournalSchema) {
-    return Error{sqlite::NewerSchema(database.path(), *version, kJournalSchema)};
-  }
-  if (*tables > 0 && *kind != kApplicationId) {
-    return Error{fmt::format("{}: is a database, but not a plumbline journal", database.path())};
-  }
-  return std::nullopt;
-}
-
 Result<void> MigrateSchema(sqlite::Database& database) {
   Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
   if (!version) return version.failure();
   if (*version == kJournalSchema) return {};
   const char* const failed =
       *version == 0 ? "cannot be created" : "cannot be converted to this schema";
-  const auto problem = [&] {
-    return Error{fmt::format("{}: {}: {}", database.path(), failed, database.Problem())};
-  };
+  const auto problem = [&] { return sqlite::Failure(database, failed); };
   sqlite::Transaction transaction(database);
   if (!transaction.begun()) return problem();
   version =
       database.IntegerOf("PRAGMA user_version");  // another process may have created it meanwhile
   if (!version) return version.failure();
-  const std::string mark = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
-                                       kApplicationId, kJournalSchema);
-  if (*version == 0 && (!database.Run(kSchema) || !database.Run(mark.c_str()))) {
+  if (*version == 0 && (!database.Run(kSchema) || !database.Run(kJournalIdentity.Mark().c_str()))) {
     return problem();
   }
   if (*version == 1 && !database.Run(kFromSchema1)) return problem();

@@ -1,17 +1,14 @@
 // SQL schema of the journal, and migration of older schemas.
 #pragma once
 
-#include <optional>
-
-#include "app/sqlite/database.h"
+#include "app/sqlite/store_identity.h"
 
 namespace plumbline::journal {
 
 inline constexpr int kJournalSchema = 5;
 
-/// Why an open file is not a usable journal; nullopt if it is a journal of this or an older schema,
-/// or an empty file.
-std::optional<Error> JournalFileFault(sqlite::Database& database);
+inline constexpr sqlite::StoreIdentity kJournalIdentity{0x504C4A31, kJournalSchema,  // "PLJ1"
+                                                        "a plumbline journal"};
 
 /// Creates the tables of an empty file or converts those of an older schema, in one transaction.
 Result<void> MigrateSchema(sqlite::Database& database);

@@ -1,7 +1,5 @@
 #include "app/journal/row_statement.h"
 
-#include <nlohmann/json.hpp>
-
 #include "app/config/toml_reader.h"
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
@@ -20,7 +18,7 @@ std::optional<std::string> JointText(const model::JointVector& values,
     const double unit = model::FormOf(quantity, joints[static_cast<std::size_t>(i)].type).to_SI;
     array.push_back(values[i] / unit);
   }
-  return array.dump();
+  return text::JsonText(array);
 }
 
 bool JointsFromText(const sqlite::Statement& row, int column,
@@ -44,7 +42,7 @@ std::optional<std::string> CovarianceText(const std::optional<Mat3>& covariance_
   for (int k = 0; k < 9; ++k) {
     array.push_back((*covariance_m2)(k / 3, k % 3) * kMmPerMetre * kMmPerMetre);
   }
-  return array.dump();
+  return text::JsonText(array);
 }
 
 /// nullopt if absent, or not an array of nine numbers, which this program never writes.

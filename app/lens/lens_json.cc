@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
@@ -113,7 +112,7 @@ std::string LensJson(const LensCalibration& c) {
       {"frames_used", c.frames_used},
       {"frames_refused", refused},
   };
-  return root.dump(2) + "\n";
+  return text::JsonText(root, 2) + "\n";
 }
 
 Result<LensFile> LensFromJson(std::string_view text) {

@@ -8,7 +8,7 @@
 
 namespace plumbline::lens {
 
-/// Parameters shared by all views, in this order. The first nine are the lens.
+/// Parameters shared by all views, in this order. The first nine are the lens parameters.
 enum Shared : int {
   kFx,
   kFy,

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "app/text/json_text.h"
@@ -82,7 +81,7 @@ bool InsertLens(sqlite::Statement& statement, const LensEntry& entry) {
   for (const double value : entry.covariance.reshaped<Eigen::RowMajor>()) {
     covariance.push_back(value);
   }
-  statement.Bind(17, covariance.dump());
+  statement.Bind(17, text::JsonText(covariance));
   statement.Bind(18, entry.rms_px);
   statement.Bind(19, entry.board);
   statement.Bind(20, entry.pupil_shift_m);

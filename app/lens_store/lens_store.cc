@@ -11,13 +11,15 @@
 #include <utility>
 
 #include "app/lens_store/lens_row.h"
+#include "app/sqlite/store_identity.h"
 #include "drivers/os/file_writing.h"
 #include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline::lens_store {
 namespace {
 
-constexpr int kApplicationId = 0x504C4C31;  // "PLL1", shown by file(1)
+constexpr sqlite::StoreIdentity kIdentity{0x504C4C31, LensStore::kSchemaVersion,  // "PLL1"
+                                          "a plumbline lens store"};
 
 std::string BackupOf(const std::string& path) {
   return path + ".backup";
@@ -26,22 +28,6 @@ std::string BackupOf(const std::string& path) {
 bool PassesIntegrityCheck(sqlite::Database& database) {
   sqlite::Statement check(database.get(), "PRAGMA integrity_check(1)");
   return check.Step() == SQLITE_ROW && check.Text(0) == "ok";
-}
-
-/// Why the database is not a lens store this version can use. @param empty  set if it has no tables
-std::optional<Error> CheckIdentity(sqlite::Database& database, bool& empty) {
-  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
-  const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
-  const Result<std::int64_t> kind = database.IntegerOf("PRAGMA application_id");
-  if (!version || !tables || !kind) {
-    return Error{fmt::format("{}: cannot be read: {}", database.path(), database.Problem())};
-  }
-  if (*version > LensStore::kSchemaVersion) {
-    return Error{sqlite::NewerSchema(database.path(), *version, LensStore::kSchemaVersion)};
-  }
-  empty = *tables == 0;
-  if (empty || *kind == kApplicationId) return std::nullopt;
-  return Error{fmt::format("{}: is a database, but not a plumbline lens store", database.path())};
 }
 
 /// Renames the file and SQLite's companion files. @return the new name
@@ -63,7 +49,7 @@ Result<std::string> MoveAside(const std::string& path) {
 }  // namespace
 
 Error LensStore::Failed(const std::string& what) const {
-  return Error{fmt::format("{}: {}: {}", database_->path(), what, database_->Problem())};
+  return sqlite::Failure(*database_, what);
 }
 
 Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged) {
@@ -76,8 +62,8 @@ Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged
     damaged = code == SQLITE_NOTADB || code == SQLITE_CORRUPT;
     return store.Failed("cannot be read");
   }
-  bool empty = false;
-  if (auto why = CheckIdentity(database, empty)) return *std::move(why);
+  const Result<std::int64_t> schema = sqlite::SchemaOf(database, kIdentity);
+  if (!schema) return schema.failure();
   if (!PassesIntegrityCheck(database)) {
     damaged = true;
     return Error{fmt::format("{}: fails its integrity check", path)};
@@ -90,9 +76,7 @@ Result<LensStore> LensStore::OpenVerified(const std::string& path, bool& damaged
     damaged = true;
     return Error{fmt::format("{}: its header makes it read-only", path)};
   }
-  const Result<std::int64_t> version = database.IntegerOf("PRAGMA user_version");
-  if (!version) return store.Failed("cannot be read");
-  if (empty || *version < kSchemaVersion) {
+  if (*schema < kSchemaVersion) {
     if (const auto prepared = store.Prepare(damaged); !prepared) return prepared.failure();
   }
   const auto entries = store.Read(std::nullopt, "");
@@ -111,9 +95,7 @@ Result<void> LensStore::Prepare(bool& damaged) {
   const Result<std::int64_t> tables = database_->IntegerOf("SELECT count(*) FROM sqlite_master");
   if (!transaction.begun() || !version || !tables) return Failed("cannot be prepared");
   if (*tables == 0) {
-    const std::string header = fmt::format("PRAGMA application_id={}; PRAGMA user_version={}",
-                                           kApplicationId, kSchemaVersion);
-    if (!database_->Run(kLensSchema) || !database_->Run(header.c_str())) {
+    if (!database_->Run(kLensSchema) || !database_->Run(kIdentity.Mark().c_str())) {
       return Failed("cannot be created");
     }
   } else if (auto migrated = MigrateLensSchema(*database_, *version, damaged); !migrated) {
@@ -157,17 +139,8 @@ Result<LensStore> LensStore::OpenForReading(const std::string& path) {
   Result<sqlite::Database> opened = sqlite::Database::Open(path, sqlite::Database::Mode::kRead);
   if (!opened) return opened.failure();
   LensStore store(std::move(opened).value());
-  bool empty = false;
-  if (auto why = CheckIdentity(*store.database_, empty)) return *std::move(why);
-  if (empty) return Error{fmt::format("{}: is empty, not a lens store yet", path)};
-  const Result<std::int64_t> version = store.database_->IntegerOf("PRAGMA user_version");
-  if (!version) return version.failure();
-  if (*version < kSchemaVersion) {
-    return Error{
-        fmt::format("{}: written by an older plumbline; it becomes readable once this "
-                    "version's plumblined has opened it",
-                    path)};
-  }
+  const Result<void> current = sqlite::RequireCurrentSchema(*store.database_, kIdentity);
+  if (!current) return current.failure();
   return store;
 }
 

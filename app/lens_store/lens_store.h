@@ -32,7 +32,7 @@ struct LensTolerance {
 /// atomically. Each entry has a checksum that is verified when it is read.
 ///
 /// Columns have the units of LensEntry; the covariance is a JSON array of 81 numbers, row by row.
-/// All but the corners can thus be read with the sqlite3 command.
+/// Everything except the corners is readable with the sqlite3 command.
 class LensStore {
  public:
   static constexpr int kSchemaVersion = kLensSchemaVersion;

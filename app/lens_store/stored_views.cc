@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
@@ -79,7 +78,7 @@ std::vector<std::uint8_t> EncodeViews(const StoredViews& stored) {
                        {"mark_mm", board.marker_m * kMmPerMetre},
                        {"family", board.family}}},
                      {"views", views}};
-  const std::string text = json.dump();
+  const std::string text = text::JsonText(json);
   return {text.begin(), text.end()};
 }
 

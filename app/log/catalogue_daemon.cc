@@ -98,7 +98,7 @@ constexpr EventEntry kEntries[] = {
      "no answer within `timeout_ms`; corrected points are withdrawn. \"(before: ...)\": the link "
      "is still down, now for another reason",
      "check cable, address and controller; the daemon reconnects by itself"},
-    {Event::kRobotLinkBlip, "robot-link-blip", LogLevel::kWarning,
+    {Event::kRobotLinkInterrupted, "robot-link-blip", LogLevel::kWarning,
      "39ff189892bb4d8eabd5c7cb800a541f", "robot", "robot link lost and restored at once",
      "interrupted for less than 100 ms", "check the cable if it recurs"},
     {Event::kRobotTrusted, "robot-trusted", LogLevel::kNotice, "a0e66798c65346b2a3aaece1cef596ef",
@@ -113,9 +113,11 @@ constexpr EventEntry kEntries[] = {
      "stale: as for a lost link, or the controller's sequence counter has stopped. Otherwise check "
      "the profile's types, word order, unit and wrap; the cell's `min_deg` and `max_deg`; the "
      "controller's tool offset"},
-    {Event::kRobotDoubted, "robot-doubted", LogLevel::kWarning, "3d60f88ade734723bbbffec8dab6a4ea",
-     "robot", "robot input was not trusted for a few cycles", "one of the above, briefly",
-     "as above, if it recurs"},
+    {Event::kRobotBrieflyUntrusted, "robot-doubted", LogLevel::kWarning,
+     "3d60f88ade734723bbbffec8dab6a4ea", "robot", "robot input was not trusted for a few cycles",
+     "readings were implausible or stale for a few cycles; corrected points were withdrawn "
+     "meanwhile",
+     "if it recurs, check the profile's types and word order, and the cable"},
     {Event::kJointsUnchecked, "joints-unchecked", LogLevel::kWarning,
      "7eab7372ab354a169accf9e001d7d074", "robot", "the robot profile offers no tool pose",
      "joint values cannot be checked against forward kinematics",
@@ -148,15 +150,14 @@ constexpr EventEntry kEntries[] = {
      ""},
     {Event::kPointRefused, "point-refused", LogLevel::kError, "390eb8e66fe547b38ec89f414d840b5d",
      "points", "point ... has no correction: ...",
-     "see the code in the table under \"Corrected points\"", "as listed there"},
+     "see the code in the table under \"Corrected points\"", "MANUAL.md, \"Result codes\""},
     {Event::kPointsWithdrawn, "points-withdrawn", LogLevel::kError,
      "40111ed0f0254cf1bc516e320f5c3a2a", "points",
      "corrected points withdrawn: the lens of camera ... is not valid",
      "`required_for` of that camera contains \"points\", and its lens is not verified at the "
      "present zoom",
      "let the zoom come to rest with the reference tags in view, or show the calibration board; "
-     "the "
-     "points are served again by themselves"},
+     "the points then become valid again automatically"},
     {Event::kPointsRestored, "points-restored", LogLevel::kNotice,
      "db9f65842d1640d0a62bed2e9ddd845c", "points", "corrected points are served again after ...",
      "the required lens is valid", ""},
@@ -178,7 +179,7 @@ constexpr EventEntry kEntries[] = {
     {Event::kSerialLost, "serial-lost", LogLevel::kError, "3941948eeac6499989e831d7551eee3f", "plc",
      "serial line ...: ...", "it cannot be opened, or was unplugged",
      "check the adapter, `plc.rtu.device` and membership in group dialout; the daemon reopens it "
-     "by itself"},
+     "automatically"},
     {Event::kSerialOpen, "serial-open", LogLevel::kNotice, "1f4f950ad2034e54a4d2fece1d7a8e10",
      "plc", "serial line ... open", "", ""},
     {Event::kClientRefused, "client-refused", LogLevel::kWarning,
@@ -220,7 +221,8 @@ constexpr EventEntry kEntries[] = {
      "collision, loose tool, warm-up? then `plumbline model list`; command 8 dismisses the alarm"},
     {Event::kDriftAlarmActive, "drift-stands", LogLevel::kWarning,
      "4267377364c44da6a58d1ef6a424a019", "loop", "drift alarm of journal row N is still active",
-     "raised before this start and not dismissed", "as above"},
+     "raised before this start and not dismissed",
+     "find the cause; command 8 of the PLC dismisses the alarm"},
     {Event::kMonitorRestarted, "monitor-restarted", LogLevel::kNotice,
      "2711d9974aa44ad0a70d5d54189d5220", "loop", "drift monitor restarted by the PLC",
      "requested by command 8", ""},
@@ -231,7 +233,7 @@ constexpr EventEntry kEntries[] = {
      "loop", "diagnosis: ...", "rows or columns that the diagnosis cannot use, and why", ""},
     {Event::kDiagnosisCoarse, "diagnosis-coarse", LogLevel::kWarning,
      "25be04a1a8a04b048c7d25c87e8c685c", "loop",
-     "N probes' joints are read to ... mrad = ... mm at the tool",
+     "the joint readings of N probes have a resolution of ... mrad, ... mm at the tool",
      "smaller effects cannot be detected", "use finer registers (`universal-robots-fine`)"},
     {Event::kDiagnosisEnded, "diagnosis-ended", LogLevel::kNotice,
      "8362abfff8ab451896f0ad507f053fa2", "loop", "diagnosis: VERDICT ...",
@@ -253,7 +255,7 @@ constexpr EventEntry kEntries[] = {
      "daemon and move it away"},
     {Event::kJournalWorks, "journal-works", LogLevel::kNotice, "ddb43b9201944e9b88c2521301f0aca8",
      "loop", "journal works again", "", ""},
-    {Event::kProbesUnwatched, "probes-unwatched", LogLevel::kWarning,
+    {Event::kProbesNotMonitored, "probes-unwatched", LogLevel::kWarning,
      "132e32e399c94b7298ff3cd518fa0880", "loop",
      "probes by ... are recorded, but not monitored for drift",
      "the drift monitor's reference was taken with the other camera, or with both",
@@ -263,7 +265,7 @@ constexpr EventEntry kEntries[] = {
      "0, 0, 0; in metres instead of mm; beyond the arm's reach; or the robot moved (codes 17, 18, "
      "registers 420-423). Logged when the reason changes",
      "as the line says"},
-    {Event::kProbesTaken, "probes-taken", LogLevel::kNotice, "495f297deb724d96b35b47e5018e247c",
+    {Event::kProbesAccepted, "probes-taken", LogLevel::kNotice, "495f297deb724d96b35b47e5018e247c",
      "loop", "probes are accepted again; N were refused", "", ""},
     {Event::kProbeQuarantined, "probe-quarantined", LogLevel::kWarning,
      "8de8514dfab14e3691e88069ce981eef", "loop", "probe quarantined: row N ...",

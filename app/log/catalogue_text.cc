@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "app/log/event.h"
 #include "app/log/level_text.h"
+#include "app/text/json_text.h"
 
 namespace plumbline::log {
 namespace {
@@ -68,7 +68,7 @@ std::string EventsJson() {
                       {"means", entry.means},
                       {"do", entry.remedy}});
   }
-  return events.dump(1) + "\n";
+  return text::JsonText(events, 1) + "\n";
 }
 
 }  // namespace plumbline::log

@@ -38,7 +38,7 @@ class LogWriter {
     double duration_s = 0;
     std::uint64_t late = 0, lost = 0;  ///< lines
   };
-  /// The last blockage, returned once, after it has ended; nullopt while lines are buffered, or if
+  /// The most recent blockage, returned once after it ends; nullopt while lines are buffered, or if
   /// there was none.
   std::optional<Blockage> TakeBlockage();
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
 
@@ -65,7 +63,7 @@ std::string JsonFrom(const ModelFacts& facts) {
   Put(object, "points_change_mm", facts.points_change_mm);
   if (!facts.implausible.empty()) object["implausible"] = facts.implausible;
   Put(object, "discrepancy_share", facts.discrepancy_share);
-  return object.dump(1) + "\n";
+  return text::JsonText(object, 1) + "\n";
 }
 
 std::string JsonFrom(const ModelState& state) {
@@ -80,7 +78,7 @@ std::string JsonFrom(const ModelState& state) {
                            {"changes", aside->changes},
                            {"withdrawn", aside->withdrawn}};
   }
-  return object.dump(1) + "\n";
+  return text::JsonText(object, 1) + "\n";
 }
 
 std::optional<ModelFacts> ModelFactsFromJson(const std::string& text) {
@@ -134,8 +132,8 @@ std::optional<ModelState> ModelStateFromJson(const std::string& text) {
   if (const auto aside = object.find("set_aside"); aside != object.end()) {
     const auto version = WholeIn(*aside, "version"), declared = WholeIn(*aside, "declared");
     if (!version || !declared) return std::nullopt;
-    state.set_aside = SetAside{*version, *declared, TextsIn(*aside, "changes"),
-                               WholeIn(*aside, "withdrawn").value_or(0)};
+    state.set_aside = SupersededVersion{*version, *declared, TextsIn(*aside, "changes"),
+                                        WholeIn(*aside, "withdrawn").value_or(0)};
   }
   // Numbers written by the store are consistent; otherwise something else has changed the file.
   const int in_force = state.history.empty() ? 0 : state.history.back();

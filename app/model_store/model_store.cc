@@ -49,8 +49,8 @@ std::string ModelCommand(const std::string& words, const std::string& state_dire
       state_directory == config::kDefaultStateDirectory ? "" : " --state " + state_directory);
 }
 
-std::string SetAsideText(const ModelState& state, const std::string& state_directory) {
-  const SetAside& aside = *state.set_aside;
+std::string SupersededText(const ModelState& state, const std::string& state_directory) {
+  const SupersededVersion& aside = *state.set_aside;
   if (aside.version == 0) {
     const std::string confirm =
         state.applied == 0
@@ -285,13 +285,13 @@ Result<int> ModelStore::Declare(const std::string& text, const std::string& file
     if (!stored) return stored.failure();
     return *number;
   }
-  if (lost) state.set_aside = SetAside{0, *number, {}, 0};
+  if (lost) state.set_aside = SupersededVersion{0, *number, {}, 0};
   const bool was_set_aside = state.set_aside.has_value();
   if (!was_set_aside && state.applied != state.declared) {
-    state.set_aside = SetAside{state.applied, state.declared, {}, 0};
+    state.set_aside = SupersededVersion{state.applied, state.declared, {}, 0};
   }
   if (state.set_aside && !lost) {
-    SetAside& aside = *state.set_aside;
+    SupersededVersion& aside = *state.set_aside;
     const Result<std::string> then = Text(aside.declared);
     aside.changes = then ? Abbreviated(CellTextDifferences(*then, text), kMaxStoredChanges)
                          : std::vector<std::string>{"unknown: " + then.error()};

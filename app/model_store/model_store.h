@@ -23,7 +23,7 @@ struct ModelFacts {
   std::string report;                                 ///< file name in the store; empty: none
   std::optional<double> rms_before_mm, rms_after_mm;  ///< on held-out rows
   std::vector<std::string>
-      implausible;  ///< findings that are implausible for a sound machine, as text
+      implausible;  ///< findings that are implausible for a healthy machine, as text
   std::optional<double>
       discrepancy_share;  ///< share of the correction not explained by named effects; absent: none
   std::optional<double> change_mm;  ///< largest change of a predicted tip, over the rows used
@@ -38,14 +38,14 @@ struct ModelVersion {
 
 /// An applied version that is no longer in force, because the cell file was edited or the store was
 /// found empty.
-struct SetAside {
+struct SupersededVersion {
   /// The applied version; 0: unknown, because the store was empty.
   int version = 0;
   int declared = 0;                  ///< the declared version that it was applied to
   std::vector<std::string> changes;  ///< in the cell file since then, from CellDifferences()
   int withdrawn = 0;                 ///< a proposal that the edit withdrew; 0: none
 
-  bool operator==(const SetAside&) const = default;
+  bool operator==(const SupersededVersion&) const = default;
 };
 
 /// Roles of the versions. 0: none.
@@ -55,7 +55,7 @@ struct ModelState {
   int proposed = 0;          ///< awaiting a person's approval
   std::vector<int> history;  ///< applied versions, oldest first, ending with the present one
   /// Cleared when any version is applied.
-  std::optional<SetAside> set_aside = std::nullopt;
+  std::optional<SupersededVersion> set_aside = std::nullopt;
 
   bool operator==(const ModelState&) const = default;
 };
@@ -66,7 +66,7 @@ std::string ModelCommand(const std::string& words, const std::string& state_dire
 
 /// Why the applied model is not in force, what that means and what to do, as a paragraph.
 /// @param state  must have set_aside
-std::string SetAsideText(const ModelState& state, const std::string& state_directory);
+std::string SupersededText(const ModelState& state, const std::string& state_directory);
 
 /// A folder `models` in the state directory:
 ///   0007.toml   the model, never modified

@@ -154,8 +154,8 @@ std::optional<model::CellModel> CheckModelStore(const std::string& state_directo
     return std::nullopt;
   }
   if (state->set_aside) {
-    faults.Add(
-        {config::Fault::Severity::kWarning, folder, 0, "", SetAsideText(*state, state_directory)});
+    faults.Add({config::Fault::Severity::kWarning, folder, 0, "",
+                SupersededText(*state, state_directory)});
   }
   if (state->applied == state->declared) return std::nullopt;
   std::optional<model::CellModel> model =

@@ -25,9 +25,9 @@ void LogTail::Add(const view::DisplayStatus& now) {
   for (const auto& [key, line] : lines_) known_.insert(key);
 }
 
-std::vector<TailLine> LogTail::Lines() const {
+std::vector<RecentLogEntry> LogTail::Lines() const {
   const std::lock_guard lock(mutex_);
-  std::vector<TailLine> lines;
+  std::vector<RecentLogEntry> lines;
   for (const auto& [key, line] : lines_) lines.push_back(line);
   return lines;
 }

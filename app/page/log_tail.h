@@ -12,7 +12,7 @@
 
 namespace plumbline::page {
 
-struct TailLine {
+struct RecentLogEntry {
   double utc_s = 0;
   int level = 5;     ///< syslog(3) level
   const char* from;  ///< "plumblined" or "plumbline-view"
@@ -26,13 +26,13 @@ class LogTail {
   static constexpr std::size_t kMaxLines = 300;
 
   void Add(const view::DisplayStatus& now);
-  std::vector<TailLine> Lines() const;  ///< oldest first
+  std::vector<RecentLogEntry> Lines() const;  ///< oldest first
 
  private:
   /// Identity of a line: its time, its number in the program's run, and the program.
   using Key = std::pair<double, std::pair<std::uint64_t, bool>>;
   mutable std::mutex mutex_;
-  std::deque<std::pair<Key, TailLine>> lines_;
+  std::deque<std::pair<Key, RecentLogEntry>> lines_;
   std::set<Key> known_;  ///< keys of lines_ and of the last state's lines
 };
 

@@ -138,7 +138,7 @@ void AddMonitoring(MetricsWriter& writer, const view_link::ViewState& state) {
 /// The format requires cumulative buckets.
 void AddLateness(MetricsWriter& writer, const LatenessHistogram& starts) {
   writer.Begin("cycle_start_late_seconds", Type::kHistogram,
-               "Lateness of machine cycle starts since the daemon started.");
+               "Lateness of control cycle starts since the daemon started.");
   std::uint64_t sum = 0;
   for (std::size_t k = 0; k < starts.counts.size(); ++k) {
     sum += starts.counts[k];
@@ -161,7 +161,7 @@ void AddState(MetricsWriter& writer, const view::DisplayStatus& now, double now_
                "Machine cycles that started late since the daemon started.");
   writer.Add(static_cast<double>(state.cycle.late));
   writer.Gauge("longest_cycle_seconds",
-               "Longest computation of a machine cycle since the daemon started.",
+               "Longest computation of a control cycle since the daemon started.",
                state.cycle.longest_s);
   AddLateness(writer, state.cycle.starts);
   AddWord(writer, "alarm", "Alarms, each 1 while it is active.", "alarm", state.alarms,

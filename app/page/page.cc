@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <system_error>
 
@@ -15,6 +14,7 @@
 #include "app/page/request_parts.h"
 #include "app/page/residual_trend.h"
 #include "app/page/status_json.h"
+#include "app/text/json_text.h"
 #include "drivers/clock.h"
 
 namespace plumbline::page {
@@ -162,7 +162,7 @@ Page::Credential Page::CredentialOf(const HttpRequest& request) const {
 
 Page::Credential Page::CredentialInHeaders(const HttpRequest& request) const {
   const auto bearer = request.Header("authorization");
-  if (const auto credential = BearerOf(bearer)) {
+  if (const auto credential = BearerToken(bearer)) {
     return {false, SameSecret(*credential, options_.config.token), std::string(*credential)};
   }
   const auto cookies = request.Header("cookie");
@@ -353,7 +353,7 @@ std::string Page::Reports() const {
     json["reports"].push_back(
         {{"name", report.name}, {"kind", kind}, {"bytes", report.bytes}, {"utc_s", report.utc_s}});
   }
-  return json.dump();
+  return text::JsonText(json);
 }
 
 std::string Page::MetricsResponse(double now_s) const {

@@ -51,7 +51,7 @@ bool SameSecret(std::string_view given, std::string_view secret) {
   return difference == 0;
 }
 
-std::optional<std::string_view> BearerOf(std::string_view authorization) {
+std::optional<std::string_view> BearerToken(std::string_view authorization) {
   constexpr std::string_view kScheme = "bearer ";
   authorization = TrimBlanks(authorization);
   if (authorization.size() <= kScheme.size()) return std::nullopt;

@@ -12,7 +12,7 @@ namespace plumbline::page {
 bool SameSecret(std::string_view given, std::string_view secret);
 
 /// Token of `Authorization: Bearer TOKEN` [RFC 6750, 2.1]; nullopt for another scheme or none.
-std::optional<std::string_view> BearerOf(std::string_view authorization);
+std::optional<std::string_view> BearerToken(std::string_view authorization);
 
 /// Value of the first cookie of that name in a Cookie header [RFC 6265, 5.4]; nullopt if there is
 /// none.

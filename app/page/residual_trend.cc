@@ -1,9 +1,9 @@
 #include "app/page/residual_trend.h"
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "app/journal/journal.h"
+#include "app/text/json_text.h"
 #include "firmware-like/geometry/length.h"
 
 namespace plumbline::page {
@@ -57,7 +57,7 @@ std::string TrendJson(const Result<std::vector<TrendPoint>>& trend) {
   nlohmann::ordered_json json;
   if (!trend) {
     json["problem"] = trend.error();
-    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    return text::JsonText(json);
   }
   json["points"] = nlohmann::ordered_json::array();
   for (const TrendPoint& point : *trend) {
@@ -71,7 +71,7 @@ std::string TrendJson(const Result<std::vector<TrendPoint>>& trend) {
     if (point.model_version) entry["model"] = *point.model_version;
     json["points"].push_back(entry);
   }
-  return json.dump();
+  return text::JsonText(json);
 }
 
 }  // namespace plumbline::page

@@ -1,10 +1,10 @@
 #include "app/page/status_json.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/page/camera_facts.h"
 #include "app/page/metrics.h"
+#include "app/text/json_text.h"
 #include "app/version.h"
 #include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
@@ -171,9 +171,9 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
   json["pairs"] = PairsJson(now.pairs);
 }
 
-Json LogJson(const std::vector<TailLine>& log) {
+Json LogJson(const std::vector<RecentLogEntry>& log) {
   Json list = Json::array();
-  for (const TailLine& line : log) {
+  for (const RecentLogEntry& line : log) {
     list.push_back(
         {{"utc_s", line.utc_s}, {"level", line.level}, {"from", line.from}, {"text", line.text}});
   }
@@ -183,7 +183,7 @@ Json LogJson(const std::vector<TailLine>& log) {
 }  // namespace
 
 std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& picture,
-                       const std::vector<TailLine>& log, double now_s) {
+                       const std::vector<RecentLogEntry>& log, double now_s) {
   const bool there = DaemonReports(now, now_s);
   Json json = {{"schema", kStatusSchema},
                {"version", PLUMBLINE_VERSION},
@@ -215,7 +215,7 @@ std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& pictu
     }
   }
   json["log"] = LogJson(log);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text::JsonText(json);
 }
 
 }  // namespace plumbline::page

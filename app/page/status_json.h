@@ -25,6 +25,6 @@ inline constexpr int kStatusSchema = 1;
 /// @param now    null: no status yet
 /// @param now_s  monotonic
 std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& picture,
-                       const std::vector<TailLine>& log, double now_s);
+                       const std::vector<RecentLogEntry>& log, double now_s);
 
 }  // namespace plumbline::page

@@ -35,7 +35,7 @@ struct Pictures {
 };
 
 Pictures Draw(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
-              const AchievedAccuracy& achieved, const Particulars& particulars,
+              const AchievedAccuracy& achieved, const CertificateDetails& particulars,
               const GnuplotOptions& gnuplot) {
   Pictures pictures;
   pictures.points = PointsFigure(achieved, particulars.tolerance_m);

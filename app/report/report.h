@@ -10,9 +10,9 @@
 
 namespace plumbline::report {
 
-/// Particulars of the measurement that the rows do not contain. Empty texts are left to be filled
-/// in by hand.
-struct Particulars {
+/// CertificateDetails of the measurement that the rows do not contain. Empty texts are left to be
+/// filled in by hand.
+struct CertificateDetails {
   std::optional<double> tolerance_m{};  ///< largest permitted error of a pose; absent: not stated
   std::string instrument, serial;       ///< measuring instrument and its serial number
   std::string approved_by;
@@ -30,7 +30,7 @@ struct ReportSource {
   /// Fingerprints of the declared and of the corrected model (config/model_fingerprint.h); empty:
   /// unknown, or no corrected cell was written.
   std::string declared_fingerprint{}, corrected_fingerprint{};
-  Particulars particulars{};
+  CertificateDetails particulars{};
 };
 
 /// Formats the report: a certificate on the first page, then an appendix; without scripts or

@@ -23,12 +23,12 @@ std::string List(const std::vector<std::string>& items) {
   return html + "</ul>\n";
 }
 
-bool Offered(const diagnosis::Considered& considered) {
+bool Offered(const diagnosis::CandidateOutcome& considered) {
   return considered.taken || considered.chi2_drop != 0 || considered.evidence_gap != 0;
 }
 
 /// Empty if no explanation contains the effect and none was cut off.
-std::string GapText(const diagnosis::Considered& one) {
+std::string GapText(const diagnosis::CandidateOutcome& one) {
   const double gap = one.evidence_gap;
   if (one.taken || !Offered(one) || (gap == 0 && one.parameters == 0)) return "";
   return (one.gap_is_lower_bound ? "&gt; " : "") +
@@ -36,7 +36,7 @@ std::string GapText(const diagnosis::Considered& one) {
 }
 
 /// Selected effects first, then by evidence; effects that were not candidates last.
-bool Before(const diagnosis::Considered& a, const diagnosis::Considered& b) {
+bool Before(const diagnosis::CandidateOutcome& a, const diagnosis::CandidateOutcome& b) {
   if (a.taken != b.taken) return a.taken;
   if (Offered(a) != Offered(b)) return Offered(a);
   return a.evidence_gap > b.evidence_gap;
@@ -46,10 +46,10 @@ bool Before(const diagnosis::Considered& a, const diagnosis::Considered& b) {
 
 std::string ConsideredTable(const diagnosis::Diagnosis& diagnosis) {
   if (diagnosis.considered.empty()) return "";
-  std::vector<diagnosis::Considered> all = diagnosis.considered;
+  std::vector<diagnosis::CandidateOutcome> all = diagnosis.considered;
   std::stable_sort(all.begin(), all.end(), &Before);
   HtmlTable table({"Effect", "Parameters", "Explains alone", "Evidence gap", "Outcome"}, {0, 4});
-  for (const diagnosis::Considered& one : all) {
+  for (const diagnosis::CandidateOutcome& one : all) {
     const bool offered = Offered(one);
     table.AddRow({Escape(diagnosis::Capitalized(diagnosis::EffectName(one.id, one.scope))),
                   offered ? fmt::format("{}", one.parameters) : "",

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "app/scene/way_out.h"
+#include "app/scene/penetration.h"
 
 namespace plumbline::scene {
 namespace {
@@ -60,12 +60,12 @@ Crossing CrossingOf(const MeshPair& pair, const std::vector<TrianglePair>& trian
 Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, TrianglePair& last) {
   const Pose X_AB = a.X_WK.Inverse() * b.X_WK;
   const MeshPair pair(a.solid, b.solid, X_AB);
-  const auto find_way_out = [&](const std::vector<TrianglePair>& crossing, const Vec3& guess_A,
-                                Separation& found) {
-    const WayOut way =
-        WayOutOf(a.solid, b.solid, X_AB, crossing, guess_A, Interference::kDepthStep_m);
+  const auto find_penetration = [&](const std::vector<TrianglePair>& crossing,
+                                    const Vec3& initial_direction_A, Separation& found) {
+    const Penetration way = PenetrationOf(a.solid, b.solid, X_AB, crossing, initial_direction_A,
+                                          Interference::kDepthStep_m);
     found.depth_m = way.depth_m;
-    found.way_out_W = a.X_WK.R * way.way_A;
+    found.penetration_direction_W = a.X_WK.R * way.direction_A;
   };
   Separation found;
   const std::vector<TrianglePair> crossing = pair.Crossing(with_depth ? kMostCrossings : 1);
@@ -74,7 +74,7 @@ Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, Tria
     const Crossing curve = CrossingOf(pair, crossing);  // without depth: of one triangle pair
     found.p_a_W = found.p_b_W = a.X_WK * curve.middle_A;
     if (!with_depth) return found;
-    find_way_out(crossing, curve.plane_A, found);
+    find_penetration(crossing, curve.plane_A, found);
     return found;
   }
   const NearestPoints nearest = pair.Nearest(last);
@@ -82,11 +82,11 @@ Separation MeasurePlaced(const Placed& a, const Placed& b, bool with_depth, Tria
   found.distance_m = nearest.distance_m;
   found.p_a_W = a.X_WK * nearest.p_a_A;
   found.p_b_W = a.X_WK * nearest.p_b_A;
-  if (!OneInOther(a.solid, b.solid, X_AB)) return found;
+  if (!EitherContainsOther(a.solid, b.solid, X_AB)) return found;
   found.touching = found.inside = true;
   found.distance_m = 0;
   const Vec3 between_A = nearest.p_b_A - nearest.p_a_A;
-  if (with_depth && between_A.norm() > 0) find_way_out({}, between_A.normalized(), found);
+  if (with_depth && between_A.norm() > 0) find_penetration({}, between_A.normalized(), found);
   return found;
 }
 

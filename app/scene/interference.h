@@ -18,13 +18,13 @@ struct Separation {
   double distance_m = 0;  ///< between the nearest points; 0 if touching
   /// Nearest points; if touching, both are the centre of the surfaces' intersection curve.
   Vec3 p_a_W = Vec3::Zero(), p_b_W = Vec3::Zero();
-  /// Penetration depth: how far a must move along `way_out` until the objects are free; 0 if apart.
-  /// The direction is the normal of the plane fitted to the intersection curve, in the shorter
-  /// sense; or, if that is shorter, the normal of the surfaces in contact last on that way. The
-  /// depth is exact for two spheres and for a body in a plane face, and is otherwise an upper bound
-  /// on the minimum over all directions. Resolution: kDepthStep_m.
+  /// Penetration depth: how far a must move along penetration_direction_W until the objects are
+  /// free; 0 if apart. The direction is the normal of the plane fitted to the intersection curve,
+  /// in the shorter sense; or, if that is shorter, the normal of the surfaces in contact last on
+  /// that way. The depth is exact for two spheres and for a body in a plane face, and is otherwise
+  /// an upper bound on the minimum over all directions. Resolution: kDepthStep_m.
   double depth_m = 0;
-  Vec3 way_out_W = Vec3::Zero();
+  Vec3 penetration_direction_W = Vec3::Zero();
 };
 
 /// Result of moving an object along a path.

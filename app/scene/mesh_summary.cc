@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
+#include "app/text/json_text.h"
 
 namespace plumbline::scene {
 namespace {
@@ -138,7 +138,7 @@ std::string MeshJson(const MeshFile& file, const std::string& name,
   json["min" + suffix] = list(facts.min_O);
   json["max" + suffix] = list(facts.max_O);
   if (facts.closed()) json["volume" + suffix + "3"] = scale * scale * scale * facts.volume_m3;
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+  return text::JsonText(json, 2) + '\n';
 }
 
 }  // namespace plumbline::scene

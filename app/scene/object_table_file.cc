@@ -14,13 +14,13 @@ FileStamp StampOfFile(const std::string& path) {
           static_cast<std::uint64_t>(about.st_size), about.st_ino, true};
 }
 
-std::optional<TableNews> ObjectTableFile::Poll() {
+std::optional<ObjectTableUpdate> ObjectTableFile::Poll() {
   const FileStamp now = StampOfFile(path_);
   const bool stable = !seen_ || now == *seen_;
   seen_ = now;
   if (!stable || (read_ && now == *read_)) return std::nullopt;
   read_ = now;
-  TableNews news;
+  ObjectTableUpdate news;
   const auto text = config::ReadTextFile(path_);
   if (!text) {
     news.faults.Add(

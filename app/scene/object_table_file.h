@@ -22,7 +22,7 @@ struct FileStamp {
 FileStamp StampOfFile(const std::string& path);
 
 /// Result of reading the table again.
-struct TableNews {
+struct ObjectTableUpdate {
   bool accepted = false;     ///< false: it has faults, and the previous table stays in use
   config::FaultList faults;  ///< including warnings
 };
@@ -37,7 +37,7 @@ class ObjectTableFile {
   /// that a partially saved file is not reported as faulty; the first call reads at once. Call it
   /// once or twice a second.
   /// @return  nullopt if nothing was read
-  std::optional<TableNews> Poll();
+  std::optional<ObjectTableUpdate> Poll();
 
   /// The table in use; nullopt until one was accepted.
   const std::optional<ObjectTable>& table() const { return table_; }

@@ -127,14 +127,6 @@ Result<std::int64_t> Database::IntegerOf(const char* sql) {
                                : Problem())};
 }
 
-std::string NewerSchema(const std::string& path, std::int64_t schema, int known) {
-  return fmt::format(
-      "{}: written by a newer plumbline (schema {}, this one knows {}); install that version "
-      "again, "
-      "or move the file away to start a new one",
-      path, schema, known);
-}
-
 Transaction::Transaction(Database& database)
     : database_(database), open_(database.Run("BEGIN IMMEDIATE")) {}
 

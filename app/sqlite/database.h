@@ -76,9 +76,6 @@ class Database {
   std::unique_ptr<sqlite3, int (*)(sqlite3*)> handle_{nullptr, &sqlite3_close_v2};
 };
 
-/// Error message for a file of a newer schema, which must not be changed.
-std::string NewerSchema(const std::string& path, std::int64_t schema, int known);
-
 /// Write transaction; the destructor rolls it back unless it was committed.
 class Transaction {
  public:

@@ -57,7 +57,7 @@ struct MeasuredTable {
   std::string file;
   RecordedColumns recorded;
   std::vector<std::string> further;  ///< names of columns that are not part of the format
-  /// Number of rows before the first of these, as `row` of an event or a curve counts them.
+  /// Offset added to the row numbers of events and curves: the rows in earlier tables.
   double rows_before = 0;
   std::vector<MeasuredRow> rows;      ///< in file order
   std::vector<int> unreadable_lines;  ///< of rows that are not in `rows`; each has a warning

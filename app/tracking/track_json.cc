@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "app/tracking/pose_json.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -56,13 +56,13 @@ Json FrameJson(const TrackedFrame& frame) {
 }  // namespace
 
 std::string TrackJson(const TrackedFrame& frame) {
-  return FrameJson(frame).dump(2) + "\n";
+  return text::JsonText(FrameJson(frame), 2) + "\n";
 }
 
 std::string TrackJsonLine(const TrackedFrame& frame, double t_s, std::uint64_t sequence) {
   Json json = {{"t_s", std::round(1e6 * t_s) / 1e6}, {"sequence", sequence}};
   json.update(FrameJson(frame));
-  return json.dump() + "\n";
+  return text::JsonText(json) + "\n";
 }
 
 std::string TrackText(const TrackedFrame& frame) {

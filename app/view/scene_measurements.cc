@@ -2,7 +2,7 @@
 
 namespace plumbline::view {
 
-status::SceneStatus SceneForPlc(const SceneMeasurements& measured) {
+status::SceneStatus SceneStatusOf(const SceneMeasurements& measured) {
   status::SceneStatus scene;
   for (const MeasuredPair& pair : measured.pairs) {
     if (pair.state == scene::Proximity::kInterference) ++scene.interferences;

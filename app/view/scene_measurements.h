@@ -47,7 +47,7 @@ struct SceneMeasurements {
 };
 
 /// Summary for the PLC; its `time_s` is not set.
-status::SceneStatus SceneForPlc(const SceneMeasurements& measured);
+status::SceneStatus SceneStatusOf(const SceneMeasurements& measured);
 
 /// Older measurements count as unknown.
 inline constexpr double kMeasuredFresh_s = 1.0;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
@@ -425,7 +424,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"monitoring", MonitoringJson(state.monitoring)},
                      {"cameras", CamerasJson(state.cameras)},
                      {"lines", LinesJson(state.lines)}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text::JsonText(json);
 }
 
 Result<ViewState> ViewOfJson(std::string_view text) {

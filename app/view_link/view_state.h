@@ -75,7 +75,7 @@ struct ViewPoint {
   bool differs = false;    ///< the commanded posture is not the taught one
 };
 
-/// Timing of the machine cycle since the daemon started.
+/// Timing of the control cycle since the daemon started.
 struct ViewCycle {
   double uptime_s = 0;
   double longest_s = 0;  ///< longest computation, without the wait for the robot

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/text/json_text.h"
 #include "app/view_process/await_state.h"
 
 namespace plumbline::view_process {
@@ -148,9 +148,7 @@ int PrintDistances(const DistanceOptions& options) {
   json["cell"] = facts.state->cell;
   json["utc_s"] = facts.state->utc_s;
   json["model_version"] = facts.state->model_version;
-  std::cout << (options.json
-                    ? json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
-                    : report.text());
+  std::cout << (options.json ? text::JsonText(json, 1) + "\n" : report.text());
   std::cout.flush();
   if (!std::cout.good()) return kNoAnswer;
   return report.complete() ? 0 : kIncomplete;

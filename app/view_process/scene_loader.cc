@@ -30,7 +30,7 @@ std::shared_ptr<const SceneSnapshot> SceneLoader::Poll(double now_s) {
 }
 
 bool SceneLoader::PollTable() {
-  const std::optional<scene::TableNews> news = table_file_.Poll();
+  const std::optional<scene::ObjectTableUpdate> news = table_file_.Poll();
   if (!news) return false;
   table_remarks_.clear();
   for (const config::Fault& fault : news->faults.All()) {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "app/view/panels.h"
 #include "app/view/screen_text.h"
 #include "app/view_process/await_state.h"
@@ -59,7 +59,7 @@ void Print(const SnapshotOptions& options, const view::ViewFacts& facts) {
          {"image_age_s", camera.image ? nlohmann::json(facts.now_s - camera.image->time_s)
                                       : nlohmann::json(nullptr)}});
   }
-  std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  std::cout << text::JsonText(json, 1) << '\n';
 }
 
 }  // namespace

@@ -164,14 +164,14 @@ void ViewLoop::Reload() {
   OpenDisplay();
 }
 
-void KeepHeapSmall() {
+void ConfigureMalloc() {
   constexpr int kOwnPages = 1 << 20;
   mallopt(M_ARENA_MAX, 2);
   mallopt(M_MMAP_THRESHOLD, kOwnPages);
 }
 
 int RunView(const std::string& config_file) {
-  KeepHeapSmall();
+  ConfigureMalloc();
   const int signals = service::OpenSignalDescriptor();
   config::FaultList faults;
   std::optional<view::ViewModel> model = view::ReadViewModel(config_file, 0, faults);

@@ -55,7 +55,7 @@ class ViewLoop {
 
 /// Configures malloc for the process: few arenas, and pictures in mappings of their own that are
 /// returned when freed. Call before threads are started.
-void KeepHeapSmall();
+void ConfigureMalloc();
 
 /// Runs until SIGTERM or SIGINT; SIGHUP reloads the configuration.
 /// @return  the exit code: 0 stopped by a signal, 1 faults in the configuration

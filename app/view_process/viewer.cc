@@ -109,7 +109,7 @@ void Viewer::SendScene() {
   const std::shared_ptr<const view::SceneMeasurements> newest = worker_->Newest();
   if (!newest || newest == sent_ || newest->pairs.empty()) return;
   sent_ = newest;
-  client_.SendScene(view::SceneForPlc(*newest));
+  client_.SendScene(view::SceneStatusOf(*newest));
 }
 
 /// Whether the daemon's target points differ from before, which means that its configuration was

@@ -35,7 +35,7 @@ struct CameraIdentity {
   std::string mode;    ///< format, size and rate, "YUYV 1920x1080@30"; a lens is valid for one mode
 };
 
-/// A camera. Not thread-safe. A call connects if necessary and returns within its time-out,
+/// A camera. Not thread-safe. A call connects if necessary and returns within its timeout,
 /// whatever the device does. Only the latest frame is returned: older ones are dropped, not queued.
 class Camera {
  public:

@@ -41,7 +41,7 @@ Result<std::vector<SequenceFrame>> SequenceFromCsv(std::string_view csv) {
       return Error{fmt::format("line {}: does not start with a time and a comma", line)};
     }
     if (!frames.empty() && !(frame.t_s > frames.back().t_s)) {
-      return Error{fmt::format("line {}: the time does not ascend", line)};
+      return Error{fmt::format("line {}: the time must increase from row to row", line)};
     }
     const std::string_view file = Trimmed(text.substr(comma + 1));
     if (file.find('\0') != std::string_view::npos) {

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kSilenceTimeout_s = 5;   // a streaming camera sends something within this time
 constexpr double kMaxTimestampAge_s = 1;  // an older time stamp is from another clock
-constexpr double kMaxWait_s = 10;         // upper limit of the time-out
+constexpr double kMaxWait_s = 10;         // upper limit of the timeout
 
 std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
   if (o.device.empty())

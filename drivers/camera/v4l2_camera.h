@@ -28,11 +28,11 @@ struct V4l2CameraOptions {
 };
 
 /// Streams through memory-mapped buffers and returns the newest frame. A frame that is damaged,
-/// short or not a JPEG is skipped as long as the time-out allows waiting for another one. A device
+/// short or not a JPEG is skipped as long as the timeout allows waiting for another one. A device
 /// that is disconnected, or sends nothing for 5 s, is reopened with its mode and settings; if it
 /// was selected by serial number, at whatever port it reappears. `time_s` is the driver's time
 /// stamp of the first or last line, depending on the driver, or our own if the driver uses another
-/// clock or an impossible time. `sequence` continues after a reconnection. The time-out does not
+/// clock or an impossible time. `sequence` continues after a reconnection. The timeout does not
 /// bound opening the device: the kernel allows a USB camera several seconds per request.
 class V4l2Camera : public Camera {
  public:

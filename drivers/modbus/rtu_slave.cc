@@ -54,7 +54,7 @@ bool ConfigureLine(int fd, const RtuSlaveOptions& options) {
   return ::tcsetattr(fd, TCSANOW, &line) == 0 && ::tcflush(fd, TCIOFLUSH) == 0;
 }
 
-/// poll() with a time-out in seconds; negative: none. @return true if any descriptor is ready
+/// poll() with a timeout in seconds; negative: none. @return true if any descriptor is ready
 bool Poll(pollfd* fds, nfds_t count, double time_s) {
   const double whole_s = std::floor(time_s);
   const timespec limit{.tv_sec = static_cast<time_t>(whole_s),

@@ -65,7 +65,7 @@ struct TcpServerCounters {
 
 /// Requests to other unit ids are answered with exception 0x0B (gateway target device failed to
 /// respond), which the specification defines for an absent device, so that the client does not run
-/// into its time-out.
+/// into its timeout.
 class TcpServer {
  public:
   /// Opens the socket and starts the thread. @return the server, or the reason and the remedy

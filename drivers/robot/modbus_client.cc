@@ -50,10 +50,10 @@ Result<ModbusClient> ModbusClient::Create(_modbus* context, std::string peer, bo
     return Error{fmt::format("{}: unit id {} is not 0..247 or 255", client.peer_, unit_id)};
   }
   if (!(timeout_s > 0 && timeout_s < 3600) || !SetTimeout(context, timeout_s)) {
-    return Error{fmt::format("{}: time-out {} s is outside 0..3600", client.peer_, timeout_s)};
+    return Error{fmt::format("{}: timeout {} s is outside 0..3600", client.peer_, timeout_s)};
   }
   client.timeout_s_ = timeout_s;
-  // Without a byte time-out the response time-out covers the whole response.
+  // Without a byte timeout the response timeout covers the whole response.
   modbus_set_byte_timeout(context, 0, 0);
   return client;
 }

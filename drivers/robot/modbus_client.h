@@ -1,7 +1,8 @@
 // Modbus client connection to a robot controller, TCP or RTU, on top of libmodbus.
 //
 // libmodbus checks the transaction id, function code and count of a response (not the unit id, the
-// protocol id or the length in the header) and leaves the rest of a mismatching one in the stream.
+// protocol id or the length in the header). When a response does not match, libmodbus leaves its
+// remaining bytes in the stream.
 // Here every error except an exception response closes the connection. Over TCP, so do unread bytes
 // before a request: a late response is never taken for the response to a later request. On RTU
 // they are discarded; see ModbusClient for what remains.
@@ -37,11 +38,11 @@ struct SerialLine {
   bool operator==(const SerialLine&) const = default;
 };
 
-/// Not thread-safe. A request is answered or abandoned within the time-out, however slowly the
+/// Not thread-safe. A request is answered or abandoned within the timeout, however slowly the
 /// bytes arrive. After a fault the next connection attempt waits 0.1 s, then 0.2 s, up to 1 s;
 /// ResetBackOff() restarts at 0.1 s.
 ///
-/// RTU has no transaction id: a response that arrives later than the time-out plus the wait before
+/// RTU has no transaction id: a response that arrives later than the timeout plus the wait before
 /// the next attempt, and has the length then expected, cannot be distinguished from the right one.
 class ModbusClient {
  public:
@@ -51,7 +52,7 @@ class ModbusClient {
   /// @param unit_id  0..247 or 255
   static Result<ModbusClient> Tcp(const TcpAddress& address, int unit_id, double timeout_s,
                                   Clock clock);
-  /// The transmission time of the longest frame is added to the time-out.
+  /// The transmission time of the longest frame is added to the timeout.
   static Result<ModbusClient> Rtu(const SerialLine& line, int unit_id, double timeout_s,
                                   Clock clock);
 
@@ -65,7 +66,7 @@ class ModbusClient {
   LinkResult Write(int first, std::span<const std::uint16_t> words);  ///< FC16, holding
   LinkResult WriteOne(int address, std::uint16_t word);               ///< FC06, holding
 
-  /// Limits the time-out of the following requests to `max_s`, or to the configured one if that is
+  /// Limits the timeout of the following requests to `max_s`, or to the configured one if that is
   /// shorter.
   void LimitTimeout(double max_s);
 

@@ -40,7 +40,7 @@ Result<std::unique_ptr<RobotDevice>> ModbusRobot::Create(const RobotProfile& pro
     return Error{fmt::format("push is enabled, but robot profile \"{}\" has no [push] registers",
                              profile.name)};
   }
-  if (profile.push && !IsSound(*profile.push)) {
+  if (profile.push && !IsConsistent(*profile.push)) {
     return Error{fmt::format("robot profile \"{}\": the push slots overlap or exceed the registers",
                              profile.name)};
   }

@@ -41,7 +41,7 @@ bool Put(double number, const PushProfile& profile, std::size_t place,
 
 }  // namespace
 
-bool IsSound(const PushProfile& profile) {
+bool IsConsistent(const PushProfile& profile) {
   if (profile.slots < 1 || profile.stride < 1 || profile.stride > kMaxRegistersOfWrite ||
       profile.first < 0 || profile.first + profile.slots * profile.stride > 65536) {
     return false;

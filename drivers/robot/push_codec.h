@@ -28,6 +28,6 @@ PushFit RegistersFromPush(const PushProfile& profile, const PushPoint& point,
                           std::uint16_t sequence, std::span<std::uint16_t> words);
 
 /// True if the slots lie within the address space and their fields do not overlap.
-bool IsSound(const PushProfile& profile);
+bool IsConsistent(const PushProfile& profile);
 
 }  // namespace plumbline::robot

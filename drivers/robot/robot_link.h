@@ -61,7 +61,7 @@ class RobotLink {
   void RequestStop();
   /// True if the thread is not running.
   bool ended() const { return ended_; }
-  /// Stops the thread; waits for a reading in progress (bounded by its time-outs and by name
+  /// Stops the thread; waits for a reading in progress (bounded by its timeouts and by name
   /// resolution). Then withdraws the pushed points within kWithdrawal_s; Status().push_result
   /// reports whether that succeeded.
   void Stop();
@@ -75,7 +75,7 @@ class RobotLink {
 
   model::RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
   RobotLinkStatus Status() const;
-  /// Heartbeat, incremented before each reading and each push, which their time-outs bound.
+  /// Heartbeat, incremented before each reading and each push, which their timeouts bound.
   const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
   /// Queues points for the controller. They are pushed once, after the next successful reading; a

@@ -27,7 +27,7 @@ std::optional<std::string> FaultOf(const HidExchange& exchange) {
   }
   for (const auto& report : exchange.send) {
     if (report.empty() || report.size() > kMaxHidReportBytes) {
-      return fmt::format("a report to send of {} bytes is outside 1..{}", report.size(),
+      return fmt::format("an output report of {} bytes is outside 1..{}", report.size(),
                          kMaxHidReportBytes);
     }
   }

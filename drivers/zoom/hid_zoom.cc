@@ -25,7 +25,7 @@ constexpr ZoomOption kHidOptions[] = {
      .example = "\"computar-lensconnect\""},
     {.key = "serial",
      .value = [](ZoomConnection& to) -> std::string& { return to.hid.serial; },
-     .description = "for \"hid\": serial number, to tell two equal devices apart",
+     .description = "for \"hid\": serial number, to distinguish identical devices",
      .example = "\"A1\""},
 };
 
@@ -42,7 +42,7 @@ Result<std::unique_ptr<ZoomSensor>> HidZoom::Create(HidOptions options, Clock cl
     return Error{fmt::format("HID profile \"{}\": {}", options.profile.name, *fault)};
   }
   if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
-    return Error{fmt::format("HID: time-out {} s is outside 0.01..10", options.timeout_s)};
+    return Error{fmt::format("HID: timeout {} s is outside 0.01..10", options.timeout_s)};
   }
   return std::unique_ptr<ZoomSensor>(new HidZoom(std::move(options), clock));
 }

@@ -23,7 +23,7 @@ struct HidOptions {
 /// 0.2 s, up to 1 s.
 class HidZoom : public ZoomSensor {
  public:
-  /// Fails for a profile with a fault and for a time-out outside 0.01..10 s.
+  /// Fails for a profile with a fault and for a timeout outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(HidOptions options, Clock clock);
   ~HidZoom() override;
 

@@ -108,7 +108,7 @@ Result<std::unique_ptr<ZoomSensor>> ReplayZoom::Create(std::vector<ZoomRow> rows
   if (rows.empty()) return Error{"zoom replay: no rows"};
   for (std::size_t i = 1; i < rows.size(); ++i) {
     if (!(rows[i].t_s > rows[i - 1].t_s)) {
-      return Error{fmt::format("zoom replay: the time of row {} does not ascend", i + 1)};
+      return Error{fmt::format("zoom replay: the time of row {} does not increase", i + 1)};
     }
   }
   return std::unique_ptr<ZoomSensor>(new ReplayZoom(std::move(rows), clock));

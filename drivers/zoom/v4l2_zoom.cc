@@ -50,7 +50,7 @@ bool ReadingFromEvent(const v4l2_event& event, lens::ZoomReading& reading) {
 
 Result<std::unique_ptr<ZoomSensor>> V4l2Zoom::Create(const V4l2ZoomOptions& options, Clock clock) {
   if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
-    return Error{fmt::format("v4l2 zoom: time-out {} s is outside 0.01..10", options.timeout_s)};
+    return Error{fmt::format("v4l2 zoom: timeout {} s is outside 0.01..10", options.timeout_s)};
   }
   return std::unique_ptr<ZoomSensor>(new V4l2Zoom(options, clock));
 }

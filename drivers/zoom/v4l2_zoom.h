@@ -21,12 +21,12 @@ struct V4l2ZoomOptions {
 bool ReadingFromEvent(const v4l2_event& event, lens::ZoomReading& reading);
 
 /// Subscribes to changes of V4L2_CID_ZOOM_ABSOLUTE, and of FOCUS_ABSOLUTE if the camera has it.
-/// Read() returns at the first change, or after the time-out with the controls read again, because
+/// Read() returns at the first change, or after the timeout with the controls read again, because
 /// a camera sends events for changes made elsewhere only if its firmware reports them by interrupt.
 /// Digital zoom and motion are not reported. The device may be open for capture at the same time.
 class V4l2Zoom : public ZoomSensor {
  public:
-  /// Fails for a time-out outside 0.01..10 s.
+  /// Fails for a timeout outside 0.01..10 s.
   static Result<std::unique_ptr<ZoomSensor>> Create(const V4l2ZoomOptions& options, Clock clock);
 
   ZoomResult Read(lens::ZoomReading& reading) override;

@@ -100,7 +100,7 @@ Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& option
     return Error{fmt::format("visca: address {} is outside 1..7", options.address)};
   }
   if (!(options.timeout_s >= 0.01 && options.timeout_s <= 10)) {
-    return Error{fmt::format("visca: time-out {} s is outside 0.01..10", options.timeout_s)};
+    return Error{fmt::format("visca: timeout {} s is outside 0.01..10", options.timeout_s)};
   }
   return std::unique_ptr<ZoomSensor>(new ViscaZoom(options, clock));
 }

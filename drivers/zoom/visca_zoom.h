@@ -23,12 +23,12 @@ struct ViscaOptions {
 /// positions; motion is then unknown.
 ///
 /// A VISCA answer does not identify its inquiry. It is matched by sender and length, and after any
-/// time-out the line is resynchronised with AddressSet: cameras answer in order, so everything
+/// timeout the line is resynchronised with AddressSet: cameras answer in order, so everything
 /// before the reply to AddressSet is stale and discarded. The same is done after a network change
 /// and after opening the line. A lost line is reopened after 0.1 s, 0.2 s, up to 1 s.
 class ViscaZoom : public ZoomSensor {
  public:
-  /// Fails for an unsupported baud rate, an address outside 1..7 or a time-out outside 0.01..10 s.
+  /// Fails for an unsupported baud rate, an address outside 1..7 or a timeout outside 0.01..10 s.
   /// A missing device is not an error here.
   static Result<std::unique_ptr<ZoomSensor>> Create(const ViscaOptions& options, Clock clock);
 

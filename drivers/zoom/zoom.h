@@ -29,7 +29,7 @@ enum class ZoomResult : std::uint8_t {
 std::string_view ZoomResultText(ZoomResult result);
 
 /// A zoom sensor. Not thread-safe. A call connects if necessary and returns within the configured
-/// time-out, whatever the device does.
+/// timeout, whatever the device does.
 class ZoomSensor {
  public:
   ZoomSensor() = default;

@@ -176,7 +176,7 @@ void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::Pay
   X_FT.R = SmallRotation<T>(state.slope_F);
   PoseOf<T> X_BT = X_BF * X_FT;
   if (influence != nullptr) {
-    if (StructureYields(*influence, size())) {
+    if (HasStructuralCompliance(*influence, size())) {
       X_BT = WithStructure<T>(X_BT, theta, *influence, g_B, state);
     }
     const Mat3Of<T> R = SmallRotation<T>(lean);

@@ -13,7 +13,7 @@ namespace plumbline::deflection {
 /// Loads on the tool in one posture, effects included; they determine the deflection of every
 /// section.
 template <typename T>
-struct ToolLoadOf {
+struct ToolStateInputOf {
   Vec3Of<T> g_F = Vec3Of<T>::Zero();  ///< gravity in the flange frame [m/s^2]
   loads::PayloadOf<T> payload;
   T bend_factor = T(1);                  ///< factor on the bending of the declared beam
@@ -29,7 +29,7 @@ struct LoadedStateOf {
   model::JointVectorOf<T> sag;            ///< joint deflections s [rad], effects included
   Vec3Of<T> bend_F = Vec3Of<T>::Zero();   ///< tip displacement of the tool in F [m]
   Vec3Of<T> slope_F = Vec3Of<T>::Zero();  ///< rotation vector of the tip section in F [rad]
-  ToolLoadOf<T> tool;                     ///< the loads that cause bend_F and slope_F
+  ToolStateInputOf<T> tool;               ///< the loads that cause bend_F and slope_F
   PoseOf<T> X_WT;                         ///< pose of the loaded tip in W
   /// Tip position reported by the instrument, including its own errors [m]. For ranges this is the
   /// tip itself, because the errors of such an instrument act on the measured length.

@@ -107,7 +107,7 @@ std::array<OutboardMotionOf<T>, kStructureEntries.size()> StructureMotions(
 
 /// True if any structural entry is nonzero.
 template <typename T>
-bool StructureYields(const effects::Influence<T>& influence, int joints) {
+bool HasStructuralCompliance(const effects::Influence<T>& influence, int joints) {
   for (const auto entry : kStructureEntries) {
     for (int joint = 0; joint < joints; ++joint) {
       const auto same = static_cast<typename effects::Influence<T>::JointEntry>(entry);

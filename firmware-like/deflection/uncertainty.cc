@@ -71,7 +71,7 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
   Eigen::Index at = 0;
   for (const effects::ActiveEffect& active : arm.effects()) {
     if (!HasCovariance(active)) continue;
-    moment.t_s = effects::TimeSeen(active, conditions.t_s);
+    moment.t_s = effects::ClampedToFittedTime(active, conditions.t_s);
     const auto count = static_cast<Eigen::Index>(active.values.size());
     SlopesOf(active, moment, std::span(scratch.values.data(), active.values.size()),
              scratch.slopes.middleCols(at, count), touched);

@@ -111,7 +111,7 @@ struct EffectTerm {
 };
 
 /// Additional signal required by one choice of a word.
-struct WordNeed {
+struct VariantSignal {
   std::string_view word;
   Signal signal;
 };
@@ -126,12 +126,12 @@ struct EffectTraits {
   std::string_view remedy;   ///< one sentence for the report: what to do about it
   std::vector<ParameterSpec> parameters;
   std::vector<Signal> needs;
-  std::vector<WordNeed> word_needs{};
+  std::vector<VariantSignal> word_needs{};
   std::vector<std::string_view> confused_with;  ///< ids
   /// Joints are accepted or rejected individually, and the scope of the result lists them.
   bool per_joint = false;
   /// Parameters are accepted or rejected individually, although they belong to no joint.
-  bool one_by_one = false;
+  bool independent_parameters = false;
   std::string_view name{};  ///< for use in sentences; empty: the id with spaces
   Nuisance nuisance = Nuisance::kNone;
   /// A parameter adds to the declared compliance of its joint; the sum of a passive joint must not
@@ -139,7 +139,7 @@ struct EffectTraits {
   bool adds_compliance = false;
   bool empirical = false;  ///< a curve along a recorded signal without physical model
   /// Revolute joints: largest rotation seen on real arms [rad]; 0: no source.
-  double seen_turn_rad = 0;
+  double largest_observed_rotation_rad = 0;
 
   /// True if a row needs `signal` to show the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;

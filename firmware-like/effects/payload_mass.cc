@@ -15,7 +15,7 @@ struct PayloadMassFormula {
         .needs = {Signal::kPayload},
         .confused_with = {"tool_stiffness", "joint_compliance", "payload_cog",
                           "tool_root_compliance", "gravity_direction"},
-        .one_by_one = true};
+        .independent_parameters = true};
   }
 
   template <typename T>

@@ -152,7 +152,7 @@ bool ReadsTime(const EffectTerm& term) {
   return from_a_moment_on || FollowsTime(term);
 }
 
-std::optional<double> TimeSeen(const ActiveEffect& effect, std::optional<double> t_s) {
+std::optional<double> ClampedToFittedTime(const ActiveEffect& effect, std::optional<double> t_s) {
   if (!t_s || !effect.seen_t_s) return t_s;
   return std::clamp(*t_s, effect.seen_t_s->low, effect.seen_t_s->high);
 }
@@ -160,7 +160,7 @@ std::optional<double> TimeSeen(const ActiveEffect& effect, std::optional<double>
 void AddEffects(std::span<const ActiveEffect> effects, const Conditions& conditions,
                 Influence<double>& influence) {
   for (const ActiveEffect& effect : effects) {
-    if (const auto t_s = TimeSeen(effect, conditions.t_s); t_s != conditions.t_s) {
+    if (const auto t_s = ClampedToFittedTime(effect, conditions.t_s); t_s != conditions.t_s) {
       Conditions held = conditions;
       held.t_s = t_s;
       effect.term.effect->Add(effect.term, effect.values, held, influence);

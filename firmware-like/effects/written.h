@@ -25,7 +25,7 @@ bool FollowsTime(const EffectTerm& term);
 bool ReadsTime(const EffectTerm& term);
 
 /// The time passed to an effect: clamped to the time span that it was fitted to.
-std::optional<double> TimeSeen(const ActiveEffect& effect, std::optional<double> t_s);
+std::optional<double> ClampedToFittedTime(const ActiveEffect& effect, std::optional<double> t_s);
 
 /// Converts a stored effect. A covariance takes precedence over standard deviations.
 /// @param written  validated by the configuration reader: known id, names and words

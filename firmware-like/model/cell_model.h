@@ -126,8 +126,8 @@ struct SessionFrames {
   std::string id;
   Pose X_WB;
   std::optional<Vec3> tip_F;
-  /// Where the correction fades with the distance: the frames of the declared model, fitted to the
-  /// same rows. The arm's frames go over to them as the correction fades.
+  /// Frames of the declared model, fitted to the same rows. The arm's frames blend into these as
+  /// the correction fades with distance.
   std::optional<Pose> X_WB_declared{};
   std::optional<Vec3> tip_declared_F{};
 };

@@ -60,7 +60,7 @@ double StressAt(const beam::BeamSolution& solution, double z_m) {
   return largest_Pa;
 }
 
-void AddBeam(const model::Tool& tool, const deflection::ToolLoadOf<double>& load,
+void AddBeam(const model::Tool& tool, const deflection::ToolStateInputOf<double>& load,
              const StationPlaces& z, BendField& field) {
   const beam::Beam beam(tool, 1);
   const beam::PointMass payload{

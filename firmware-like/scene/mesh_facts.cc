@@ -20,7 +20,7 @@ bool HasArea(const TriangleMesh& mesh, const Triangle& t) {
   const Vec3 ab = mesh.vertices_O[t[1]].cast<double>() - a;
   const Vec3 ac = mesh.vertices_O[t[2]].cast<double>() - a;
   const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-  return ab.cross(ac).norm() > kNoArea * longest2;
+  return ab.cross(ac).norm() > kDegenerateArea * longest2;
 }
 
 /// Merges vertices at the same position, in order of first use, and drops unused ones.

@@ -40,8 +40,9 @@ struct CheckedMesh {
   MeshFacts facts;
 };
 
-/// A triangle has zero area if twice its area is below this fraction of its longest edge squared.
-inline constexpr double kNoArea = 1e-7;
+/// A triangle is degenerate if twice its area is less than this fraction of its longest edge
+/// squared.
+inline constexpr double kDegenerateArea = 1e-7;
 
 /// Converts a mesh to metres, merges vertices at exactly the same position, and removes unused
 /// vertices and triangles without area. Open edges are counted before the latter are removed.

@@ -25,7 +25,7 @@ int RunViewer(const std::string& config_file) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  view_process::KeepHeapSmall();
+  view_process::ConfigureMalloc();
   const int ended = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   test::FakeCard card;
   card.modes = {{1920, 1080}};

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+namespace plumbline::latest_test {
+
 using plumbline::Latest;
 
 namespace {
@@ -87,3 +89,5 @@ TEST_CASE("Latest: a million concurrent reads, none torn, none older than the pr
   CHECK(backwards == 0);
   CHECK(IsWhole(*latest.Read()));
 }
+
+}  // namespace plumbline::latest_test

@@ -6,7 +6,7 @@
 
 #include "firmware-like/snapshot.h"
 
-using namespace plumbline;
+namespace plumbline::cell_health_test {
 
 TEST_CASE("health shows the most severe reason that applies") {
   HealthInputs facts;
@@ -70,3 +70,5 @@ TEST_CASE("each reason has a text and, if there is something to do, a remedy") {
   }
   CHECK(texts.size() == 37);
 }
+
+}  // namespace plumbline::cell_health_test

@@ -4,7 +4,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-using namespace plumbline;
+namespace plumbline::geometry_test {
 
 TEST_CASE("rotation vector and matrix conversions are inverse, also near 0 and near pi") {
   std::mt19937 random(1);
@@ -38,3 +38,5 @@ TEST_CASE("the rotation survives a round trip at gimbal lock") {
   const Mat3 R = RotationFromRollPitchYaw({0.3, std::numbers::pi / 2, 1.1});
   CHECK((RotationFromRollPitchYaw(RollPitchYawFromRotation(R)) - R).norm() < 1e-9);
 }
+
+}  // namespace plumbline::geometry_test

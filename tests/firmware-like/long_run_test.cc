@@ -5,7 +5,7 @@
 #include "firmware-like/machine.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::long_run_test {
 
 namespace {
 
@@ -111,3 +111,5 @@ TEST_CASE("correction, radius and trust are unchanged after a month") {
   run.input.now_s += 0.01;
   CHECK_FALSE(run.machine.Cycle(run.input).points[0].valid);
 }
+
+}  // namespace plumbline::long_run_test

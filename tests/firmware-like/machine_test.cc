@@ -6,7 +6,7 @@
 #include "firmware-like/statistics/containment_radius.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::machine_test {
 
 namespace {
 
@@ -1338,3 +1338,5 @@ TEST_CASE("a point is recomputed whenever one of its inputs has changed") {
   cell.input.robot.temp_C.reset();  // one effect fewer
   CHECK(changed());
 }
+
+}  // namespace plumbline::machine_test

@@ -6,7 +6,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::plausibility_filter_test {
 
 namespace {
 
@@ -144,3 +144,5 @@ TEST_CASE("the reported tool pose is compared with forward kinematics according 
     CHECK(stream.Next() == InputFault::kTcpMismatch);
   }
 }
+
+}  // namespace plumbline::plausibility_filter_test

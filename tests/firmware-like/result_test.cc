@@ -4,6 +4,8 @@
 #include <memory>
 #include <string>
 
+namespace plumbline::result_test {
+
 using plumbline::Error;
 using plumbline::Result;
 
@@ -72,3 +74,5 @@ TEST_CASE("move-only values are moved through", "[result]") {
   REQUIRE(result);
   CHECK(*result.value() == 6);
 }
+
+}  // namespace plumbline::result_test

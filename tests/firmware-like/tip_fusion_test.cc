@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-using namespace plumbline;
+namespace plumbline::tip_fusion_test {
 
 namespace {
 
@@ -70,3 +70,5 @@ TEST_CASE("a single tip is unchanged; six deviations or a missing covariance mea
   tips[1].covariance_W.setZero();
   CHECK_FALSE(FuseTips(tips).agree);
 }
+
+}  // namespace plumbline::tip_fusion_test

@@ -76,6 +76,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::abort();
   if (const auto cookie = page::CookieOf(bytes, "plumbline"); cookie && cookie->size() > size)
     std::abort();
-  if (const auto bearer = page::BearerOf(bytes); bearer && bearer->empty()) std::abort();
+  if (const auto bearer = page::BearerToken(bytes); bearer && bearer->empty()) std::abort();
   return 0;
 }

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+namespace plumbline::noise_test {
+
 using namespace simulator;
 using Eigen::Vector3d;
 
@@ -104,3 +106,5 @@ TEST_CASE("outlier runs have the requested count, consecutive rows and one direc
   CHECK(alike >=
         150 - runs - 15);  // noise of one sigma changes the direction of ten-sigma outliers
 }
+
+}  // namespace plumbline::noise_test

@@ -13,6 +13,8 @@
 #include "tests/simulator/fit.h"
 #include "tests/simulator/noise.h"
 
+namespace plumbline::simulator_test {
+
 using namespace simulator;
 using Eigen::Vector3d;
 
@@ -414,3 +416,5 @@ TEST_CASE("the declared model reproduces example-03") {
   for (std::size_t k = 0; k < tips.size(); ++k) square += (tips[k] - truth[k]).squaredNorm();
   CHECK(std::sqrt(square / double(tips.size())) < 4e-7);
 }
+
+}  // namespace plumbline::simulator_test

@@ -7,7 +7,7 @@
 #include "tests/virtual_cell/controller.h"
 #include "tests/virtual_cell/world.h"
 
-namespace virtual_cell {
+namespace virtual_cell::arm_test {
 namespace {
 
 CellDescription DemoCell() {
@@ -157,4 +157,4 @@ TEST_CASE("a motion ends at its target and respects its limits") {
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::arm_test

@@ -6,7 +6,7 @@
 
 #include "tests/virtual_cell/running_cell.h"
 
-namespace virtual_cell {
+namespace virtual_cell::assembly_client_test {
 namespace {
 
 /// The daemon's registers 2000+20k with given values; sequence numbers increase with time.
@@ -151,4 +151,4 @@ TEST_CASE("an unreachable point is an error with the fault number") {
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::assembly_client_test

@@ -4,7 +4,7 @@
 #include "tests/virtual_cell/controller.h"
 #include "tests/virtual_cell/world.h"
 
-namespace virtual_cell {
+namespace virtual_cell::demo_test {
 namespace {
 
 CellDescription DemoCell() {
@@ -99,4 +99,4 @@ TEST_CASE("the loaded tip sags by millimetres; the world deviates far less from 
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::demo_test

@@ -6,7 +6,7 @@
 
 #include "tests/virtual_cell/world.h"
 
-namespace virtual_cell {
+namespace virtual_cell::effects_test {
 namespace {
 
 CellDescription DemoCell() {
@@ -166,4 +166,4 @@ TEST_CASE("an invalid effect text is rejected with the reason") {
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::effects_test

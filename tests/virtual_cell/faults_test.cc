@@ -9,7 +9,7 @@
 
 #include "tests/virtual_cell/running_cell.h"
 
-namespace virtual_cell {
+namespace virtual_cell::faults_test {
 namespace {
 
 /// A raw socket to the cell, to observe what libmodbus hides.
@@ -156,4 +156,4 @@ TEST_CASE("the console rejects invalid lines with the reason") {
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::faults_test

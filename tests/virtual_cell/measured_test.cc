@@ -9,7 +9,7 @@
 
 #include "tests/virtual_cell/running_cell.h"
 
-namespace virtual_cell {
+namespace virtual_cell::measured_test {
 namespace {
 
 std::string Measured(const std::string& path) {
@@ -105,4 +105,4 @@ TEST_CASE("a real arm of seven joints streams through both profiles", "[measured
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::measured_test

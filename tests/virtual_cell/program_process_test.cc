@@ -10,7 +10,7 @@
 
 #include "tests/virtual_cell/register_client.h"
 
-namespace virtual_cell {
+namespace virtual_cell::program_process_test {
 namespace {
 
 constexpr const char* kCell = "tests/virtual_cell/demo/cockpit-cell.toml";
@@ -149,4 +149,4 @@ TEST_CASE("the PLC client reports which peer does not respond") {
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::program_process_test

@@ -7,7 +7,7 @@
 
 #include "tests/virtual_cell/running_cell.h"
 
-namespace virtual_cell {
+namespace virtual_cell::registers_test {
 namespace {
 
 constexpr double kQuick = 50;  // time scale of the tests
@@ -273,4 +273,4 @@ TEST_CASE("recorded rows stream through the registers") {
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::registers_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace virtual_cell {
+namespace virtual_cell::rod_test {
 namespace {
 
 RodSegment UnitRod(double EI = 1) {
@@ -124,4 +124,4 @@ TEST_CASE("a heavy rod with an eccentric load: force balance, step size, frame i
 }
 
 }  // namespace
-}  // namespace virtual_cell
+}  // namespace virtual_cell::rod_test

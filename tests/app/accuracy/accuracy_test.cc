@@ -7,14 +7,15 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "app/accuracy/budget.h"
 #include "app/accuracy/conformity.h"
 #include "app/accuracy/iso9283.h"
+#include "app/text/json_text.h"
 
-using namespace plumbline;
+namespace plumbline::accuracy_test {
+
 using namespace plumbline::accuracy;
 
 namespace {
@@ -105,7 +106,7 @@ nlohmann::json CaseJson(const std::vector<Reading>& readings, const Contribution
 int Reference(const nlohmann::json& one) {
   const auto path = std::filesystem::temp_directory_path() /
                     ("plumbline-accuracy-" + std::to_string(getpid()) + ".json");
-  std::ofstream(path) << one.dump();
+  std::ofstream(path) << text::JsonText(one);
   const std::string command =
       "/usr/bin/python3 -B tests/app/accuracy/reference.py '" + path.string() + "'";
   const int status = std::system(command.c_str());
@@ -217,3 +218,5 @@ TEST_CASE("the uncertainty counts against the claim") {
   CHECK(Decide(std::nan(""), 0.2, 0.5) == Decision::kNotDecided);
   CHECK(Decide(0.1, kInfinite, 0.5) == Decision::kNotDecided);
 }
+
+}  // namespace plumbline::accuracy_test

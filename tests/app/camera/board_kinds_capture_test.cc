@@ -8,7 +8,7 @@
 #include "app/camera/board_worker.h"
 #include "tests/app/camera/camera_scene.h"
 
-using namespace plumbline;
+namespace plumbline::board_kinds_capture_test {
 
 using namespace plumbline::camera;
 
@@ -85,3 +85,5 @@ TEST_CASE(
     CHECK(worker.failures() == 0);
   }
 }
+
+}  // namespace plumbline::board_kinds_capture_test

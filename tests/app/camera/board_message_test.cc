@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-using namespace plumbline;
+namespace plumbline::board_message_test {
 
 using namespace plumbline::camera;
 
@@ -64,3 +64,5 @@ TEST_CASE("truncated or corrupted messages are refused or decode to valid values
     if (const auto read = DecodeRequest(changed)) CHECK((read->width > 0 && !FaultOf(read->board)));
   }
 }
+
+}  // namespace plumbline::board_message_test

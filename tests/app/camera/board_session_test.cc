@@ -8,7 +8,7 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
-using namespace plumbline;
+namespace plumbline::board_session_test {
 
 using namespace plumbline::camera;
 
@@ -222,3 +222,5 @@ TEST_CASE("a lens that creeps during the capture is refused at once: further vie
   REQUIRE_FALSE(session.reasons().empty());
   CHECK(session.kept() < 40);
 }
+
+}  // namespace plumbline::board_session_test

@@ -11,7 +11,7 @@
 #include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::board_worker_test {
 
 using namespace plumbline::camera;
 using plumbline::test::TemporaryFolder;
@@ -101,3 +101,5 @@ TEST_CASE("a program that cannot be started, or exits, is reported") {
     CHECK(worker.idle());
   }
 }
+
+}  // namespace plumbline::board_worker_test

@@ -11,7 +11,7 @@
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::camera_supervisor_test {
 
 using namespace plumbline::camera;
 using namespace plumbline::test;
@@ -219,3 +219,5 @@ TEST_CASE(
   ++link.start_board;
   supervisor.Stop();
 }
+
+}  // namespace plumbline::camera_supervisor_test

@@ -4,7 +4,7 @@
 
 #include "tests/app/camera/reference_tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::lens_supervisor_test {
 
 using namespace plumbline::camera;
 using namespace plumbline::test;
@@ -365,3 +365,5 @@ TEST_CASE("a lens found late, after the verification timed out, is still used") 
   rig.Image();
   CHECK(rig.supervisor.state() == lens::ZoomState::kValid);
 }
+
+}  // namespace plumbline::lens_supervisor_test

@@ -5,7 +5,7 @@
 
 #include "tests/app/camera/reference_tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::measured_tip_test {
 
 using namespace plumbline::camera;
 using namespace plumbline::test;
@@ -146,3 +146,5 @@ TEST_CASE("the tip is stationary only while three samples agree") {
   take(2.8, 1.0005);
   CHECK_FALSE(filter.Point());
 }
+
+}  // namespace plumbline::measured_tip_test

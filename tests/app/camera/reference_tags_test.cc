@@ -5,7 +5,7 @@
 #include "app/camera/tag_fit.h"
 #include "tests/app/camera/reference_tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::reference_tags_test {
 
 using namespace plumbline::camera;
 using namespace plumbline::test;
@@ -218,3 +218,5 @@ TEST_CASE("rendered frames through the detector: no false alarm, and a drift is 
   CHECK(judgement.verdict == TagVerdict::kZoomDrifted);
   CHECK(judgement.log_focal == Approx(1e-3).margin(4 * judgement.log_focal_sd));
 }
+
+}  // namespace plumbline::reference_tags_test

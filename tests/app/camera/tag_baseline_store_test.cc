@@ -7,7 +7,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::tag_baseline_store_test {
 
 using namespace plumbline::camera;
 using namespace plumbline::test;
@@ -76,3 +76,5 @@ TEST_CASE("an unreadable file is reported and replaced") {
   TagBaselineStore nowhere("/nonexistent/marks.json", cell, unused);
   CHECK_FALSE(nowhere.Store(1, {}));
 }
+
+}  // namespace plumbline::tag_baseline_store_test

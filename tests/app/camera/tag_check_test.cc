@@ -4,7 +4,7 @@
 
 #include "tests/app/camera/reference_tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::tag_check_test {
 
 using namespace plumbline::camera;
 using namespace plumbline::test;
@@ -87,3 +87,5 @@ TEST_CASE("an interpolated lens is good if the tags determine it well enough") {
   CHECK(generous.lens->lens.fx ==
         Approx(real.fx).margin(4 * std::sqrt(generous.lens->covariance(0, 0))));
 }
+
+}  // namespace plumbline::tag_check_test

@@ -5,14 +5,14 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
 #include "app/cli/beam_options.h"
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 
-using namespace plumbline;
+namespace plumbline::beam_command_test {
 
 using namespace plumbline::cli;
 using namespace plumbline::test;
@@ -56,7 +56,7 @@ TEST_CASE("a load series of the paper's beam") {
   SECTION("as JSON, with a point") {
     const Answer answer =
         RunBeam(kPaper + "--force-n 100:100:300 --point-mm 1200,0 --stress --json");
-    const nlohmann::json json = nlohmann::json::parse(answer.out);
+    const nlohmann::json json = text::JsonOrNull(answer.out);
     REQUIRE(json["cases"].size() == 3);
     const nlohmann::json& first = json["cases"][0];
     CHECK(first["nodes"][2]["displacement_mm"].get<double>() == Approx(0.96768));
@@ -71,7 +71,7 @@ TEST_CASE("a load series of the paper's beam") {
 TEST_CASE("loads other than the force") {
   const std::string steel_rod = "--length-mm 1000 --section rod --diameter-mm 40 --material steel ";
   auto tip_mm = [&](const std::string& loads) {
-    const nlohmann::json json = nlohmann::json::parse(RunBeam(steel_rod + loads + " --json").out);
+    const nlohmann::json json = text::JsonOrNull(RunBeam(steel_rod + loads + " --json").out);
     return json["cases"][0]["nodes"].back()["displacement_mm"].get<double>();
   };
   CHECK(tip_mm("--own-weight") == Approx(-tip_mm("--acceleration-m-s2 9.80665")));
@@ -229,3 +229,5 @@ TEST_CASE("force series") {
   CHECK(*ForceSeriesFromText("7") == std::vector<double>{7});
   CHECK(ForceSeriesFromText("1:2:10")->back() == 9);
 }
+
+}  // namespace plumbline::beam_command_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-using namespace plumbline;
+namespace plumbline::beam_paper_test {
 
 using namespace plumbline::cli;
 
@@ -119,3 +119,5 @@ TEST_CASE("bending along x is compensated in the same way as bending along y") {
   CHECK(CompensatedByElementAngle(along_x, BendingAxis::kX, point).y_m ==
         Approx(CompensatedByElementAngle(along_y, BendingAxis::kY, point).y_m));
 }
+
+}  // namespace plumbline::beam_paper_test

@@ -7,16 +7,16 @@
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 
+#include "app/text/json_text.h"
 #include "tests/app/cli/board_sheet.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/renderer/pgm.h"
 
-using namespace plumbline;
+namespace plumbline::calibrate_hand_eye_command_test {
 
 using namespace plumbline::cli;
 using test::Answer;
@@ -62,15 +62,15 @@ struct Files {
           << q.w() << ',' << q.x() << ',' << q.y() << ',' << q.z() << '\n';
       rows.push_back(row.str());
     }
-    Write(Path("lens.json"), nlohmann::json{{"schema", 1},
-                                            {"accepted", true},
-                                            {"image_size", {800, 600}},
-                                            {"fx", 1000.0},
-                                            {"fy", 1000.0},
-                                            {"cx", 399.5},
-                                            {"cy", 299.5},
-                                            {"distortion", {0.0, 0.0, 0.0, 0.0, 0.0}}}
-                                 .dump());
+    Write(Path("lens.json"),
+          text::JsonText(nlohmann::json{{"schema", 1},
+                                        {"accepted", true},
+                                        {"image_size", {800, 600}},
+                                        {"fx", 1000.0},
+                                        {"fy", 1000.0},
+                                        {"cx", 399.5},
+                                        {"cy", 299.5},
+                                        {"distortion", {0.0, 0.0, 0.0, 0.0, 0.0}}}));
   }
   std::string Path(const std::string& name) const { return folder.path() + "/" + name; }
   static void Write(const std::string& path, const std::string& text) {
@@ -98,8 +98,8 @@ TEST_CASE("A camera in the cell is calibrated from rendered images; wrong pairs 
   const Answer answer = files.Calibrate("--json - --quiet");
   INFO(answer.err);
   REQUIRE(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
-  CAPTURE(json.dump(1));
+  const auto json = text::JsonOrNull(answer.out);
+  CAPTURE(text::JsonText(json, 1));
   CHECK(json["accepted"] == true);
   CHECK(json["setup"] == "eye-to-hand");
   CHECK(json["camera"]["in"] == "base");
@@ -129,7 +129,7 @@ TEST_CASE("Too few images, no board and faulty pose tables are reported") {
   files.rows.resize(5);
   Answer answer = files.Calibrate("--json -");
   REQUIRE(answer.exit_code == 0);
-  CHECK(nlohmann::json::parse(answer.out)["accepted"] == false);
+  CHECK(text::JsonOrNull(answer.out)["accepted"] == false);
   CHECK(answer.err.find("too few") != std::string::npos);
   answer = files.Calibrate("", "7x5");
   REQUIRE(answer.exit_code == 0);
@@ -152,3 +152,5 @@ TEST_CASE("Too few images, no board and faulty pose tables are reported") {
   files.rows.clear();
   CHECK(files.Calibrate("").exit_code == 1);
 }
+
+}  // namespace plumbline::calibrate_hand_eye_command_test

@@ -1,14 +1,14 @@
 // plumbline calibrate-lens with each kind of board and with impossible boards.
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
 #include "app/cli/calibrate_lens_command.h"
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/renderer/pgm.h"
 
-using namespace plumbline;
+namespace plumbline::calibrate_lens_boards_test {
 
 using namespace plumbline::cli;
 using test::Answer;
@@ -42,7 +42,7 @@ TEST_CASE("a kind of board is chosen, and one frame of it is not enough") {
       images.Run("--board-kind acircles --board 4x5 --square-mm 20 --mark-mm 15 --json - --quiet");
   INFO(answer.out << answer.err);
   CHECK(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
+  const auto json = text::JsonOrNull(answer.out);
   CHECK(json["accepted"] == false);
   CHECK(json["board"]["kind"] == "acircles");
   CHECK(json["board"]["mark_mm"] == Approx(15));
@@ -54,7 +54,7 @@ TEST_CASE("another kind of board than shown: each frame reports what it shows") 
   const Images images;
   const Answer answer = images.Run("--board-kind charuco --board 9x6 --mark-mm 7 --json - --quiet");
   CHECK(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
+  const auto json = text::JsonOrNull(answer.out);
   CHECK(json["frames_refused"][0]["reason"] == "no tag of aruco-6x6-250");
   CHECK(json["board"]["family"] == "aruco-6x6-250");
 }
@@ -75,3 +75,5 @@ TEST_CASE("an impossible board is refused, naming the option to fix") {
           "--board: 2 x 9 points; a board must have 3 to 100 points in each direction");
   refused("--board nine", "is not COLUMNSxROWS");
 }
+
+}  // namespace plumbline::calibrate_lens_boards_test

@@ -12,7 +12,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/renderer/pgm.h"
 
-using namespace plumbline;
+namespace plumbline::calibrate_lens_command_test {
 
 using namespace plumbline::cli;
 
@@ -98,3 +98,5 @@ TEST_CASE("An output that is one of the images is refused") {
         std::string::npos);
   CHECK(std::filesystem::file_size(image) == size);
 }
+
+}  // namespace plumbline::calibrate_lens_command_test

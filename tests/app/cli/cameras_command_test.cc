@@ -2,12 +2,12 @@
 #include "app/cli/cameras_command.h"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/drivers/camera/fake_v4l2.h"
 
-using namespace plumbline;
+namespace plumbline::cameras_command_test {
 
 using namespace plumbline::cli;
 
@@ -20,7 +20,7 @@ TEST_CASE("Cameras with their names, modes and settings") {
   machine.Plug(1, "1-3", "").modes = {{V4L2_PIX_FMT_GREY, 320, 240, {}}};
   machine.Plug(2, "1-4", "B").gone = true;
 
-  const auto cameras = nlohmann::json::parse(CamerasJson(machine.tree()))["cameras"];
+  const auto cameras = text::JsonOrNull(CamerasJson(machine.tree()))["cameras"];
   REQUIRE(cameras.size() == 3);
   CHECK(cameras[0]["device"] == machine.Path(0));
   CHECK(cameras[0]["select"] == "A1");
@@ -51,8 +51,10 @@ TEST_CASE("Cameras with their names, modes and settings") {
 TEST_CASE("A machine without cameras, and the test machine") {
   const test::FakeMachine machine;
   CHECK(CamerasText(machine.tree()) == "no cameras\n");
-  CHECK(nlohmann::json::parse(CamerasJson(machine.tree()))["cameras"].empty());
+  CHECK(text::JsonOrNull(CamerasJson(machine.tree()))["cameras"].empty());
   const test::Answer answer = test::RunCommand(AddCamerasCommand, "cameras --json");
   CHECK(answer.exit_code == 0);
-  CHECK(nlohmann::json::parse(answer.out)["cameras"].is_array());
+  CHECK(text::JsonOrNull(answer.out)["cameras"].is_array());
 }
+
+}  // namespace plumbline::cameras_command_test

@@ -7,13 +7,16 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/daemon/demo_config.h"
 
-namespace plumbline::cli {
+namespace plumbline::check_command_test {
+
+using namespace plumbline::cli;
+
 namespace {
 
 test::Answer RunCheck(const std::string& arguments) {
@@ -162,7 +165,7 @@ TEST_CASE("Each point is computed with its payload: correction, radius, posture,
   std::istringstream lines(answer.out.substr(table));
   for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 80);
 
-  const auto json = nlohmann::json::parse(RunCheck(file.path() + " --json").out);
+  const auto json = text::JsonOrNull(RunCheck(file.path() + " --json").out);
   REQUIRE(json.at("points").size() == 2);
   const auto& point = json.at("points")[0];
   CHECK(point.at("id") == 1);
@@ -184,7 +187,7 @@ TEST_CASE("A payload known to the robot only is noted; the point is computed wit
   CHECK_THAT(answer.out, Catch::Contains("    1 assembly 1           no payload ") &&
                              Catch::Contains("The payload is known to the robot only"));
   const TemporaryFile declared(WithPayload("source = \"robot\"\nmass_kg = 60.0"));
-  const auto json = nlohmann::json::parse(RunCheck(declared.path() + " --json").out);
+  const auto json = text::JsonOrNull(RunCheck(declared.path() + " --json").out);
   REQUIRE(json.at("points").size() == 4);
   CHECK(json.at("points")[0].at("payload_kg") == 0);
   CHECK(json.at("points")[0].at("payload_by_robot") == true);
@@ -287,12 +290,12 @@ TEST_CASE("A file that cannot be read: exit 1") {
 
 TEST_CASE("JSON: faults with their place, separate from warnings") {
   const TemporaryFile file("schema = 1\n[robot]\nname = \"\xFF\"\n");
-  const auto bad = nlohmann::json::parse(RunCheck("--json " + file.path()).out);
+  const auto bad = text::JsonOrNull(RunCheck("--json " + file.path()).out);
   CHECK(bad["good"] == false);
   REQUIRE(bad["faults"].size() == 1);
   CHECK(bad["faults"][0]["line"] == 3);
 
-  const auto good = nlohmann::json::parse(RunCheck("--json config/cells/kr210.toml").out);
+  const auto good = text::JsonOrNull(RunCheck("--json config/cells/kr210.toml").out);
   CHECK(good["good"] == true);
   CHECK(good["kind"] == "cell");
   CHECK(good["faults"].empty());
@@ -300,4 +303,4 @@ TEST_CASE("JSON: faults with their place, separate from warnings") {
 }
 
 }  // namespace
-}  // namespace plumbline::cli
+}  // namespace plumbline::check_command_test

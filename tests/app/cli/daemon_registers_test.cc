@@ -8,7 +8,7 @@
 #include "drivers/modbus/tcp_server.h"
 #include "drivers/plc/codec.h"
 
-using namespace plumbline;
+namespace plumbline::daemon_registers_test {
 
 using namespace plumbline::cli;
 
@@ -98,3 +98,5 @@ TEST_CASE("each reason why the registers cannot be read has a remedy") {
              Catch::StartsWith("no-such-host.invalid:1502: unknown host name (") &&
                  Catch::EndsWith("; check --host"));
 }
+
+}  // namespace plumbline::daemon_registers_test

@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/cli/exit_codes.h"
@@ -20,9 +19,10 @@
 #include "app/diagnosis/summary.h"
 #include "app/report/pdf.h"
 #include "app/report/sha256.h"
+#include "app/text/json_text.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
-using namespace plumbline;
+namespace plumbline::diagnose_command_test {
 
 using namespace plumbline::cli;
 namespace fs = std::filesystem;
@@ -124,7 +124,7 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
   desk.arguments.report = desk.File("r.html");
   CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
   CHECK(desk.Files() == 5);
-  const auto json = nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value());
+  const auto json = text::JsonOrNull(config::ReadTextFile(desk.File("d.json")).value());
   CHECK(json["next_poses"] == "next_poses.csv");
   CHECK(desk.Has("next_poses.csv"));
   config::FaultList faults;
@@ -137,11 +137,11 @@ TEST_CASE("every file is written, and the JSON refers to the poses file beside i
 
   desk.arguments.next_poses = desk.File("other.csv");
   CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
-  CHECK(nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
+  CHECK(text::JsonOrNull(config::ReadTextFile(desk.File("d.json")).value())["next_poses"] ==
         "other.csv");
   CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
-  CHECK(nlohmann::json::parse(config::ReadTextFile(desk.File("d.json")).value())["next_poses"]
-            .is_null());
+  CHECK(
+      text::JsonOrNull(config::ReadTextFile(desk.File("d.json")).value())["next_poses"].is_null());
 }
 
 TEST_CASE("the report carries its particulars, and digests of the files as they were read") {
@@ -198,7 +198,7 @@ TEST_CASE("--json - is alone on standard output") {
   Desk desk;
   desk.arguments.json = "-";
   CHECK(desk.Run(diagnosis::Verdict::kAmbiguous) == kExitOk);
-  CHECK(nlohmann::json::parse(desk.out.str())["verdict"] == "ambiguous");
+  CHECK(text::JsonOrNull(desk.out.str())["verdict"] == "ambiguous");
   CHECK(desk.err.str().find("these points cannot distinguish them") != std::string::npos);
   CHECK(desk.Files() == 1);
   desk.arguments.quiet = true;
@@ -351,3 +351,5 @@ TEST_CASE("a refusal names the file once, and a linear joint is proposed in mill
   CHECK(text.find("linear joints in mm") != std::string::npos);
   CHECK(text.find("1:  1234.5") != std::string::npos);
 }
+
+}  // namespace plumbline::diagnose_command_test

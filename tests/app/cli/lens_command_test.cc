@@ -3,17 +3,17 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "app/lens/calibration.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::lens_command_test {
 
 using namespace plumbline::cli;
 using test::Answer;
@@ -70,7 +70,7 @@ TEST_CASE("lenses are listed, and solved again from their views") {
   CHECK(solved.exit_code == 0);
   CHECK_THAT(solved.out,
              Catch::Contains("accepted") && Catch::Contains("differs from the stored lens by"));
-  const auto json = nlohmann::json::parse(test::FileText(out));
+  const auto json = text::JsonOrNull(test::FileText(out));
   CHECK(json["accepted"] == true);
   auto store = lens_store::LensStore::OpenForReading(folder.path() + "/lenses.sqlite");
   REQUIRE(store);
@@ -97,3 +97,5 @@ TEST_CASE("lenses that cannot be solved again are reported with the reason") {
   CHECK(std::filesystem::file_size(store) == size);
   CHECK(RunLens("solve 1 --json /no/such/lens.json" + where).exit_code == 2);
 }
+
+}  // namespace plumbline::lens_command_test

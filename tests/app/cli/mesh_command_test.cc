@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "app/scene/mesh_format.h"
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/scene/shapes.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::mesh_command_test {
 
 using namespace plumbline::cli;
 using test::RunCommand;
@@ -47,7 +47,7 @@ TEST_CASE("the content of a mesh is printed as text and as JSON") {
   }
   const auto answer = RunCommand(AddMeshCommand, "mesh check " + path + " --unit inch --json");
   CHECK(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
+  const auto json = text::JsonOrNull(answer.out);
   CHECK(json["schema"] == 1);
   CHECK(json["unit"] == "inch");
   CHECK(json["size_mm"][0].get<double>() == Approx(600 * 25.4));
@@ -65,7 +65,7 @@ TEST_CASE("a missing unit is requested, not guessed") {
   CHECK_THAT(text.out, Catch::Contains("600 x 50 x 40 in file units"));
   CHECK_THAT(text.out, Catch::Contains("no unit stated"));
   const auto json =
-      nlohmann::json::parse(RunCommand(AddMeshCommand, "mesh check " + path + " --json").out);
+      text::JsonOrNull(RunCommand(AddMeshCommand, "mesh check " + path + " --json").out);
   CHECK(json["unit"].is_null());
   CHECK(json["size_file_unit"][0].get<double>() == Approx(600));
   CHECK_FALSE(json.contains("size_mm"));
@@ -84,7 +84,7 @@ TEST_CASE("refusals and wrong arguments") {
   CHECK_THAT(refused.err, Catch::Contains(cut + ": not a readable stl file"));
   const auto json = RunCommand(AddMeshCommand, "mesh check " + cut + " --json");
   CHECK(json.exit_code == 1);
-  CHECK(nlohmann::json::parse(json.out)["refused"].is_string());
+  CHECK(text::JsonOrNull(json.out)["refused"].is_string());
   const std::string good =
       files.Write("good.stl", test::MeshFileText(test::Cuboid({1, 1, 1}), scene::MeshFormat::kStl));
   CHECK_THAT(RunCommand(AddMeshCommand, "mesh check " + good + " --max-triangles 11").err,
@@ -117,3 +117,5 @@ TEST_CASE("the limits in the reader, the help and the manual agree") {
       AddMeshCommand, "mesh check a.stl --max-triangles " + std::to_string(limits.triangles + 1));
   CHECK(looser.exit_code == 2);
 }
+
+}  // namespace plumbline::mesh_command_test

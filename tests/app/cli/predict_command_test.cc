@@ -18,10 +18,6 @@
 #include "app/config/cell_reader.h"
 #include "tests/app/cli/run_command.h"
 
-using namespace plumbline;
-
-using namespace plumbline::cli;
-
 namespace {
 
 std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; freed or not
@@ -41,6 +37,10 @@ std::atomic<std::size_t> g_allocated_bytes = 0;  // by this program so far; free
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
+
+namespace plumbline::predict_command_test {
+
+using namespace plumbline::cli;
 
 TEST_CASE("example-03 has no hidden effect: the declared model matches it to the last digits") {
   const char* folder = std::getenv("PLUMBLINE_MEASURED");
@@ -407,3 +407,5 @@ TEST_CASE("run time grows linearly with rows and sessions") {
   CHECK(allocated_for(8000, 1) < 5 * allocated_for(2000, 1));
   CHECK(allocated_for(800, 800) < 5 * allocated_for(200, 200));
 }
+
+}  // namespace plumbline::predict_command_test

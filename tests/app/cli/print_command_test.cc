@@ -10,7 +10,8 @@
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::print_command_test {
+
 using plumbline::cli::AddPrintCommand;
 using plumbline::test::Answer;
 using plumbline::test::RunCommand;
@@ -111,3 +112,5 @@ TEST_CASE("wrong options of print are refused, and nothing is written") {
           "--square-mm: this board takes 314 x 224 mm with its white border and does not fit");
   refused("board --board-kind charuco" + pdf, "plumbline print board: --mark-mm: a ChArUco board");
 }
+
+}  // namespace plumbline::print_command_test

@@ -13,6 +13,8 @@
 #include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 
+namespace plumbline::process_test {
+
 using plumbline::test::Answer;
 using plumbline::test::Shell;
 using plumbline::test::TemporaryFolder;
@@ -282,3 +284,5 @@ TEST_CASE("Ctrl-C stops tracking of a camera after a complete line, with exit co
   CHECK(Shell(track + " --fast --repeat --frames 2 | wc -l").output == "2\n");
   CHECK(Shell(track + " --fast --repeat | head -1 | wc -l").output == "1\n");
 }
+
+}  // namespace plumbline::process_test

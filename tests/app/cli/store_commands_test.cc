@@ -7,11 +7,13 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <thread>
 
+#include "app/text/json_text.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
+
+namespace plumbline::store_commands_test {
 
 using plumbline::test::TemporaryFolder;
 
@@ -70,7 +72,7 @@ TEST_CASE("a table is imported completely or not at all, and can be exported aga
 
   answer = Plumbline("journal show --json --last 1" + where);
   CHECK(answer.code == 0);
-  CHECK(nlohmann::json::parse(answer.text)["q"][0].get<double>() == Approx(3));
+  CHECK(text::JsonOrNull(answer.text)["q"][0].get<double>() == Approx(3));
   CHECK_THAT(Plumbline("journal tail --once" + where).text, Catch::Contains(" 9.50 "));
   CHECK_THAT(Plumbline("journal show" + where).text, Catch::StartsWith("   row  time"));
 
@@ -184,7 +186,7 @@ TEST_CASE("the reason why a model is no longer in force is printed, with a remed
                  Catch::Contains("model version 2 is set aside: the cell file changed since: "
                                  "robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06") &&
                  Catch::Contains("`plumbline model apply 2" + where + "`"));
-  const auto json = nlohmann::json::parse(Plumbline("model list --json" + where).text);
+  const auto json = text::JsonOrNull(Plumbline("model list --json" + where).text);
   CHECK(json[0]["set_aside"] == false);
   CHECK(json[1]["set_aside"] == true);
   CHECK(json[1]["set_aside_because"][0] == "robot.joint[2].compliance_rad_per_Nm 1e-06 -> 2e-06");
@@ -239,7 +241,7 @@ TEST_CASE("models are proposed, applied and rolled back; a faulty one is never a
   CHECK(none.text == "no version 3; `plumbline model list` lists all versions\n");
   CHECK(Plumbline("model show 3" + where).text == none.text);
   CHECK(Plumbline("model rollback" + where).code == 0);
-  CHECK(nlohmann::json::parse(Plumbline("model list --json" + where).text)[0]["applied"] == true);
+  CHECK(text::JsonOrNull(Plumbline("model list --json" + where).text)[0]["applied"] == true);
   CHECK(Plumbline("model rollback" + where).code == 1);
   CHECK(Plumbline("model rollback --to 2" + where).code == 1);
   CHECK(Plumbline("model rollback --force --to 2" + where).code == 0);
@@ -276,3 +278,5 @@ TEST_CASE("waiting for a locked model store is reported, and ends with a timeout
   }
   close(fd);
 }
+
+}  // namespace plumbline::store_commands_test

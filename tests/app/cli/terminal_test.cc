@@ -9,6 +9,8 @@
 #include "app/cli/progress.h"
 #include "app/cli/terminal_output.h"
 
+namespace plumbline::terminal_test {
+
 using plumbline::cli::ColumnsOf;
 using plumbline::cli::ForReading;
 using plumbline::cli::Painted;
@@ -125,3 +127,5 @@ TEST_CASE("quiet progress prints nothing") {
   }
   CHECK(err.str().empty());
 }
+
+}  // namespace plumbline::terminal_test

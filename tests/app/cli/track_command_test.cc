@@ -3,14 +3,14 @@
 
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/app/tracking/tag_scene.h"
 #include "tests/renderer/pgm.h"
 
-using namespace plumbline;
+namespace plumbline::track_command_test {
 
 using namespace plumbline::cli;
 using test::Answer;
@@ -52,15 +52,14 @@ struct Files {
     std::ofstream(path, std::ios::binary) << text;
   }
   void WriteLens(bool accepted, int width) const {
-    Write(lens, nlohmann::json{{"schema", 1},
-                               {"accepted", accepted},
-                               {"image_size", {width, 360}},
-                               {"fx", 800.0},
-                               {"fy", 800.0},
-                               {"cx", 240.0},
-                               {"cy", 180.0},
-                               {"distortion", {0.0, 0.0, 0.0, 0.0, 0.0}}}
-                    .dump());
+    Write(lens, text::JsonText(nlohmann::json{{"schema", 1},
+                                              {"accepted", accepted},
+                                              {"image_size", {width, 360}},
+                                              {"fx", 800.0},
+                                              {"fy", 800.0},
+                                              {"cx", 240.0},
+                                              {"cy", 180.0},
+                                              {"distortion", {0.0, 0.0, 0.0, 0.0, 0.0}}}));
   }
   Answer Track(const std::string& more) const {
     return RunCommand(AddTrackCommand,
@@ -76,7 +75,7 @@ TEST_CASE("Tags as JSON: ids, corners from the top left clockwise, poses with de
   INFO(answer.err);
   REQUIRE(answer.exit_code == 0);
   CHECK(answer.err.empty());
-  const auto json = nlohmann::json::parse(answer.out);
+  const auto json = text::JsonOrNull(answer.out);
   REQUIRE(json["tags"].size() == 2);
   CHECK(json["bodies"].empty());
   const auto& tag = json["tags"][0];
@@ -110,7 +109,7 @@ xyz_mm = [0, 0, 0]
 )");
   const Answer answer = files.Track("--bodies " + files.bodies + " --json");
   REQUIRE(answer.exit_code == 0);
-  const auto json = nlohmann::json::parse(answer.out);
+  const auto json = text::JsonOrNull(answer.out);
   REQUIRE(json["bodies"].size() == 1);
   CHECK(json["bodies"][0]["name"] == "part");
   CHECK(json["tags"][0]["pose"].is_object());
@@ -144,7 +143,7 @@ TEST_CASE("An image without tags is not an error") {
   renderer::WritePgm(files.image, {480, 360, std::vector<std::uint8_t>(kPixels, 'x')});
   const Answer answer = files.Track("--tag-size-mm 80 --json");
   CHECK(answer.exit_code == 0);
-  CHECK(nlohmann::json::parse(answer.out)["tags"].empty());
+  CHECK(text::JsonOrNull(answer.out)["tags"].empty());
 }
 
 TEST_CASE("Colour and 16-bit images are read") {
@@ -161,7 +160,7 @@ TEST_CASE("Colour and 16-bit images are read") {
     Files::Write(files.image, kind);
     const Answer answer = files.Track("--tag-size-mm 80 --json");
     REQUIRE(answer.exit_code == 0);
-    CHECK(nlohmann::json::parse(answer.out)["tags"].size() == 2);
+    CHECK(text::JsonOrNull(answer.out)["tags"].size() == 2);
   }
 }
 
@@ -208,7 +207,7 @@ TEST_CASE("A recording as camera: one line of JSON per frame, with time and sequ
   REQUIRE(answer.exit_code == 0);
   std::istringstream lines(answer.out);
   std::vector<nlohmann::json> frames;
-  for (std::string line; std::getline(lines, line);) frames.push_back(nlohmann::json::parse(line));
+  for (std::string line; std::getline(lines, line);) frames.push_back(text::JsonOrNull(line));
   REQUIRE(frames.size() == 2);
   CHECK(frames[0]["t_s"] == 0.0);
   CHECK(frames[1]["t_s"].get<double>() == Approx(0.15));
@@ -249,3 +248,5 @@ TEST_CASE("An unusable camera is refused with a remedy") {
   files.WriteLens(true, 640);
   refused("--fast --camera " + files.folder.path(), 1, "calibrated at 640 x 360");
 }
+
+}  // namespace plumbline::track_command_test

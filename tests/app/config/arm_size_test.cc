@@ -12,7 +12,10 @@
 #include "app/config/text_file.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::arm_size_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 std::string Ur10() {
@@ -206,4 +209,4 @@ TEST_CASE("No measured cell causes a false warning about its size", "[measured]"
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::arm_size_test

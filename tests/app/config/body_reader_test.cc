@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace plumbline;
+namespace plumbline::body_reader_test {
 
 using namespace plumbline::config;
 
@@ -65,3 +65,5 @@ colour = "red"
   CHECK_FALSE(TagDatabaseFromText("[[body", "bodies.toml", faults));
   CHECK(faults.HasFaults());
 }
+
+}  // namespace plumbline::body_reader_test

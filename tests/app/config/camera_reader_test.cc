@@ -5,7 +5,7 @@
 #include "app/config/named_files.h"
 #include "firmware-like/image/image_size.h"
 
-using namespace plumbline;
+namespace plumbline::camera_reader_test {
 
 using namespace plumbline::config;
 
@@ -299,3 +299,5 @@ TEST_CASE("two recordings need different serial numbers, because lenses are stor
             .Says("\"S\" is used for two cameras"));
   CHECK(Read(side + "serial = \"S\"\n" + rear + tags).faults.All().empty());
 }
+
+}  // namespace plumbline::camera_reader_test

@@ -9,7 +9,10 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::cell_reader_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -658,4 +661,4 @@ TEST_CASE("A file that is clearly not a cell is reported as what it is") {
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::cell_reader_test

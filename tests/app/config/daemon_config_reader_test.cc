@@ -7,7 +7,10 @@
 #include "app/config/toml_reader.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::daemon_config_reader_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 const std::string kCell = R"(schema = 1
@@ -447,13 +450,13 @@ TEST_CASE("[loop], the previous name of [monitoring], is read with a warning") {
   const auto config = ReadWith(kFiles, kGood + "[loop]\nprobe_sigma_mm = 0.2\n", faults);
   CAPTURE(FaultsText(faults));
   REQUIRE(config);
-  CHECK(config->loop.probe_sigma_m == Approx(2e-4));
+  CHECK(config->monitoring.probe_sigma_m == Approx(2e-4));
   CHECK_THAT(FaultsText(faults),
              Catch::Contains("cell/plumbline.toml:73 loop: warning: is now called [monitoring]"));
   FaultList none;
   const auto renamed = ReadWith(kFiles, kGood + "[monitoring]\nprobe_sigma_mm = 0.2\n", none);
   REQUIRE(renamed);
-  CHECK(renamed->loop.probe_sigma_m == Approx(2e-4));
+  CHECK(renamed->monitoring.probe_sigma_m == Approx(2e-4));
   CHECK_THAT(FaultsText(none), !Catch::Contains("is now called"));
 }
 
@@ -574,7 +577,7 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
   CHECK(config->plc.convention.orientation == defaults.plc.convention.orientation);
   CHECK(config->machine.limits.max_rotation_rad ==
         Approx(defaults.machine.limits.max_rotation_rad));
-  CHECK(config->loop.journal_bytes == defaults.loop.journal_bytes);
+  CHECK(config->monitoring.journal_bytes == defaults.monitoring.journal_bytes);
   REQUIRE(config->vision.cameras.size() == 1);
   CHECK(config->vision.board.board.family == BoardConfig{}.board.family);
   const lens::ZoomSupervisorSettings& zoom = config->vision.cameras[0].zoom.supervision;
@@ -589,4 +592,4 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::daemon_config_reader_test

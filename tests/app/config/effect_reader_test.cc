@@ -4,7 +4,10 @@
 
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::effect_reader_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 // The example of the file formats.
@@ -178,4 +181,4 @@ parameters = [ { name = "base_x", value = 1, unit = "1" }, { name = "tip_z", val
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::effect_reader_test

@@ -3,7 +3,7 @@
 #include "app/config/monitoring_config.h"
 #include "app/config/toml_reader.h"
 
-using namespace plumbline;
+namespace plumbline::monitoring_reader_test {
 
 using namespace plumbline::config;
 
@@ -11,36 +11,36 @@ namespace {
 
 MonitoringConfig Read(const std::string& lines, FaultList& faults) {
   TomlDocument document("[monitoring]\n" + lines, "plumbline.toml", faults);
-  MonitoringConfig loop = MonitoringFromToml(*document.Root().Table("monitoring"));
+  MonitoringConfig monitoring = MonitoringFromToml(*document.Root().Table("monitoring"));
   document.ReportUnknownKeys();
-  return loop;
+  return monitoring;
 }
 
 }  // namespace
 
 TEST_CASE("[monitoring] is read, in SI") {
   FaultList faults;
-  const MonitoringConfig loop = Read(
+  const MonitoringConfig monitoring = Read(
       "enabled = true\nsession = \"a\"\nprobe_sigma_mm = 0.1\nreference_probes = 30\n"
       "reference_sd_mm = 0.02\nshift_mm = 0.5\nprobes_per_day = 1440.0\n"
       "false_alarms_per_year = 0.5\ndiagnose = false\nprobes_before_diagnosis = 3\n"
       "diagnosis_timeout_s = 60.0\napply = \"automatic\"\nmax_change_mm = 2.0\njournal_mb = 50\n",
       faults);
   CHECK(faults.All().empty());
-  CHECK(loop.enabled);
-  CHECK(loop.session == "a");
-  CHECK(loop.probe_sigma_m == Approx(1e-4));
-  CHECK(loop.reference_probes == 30);
-  CHECK(loop.reference_sd_m == Approx(2e-5));
-  CHECK(loop.shift_m == Approx(5e-4));
-  CHECK(loop.probes_per_day == 1440);
-  CHECK(loop.false_alarms_per_year == 0.5);
-  CHECK_FALSE(loop.diagnose);
-  CHECK(loop.probes_before_diagnosis == 3);
-  CHECK(loop.diagnosis_timeout_s == 60);
-  CHECK(loop.apply == MonitoringConfig::Apply::kAutomatic);
-  CHECK(loop.max_change_m == Approx(2e-3));
-  CHECK(loop.journal_bytes == 50'000'000);
+  CHECK(monitoring.enabled);
+  CHECK(monitoring.session == "a");
+  CHECK(monitoring.probe_sigma_m == Approx(1e-4));
+  CHECK(monitoring.reference_probes == 30);
+  CHECK(monitoring.reference_sd_m == Approx(2e-5));
+  CHECK(monitoring.shift_m == Approx(5e-4));
+  CHECK(monitoring.probes_per_day == 1440);
+  CHECK(monitoring.false_alarms_per_year == 0.5);
+  CHECK_FALSE(monitoring.diagnose);
+  CHECK(monitoring.probes_before_diagnosis == 3);
+  CHECK(monitoring.diagnosis_timeout_s == 60);
+  CHECK(monitoring.apply == MonitoringConfig::Apply::kAutomatic);
+  CHECK(monitoring.max_change_m == Approx(2e-3));
+  CHECK(monitoring.journal_bytes == 50'000'000);
 }
 
 TEST_CASE("each faulty field of [monitoring] gives its message") {
@@ -70,3 +70,5 @@ TEST_CASE("each faulty field of [monitoring] gives its message") {
     CHECK_THAT(FaultsText(faults), Catch::Contains(told) && Catch::Contains("plumbline.toml:2"));
   }
 }
+
+}  // namespace plumbline::monitoring_reader_test

@@ -3,7 +3,7 @@
 #include "app/config/mqtt_config.h"
 #include "app/config/named_files.h"
 
-using namespace plumbline;
+namespace plumbline::mqtt_reader_test {
 
 using namespace plumbline::config;
 
@@ -77,3 +77,5 @@ TEST_CASE("[mqtt]: faults have place and remedy, and none contains a password") 
   CHECK_THAT(told, Contains("password_file") && !Contains("topsecret"));
   CHECK_THAT(ReadMqtt("host = \"b\"\nhots = \"c\"\n").Told(), Contains("hots"));
 }
+
+}  // namespace plumbline::mqtt_reader_test

@@ -5,7 +5,7 @@
 #include "app/config/overlay_config.h"
 #include "firmware-like/image/image_size.h"
 
-using namespace plumbline;
+namespace plumbline::overlay_reader_test {
 
 using namespace plumbline::config;
 
@@ -93,3 +93,5 @@ TEST_CASE("[overlay] camera: both by default, or one that is configured") {
                   "name, or write \"both\""));
   CHECK(Read("camera = \"left\"\n").Says("is not one of"));
 }
+
+}  // namespace plumbline::overlay_reader_test

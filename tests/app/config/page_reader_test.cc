@@ -3,7 +3,7 @@
 #include "app/config/page_config.h"
 #include "app/config/toml_reader.h"
 
-using namespace plumbline;
+namespace plumbline::page_reader_test {
 
 using namespace plumbline::config;
 
@@ -92,3 +92,5 @@ TEST_CASE("all faults of [page] are reported at once") {
   CHECK_FALSE(read.Says("\"fine\" is"));
   CHECK(read.Says("page.lisen: unknown key"));
 }
+
+}  // namespace plumbline::page_reader_test

@@ -12,7 +12,10 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::posture_check_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 constexpr double kDegree = kRadPerDeg;
@@ -248,4 +251,4 @@ TEST_CASE("near_deg in radians that violates a limit as degrees is a fault with 
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::posture_check_test

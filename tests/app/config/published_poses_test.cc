@@ -5,7 +5,7 @@
 #include "app/config/cell_reader.h"
 #include "firmware-like/kinematics/chain.h"
 
-using namespace plumbline;
+namespace plumbline::published_poses_test {
 
 using namespace plumbline::config;
 
@@ -46,3 +46,5 @@ TEST_CASE("the flange of each supplied cell matches its data sheet") {
     CHECK((1e3 * posture.X_BF().p - c.flange_mm).norm() < 0.5);
   }
 }
+
+}  // namespace plumbline::published_poses_test

@@ -7,7 +7,10 @@
 #include "app/config/cell_reader.h"
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::ready_cells_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 TEST_CASE("Every supplied cell is read without faults") {
@@ -66,4 +69,4 @@ TEST_CASE("Every measured cell is read without faults", "[measured]") {
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::ready_cells_test

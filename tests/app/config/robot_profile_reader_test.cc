@@ -9,7 +9,10 @@
 #include "drivers/robot/codec.h"
 #include "drivers/robot/push_codec.h"
 
-namespace plumbline::config {
+namespace plumbline::robot_profile_reader_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 constexpr double kRad = std::numbers::pi / 180;
@@ -219,7 +222,7 @@ TEST_CASE("every shipped profile has a source and slots large enough for a pushe
     const robot::RobotProfile profile = Shipped(entry.path().filename());
     CHECK_FALSE(profile.source.empty());
     REQUIRE(profile.push);
-    CHECK(robot::IsSound(*profile.push));
+    CHECK(robot::IsConsistent(*profile.push));
   }
   CHECK(count == 6);
 }
@@ -363,4 +366,4 @@ TEST_CASE("a file that is not there is a fault") {
   CHECK_THAT(FaultsText(faults), Catch::Contains("config/profiles/none.toml"));
 }
 
-}  // namespace plumbline::config
+}  // namespace plumbline::robot_profile_reader_test

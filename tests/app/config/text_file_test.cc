@@ -11,7 +11,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::text_file_test {
 
 using namespace plumbline::config;
 using plumbline::test::FileText;
@@ -61,3 +61,5 @@ TEST_CASE("standard output that is a file keeps what others write to it") {
   CHECK(after);
   CHECK(FileText(file) == "before\ntext\nafter\n");
 }
+
+}  // namespace plumbline::text_file_test

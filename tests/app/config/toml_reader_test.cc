@@ -4,7 +4,10 @@
 
 #include "tests/app/config/wrong_line.h"
 
-namespace plumbline::config {
+namespace plumbline::toml_reader_test {
+
+using namespace plumbline::config;
+
 namespace {
 
 enum class Colour { kRed, kBlue };
@@ -178,4 +181,4 @@ TEST_CASE("A long or unprintable value is told short and on one line") {
 }
 
 }  // namespace
-}  // namespace plumbline::config
+}  // namespace plumbline::toml_reader_test

@@ -6,7 +6,9 @@
 #include "tests/app/config/wrong_line.h"
 #include "tests/file_text.h"
 
-namespace plumbline::config {
+namespace plumbline::zoom_profile_reader_test {
+
+using namespace plumbline::config;
 
 TEST_CASE("every profile of config/profiles/zoom reads without faults") {
   int profiles = 0;
@@ -64,4 +66,4 @@ TEST_CASE("wrong lines of a profile, each with its fault") {
   CHECK_FALSE(HidProfileFromText("", "a.toml", faults));
 }
 
-}  // namespace plumbline::config
+}  // namespace plumbline::zoom_profile_reader_test

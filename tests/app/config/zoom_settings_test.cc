@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-using namespace plumbline;
+namespace plumbline::zoom_settings_test {
 
 using namespace plumbline::config;
 
@@ -127,3 +127,5 @@ TEST_CASE("kinds that share a key agree on its type and range, and the first doc
     }
   }
 }
+
+}  // namespace plumbline::zoom_settings_test

@@ -14,7 +14,7 @@
 #include "tests/app/daemon/status_command_output.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
-using namespace plumbline;
+namespace plumbline::camera_test {
 
 using namespace plumbline::test;
 using virtual_cell::Eventually;
@@ -333,3 +333,5 @@ TEST_CASE("without a camera its commands are refused, and its block says so") {
   CHECK(plc.Read(500, 24).Word(0) == 0);
   CHECK((plc.Read(14, 1).Word(0) & 0x700) == 0);
 }
+
+}  // namespace plumbline::camera_test

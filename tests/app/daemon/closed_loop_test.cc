@@ -14,7 +14,7 @@
 #include "tests/virtual_cell/assembly_client.h"
 #include "tests/virtual_cell/running_cell.h"
 
-using namespace plumbline;
+namespace plumbline::closed_loop_test {
 
 using namespace plumbline::test;
 using virtual_cell::AssemblyClient;
@@ -175,3 +175,5 @@ TEST_CASE("a cell that is as declared raises no alarm") {
   CHECK(station.daemon.Count("drift alarm") == 0);
   CHECK(station.Store().State().value().proposed == 0);
 }
+
+}  // namespace plumbline::closed_loop_test

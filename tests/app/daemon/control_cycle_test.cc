@@ -11,7 +11,7 @@
 #include "tests/file_text.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::control_cycle_test {
 
 using namespace plumbline::daemon;
 
@@ -233,3 +233,5 @@ TEST_CASE("another model over the same robot link withdraws no point and raises 
           static_cast<std::uint16_t>(last.cycle - first.cycle));
   }
 }
+
+}  // namespace plumbline::control_cycle_test

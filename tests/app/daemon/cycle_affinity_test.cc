@@ -9,7 +9,7 @@
 #include "drivers/real_time.h"
 #include "drivers/thread_heartbeat.h"
 
-using namespace plumbline;
+namespace plumbline::cycle_affinity_test {
 
 using namespace plumbline::daemon;
 
@@ -93,3 +93,5 @@ TEST_CASE("threads that are not real-time are not pinned") {
   affinity.Update({10, 0, 0.01}, {cycle.id(), robot.id()}, 1);
   CHECK(ProcessorsOf(cycle.id()) == all);
 }
+
+}  // namespace plumbline::cycle_affinity_test

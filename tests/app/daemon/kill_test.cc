@@ -14,7 +14,7 @@
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
 
-using namespace plumbline;
+namespace plumbline::kill_test {
 
 using namespace plumbline::test;
 using virtual_cell::Eventually;
@@ -173,3 +173,5 @@ TEST_CASE("a daemon killed while it loads a model starts with the applied one") 
     CHECK(Eventually([&] { return (plc.Read(400, 20).Word(0) & 1) != 0; }));  // probes are recorded
   }
 }
+
+}  // namespace plumbline::kill_test

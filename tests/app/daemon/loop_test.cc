@@ -20,7 +20,7 @@
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
 
-using namespace plumbline;
+namespace plumbline::loop_test {
 
 using namespace plumbline::test;
 using virtual_cell::Eventually;
@@ -263,7 +263,7 @@ TEST_CASE("a model that is unexplained or does not help is never applied automat
       {"nothing held out", "\"before_held_out\": 9", "\"x\": 9", "nothing was held out", 2},
       {"implausible", "\"rivals\": []",
        "\"rivals\": [], \"implausible\": [\"joint_compliance: softer than any gear\"]",
-       "not applied: implausible on a sound machine: joint_compliance: softer than any gear", 2},
+       "not applied: implausible on a healthy machine: joint_compliance: softer than any gear", 2},
       {"unnamed", "\"rivals\": []",
        "\"rivals\": [], \"remainder\": {\"parameters\": 9.5, \"share_of_correction\": 0.8}",
        "not applied: 80 % of the correction is not explained by a named effect", 2},
@@ -353,7 +353,7 @@ TEST_CASE("joint registers with steps of a milliradian are reported and passed t
   station.Probes(9);
   INFO(station.daemon.Log());
   REQUIRE(station.daemon.Awaits("version 2 proposed"));
-  CHECK(station.daemon.Awaits("probes' joints are read to 1 mrad = "));
+  CHECK(station.daemon.Awaits("probes have a resolution of 1 mrad, "));
   CHECK(station.daemon.Awaits("joint registers are coarse"));
   REQUIRE(station.Journal().front().q_step_rad);
   CHECK(*station.Journal().front().q_step_rad == Approx(1e-3));
@@ -839,3 +839,5 @@ TEST_CASE("two daemons do not share a journal") {
   CHECK(second.Wait() == 2);
   CHECK(second.Says(state.path() + ": another plumblined (process "));
 }
+
+}  // namespace plumbline::loop_test

@@ -9,7 +9,7 @@
 #include "tests/app/daemon/demo_config.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::model_in_force_test {
 
 using namespace plumbline::daemon;
 using namespace plumbline::test;
@@ -449,3 +449,5 @@ TEST_CASE("an unusable applied model is reported by `check` as by the daemon") {
     CHECK(text.find("cockpit-cell.toml") == std::string::npos);
   }
 }
+
+}  // namespace plumbline::model_in_force_test

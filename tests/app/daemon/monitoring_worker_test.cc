@@ -15,7 +15,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::monitoring_worker_test {
 
 using namespace plumbline::daemon;
 using namespace std::chrono_literals;
@@ -41,14 +41,15 @@ struct Working {
   config::DaemonConfig config;
   model_store::ModelState models;
 
-  explicit Working(const config::MonitoringConfig& loop = {}, Storage watched = Storage::kUnwatched)
+  explicit Working(const config::MonitoringConfig& monitoring = {},
+                   Storage watched = Storage::kUnwatched)
       : worker(
             mailboxes, sink, [] {}, watched == Storage::kWatched ? &storage : nullptr) {
     if (watched == Storage::kWatched) REQUIRE_FALSE(storage.Acquire());
-    config.loop = loop;
+    config.monitoring = monitoring;
     config.machine.cell = test::HeavyArm();
     config.state_directory = folder.path();
-    config.loop.enabled = true;
+    config.monitoring.enabled = true;
     models.applied = models.declared = 1;
     models.history = {1};
     worker.Configure(config, models);
@@ -202,18 +203,18 @@ TEST_CASE("probes that could not be written before the shutdown are logged as lo
 }
 
 TEST_CASE("a journal that cannot be read completely leaves no half-initialised monitor") {
-  config::MonitoringConfig loop;
-  loop.reference_probes = 0;
-  loop.diagnose = false;
-  loop.probes_before_diagnosis = 1;
-  Working working(loop);
+  config::MonitoringConfig monitoring;
+  monitoring.reference_probes = 0;
+  monitoring.diagnose = false;
+  monitoring.probes_before_diagnosis = 1;
+  Working working(monitoring);
   for (int k = 0; k < 12; ++k) working.Probe(Vec3(0, 0, 0.02));
   REQUIRE(Working::Eventually(
       [&] { return working.Recorded() == 12 && working.Status().drift_alarm; }));
   auto other = sqlite::Database::Open(working.File(), sqlite::Database::Mode::kWrite);
   REQUIRE(other);
   REQUIRE(other.value().Run("UPDATE measurement SET q = '[]' WHERE id = 12"));
-  working.config.loop.diagnose = true;  // of an alarm that the rows before it would raise
+  working.config.monitoring.diagnose = true;  // of an alarm that the rows before it would raise
   working.worker.Configure(working.config, working.models);
   CHECK(Working::Eventually([&] { return working.Status().fault; }));
   CHECK_FALSE(working.Status().drift_alarm);
@@ -225,10 +226,10 @@ TEST_CASE("a journal that cannot be read completely leaves no half-initialised m
 }
 
 TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until it is accepted") {
-  config::MonitoringConfig loop;
-  loop.reference_probes = 0;
-  loop.diagnose = false;
-  Working working(loop);
+  config::MonitoringConfig monitoring;
+  monitoring.reference_probes = 0;
+  monitoring.diagnose = false;
+  Working working(monitoring);
   const Vec3 off_m(0, 0, 0.4);
   for (int k = 0; k < 12; ++k) working.Probe(off_m, true);
   REQUIRE(
@@ -254,15 +255,15 @@ TEST_CASE("a quarantined probe is recorded, but excluded from monitoring until i
 }
 
 TEST_CASE("once [monitoring] is disabled, the journal's status is no longer reported") {
-  config::MonitoringConfig loop;
-  loop.diagnose = false;
-  Working working(loop);
+  config::MonitoringConfig monitoring;
+  monitoring.diagnose = false;
+  Working working(monitoring);
   working.Probe(Vec3(0, 0, 0.4), true);
   REQUIRE(Working::Eventually([&] { return working.Quarantined() == 1; }));
   const sqlite::Database locked = LockedJournal(working);
   working.Probe();
   REQUIRE(Working::Eventually([&] { return working.Status().fault; }));
-  working.config.loop.enabled = false;
+  working.config.monitoring.enabled = false;
   working.worker.Configure(working.config, working.models);
   CHECK(Working::Eventually(
       [&] { return !working.Status().fault && working.Status().quarantined == 0; }));
@@ -275,10 +276,10 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
   std::ofstream(program) << "#!/bin/sh\nexec sleep 600\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
   REQUIRE(setenv("PLUMBLINE_PROGRAM", program.c_str(), 1) == 0);
-  config::MonitoringConfig loop;
-  loop.reference_probes = 0;
-  loop.probes_before_diagnosis = 1;
-  Working working(loop);
+  config::MonitoringConfig monitoring;
+  monitoring.reference_probes = 0;
+  monitoring.probes_before_diagnosis = 1;
+  Working working(monitoring);
   {
     auto store = model_store::ModelStore::Open(working.folder.path());
     REQUIRE(store);
@@ -303,9 +304,9 @@ TEST_CASE("a decision on quarantined probes restarts a running diagnosis") {
 }
 
 TEST_CASE("a decision is reported even if the journal cannot be reread at once") {
-  config::MonitoringConfig loop;
-  loop.diagnose = false;
-  Working working(loop);
+  config::MonitoringConfig monitoring;
+  monitoring.diagnose = false;
+  Working working(monitoring);
   working.Probe(Vec3(0, 0, 0.4), true);
   working.Probe();
   REQUIRE(Working::Eventually([&] { return working.Recorded() == 2; }));
@@ -336,10 +337,10 @@ TEST_CASE("decisions that cannot be read are a journal fault, which clears by it
 
 TEST_CASE(
     "a reference whose probes disagree is refused: drift is not monitored, and rows are listed") {
-  config::MonitoringConfig loop;
-  loop.reference_probes = 10;
-  loop.diagnose = false;
-  Working working(loop);
+  config::MonitoringConfig monitoring;
+  monitoring.reference_probes = 10;
+  monitoring.diagnose = false;
+  Working working(monitoring);
   for (int k = 0; k < 10; ++k) working.Probe(k % 2 == 0 ? Vec3(0, 0, 0) : Vec3(0, 5e-3, 0));
   REQUIRE(Working::Eventually([&] { return working.Status().reference_refused; }));
   CHECK_FALSE(working.Status().learning);
@@ -375,14 +376,16 @@ TEST_CASE(
   facts.rms_before_mm = 2;
   facts.rms_after_mm = 0.1;
   facts.change_mm = 0.3;  // at the probes, with nothing carried
-  config::MonitoringConfig loop;
-  loop.max_change_m = 1e-3;
-  CHECK(AutomaticApplyObjection(facts, loop, false).empty());
-  CHECK(AutomaticApplyObjection(facts, loop, true).find("configured points is not known") !=
+  config::MonitoringConfig monitoring;
+  monitoring.max_change_m = 1e-3;
+  CHECK(AutomaticApplyObjection(facts, monitoring, false).empty());
+  CHECK(AutomaticApplyObjection(facts, monitoring, true).find("configured points is not known") !=
         std::string::npos);
   facts.points_change_mm = 7.65;
-  CHECK(AutomaticApplyObjection(facts, loop, true) ==
+  CHECK(AutomaticApplyObjection(facts, monitoring, true) ==
         "it moves a configured point by 7.650 mm, monitoring.max_change_mm is 1");
   facts.points_change_mm = 0.9;
-  CHECK(AutomaticApplyObjection(facts, loop, true).empty());
+  CHECK(AutomaticApplyObjection(facts, monitoring, true).empty());
 }
+
+}  // namespace plumbline::monitoring_worker_test

@@ -9,7 +9,7 @@
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/virtual_cell/running_cell.h"
 
-using namespace plumbline;
+namespace plumbline::recorded_joints_test {
 
 using namespace plumbline::test;
 using virtual_cell::Eventually;
@@ -114,3 +114,5 @@ TEST_CASE("recorded joints arrive as they were recorded", "[measured]") {
     CHECK(seen == kRows);
   }
 }
+
+}  // namespace plumbline::recorded_joints_test

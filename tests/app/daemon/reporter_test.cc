@@ -5,7 +5,7 @@
 #include "app/daemon/boot_counter.h"
 #include "tests/app/daemon/daemon_process.h"
 
-using namespace plumbline;
+namespace plumbline::reporter_test {
 
 using namespace plumbline::daemon;
 
@@ -204,3 +204,5 @@ TEST_CASE(
   CHECK(desk.Observe() ==
         std::vector<std::string>{"one client alone writes the command window again"});
 }
+
+}  // namespace plumbline::reporter_test

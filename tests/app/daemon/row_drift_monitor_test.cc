@@ -7,7 +7,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::row_drift_monitor_test {
 
 using namespace plumbline::daemon;
 using plumbline::test::TemporaryFolder;
@@ -130,3 +130,5 @@ TEST_CASE("the reference is logged when it is learned, with its rows when it is 
                                "disagree; "));
   CHECK_FALSE(bad.monitor.Update(Row(16, Vec3::Zero()), false));
 }
+
+}  // namespace plumbline::row_drift_monitor_test

@@ -14,6 +14,8 @@
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
 
+namespace plumbline::start_test {
+
 using namespace plumbline::test;
 using virtual_cell::Eventually;
 using virtual_cell::Profile;
@@ -257,3 +259,5 @@ TEST_CASE("the configuration can be given with --config and without") {
     CHECK(FileText(log).find("faulty.toml") != std::string::npos);  // it was read
   }
 }
+
+}  // namespace plumbline::start_test

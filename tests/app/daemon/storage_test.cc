@@ -17,7 +17,7 @@
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
 
-using namespace plumbline;
+namespace plumbline::storage_test {
 
 using namespace plumbline::daemon;
 using namespace plumbline::test;
@@ -200,3 +200,5 @@ TEST_CASE("a disk without a free inode is reported, though it has room for bytes
   std::filesystem::remove_all(station.Inside(kBallast));
   CHECK(Eventually([&] { return !station.Warned(); }));
 }
+
+}  // namespace plumbline::storage_test

@@ -14,6 +14,8 @@
 
 #include "app/daemon/device_wait.h"
 
+namespace plumbline::thread_watchdog_test {
+
 using plumbline::daemon::IsWaitingForDevice;
 using plumbline::daemon::ThreadWatchdog;
 
@@ -119,3 +121,5 @@ TEST_CASE("a thread in uninterruptible sleep is recognised, a sleeping one is no
   close(release[0]);
   close(release[1]);
 }
+
+}  // namespace plumbline::thread_watchdog_test

@@ -3,15 +3,15 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "app/text/json_text.h"
 #include "tests/app/daemon/camera_cell.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
 #include "tests/app/daemon/status_command_output.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
-using namespace plumbline;
+namespace plumbline::two_cameras_test {
 
 using namespace plumbline::test;
 using virtual_cell::Eventually;
@@ -114,7 +114,7 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
   // What was seen of the marks is kept of both, in one file.
   REQUIRE(Eventually([&] {
     const std::string text = FileText(station.folder.path() + "/state/fixed_marks.json");
-    const auto marks = nlohmann::json::parse(text, nullptr, false);
+    const auto marks = text::JsonOrNull(text);
     return marks.is_object() && marks["lenses"].contains("1") && marks["lenses"].contains("3");
   }));
 
@@ -185,3 +185,5 @@ TEST_CASE("two cameras: one zooms or goes away, the other measures on; both make
     CHECK(station.Command(9, 3) == 13);
   }
 }
+
+}  // namespace plumbline::two_cameras_test

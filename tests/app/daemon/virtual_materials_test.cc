@@ -6,6 +6,8 @@
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/virtual_cell/cell_description.h"
 
+namespace plumbline::virtual_materials_test {
+
 TEST_CASE("the virtual cell knows every material by the product's name and value") {
   const plumbline::test::TemporaryFolder folder;
   const std::string file = folder.path() + "/cell.toml";
@@ -22,3 +24,5 @@ TEST_CASE("the virtual cell knows every material by the product's name and value
     CHECK(rod.weight_kg_m == Approx(named.material.density_kg_m3));
   }
 }
+
+}  // namespace plumbline::virtual_materials_test

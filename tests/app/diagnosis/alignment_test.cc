@@ -8,7 +8,7 @@
 #include "firmware-like/statistics/containment_radius.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::alignment_test {
 
 using namespace plumbline::diagnosis;
 
@@ -87,3 +87,5 @@ TEST_CASE(
   REQUIRE(warning);
   CHECK_THAT(*warning, Catch::Contains("stays as declared") && Catch::Contains("100 mm (95 %)"));
 }
+
+}  // namespace plumbline::alignment_test

@@ -3,13 +3,13 @@
 
 #include <catch2/catch.hpp>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/text/json_text.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
-using namespace plumbline;
+namespace plumbline::answer_test {
 
 using namespace plumbline::diagnosis;
 using test::ExampleDiagnosis;
@@ -32,7 +32,7 @@ TEST_CASE("the keys and their order follow the format for every verdict") {
                                                    {Verdict::kUnknown, "unknown"}};
   for (const auto& [verdict, word] : cases) {
     CAPTURE(word);
-    const Json answer = Json::parse(AnswerJson(ExampleDiagnosis(verdict), ""));
+    const Json answer = text::JsonOrNull<Json>(AnswerJson(ExampleDiagnosis(verdict), ""));
     CHECK(KeysOf(answer) ==
           std::vector<std::string>{"schema", "verdict", "effects", "rivals", "drivers",
                                    "next_poses", "minimum_detectable_mm", "rms_mm", "outlier_rows",
@@ -55,7 +55,7 @@ TEST_CASE("checks, doubts and all held-out errors are listed with their figures"
   diagnosis.held_out_by_all = {{"sessions", 2e-3, 1e-4, 5e-5, 2e-4}};
   diagnosis.withheld = "worse than the declared model";
   diagnosis.notes = {"joint q6 never moved"};
-  const Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  const Json answer = text::JsonOrNull<Json>(AnswerJson(diagnosis, ""));
   CHECK(answer["notes"] == Json({"joint q6 never moved"}));
   CHECK(answer["checks"][0] == Json({{"name", "selection_frequency"},
                                      {"effect", "backlash"},
@@ -73,7 +73,7 @@ TEST_CASE("checks, doubts and all held-out errors are listed with their figures"
 
 TEST_CASE("effects have names, values and standard deviations in file units") {
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
-  const Json effects = Json::parse(AnswerJson(diagnosis, ""))["effects"];
+  const Json effects = text::JsonOrNull<Json>(AnswerJson(diagnosis, ""))["effects"];
   REQUIRE(effects.size() == 2);
   const Json& first = effects[0];
   CHECK(KeysOf(first) ==
@@ -88,20 +88,20 @@ TEST_CASE("effects have names, values and standard deviations in file units") {
   CHECK(effects[1]["scope"].empty());
 
   diagnosis.rms_before_m = 8.64123456789012345e-3;
-  CHECK(Json::parse(AnswerJson(diagnosis, ""))["rms_mm"]["before"].get<double>() ==
+  CHECK(text::JsonOrNull<Json>(AnswerJson(diagnosis, ""))["rms_mm"]["before"].get<double>() ==
         8.64123456789012345e-3 * 1e3);
 }
 
 TEST_CASE("implausible values and the discrepancy model are reported") {
   Diagnosis diagnosis = ExampleDiagnosis(Verdict::kExplained);
-  Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  Json answer = text::JsonOrNull<Json>(AnswerJson(diagnosis, ""));
   CHECK(answer["implausible"] == Json::array());
   CHECK(answer["discrepancy_model"].is_null());
   diagnosis.findings[1].implausible = "alpha is that of no metal";
   diagnosis.discrepancy = {diagnosis.findings[0]};
   diagnosis.discrepancy_parameters = 9.5;
   diagnosis.discrepancy_share = 0.8;
-  answer = Json::parse(AnswerJson(diagnosis, ""));
+  answer = text::JsonOrNull<Json>(AnswerJson(diagnosis, ""));
   CHECK(answer["implausible"] == Json({"thermal_growth: alpha is that of no metal"}));
   CHECK(answer["discrepancy_model"] == Json({{"parameters", 9.5}, {"share_of_correction", 0.8}}));
   CHECK(answer["remainder"] == answer["discrepancy_model"]);
@@ -113,7 +113,8 @@ TEST_CASE("a variant is a parameter whose value is a word") {
   finding.effect.term = {effects::FindEffect("backlash"), {{0, 2, 1}}, "move"};
   finding.effect.values = {2e-4};
   diagnosis.findings = {finding};
-  const Json parameters = Json::parse(AnswerJson(diagnosis, ""))["effects"][0]["parameters"];
+  const Json parameters =
+      text::JsonOrNull<Json>(AnswerJson(diagnosis, ""))["effects"][0]["parameters"];
   REQUIRE(parameters.size() == 2);
   CHECK(parameters[0] == Json({{"name", "q3"}, {"value", 2e-4}, {"sd", nullptr}, {"unit", "rad"}}));
   CHECK(parameters[1] == Json({{"name", "by"}, {"value", "move"}}));
@@ -121,13 +122,13 @@ TEST_CASE("a variant is a parameter whose value is a word") {
 
 TEST_CASE("rivals, drivers, detectable sizes and the name of the file of poses are written") {
   const Json ambiguous =
-      Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kAmbiguous), "next_poses.csv"));
+      text::JsonOrNull<Json>(AnswerJson(ExampleDiagnosis(Verdict::kAmbiguous), "next_poses.csv"));
   CHECK(ambiguous["next_poses"] == "next_poses.csv");
-  CHECK(ambiguous["rivals"] == Json::parse(R"([{"instead_of": "tool_stiffness",
+  CHECK(ambiguous["rivals"] == text::JsonOrNull<Json>(R"([{"instead_of": "tool_stiffness",
     "id": "payload_mass", "signal_left": 0.012}])"));
-  const Json unknown = Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kUnknown), ""));
+  const Json unknown = text::JsonOrNull<Json>(AnswerJson(ExampleDiagnosis(Verdict::kUnknown), ""));
   CHECK(unknown["drivers"] == Json({"air_pressure_bar"}));
-  const Json nothing = Json::parse(AnswerJson(ExampleDiagnosis(Verdict::kNoEffect), ""));
+  const Json nothing = text::JsonOrNull<Json>(AnswerJson(ExampleDiagnosis(Verdict::kNoEffect), ""));
   CHECK(nothing["effects"].empty());
   CHECK(nothing["minimum_detectable_mm"]["backlash"].get<double>() == Approx(0.03));
 }
@@ -137,7 +138,7 @@ TEST_CASE("non-finite numbers are null, and invalid UTF-8 is replaced") {
   diagnosis.rms_before_m = std::numeric_limits<double>::quiet_NaN();
   diagnosis.rms_after_m = std::numeric_limits<double>::infinity();
   diagnosis.drivers = {"druck_\xE4"};
-  const Json answer = Json::parse(AnswerJson(diagnosis, ""));
+  const Json answer = text::JsonOrNull<Json>(AnswerJson(diagnosis, ""));
   CHECK(answer["rms_mm"]["before"].is_null());
   CHECK(answer["rms_mm"]["after"].is_null());
   CHECK(answer["drivers"].size() == 1);
@@ -198,3 +199,5 @@ TEST_CASE("measuring conditions have columns of their own, only if some pose nee
   CHECK(MeasuringText(second) == "in motion");
   CHECK(MeasuringText(NextPose{}).empty());
 }
+
+}  // namespace plumbline::answer_test

@@ -11,7 +11,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::dataset_test {
 
 using namespace plumbline::diagnosis;
 
@@ -160,3 +160,5 @@ TEST_CASE(
   }
   CHECK(noted("are written to 1 decimals, in steps of 0.1 deg"));
 }
+
+}  // namespace plumbline::dataset_test

@@ -12,7 +12,7 @@
 #include "app/diagnosis/diagnosis.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::diagnose_test {
 
 using namespace plumbline::diagnosis;
 namespace fs = std::filesystem;
@@ -144,7 +144,7 @@ TEST_CASE("effects of the order of moves are excluded if the moves are not recor
   const auto diagnosis = Diagnose(data.cell, data.table, options);
   REQUIRE(diagnosis);
   int refused = 0;
-  for (const Considered& one : diagnosis->considered) {
+  for (const CandidateOutcome& one : diagnosis->considered) {
     if (one.id != "approach_lag" && one.id != "backlash (move)") continue;
     CAPTURE(one.id);
     CHECK_FALSE(one.taken);
@@ -515,3 +515,5 @@ TEST_CASE("the shared examples are diagnosed", "[measured]") {
     CHECK(diagnosis->rms_after_m < 1.2 * diagnosis->noise_floor_m);
   }
 }
+
+}  // namespace plumbline::diagnose_test

@@ -7,7 +7,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
-using namespace plumbline;
+namespace plumbline::diagnosis_text_test {
 
 using namespace plumbline::diagnosis;
 
@@ -110,3 +110,5 @@ TEST_CASE("an ambiguous headline states whether further poses would separate the
   diagnosis.next_poses.clear();
   CHECK(Headline(diagnosis) == cannot + ", and no pose nearby was found that would");
 }
+
+}  // namespace plumbline::diagnosis_text_test

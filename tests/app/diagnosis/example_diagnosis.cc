@@ -159,7 +159,7 @@ void AddSpectrum(Simulation& simulation, diagnosis::Diagnosis& diagnosis) {
   }
 }
 
-void AddConsidered(diagnosis::Diagnosis& diagnosis) {
+void AddCandidateOutcomes(diagnosis::Diagnosis& diagnosis) {
   const auto taken = [&](std::string_view id) {
     return std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
                        [id](const diagnosis::Finding& finding) {
@@ -168,7 +168,7 @@ void AddConsidered(diagnosis::Diagnosis& diagnosis) {
   };
   double gap = -12;
   for (const effects::Effect* effect : effects::Catalogue()) {
-    diagnosis::Considered considered;
+    diagnosis::CandidateOutcome considered;
     considered.id = effect->traits().id;
     considered.parameters = static_cast<int>(effect->traits().parameters.size());
     if (effect->traits().per_joint) considered.scope = {"q2"};
@@ -252,7 +252,7 @@ diagnosis::Diagnosis ExampleDiagnosis(diagnosis::Verdict verdict) {
   AddRows(simulation, findings, verdict, diagnosis);
   AddSignals(simulation, verdict, diagnosis);
   AddSpectrum(simulation, diagnosis);
-  AddConsidered(diagnosis);
+  AddCandidateOutcomes(diagnosis);
   AddCorrelation(diagnosis);
   if (verdict == diagnosis::Verdict::kAmbiguous) {
     AddRival(simulation, MakeFinding("payload_mass", {{"scale", 0.2, 0.01}}, 0.96), diagnosis);

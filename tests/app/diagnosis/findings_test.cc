@@ -14,7 +14,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::findings_test {
 
 using namespace plumbline::diagnosis;
 
@@ -407,3 +407,5 @@ TEST_CASE("the p-value is corrected for the choice of joints") {
   all.columns.resize(2);
   CHECK(candidate_set.LogChoices(all, block) == Approx(std::log(visible * (visible - 1) / 2)));
 }
+
+}  // namespace plumbline::findings_test

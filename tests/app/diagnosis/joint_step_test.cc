@@ -9,7 +9,7 @@
 
 #include "firmware-like/geometry/angle.h"
 
-using namespace plumbline;
+namespace plumbline::joint_step_test {
 
 using namespace plumbline::diagnosis;
 
@@ -81,3 +81,5 @@ TEST_CASE("no step is reported if the decimals are unknown") {
   CHECK_FALSE(JointStepOf(*table, joints));
   CHECK_FALSE(JointStepOf(table::MeasuredTable{}, joints));
 }
+
+}  // namespace plumbline::joint_step_test

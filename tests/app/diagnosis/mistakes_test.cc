@@ -13,7 +13,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::mistakes_test {
 
 using namespace plumbline::diagnosis;
 
@@ -324,3 +324,5 @@ TEST_CASE("large effects are not taken for mistakes") {
   }
   CHECK(sets >= 30);
 }
+
+}  // namespace plumbline::mistakes_test

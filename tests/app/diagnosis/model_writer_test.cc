@@ -15,7 +15,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
-using namespace plumbline;
+namespace plumbline::model_writer_test {
 
 using namespace plumbline::diagnosis;
 
@@ -347,3 +347,5 @@ TEST_CASE("a text file is replaced atomically, through links, and only if permit
   CHECK(config::WhyNotWritable(folder));
   fs::remove_all(folder);
 }
+
+}  // namespace plumbline::model_writer_test

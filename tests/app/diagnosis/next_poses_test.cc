@@ -12,7 +12,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::next_poses_test {
 
 using namespace plumbline::diagnosis;
 using plumbline::test::HeavyArm;
@@ -429,3 +429,5 @@ TEST_CASE("the derivative of the loss is the weight, and the loss is bounded") {
     }
   }
 }
+
+}  // namespace plumbline::next_poses_test

@@ -10,7 +10,7 @@
 #include "app/table/conditions.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::partial_rows_test {
 
 using namespace plumbline::diagnosis;
 
@@ -112,3 +112,5 @@ TEST_CASE("a row without a measurement still counts as a move; a gap in the orde
   CHECK(broken[4].last_move.size() == 0);
   CHECK(broken[5].last_move == whole[7].last_move);
 }
+
+}  // namespace plumbline::partial_rows_test

@@ -15,7 +15,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::refit_test {
 
 using namespace plumbline::diagnosis;
 
@@ -298,7 +298,7 @@ TEST_CASE("a unit that explains noise is dropped, unless the others then need an
     const Explanation both = candidate_set.FitColumns(q3_and_q5);
     Result<Refit> start = honest(both);
     REQUIRE(start);
-    return WithoutUnearnedUnits(candidate_set, {both, std::move(start).value()}, refit)
+    return EliminateUnsupportedUnits(candidate_set, {both, std::move(start).value()}, refit)
         .explanation.columns;
   };
   CHECK(left_by(honest) == std::vector<ColumnIndex>{q3_and_q5.front()});
@@ -309,3 +309,5 @@ TEST_CASE("a unit that explains noise is dropped, unless the others then need an
           return Result<Refit>(std::move(refit));
         }) == q3_and_q5);
 }
+
+}  // namespace plumbline::refit_test

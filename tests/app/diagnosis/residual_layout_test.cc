@@ -8,7 +8,7 @@
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/whitener.h"
 
-using namespace plumbline;
+namespace plumbline::residual_layout_test {
 
 using namespace plumbline::diagnosis;
 
@@ -153,3 +153,5 @@ TEST_CASE("the error of a row is that of its position, or along the ray of a ran
   CHECK(LengthsOf(RowResidual::Constant(1, 2e-3)) == Vec3(2e-3, 0, 0));
   CHECK(LengthsOf(RowResidual::LinSpaced(6, 1, 6)) == Vec3(1, 2, 3));
 }
+
+}  // namespace plumbline::residual_layout_test

@@ -7,7 +7,7 @@
 
 #include "app/diagnosis/farthest_poses.h"
 
-using namespace plumbline;
+namespace plumbline::residual_spread_test {
 
 using namespace plumbline::diagnosis;
 
@@ -194,3 +194,5 @@ TEST_CASE("farthest-point selection spreads the columns and selects none twice")
   CHECK(FarthestColumns(points, 2).size() == 2);
   CHECK(FarthestColumns(Eigen::MatrixXd(1, 0), 2).empty());
 }
+
+}  // namespace plumbline::residual_spread_test

@@ -11,7 +11,7 @@
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::shape_search_test {
 
 using namespace plumbline::diagnosis;
 
@@ -162,3 +162,5 @@ TEST_CASE("the shapes of refitted effects become candidates unchanged") {
   CHECK(blocks[1].columns.front().values.front() == 1234);
   CHECK(blocks[1].term.word == "tool");
 }
+
+}  // namespace plumbline::shape_search_test

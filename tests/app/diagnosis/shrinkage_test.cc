@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-using namespace plumbline;
+namespace plumbline::shrinkage_test {
 
 using namespace plumbline::diagnosis;
 
@@ -92,3 +92,5 @@ TEST_CASE("shrinkage without columns or response gives zero") {
   CHECK(fit.values.size() == 0);
   CHECK(fit.gain == 0);
 }
+
+}  // namespace plumbline::shrinkage_test

@@ -4,7 +4,10 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace plumbline::diagnosis {
+namespace plumbline::support_fit_test {
+
+using namespace plumbline::diagnosis;
+
 namespace {
 
 /// Moderately correlated columns of unit length, and a response.
@@ -94,4 +97,4 @@ TEST_CASE("among units with values out of bounds, the one that explains least is
 }
 
 }  // namespace
-}  // namespace plumbline::diagnosis
+}  // namespace plumbline::support_fit_test

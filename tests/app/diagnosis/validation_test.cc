@@ -14,7 +14,7 @@
 #include "firmware-like/effects/empirical.h"
 #include "tests/app/diagnosis/simulated.h"
 
-using namespace plumbline;
+namespace plumbline::validation_test {
 
 using namespace plumbline::diagnosis;
 
@@ -142,7 +142,7 @@ TEST_CASE("an explanation that few folds select, or that chance may produce, is 
   CHECK_FALSE(CheckNamed(diagnosis, "determined").passed);
 
   diagnosis = Explained("gear_ratio");
-  diagnosis.findings[0].implausible = "beyond what a sound machine shows";
+  diagnosis.findings[0].implausible = "beyond what a healthy machine shows";
   diagnosis.findings[0].implausible_times = 3;  // a worn machine
   CheckExplanation(evidence, diagnosis);
   CHECK(diagnosis.verdict == Verdict::kExplained);
@@ -324,3 +324,5 @@ TEST_CASE("an empirical curve remains within its values at the rows") {
   CHECK(effect.term.nodes.col(1).maxCoeff() == Approx(0.1));
   CHECK(effect.term.nodes.col(1).minCoeff() == Approx(0.1));
 }
+
+}  // namespace plumbline::validation_test

@@ -8,7 +8,7 @@
 
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::account_test {
 
 using namespace plumbline::doctor;
 using test::TemporaryFolder;
@@ -52,3 +52,5 @@ TEST_CASE("an unknown user name stands for the calling user") {
   CHECK(AccountByName("no-such-user-here").user == geteuid());
   CHECK(AccountByName("root").user == 0);
 }
+
+}  // namespace plumbline::account_test

@@ -3,13 +3,13 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "app/doctor/computer.h"
+#include "app/text/json_text.h"
 #include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::examine_test {
 
 using namespace plumbline::doctor;
 using test::Answer;
@@ -116,7 +116,7 @@ TEST_CASE("plumbline doctor reports faults in its exit code") {
   const Answer by_name = Shell("doctor --config " + here.file + " --json");
   CHECK(by_name.exit_code == 1);
   CHECK_THAT(by_name.output, Catch::Contains("\"what\": \"robot\""));
-  for (const auto& result : nlohmann::json::parse(answer.output)) {
+  for (const auto& result : text::JsonOrNull(answer.output)) {
     CHECK_FALSE(result.at("detail").get<std::string>().empty());
     CHECK(result.at("told") == result.at("detail"));
   }
@@ -136,3 +136,5 @@ TEST_CASE("an unreachable broker and a missing password file are faults") {
   const CheckResults other = Examine(here.file, "no-such-user-here");
   CHECK_THAT(Of(other, "broker")->finding, Catch::Contains("none"));
 }
+
+}  // namespace plumbline::examine_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/fleet/silent_broker.h"
 
-using namespace plumbline;
+namespace plumbline::broker_link_test {
 
 using namespace plumbline::fleet;
 using namespace plumbline::test;
@@ -78,3 +78,5 @@ TEST_CASE("the link disconnects cleanly after SuppressWill() or if nothing was p
     CHECK(clean == expected);
   }
 }
+
+}  // namespace plumbline::broker_link_test

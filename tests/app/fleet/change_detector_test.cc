@@ -1,12 +1,12 @@
 #include "app/fleet/change_detector.h"
 
 #include <catch2/catch.hpp>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/text/json_text.h"
 #include "firmware-like/snapshot.h"
 
-using namespace plumbline;
+namespace plumbline::change_detector_test {
 
 using namespace plumbline::fleet;
 
@@ -109,7 +109,7 @@ TEST_CASE(
   CHECK(detector.Count(detector.After(0.2), MessageKind::kAlarm) == 0);
   const auto messages = detector.After(1.0);
   REQUIRE(detector.Count(messages, MessageKind::kAlarm) == 1);
-  CHECK(nlohmann::json::parse(messages[0].body).at("event") == "end");
+  CHECK(text::JsonOrNull(messages[0].body).at("event") == "end");
   CHECK(messages[0].utc_ms == Approx(1e3 * gone_utc_s).margin(1));
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("a restart repeats no alarm and reports the end of one that ended mean
   CHECK(detector.Count(messages, MessageKind::kState) == 1);
   messages = detector.After(1.1);
   REQUIRE(detector.Count(messages, MessageKind::kAlarm) == 1);
-  const auto end = nlohmann::json::parse(messages[0].body);
+  const auto end = text::JsonOrNull(messages[0].body);
   CHECK(end.at("event") == "end");
   CHECK(end.at("bit") == 1);
   // A malformed memory is ignored.
@@ -148,11 +148,11 @@ TEST_CASE("a silent daemon is reported as an alarm, once, until data arrive agai
 }
 
 TEST_CASE("stream, number and time precede the message body") {
-  const auto json = nlohmann::json::parse(
-      MessageText("0123abcd", {7, {MessageKind::kState, 1234, "{\"status\":9}"}}));
+  const auto json =
+      text::JsonOrNull(MessageText("0123abcd", {7, {MessageKind::kState, 1234, "{\"status\":9}"}}));
   CHECK(json ==
         nlohmann::json{{"stream", "0123abcd"}, {"seq", 7}, {"timestamp", 1234}, {"status", 9}});
-  CHECK(nlohmann::json::parse(MessageText("a", {1, {MessageKind::kLost, 2, "{}"}})).size() == 3);
+  CHECK(text::JsonOrNull(MessageText("a", {1, {MessageKind::kLost, 2, "{}"}})).size() == 3);
 }
 
 TEST_CASE("non-finite values become null; joints are in degrees") {
@@ -162,10 +162,12 @@ TEST_CASE("non-finite values become null; joints are in degrees") {
   FleetCell cell;
   cell.joints.resize(2);
   cell.joints[1].type = model::JointType::kPrismatic;
-  const auto json = nlohmann::json::parse(StateBody(state, cell));
+  const auto json = text::JsonOrNull(StateBody(state, cell));
   CHECK(json.at("drift_statistic").is_null());
   CHECK(json.at("temp_C").is_null());
   CHECK(json.at("q")[0] == Approx(28.6479));
   CHECK(json.at("q")[1] == 500);
   CHECK(json.at("cameras").empty());
 }
+
+}  // namespace plumbline::change_detector_test

@@ -5,7 +5,7 @@
 #include "tests/app/fleet/fleet_station.h"
 #include "tests/app/fleet/historian.h"
 
-using namespace plumbline;
+namespace plumbline::fleet_process_test {
 
 using namespace plumbline::fleet;
 using namespace plumbline::test;
@@ -102,7 +102,7 @@ TEST_CASE("birth, states, alarms, points, models, lenses and probes are publishe
   CHECK(station.Wait() == 0);
   REQUIRE(historian.Awaits("NDEATH"));
   CHECK(historian.Of("NDEATH")[0].json.at("bdSeq") == birth.at("bdSeq"));
-  CHECK(historian.Of("NDEATH")[0].json.at("told_goodbye") == true);
+  CHECK(historian.Of("NDEATH")[0].json.at("clean_shutdown") == true);
 }
 
 TEST_CASE(
@@ -117,7 +117,7 @@ TEST_CASE(
   REQUIRE(historian.Awaits("NDEATH"));
   const auto birth = historian.Of("NBIRTH")[0].json, death = historian.Of("NDEATH")[0].json;
   CHECK(death.at("bdSeq") == birth.at("bdSeq"));
-  CHECK(death.at("told_goodbye") == false);
+  CHECK(death.at("clean_shutdown") == false);
   station.Start();
   REQUIRE(historian.Awaits("NBIRTH", 2));
   CHECK(historian.Of("NBIRTH")[1].json.at("bdSeq") != birth.at("bdSeq"));
@@ -350,3 +350,5 @@ TEST_CASE("it does not start without [mqtt], with a faulty one, or with an inval
   CHECK(station.Wait() == 1);
   CHECK(station.Says("has no [mqtt] section"));
 }
+
+}  // namespace plumbline::fleet_process_test

@@ -6,10 +6,10 @@
 #include <catch2/catch.hpp>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "app/text/json_text.h"
 #include "tests/app/fleet/broker_process.h"
 
 namespace plumbline::test {
@@ -75,8 +75,8 @@ class Historian {
     const std::string text(static_cast<const char*>(message.payload),
                            static_cast<std::size_t>(message.payloadlen));
     const std::lock_guard lock(mutex_);
-    heard_.push_back({topic.substr(type + 1, node - type - 1),
-                      nlohmann::json::parse(text, nullptr, false), message.retain});
+    heard_.push_back(
+        {topic.substr(type + 1, node - type - 1), text::JsonOrNull(text), message.retain});
   }
 
   const std::string filter_;

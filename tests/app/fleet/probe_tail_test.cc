@@ -7,7 +7,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::probe_tail_test {
 
 using namespace plumbline::fleet;
 using test::TemporaryFolder;
@@ -103,3 +103,5 @@ TEST_CASE("a replaced journal is read from its start; an invalid one is reported
   const TemporaryFolder folder;
   CHECK_FALSE(ProbeTail(folder.path()).ReadNew(mark));
 }
+
+}  // namespace plumbline::probe_tail_test

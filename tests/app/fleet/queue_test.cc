@@ -9,7 +9,7 @@
 #include "tests/app/released.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::queue_test {
 
 using namespace plumbline::fleet;
 using test::TemporaryFolder;
@@ -179,3 +179,5 @@ TEST_CASE("a queue of a newer version is refused with a remedy and left unchange
                                 Catch::Contains("install that version again"));
   CHECK(test::FileText(path) == before);
 }
+
+}  // namespace plumbline::queue_test

@@ -8,7 +8,7 @@
 #include "tests/app/hand_eye/made_views.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::hand_eye_test {
 
 using namespace plumbline::hand_eye;
 using namespace plumbline::test;
@@ -238,3 +238,5 @@ TEST_CASE("joint offsets of the robot are estimated together with the camera") {
   }
   CHECK(result.adjusted.position_m < 0.5 * plain.adjusted.position_m);
 }
+
+}  // namespace plumbline::hand_eye_test

@@ -3,7 +3,7 @@
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/printed_digits.h"
 
-using namespace plumbline;
+namespace plumbline::hand_eye_text_test {
 
 using namespace plumbline::hand_eye;
 
@@ -37,3 +37,5 @@ TEST_CASE("micrometre uncertainties are not printed as zero") {
   CHECK(text.find("target size 1.0000000 +- 0.0000030 times the declared one") !=
         std::string::npos);
 }
+
+}  // namespace plumbline::hand_eye_text_test

@@ -12,7 +12,7 @@
 #include "app/hand_eye/hand_eye.h"
 #include "firmware-like/geometry/rotation.h"
 
-using namespace plumbline;
+namespace plumbline::real_set_test {
 
 using namespace plumbline::hand_eye;
 namespace fs = std::filesystem;
@@ -107,3 +107,5 @@ TEST_CASE("a real robot and camera: with the published lens, and with the lens e
   CHECK(adjusted.camera.X.p.y() == Approx(1.2784).margin(0.02));
   CHECK(adjusted.camera.X.p.z() == Approx(0.2840).margin(0.02));
 }
+
+}  // namespace plumbline::real_set_test

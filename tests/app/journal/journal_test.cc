@@ -18,7 +18,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::journal_test {
 
 using namespace plumbline::journal;
 using plumbline::test::TemporaryFolder;
@@ -560,3 +560,5 @@ TEST_CASE("a symbolic link in place of the journal is not followed; a linked fol
   CHECK_THAT(refused.error(), Catch::Contains("other.sqlite: is a symbolic link"));
   CHECK_FALSE(std::filesystem::exists(victim));
 }
+
+}  // namespace plumbline::journal_test

@@ -8,7 +8,7 @@
 #include "firmware-like/monitor/run_length.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::month_test {
 
 using namespace plumbline::journal;
 using namespace plumbline::test;
@@ -105,3 +105,5 @@ TEST_CASE("a journal grows to its limit; then probes are refused, and nothing is
   auto larger = Journal::Open(path, 2 * kBound);
   CHECK(*larger.value().Append({ProbeAt(0, random)}, joints) == kept + 1);
 }
+
+}  // namespace plumbline::month_test

@@ -10,7 +10,7 @@
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::released_test {
 
 using namespace plumbline::journal;
 using namespace plumbline::test;
@@ -159,3 +159,5 @@ TEST_CASE("a journal of a newer version is refused with a remedy, and left uncha
   }
   CHECK(FileText(path) == before);
 }
+
+}  // namespace plumbline::released_test

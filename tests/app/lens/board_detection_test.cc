@@ -6,7 +6,10 @@
 
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline::lens {
+namespace plumbline::board_detection_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 /// RMS error per coordinate; the board may be detected rotated by half a turn.
@@ -136,4 +139,4 @@ TEST_CASE("noise and fine chessboards over the whole frame are processed in boun
   }
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::board_detection_test

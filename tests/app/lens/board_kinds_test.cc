@@ -9,7 +9,10 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline::lens {
+namespace plumbline::board_kinds_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 using test::ViewOf;
@@ -295,4 +298,4 @@ TEST_CASE("with each kind of board, the lens error is within its stated uncertai
   }
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::board_kinds_test

@@ -9,7 +9,10 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline::lens {
+namespace plumbline::calibration_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 constexpr image::ImageSize kSize{1920, 1080};
@@ -160,4 +163,4 @@ TEST_CASE("the JSON file contains the result and is read back") {
   }
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::calibration_test

@@ -7,7 +7,10 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline::lens {
+namespace plumbline::capture_change_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 constexpr image::ImageSize kSize{1920, 1080};
@@ -97,4 +100,4 @@ TEST_CASE("the p-value of a scan falls with chi^2 and rises with the degrees of 
   CHECK(ScanPValue(1e6, 3, 0.05) == 0);
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::capture_change_test

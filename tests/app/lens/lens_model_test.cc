@@ -7,7 +7,10 @@
 #include "app/lens/projection_uncertainty.h"
 #include "tests/app/lens/rendered_views.h"
 
-namespace plumbline::lens {
+namespace plumbline::lens_model_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 SharedVector SomeShared() {
@@ -113,4 +116,4 @@ TEST_CASE("the difference between two lenses is evaluated after the best camera 
   CHECK(LargestDifference(lens, lens, {1920, 1080}) < 1e-9);
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::lens_model_test

@@ -8,7 +8,10 @@
 #include "tests/app/lens/rendered_views.h"
 #include "tests/peers/mrcal_peer.h"
 
-namespace plumbline::lens {
+namespace plumbline::mrcal_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 constexpr image::ImageSize kSize{1920, 1080};
@@ -56,4 +59,4 @@ TEST_CASE("the focal length error is at most mrcal's and consistent with its sta
   }
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::mrcal_test

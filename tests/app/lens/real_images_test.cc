@@ -12,7 +12,10 @@
 #include "app/lens/calibration.h"
 #include "drivers/camera/image_file.h"
 
-namespace plumbline::lens {
+namespace plumbline::real_images_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -245,4 +248,4 @@ TEST_CASE("a real ChArUco board: corners agree with OpenCV's, the lens with the 
   CHECK_FALSE(c.accepted);  // fourteen views with half a pixel of noise do not hold this lens
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::real_images_test

@@ -13,7 +13,10 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-namespace plumbline::lens_store {
+namespace plumbline::lens_store_test {
+
+using namespace plumbline::lens_store;
+
 namespace {
 
 using test::TemporaryFolder;
@@ -333,4 +336,4 @@ TEST_CASE("a lens is stored even if the backup fails, and that is reported") {
   Keep(store, EntryAt(2, 1000));
 }
 
-}  // namespace plumbline::lens_store
+}  // namespace plumbline::lens_store_test

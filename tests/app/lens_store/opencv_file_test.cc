@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 #include <opencv2/core.hpp>
 
-namespace plumbline::lens_store {
+namespace plumbline::opencv_file_test {
+
+using namespace plumbline::lens_store;
 
 TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
   LensEntry entry;
@@ -52,4 +54,4 @@ TEST_CASE("OpenCV reads every number bit-exactly, from YAML and from XML") {
   }
 }
 
-}  // namespace plumbline::lens_store
+}  // namespace plumbline::opencv_file_test

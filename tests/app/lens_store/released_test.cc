@@ -9,7 +9,7 @@
 #include "app/lens_store/lens_store.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::released_test {
 
 using namespace plumbline::lens_store;
 using namespace plumbline::test;
@@ -117,3 +117,5 @@ TEST_CASE("a lens store of a newer version is refused with advice and left untou
   }
   CHECK(FileText(path) == before);
 }
+
+}  // namespace plumbline::released_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-using namespace plumbline;
+namespace plumbline::stored_views_test {
 
 using namespace plumbline::lens_store;
 
@@ -61,3 +61,5 @@ TEST_CASE("malformed views are refused with the reason") {
   CHECK_THAT(why(sound, "null", "[1,1e300]"), Catch::Contains("outside any image"));
   CHECK(why(sound, "null", "\"x\"") != "read");
 }
+
+}  // namespace plumbline::stored_views_test

@@ -8,7 +8,7 @@
 #include "app/log/catalogue_text.h"
 #include "app/log/event.h"
 
-using namespace plumbline;
+namespace plumbline::catalogue_test {
 
 using namespace plumbline::log;
 
@@ -52,3 +52,5 @@ TEST_CASE("the catalogue for journalctl has every id once, with its remedy") {
     CHECK(text.substr(at, end - at).find(entry.remedy) != std::string::npos);
   }
 }
+
+}  // namespace plumbline::catalogue_test

@@ -11,7 +11,7 @@
 #include "tests/app/cli/shell.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::journal_reader_test {
 
 using namespace plumbline::log;
 using test::Answer;
@@ -111,3 +111,5 @@ TEST_CASE("a missing folder is an error") {
   REQUIRE_FALSE(reader);
   CHECK(reader.error() == "/nonexistent: No such file or directory; check the name: ls /");
 }
+
+}  // namespace plumbline::journal_reader_test

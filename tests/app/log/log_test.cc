@@ -3,7 +3,7 @@
 
 #include "app/log/log_entry.h"
 
-using namespace plumbline;
+namespace plumbline::log_test {
 
 using namespace plumbline::log;
 
@@ -37,3 +37,5 @@ TEST_CASE("unknown context and field names that journald would refuse are left o
   const auto fields = JournalFields(entry, {}, "plumblined");
   CHECK(fields.size() == 6);
 }
+
+}  // namespace plumbline::log_test

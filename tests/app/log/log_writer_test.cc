@@ -15,7 +15,7 @@
 
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::log_writer_test {
 
 using namespace plumbline::log;
 using test::TemporaryFolder;
@@ -179,3 +179,5 @@ TEST_CASE("a line that nobody will ever read is not buffered") {
   writer.Flush(9);
   CHECK_FALSE(writer.TakeBlockage());
 }
+
+}  // namespace plumbline::log_writer_test

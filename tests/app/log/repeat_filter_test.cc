@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace plumbline;
+namespace plumbline::repeat_filter_test {
 
 using namespace plumbline::log;
 
@@ -68,3 +68,5 @@ TEST_CASE(
   CHECK(logged <= 6 * kMinutes);
   CHECK(logged + counted >= 20 * kMinutes - 20);  // none is lost silently
 }
+
+}  // namespace plumbline::repeat_filter_test

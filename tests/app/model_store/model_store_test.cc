@@ -25,7 +25,7 @@
 #include "tests/file_text.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::model_store_test {
 
 using namespace plumbline::model_store;
 using plumbline::test::TemporaryFolder;
@@ -211,7 +211,7 @@ TEST_CASE("a model set aside stays so, with the reason, until a person applies a
   CHECK(aside()->withdrawn == 3);
   REQUIRE(aside()->changes.size() == 1);
   CHECK_THAT(aside()->changes[0], Catch::StartsWith("robot.base_xyz_mm"));
-  const std::string text = SetAsideText(StateOf(store), "/state");
+  const std::string text = SupersededText(StateOf(store), "/state");
   CHECK_THAT(text, Catch::Contains("model version 2 is set aside: the cell file changed since: "
                                    "robot.base_xyz_mm") &&
                        Catch::Contains("`plumbline model apply 2 --state /state`") &&
@@ -829,3 +829,5 @@ TEST_CASE("a model that depends on signals unknown for a point is refused, with 
   CHECK(why(following("t_s")) == "usable");
   CHECK_THAT(why(step_by_row), Catch::Contains("depends on \"row\""));
 }
+
+}  // namespace plumbline::model_store_test

@@ -8,7 +8,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::released_test {
 
 using namespace plumbline::model_store;
 using namespace plumbline::test;
@@ -86,3 +86,5 @@ TEST_CASE("a model store of a newer version is refused with a remedy, and left u
   REQUIRE_FALSE(facts);
   CHECK_THAT(facts.error(), Catch::Contains("written by a newer plumbline"));
 }
+
+}  // namespace plumbline::released_test

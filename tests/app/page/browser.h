@@ -10,11 +10,11 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/text/json_text.h"
 #include "drivers/clock.h"
 #include "tests/app/temporary_folder.h"
 
@@ -75,12 +75,12 @@ class Browser {
                       const nlohmann::json& parameters = nlohmann::json::object()) {
     nlohmann::json command = {{"id", ++id_}, {"method", method}, {"params", parameters}};
     if (!session_.empty()) command["sessionId"] = session_;
-    const std::string text = command.dump();
+    const std::string text = text::JsonText(command);
     REQUIRE(write(to_, text.c_str(), text.size() + 1) == static_cast<ssize_t>(text.size() + 1));
     for (;;) {
       const nlohmann::json message = Next();
       if (message.value("id", 0) != id_) continue;
-      INFO(method << ": " << message.dump().substr(0, 500));
+      INFO(method << ": " << text::JsonText(message).substr(0, 500));
       REQUIRE(message.contains("result"));
       return message.at("result");
     }
@@ -130,11 +130,11 @@ class Browser {
       REQUIRE(n > 0);
       read_.append(bytes, static_cast<std::size_t>(n));
     }
-    nlohmann::json message = nlohmann::json::parse(read_.substr(0, end));
+    nlohmann::json message = text::JsonOrNull(read_.substr(0, end));
     read_.erase(0, end + 1);
     const std::string method = message.value("method", "");
     if (method == "Runtime.exceptionThrown" || method == "Log.entryAdded") {
-      console_errors_.push_back(message.at("params").dump());
+      console_errors_.push_back(text::JsonText(message.at("params")));
     }
     return message;
   }

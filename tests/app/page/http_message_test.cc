@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace plumbline;
+namespace plumbline::http_message_test {
 
 using namespace plumbline::page;
 
@@ -118,3 +118,5 @@ TEST_CASE("a response has unique headers, and a length unless it is a stream") {
   response.stream = [](const HttpWrite&) { return false; };
   CHECK(HeadOf(response).find("Content-Length") == std::string::npos);
 }
+
+}  // namespace plumbline::http_message_test

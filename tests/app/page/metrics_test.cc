@@ -5,7 +5,7 @@
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
 
-using namespace plumbline;
+namespace plumbline::metrics_test {
 
 using namespace plumbline::page;
 using namespace plumbline::test;
@@ -130,3 +130,5 @@ TEST_CASE("active alarms are 1; a point without a valid correction has no values
   CHECK(read.Value("plumbline_point_valid" + labels) == 0);
   CHECK_FALSE(read.samples.contains("plumbline_point_correction_meters" + labels));
 }
+
+}  // namespace plumbline::metrics_test

@@ -6,7 +6,7 @@
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
 
-using namespace plumbline;
+namespace plumbline::page_access_test {
 
 using namespace plumbline::page;
 using namespace plumbline::test;
@@ -360,3 +360,5 @@ TEST_CASE("if no thread can be started the client gets 503 and the slot is freed
     return Exposition(scene.Get("/metrics").body).Value("plumbline_page_connections") == 1;
   }));
 }
+
+}  // namespace plumbline::page_access_test

@@ -1,10 +1,11 @@
 // The page in headless Chromium: desktop and phone size, light and dark, through loss of the daemon
 // and of plumbline-view.
 #include "app/journal/journal.h"
+#include "app/text/json_text.h"
 #include "tests/app/page/browser.h"
 #include "tests/app/page/page_scene.h"
 
-using namespace plumbline;
+namespace plumbline::page_browser_test {
 
 using namespace plumbline::page;
 using namespace plumbline::test;
@@ -130,7 +131,7 @@ TEST_CASE("the page is complete and legible on desktop and phone, light and dark
             "parseFloat(getComputedStyle(document.querySelector('#panels li')).fontSize)") >= 16);
   CHECK(browser.Evaluate(kLeastContrast) >= 4.5);
   browser.Keep(std::string("page-") + (phone ? "phone" : "desk") + (dark ? "-dark" : ""), true);
-  INFO(nlohmann::json(browser.console_errors()).dump());
+  INFO(text::JsonText(nlohmann::json(browser.console_errors())));
   CHECK(browser.console_errors().empty());
 }
 
@@ -254,3 +255,5 @@ TEST_CASE("a frozen picture is not called live") {
   CHECK(browser.Becomes(kLive));
   CHECK(browser.Evaluate("document.body.classList.contains('is-lost')") == false);
 }
+
+}  // namespace plumbline::page_browser_test

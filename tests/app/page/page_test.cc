@@ -1,16 +1,15 @@
 // Responses of the page over real sockets.
 #include "app/page/page.h"
 
-#include <nlohmann/json.hpp>
-
 #include "app/journal/journal.h"
 #include "app/page/residual_trend.h"
 #include "app/page/status_json.h"
+#include "app/text/json_text.h"
 #include "drivers/camera/jpeg_image.h"
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
 
-using namespace plumbline;
+namespace plumbline::page_test {
 
 using namespace plumbline::page;
 using namespace plumbline::test;
@@ -86,7 +85,7 @@ TEST_CASE("page, files and security headers; nothing is loaded from other origin
 TEST_CASE("status.json has the display's texts, the values, and the log of several states") {
   PageScene scene;
   scene.Start(scene.Options());
-  CHECK_THAT(nlohmann::json::parse(scene.Get("/status.json").body).at("headline").at("text"),
+  CHECK_THAT(text::JsonOrNull(scene.Get("/status.json").body).at("headline").at("text"),
              Contains("STARTING"));
   CHECK(scene.Get("/healthz").status == 503);
   scene.scene.state.warnings = warning::kDrift;
@@ -94,7 +93,7 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
   scene.PublishStatus();
   const PageResponse answer = scene.Get("/status.json");
   CHECK(answer.Has("Content-Type: application/json"));
-  auto json = nlohmann::json::parse(answer.body);
+  auto json = text::JsonOrNull(answer.body);
   CHECK(json.at("daemon").at("there") == true);
   CHECK(json.at("cell") == "demo cell");
   CHECK(json.at("headline").at("tone") == "attention");
@@ -119,7 +118,7 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
   // A restarted daemon counts its lines from 1; the earlier ones are kept.
   scene.scene.state.lines = {{1, 1.8e9, 5, "plumblined 0.1.0 again"}};
   scene.PublishStatus();
-  json = nlohmann::json::parse(scene.Get("/status.json").body);
+  json = text::JsonOrNull(scene.Get("/status.json").body);
   REQUIRE(json.at("log").size() == 4);
   CHECK(json.at("log")[3].at("text") == "plumblined 0.1.0 again");
 }
@@ -138,10 +137,10 @@ TEST_CASE("log lines keep their order of arrival when the clock is set back") {
   now.state = std::make_shared<const view_link::ViewState>(state);
   tail.Add(now);
   tail.Add(now);
-  const std::vector<TailLine> lines = tail.Lines();
+  const std::vector<RecentLogEntry> lines = tail.Lines();
   REQUIRE(lines.size() == LogTail::kMaxLines);
   CHECK(lines.back().text == "after");
-  for (const TailLine& line : lines) CHECK(line.text != "quiet viewer");
+  for (const RecentLogEntry& line : lines) CHECK(line.text != "quiet viewer");
 }
 
 TEST_CASE("log lines are collected without viewers; each start of the server has its own id") {
@@ -152,11 +151,11 @@ TEST_CASE("log lines are collected without viewers; each start of the server has
   scene.page->CollectLog();
   scene.scene.state.lines = {{2, 1.8e9, 5, "second"}};
   scene.PublishStatus();
-  const auto json = nlohmann::json::parse(scene.Get("/status.json").body);
-  CHECK_THAT(json.at("log").dump(), Contains("first") && Contains("second"));
+  const auto json = text::JsonOrNull(scene.Get("/status.json").body);
+  CHECK_THAT(text::JsonText(json.at("log")), Contains("first") && Contains("second"));
   scene.page.reset();
   scene.Start(scene.Options());
-  CHECK(nlohmann::json::parse(scene.Get("/status.json").body).at("page").at("start") !=
+  CHECK(text::JsonOrNull(scene.Get("/status.json").body).at("page").at("start") !=
         json.at("page").at("start"));
 }
 
@@ -165,7 +164,7 @@ TEST_CASE("a silent daemon and an old picture are reported") {
   scene.Start(scene.Options());
   scene.PublishStatus(60, "plumblined closed the connection");
   scene.PublishPicture(0, 0, 0, 90);
-  const auto json = nlohmann::json::parse(scene.Get("/status.json").body);
+  const auto json = text::JsonOrNull(scene.Get("/status.json").body);
   CHECK(json.at("daemon").at("there") == false);
   CHECK(json.at("daemon").at("age_s") > 59);
   CHECK_THAT(json.at("headline").at("text"), Contains("NO DAEMON: plumblined closed"));
@@ -181,7 +180,7 @@ TEST_CASE("a silent daemon and an old picture are reported") {
     CHECK(point.at("tone") == "bad");
     CHECK_FALSE(point.contains("uncertainty_m"));
   }
-  const std::string panels = json.at("panels").dump();
+  const std::string panels = text::JsonText(json.at("panels"));
   CHECK_THAT(panels, Contains("last robot reading 60 s ago") && Contains("no daemon"));
   CHECK_THAT(panels, !Contains("measured\""));
   CHECK(json.at("picture").at("age_s") > 89);
@@ -203,9 +202,7 @@ TEST_CASE("a hanging viewer withdraws its daemon's state") {
   facts.model = &*scene.scene.model;
   facts.now_s = ViewScene::kNow_s;
   const view::DisplayStatus shown = view::MakeDisplayStatus(facts, "");
-  const auto at = [&](double now_s) {
-    return nlohmann::json::parse(StatusJson(&shown, {}, {}, now_s));
-  };
+  const auto at = [&](double now_s) { return text::JsonOrNull(StatusJson(&shown, {}, {}, now_s)); };
   const auto now = at(facts.now_s);
   CHECK(now.at("health").at("severity") < 3);
   CHECK(now.at("points")[0].at("valid") == true);
@@ -301,7 +298,7 @@ TEST_CASE(
     "the trend is read from the journal; a missing journal is empty, a damaged one reported") {
   PageScene scene;
   scene.Start(scene.Options());
-  CHECK(nlohmann::json::parse(scene.Get("/trend.json").body).at("points").empty());
+  CHECK(text::JsonOrNull(scene.Get("/trend.json").body).at("points").empty());
   scene.page.reset();
   const std::vector<model::Joint>& joints = scene.scene.model->config.machine.cell.robot.joints;
   {
@@ -330,7 +327,7 @@ TEST_CASE(
     REQUIRE(journal.value().Mark(*last, true, true));
   }
   scene.Start(scene.Options());
-  const auto json = nlohmann::json::parse(scene.Get("/trend.json").body);
+  const auto json = text::JsonOrNull(scene.Get("/trend.json").body);
   REQUIRE(json.at("points").size() == 2);
   CHECK(json.at("points")[0].at("mm") == Approx(0.5));
   CHECK(json.at("points")[0].at("model") == 2);
@@ -340,10 +337,8 @@ TEST_CASE(
   scene.page.reset();
   scene.Write("journal.sqlite", "not a journal, but text that is long enough to be recognised");
   scene.Start(scene.Options());
-  CHECK_FALSE(nlohmann::json::parse(scene.Get("/trend.json").body)
-                  .at("problem")
-                  .get<std::string>()
-                  .empty());
+  CHECK_FALSE(
+      text::JsonOrNull(scene.Get("/trend.json").body).at("problem").get<std::string>().empty());
 }
 
 TEST_CASE("reports are listed and served, and no name leaves their folders") {
@@ -358,7 +353,7 @@ TEST_CASE("reports are listed and served, and no name leaves their folders") {
                                   scene.StateDirectory() + "/models/0009.html");
   std::filesystem::create_directory(scene.StateDirectory() + "/models/0010.html");
   scene.Start(scene.Options());
-  const auto list = nlohmann::json::parse(scene.Get("/reports.json").body).at("reports");
+  const auto list = text::JsonOrNull(scene.Get("/reports.json").body).at("reports");
   REQUIRE(list.size() == 4);
   CHECK(list[0].at("name") == "diagnosis.html");
   CHECK(list[1].at("name") == "0008.html");
@@ -382,3 +377,5 @@ TEST_CASE("reports are listed and served, and no name leaves their folders") {
     CHECK_THAT(answer.body, !Contains("secret"));
   }
 }
+
+}  // namespace plumbline::page_test

@@ -4,7 +4,7 @@
 
 #include "app/page/login_throttle.h"
 
-using namespace plumbline;
+namespace plumbline::request_parts_test {
 
 using namespace plumbline::page;
 
@@ -54,13 +54,13 @@ TEST_CASE("an IPv6 network counts as one address, and memory is bounded") {
 }
 
 TEST_CASE("the bearer token is parsed") {
-  CHECK(BearerOf("Bearer abc") == "abc");
-  CHECK(BearerOf("  bearer   a;b=c  ") == "a;b=c");
-  CHECK_FALSE(BearerOf("Basic abc"));
-  CHECK_FALSE(BearerOf("Bearer"));
-  CHECK_FALSE(BearerOf("Bearer "));
-  CHECK_FALSE(BearerOf(""));
-  CHECK_FALSE(BearerOf("Bearerabc"));
+  CHECK(BearerToken("Bearer abc") == "abc");
+  CHECK(BearerToken("  bearer   a;b=c  ") == "a;b=c");
+  CHECK_FALSE(BearerToken("Basic abc"));
+  CHECK_FALSE(BearerToken("Bearer"));
+  CHECK_FALSE(BearerToken("Bearer "));
+  CHECK_FALSE(BearerToken(""));
+  CHECK_FALSE(BearerToken("Bearerabc"));
 }
 
 TEST_CASE("a cookie is found among others") {
@@ -120,3 +120,5 @@ TEST_CASE("only names of reports are accepted") {
   CHECK(ReportKindOf("alarm-" + std::string(200, 'a') + ".png") == ReportKind::kNone);
   CHECK(ReportKindOf(std::string_view("0007.html\0", 10)) == ReportKind::kNone);
 }
+
+}  // namespace plumbline::request_parts_test

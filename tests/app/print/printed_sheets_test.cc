@@ -23,7 +23,8 @@
 #include "drivers/camera/image_file.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::printed_sheets_test {
+
 using namespace plumbline::print;
 
 namespace {
@@ -287,3 +288,5 @@ TEST_CASE("a module that cannot be loaded is reported with the remedy") {
                                "loaded: ") &&
                  Catch::Contains("apt install --reinstall plumbline"));
 }
+
+}  // namespace plumbline::printed_sheets_test

@@ -9,7 +9,8 @@
 #include "app/print/sheet_frame.h"
 #include "app/print/tag_sheets.h"
 
-using namespace plumbline;
+namespace plumbline::sheets_test {
+
 using namespace plumbline::print;
 
 namespace {
@@ -185,3 +186,5 @@ TEST_CASE("the lines for bodies.toml are read back as the tag that was printed")
   CHECK(read->tags[1].id == 12);
   CHECK(read->tags[1].side_m == Approx(0.0625));
 }
+
+}  // namespace plumbline::sheets_test

@@ -18,7 +18,7 @@
 #include "app/report/sha256.h"
 #include "tests/app/diagnosis/example_diagnosis.h"
 
-using namespace plumbline;
+namespace plumbline::report_test {
 
 using namespace plumbline::report;
 using test::ExampleCell;
@@ -256,7 +256,7 @@ TEST_CASE("texts from files are escaped, in HTML and in gnuplot") {
 
 TEST_CASE("an effect that no listed explanation contains has a lower bound as its gap, or none") {
   diagnosis::Diagnosis diagnosis = ExampleDiagnosis(diagnosis::Verdict::kExplained);
-  diagnosis::Considered& last = diagnosis.considered.emplace_back();
+  diagnosis::CandidateOutcome& last = diagnosis.considered.emplace_back();
   last.id = "latency";
   last.chi2_drop = 5;
   last.evidence_gap = 123;
@@ -624,3 +624,5 @@ TEST_CASE("the certificate is exactly the first page of the PDF, also with long 
     }
   }
 }
+
+}  // namespace plumbline::report_test

@@ -9,7 +9,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/app/scene/shapes.h"
 
-using namespace plumbline;
+namespace plumbline::interference_test {
 
 using namespace plumbline::scene;
 using test::Cuboid;
@@ -128,7 +128,7 @@ TEST_CASE("two spheres: distance, nearest points, and depth along the line of ce
       CHECK(found.distance_m == 0);
       CHECK(found.depth_m <= -gap_m + Interference::kDepthStep_m + 1e-7);
       CHECK(found.depth_m >= -gap_m - 3 * kSag_m - 0.02 * -gap_m);
-      CHECK(found.way_out_W.dot(-way) > 0.99);
+      CHECK(found.penetration_direction_W.dot(-way) > 0.99);
       CHECK((found.p_a_W - X_Wa.p).cross(way).norm() < 0.01);
     }
     CHECK(scene.Measure(b, a).distance_m == Approx(found.distance_m).margin(1e-9));
@@ -155,10 +155,10 @@ TEST_CASE("a peg above a plate, in it, and through its edge") {
     const Separation in = measure(0.1, 0.2, 0.3 - 0.015);
     CHECK(in.touching);
     CHECK(in.depth_m == Approx(0.015).margin(2 * Interference::kDepthStep_m));
-    CHECK(in.way_out_W.dot(X_WP.R.col(2)) == Approx(1).margin(1e-3));
+    CHECK(in.penetration_direction_W.dot(X_WP.R.col(2)) == Approx(1).margin(1e-3));
     const Separation aside = measure(0.5 + 0.05 - 0.007, 0.1, 0.123);
     CHECK(aside.depth_m == Approx(0.007).margin(2 * Interference::kDepthStep_m));
-    CHECK(aside.way_out_W.dot(X_WP.R.col(0)) == Approx(1).margin(1e-3));
+    CHECK(aside.penetration_direction_W.dot(X_WP.R.col(0)) == Approx(1).margin(1e-3));
   }
 }
 
@@ -175,7 +175,7 @@ TEST_CASE("an object entirely inside another is interference, except in an open 
   CHECK(found.inside);
   CHECK(found.distance_m == 0);
   CHECK(found.depth_m == Approx(0.25).margin(1e-3));
-  CHECK(found.way_out_W.x() == Approx(1).margin(0.01));
+  CHECK(found.penetration_direction_W.x() == Approx(1).margin(0.01));
   CHECK(scene.Measure(outer, inner).inside);
   CHECK_FALSE(scene.Measure(inner, shell).touching);
   // To the edge of the missing triangle, y + z = 0 in the plane x = 0.5.
@@ -306,3 +306,5 @@ TEST_CASE("a sweep stops at the first contact and does not pass through thin obj
   CHECK(scene.Sweep(module, {}, {Vec3(0.5, 0, 0)}, {wall}).hits);
   CHECK_FALSE(scene.Sweep(module, {}, path, {}).hits);
 }
+
+}  // namespace plumbline::interference_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/scene/shapes.h"
 
-using namespace plumbline;
+namespace plumbline::mesh_message_test {
 
 using namespace plumbline::scene;
 
@@ -56,3 +56,5 @@ TEST_CASE("implausible counts are refused") {
   std::memcpy(bytes.data() + 24, &many, sizeof many);  // vertices
   CHECK_FALSE(DecodeMeshResponse(bytes, {.triangles = ~std::uint64_t{0} / 64}));
 }
+
+}  // namespace plumbline::mesh_message_test

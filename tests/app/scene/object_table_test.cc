@@ -14,7 +14,7 @@
 #include "tests/app/config/wrong_line.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::object_table_test {
 
 using namespace plumbline::scene;
 
@@ -286,3 +286,5 @@ TEST_CASE("a saved table is read again; a faulty one leaves the previous table i
   CHECK_FALSE(gone->accepted);
   CHECK(file.table());
 }
+
+}  // namespace plumbline::object_table_test

@@ -17,6 +17,8 @@
 #include "tests/app/daemon/demo_config.h"
 #include "tests/virtual_cell/running_cell.h"
 
+namespace plumbline::service_manager_test {
+
 using namespace plumbline::test;
 using virtual_cell::RegisterClient;
 using virtual_cell::RunningCell;
@@ -276,3 +278,5 @@ TEST_CASE("a listening socket of the service manager is served and survives the 
   CHECK(connect(client, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
   close(client);
 }
+
+}  // namespace plumbline::service_manager_test

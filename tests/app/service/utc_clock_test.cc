@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-using namespace plumbline;
+namespace plumbline::utc_clock_test {
 
 using namespace plumbline::service;
 
@@ -17,3 +17,5 @@ TEST_CASE("UTC advances without steps, and a step of the system clock is reporte
   CHECK(clock.DetectStep(1.8e9 + 80, 1080) == Approx(-3600));
   CHECK_FALSE(clock.DetectStep(1.8e9 + 90, 1090));
 }
+
+}  // namespace plumbline::utc_clock_test

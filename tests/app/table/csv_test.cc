@@ -12,7 +12,10 @@
 #include "app/config/toml_reader.h"
 #include "app/table/measured_point_from_row.h"
 
-namespace plumbline::table {
+namespace plumbline::csv_test {
+
+using namespace plumbline::table;
+
 namespace {
 
 /// A revolute and a prismatic joint.
@@ -313,4 +316,4 @@ TEST_CASE("Every measured table is read completely", "[measured]") {
 }
 
 }  // namespace
-}  // namespace plumbline::table
+}  // namespace plumbline::csv_test

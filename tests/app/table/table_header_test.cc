@@ -4,7 +4,10 @@
 
 #include "app/table/csv_fields.h"
 
-namespace plumbline::table {
+namespace plumbline::table_header_test {
+
+using namespace plumbline::table;
+
 namespace {
 
 /// A revolute and a prismatic joint.
@@ -108,4 +111,4 @@ TEST_CASE("fields are split at commas and trimmed, and shown without unprintable
 }
 
 }  // namespace
-}  // namespace plumbline::table
+}  // namespace plumbline::table_header_test

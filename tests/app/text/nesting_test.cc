@@ -7,7 +7,10 @@
 #include "app/config/toml_reader.h"
 #include "app/text/json_text.h"
 
-namespace plumbline::text {
+namespace plumbline::nesting_test {
+
+using namespace plumbline::text;
+
 namespace {
 
 constexpr int kFarTooMany = 100'000;
@@ -90,4 +93,4 @@ TEST_CASE("JSON nested too deeply is refused with its line before it is parsed")
 }
 
 }  // namespace
-}  // namespace plumbline::text
+}  // namespace plumbline::nesting_test

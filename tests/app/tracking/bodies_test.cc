@@ -6,7 +6,7 @@
 
 #include "tests/app/tracking/tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::bodies_test {
 
 using namespace plumbline::tracking;
 
@@ -101,3 +101,5 @@ TEST_CASE("A tag detected twice is not used; a body without a visible tag is not
   CHECK_FALSE(LocateBody(shot.lens, {"part", {{77, 0.08, {}}}}, shot.tags, std::nullopt));
   CHECK_FALSE(LocateBody(shot.lens, body, {}, Pose{}));
 }
+
+}  // namespace plumbline::bodies_test

@@ -5,7 +5,7 @@
 
 #include "app/tracking/tag_detector.h"
 
-using namespace plumbline;
+namespace plumbline::tag_clutter_test {
 
 using namespace plumbline::tracking;
 
@@ -120,3 +120,5 @@ TEST_CASE("More dark regions than the limit: the smaller ones are skipped, and t
   detector.Detect(canvas.View(), nullptr, seen);
   CHECK_FALSE(seen.limited);
 }
+
+}  // namespace plumbline::tag_clutter_test

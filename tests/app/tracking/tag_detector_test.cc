@@ -6,7 +6,7 @@
 
 #include "tests/app/tracking/tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::tag_detector_test {
 
 using namespace plumbline::tracking;
 using test::LensOfCamera;
@@ -243,3 +243,5 @@ TEST_CASE("At the image border: a complete tag is found, a truncated one is not"
     }
   }
 }
+
+}  // namespace plumbline::tag_detector_test

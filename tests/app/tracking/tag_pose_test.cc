@@ -7,7 +7,7 @@
 
 #include "firmware-like/geometry/rotation.h"
 
-using namespace plumbline;
+namespace plumbline::tag_pose_test {
 
 using namespace plumbline::tracking;
 
@@ -158,3 +158,5 @@ TEST_CASE("Corners that are not a square's give no pose") {
   for (int k = 0; k < 4; ++k) line[k] = lens::Vec2(100 + 20 * k, 100 + 20 * k);
   CHECK_FALSE(PosesOfTag(known, line, CornersCovariance::Identity(), kSide_m));
 }
+
+}  // namespace plumbline::tag_pose_test

@@ -6,7 +6,7 @@
 
 #include "tests/app/tracking/tag_scene.h"
 
-using namespace plumbline;
+namespace plumbline::tracker_test {
 
 using namespace plumbline::tracking;
 
@@ -130,3 +130,5 @@ TEST_CASE("A body resolves the ambiguity of its tag") {
     CHECK(AngleBetween(seen.tags[k].estimate->X_CK, truth) < 0.3);
   }
 }
+
+}  // namespace plumbline::tracker_test

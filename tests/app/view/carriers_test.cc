@@ -2,7 +2,7 @@
 
 #include "tests/app/view/view_scene.h"
 
-using namespace plumbline;
+namespace plumbline::carriers_test {
 
 using namespace plumbline::view;
 using namespace plumbline::test;
@@ -226,3 +226,5 @@ TEST_CASE("in the measurement frame the camera with the highest resolution deter
     CHECK((merged.InWorld(carrier)->p - own.InWorld(carrier)->p).norm() < 1e-9);
   }
 }
+
+}  // namespace plumbline::carriers_test

@@ -7,7 +7,7 @@
 #include "tests/app/view/view_scene.h"
 #include "tests/renderer/scene.h"
 
-using namespace plumbline;
+namespace plumbline::overlay_test {
 
 using namespace plumbline::view;
 using namespace plumbline::test;
@@ -223,3 +223,5 @@ TEST_CASE("interference is labelled at its location; outdated results are not dr
   measured.time_s -= 2;
   CHECK_FALSE(Composed(scene, {1280, 720}, nullptr, &measured).Labelled("INTERFERENCE"));
 }
+
+}  // namespace plumbline::overlay_test

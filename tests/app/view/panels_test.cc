@@ -4,7 +4,7 @@
 
 #include "tests/app/view/view_scene.h"
 
-using namespace plumbline;
+namespace plumbline::panels_test {
 
 using namespace plumbline::view;
 using test::ViewScene;
@@ -92,3 +92,5 @@ TEST_CASE("lines of several cameras name their camera, the first line of each fi
   CHECK(lines[1].text == "side: zoom 4000, stored lens 1");
   CHECK(lines[2].text == "side: focal length 1700 px");
 }
+
+}  // namespace plumbline::panels_test

@@ -6,7 +6,7 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/app/view/view_scene.h"
 
-using namespace plumbline;
+namespace plumbline::screen_text_test {
 
 using namespace plumbline::view;
 using namespace plumbline::test;
@@ -318,3 +318,5 @@ TEST_CASE("two images are placed side by side or stacked, whichever shows them l
   CHECK(one[0].width == 400);
   CHECK(one[0].height == 600);
 }
+
+}  // namespace plumbline::screen_text_test

@@ -17,7 +17,7 @@
 #include "app/view_link/view_publisher.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::view_link_test {
 
 using namespace plumbline::view_link;
 
@@ -423,3 +423,5 @@ TEST_CASE("the daemon accepts scene messages from its own user only and ignores 
   CHECK(daemon.scene()->interferences != 9);
   close(socket);
 }
+
+}  // namespace plumbline::view_link_test

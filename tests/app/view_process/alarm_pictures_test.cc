@@ -11,7 +11,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::alarm_pictures_test {
 
 using namespace plumbline::view_process;
 using test::FileText;
@@ -141,3 +141,5 @@ TEST_CASE("a folder that cannot be written is logged") {
   REQUIRE(logged.size() == 1);
   CHECK_THAT(logged[0], Catch::Contains("picture of an alarm not stored"));
 }
+
+}  // namespace plumbline::alarm_pictures_test

@@ -9,7 +9,7 @@
 #include "tests/drivers/display/drawing_fixture.h"
 #include "tests/drivers/display/exchanged_egl.h"
 
-using namespace plumbline;
+namespace plumbline::drawing_test {
 
 using namespace plumbline::view_process;
 
@@ -91,3 +91,5 @@ TEST_CASE("a missing GPU is logged once and retried until drawing works") {
   CHECK(drawing.Draw(test::EmptyList({64, 48})));
   CHECK_THAT(logged.back(), Catch::Contains("drawing with"));
 }
+
+}  // namespace plumbline::drawing_test

@@ -2,7 +2,7 @@
 
 #include "tests/app/page/page_scene.h"
 
-using namespace plumbline;
+namespace plumbline::page_host_test {
 
 using namespace plumbline::view_process;
 using namespace plumbline::test;
@@ -51,3 +51,5 @@ TEST_CASE("a reload retries an unserved page at once and keeps an unchanged one 
   host.Open(config);
   CHECK(served == 2);
 }
+
+}  // namespace plumbline::page_host_test

@@ -6,7 +6,7 @@
 #include "tests/app/scene/shapes.h"
 #include "tests/app/view/view_scene.h"
 
-using namespace plumbline;
+namespace plumbline::scene_measurer_test {
 
 using namespace plumbline::view_process;
 using namespace plumbline::test;
@@ -78,7 +78,7 @@ TEST_CASE("distance, named distance and sweep between the bent tool's box and a 
   MeasuredScene watched;
   watched.PlaceWall(0.5);
   view::SceneMeasurements measured = watched.Measure();
-  const status::SceneStatus logged = SceneForPlc(measured);
+  const status::SceneStatus logged = SceneStatusOf(measured);
   CHECK(logged.interferences == 0);
   CHECK(logged.object_a == 4);
   CHECK(logged.object_b == 9);
@@ -114,8 +114,8 @@ TEST_CASE("begin and end of nearness and interference are logged once each") {
   const view::SceneMeasurements unknown = watched.Measure();
   CHECK_FALSE(unknown.pairs[0].separation);
   CHECK(unknown.pairs[0].state == scene::Proximity::kNear);
-  CHECK(SceneForPlc(unknown).unmeasured == 1);
-  CHECK(SceneForPlc(unknown).object_a == 0);
+  CHECK(SceneStatusOf(unknown).unmeasured == 1);
+  CHECK(SceneStatusOf(unknown).object_a == 0);
   CHECK_FALSE(unknown.distances[0].distance_m);
   CHECK(watched.logged.size() == 1);
 
@@ -164,3 +164,5 @@ TEST_CASE("an incomplete scene does not replace the previous one") {
   watched.scene->complete = true;
   CHECK(watched.Measure().pairs.empty());
 }
+
+}  // namespace plumbline::scene_measurer_test

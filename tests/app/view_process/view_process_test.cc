@@ -4,9 +4,9 @@
 
 #include <catch2/catch.hpp>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "app/lens_store/lens_store.h"
+#include "app/text/json_text.h"
 #include "drivers/display/gl_context.h"
 #include "tests/app/camera/camera_scene.h"
 #include "tests/app/daemon/daemon_process.h"
@@ -16,7 +16,7 @@
 #include "tests/app/page/page_client.h"
 #include "tests/virtual_cell/running_cell.h"
 
-using namespace plumbline;
+namespace plumbline::view_process_test {
 
 using namespace plumbline::test;
 using virtual_cell::RegisterClient;
@@ -245,7 +245,7 @@ TEST_CASE("a snapshot of the running daemon writes the picture and its content a
   CHECK(png.height == 1080);
   CHECK(png.Count(IsMagenta) > 2000);  // the fixture is placed on the cell's tags
   CHECK(png.Count(IsAmber) < 500);     // no stale frame
-  const auto json = nlohmann::json::parse(ran.text);
+  const auto json = text::JsonOrNull(ran.text);
   CHECK(json.at("stale_because").empty());
   CHECK(json.at("width_px") == 1920);
   CHECK(json.at("panels").at("Objects").back() == "2 of 2 placed");
@@ -259,7 +259,7 @@ TEST_CASE("a snapshot of the running daemon writes the picture and its content a
   const Ran all = Run(ask + " --json");
   INFO(all.text);
   REQUIRE(all.code == 0);
-  const auto distances = nlohmann::json::parse(all.text);
+  const auto distances = text::JsonOrNull(all.text);
   CHECK(distances.at("pairs")[0].at("objects") == nlohmann::json{"fixture", "part"});
   CHECK(distances.at("pairs")[0].at("distance_mm").get<double>() > 20);
   CHECK(distances.at("pairs")[0].at("state") == "apart");
@@ -294,7 +294,7 @@ TEST_CASE("a snapshot shows both cameras in one picture, or the named one") {
     REQUIRE(Eventually([&] {
       const Ran ran = Run(Snapshot(station.daemon->ConfigFile(),
                                    "--out " + out + " --size 1280x720 --json " + arguments));
-      json = nlohmann::json::parse(ran.text, nullptr, false);
+      json = text::JsonOrNull(ran.text);
       return ran.code == 0 && json.at("stale_because").empty();
     }));
     Keep(out, name + ".png");
@@ -336,7 +336,7 @@ TEST_CASE("the example object table is drawn exaggerated and coloured by stress"
       Run(Snapshot(station.daemon->ConfigFile(), "--out " + out + " --size 1920x1080 --json"));
   INFO(ran.text);
   REQUIRE(ran.code == 0);
-  const auto json = nlohmann::json::parse(ran.text);
+  const auto json = text::JsonOrNull(ran.text);
   CHECK(json.at("panels").at("Objects") == nlohmann::json{"3 of 3 placed"});
   CHECK(json.at("panels").at("Distances").size() == 5);
   for (const auto& line : json.at("panels").at("Distances")) {
@@ -455,7 +455,7 @@ TEST_CASE("the viewer's page serves the picture and the state, through reload an
   CHECK(metrics().problem.empty());
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_cycles_total") > 10; }));
   REQUIRE(Eventually([&] { return metrics().Value("plumbline_payload_kilograms") == 60; }));
-  const auto status = [&] { return nlohmann::json::parse(Request(port, "/status.json").body); };
+  const auto status = [&] { return text::JsonOrNull(Request(port, "/status.json").body); };
   CHECK(status().at("cell") == "KR 210 R2700 extra");
   CHECK(Eventually([&] { return status().at("cameras")[0].at("lens_valid") == true; }));
   CHECK(status().at("points").size() == 2);
@@ -485,3 +485,5 @@ TEST_CASE("the viewer's page serves the picture and the state, through reload an
   view.Signal(SIGTERM);
   CHECK(view.Wait() == 0);
 }
+
+}  // namespace plumbline::view_process_test

@@ -14,7 +14,7 @@
 #include "drivers/camera/image_codecs.h"
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::image_file_test {
 
 using namespace plumbline::camera;
 
@@ -183,3 +183,5 @@ TEST_CASE("an unusable codec module is reported with the reason and the remedy")
   std::filesystem::create_symlink(other.dli_fname, module);
   CHECK_THAT(refused(), Catch::Contains("undefined symbol: plumbline_read_grey_image_"));
 }
+
+}  // namespace plumbline::image_file_test

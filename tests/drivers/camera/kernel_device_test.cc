@@ -12,7 +12,10 @@
 #include "drivers/camera/v4l2_capabilities.h"
 #include "firmware-like/image/image_size.h"
 
-namespace plumbline::camera {
+namespace plumbline::kernel_device_test {
+
+using namespace plumbline::camera;
+
 namespace {
 
 constexpr double kPatience_s = 10;  // until a camera sends its first frame
@@ -146,4 +149,4 @@ TEST_CASE("the first camera is unplugged and replugged by hand", "[v4l2-replug]"
   CHECK(camera->identity().mode == identity.mode);
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::kernel_device_test

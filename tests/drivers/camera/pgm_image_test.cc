@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 
-namespace plumbline::camera {
+namespace plumbline::pgm_image_test {
+
+using namespace plumbline::camera;
 
 TEST_CASE("PGM: pixels, comments and trailing bytes") {
   const auto image = GreyFromPgm("P5 # made by hand\n# 3 x 2\n3\t2\n255\nabcdefMORE");
@@ -29,4 +31,4 @@ TEST_CASE("PGM: faults are reported") {
   CHECK_THAT(fault("P5 3 2 255\nabcde"), Catch::Contains("5 bytes of pixels, but 3 x 2 px need 6"));
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::pgm_image_test

@@ -9,7 +9,10 @@
 
 #include "firmware-like/image/image_size.h"
 
-namespace plumbline::camera {
+namespace plumbline::pixel_format_test {
+
+using namespace plumbline::camera;
+
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -210,4 +213,4 @@ TEST_CASE("BGR: every format converts to the same colours as with OpenCV") {
                    {90, 81, 240, 81, 90, 81, 240, 81, 0, 90, 81, 240, 81, 90, 81, 240, 81})));
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::pixel_format_test

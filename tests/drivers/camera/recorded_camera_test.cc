@@ -7,7 +7,10 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/app/temporary_folder.h"
 
-namespace plumbline::camera {
+namespace plumbline::recorded_camera_test {
+
+using namespace plumbline::camera;
+
 namespace {
 
 double now_s = 0;
@@ -156,4 +159,4 @@ TEST_CASE("camera registry: a kind by its name") {
   CHECK_THAT(MakeCamera("film", connection).error(), Catch::Contains("is not one of"));
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::recorded_camera_test

@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 
-namespace plumbline::camera {
+namespace plumbline::sequence_file_test {
+
+using namespace plumbline::camera;
 
 TEST_CASE("sequence file: times and names, an empty name where the camera was lost") {
   const auto frames = SequenceFromCsv("t_s,file\r\n0, a, b.png \r\n\r\n0.05,\n1e-1,sub/c.png");
@@ -22,9 +24,9 @@ TEST_CASE("sequence file: faults are reported with their line") {
   CHECK(fault("t_s,file\n\n") == "contains no frames");
   CHECK(fault("t_s,file\n0 a.png") == "line 2: does not start with a time and a comma");
   CHECK(fault("t_s,file\nnan,a.png") == "line 2: does not start with a time and a comma");
-  CHECK(fault("t_s,file\n0,a.png\n\n0,b.png") == "line 4: the time does not ascend");
+  CHECK(fault("t_s,file\n0,a.png\n\n0,b.png") == "line 4: the time must increase from row to row");
   CHECK(fault(std::string_view("t_s,file\n0,a\0b", 14)) ==
         "line 2: the file name contains a zero byte");
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::sequence_file_test

@@ -7,7 +7,10 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/drivers/camera/fake_v4l2.h"
 
-namespace plumbline::camera {
+namespace plumbline::v4l2_camera_test {
+
+using namespace plumbline::camera;
+
 namespace {
 
 using test::FakeDevice;
@@ -380,4 +383,4 @@ TEST_CASE("v4l2 camera: the sequence continues across counter overflow and recon
   CHECK(NextSequence(7, 100, 2) == 8);  // one that restarts
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::v4l2_camera_test

@@ -5,7 +5,10 @@
 
 #include "tests/drivers/camera/fake_v4l2.h"
 
-namespace plumbline::camera {
+namespace plumbline::v4l2_device_test {
+
+using namespace plumbline::camera;
+
 namespace {
 
 std::string PathOf(std::string_view selector, const std::vector<V4l2Device>& devices) {
@@ -88,4 +91,4 @@ TEST_CASE("v4l2 devices: selected by path, link, serial or port; equal serials b
   CHECK(StableName(devices[0], devices) == "SN0001@1-1");
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::v4l2_device_test

@@ -6,7 +6,10 @@
 
 #include "firmware-like/image/image_size.h"
 
-namespace plumbline::camera {
+namespace plumbline::v4l2_modes_test {
+
+using namespace plumbline::camera;
+
 namespace {
 
 V4l2Mode Discrete(std::uint32_t fourcc, image::ImageSize size, std::vector<double> rates_hz) {
@@ -85,4 +88,4 @@ TEST_CASE("mode: a range of sizes, and a camera that reports no rate") {
   CHECK_THAT(Chosen({range}, {.size = {2000, 1200}}), Catch::Contains("offers GREY 1920x1200"));
 }
 
-}  // namespace plumbline::camera
+}  // namespace plumbline::v4l2_modes_test

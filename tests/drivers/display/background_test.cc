@@ -7,7 +7,7 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/drivers/display/drawing_fixture.h"
 
-using namespace plumbline;
+namespace plumbline::background_test {
 
 using namespace plumbline::display;
 
@@ -203,3 +203,5 @@ TEST_CASE("an image is uploaded again only if its sequence changes") {
   CHECK(shown() == 33);
   CHECK(drawing.renderer->TakeRemarks().size() == 1);
 }
+
+}  // namespace plumbline::background_test

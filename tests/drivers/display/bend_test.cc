@@ -8,7 +8,7 @@
 #include "firmware-like/scene/loaded_tool.h"
 #include "tests/drivers/display/drawing_fixture.h"
 
-using namespace plumbline;
+namespace plumbline::bend_test {
 
 using namespace plumbline::display;
 
@@ -141,3 +141,5 @@ TEST_CASE("a rigid mesh follows its poses regardless of the bend") {
   }
   CHECK(worst_m < 1e-6F);
 }
+
+}  // namespace plumbline::bend_test

@@ -5,7 +5,7 @@
 #include "tests/drivers/display/drawing_fixture.h"
 #include "tests/drivers/display/exchanged_egl.h"
 
-using namespace plumbline;
+namespace plumbline::context_test {
 
 using namespace plumbline::display;
 
@@ -35,3 +35,5 @@ TEST_CASE("without EGL's platforms the reason names the packages") {
   REQUIRE_FALSE(context.ok());
   CHECK(context.error().find("libgl1-mesa-dri") != std::string::npos);
 }
+
+}  // namespace plumbline::context_test

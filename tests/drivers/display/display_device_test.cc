@@ -11,7 +11,7 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/drivers/display/fake_card.h"
 
-using namespace plumbline;
+namespace plumbline::display_device_test {
 
 using namespace plumbline::display;
 
@@ -346,3 +346,5 @@ TEST_CASE("displays are created by kind") {
   REQUIRE_FALSE(unknown.ok());
   CHECK(unknown.error() == "display \"wayland\" is not one of kms, framebuffer, none");
 }
+
+}  // namespace plumbline::display_device_test

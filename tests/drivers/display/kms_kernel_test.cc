@@ -7,7 +7,7 @@
 #include "drivers/display/kms_display.h"
 #include "firmware-like/image/image_size.h"
 
-using namespace plumbline;
+namespace plumbline::kms_kernel_test {
 
 using namespace plumbline::display;
 
@@ -55,3 +55,5 @@ TEST_CASE("a real card shows one picture per refresh", "[kms]") {
     REQUIRE(display->Wait(1) == DisplayResult::kReady);
   }
 }
+
+}  // namespace plumbline::kms_kernel_test

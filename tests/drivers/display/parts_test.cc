@@ -7,7 +7,7 @@
 #include "drivers/display/mesh_normals.h"
 #include "tests/drivers/display/drawing_fixture.h"
 
-using namespace plumbline;
+namespace plumbline::parts_test {
 
 using namespace plumbline::display;
 
@@ -109,3 +109,5 @@ TEST_CASE("UTF-8 is decoded, each invalid byte becomes a replacement character")
   CHECK(CodePointsFromUtf8("\xE2\x89") == U"\uFFFD\uFFFD");            // truncated
   CHECK(CodePointsFromUtf8("\xF4\x90\x80\x80").size() == 4);           // beyond U+10FFFF
 }
+
+}  // namespace plumbline::parts_test

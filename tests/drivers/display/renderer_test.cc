@@ -9,7 +9,7 @@
 #include "firmware-like/image/image_size.h"
 #include "tests/drivers/display/drawing_fixture.h"
 
-using namespace plumbline;
+namespace plumbline::renderer_test {
 
 using namespace plumbline::display;
 using test::At;
@@ -429,3 +429,5 @@ TEST_CASE(
   const RgbImage alone = Drawn(drawing, list);
   CHECK(At(alone, 400, 240).r == 60);
 }
+
+}  // namespace plumbline::renderer_test

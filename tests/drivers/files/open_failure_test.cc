@@ -11,7 +11,7 @@
 
 #include "tests/app/temporary_folder.h"
 
-using namespace plumbline;
+namespace plumbline::open_failure_test {
 
 using namespace plumbline::files;
 using plumbline::test::TemporaryFolder;
@@ -128,3 +128,5 @@ TEST_CASE("every reason why a device cannot be opened has a remedy") {
     }
   }
 }
+
+}  // namespace plumbline::open_failure_test

@@ -12,7 +12,7 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/file_text.h"
 
-using namespace plumbline;
+namespace plumbline::replace_file_test {
 
 using namespace plumbline::files;
 using plumbline::test::FileText;
@@ -94,3 +94,5 @@ TEST_CASE("simultaneous writers never mix their contents") {
   CHECK(text == std::string(5000, text[0]));
   CHECK(FilesIn(folder.path()) == 1);
 }
+
+}  // namespace plumbline::replace_file_test

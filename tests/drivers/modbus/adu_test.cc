@@ -7,7 +7,10 @@
 
 #include "tests/drivers/modbus/rtu_frame.h"
 
-namespace plumbline::modbus {
+namespace plumbline::adu_test {
+
+using namespace plumbline::modbus;
+
 namespace {
 
 using State = TcpFrame::State;
@@ -143,4 +146,4 @@ TEST_CASE("RTU: a request in pieces", "[modbus][adu]") {
   CHECK_FALSE(receiver.pending());
 }
 
-}  // namespace plumbline::modbus
+}  // namespace plumbline::adu_test

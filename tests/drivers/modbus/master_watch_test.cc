@@ -7,7 +7,7 @@
 #include "tests/drivers/modbus/raw_client.h"
 #include "tests/drivers/modbus/test_image.h"
 
-using namespace plumbline;
+namespace plumbline::master_watch_test {
 
 using namespace plumbline::modbus;
 using namespace plumbline::modbus;
@@ -140,3 +140,5 @@ TEST_CASE(
   CHECK_FALSE(served.TwoMasters());
   CHECK(served.Reports().empty());
 }
+
+}  // namespace plumbline::master_watch_test

@@ -8,7 +8,10 @@
 
 #include "tests/drivers/modbus/test_image.h"
 
-namespace plumbline::modbus {
+namespace plumbline::pdu_test {
+
+using namespace plumbline::modbus;
+
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -230,4 +233,4 @@ TEST_CASE("ranges are sorted and merged, gaps are kept", "[modbus][image]") {
   CHECK_FALSE(AddressRanges({}).Contains(0, 1));
 }
 
-}  // namespace plumbline::modbus
+}  // namespace plumbline::pdu_test

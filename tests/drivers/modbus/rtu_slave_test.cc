@@ -21,7 +21,10 @@
 #include "tests/drivers/modbus/rtu_frame.h"
 #include "tests/drivers/modbus/test_image.h"
 
-namespace plumbline::modbus {
+namespace plumbline::rtu_slave_test {
+
+using namespace plumbline::modbus;
+
 namespace {
 
 /// Pseudo-terminal: one end as a descriptor, the other as a device.
@@ -259,4 +262,4 @@ TEST_CASE("RTU slave: each invalid setting has its message", "[modbus][rtu]") {
   }
 }
 
-}  // namespace plumbline::modbus
+}  // namespace plumbline::rtu_slave_test

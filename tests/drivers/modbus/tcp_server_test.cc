@@ -17,7 +17,10 @@
 #include "tests/drivers/modbus/raw_client.h"
 #include "tests/drivers/modbus/test_image.h"
 
-namespace plumbline::modbus {
+namespace plumbline::tcp_server_test {
+
+using namespace plumbline::modbus;
+
 namespace {
 
 using Bytes = RawClient::Bytes;
@@ -489,4 +492,4 @@ TEST_CASE("TCP server: every block read is from one image", "[modbus][tcp]") {
   CHECK(torn == 0);
 }
 
-}  // namespace plumbline::modbus
+}  // namespace plumbline::tcp_server_test

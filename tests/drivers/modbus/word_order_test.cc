@@ -6,7 +6,9 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 
-namespace plumbline::modbus {
+namespace plumbline::word_order_test {
+
+using namespace plumbline::modbus;
 
 TEST_CASE("word order: the test values of the register map in all four orders",
           "[modbus][word_order]") {
@@ -53,4 +55,4 @@ TEST_CASE("word order: libmodbus 3.1.6's setter contradicts its getter", "[modbu
   }
 }
 
-}  // namespace plumbline::modbus
+}  // namespace plumbline::word_order_test

@@ -18,7 +18,7 @@
 #include "drivers/os/descriptor.h"
 #include "drivers/os/run_program.h"
 
-using namespace plumbline;
+namespace plumbline::child_process_test {
 
 using namespace plumbline::os;
 using Catch::Contains;
@@ -241,3 +241,5 @@ TEST_CASE("a program that exceeds a limit is killed", "[os]") {
   CHECK(long_winded.error() == "wrote more than 1 MiB");
   CHECK(MonotonicSeconds() - from_s < 30);
 }
+
+}  // namespace plumbline::child_process_test

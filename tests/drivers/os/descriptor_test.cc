@@ -13,6 +13,8 @@
 
 #include "drivers/os/file_writing.h"
 
+namespace plumbline::descriptor_test {
+
 using plumbline::os::Descriptor;
 
 namespace {
@@ -128,3 +130,5 @@ TEST_CASE("a text is written completely and synced; a missing file or full disk 
   CHECK_FALSE(plumbline::os::SyncFolder(path));
   CHECK(errno == ENOTDIR);
 }
+
+}  // namespace plumbline::descriptor_test

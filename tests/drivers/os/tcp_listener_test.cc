@@ -9,7 +9,7 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 
-using namespace plumbline;
+namespace plumbline::tcp_listener_test {
 
 using namespace plumbline::os;
 using Catch::Contains;
@@ -106,3 +106,5 @@ TEST_CASE("an endpoint as text", "[os]") {
   CHECK(TcpEndpoint{"fe80::1", 502}.Text() == "[fe80::1]:502");
   CHECK(EndpointOf(sockaddr_storage{}).address.empty());
 }
+
+}  // namespace plumbline::tcp_listener_test

@@ -8,7 +8,7 @@
 #include "drivers/modbus/word_order.h"
 #include "drivers/plc/codec.h"
 
-using namespace plumbline;
+namespace plumbline::plc_codec_test {
 
 using namespace plumbline::plc;
 
@@ -537,3 +537,5 @@ TEST_CASE("virtual objects: interference, smallest distance and stale status") {
   CHECK(read("scene_distance") == -1);
   CHECK(read("scene_age") == 1250);
 }
+
+}  // namespace plumbline::plc_codec_test

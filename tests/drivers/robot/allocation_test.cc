@@ -15,26 +15,29 @@ thread_local long g_allocations = 0;  // per thread, so that the controller's ar
 
 }  // namespace
 
-void* operator new(std::size_t size) {
+// Out of line, because the compiler reports an inlined free as a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t size) {
   ++g_allocations;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
   ++g_allocations;
   return std::malloc(size);
 }
-void operator delete(void* memory, const std::nothrow_t& /*tag*/) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, const std::nothrow_t& /*tag*/) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory) noexcept {
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::size_t /*size*/) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t /*size*/) noexcept {
   std::free(memory);
 }
 
-namespace plumbline::robot {
+namespace plumbline::allocation_test {
+
+using namespace plumbline::robot;
 
 TEST_CASE("successful reading and pushing allocate nothing") {
   FakeController controller;
@@ -69,4 +72,4 @@ TEST_CASE("successful reading and pushing allocate nothing") {
   CHECK(after - before == 0);
 }
 
-}  // namespace plumbline::robot
+}  // namespace plumbline::allocation_test

@@ -9,7 +9,10 @@
 
 #include "tests/drivers/robot/small_profile.h"
 
-namespace plumbline::robot {
+namespace plumbline::codec_test {
+
+using namespace plumbline::robot;
+
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -340,4 +343,4 @@ TEST_CASE("an invalid profile is rejected with the reason") {
   }
 }
 
-}  // namespace plumbline::robot
+}  // namespace plumbline::codec_test

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace plumbline::host_name_test {
+
 using plumbline::robot::IsAddress;
 using plumbline::robot::ResolveFailure;
 
@@ -16,3 +18,5 @@ TEST_CASE("a numeric address is distinguished from a host name") {
   }
   CHECK(ResolveFailure("127.0.0.1") == nullptr);
 }
+
+}  // namespace plumbline::host_name_test

@@ -13,7 +13,10 @@
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
 
-namespace plumbline::robot {
+namespace plumbline::modbus_robot_test {
+
+using namespace plumbline::robot;
+
 namespace {
 
 using Exchange = FakeController::Exchange;
@@ -483,7 +486,7 @@ TEST_CASE("WithdrawAll() withdraws every slot that may hold a point, and no othe
     CHECK(robot->WithdrawAll(1) == LinkResult::kException);
     CHECK(controller.Get(115) == 0);
   }
-  SECTION("a silent controller costs one time-out") {
+  SECTION("a silent controller costs one timeout") {
     controller.Behave([](Exchange& /*exchange*/) { return Then::kGoOn; });
     const int requests = controller.requests();
     CHECK(robot->WithdrawAll(1) == LinkResult::kTimeout);
@@ -494,7 +497,7 @@ TEST_CASE("WithdrawAll() withdraws every slot that may hold a point, and no othe
   CHECK(controller.Get(123) == 9);
 }
 
-TEST_CASE("a long time-out does not delay the withdrawal") {
+TEST_CASE("a long timeout does not delay the withdrawal") {
   FakeController controller;
   RobotConnection connection = ConnectionTo(controller.port());
   connection.timeout_s = 600;  // longer than the limit of the test
@@ -613,7 +616,7 @@ TEST_CASE("invalid settings are rejected before anything is opened") {
   const Row rows[] = {
       {"transport", "udp", [](RobotConnection&) {}, "is not one of tcp, rtu, replay"},
       {"unit id", "tcp", [](RobotConnection& c) { c.unit_id = 248; }, "unit id 248"},
-      {"time-out", "tcp", [](RobotConnection& c) { c.timeout_s = 0; }, "time-out 0 s is outside"},
+      {"timeout", "tcp", [](RobotConnection& c) { c.timeout_s = 0; }, "timeout 0 s is outside"},
       {"profile", "tcp", [](RobotConnection& c) { c.profile.joints.clear(); }, "0 joints"},
       {"no push slots", "tcp", [](RobotConnection& c) { c.profile.push.reset(); },
        "has no [push] registers"},
@@ -644,4 +647,4 @@ TEST_CASE("a name that cannot be resolved is a lost link, not a fatal error") {
                  Catch::Contains("robot.host"));
 }
 
-}  // namespace plumbline::robot
+}  // namespace plumbline::modbus_robot_test

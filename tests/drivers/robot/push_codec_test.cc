@@ -10,7 +10,10 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/drivers/robot/small_profile.h"
 
-namespace plumbline::robot {
+namespace plumbline::push_codec_test {
+
+using namespace plumbline::robot;
+
 namespace {
 
 PushPoint PointAt(const Vec3& p, int slot = 0, int id = 5) {
@@ -104,7 +107,7 @@ TEST_CASE("a point that does not fit is rejected, never wrapped") {
 }
 
 TEST_CASE("slots whose fields overlap or exceed the registers are unsound") {
-  CHECK(IsSound(Slots()));
+  CHECK(IsConsistent(Slots()));
   struct Row {
     const char* what;
     void (*spoil)(PushProfile&);
@@ -125,7 +128,7 @@ TEST_CASE("slots whose fields overlap or exceed the registers are unsound") {
     PushProfile push = Slots();
     row.spoil(push);
     INFO(row.what);
-    CHECK_FALSE(IsSound(push));
+    CHECK_FALSE(IsConsistent(push));
   }
 }
 
@@ -246,4 +249,4 @@ TEST_CASE("points without a slot are ignored") {
         Action::kNothing);
 }
 
-}  // namespace plumbline::robot
+}  // namespace plumbline::push_codec_test

@@ -10,7 +10,10 @@
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
 
-namespace plumbline::robot {
+namespace plumbline::robot_link_test {
+
+using namespace plumbline::robot;
+
 namespace {
 
 using std::chrono::steady_clock;
@@ -333,4 +336,4 @@ TEST_CASE("a replay plays its rows at their rate and holds the last, or loops") 
   CHECK(held.value()->Push({}) == LinkResult::kPushRefused);
 }
 
-}  // namespace plumbline::robot
+}  // namespace plumbline::robot_link_test

@@ -16,7 +16,10 @@
 #include "tests/drivers/robot/small_profile.h"
 #include "tests/drivers/robot/test_time.h"
 
-namespace plumbline::robot {
+namespace plumbline::rtu_robot_test {
+
+using namespace plumbline::robot;
+
 namespace {
 
 /// CRC-16/MODBUS, low byte first [Modbus over serial line, 6.2.2].
@@ -117,7 +120,7 @@ std::unique_ptr<RobotDevice> RobotOn(const std::string& device) {
   return std::move(robot).value();
 }
 
-/// On a busy machine the fake controller may answer after the time-out.
+/// On a busy machine the fake controller may answer after the timeout.
 LinkResult ReadAtLast(RobotDevice& robot, model::RobotState& state) {
   LinkResult result = robot.Read(state);
   for (int tries = 0; result != LinkResult::kOk && tries < 20; ++tries) {
@@ -214,4 +217,4 @@ TEST_CASE("an unplugged line is retried with increasing waits, and found again")
   CHECK(state.q[0] == Approx(0.007));
 }
 
-}  // namespace plumbline::robot
+}  // namespace plumbline::rtu_robot_test

@@ -3,7 +3,10 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace plumbline::zoom {
+namespace plumbline::hid_codec_test {
+
+using namespace plumbline::zoom;
+
 namespace {
 
 using Meaning = HidField::Meaning;
@@ -77,7 +80,7 @@ TEST_CASE("faults of a profile are reported") {
       {[](HidProfile& p) { p.exchanges.clear(); }, "no exchange"},
       {[](HidProfile& p) { p.exchanges[0].answer_bytes = 0; }, "is outside 1..64"},
       {[](HidProfile& p) { p.exchanges[0].answer_bytes = 65; }, "is outside 1..64"},
-      {[](HidProfile& p) { p.exchanges[0].send = {{}}; }, "report to send of 0 bytes"},
+      {[](HidProfile& p) { p.exchanges[0].send = {{}}; }, "output report of 0 bytes"},
       {[](HidProfile& p) { p.exchanges[0].count_at = 8; }, "the count lies outside"},
       {[](HidProfile& p) { p.exchanges[0].fields.clear(); }, "has no fields"},
       {[](HidProfile& p) { p.exchanges[0].fields[0].bytes = 3; }, "3 bytes is not"},
@@ -115,4 +118,4 @@ TEST_CASE("any report of any length is either decoded or rejected") {
   }
 }
 
-}  // namespace plumbline::zoom
+}  // namespace plumbline::hid_codec_test

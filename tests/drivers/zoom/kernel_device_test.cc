@@ -19,7 +19,10 @@
 #include "drivers/zoom/hid_zoom.h"
 #include "drivers/zoom/v4l2_zoom.h"
 
-namespace plumbline::zoom {
+namespace plumbline::kernel_device_test {
+
+using namespace plumbline::zoom;
+
 namespace {
 
 constexpr int kVendor = 0xF00D, kProduct = 0x2F01;
@@ -210,4 +213,4 @@ TEST_CASE("V4L2: the zoom of a real camera", "[v4l2]") {
   CHECK(reading.zoom_counts);
 }
 
-}  // namespace plumbline::zoom
+}  // namespace plumbline::kernel_device_test

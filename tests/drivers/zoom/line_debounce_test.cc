@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 
-namespace plumbline::zoom {
+namespace plumbline::line_debounce_test {
+
+using namespace plumbline::zoom;
 
 TEST_CASE("a spike is ignored, a pulse is a motion reported once") {
   LineDebounce line(0.005);
@@ -54,4 +56,4 @@ TEST_CASE("edges to the current level are ignored; with zero debounce every edge
   CHECK(immediate.TakeMoved(1));
 }
 
-}  // namespace plumbline::zoom
+}  // namespace plumbline::line_debounce_test

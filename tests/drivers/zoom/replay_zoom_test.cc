@@ -4,7 +4,10 @@
 
 #include "drivers/zoom/registry.h"
 
-namespace plumbline::zoom {
+namespace plumbline::replay_zoom_test {
+
+using namespace plumbline::zoom;
+
 namespace {
 
 double now_s = 0;
@@ -114,4 +117,4 @@ TEST_CASE("the back-off grows after each failure and restarts after success") {
   CHECK(back_off.Due(100.11));
 }
 
-}  // namespace plumbline::zoom
+}  // namespace plumbline::replay_zoom_test

@@ -84,7 +84,10 @@ int __wrap_poll(pollfd* fds, nfds_t, int) {
 // NOLINTEND(bugprone-reserved-identifier)
 }
 
-namespace plumbline::zoom {
+namespace plumbline::v4l2_zoom_test {
+
+using namespace plumbline::zoom;
+
 namespace {
 
 double now_s = 0;
@@ -180,4 +183,4 @@ TEST_CASE("v4l2: only a changed zoom or focus value counts as a reading") {
   CHECK(reading.focus_counts == -3);
 }
 
-}  // namespace plumbline::zoom
+}  // namespace plumbline::v4l2_zoom_test

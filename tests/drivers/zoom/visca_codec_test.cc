@@ -4,7 +4,10 @@
 #include <random>
 #include <vector>
 
-namespace plumbline::visca {
+namespace plumbline::visca_codec_test {
+
+using namespace plumbline::visca;
+
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -149,4 +152,4 @@ TEST_CASE("any bytes: packets stay within the maximum size and values within the
   }
 }
 
-}  // namespace plumbline::visca
+}  // namespace plumbline::visca_codec_test

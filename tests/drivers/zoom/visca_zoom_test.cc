@@ -8,7 +8,10 @@
 #include "tests/app/temporary_folder.h"
 #include "tests/drivers/zoom/fake_visca_camera.h"
 
-namespace plumbline::zoom {
+namespace plumbline::visca_zoom_test {
+
+using namespace plumbline::zoom;
+
 namespace {
 
 using test::BlockOf;
@@ -16,8 +19,8 @@ using test::Bytes;
 using test::CameraAnswers;
 using test::FakeViscaCamera;
 
-constexpr double kAnswered_s = 5;       // time-out if an answer is expected
-constexpr double kUnanswered_s = 0.05;  // time-out if none is expected
+constexpr double kAnswered_s = 5;       // timeout if an answer is expected
+constexpr double kUnanswered_s = 0.05;  // timeout if none is expected
 
 std::unique_ptr<ZoomSensor> Sensor(const std::string& device, double timeout_s = kAnswered_s,
                                    int address = 1) {
@@ -157,7 +160,7 @@ TEST_CASE("a lens block of the right length with invalid nibbles is rejected") {
   CHECK_FALSE(reading.zoom_counts);
 }
 
-TEST_CASE("silence and garbage end at the time-out; the late answer is discarded") {
+TEST_CASE("silence and garbage end at the timeout; the late answer is discarded") {
   FakeViscaCamera camera(CameraAnswers([] { return Bytes{}; }));
   const auto sensor = Sensor(camera.device(), kUnanswered_s);
   lens::ZoomReading reading;
@@ -248,4 +251,4 @@ TEST_CASE("a device that is not a serial line, and each invalid setting, have th
   }
 }
 
-}  // namespace plumbline::zoom
+}  // namespace plumbline::visca_zoom_test

@@ -5,7 +5,7 @@
 
 #include "tests/firmware-like/beam/beams.h"
 
-using namespace plumbline;
+namespace plumbline::beam_test {
 
 using namespace plumbline::beam;
 using namespace plumbline::test;
@@ -243,3 +243,5 @@ TEST_CASE("a load at the root acts on the clamp only") {
   const BeamSolution solution = beam.Solve({.points = {{0, Vec3(1000, 1000, 0), Vec3(50, 0, 0)}}});
   CheckClose(solution.Tip().d_F, Vec3::Zero(), 0);
 }
+
+}  // namespace plumbline::beam_test

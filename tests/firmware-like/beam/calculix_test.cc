@@ -11,7 +11,7 @@
 
 #include "tests/firmware-like/beam/beams.h"
 
-using namespace plumbline;
+namespace plumbline::calculix_test {
 
 using namespace plumbline::beam;
 using namespace plumbline::test;
@@ -122,3 +122,5 @@ TEST_CASE("a beam five heights long, as a solid, needs Timoshenko's shear") {
   const BeamLoads loads{.points = {{0.5, load.tip_force_F, Vec3::Zero()}}, .g_F = load.g_F};
   CHECK(TipDifference(SolveWithCalculix(deck), Beam(thin, 3).Solve(loads)) < -0.02);
 }
+
+}  // namespace plumbline::calculix_test

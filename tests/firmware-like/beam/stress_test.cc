@@ -4,7 +4,7 @@
 
 #include "tests/firmware-like/beam/beams.h"
 
-using namespace plumbline;
+namespace plumbline::stress_test {
 
 using namespace plumbline::beam;
 using namespace plumbline::test;
@@ -79,3 +79,5 @@ TEST_CASE("stress is unknown if the outermost fibre is unknown") {
   CHECK_FALSE(StressInElement(half, 0).peak);
   CHECK(StressInElement(half, 0).largest_moment.moment_F.norm() == Approx(40));
 }
+
+}  // namespace plumbline::stress_test

@@ -6,7 +6,7 @@
 #include "firmware-like/beam/beam.h"
 #include "tests/firmware-like/beam/beams.h"
 
-using namespace plumbline;
+namespace plumbline::tip_compliance_test {
 
 using namespace plumbline::beam;
 using namespace plumbline::test;
@@ -85,3 +85,5 @@ TEST_CASE("the mount's mass does not bend the tool") {
   tool.mount_mass_kg = 50;
   CHECK(TipComplianceOf(tool).C_gravity == without.C_gravity);
 }
+
+}  // namespace plumbline::tip_compliance_test

@@ -6,7 +6,7 @@
 #include "firmware-like/kinematics/inverse.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::correct_test {
 
 using namespace plumbline::correction;
 
@@ -142,3 +142,5 @@ TEST_CASE("with a free orientation only the position is matched") {
   const Pose landed = Landed(cell, correction.X_BP_command, Vec3::Zero(), correction.q);
   CHECK((landed.p - (cell.robot.X_WB.Inverse() * point.X_WP).p).norm() < 1e-6);
 }
+
+}  // namespace plumbline::correct_test

@@ -8,7 +8,7 @@
 #include "firmware-like/deflection/equations.h"
 #include "firmware-like/geometry/rotation.h"
 
-using namespace plumbline;
+namespace plumbline::camera_reading_test {
 
 using namespace plumbline::deflection;
 using I = effects::Influence<double>;
@@ -87,3 +87,5 @@ TEST_CASE("a point behind the camera is not changed") {
   influence[I::kCameraScale] = 0.1;
   CHECK(ReadByCamera<double>(Pose{}, influence, Vec3(0.1, 0.2, -1)) == Vec3(0.1, 0.2, -1));
 }
+
+}  // namespace plumbline::camera_reading_test

@@ -5,7 +5,7 @@
 
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::landing_uncertainty_test {
 
 using namespace plumbline::deflection;
 
@@ -315,3 +315,5 @@ TEST_CASE("an arm without a joint that lifts it has no typical values") {
   CHECK(radius.basis == model::RadiusBasis::kUnknown);
   CHECK(radius.radius_m < 1);
 }
+
+}  // namespace plumbline::landing_uncertainty_test

@@ -6,7 +6,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::loaded_arm_test {
 
 using namespace plumbline::deflection;
 
@@ -305,3 +305,5 @@ TEST_CASE("a tilting base rotates about its origin while gravity keeps its direc
   REQUIRE(arm.AtCommanded(model::JointVector::Zero(1), {10, Vec3::Zero()}, &influence, {}, state));
   CHECK(state.sag[0] == Approx(-1e-5 * 98.0665 * 1e-3).epsilon(1e-4));
 }
+
+}  // namespace plumbline::loaded_arm_test

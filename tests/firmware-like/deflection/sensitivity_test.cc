@@ -7,7 +7,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::sensitivity_test {
 
 using namespace plumbline::deflection;
 using I = effects::Influence<double>;
@@ -198,3 +198,5 @@ TEST_CASE("the covariance due to effects matches that of sampled parameters") {
   }
   CHECK((propagated - drawn).norm() < 0.1 * drawn.norm());
 }
+
+}  // namespace plumbline::sensitivity_test

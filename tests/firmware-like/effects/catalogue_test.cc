@@ -6,7 +6,10 @@
 #include "firmware-like/effects/empirical.h"
 #include "firmware-like/effects/parameter_name.h"
 
-namespace plumbline::effects {
+namespace plumbline::catalogue_test {
+
+using namespace plumbline::effects;
+
 namespace {
 
 /// The effect table of the file-format description: id, then parameters with units.
@@ -177,4 +180,4 @@ TEST_CASE("Parameter names are parsed, and formatted back to the same name") {
 }
 
 }  // namespace
-}  // namespace plumbline::effects
+}  // namespace plumbline::catalogue_test

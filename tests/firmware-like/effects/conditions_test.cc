@@ -2,7 +2,10 @@
 
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline::effects {
+namespace plumbline::conditions_test {
+
+using namespace plumbline::effects;
+
 namespace {
 
 constexpr double kDeg = 57.29577951308232;
@@ -36,4 +39,4 @@ TEST_CASE("Unknown values are absent, never zero") {
 }
 
 }  // namespace
-}  // namespace plumbline::effects
+}  // namespace plumbline::conditions_test

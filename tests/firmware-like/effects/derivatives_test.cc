@@ -5,7 +5,10 @@
 #include "tests/firmware-like/effects/any_term.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline::effects {
+namespace plumbline::derivatives_test {
+
+using namespace plumbline::effects;
+
 namespace {
 
 using I = Influence<double>;
@@ -157,4 +160,4 @@ TEST_CASE("Every parameter of every effect moves the arm under some conditions")
 }
 
 }  // namespace
-}  // namespace plumbline::effects
+}  // namespace plumbline::derivatives_test

@@ -6,7 +6,10 @@
 #include "firmware-like/effects/written.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline::effects {
+namespace plumbline::empirical_test {
+
+using namespace plumbline::effects;
+
 namespace {
 
 using I = Influence<double>;
@@ -132,4 +135,4 @@ TEST_CASE("Invalid drivers and nodes are rejected with the reason") {
 }
 
 }  // namespace
-}  // namespace plumbline::effects
+}  // namespace plumbline::empirical_test

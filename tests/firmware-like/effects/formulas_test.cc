@@ -7,7 +7,10 @@
 #include "firmware-like/effects/written.h"
 #include "tests/firmware-like/effects/small_cell.h"
 
-namespace plumbline::effects {
+namespace plumbline::formulas_test {
+
+using namespace plumbline::effects;
+
 namespace {
 
 using I = Influence<double>;
@@ -310,4 +313,4 @@ TEST_CASE("Effects add up") {
 }
 
 }  // namespace
-}  // namespace plumbline::effects
+}  // namespace plumbline::formulas_test

@@ -29,7 +29,10 @@ void operator delete(void* memory, std::size_t /*size*/) noexcept {
 }
 #endif
 
-namespace plumbline::effects {
+namespace plumbline::written_test {
+
+using namespace plumbline::effects;
+
 namespace {
 
 std::vector<const Effect*> AllEffects() {
@@ -194,4 +197,4 @@ TEST_CASE("Effects of a cell keep their order, and adding them does not allocate
 }
 
 }  // namespace
-}  // namespace plumbline::effects
+}  // namespace plumbline::written_test

@@ -5,7 +5,7 @@
 #include "firmware-like/geometry/rotation.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::chain_test {
 
 using namespace plumbline::kinematics;
 
@@ -135,3 +135,5 @@ TEST_CASE("the reach bounds every flange position") {
     CHECK(posture.X_BF().p.norm() <= chain.Reach());
   }
 }
+
+}  // namespace plumbline::chain_test

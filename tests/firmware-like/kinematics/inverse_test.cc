@@ -5,7 +5,7 @@
 
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::inverse_test {
 
 using namespace plumbline::kinematics;
 
@@ -134,3 +134,5 @@ TEST_CASE("the singular value bound lies between sigma_min / sqrt(6) and sigma_m
     CHECK(bound >= sigma / std::sqrt(6.0) * (1 - 1e-6));
   }
 }
+
+}  // namespace plumbline::inverse_test

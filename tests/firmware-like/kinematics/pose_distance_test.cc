@@ -6,7 +6,7 @@
 
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::pose_distance_test {
 
 using namespace plumbline::kinematics;
 
@@ -56,3 +56,5 @@ TEST_CASE("a prismatic joint contributes its travel relative to the levers; alon
   const PoseDistance gantry(Chain(cell.robot), Vec3::Zero(), origin);
   CHECK(gantry.Of(Pose2(0.3, 0.4)) == Approx(0.5));
 }
+
+}  // namespace plumbline::pose_distance_test

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <random>
 
-namespace plumbline::lens {
+namespace plumbline::lens_curve_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 /// A synthetic zoom lens: ln f rises progressively over the counts with an individual wave, and
@@ -245,4 +248,4 @@ TEST_CASE("unusable nodes are ignored; of two nodes at one zoom the last is used
   CHECK_FALSE(curve.At(101));
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::lens_curve_test

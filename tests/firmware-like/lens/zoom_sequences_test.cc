@@ -9,7 +9,10 @@
 
 #include "firmware-like/lens/zoom_supervisor.h"
 
-namespace plumbline::lens {
+namespace plumbline::zoom_sequences_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 using Kind = ZoomEvent::Kind;
@@ -310,4 +313,4 @@ TEST_CASE("invariants hold for every sequence of six events, and of five after l
   for (const long count : total) CHECK(count > 1000);  // every state is reached often
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::zoom_sequences_test

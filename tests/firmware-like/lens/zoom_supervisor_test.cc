@@ -3,7 +3,10 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace plumbline::lens {
+namespace plumbline::zoom_supervisor_test {
+
+using namespace plumbline::lens;
+
 namespace {
 
 using Kind = ZoomEvent::Kind;
@@ -266,4 +269,4 @@ TEST_CASE("extreme counts do not overflow") {
   CHECK(bench.Read(std::numeric_limits<std::int32_t>::max())->to == ZoomState::kMoving);
 }
 
-}  // namespace plumbline::lens
+}  // namespace plumbline::zoom_supervisor_test

@@ -4,7 +4,7 @@
 
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::gravity_test {
 
 using namespace plumbline::loads;
 
@@ -92,3 +92,5 @@ TEST_CASE(
   CHECK_FALSE(GravityLoads(cell).known(3));
   CHECK(GravityLoads(cell).known(4));
 }
+
+}  // namespace plumbline::gravity_test

@@ -5,7 +5,7 @@
 
 #include "firmware-like/effects/influence.h"
 
-using namespace plumbline;
+namespace plumbline::joint_columns_test {
 
 using namespace plumbline::model;
 
@@ -58,3 +58,5 @@ TEST_CASE("the force on a prismatic joint is available under its column name, li
   CHECK(moment.Signal("tau2_Nm") == 40);
   CHECK_FALSE(moment.Signal("tau3_N"));
 }
+
+}  // namespace plumbline::joint_columns_test

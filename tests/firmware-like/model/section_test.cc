@@ -6,7 +6,7 @@
 
 #include "firmware-like/model/materials.h"
 
-using namespace plumbline;
+namespace plumbline::section_test {
 
 using namespace plumbline::model;
 
@@ -96,3 +96,5 @@ TEST_CASE("materials are found by name and have plausible values and a source") 
     CHECK_FALSE(named.source.empty());
   }
 }
+
+}  // namespace plumbline::section_test

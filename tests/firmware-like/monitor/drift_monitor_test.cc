@@ -5,7 +5,7 @@
 
 #include "firmware-like/monitor/run_length.h"
 
-using namespace plumbline;
+namespace plumbline::drift_monitor_test {
 
 using namespace plumbline::monitor;
 
@@ -251,3 +251,5 @@ TEST_CASE(
   }
   CHECK(refused <= 3);
 }
+
+}  // namespace plumbline::drift_monitor_test

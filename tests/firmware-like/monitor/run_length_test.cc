@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-using namespace plumbline;
+namespace plumbline::run_length_test {
 
 using namespace plumbline::monitor;
 
@@ -167,3 +167,5 @@ TEST_CASE("a declared sigma that is too small causes neither false nor late alar
     }
   }
 }
+
+}  // namespace plumbline::run_length_test

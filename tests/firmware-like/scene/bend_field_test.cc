@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-using namespace plumbline;
+namespace plumbline::bend_field_test {
 
 using namespace plumbline::scene;
 
@@ -45,3 +45,5 @@ TEST_CASE("no motion inboard of the flange; beyond the tip the last section cont
   CHECK((BentPoint(field, beyond) - expected).norm() < 1e-6);
   CHECK(BentPoint(BendField{}, beyond) == beyond);
 }
+
+}  // namespace plumbline::bend_field_test

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-using namespace plumbline;
+namespace plumbline::interference_watch_test {
 
 using namespace plumbline::scene;
 
@@ -59,3 +59,5 @@ TEST_CASE("a missing distance changes nothing") {
     CHECK(watch.state() == Proximity::kInterference);
   }
 }
+
+}  // namespace plumbline::interference_watch_test

@@ -8,7 +8,7 @@
 #include "firmware-like/model/materials.h"
 #include "tests/firmware-like/test_cell.h"
 
-using namespace plumbline;
+namespace plumbline::loaded_tool_test {
 
 using namespace plumbline::scene;
 
@@ -229,3 +229,5 @@ TEST_CASE("a rigid tool is straight, and rotates with a compliant seat") {
   cell.tool.tcp_F.z() = -0.1;
   CHECK(BendFieldOf(cell.tool, Loaded(cell, 60, random)).length_m == 0);
 }
+
+}  // namespace plumbline::loaded_tool_test

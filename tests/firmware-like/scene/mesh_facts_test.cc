@@ -7,7 +7,7 @@
 
 #include "tests/app/scene/shapes.h"
 
-using namespace plumbline;
+namespace plumbline::mesh_facts_test {
 
 using namespace plumbline::scene;
 using test::Cuboid;
@@ -136,3 +136,5 @@ TEST_CASE("invalid meshes are refused with a count") {
   mesh = {{Vec3f(0, 0, 0), Vec3f(1, 1, 1), Vec3f(2, 2, 2)}, {{0, 1, 2}}};
   CHECK_THAT(why(mesh), Catch::Contains("all triangles have zero area"));
 }
+
+}  // namespace plumbline::mesh_facts_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-using namespace plumbline;
+namespace plumbline::chi_square_test {
 
 using namespace plumbline::statistics;
 
@@ -51,3 +51,5 @@ TEST_CASE("the approximate quantile of chi^2 is within 2.5 % at a tail of 5 %") 
     CHECK(ChiSquareQuantileNear(kNormal95, n) == Approx(ChiSquareQuantile(0.05, n)).epsilon(0.025));
   }
 }
+
+}  // namespace plumbline::chi_square_test

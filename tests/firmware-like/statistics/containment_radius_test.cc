@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-using namespace plumbline;
+namespace plumbline::containment_radius_test {
 
 TEST_CASE("the 95 % radius contains 95 % of normal errors with any covariance") {
   std::mt19937 random(13);
@@ -22,3 +22,5 @@ TEST_CASE("the 95 % radius contains 95 % of normal errors with any covariance") 
     CHECK(inside / double{kDraws} == Approx(0.95).margin(0.006));
   }
 }
+
+}  // namespace plumbline::containment_radius_test

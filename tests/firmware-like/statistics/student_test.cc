@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+namespace plumbline::student_test {
+
 using plumbline::statistics::kTwoSigmaCoverage;
 using plumbline::statistics::StudentCoverageFactor;
 
@@ -26,3 +28,5 @@ TEST_CASE("coverage factors are those of GUM table G.2, column 95.45 %") {
   CHECK(StudentCoverageFactor(kTwoSigmaCoverage, std::numeric_limits<double>::infinity()) ==
         Approx(2).epsilon(1e-10));
 }
+
+}  // namespace plumbline::student_test

@@ -1,4 +1,4 @@
-#include "app/scene/way_out.h"
+#include "app/scene/penetration.h"
 
 #include <algorithm>
 #include <optional>
@@ -25,9 +25,10 @@ class WaySearch {
   WaySearch(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB, double step_m)
       : a_(a), b_(b), X_AB_(X_AB), step_m_(step_m) {}
 
-  WayOut Find(const std::vector<TrianglePair>& crossing, const Vec3& guess_A) const {
+  Penetration Find(const std::vector<TrianglePair>& crossing,
+                   const Vec3& initial_direction_A) const {
     const MeshPair here(a_, b_, X_AB_);
-    std::array<Way, 2> ways = {Way{guess_A}, Way{-guess_A}};
+    std::array<Way, 2> ways = {Way{initial_direction_A}, Way{-initial_direction_A}};
     for (Way& way : ways) AddContacts(here, crossing, 0, way);
     std::array<double, 2> stride_m = {step_m_, step_m_}, next_m{};
     std::size_t nearer = 0;
@@ -70,7 +71,7 @@ class WaySearch {
     const Pose X_AB{X_AB_.R, X_AB_.p - at_m * way.along_A};
     const MeshPair there(a_, b_, X_AB);
     const std::vector<TrianglePair> crossing = there.Crossing(kCrossingsPerTest);
-    if (crossing.empty() && !OneInOther(a_, b_, X_AB)) return true;
+    if (crossing.empty() && !EitherContainsOther(a_, b_, X_AB)) return true;
     AddContacts(there, crossing, at_m, way);
     return false;
   }
@@ -96,13 +97,14 @@ class WaySearch {
 
 }  // namespace
 
-bool OneInOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB) {
+bool EitherContainsOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB) {
   return a.EnclosesPartOf(b, X_AB) || b.EnclosesPartOf(a, X_AB.Inverse());
 }
 
-WayOut WayOutOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
-                const std::vector<TrianglePair>& crossing, const Vec3& guess_A, double step_m) {
-  return WaySearch(a, b, X_AB, step_m).Find(crossing, guess_A);
+Penetration PenetrationOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
+                          const std::vector<TrianglePair>& crossing,
+                          const Vec3& initial_direction_A, double step_m) {
+  return WaySearch(a, b, X_AB, step_m).Find(crossing, initial_direction_A);
 }
 
 }  // namespace plumbline::scene

@@ -7,7 +7,7 @@ namespace plumbline::diagnosis {
 
 /// Adds to `diagnosis.considered` every effect of the catalogue with the share that it explains
 /// alone and the reason why it was selected or rejected. Requires `diagnosis.rivals`.
-void AddConsidered(const FindingsContext& context, const Candidates& candidates,
-                   Diagnosis& diagnosis);
+void AddCandidateOutcomes(const FindingsContext& context, const Candidates& candidates,
+                          Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

@@ -8,21 +8,22 @@
 namespace plumbline::scene {
 
 /// Whether a part of one mesh is inside the other. Only if their surfaces do not cross.
-bool OneInOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB);
+bool EitherContainsOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB);
 
 /// Depth and direction, as defined for Separation (interference.h).
-struct WayOut {
+struct Penetration {
   double depth_m = 0;
-  Vec3 way_A = Vec3::Zero();
+  Vec3 direction_A = Vec3::Zero();
 };
 
 /// Tests positions along the guess and against it with growing strides, then bisects between the
 /// last that touches and the first that is free. Intersecting triangles are known to intersect up
 /// to their exit (ExitOf), so positions before that are not tested.
 /// @param crossing  the intersecting triangles; empty if one mesh is inside the other
-/// @param guess_A   a unit vector
+/// @param initial_direction_A   a unit vector
 /// @param step_m    resolution of the depth
-WayOut WayOutOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
-                const std::vector<TrianglePair>& crossing, const Vec3& guess_A, double step_m);
+Penetration PenetrationOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
+                          const std::vector<TrianglePair>& crossing,
+                          const Vec3& initial_direction_A, double step_m);
 
 }  // namespace plumbline::scene

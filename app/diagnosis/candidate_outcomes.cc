@@ -1,4 +1,4 @@
-#include "app/diagnosis/considered.h"
+#include "app/diagnosis/candidate_outcomes.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,9 @@ namespace plumbline::diagnosis {
 namespace {
 
 /// The fit of one block alone.
-Considered Alone(const FindingsContext& context, BlockIndex index) {
+CandidateOutcome Alone(const FindingsContext& context, BlockIndex index) {
   const CandidateSet& candidate_set = context.candidate_set;
-  Considered considered;
+  CandidateOutcome considered;
   considered.id = candidate_set.blocks()[index].id;
   if (!candidate_set.Observable(index)) {
     considered.reason =
@@ -32,11 +32,11 @@ Considered Alone(const FindingsContext& context, BlockIndex index) {
 }
 
 /// For each effect, the block that explains most alone.
-std::map<std::string, Considered> BestAlone(const FindingsContext& context) {
-  std::map<std::string, Considered> by_id;
+std::map<std::string, CandidateOutcome> BestAlone(const FindingsContext& context) {
+  std::map<std::string, CandidateOutcome> by_id;
   for (const BlockIndex index : context.candidate_set.blocks().indices()) {
     if (context.candidate_set.blocks()[index].empirical()) continue;
-    const Considered considered = Alone(context, index);
+    const CandidateOutcome considered = Alone(context, index);
     const auto [known, inserted] = by_id.emplace(considered.id, considered);
     if (!inserted && known->second.chi2_drop < considered.chi2_drop) known->second = considered;
   }
@@ -55,7 +55,7 @@ std::map<std::string, double> BestScores(const FindingsContext& context) {
   return best;
 }
 
-std::string OutcomeText(const Considered& considered, const std::vector<Rival>& rivals) {
+std::string OutcomeText(const CandidateOutcome& considered, const std::vector<Rival>& rivals) {
   if (considered.taken) return "selected";
   if (std::any_of(rivals.begin(), rivals.end(),
                   [&](const Rival& rival) { return rival.id == considered.id; })) {
@@ -69,8 +69,8 @@ std::string OutcomeText(const Considered& considered, const std::vector<Rival>& 
 
 }  // namespace
 
-void AddConsidered(const FindingsContext& context, const Candidates& candidates,
-                   Diagnosis& diagnosis) {
+void AddCandidateOutcomes(const FindingsContext& context, const Candidates& candidates,
+                          Diagnosis& diagnosis) {
   const std::map<std::string, double> best_with = BestScores(context);
   const std::vector<std::string> taken = EffectIds(context.candidate_set, context.best);
   // Elimination by nonlinear refits may leave the answer with a worse score in the linear search.
@@ -90,12 +90,12 @@ void AddConsidered(const FindingsContext& context, const Candidates& candidates,
     diagnosis.considered.push_back(considered);
   }
   for (const ExcludedCandidate& missing : candidates.excluded) {
-    Considered& considered = diagnosis.considered.emplace_back();
+    CandidateOutcome& considered = diagnosis.considered.emplace_back();
     considered.id = missing.id;
     considered.reason = missing.reason;
   }
   std::stable_sort(diagnosis.considered.begin(), diagnosis.considered.end(),
-                   [](const Considered& a, const Considered& b) {
+                   [](const CandidateOutcome& a, const CandidateOutcome& b) {
                      return a.taken != b.taken ? a.taken : a.chi2_drop > b.chi2_drop;
                    });
 }
