@@ -78,7 +78,7 @@ class Journal {
   /// Records that the drift monitor restarts after the present last row.
   /// @param reason  "model" (another one came into force) or "person"
   Result<void> RecordMonitorRestart(int model_version, const std::string& reason);
-  /// The newest restart for any reason, and the newest because of a model; nullopt if there is
+  /// The newest restart for any reason, and the newest one caused by a model; nullopt if there is
   /// none.
   Result<std::optional<Restart>> LastRestart();
   Result<std::optional<Restart>> LastModel();
@@ -115,7 +115,7 @@ class Journal {
   std::int64_t max_bytes_ = 0;
 };
 
-/// FNV-1a hash, by which a file that was imported before is recognised.
+/// FNV-1a hash for recognising a file that was imported before.
 std::uint64_t ContentHash(std::string_view text);
 
 }  // namespace plumbline::journal

@@ -11,7 +11,7 @@
 
 namespace plumbline::lens {
 
-/// Pattern printed on the board. Its points are
+/// Pattern printed on the board, with the points that are detected.
 enum class BoardKind {
   kChessboard,         ///< the inner corners: 18 x 12 squares have 17 x 11 of them
   kCharuco,            ///< likewise; each white square also carries a tag that identifies it
