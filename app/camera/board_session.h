@@ -24,7 +24,7 @@ struct BoardSettings {
 /// Receives the detections of each frame and keeps the views that add information: complete, sharp,
 /// stationary, and with the board in a different position or tilt than in those already kept.
 /// Prompts for the view that would most reduce the largest projection uncertainty in the image.
-/// Pure: time comes with the frames.
+/// Pure: the time is that of the frames.
 class BoardSession {
  public:
   enum class State { kCapturing, kAccepted, kRefused };

@@ -1,4 +1,4 @@
-// Report of how far a new model moves the configured points, for the person who applies it.
+// Report on how far a new model moves the configured points, for the person who decides on it.
 #pragma once
 
 #include <string>

@@ -24,7 +24,7 @@ std::size_t ColumnsOf(std::string_view text);
 /// are left unchanged.
 std::string WrappedLine(std::string_view line, std::size_t columns);
 
-/// Wraps running text: line feeds count as spaces. Lines after the first start with `indent`
+/// Wraps running text: line feeds are treated as spaces. Lines after the first start with `indent`
 /// spaces. The caller leaves room for these, and for what precedes the first line.
 /// @param columns  of the text alone, without the indent
 std::string WrappedParagraph(std::string_view text, std::size_t columns, std::size_t indent);

@@ -27,8 +27,8 @@ class TerminalOutput {
   std::unique_ptr<std::streambuf> wrapping_;
 };
 
-/// Manipulator: what follows is text for a person. Do not use it before JSON, CSV or TOML, which a
-/// person may copy from the terminal.
+/// Manipulator: the output that follows is text to be read. Do not use it before JSON, CSV or TOML,
+/// which the user may copy from the terminal.
 std::ostream& ForReading(std::ostream& stream);
 
 /// True if text printed to the stream may contain colours. NO_COLOR (not empty) and TERM=dumb

@@ -20,7 +20,7 @@ struct ConfigInForce {
 
 /// State of a running daemon that reloads its configuration.
 struct RunningDaemon {
-  std::string state_directory;          ///< in use since the start, whatever the file says now
+  std::string state_directory;          ///< in use since the start, even if the file has changed
   model_store::ModelState models = {};  ///< in force
   /// False: another daemon maintains the journal and the models of that directory.
   bool owns_directory = true;

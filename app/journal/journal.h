@@ -75,7 +75,7 @@ class Journal {
     std::int64_t after_row = 0;
     int model_version = 0;
   };
-  /// Records that the drift monitor restarts after the present last row.
+  /// Records that the drift monitor restarts after the last row written so far.
   /// @param reason  "model" (another one came into force) or "person"
   Result<void> RecordMonitorRestart(int model_version, const std::string& reason);
   /// The newest restart for any reason, and the newest one caused by a model; nullopt if there is

@@ -53,7 +53,7 @@ struct ModelState {
   int declared = 0;          ///< the latest content of the configured cell file
   int applied = 0;           ///< in force
   int proposed = 0;          ///< awaiting a person's approval
-  std::vector<int> history;  ///< applied versions, oldest first, ending with the present one
+  std::vector<int> history;  ///< applied versions, oldest first, ending with the current one
   /// Cleared when any version is applied.
   std::optional<SupersededVersion> set_aside = std::nullopt;
 
@@ -153,7 +153,7 @@ class ModelStore {
 
 const char* NameOf(ModelFacts::Origin origin);
 
-/// The present time in the format of ModelFacts::date.
+/// The current time in the format of ModelFacts::date.
 std::string UtcNow();
 
 }  // namespace plumbline::model_store

@@ -72,7 +72,7 @@ class Interference {
   /// Distance from a point to a surface, accurate to 1 um.
   Separation FromPoint(const Vec3& p_W, std::size_t object) const;
 
-  /// Moves an object along a polyline with fixed orientation and its present bending, and stops at
+  /// Moves an object along a polyline with fixed orientation and its current bending, and stops at
   /// the first contact. Each step is the free distance, but at least kSweepStep_m: overlaps shorter
   /// than that can be missed.
   /// @param X_WO     pose of the object's own frame for the path point at the origin of W
