@@ -57,15 +57,16 @@ struct Uncertainty {
   double expanded_m() const { return coverage_factor * standard_m; }
 };
 
-/// Of the repeatability of a pose with three or more cycles: from the number of cycles alone.
+/// Uncertainty of the repeatability of a pose with three or more cycles, from the number of cycles
+/// alone.
 Uncertainty RepeatabilityUncertainty(const PoseCharacteristics& pose);
 
-/// Of the distance accuracy: both poses' budgets, taken as independent.
+/// Uncertainty of the distance accuracy: both poses' budgets, taken as independent.
 Uncertainty DistanceUncertainty(const Characteristics& characteristics,
                                 const Contributions& contributions);
 
-/// Of the drift: instrument and repeatability of both visits; the joint reading and the model are
-/// the same in both.
+/// Uncertainty of the drift: instrument and repeatability of both visits; the joint reading and the
+/// model are the same in both.
 Uncertainty DriftUncertainty(const Characteristics& characteristics,
                              const Contributions& contributions);
 

@@ -1,4 +1,4 @@
-// Decision whether a measured error is within its tolerance, uncertainty counted.
+// Decision whether a measured error is within its tolerance, taking its uncertainty into account.
 #pragma once
 
 namespace plumbline::accuracy {

@@ -57,17 +57,18 @@ struct Characteristics {
   /// and its degrees of freedom; 0 without repeated poses.
   double cycle_sigma_m = 0;
   int cycle_freedom = 0;
-  /// Of the two poses commanded farthest apart within one session; absent if there are none.
+  /// Distance accuracy of the two poses commanded farthest apart within one session; absent if
+  /// there are none.
   std::optional<DistanceCharacteristics> distance{};
   double rms_distance_m = 0;  ///< of AD over all pairs of poses within a session
   std::size_t pairs = 0;
-  /// Of the pose with the longest time (or the most readings) between two visits; absent if no
-  /// pose was visited again after another one.
+  /// Drift of the pose with the longest time (or the most readings) between two visits; absent if
+  /// no pose was visited again after another one.
   std::optional<DriftCharacteristics> drift{};
 };
 
-/// Characteristics of readings in the order of measuring; empty for no readings. Of more than 1000
-/// poses, an evenly spaced subset takes part in the distances.
+/// Characteristics of readings in measurement order; empty for no readings. If there are more than
+/// 1000 poses, the distances use an evenly spaced subset of them.
 Characteristics CharacteristicsOf(const std::vector<Reading>& readings);
 
 }  // namespace plumbline::accuracy

@@ -15,16 +15,16 @@ namespace plumbline::camera {
 
 struct BoardSettings {
   lens::Board board;
-  int views = 20;           ///< kept views before the lens is judged for the first time
-  int most_views = 60;      ///< the capture is refused if the lens is still not good enough
-  double patience_s = 180;  ///< likewise, time since the start
+  int views = 20;           ///< views to keep before the first calibration attempt
+  int most_views = 60;      ///< if the lens is not good enough by then, the capture is refused
+  double patience_s = 180;  ///< likewise, by time since the start
   lens::CalibrationOptions options;
 };
 
 /// Receives the detections of each frame and keeps the views that add information: complete, sharp,
-/// stationary, and at a different place or tilt than those already kept. Prompts for the view that
-/// would reduce the projection uncertainty most at its worst place. Pure: time comes with the
-/// frames.
+/// stationary, and with the board in a different position or tilt than in those already kept.
+/// Prompts for the view that would most reduce the largest projection uncertainty in the image.
+/// Pure: the time is that of the frames.
 class BoardSession {
  public:
   enum class State { kCapturing, kAccepted, kRefused };
@@ -33,7 +33,7 @@ class BoardSession {
 
   /// A frame in which the board was detected.
   void Take(lens::BoardView view);
-  /// A frame in which it was not. @param why  the detector's reason
+  /// A frame in which no board was detected. @param why  the detector's reason
   void TakeFailure(const std::string& why, double time_s);
 
   State state() const { return state_; }

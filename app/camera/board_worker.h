@@ -14,8 +14,9 @@
 namespace plumbline::camera {
 
 /// Sends one frame at a time to `PROGRAM board-worker` and receives its response. A worker that
-/// misses the deadline or exits is killed, and the next frame starts another. The kernel kills the
-/// worker when the thread that started it ends. Never blocks. For use by one thread.
+/// misses the deadline is killed. After that, or if the worker exits, the next frame starts a new
+/// one. The kernel kills the worker when the thread that started it ends. Never blocks. For use by
+/// one thread.
 class BoardWorker {
  public:
   static constexpr double kDeadline_s = 0.2;
@@ -50,7 +51,7 @@ class BoardWorker {
   std::size_t shared_bytes_ = 0;
   std::optional<double> sent_s_;
   std::size_t expected_points_ = 0;  ///< points of the submitted board
-  bool has_responded_ = false;       ///< this worker responded at least once
+  bool has_responded_ = false;       ///< this worker has responded at least once
   int failures_ = 0;
 };
 

@@ -44,7 +44,7 @@ struct CameraStores {
                const log::LogSink& sink);
 
   SharedLensStore lenses;
-  std::string baselines_problem;  ///< why the baseline file could not be read; empty: it could
+  std::string baselines_problem;  ///< why the baseline file could not be read; empty if it could
   TagBaselineStore baselines;
 };
 

@@ -21,7 +21,7 @@ namespace plumbline::camera {
 
 /// The zoom thread only reads the sensor, so a zoom change is reported within one sensor period
 /// (plus the sensor's response time) however long the images take. The image thread captures
-/// frames, tracks the bodies, checks the reference tags, looks lenses up and captures the
+/// frames, tracks the bodies, checks the reference tags, looks up lenses and captures the
 /// calibration board. State shared by both threads is in the LensSupervisor, behind one mutex that
 /// is held for microseconds. The control cycle reads the published status and never blocks on
 /// either thread. The supervisors of several cameras share only the CameraStores.
@@ -99,7 +99,7 @@ class CameraSupervisor {
   std::optional<BoardWorker> worker_;
   std::optional<BoardSession> session_;
   std::optional<double> waiting_since_s_;  ///< start of a capture that has not had a frame yet
-  bool size_mismatch_ = false;             ///< logged: the image size differs from that of the lens
+  bool size_mismatch_ = false;             ///< that image and lens differ in size has been logged
   double worker_image_s_ = 0;  ///< time of the capture frame the worker is processing; 0: none
   double searched_s_ = -1e9;   ///< last time the worker was given a frame to search for a board
   /// The standstill during which that search frame was taken; nullopt while a capture uses the

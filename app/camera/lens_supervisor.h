@@ -33,10 +33,10 @@ struct LensSupervisorSettings {
 };
 
 /// Snapshot for the image thread: what to do with the next frame. Passed back with each result, so
-/// that results which belong to an earlier lens or zoom are recognized and dropped.
+/// that results for an earlier lens or zoom are recognized and dropped.
 struct FrameContext {
   lens::ZoomState state = lens::ZoomState::kUnknown;
-  bool needs_lens = false;        ///< look the lens for this zoom up in the store
+  bool needs_lens = false;        ///< look up the lens for this zoom in the store
   bool search_for_board = false;  ///< a board that comes into view starts a capture
   std::optional<std::int32_t> zoom_counts, focus_counts;  ///< at this standstill
   std::shared_ptr<const ActiveLens> lens;                 ///< null: none for this zoom
@@ -116,7 +116,7 @@ class LensSupervisor {
 };
 
 /// Consecutive tag checks that must fail before the tags count as moved, the zoom as drifted or the
-/// lens as bad: a single one may be a hand in the picture.
+/// lens as bad: a single failure may be caused by a hand in the image.
 inline constexpr int kChecksToReject = 3;
 
 }  // namespace plumbline::camera

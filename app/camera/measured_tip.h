@@ -13,11 +13,11 @@ struct CameraPoint {
   Vec3 p_W = Vec3::Zero();
   Mat3 covariance_W = Mat3::Zero();  ///< from image noise and the lens [m^2]
   Mat3 tag_covariance_W =
-      Mat3::Zero();   ///< additionally from errors of the tags' declared places [m^2]
+      Mat3::Zero();   ///< additionally from errors of the tags' declared positions [m^2]
   double time_s = 0;  ///< when the image was taken, monotonic
 };
 
-/// Standard deviation of the tags' declared places on their bodies, per axis [m].
+/// Standard deviation of the tags' declared positions on their bodies, per axis [m].
 struct TagPlacementSd {
   double cell_sd_m = 0, tool_sd_m = 0;
 };
@@ -25,7 +25,7 @@ struct TagPlacementSd {
 /// p_W = X_WK X_CK^-1 X_CT p_TQ, with both bodies located in one image:
 ///   K the cell's body (X_CK), T the tool's (X_CT).
 /// The corner noise of the two is independent. A lens error moves both and largely cancels, so it
-/// is propagated through both poses together. Errors of the declared places are reported
+/// is propagated through both poses together. Errors of the declared positions are reported
 /// separately: they are the same in every image of the same tags from the same direction, and
 /// averaging does not reduce them.
 /// @param X_WK  the cell's body in the measurement frame, as declared

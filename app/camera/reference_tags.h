@@ -1,5 +1,5 @@
-// Statistical check of the cell's reference tags: are they where the lens projects them, and if
-// not, did the zoom drift, the camera move, or one tag move?
+// Statistical check of the cell's reference tags: distinguishes a zoom drift, a moved camera and a
+// moved tag.
 #pragma once
 
 #include <map>
@@ -12,7 +12,7 @@ namespace plumbline::camera {
 
 /// The reference tags as observed when a lens was last verified: the camera's pose and each tag's
 /// residuals. Later observations are compared with these residuals, so that constant errors of the
-/// lens and of the tags' declared places cancel and only the corners' noise remains.
+/// lens and of the tags' declared positions cancel and only the corners' noise remains.
 struct TagBaseline {
   struct Tag {
     tracking::Corners residual_px;           ///< observed minus projected
@@ -23,7 +23,7 @@ struct TagBaseline {
 };
 
 struct TagCheckSettings {
-  double place_sd_m = 2e-4;  ///< of a tag's declared place, per axis; used without a baseline
+  double place_sd_m = 2e-4;  ///< of a tag's declared position, per axis; used without a baseline
   /// Standard deviation added to each corner coordinate for errors that its own covariance does not
   /// include (light, print, focus).
   double corner_floor_px = 0.03;
@@ -52,12 +52,12 @@ struct TagJudgement {
 /// rejected at kSignificance:
 ///   1. nothing moved; 2. the focal length changed (ln f free); 3. the camera moved (pose free);
 ///   4. one tag moved (the others as in 1; needs at least three tags).
-/// Hypothesis 3 is dropped if also freeing the focal length lowers chi^2 by more than
-/// kFocalChi2Gain: a camera step along the axis imitates a zoom drift. The verdict may then be
-/// kBad.
+/// Hypothesis 3 is rejected if freeing the focal length as well lowers chi^2 by more than
+/// kFocalChi2Gain: a camera step along the optical axis looks like a zoom drift. The verdict may
+/// then be kBad.
 ///
-/// Without a baseline the pose is always free, and the covariance also includes the tags' placement
-/// and the lens.
+/// Without a baseline the pose is always free, and the covariance also includes the errors of the
+/// tags' positions and of the lens.
 /// @param baseline  null if the lens was never verified
 TagJudgement JudgeReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
                                 const std::vector<tracking::SeenTag>& seen,

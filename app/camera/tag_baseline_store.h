@@ -14,7 +14,7 @@ namespace plumbline::camera {
 /// @param baselines  by the id of the lens
 std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
                              const tracking::Body& cell);
-/// @return  an empty map if the tags' declaration has changed since the text was written
+/// @return  an empty map if the declared tags have changed since the text was written
 Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
                                                                  const tracking::Body& cell);
 
@@ -36,7 +36,7 @@ class TagBaselineStore {
   const std::string path_;
   const tracking::Body cell_;
   mutable std::mutex mutex_;
-  bool unreadable_ = false;  ///< the existing file could not be read and is not yet moved aside
+  bool unreadable_ = false;  ///< the existing file could not be read and has not been renamed yet
   std::map<std::int64_t, TagBaseline> baselines_;
 };
 

@@ -9,12 +9,12 @@
 
 namespace plumbline::camera {
 
-/// The lens that frames are evaluated with.
+/// The lens used to evaluate frames.
 struct ActiveLens {
   lens::KnownLens known;
-  std::int64_t id = 0;                      ///< in the lens store; 0: not stored
-  bool calibrated = false;                  ///< at this zoom; false: interpolated, only a start
-  double log_focal_sd = 0;                  ///< of ln f, for an interpolated lens
+  std::int64_t id = 0;      ///< in the lens store; 0: not stored
+  bool calibrated = false;  ///< at this zoom; false: interpolated, only a starting point
+  double log_focal_sd = 0;  ///< of ln f, for an interpolated lens
   std::optional<std::int32_t> band_counts;  ///< zoom range within which this lens is valid
 };
 
@@ -26,10 +26,10 @@ struct TagCheck {
   std::vector<int> excluded;            ///< tags that moved
 };
 
-/// Judges the reference tags and prepares what follows: a drifted lens is refined, the pose of a
-/// moved camera is solved again, and an interpolated lens takes its focal length from the tags; it
-/// is good only if its projection uncertainty is then at most `acceptable_px` (1 sd, at infinity,
-/// worst place in the image).
+/// Judges the reference tags and prepares the consequences: a drifted lens is refined, the pose of
+/// a moved camera is solved again, and an interpolated lens takes its focal length from the tags;
+/// that lens is good only if its projection uncertainty is then at most `acceptable_px` (1 sd, at
+/// infinity, worst place in the image).
 /// @param baseline  of this lens; null if there is none
 TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
                             const tracking::Body& cell, const std::vector<tracking::SeenTag>& seen,

@@ -37,7 +37,8 @@ TagFitProblem ProblemAgainstBaseline(const tracking::Body& cell,
                                      const std::vector<tracking::SeenTag>& seen,
                                      const TagBaseline& baseline, const TagCheckSettings& settings);
 
-/// Observed tags by themselves; the covariance includes corner noise, tag placement and the lens.
+/// The observed tags alone; the covariance includes corner noise and the errors of the tags'
+/// positions and of the lens.
 /// @return  nullopt if no starting pose is found
 std::optional<TagFitProblem> ProblemWithoutBaseline(const lens::KnownLens& lens,
                                                     const lens::LensCovariance& lens_covariance,
@@ -58,7 +59,7 @@ struct TagFit {
 };
 
 /// Gauss-Newton from the problem's start.
-/// @return  nullopt if it does not converge or a tag comes behind the camera
+/// @return  nullopt if it does not converge or a tag ends up behind the camera
 std::optional<TagFit> FitTags(const lens::Lens& lens, const TagFitProblem& problem,
                               const FreeParameters& free);
 

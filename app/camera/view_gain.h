@@ -24,9 +24,9 @@ std::optional<lens::SharedMatrix> InformationOfView(const lens::Board& board,
 Pose PoseOfPrompt(lens::BoardPrompt prompt, const lens::Board& board, const lens::Lens& lens,
                   image::ImageSize size);
 
-/// The prompt whose view would make the projection least uncertain at its worst place; candidates
-/// are tilts, image corners, closer and farther.
-/// @param avoid  prompts to skip, since they were given without success
+/// The prompt whose view would leave the smallest maximum projection uncertainty in the image;
+/// candidates are tilts, image corners, closer and farther.
+/// @param avoid  prompts to skip: their view is already covered, or they brought no new view
 /// @return       kShowBoard if no candidate remains
 lens::BoardPrompt BestPrompt(const lens::Board& board, const lens::LensFit& fit,
                              image::ImageSize size, const std::set<lens::BoardPrompt>& avoid = {});

@@ -3,8 +3,8 @@
 // Park & Park, "Development of a Software Based Calibration System for Automobile Assembly System
 // Oriented AR", DAAAM International Scientific Book 2012, ch. 44.
 //
-// Table 2 checks the paper's system on a cantilever under a tip force of 100 to 1000 N. The printed
-// beam and the computed one differ:
+// Table 2 checks the paper's system on a cantilever under a tip force of 100 to 1000 N. The
+// parameters printed in the paper are not those that reproduce the table:
 //
 //                            printed                     reproduces the table
 //   E                        2 GPa                       200 GPa
@@ -13,11 +13,11 @@
 //   nodes 2, 3, 4 at 100 N   1.024, 3.584, 6.912 mm      0.2765, 0.9677, 1.8662 mm
 //
 // The published column "developed system" reads 0.2764, 0.9676, 1.8662 mm at 100 N. The printed
-// parameters give 3.70 times as much. Those on the right give all eighteen values to the last
-// printed digit; some of these were truncated instead of rounded.
+// parameters give 3.70 times these values. The parameters on the right give all eighteen values to
+// the last printed digit; some published values were truncated instead of rounded.
 //
-// The column beside it, from a commercial finite-element program, cannot come from one linear beam,
-// because it is not proportional to the force: its tip moves by 17.95 um/N at 100 N, 15.61 at 200,
+// The adjacent column, from a commercial finite-element program, cannot come from one linear beam,
+// because it is not proportional to the force: the tip moves by 17.95 um/N at 100 N, 15.61 at 200,
 // 16.78 at 300, 17.47 at 400, 17.69 at 500 and 17.13 at 1000 N. The linear beam gives 18.66 at
 // each.
 #pragma once
@@ -49,8 +49,8 @@ std::vector<double> ElementAngles(const beam::BeamSolution& solution, BendingAxi
 ///
 /// Eq. 3 is exact at the end of the first element only. Further out it applies the steeper angle of
 /// an outer element over the whole length from the root and jumps at each node. More elements do
-/// not help: at the tip it tends to the tip's slope times L, 1.5 times the displacement. It also
-/// neglects that a point beside the axis rotates with its section: 0.55 mm along z for a point
+/// not help: at the tip, eq. 3 tends to the tip's slope times L, 1.5 times the displacement. It
+/// also neglects that a point beside the axis rotates with its section: 0.55 mm along z for a point
 /// 400 mm beside the axis at z = 1200 mm. At 100 N a point on the axis is shifted by
 ///
 ///   z mm   element   eq. 3, mm   section, mm   eq. 3 too large by
@@ -68,8 +68,8 @@ BeamPoint CompensatedByElementAngle(const beam::BeamSolution& solution, BendingA
 ///   (z - y sin theta, d + y cos theta)
 BeamPoint LoadedPoint(const beam::BeamSolution& solution, BendingAxis axis, const BeamPoint& point);
 
-/// The point mirrored at its loaded position. Commanded there, it lands on target to first order in
-/// the deflection.
+/// The point mirrored at its loaded position. If this point is commanded, the loaded point is on
+/// target to first order in the deflection.
 ///   (z + y sin theta, 2 y - d - y cos theta)
 BeamPoint CompensatedBySection(const beam::BeamSolution& solution, BendingAxis axis,
                                const BeamPoint& point);

@@ -22,7 +22,8 @@ void AddBoardOptions(CLI::App& command, BoardOptions& options);
 
 /// The board described by the options, which must have been parsed.
 lens::Board BoardOf(const BoardOptions& options);
-/// The option that makes the board impossible, with the remedy; empty for a possible board.
+/// Error message with the option that makes the board invalid and the requirement; empty if it is
+/// valid.
 std::string BoardOptionProblem(const lens::Board& board);
 
 }  // namespace plumbline::cli

@@ -19,7 +19,7 @@ void AddCamerasCommand(CLI::App& app, int& exit_code);
 /// if it is a range of sizes; `problem` is null if the camera responds.
 std::string CamerasJson(const camera::DeviceTree& tree);
 
-/// The same as text for people.
+/// The same as readable text.
 std::string CamerasText(const camera::DeviceTree& tree);
 
 }  // namespace plumbline::cli

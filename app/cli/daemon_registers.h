@@ -22,7 +22,8 @@ class DaemonRegisters {
   ///              the connection broke
   static Result<DaemonRegisters> Read(const std::string& host, int port);
 
-  // Values in the units of the register map, by the names in it; an unknown name is asserted.
+  // Values in the units of the register map, by the names in it; an unknown name fails an
+  // assertion.
   int points() const { return Word("points"); }
   double Value(std::string_view name) const { return Find(plc::registers::Fields(), name, 0); }
   double Value(std::string_view name, int point) const {

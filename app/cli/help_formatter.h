@@ -10,10 +10,10 @@ class FormatterBase;
 
 namespace plumbline::cli {
 
-/// Wraps descriptions and footers at 80 columns. Line feeds within a paragraph of a footer do not
-/// count; examples stay as they are. A long list of values moves from the
-/// option's name into its description. What an option excludes or needs is left to its description
-/// and to the message that refuses the combination.
+/// Wraps descriptions and footers at 80 columns. Line feeds within a paragraph of a footer are
+/// treated as spaces; examples are left unchanged. A long list of values moves from the option's
+/// name into its description. The options that an option excludes or needs are not listed; its
+/// description and the error message for an invalid combination name them.
 std::shared_ptr<CLI::FormatterBase> HelpFormatter();
 
 }  // namespace plumbline::cli

@@ -18,7 +18,7 @@ class Interruption {
 
   /// Ignores both signals from now on, until the process ends or another Interruption is created.
   /// Call it before writing results: the exit code 130 promises that no file was changed.
-  /// @return false if a signal arrived before; nothing may be written then
+  /// @return false if a signal has already arrived; nothing may be written then
   bool Disarm();
 
  private:

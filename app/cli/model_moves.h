@@ -1,4 +1,4 @@
-// Report of how far a new model moves the configured points, for the person who applies it.
+// Report on how far a new model moves the configured points, for the person who decides on it.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 namespace plumbline::cli {
 
 /// Compares the corrected commands of the configured points under two models, at the configured
-/// loads. Without a configuration, reports how far the unloaded tip moves and why not more is
-/// known.
+/// loads. Without a configuration, reports how far the unloaded tip moves and why the points cannot
+/// be compared.
 /// @param config_file  given by the user; empty: the one that the daemon recorded in the state
 ///                     directory
 /// @return the text, or why the given file cannot be used

@@ -30,9 +30,10 @@ struct Prediction {
 /// payload is 0; the rows then count as extrapolated if the cell has a [payload] and was not fitted
 /// to such rows.
 /// @param deviation  uncertainty of the declared values
-/// @param frames     covariances of just aligned sessions; they widen the radius
+/// @param frames     covariances of session frames that were just re-estimated; they widen the
+///                   radius
 /// @param done       called from time to time with the number of rows predicted; may be empty
-/// @return           one prediction per row, or why the cell cannot be predicted
+/// @return           one prediction per row, or why the cell's tip cannot be predicted
 Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
                                         const table::MeasuredTable& poses,
                                         const model::DeclaredDeviation& deviation,

@@ -10,9 +10,9 @@
 
 namespace plumbline::cli {
 
-/// On a terminal, after half a second, a single line, updated every second; elsewhere, after two
-/// seconds, a line every ten per cent. Both show the remaining time once 5 % are done, extrapolated
-/// from the elapsed time.
+/// On a terminal, shows a single line after half a second and updates it every second; elsewhere,
+/// prints a line every ten per cent, starting after two seconds. Both show the remaining time once
+/// 5 % are done, extrapolated from the elapsed time.
 class Progress {
  public:
   struct Display {
@@ -23,13 +23,13 @@ class Progress {
   };
 
   Progress(std::ostream& err, Display display);
-  /// For standard error as it is.
+  /// Detects the properties of standard error: the terminal's width, or that it is not a terminal.
   Progress(std::ostream& err, bool quiet);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// @param share  done so far, 0..1
+  /// @param share  share that is done, 0..1
   /// @param doing  the current step: "fitting all rows"
   void Show(double share, const std::string& doing);
   /// "640 of 50000 poses".
@@ -52,7 +52,7 @@ class Progress {
   bool ended_ = false;
   std::mutex mutex_;  ///< of all members above
   std::condition_variable end_;
-  std::thread updater_;  ///< on a terminal
+  std::thread updater_;  ///< used on a terminal only
 };
 
 }  // namespace plumbline::cli

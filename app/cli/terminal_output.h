@@ -10,7 +10,7 @@ namespace plumbline::cli {
 /// Prepares a stream for the terminal behind its descriptor; has no effect on files and pipes.
 /// While an object of this class exists, the lines that follow ForReading are wrapped at the width
 /// of the terminal (WrappedLine), and ShowsColours() returns whether the terminal shows colours. A
-/// line that starts with a carriage return (progress) passes as it is.
+/// line that starts with a carriage return (progress) is passed on unchanged.
 class TerminalOutput {
  public:
   /// @param descriptor  STDOUT_FILENO or STDERR_FILENO
@@ -27,12 +27,12 @@ class TerminalOutput {
   std::unique_ptr<std::streambuf> wrapping_;
 };
 
-/// Manipulator: what follows is text for a person. Do not use it before JSON, CSV or TOML, which a
-/// person may copy from the terminal.
+/// Manipulator: the output that follows is text to be read. Do not use it before JSON, CSV or TOML,
+/// which the user may copy from the terminal.
 std::ostream& ForReading(std::ostream& stream);
 
 /// True if text printed to the stream may contain colours. NO_COLOR (not empty) and TERM=dumb
-/// switch them off.
+/// disable colours.
 bool ShowsColours(std::ostream& stream);
 
 }  // namespace plumbline::cli

@@ -16,8 +16,8 @@ struct ArmSize {
   /// or gravity is zero.
   std::optional<model::JointVector> link_torque;
 
-  /// Rough rated payload of such an arm [kg]. With link masses: on real arms the rated payload
-  /// causes 43 to 59 % of the largest gravity torque about joint 2, so it is close to
+  /// Estimated rated payload of an arm of this size [kg]. With link masses: on real arms the rated
+  /// payload causes 43 to 59 % of the largest gravity torque about joint 2, so it is close to
   /// T_links / (g reach). Without them: the heaviest rated payload of arms with this reach.
   double RatedLoad_kg() const;
 };
@@ -25,7 +25,7 @@ struct ArmSize {
 ArmSize ArmSizeOf(const model::Robot& robot);
 
 /// Warns about lengths and centres of mass of single joints that look like metres, link masses that
-/// no arm of this reach has, and compliances that are wrong by a unit.
+/// no arm of this reach has, and compliances that are probably in the wrong unit.
 /// @param joints  the [[robot.joint]] tables, one for each of robot.joints
 void WarnAboutUnlikelyParts(const std::vector<TomlTable>& joints, const model::Robot& robot);
 

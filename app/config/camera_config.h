@@ -21,7 +21,7 @@ class TomlTable;
 struct ZoomConfig {
   std::string kind;  ///< one of ZoomKinds(); empty: a lens without zoom
   zoom::ZoomConnection
-      connection;  ///< for kind "replay", the rows are still to be read from replay_file
+      connection;  ///< for kind "replay", without the rows of replay_file, which are read later
   std::string replay_file;
   double period_s = zoom::kZoomPeriod_s;  ///< polling period
   lens::ZoomSupervisorSettings supervision;
@@ -49,7 +49,7 @@ struct TagsConfig {
 };
 
 struct CameraConfig {
-  status::CameraName name = status::CameraName::kNone;  ///< set for each of two cameras
+  status::CameraName name = status::CameraName::kNone;  ///< set if there are two cameras
   std::string kind = "v4l2";                            ///< one of CameraKinds()
   camera::CameraConnection connection;
   ZoomConfig zoom;

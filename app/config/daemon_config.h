@@ -26,7 +26,7 @@ inline constexpr const char* kDefaultStateDirectory = "/var/lib/plumbline";
 struct RobotLinkConfig {
   std::string transport = "tcp";  ///< one of RobotTransports()
   robot::RobotConnection
-      connection;           ///< for "replay", the rows are still to be read from replay_file
+      connection;           ///< for "replay", without the rows of replay_file, which are read later
   std::string replay_file;  ///< a measured.csv whose joints are played back
 };
 

@@ -8,7 +8,7 @@ namespace plumbline::config {
 
 inline constexpr double kSecondPerMs = 1e-3;
 
-/// Positions and orientations of things in the cell.
+/// Positions and orientations in the cell.
 inline constexpr NumberRange kPlaceRange{-100000, 100000, kMetrePerMm};
 inline constexpr NumberRange kTurnRange{-360, 360, kRadPerDeg};
 

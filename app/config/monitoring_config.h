@@ -16,7 +16,7 @@ struct MonitoringConfig {
   std::string session;          ///< label of every probe; the boot number is added
   double probe_sigma_m = 5e-5;  ///< standard deviation of one probe, per axis
   int reference_probes = 20;    ///< 0: the model itself is the reference
-  double reference_sd_m = 0;    ///< with 0: standard deviation of the model's mean residual
+  double reference_sd_m = 0;    ///< if that is 0: standard deviation of the model's mean residual
   double shift_m = 3e-4;        ///< size of the change to be detected quickly
   double probes_per_day = 24;
   double false_alarms_per_year = 1;

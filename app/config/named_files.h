@@ -27,7 +27,7 @@ class NamedFiles {
                                                           std::string_view key,
                                                           const std::string& folder) const;
 
-  /// The same if the file is needed; otherwise only checks that the key, if present, is a string.
+  /// Read() if the file is needed; otherwise only checks that the key, if present, is a string.
   std::optional<std::pair<std::string, std::string>> ReadIf(bool needed, const TomlTable& table,
                                                             std::string_view key,
                                                             const std::string& folder) const {
@@ -36,7 +36,8 @@ class NamedFiles {
     return std::nullopt;
   }
 
-  /// An absolute path as it is; a relative one in the directory of the configuration.
+  /// Returns an absolute path unchanged and resolves a relative one in the configuration's
+  /// directory.
   std::string Resolve(const std::string& path) const {
     return (config_directory_ / path).lexically_normal().string();
   }

@@ -11,9 +11,9 @@ class TomlTable;
 
 struct PageConfig {
   std::string listen = "127.0.0.1";  ///< IP address of this computer
-  std::optional<int> port;         ///< 0: any free port; nullopt: a page only by the systemd socket
-  std::string token;               ///< required from every browser; empty: local access only
-  std::vector<std::string> hosts;  ///< further accepted host names, in lower case
+  std::optional<int> port;           ///< 0: any free port; nullopt: only a socket passed by systemd
+  std::string token;                 ///< required from every browser; empty: local access only
+  std::vector<std::string> hosts;    ///< further accepted host names, in lower case
 
   bool operator==(const PageConfig&) const = default;
 };
@@ -22,7 +22,7 @@ struct PageConfig {
 /// and how to make a better one; nullopt for a strong token. The text never contains the token.
 std::optional<std::string> WhyTokenWeak(const std::string& token);
 
-/// True for a loopback address, which only this computer reaches.
+/// True for a loopback address, which only this computer can reach.
 bool IsLoopback(const std::string& address);
 /// True for the wildcard address (0.0.0.0 or ::), which means all addresses of this computer.
 bool IsWildcardAddress(const std::string& address);

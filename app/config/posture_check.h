@@ -1,4 +1,4 @@
-// Posture check of the configured points: reached as near_deg states, or were angles in radians?
+// Posture check of the configured points: posture other than near_deg, angles written in radians.
 #pragma once
 
 #include <cstddef>

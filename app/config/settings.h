@@ -46,10 +46,10 @@ struct Setting {
   SettingDoc doc;
 };
 
-/// Passed to a ListKeys() function together with the struct that holds a table's values. Built on a
-/// TomlTable it reads: each key is checked and stored; an absent or faulty key leaves the struct's
-/// default. Built on a list of rows it documents: each key becomes a row, and the value found in
-/// the struct is its default.
+/// Passed to a ListKeys() function together with the struct that holds a table's values.
+/// Constructed from a TomlTable, it reads: each key is checked and stored; an absent or faulty key
+/// leaves the struct's default. Constructed from a list of rows, it documents: each key becomes a
+/// row, and the value found in the struct is its default.
 class Settings {
  public:
   /// @param files  resolves the paths of Path(); may be null if the table has none
@@ -114,7 +114,7 @@ class Settings {
   /// @return  true in documentation mode: there is nothing to read then
   bool AddRow(std::string_view key, std::string_view type, std::string range, std::string value,
               const SettingDoc& doc);
-  /// Stores what a getter of the table returned, if it returned a value.
+  /// Stores the value that a getter of the table returned, if any.
   template <typename Found, typename T>
   void Store(std::string_view key, Found found, T& value);
 

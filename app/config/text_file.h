@@ -17,8 +17,8 @@ inline constexpr std::size_t kMaxTextFileBytes = std::size_t{256} << 20;
 ///         that delivers nothing for 1.5 s is an error
 Result<std::string> ReadTextFile(const std::string& path);
 
-/// Replaces a file atomically (`files::ReplaceFile`), but follows a link. Special files, and always
-/// /dev/stdout, are written to directly.
+/// Replaces a file atomically (`files::ReplaceFile`), but follows a symbolic link. Special files,
+/// and /dev/stdout in any case, are written to directly.
 /// @return the reason on failure ("Permission denied")
 Result<void> WriteTextFile(const std::string& path, std::string_view text);
 

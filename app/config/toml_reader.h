@@ -68,7 +68,7 @@ class TomlTable {
   std::optional<Eigen::MatrixXd> Matrix(std::string_view key, NumberRange range, int rows,
                                         int columns) const;
 
-  /// A list of any number of lists of numbers, all of the same length.
+  /// A list of any number of rows, each a list of numbers; all rows have the same length.
   std::optional<Eigen::MatrixXd> Rows(std::string_view key, NumberRange range) const;
 
   /// Index of the key's value in `words`.

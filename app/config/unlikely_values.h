@@ -25,17 +25,17 @@ bool IsPointInMetres(const Vec3& p_OP);
 bool IsFarAway(const model::CellModel& cell, const correction::AssemblyPoint& point);
 
 /// Warns about gravity that points up or has the wrong magnitude, lengths that look like metres,
-/// angles and joint limits that look like radians, and what contradicts the arm's size
+/// angles and joint limits that look like radians, and values that contradict the arm's size
 /// (arm_size.h).
 /// @param joints  the [[robot.joint]] tables of `table`, one for each of robot.joints
 void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>& joints,
                             const model::Robot& robot);
 
-/// Warns about a tip or centre of gravity that looks like metres or is metres away, and about a
-/// payload at the flange of a long tool.
+/// Warns about a tip or centre of gravity that was probably written in metres or is metres away,
+/// and about a payload at the flange of a long tool.
 void WarnAboutUnlikelyLoad(const TomlTable& root, const model::CellModel& cell);
 
-/// Warns about a point that looks like metres or is out of reach.
+/// Warns about a point that was probably written in metres or is out of reach.
 /// @param p_OP  as written, in the frame of the point [m]
 void WarnAboutUnlikelyPoint(const TomlTable& table, const Vec3& p_OP,
                             const correction::AssemblyPoint& point, const model::CellModel& cell);

@@ -1,4 +1,4 @@
-// The supervisors of all configured cameras, as one part of the daemon.
+// Owner of the supervisors of all configured cameras.
 #pragma once
 
 #include <memory>
@@ -36,7 +36,8 @@ class CameraSupervisors {
   std::vector<Supervised> cameras_;
 };
 
-/// Whether the settings that the supervisors were created from differ: they take a restart.
+/// Whether any setting differs that the supervisors are created from; such a change needs a
+/// restart.
 bool CamerasDiffer(const config::DaemonConfig& a, const config::DaemonConfig& b);
 
 /// A log line with the name of its camera: "camera rear stale: ...", "camera rear: zoom sensor:

@@ -1,4 +1,4 @@
-// The control cycle: a real-time thread that reads the robot, computes and publishes, once a
+// The control cycle: a real-time thread that reads the robot, computes and publishes, once per
 // period.
 #pragma once
 
@@ -24,7 +24,7 @@ namespace plumbline::daemon {
 struct CycleParts {
   CycleParts(const config::DaemonConfig& config, std::unique_ptr<robot::RobotDevice> device,
              int version);
-  /// @param reused  the link of the parts that these replace, which keeps running
+  /// @param reused  the running link of the parts that this object replaces
   CycleParts(const config::DaemonConfig& config, std::shared_ptr<robot::RobotLink> reused,
              int version);
 
@@ -36,7 +36,7 @@ struct CycleParts {
   plc::PlcConvention convention;
   plc::PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;
-  RobotSetup robot;  ///< that the link was created from
+  RobotSetup robot;  ///< the setup that the link was created from
   std::shared_ptr<robot::RobotLink>
       link;  ///< shared only while one configuration replaces the other
   double period_s;
@@ -83,7 +83,7 @@ class ControlCycle {
   void Replace(
       std::unique_ptr<CycleParts> parts, const std::function<void()>& step = [] {});
 
-  /// The newest snapshot; at most kSnapshotReaders at a time.
+  /// The newest snapshot; at most kSnapshotReaders may be held at a time.
   static constexpr int kSnapshotReaders = 2;
   Latest<Snapshot>::Guard ReadSnapshot() const { return snapshots_.Read(); }
   /// Alarm bits raised in any cycle since the last call.

@@ -1,4 +1,4 @@
-// Lock-free mailboxes between the control cycle and the threads beside it: probes out, status in.
+// Lock-free mailboxes between the control cycle and the other threads: probes out, status in.
 #pragma once
 
 #include <semaphore.h>
@@ -43,7 +43,7 @@ class CycleEventQueue {
   }
   /// Ends the reader's current wait, or its next one if it is not waiting. Any thread.
   void Wake() { sem_post(&pushed_); }
-  /// Waits at most `timeout` for a Push() or Wake() since the previous wait.
+  /// Waits at most `timeout` for a Push() or Wake() that came after the previous wait.
   void Wait(std::chrono::milliseconds timeout) {
     timespec until{};
     clock_gettime(CLOCK_MONOTONIC, &until);

@@ -6,7 +6,7 @@
 namespace plumbline::daemon {
 
 /// Runs until SIGTERM or SIGINT. SIGHUP reloads the configuration: a faulty one changes nothing;
-/// addresses and ports of the PLC servers take a restart.
+/// a change of the PLC servers' addresses or ports needs a restart.
 /// @return  the process's exit code: 0 stopped by a signal, 1 faults in the configuration or a part
 ///          that could not start, 2 the state directory or the PLC's port is in use; the reason is
 ///          logged

@@ -16,7 +16,7 @@
 
 namespace plumbline::daemon {
 
-/// Runs `plumbline diagnose` as a child process over the rows recorded since the present model came
+/// Runs `plumbline diagnose` as a child process over the rows recorded since the current model came
 /// into force, then proposes the corrected model, and applies it if the configuration allows that.
 /// Its files remain in STATE/diagnosis until the next run.
 class DiagnosisRun {

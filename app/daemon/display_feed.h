@@ -13,9 +13,9 @@
 
 namespace plumbline::daemon {
 
-/// Publishes a state with every image, and a few times a second without one. If no viewer is
-/// connected it only polls for viewers. The control cycle is not aware of it: everything shown is
-/// read from the mailboxes.
+/// Publishes a state with every image and, while no images arrive, a few times a second without
+/// one. If no viewer is connected it only polls for viewers. The control cycle is not aware of it:
+/// everything shown is read from the mailboxes.
 class DisplayFeed {
  public:
   /// @param publisher  null if the socket could not be created: nothing is published until Reopen()

@@ -20,14 +20,14 @@ struct ConfigInForce {
 
 /// State of a running daemon that reloads its configuration.
 struct RunningDaemon {
-  std::string state_directory;          ///< in use since the start, whatever the file says now
+  std::string state_directory;          ///< in use since the start, even if the file has changed
   model_store::ModelState models = {};  ///< in force
   /// False: another daemon maintains the journal and the models of that directory.
   bool owns_directory = true;
 };
 
 /// Reads the configuration, records its cell file in the model store of its state directory, and
-/// reads it again with the applied version if that is another one.
+/// reads it again with the applied version if that is a different one.
 ///
 /// If the store or the applied version cannot be used:
 ///   - The applied version is in the store but cannot be read: a fault, and the cell file does not
@@ -37,8 +37,8 @@ struct RunningDaemon {
 ///     cell file has been edited since, it is in force with `set_aside`.
 ///   - The store cannot be opened although it may hold an applied version: a fault at a reload; at
 ///     the start the cell file is in force with `set_aside`.
-///   - At a reload the store is empty although a version of it is in force, as when its file system
-///     is no longer mounted: a fault.
+///   - At a reload the store is empty although a version of it is in force, for example because its
+///     file system is no longer mounted: a fault.
 ///   - At the start the store is empty although the directory was used before: the cell file is in
 ///     force with `set_aside`, because an applied model may have been lost. Applying a version,
 ///     even the declared one, clears that.

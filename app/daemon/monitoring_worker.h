@@ -18,9 +18,9 @@
 
 namespace plumbline::daemon {
 
-/// A thread beside the control cycle. It takes probes from the cycle, writes each to the journal
-/// and passes it to the drift monitor; after an alarm it runs the diagnosis, stores the corrected
-/// model as a proposal, and applies it if the configuration allows that.
+/// Background thread that takes probes from the control cycle, writes each to the journal and
+/// passes it to the drift monitor; after an alarm it runs the diagnosis, stores the corrected model
+/// as a proposal, and applies it if the configuration allows that.
 ///
 /// The drift monitor's state is not stored: at the start it is recomputed from the journal's rows
 /// since the model in force was applied, or since a person restarted the monitor.
@@ -94,10 +94,10 @@ class MonitoringWorker {
   /// The cameras at the start: a reload does not change them.
   std::optional<std::vector<config::CameraConfig>> cameras_;
   bool alarm_handled_ = false;
-  bool alarm_unlogged_ = false;     ///< raised while rereading rows that were accepted since
-  std::int64_t quarantined_ = 0;    ///< rows of the journal that wait for a person's decision
+  bool alarm_unlogged_ = false;     ///< raised by a reread row; not logged yet
+  std::int64_t quarantined_ = 0;    ///< rows of the journal that await a person's decision
   std::int64_t last_decision_ = 0;  ///< id of the newest decision that was followed
-  bool decision_unlogged_ = false;  ///< the journal could not be reread after a decision yet
+  bool decision_unlogged_ = false;  ///< decision not logged yet: the journal must be reread first
   std::string decisions_fault_;     ///< why decisions cannot be read; empty: they can
   bool quarantining_ = false;       ///< the newest probe was quarantined, and that was logged
   bool diagnosis_failed_ = false;

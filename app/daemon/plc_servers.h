@@ -10,7 +10,7 @@
 
 namespace plumbline::daemon {
 
-/// Opened at the start; changes take a restart. Logs transitions.
+/// Opened at the start; changes need a restart. Logs transitions.
 class PlcServers {
  public:
   PlcServers() = default;  ///< serves nothing
@@ -21,8 +21,8 @@ class PlcServers {
                                                   service::ServiceManager& manager,
                                                   modbus::ImageHandler& handler);
 
-  /// Deposits the connections of clients that have sent a request with the service manager, so that
-  /// a restart does not break them. To be called regularly, from one thread.
+  /// Deposits client connections with the service manager, so that a restart does not break them;
+  /// only connections on which a request has arrived. To be called regularly, from one thread.
   void DepositConnections(const service::ServiceManager& manager);
 
   const modbus::TcpServer& server() const { return *server_; }
@@ -36,7 +36,7 @@ class PlcServers {
 /// Modbus device identification that clients can read.
 modbus::DeviceIdentification Identification();
 
-/// Whether settings differ that take a restart.
+/// Whether any setting differs whose change needs a restart.
 bool PlcServersDiffer(const config::PlcConfig& a, const config::PlcConfig& b);
 
 }  // namespace plumbline::daemon

@@ -22,11 +22,12 @@ struct RowVerdict {
   bool reference_complete = false;  ///< with this row the reference was learned or refused
 };
 
-/// Selects the rows that the drift monitor may compare, and knows which row each of its probes is.
+/// Selects the rows that the drift monitor may compare, and keeps track of which row each of its
+/// probes came from.
 ///
-/// All monitored probes are by one camera, that of the first row by a camera, or by none: errors of
-/// the tags' declared positions are the same in every probe of one camera, but differ between
-/// cameras.
+/// Of the probes measured by cameras, only those of one camera are monitored, that of the first
+/// such row: errors of the tags' declared positions are the same in every probe of one camera, but
+/// differ between cameras.
 class RowDriftMonitor {
  public:
   /// @param sink  receives one entry for each camera whose probes are not monitored
@@ -43,13 +44,13 @@ class RowDriftMonitor {
   std::optional<RowVerdict> Update(const journal::JournalRow& row, bool replayed);
 
   const monitor::DriftMonitor& drift() const { return drift_; }
-  std::int64_t alarm_row() const { return alarm_row_; }  ///< that raised the alarm; 0: none did
+  std::int64_t alarm_row() const { return alarm_row_; }  ///< the row that raised the alarm; 0: none
 
   /// The reference that was learned, or why it was refused and which rows disagree.
   log::LogEntry ReferenceEntry() const;
   /// The shift that raised the alarm: the median over the rows that contributed, because the
-  /// monitor's own estimate limits each probe and so underestimates shifts of several millimetres.
-  /// The monitor's estimate if the rows cannot be read. There must be an alarm.
+  /// monitor's own estimate limits the influence of each probe and so underestimates shifts of
+  /// several millimetres. If the rows cannot be read, the monitor's estimate. Requires an alarm.
   /// @param journal  from which the monitored rows came
   /// @param joints   of the cell
   log::LogEntry AlarmEntry(journal::Journal& journal, const std::vector<model::Joint>& joints,
@@ -64,7 +65,7 @@ class RowDriftMonitor {
   double probe_sigma_m_;
   monitor::DriftMonitor drift_;
   std::optional<std::string> reference_camera_;  ///< nullopt before the first row by a camera
-  std::set<std::string> unmonitored_cameras_;    ///< that were logged as not monitored
+  std::set<std::string> unmonitored_cameras_;    ///< cameras logged as not monitored
   std::vector<std::int64_t> monitored_rows_;     ///< ascending
   std::int64_t alarm_row_ = 0;
 };

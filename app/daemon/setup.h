@@ -21,7 +21,7 @@ Result<RobotSetup> RobotSetupFrom(const config::DaemonConfig& config);
 /// The addresses of the register map that clients may read if there are this many points.
 std::shared_ptr<const modbus::AddressRanges> ReadableRanges(std::size_t points);
 
-/// The window that clients may write, all zero.
+/// The registers that clients may write, all zero.
 modbus::CommandArea EmptyCommandArea();
 
 }  // namespace plumbline::daemon

@@ -27,7 +27,7 @@ class StateStorage {
  public:
   StateStorage(std::string directory, log::LogSink sink);
 
-  /// Locks the directory for this daemon. A disk that cannot be written is logged, and checked
+  /// Locks the directory for this daemon. If the disk cannot be written, that is logged and checked
   /// again later.
   /// @return  why this daemon must not write there: another one uses the directory
   std::optional<std::string> Acquire();

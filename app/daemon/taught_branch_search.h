@@ -9,15 +9,15 @@
 
 namespace plumbline::daemon {
 
-/// Finds, for each point that was taught with joint values, the branch it belongs to: one after
-/// another, on its own low-priority thread, because a thousand points take ten seconds. The control
-/// cycle takes results as they become available.
+/// Finds, for each point that was taught with joint values, the branch it belongs to. The points
+/// are searched one after another on a separate low-priority thread, because a thousand points take
+/// ten seconds. The control cycle takes results as they become available.
 ///
 /// The thread works on its own Machine with the same configuration. Each result is written once,
 /// before `found_` counts it, and only read afterwards: no locks, and the reader allocates nothing.
 class TaughtBranchSearch {
  public:
-  /// Branches delivered in one cycle: each costs a correction in that cycle.
+  /// Branches delivered in one cycle: each requires a correction to be computed in that cycle.
   static constexpr std::size_t kMaxPerCycle = 2;
 
   explicit TaughtBranchSearch(const MachineConfig& config);
@@ -36,7 +36,7 @@ class TaughtBranchSearch {
 
   Machine searching_;
   std::vector<std::optional<model::JointVector>>
-      branches_;  ///< one a point; the first found_ are final
+      branches_;  ///< one per point; the first found_ are final
   std::atomic<std::size_t> found_{0};
   std::size_t delivered_ = 0;
   std::atomic<bool> stop_{false};

@@ -42,7 +42,7 @@ class ThreadWatchdog {
     std::function<bool()> in_device;
     std::uint64_t last_beats = 0;
     double last_beat_s = 0;
-    double excused_until_s = 0;  ///< last heartbeat, or last seen waiting for a device
+    double excused_until_s = 0;  ///< last heartbeat, or last time it was waiting for a device
     bool checked = false;
   };
   std::vector<Thread> threads_;

@@ -11,7 +11,7 @@ namespace plumbline::doctor {
 /// State and alarms of the running daemon, which owns robot and camera. If no daemon runs, reads
 /// the robot once.
 CheckResults CheckDaemon(const config::DaemonConfig& config);
-/// Who may send commands to the Modbus server: everybody, if plc.allow is empty.
+/// Who may send commands to the Modbus server: anyone, if plc.allow is empty.
 CheckResult CheckPlcAccess(const modbus::TcpServerOptions& plc);
 /// Whether the camera is connected, uniquely identified and accessible.
 CheckResult CheckCamera(const config::CameraConfig& camera, const Account& account,

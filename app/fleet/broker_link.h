@@ -31,7 +31,7 @@ class BrokerLink {
 
   struct LastWill {
     std::string topic;  ///< empty: no will
-    /// Makes the payload for the connection of that number; called in the link's thread.
+    /// Returns the payload for the connection with that number; called in the link's thread.
     std::function<std::string(std::int64_t number)> payload;
   };
   /// The password file is read for each connection, so that a new password needs no restart.
@@ -49,7 +49,7 @@ class BrokerLink {
     std::string problem;                     ///< why there is no connection; empty: connected
   };
   Status TakeStatus();
-  /// Discards the messages if `connection` is not the present one.
+  /// Discards the messages if `connection` is not the current one.
   void Publish(std::int64_t connection, std::vector<Outgoing> messages);
   /// Call when the broker has the final message of this connection, so that no will is needed.
   void SuppressWill(std::int64_t connection);

@@ -18,10 +18,11 @@ namespace plumbline::fleet {
 /// to be stored together with the messages.
 class ChangeDetector {
  public:
-  /// An alarm has ended after it was clear for this long, so that a flickering one is reported
-  /// once.
+  /// An alarm counts as ended once it has been clear for this long, so that a flickering alarm is
+  /// reported once.
   static constexpr double kAlarmOff_s = 1;
-  /// Without a state for this long the daemon counts as silent, which is an alarm of its own.
+  /// If no state arrives for this long, the daemon counts as silent, which raises an alarm of its
+  /// own.
   static constexpr double kSilent_s = 5;
 
   /// @param memory  Memory() of the previous run; ignored if empty or of another schema

@@ -20,8 +20,8 @@ inline constexpr int kMessageKinds = 7;
 
 const char* TopicTypeOf(MessageKind kind);
 
-/// Order of dropping when the queue is full: 0 (first) states; 1 changes, which are reported again;
-/// 2 unique events.
+/// Order in which a full queue drops messages: 0 (first) states; 1 changes, which are reported
+/// again; 2 unique events.
 int ImportanceOf(MessageKind kind);
 inline constexpr int kImportances = 3;
 

@@ -35,7 +35,7 @@ class ProbeTail {
     ProbeMark mark;  ///< after these probes
   };
   /// @param mark  nullopt: first use; only rows added from now on are returned
-  /// @return      or why the journal cannot be read; a missing journal has no rows
+  /// @return      the new rows, or why the journal cannot be read; a missing journal has no rows
   Result<Taken> ReadNew(const std::optional<ProbeMark>& mark);
 
  private:

@@ -17,7 +17,7 @@ namespace plumbline::fleet {
 /// transaction, so that no event is reported twice or lost.
 ///
 /// The bound limits the bytes of the messages plus kRowBytes for each; the file is slightly larger.
-/// Beyond it, the oldest messages of the lowest importance are dropped.
+/// When the bound is exceeded, the oldest messages of the lowest importance are dropped.
 class FleetQueue {
  public:
   static constexpr std::int64_t kRowBytes = 40;

@@ -20,8 +20,8 @@ enum HandEyeShared : int {
 inline constexpr int kHandEyeShared = kOffsetFirst + model::kMaxJoints;
 using HandEyeMatrix = Eigen::Matrix<double, kHandEyeShared, kHandEyeShared>;
 
-/// Ratio of a robot's position errors to its flange rotation errors [m]: joint errors displace the
-/// flange by their distance from it.
+/// Ratio of a robot's position errors to its flange rotation errors [m]: a joint error displaces
+/// the flange in proportion to the joint's distance from it.
 inline constexpr double kRotationLever_m = 1;
 
 /// Standard deviations of the noise in corners and robot poses. Position and rotation of a pose
@@ -50,9 +50,9 @@ struct HandEyePrior {
 };
 
 /// Prior for the given options. A free lens has its own covariance; a parameter of zero variance
-/// stays fixed, and a lens without any covariance gets weak priors. A free size has 10 %. Free
-/// joint offsets have 10 mrad, except the first and the last, which are equivalent to rotations of
-/// Y and X and stay fixed.
+/// stays fixed, and a lens without any covariance gets weak priors. The prior standard deviation of
+/// a free size is 10 %, that of free joint offsets 10 mrad; the offsets of the first and the last
+/// joint are equivalent to rotations of Y and X and stay fixed.
 /// @param joints  0 if only poses are known
 HandEyePrior MakePrior(const lens::KnownLens& lens, const HandEyeOptions& options, int joints);
 

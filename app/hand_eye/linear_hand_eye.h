@@ -24,9 +24,10 @@ struct PosePairing {
 /// @return  nullopt for fewer than three pairings, or if all rotations are about one axis
 std::optional<HandEyePoses> SolveLinear(const std::vector<PosePairing>& pairings);
 
-/// Likewise if some pairings are wrong: the solution from three pairings with the least median
-/// misfit over all, refined with all pairings consistent with it. Deterministic.
-/// @param consistent  output: for each pairing, whether it is
+/// The same if some pairings are wrong: takes the solution from three pairings that has the least
+/// median misfit over all pairings, and refines it with the pairings consistent with it.
+/// Deterministic.
+/// @param consistent  output: for each pairing, whether it is consistent with the solution
 std::optional<HandEyePoses> SolveLinearRobust(const std::vector<PosePairing>& pairings,
                                               std::vector<bool>& consistent);
 

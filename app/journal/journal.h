@@ -75,10 +75,10 @@ class Journal {
     std::int64_t after_row = 0;
     int model_version = 0;
   };
-  /// Records that the drift monitor restarts after the present last row.
+  /// Records that the drift monitor restarts after the last row written so far.
   /// @param reason  "model" (another one came into force) or "person"
   Result<void> RecordMonitorRestart(int model_version, const std::string& reason);
-  /// The newest restart for any reason, and the newest because of a model; nullopt if there is
+  /// The newest restart for any reason, and the newest one caused by a model; nullopt if there is
   /// none.
   Result<std::optional<Restart>> LastRestart();
   Result<std::optional<Restart>> LastModel();
@@ -115,7 +115,7 @@ class Journal {
   std::int64_t max_bytes_ = 0;
 };
 
-/// FNV-1a hash, by which a file that was imported before is recognised.
+/// FNV-1a hash for recognising a file that was imported before.
 std::uint64_t ContentHash(std::string_view text);
 
 }  // namespace plumbline::journal

@@ -22,8 +22,8 @@ struct ExportedCsv {
 /// column is written only if every exported row has its value. If few rows lack it (under a tenth
 /// of all, and of the newest fifty) these rows are left out, otherwise the column is. Rows without
 /// a measured point of the kind that most rows have are left out. Everything left out is noted. t_s
-/// is taken from the journal; because probes and imported rows count it from different origins, the
-/// less frequent of the two kinds counts as lacking it.
+/// is taken from the journal. Probes and imported rows measure it from different origins, so rows
+/// of the less frequent kind are treated as lacking it.
 ExportedCsv CsvFromJournal(const std::vector<JournalRow>& rows,
                            const std::vector<model::Joint>& joints);
 

@@ -11,12 +11,12 @@
 
 namespace plumbline::lens {
 
-/// Pattern printed on the board. Its points are
+/// Pattern printed on the board, with the points that are detected.
 enum class BoardKind {
-  kChessboard,         ///< the inner corners: 18 x 12 squares have 17 x 11 of them
-  kCharuco,            ///< likewise; each white square also carries a tag that identifies it
-  kCircles,            ///< the centres of dark discs on a rectangular grid
-  kAsymmetricCircles,  ///< likewise, with every other row shifted by half a step
+  kChessboard,  ///< the inner corners: 18 x 12 squares have 17 x 11 of them
+  kCharuco,     ///< as for a chessboard; each white square also carries a tag that identifies it
+  kCircles,     ///< the centres of dark discs on a rectangular grid
+  kAsymmetricCircles,  ///< as for kCircles, with every other row shifted by half a step
 };
 
 /// Geometry of a board.

@@ -13,15 +13,15 @@ struct LatticeSteps {
   Vec2 along_row = Vec2::Zero(), down_column = Vec2::Zero();
 };
 
-/// Moves each corner to the intersection of the edges through it. First to the point c to which all
-/// nearby gradients g are perpendicular [W. Foerstner and E. Guelch, ISPRS 1987]:
+/// Moves each corner to the intersection of the edges through it. The first step is the point c to
+/// which all nearby gradients g are perpendicular [W. Foerstner and E. Guelch, ISPRS 1987]:
 ///   sum_q w(q) g(q) g(q)^T (c - q) = 0,   w = 1 / (|c - q|^2 + (8 px)^2)
 /// summed over the parallelogram of the four squares' inner halves and iterated; the weight
-/// accounts for an error that grows with distance. Then to the intersection of two lines fitted to
-/// the edges. The image is smoothed by a Gaussian of 2 px first, which leaves straight edges in
-/// place and suppresses pixel noise. If the squares carry tags (ChArUco), only a cross along the
-/// edges is used: pixels within the tags' free margin on either side of an edge, minus what
-/// smoothing carries in.
+/// accounts for an error that grows with distance. The second step is the intersection of two lines
+/// fitted to the edges. The image is smoothed by a Gaussian of 2 px first, which leaves straight
+/// edges in place and suppresses pixel noise. If the squares carry tags (ChArUco), only a cross
+/// along the edges is used: pixels within the tags' free margin on either side of an edge, less the
+/// reach of the smoothing.
 /// @param steps  of each corner
 /// @param rim    smallest distance of a tag from an edge, as a share of a step; 1/2 or more if
 ///               there are no tags

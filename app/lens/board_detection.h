@@ -10,8 +10,8 @@ namespace plumbline::lens {
 /// Locates the board's points to a few hundredths of a pixel, in a time that is bounded for any
 /// image content. The whole board must be in the image, except for ChArUco, where a part is enough.
 /// @param board  valid: FaultOf(board) is nullopt
-/// @return       the view without its name and time, or the reason for the operator why there is
-///               none
+/// @return       the view without its name and time, or the reason why there is none, worded for
+///               the operator
 Result<BoardView> DetectBoard(const image::LumaView& image, const Board& board);
 
 }  // namespace plumbline::lens

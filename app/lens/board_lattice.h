@@ -20,8 +20,8 @@ struct Lattice {
 
 /// Links neighbouring points along their edges and numbers each connected piece; largest first. Two
 /// points are neighbours if each is the nearest along an edge of the other and their colours
-/// alternate. Rows run right and down as far as the board's rotation allows; x cross y points away
-/// from the viewer, so a lattice is never mirrored.
+/// alternate. Columns count to the right and rows down as far as the board's rotation allows; x
+/// cross y points away from the viewer, so a lattice is never mirrored.
 std::vector<Lattice> FindLattices(const std::vector<SaddlePoint>& points);
 
 }  // namespace plumbline::lens

@@ -11,8 +11,8 @@ namespace plumbline::lens {
 /// The most likely change of one kind between the first and the last view:
 ///   shared_j = shared + w_j d
 /// with w_j rising steadily from -1/2 to 1/2, or jumping from -1/2 to 1/2 before one of the views.
-/// With H_j and g_j the information and pull of view j, C the covariance of the unchanged
-/// parameters, and A = sum w_j H_j:
+/// With H_j and g_j the information and score (ViewInformation) of view j, C the covariance of the
+/// unchanged parameters, and A = sum w_j H_j:
 ///   S = sum w_j g_j,   V = sum w_j^2 H_j - A C A,   d = V^-1 S,   chi^2 = S^T V^-1 S
 /// [score test of C. R. Rao; maximum over change points: D. W. K. Andrews, Econometrica 61 (1993)
 /// 821]. No further fit is needed. The estimate d is valid for changes that hardly show in the

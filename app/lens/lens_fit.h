@@ -22,7 +22,8 @@ struct LensPrior {
 };
 
 /// Contribution of one view to the normal equations of the shared parameters, after its own pose is
-/// eliminated. The pulls of all views and of the prior sum to zero at the solution.
+/// eliminated. The score vectors (`pull`) of all views and of the prior sum to zero at the
+/// solution.
 struct ViewInformation {
   SharedMatrix information = SharedMatrix::Zero();  ///< J^T J / sigma^2
   SharedVector pull = SharedVector::Zero();         ///< -J^T r / sigma^2
@@ -37,8 +38,8 @@ struct LensFit {
   std::vector<ViewInformation> view_information;   ///< per view
   std::vector<double> view_rms_px;                 ///< per coordinate, per view
   std::vector<std::vector<Vec2>> residuals_px;     ///< measured minus predicted; zero if not seen
-  std::vector<std::vector<bool>> used;             ///< corners of each view that took part
-  double sigma_px = 0;                             ///< standard deviation of a corner's coordinate
+  std::vector<std::vector<bool>> used;  ///< corners of each view that were used in the fit
+  double sigma_px = 0;                  ///< standard deviation of a corner's coordinate
   /// Overdispersion: variance of the change that each view would make in `shared`, relative to
   /// independent corner errors of sigma_px. 1 if errors are independent, larger if the errors of
   /// neighbouring corners are correlated.

@@ -47,7 +47,7 @@ class LensStore {
   /// @return an error as above, or if the store is of an older version
   static Result<LensStore> OpenForReading(const std::string& path);
 
-  /// Message for the operator about the last Open() or Append(); empty if all was well.
+  /// Message for the operator about the last Open() or Append(); empty if nothing was wrong.
   const std::string& notice() const { return notice_; }
 
   /// @param entry  its id is ignored

@@ -11,12 +11,12 @@ namespace plumbline::log {
 
 /// Logs an entry. If standard error is connected to journald, the entry goes there with all its
 /// fields; a terminal gets the time of day, anything else the "<n>" prefix that journald turns into
-/// a priority. Repeats are counted (RepeatFilter). Any thread. Never blocks: a line that cannot be
-/// written now is buffered (LogWriter).
+/// a priority. Repeats are counted (RepeatFilter). May be called from any thread. Never blocks: a
+/// line that cannot be written now is buffered (LogWriter).
 void Log(const LogEntry& entry);
 
 /// Logs the summaries of repeats that are due and writes buffered lines. To be called about once a
-/// second. Any thread. @param all  before exit: also summaries that are not due yet
+/// second, from any thread. @param all  before exit: also summaries that are not due yet
 void FlushLog(bool all = false);
 
 /// Sets the context that every further entry carries.
@@ -29,7 +29,7 @@ struct LogLine {
   std::string text;
 };
 
-/// The newest lines, oldest first, at most kRecentLogLines. Any thread.
+/// The newest lines, oldest first, at most kRecentLogLines. May be called from any thread.
 inline constexpr std::size_t kRecentLogLines = 40;
 std::vector<LogLine> RecentLog();
 

@@ -21,7 +21,7 @@ struct LogEntry {
   std::vector<LogField> fields = {};
 };
 
-/// Receiver of log entries: code that may run without the process-wide log takes one of these.
+/// Receiver of log entries, for code that may run without the process-wide log.
 using LogSink = std::function<void(const LogEntry&)>;
 
 /// Fields that every entry carries; empty or 0: left out.

@@ -30,7 +30,8 @@ class StateDirectoryLock {
 /// Locks the state directory for this process. The daemon must have blocked SIGHUP before, because
 /// commands may notify it from now on. The lock is valid even if a full disk prevents writing the
 /// process id.
-/// @param in_use  set to true if another daemon holds the lock, false if the file failed
+/// @param in_use  set to true if another daemon holds the lock, false if the file cannot be opened
+///                or locked
 /// @return        why it cannot be locked; if another daemon holds it, only "another plumblined
 ///                (process 812) uses it", without directory and remedy
 Result<StateDirectoryLock> LockStateDirectory(const std::string& state_directory,
@@ -43,8 +44,8 @@ std::optional<std::string> FindOtherDaemon(const std::string& state_directory);
 
 enum class Notified { kYes, kNoDaemon };
 /// Sends SIGHUP to the daemon of that directory. Takes no lock, so that a daemon can start at the
-/// same time. @return  whether there is a daemon, or why it cannot be notified (it is another
-/// user's)
+/// same time. @return  whether there is a daemon, or why it cannot be notified (it runs as another
+/// user)
 Result<Notified> NotifyDaemon(const std::string& state_directory);
 
 }  // namespace plumbline::model_store

@@ -21,7 +21,8 @@ class FileLock {
     std::function<void(const std::string& what)> report = {};
   };
   /// Takes the lock; creates the file if it is missing, and fails if it is a symbolic link. If
-  /// another process holds the lock for too long, the error names it if the kernel does.
+  /// another process holds the lock for too long, the error names that process if the kernel
+  /// reports it.
   static Result<FileLock> Take(const std::string& path, const WaitPolicy& policy);
 
  private:

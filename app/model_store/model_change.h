@@ -24,7 +24,7 @@ Result<double> LargestTipChange(const model::CellModel& from, const model::CellM
                                 const std::vector<ModelPose>& poses);
 
 /// Pseudorandom poses within the joint limits of a cell (half a turn or a metre to both sides for
-/// an unlimited joint), without payload. The same ones in every call.
+/// an unlimited joint), without payload. Every call returns the same poses.
 std::vector<ModelPose> PosesWithinLimits(const model::CellModel& cell);
 
 /// Why `to` describes a different arm than `from`: other joints, or a flange more than 50 mm away

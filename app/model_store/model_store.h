@@ -53,7 +53,7 @@ struct ModelState {
   int declared = 0;          ///< the latest content of the configured cell file
   int applied = 0;           ///< in force
   int proposed = 0;          ///< awaiting a person's approval
-  std::vector<int> history;  ///< applied versions, oldest first, ending with the present one
+  std::vector<int> history;  ///< applied versions, oldest first, ending with the current one
   /// Cleared when any version is applied.
   std::optional<SupersededVersion> set_aside = std::nullopt;
 
@@ -95,7 +95,7 @@ class ModelStore {
 
   /// All 0 if the store holds no version yet. Fails if state.json is damaged, unreadable, of a
   /// newer version, or missing although there are versions: it is then unknown which one was in
-  /// force, and the error names the command that settles it. Also fails if state.json is missing
+  /// force, and the error names the command that resolves this. Also fails if state.json is missing
   /// and the folder cannot be listed, because it may hold versions.
   Result<ModelState> State() const;
   /// All complete versions, ascending.
@@ -106,9 +106,10 @@ class ModelStore {
   std::string ReportFile(int number) const;
 
   /// Records the content of the configured cell file. If it describes the same cell as the version
-  /// declared before, nothing is written. Otherwise somebody has edited the cell: it becomes a new
-  /// version, which is in force from then on. If another version than the declared one was applied,
-  /// that is set aside; but a version applied before any cell file was declared stays in force.
+  /// declared before, nothing is written. Otherwise somebody has edited the cell: the text becomes
+  /// a new version, which is in force from then on. If a version other than the declared one was
+  /// applied, that version is set aside; but a version applied before any cell file was declared
+  /// stays in force.
   /// @param expected  kVersions: the state directory was used before. If the store holds no
   ///                  version, that is recorded as `set_aside`, because an applied one may have
   ///                  been lost
@@ -152,7 +153,7 @@ class ModelStore {
 
 const char* NameOf(ModelFacts::Origin origin);
 
-/// The present time in the format of ModelFacts::date.
+/// The current time in the format of ModelFacts::date.
 std::string UtcNow();
 
 }  // namespace plumbline::model_store

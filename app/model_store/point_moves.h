@@ -10,7 +10,7 @@
 
 namespace plumbline::model_store {
 
-/// One point with one load: its commanded position by either model.
+/// One point with one load: its commanded position with each of the two models.
 struct PointMove {
   int id = 0;
   std::string name;
@@ -41,11 +41,11 @@ struct PointMoves {
   const PointMove* Largest() const;
 };
 
-/// Corrects every configured point by both cells, with each load that it may be reached with: its
-/// own payload_kg, otherwise that of [payload]: the fixed mass, or each tool's. If the robot
-/// reports the mass, which is not known beforehand: `reported`, no load, and the limits of the
-/// range that either cell was fitted to. Temperatures are not known here and count as absent; the
-/// time is `utc_s`.
+/// Corrects every configured point with both cells, under each load that it may be reached with:
+/// its own payload_kg, otherwise that of [payload]: the fixed mass, or each tool's. If the robot
+/// reports the mass, it is not known beforehand; the loads are then `reported`, no load, and the
+/// limits of the range that either cell was fitted to. Temperatures are not known here and count as
+/// absent; the time is `utc_s`.
 /// @param config  supplies points, limits and [payload]; its cell is not used
 /// @param step    progress callback, called before each point and load, which takes up to tens of
 ///                milliseconds

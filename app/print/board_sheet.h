@@ -12,7 +12,7 @@ namespace plumbline::print {
 
 /// Lays out a board on one sheet, in portrait or landscape. The top left square is black; the tags
 /// of a ChArUco board are upright.
-/// @param board  a valid one, see lens::FaultOf
+/// @param board  valid: lens::FaultOf(board) is nullopt
 /// @return       the sheet, or an error that names the largest square that fits
 Result<Document> BoardSheet(const lens::Board& board, const Paper& paper);
 

@@ -9,7 +9,7 @@ namespace plumbline::print {
 
 /// Boundary of the black cells, to be filled by the even-odd rule. Adjacent cells share no edge:
 /// filled one by one, they would be separated by hairlines in most viewers.
-/// @param black    cells row by row from the top left; as many as whole rows
+/// @param black    cells row by row from the top left; a whole number of rows
 /// @param columns  cells in a row
 /// @param corner   top left corner of the grid [mm]
 /// @param side     side of a cell [mm]

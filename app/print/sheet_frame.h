@@ -37,7 +37,7 @@ void AddUpArrow(Sheet& sheet, const Vec2& at);
 /// Adds a horizontal dimension line: ticks at both ends, the text below its middle.
 /// @param from   left end [mm]
 /// @param length [mm]
-/// @param room   width of the text at most [mm]
+/// @param room   maximum width of the text [mm]
 void AddDimension(Sheet& sheet, const Vec2& from, double length, const std::string& words,
                   double room);
 

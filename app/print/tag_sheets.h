@@ -11,8 +11,9 @@
 namespace plumbline::print {
 
 /// Lays out tags on as few sheets as possible, in portrait or landscape. Each has a white border of
-/// one cell, an arrow that points up, and its family, id and size below it. Tags are drawn as the
-/// detector takes them for upright, which for 36h11 is the AprilTag library's orientation.
+/// one cell, an arrow that points up, and its family, id and size below it. Tags are drawn in the
+/// orientation that the detector regards as upright, which for 36h11 is the AprilTag library's
+/// orientation.
 /// @param ids   of the tags, not empty, all of the family
 /// @param side_mm  side of the black square, from outer edge to outer edge
 /// @return      the sheets, or an error that names the largest size that fits

@@ -9,7 +9,7 @@
 
 namespace plumbline::report {
 
-/// Characteristics with one model, and what their uncertainties need.
+/// Characteristics with one model, and the contributions to their uncertainties.
 struct Achieved {
   accuracy::Characteristics characteristics;
   accuracy::Contributions contributions;
@@ -26,11 +26,11 @@ struct AchievedAccuracy {
   std::string why_none;           ///< why `before` is absent
   /// True if the errors are those of rows that were used neither to select nor to fit the effects.
   bool held_out = false;
-  int rows = 0;           ///< that take part
-  int rejected_rows = 0;  ///< outliers, which do not
+  int rows = 0;           ///< rows that are used
+  int rejected_rows = 0;  ///< outliers, which are not used
 };
 
-/// Rows rejected as outliers are excluded. If rows were held out, only these take part, with their
+/// Rows rejected as outliers are excluded. If rows were held out, only those are used, with their
 /// held-out errors.
 AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
                                     const model::CellModel& cell);

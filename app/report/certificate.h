@@ -9,14 +9,14 @@
 
 namespace plumbline::report {
 
-/// What the first page is made from; figures are drawn already.
+/// Input of the first page; the figures have already been drawn.
 struct CertificateInput {
   const diagnosis::Diagnosis& diagnosis;
   const model::CellModel& cell;
   const ReportSource& source;
   const AchievedAccuracy& achieved;
   const CertificateFigure &points, &deciding;
-  const std::string& figure_fault;  ///< why there are no figures; empty: there are
+  const std::string& figure_fault;  ///< why there are no figures; empty if there are
 };
 
 /// The page as HTML. Its texts are limited in number and length so that it stays one page; what is
@@ -31,8 +31,8 @@ struct Conformity {
 };
 
 /// Conforms only if every assessed pose does (ISO 14253-1), the instrument's uncertainty is
-/// declared and no row was rejected; does not conform if at least one pose does not. After
-/// correction, or without one before it.
+/// declared and no row was rejected; does not conform if at least one pose does not. Assesses the
+/// errors after correction, or before it if there is no correction.
 Conformity ConformityOf(const AchievedAccuracy& achieved, double tolerance_m);
 
 /// Characteristics of ISO 9283 before and after correction, with expanded uncertainties.

@@ -9,7 +9,7 @@
 
 namespace plumbline::report {
 
-/// A large panel with the sentence that says what to see in it.
+/// A large panel with a sentence that states what it shows.
 struct CertificateFigure {
   Panel panel;
   std::string sentence;  ///< plain text

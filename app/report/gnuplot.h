@@ -10,7 +10,7 @@
 
 namespace plumbline::report {
 
-/// The program is searched on PATH and started without a shell.
+/// The program is searched for on PATH and started without a shell.
 struct GnuplotOptions {
   std::string program = "gnuplot";
   std::chrono::milliseconds limit{60000};  ///< time limit

@@ -16,7 +16,7 @@ std::string Escape(std::string_view text);
 /// Formats "5.1e-07" as 5.1 x 10^-7 in HTML; escapes any other text.
 std::string NumberHtml(const std::string& number);
 
-/// A table with HTML cells, on one page of a print if it is short. Columns in `text_columns`
+/// A table with HTML cells, kept on one page in print if it is short. Columns in `text_columns`
 /// (0-based) are left-aligned, all others right-aligned as numbers.
 class HtmlTable {
  public:

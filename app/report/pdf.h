@@ -8,7 +8,7 @@
 
 namespace plumbline::report {
 
-/// The program is searched on PATH and started without a shell.
+/// The program is searched for on PATH and started without a shell.
 struct PdfOptions {
   std::string program = "weasyprint";
   std::chrono::milliseconds limit{300000};  ///< time limit

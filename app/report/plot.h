@@ -17,7 +17,7 @@ inline constexpr const char* kFaint = "#d5dce0";
 
 inline constexpr const char* kAxisNames[] = {"x", "y", "z"};
 
-/// Maximum number of points in a panel; of more, every k-th is drawn.
+/// Maximum number of points in a panel; if there are more, every k-th is drawn.
 inline constexpr std::size_t kMaxPoints = 800;
 
 /// Starts a panel: a canvas of that size [px], all other settings reset.

@@ -10,7 +10,7 @@
 
 namespace plumbline::report {
 
-/// CertificateDetails of the measurement that the rows do not contain. Empty texts are left to be
+/// Details of the measurement that the rows do not contain. Empty texts are printed as blanks to be
 /// filled in by hand.
 struct CertificateDetails {
   std::optional<double> tolerance_m{};  ///< largest permitted error of a pose; absent: not stated

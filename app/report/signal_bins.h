@@ -13,7 +13,7 @@ struct Cloud {
 struct Bin {
   double value = 0, before = 0, after = 0;
   int count = 0;
-  bool after_gap = false;  ///< there is a gap in the values before this bin
+  bool after_gap = false;  ///< the values have a gap before this bin
 };
 
 /// Means over bins of equal count along the signal. Equal values share a bin, and no bin spans a

@@ -1,4 +1,4 @@
-// Mesh with a bounding volume tree, which follows its bending. Internal to this folder.
+// Mesh with a bounding volume tree that is updated as the mesh bends. Internal to this folder.
 #pragma once
 
 #include <array>

@@ -20,9 +20,10 @@ struct Separation {
   Vec3 p_a_W = Vec3::Zero(), p_b_W = Vec3::Zero();
   /// Penetration depth: how far a must move along penetration_direction_W until the objects are
   /// free; 0 if apart. The direction is the normal of the plane fitted to the intersection curve,
-  /// in the shorter sense; or, if that is shorter, the normal of the surfaces in contact last on
-  /// that way. The depth is exact for two spheres and for a body in a plane face, and is otherwise
-  /// an upper bound on the minimum over all directions. Resolution: kDepthStep_m.
+  /// in the sense that frees the objects sooner; or the normal of the surfaces that were last in
+  /// contact on that path, if it frees them sooner still. The depth is exact for two spheres and
+  /// for a body in a plane face, and is otherwise an upper bound on the minimum over all
+  /// directions. Resolution: kDepthStep_m.
   double depth_m = 0;
   Vec3 penetration_direction_W = Vec3::Zero();
 };
@@ -63,15 +64,15 @@ class Interference {
   bool Bend(const BendField& field);
   void Place(std::size_t object, const Pose& X_WK);
 
-  /// @param with_depth  compute depth and way out if the objects touch
+  /// @param with_depth  compute depth and direction if the objects touch
   Separation Measure(std::size_t a, std::size_t b, bool with_depth = true);
 
   /// Position in W of a point given in the object's own frame, placed and bent.
   Vec3 PointOf(std::size_t object, const Vec3& p_O) const;
-  /// Distance from a point to a surface, within 1 um.
+  /// Distance from a point to a surface, accurate to 1 um.
   Separation FromPoint(const Vec3& p_W, std::size_t object) const;
 
-  /// Moves an object along a polyline with fixed orientation and its present bending, and stops at
+  /// Moves an object along a polyline with fixed orientation and its current bending, and stops at
   /// the first contact. Each step is the free distance, but at least kSweepStep_m: overlaps shorter
   /// than that can be missed.
   /// @param X_WO     pose of the object's own frame for the path point at the origin of W

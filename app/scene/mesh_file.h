@@ -30,9 +30,9 @@ struct MeshFile {
   std::uint64_t outside_count = 0;
 };
 
-/// Reads one file at a time through `program`. Poll() may exceed its time limit by the checks of
-/// the mesh: about two seconds for two million triangles. The kernel kills the child process when
-/// the thread that started it ends. Used by one thread.
+/// Reads one file at a time through `program`. Poll() may exceed its time limit by the time that
+/// checking the mesh takes: about two seconds for two million triangles. The kernel kills the child
+/// process when the thread that started it ends. Used by one thread.
 class MeshReader {
  public:
   explicit MeshReader(MeshLimits limits = {}, std::string program = MeshProgram());

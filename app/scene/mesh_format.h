@@ -30,8 +30,8 @@ struct MeshLimits {
 std::optional<double> MetresOfUnit(std::string_view unit);
 inline constexpr std::string_view kMeshUnits = "um, mm, cm, m, inch, ft";
 
-/// Quick estimate of the number of triangles that a file declares or has at least, without parsing
-/// it, so that files that are far too large are refused at once. 0 if unknown.
+/// Number of triangles that a file declares or must at least contain, found without parsing it, so
+/// that files that are far too large are refused at once. 0 if unknown.
 std::uint64_t AnnouncedTriangles(MeshFormat format, std::span<const std::uint8_t> bytes);
 
 /// Whether a file is truncated in a way that its parser does not detect: PLY by the counts in its

@@ -33,8 +33,8 @@ class MeshPair {
   bool Cross() const { return !Crossing(1).empty(); }
 
   /// Call only if no triangles intersect.
-  /// @param near  initial guess, whose distance bounds the search; halves its time if objects move
-  ///              little between calls
+  /// @param near  initial guess, whose distance bounds the search; halves the search time if
+  ///              objects move little between calls
   NearestPoints Nearest(const TrianglePair& near) const;
 
   /// Corners of a triangle of the first or the second mesh, in the first one's frame.

@@ -13,7 +13,7 @@
 
 namespace plumbline::scene {
 
-/// Carrier of a virtual object. Its frame is called K here.
+/// Carrier of a virtual object. K denotes its frame.
 struct Carrier {
   enum class Kind { kWorld, kBase, kFlange, kBody, kTag };
   Kind kind = Kind::kWorld;

@@ -7,7 +7,7 @@
 
 namespace plumbline::scene {
 
-/// Whether a part of one mesh is inside the other. Only if their surfaces do not cross.
+/// Whether a part of one mesh is inside the other. Requires that their surfaces do not cross.
 bool EitherContainsOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB);
 
 /// Depth and direction, as defined for Separation (interference.h).
@@ -16,9 +16,9 @@ struct Penetration {
   Vec3 direction_A = Vec3::Zero();
 };
 
-/// Tests positions along the guess and against it with growing strides, then bisects between the
-/// last that touches and the first that is free. Intersecting triangles are known to intersect up
-/// to their exit (ExitOf), so positions before that are not tested.
+/// Tests positions along the initial direction and opposite to it with growing strides, then
+/// bisects between the last that touches and the first that is free. Intersecting triangles are
+/// known to intersect up to their exit (ExitOf), so positions before that are not tested.
 /// @param crossing  the intersecting triangles; empty if one mesh is inside the other
 /// @param initial_direction_A   a unit vector
 /// @param step_m    resolution of the depth

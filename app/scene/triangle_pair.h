@@ -15,7 +15,7 @@ using Corners = std::array<Vec3, 3>;
 /// with its normal.                                                      [Gottschalk et al. 1996]
 bool TrianglesCross(const Corners& a, const Corners& b);
 
-/// Point at which triangle a, moving, leaves triangle b.
+/// Position along its path at which a moving triangle a separates from triangle b.
 struct TriangleExit {
   double way_m = 0;            ///< the triangles intersect up to here and not beyond
   Vec3 normal = Vec3::Zero();  ///< separating axis at the exit, not normalised

@@ -1,4 +1,4 @@
-// Limit of open files and sockets of this process.
+// Limit on the open files and sockets of this process.
 #pragma once
 
 namespace plumbline::service {

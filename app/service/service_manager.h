@@ -41,8 +41,8 @@ class ServiceManager {
 
   /// Stores descriptors under this name in the service manager's descriptor store and closes them
   /// here. The next process of the service takes them with TakeSockets(), however this one ended.
-  /// The service manager discards a connection by itself when it is shut down
-  /// [sd_pid_notify_with_fds(3), FDSTORE=1].
+  /// The service manager discards a stored connection by itself once that connection has been shut
+  /// down [sd_pid_notify_with_fds(3), FDSTORE=1].
   void StoreDescriptors(const std::string& name, std::vector<os::Descriptor> descriptors) const;
 
  private:

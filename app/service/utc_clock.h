@@ -1,4 +1,4 @@
-// UTC clock without steps, for effects of time and the journal.
+// UTC clock without steps, for time-dependent effects and the journal.
 #pragma once
 
 #include <optional>
@@ -6,8 +6,8 @@
 namespace plumbline::service {
 
 /// UTC in seconds since 1970, read once at start-up and advanced by the monotonic clock, which
-/// follows the small corrections of a time service but no steps. Effects of time therefore never
-/// jump; a step of the system clock is only detected, and takes effect at the next start.
+/// follows the small corrections of a time service but no steps. Time-dependent effects therefore
+/// never jump; a step of the system clock is only detected, and takes effect at the next start.
 class UtcClock {
  public:
   /// @param utc_s, monotonic_s  readings of both clocks at the same moment

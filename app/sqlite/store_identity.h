@@ -1,11 +1,11 @@
-// Identity of a store: whether an SQLite file belongs to this product, and in which schema it is.
+// Identity of a store: whether an SQLite file belongs to this product, and which schema it has.
 #pragma once
 
 #include "app/sqlite/database.h"
 
 namespace plumbline::sqlite {
 
-/// What a store writes into the header of its file.
+/// Identification that a store writes into the header of its file.
 struct StoreIdentity {
   std::int64_t application_id;  ///< PRAGMA application_id, shown by file(1)
   int schema;                   ///< PRAGMA user_version of this version of the product

@@ -1,5 +1,5 @@
-// JSON from text and to text. The product parses and writes JSON only through these functions;
-// their templates are compiled once, in json_text.cc.
+// Parsing and writing of JSON text. The product parses and writes JSON only through these
+// functions; their templates are compiled once, in json_text.cc.
 #pragma once
 
 #include <nlohmann/json.hpp>

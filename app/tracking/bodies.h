@@ -17,14 +17,14 @@ struct BodyTag {
   Pose X_KM;
 };
 
-/// Typical standard deviation per axis of the places of tags that were printed on one plate.
+/// Typical standard deviation per axis of the positions of tags that were printed on one plate.
 inline constexpr double kPlaceSdOnOnePlate_m = 2e-5;
 
 /// A rigid body with tags: the cell, the gripper, a part.
 struct Body {
   std::string name;
   std::vector<BodyTag> tags;
-  /// Standard deviation of a tag's declared place, per axis; nullopt: not configured.
+  /// Standard deviation of a tag's declared position, per axis; nullopt: not configured.
   std::optional<double> place_sd_m = {};
 };
 
@@ -55,10 +55,10 @@ struct SeenBody {
 };
 
 /// Estimates one pose from all visible tags of a body, starting from the two poses of each of its
-/// largest tags and from `previous`, if given. While the corners of some tag are off by more than
-/// half a pixel, six of their standard deviations and four of the body's place_sd_m, the tag
-/// without which the others agree best is excluded, as long as two remain. An id detected twice in
-/// the image is not used.
+/// largest tags and from `previous`, if given. As long as some tag's corners are off by more than
+/// half a pixel, more than six of their standard deviations and more than four times the body's
+/// place_sd_m, the tag without which the others agree best is excluded, provided that two remain.
+/// An id detected twice in the image is not used.
 /// @return  nullopt if none of its tags is visible, or no pose fits
 std::optional<SeenBody> LocateBody(const lens::KnownLens& lens, const Body& body,
                                    const std::vector<SeenTag>& tags,

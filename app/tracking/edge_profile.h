@@ -17,7 +17,7 @@ struct EdgeRegion {
   double bow_px = 0;         ///< outward deflection of the edge at its middle
 };
 
-/// Fitted edge: it passes start and end at the outward distances d0 and d1.
+/// Fitted edge; d0 and d1 are its outward distances from start and end.
 struct EdgeFit {
   double d0 = 0, d1 = 0;       ///< [px]
   Eigen::Matrix2d covariance;  ///< of (d0, d1), from the residuals [px^2]

@@ -13,9 +13,9 @@ struct EdgeSearch {
   double min_share = 0.7;  ///< share of the positions along a side that must show such a step
 };
 
-/// Moves the sides onto the steps from dark inside to bright outside: the steepest point of up to
-/// 24 profiles across each side, a straight line through them without outliers, and the
-/// intersections of these lines.
+/// Moves the sides onto the steps from dark inside to bright outside: finds the steepest point of
+/// up to 24 profiles across each side, fits a straight line to these points without outliers, and
+/// intersects the four lines.
 /// @return  true if all four sides follow an edge; otherwise the quadrilateral is not a tag
 bool SnapToEdges(const image::LumaView& image, const EdgeSearch& search, Corners& corners);
 

@@ -35,9 +35,9 @@ struct PoseEstimate {
   /// Derivative of (delta, phi) with respect to the lens at fixed corners: the error that two poses
   /// from one image have in common.
   Eigen::Matrix<double, 6, 9> by_lens = Eigen::Matrix<double, 6, 9>::Zero();
-  /// Covariance of (delta, phi) that an error of 1 m^2 per axis in each tag's declared place in K
-  /// would cause, with the errors of different tags independent: sum A A^T, with A the derivative
-  /// with respect to one tag's place. Not included in `covariance`.
+  /// Covariance of (delta, phi) that an error of 1 m^2 per axis in each tag's declared position in
+  /// K would cause, with the errors of different tags independent: sum A A^T, with A the derivative
+  /// with respect to one tag's position. Not included in `covariance`.
   Mat6 unit_place_covariance = Mat6::Zero();
   double chi2 = 0;  ///< squared reprojection error, normalized by the corners' covariance
   int degrees_of_freedom = 0;  ///< coordinates minus six
@@ -63,8 +63,8 @@ struct PosePair {
   PoseEstimate best;
   std::optional<PoseEstimate> other;
 
-  /// The corners do not separate the two: the chi2 of the other is larger by less than 16, in units
-  /// of the best one's reduced chi2 (a likelihood ratio of 3000).
+  /// True if the corners do not separate the two poses: the chi2 of the other is larger by less
+  /// than 16, in units of the best one's reduced chi2 (a likelihood ratio of 3000).
   bool ambiguous() const;
 };
 

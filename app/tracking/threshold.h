@@ -29,7 +29,8 @@ struct SearchImage {
   int u0 = 0, v0 = 0;  ///< pixel of the full image at its top left
   std::vector<std::uint8_t> grey, dark;
 
-  /// Position in the full image of (x, y) in this one; both have integers at pixel centres.
+  /// Position in the full image of (x, y) in this one; in both, pixel centres have integer
+  /// coordinates.
   lens::Vec2 ImagePixel(double x, double y) const {
     const double half = 0.5 * (shrink - 1);
     return {u0 + shrink * x + half, v0 + shrink * y + half};

@@ -18,7 +18,7 @@ std::string TrackJson(const TrackedFrame& frame);
 /// "sequence" in front.
 std::string TrackJsonLine(const TrackedFrame& frame, double t_s, std::uint64_t sequence);
 
-/// A table for people.
+/// A readable table.
 std::string TrackText(const TrackedFrame& frame);
 
 }  // namespace plumbline::tracking

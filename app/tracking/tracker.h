@@ -32,10 +32,10 @@ struct TrackerSettings {
   double pose_memory_s = 0.5;     ///< how long a past pose resolves an ambiguity
 };
 
-/// Searches each known tag only around its predicted position: its last corners moved on at their
-/// last velocity, in a box enlarged by half its size and by its motion. The whole image is searched
-/// at the start, every `full_search_interval` frames, and in any frame in which an expected tag is
-/// not found. Not thread-safe.
+/// Searches each known tag only around its predicted position: its last corners, extrapolated at
+/// their last velocity, in a box enlarged by half its size and by its motion. The whole image is
+/// searched at the start, every `full_search_interval` frames, and in any frame in which an
+/// expected tag is not found. Not thread-safe.
 ///
 /// If the corners allow two poses (PosePair::ambiguous), the body's pose decides, otherwise the
 /// previous pose of the tag, which suppresses flips. If that pose was itself ambiguous, the tag
@@ -50,7 +50,7 @@ class Tracker {
   const TrackedFrame& Update(const image::LumaView& image, double time_s,
                              const lens::KnownLens* lens);
 
-  /// Discards all predictions: after a cut, or when the camera reconnects.
+  /// Discards all predictions: after a cut in a recording, or when the camera reconnects.
   void Forget();
 
   const TagDatabase& database() const { return database_; }
