@@ -1,6 +1,7 @@
 #include "app/view/display_mailbox.h"
 
 #include "app/view/silent_daemon.h"
+#include "app/view/state_strip.h"
 
 namespace plumbline::view {
 

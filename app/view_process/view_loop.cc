@@ -94,9 +94,10 @@ void ViewLoop::DrawOne(image::ImageSize size, bool show) {
   fresh_ = false;
   if (!drawing_.Ready(now_s)) return;
   const view::ViewFacts& facts = viewer_.Facts();
-  const view::PictureLayout layout = view::LayoutOf(size);
+  const view::PictureLayout layout = view::LayoutFor(facts, size);
   const std::vector<int>& meshes = drawing_.Meshes(viewer_.scene());
-  const view::OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels()};
+  const view::OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels(),
+                                 viewer_.MeshFacts()};
   const bool drawn = drawing_.Draw(
       facts.state != nullptr ? view::PictureOf(input, layout, drawing_.text_width())
                              : view::PictureWithoutState(facts, layout, drawing_.text_width()));

@@ -178,7 +178,7 @@ bool IsMagenta(int r, int g, int b) {
   return r > 100 && b > 100 && 3 * g < r;
 }
 bool IsAmber(int r, int g, int b) {
-  return r > 240 && g > 150 && g < 185 && b < 20;
+  return r > 235 && g > 175 && g < 185 && b > 35 && b < 47;
 }
 
 std::string Snapshot(const std::string& config, const std::string& arguments) {
