@@ -12,7 +12,7 @@ namespace plumbline::view {
 namespace {
 
 constexpr float kOneRow_em = 72;  ///< width from which all cells are side by side
-constexpr std::size_t kMessages = 40;
+constexpr std::size_t kMostMessages = 40;
 
 /// Whether the operator should act on it.
 bool IsUrgent(const PanelLine& line) {
@@ -26,8 +26,9 @@ struct Row {
   bool starts_line;
 };
 
-std::vector<Row> RowsOf(const PanelLine& line, float width, const PictureWriter& writer) {
-  if (!IsUrgent(line)) return {{line, line.text, true}};
+std::vector<Row> RowsOf(const PanelLine& line, bool wrapped, float width,
+                        const PictureWriter& writer) {
+  if (!wrapped && !IsUrgent(line)) return {{line, line.text, true}};
   std::vector<Row> rows;
   std::string rest = MarkedText(line);
   for (const std::string& piece : writer.Rows(rest, writer.layout().em, width)) {
@@ -38,15 +39,19 @@ std::vector<Row> RowsOf(const PanelLine& line, float width, const PictureWriter&
   return rows;
 }
 
-void AddCell(const Panel& panel, const scene::Area& area, PictureWriter& writer) {
+enum class CellKind { kFacts, kMessages };
+
+/// Messages keep their order, are all wrapped, and are not counted.
+void AddCell(const Panel& panel, CellKind kind, const scene::Area& area, PictureWriter& writer) {
+  const bool facts = kind == CellKind::kFacts;
   const PictureLayout& layout = writer.layout();
   writer.Box(area, palette::kPanel);
   const float margin = 0.5F * layout.em, x = area.x + margin, width = area.width - 2 * margin;
   std::vector<PanelLine> lines = panel.lines;
-  std::stable_partition(lines.begin(), lines.end(), IsUrgent);
+  if (facts) std::stable_partition(lines.begin(), lines.end(), IsUrgent);
   std::vector<Row> rows;
   for (const PanelLine& line : lines) {
-    for (Row& row : RowsOf(line, width, writer)) rows.push_back(std::move(row));
+    for (Row& row : RowsOf(line, !facts, width, writer)) rows.push_back(std::move(row));
   }
   const auto room = static_cast<std::size_t>(
       std::max(0.0F, (area.height - 0.4F * layout.em) / layout.line() - 1 + 0.02F));
@@ -55,7 +60,7 @@ void AddCell(const Panel& panel, const scene::Area& area, PictureWriter& writer)
                                     [](const Row& row) { return row.starts_line; });
   float y = area.y + 0.2F * layout.em;
   writer.Text(x, y, width, layout.em,
-              hidden > 0 ? fmt::format("{} (+{})", panel.title, hidden) : panel.title,
+              facts && hidden > 0 ? fmt::format("{} (+{})", panel.title, hidden) : panel.title,
               palette::kFaded);
   for (std::size_t k = 0; k < shown; ++k) {
     y += layout.line();
@@ -72,7 +77,7 @@ void AddDetailBand(const ViewFacts& facts, PictureWriter& writer) {
   const scene::Area& band = layout.band;
   writer.Box(band, palette::kGround);
   std::vector<Panel> panels = WallPanelsOf(facts);
-  panels.push_back({"Messages, newest first (UTC)", RecentMessages(facts, kMessages)});
+  panels.push_back({"Messages, newest first (UTC)", RecentMessages(facts, kMostMessages)});
   const std::size_t messages = panels.size() - 1;
   const bool one_row = band.width >= kOneRow_em * layout.em;
   const std::size_t columns = one_row ? panels.size() : (panels.size() + 1) / 2;
@@ -85,7 +90,7 @@ void AddDetailBand(const ViewFacts& facts, PictureWriter& writer) {
   for (std::size_t k = 0; k < panels.size(); ++k) {
     const auto column = static_cast<float>(k % columns), row = static_cast<float>(k / columns);
     const float wide = one_row && k == messages ? 1.5F : 1.0F;
-    AddCell(panels[k],
+    AddCell(panels[k], k == messages ? CellKind::kMessages : CellKind::kFacts,
             {band.x + gap + column * part, band.y + gap + row * height, wide * part - gap,
              height - gap},
             writer);

@@ -284,6 +284,7 @@ std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
 /// Lens, then whether images and cell tags are missing: the rest is on the page.
 std::vector<PanelLine> WallCameraLines(const ViewFacts& facts, std::size_t k) {
   std::vector<PanelLine> lines = LensLines(facts, k);
+  if (facts.state->cameras[k].lens) lines.pop_back();  // the focal length
   for (const LinesOfCamera more : {TrackingLines, CameraLines}) {
     const PanelLine first = more(facts, k).front();
     if (first.tone == Tone::kAttention || first.tone == Tone::kBad) lines.push_back(first);

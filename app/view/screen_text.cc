@@ -191,6 +191,14 @@ bool AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayou
 
 namespace {
 
+/// Fills the gap between two neighbouring images.
+void AddGap(const scene::Area& a, const scene::Area& b, scene::DisplayList& list) {
+  const bool beside = b.x > a.x;
+  const scene::Area gap = beside ? scene::Area{a.right(), a.y, b.x - a.right(), a.height}
+                                 : scene::Area{a.x, a.bottom(), a.width, b.y - a.bottom()};
+  list.boxes.push_back({gap.x, gap.y, gap.width, gap.height, palette::kGround});
+}
+
 scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout& layout,
                                   const TextWidth& text_width) {
   scene::DisplayList list;
@@ -205,6 +213,7 @@ scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout
   for (std::size_t i = 0; i < shown.size(); ++i) {
     PictureLayout part = layout;
     part.image = parts[i];
+    if (i > 0) AddGap(parts[i - 1], parts[i], list);
     scene::DisplayList& view = i == 0 ? list : list.beside.emplace_back();
     if (shown.size() > 1) view.area = part.image;
     ImageMarks marks;

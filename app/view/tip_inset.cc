@@ -63,7 +63,7 @@ void AddAxes(const TipInset& inset, const Plot& plot, PictureWriter& writer) {
   const float arm = 1.4F * plot.em;
   const scene::PicturePoint from{plot.area.right() - 2.3F * plot.em, plot.area.y + 2.3F * plot.em};
   for (int k = 0; k < 3; ++k) {
-    const lens::Vec2 along = inset.R_CW.col(k).head<2>();
+    const lens::Vec2 along = inset.R_VW.col(k).head<2>();
     if (along.norm() < 0.35) continue;
     const auto dx = static_cast<float>(along.x()), dy = static_cast<float>(along.y());
     writer.Stroke({from, {from.x + arm * dx, from.y + arm * dy}}, palette::kFaded, plot.stroke());
@@ -106,6 +106,28 @@ double RoundedDown125(double value) {
   return (digit >= 5 ? 5 : digit >= 2 ? 2 : 1) * power;
 }
 
+namespace {
+
+/// Rows of a view of W: right, down, away.
+Mat3 ViewAlongAxis(Eigen::Index away) {
+  const Vec3 up = away == 2 ? Vec3::UnitY() : Vec3::UnitZ();
+  const Vec3 right = away == 0 ? Vec3::UnitY() : Vec3::UnitX();
+  Mat3 R;
+  R << right.transpose(), -up.transpose(), right.cross(-up).transpose();
+  return R;
+}
+
+/// The image plane if most of the correction lies in it, else the plane of W that shows it best.
+Mat3 ViewOf(const Mat3& R_CW, const Vec3& missed_W) {
+  constexpr double kShown = 0.7;
+  if ((R_CW * missed_W).head<2>().norm() >= kShown * missed_W.norm()) return R_CW;
+  Eigen::Index away = 0;
+  missed_W.cwiseAbs().minCoeff(&away);
+  return ViewAlongAxis(away);
+}
+
+}  // namespace
+
 std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
                                 const lens::Lens& pinhole) {
   const ViewFacts& facts = input.facts;
@@ -123,8 +145,8 @@ std::optional<TipInset> InsetOf(const OverlayInput& input, std::size_t k,
       nearest.emplace();
       const Vec3 missed_W = -(facts.model->arm.X_WB().R * output.translation_B);
       nearest->name = PointName(facts, point.id);
-      nearest->R_CW = X_CW.R;
-      nearest->uncorrected_mm = kMmPerMetre * (X_CW.R * missed_W).head<2>();
+      nearest->R_VW = ViewOf(X_CW.R, missed_W);
+      nearest->uncorrected_mm = kMmPerMetre * (nearest->R_VW * missed_W).head<2>();
       nearest->radius_mm = kMmPerMetre * output.uncertainty_m;
       const double depth_m = (X_CW * point.X_WP.p).z();
       nearest->image_px_per_mm = depth_m > 0 ? pinhole.fx / (kMmPerMetre * depth_m) : 0;

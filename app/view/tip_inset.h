@@ -10,12 +10,13 @@
 
 namespace plumbline::view {
 
-/// Contents of the inset in millimetres of the image plane: x to the right, y down.
+/// Contents of the inset in millimetres of a view V: x to the right, y down. V is the image plane,
+/// or, where the camera looks along the correction, the plane of two axes of W.
 struct TipInset {
   std::string name;                                ///< of the point
   lens::Vec2 uncorrected_mm = lens::Vec2::Zero();  ///< relative to the taught position
   double radius_mm = 0;                            ///< 95 %, of the corrected position
-  Mat3 R_CW = Mat3::Identity();                    ///< directions of the axes
+  Mat3 R_VW = Mat3::Identity();                    ///< directions of the axes
   double image_px_per_mm = 0;  ///< scale of the picture at the point; 0: not in the picture
 };
 

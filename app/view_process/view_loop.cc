@@ -113,8 +113,12 @@ void ViewLoop::DrawOne(image::ImageSize size, bool show) {
   display::RgbImage picture = drawing_.renderer().ReadBack();
   if (share) {
     shared_s_ = now_s;
-    shown_.Publish(
-        std::make_shared<const view::DisplayPicture>(view::DisplayPicture{picture, now_s}));
+    // The page shows everything but the images in its own way.
+    const scene::Area& image = layout.image;
+    const image::ImageSize part{static_cast<int>(image.width), static_cast<int>(image.height)};
+    shown_.Publish(std::make_shared<const view::DisplayPicture>(view::DisplayPicture{
+        display::Cropped(picture, static_cast<int>(image.x), static_cast<int>(image.y), part),
+        now_s}));
   }
   if (keep) alarms_->Remember(std::move(picture), now_s);
 }

@@ -111,6 +111,11 @@ TEST_CASE("the inset shows the nearest valid point to scale") {
   CHECK(inset->uncorrected_mm.x() == Approx(1e3 * missed_C.x()));
   CHECK(inset->uncorrected_mm.y() == Approx(1e3 * missed_C.y()));
   CHECK(inset->radius_mm == Approx(0.3));
+  // A correction along the line of sight, y of W, is shown in a plane that contains it.
+  const Mat3 R_BW = scene.model->arm.X_WB().R.transpose();
+  for (view_link::ViewPoint& point : scene.state.points)
+    point.translation_B = R_BW * Vec3(0.0001, 0.004, 0.001);
+  CHECK(InsetOf(input, 0, pinhole)->uncorrected_mm.norm() == Approx(std::hypot(4, 1)));
   for (view_link::ViewPoint& point : scene.state.points) point.valid = false;
   CHECK_FALSE(InsetOf(input, 0, pinhole));
 }
