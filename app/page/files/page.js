@@ -26,9 +26,12 @@ function element(tag, text, className) {
 // A symbol and, for screen readers, a word: colour must not be the only cue.
 function marked(parent, line) {
   const [sign, word] = kMarks[line.tone] || kMarks.plain;
-  const mark = element("span", sign, "mark");
-  mark.setAttribute("aria-hidden", "true");
-  parent.replaceChildren(mark);
+  parent.replaceChildren();
+  if (sign) {
+    const mark = element("span", sign, "mark");
+    mark.setAttribute("aria-hidden", "true");
+    parent.append(mark);
+  }
   if (word) parent.append(element("span", word, "unseen"));
   parent.append(line.text);
 }
@@ -82,7 +85,7 @@ function tileOf(tile, posture) {
   const item = element("li", "", "tile " + tile.class), title = element("h3"), value = element("p", "", "value");
   const glyph = element("span", tile.glyph, "glyph");
   glyph.setAttribute("aria-hidden", "true");
-  title.append(glyph, tile.name, element("span", ": " + tile.class, "unseen"));
+  title.append(glyph, tile.name, element("span", " (" + tile.class + ")", "unseen"));
   if (tile.class !== "alarm") value.append(element("small", "corrected "));
   value.append(tile.value);
   item.append(title, value, element("p", tile.radius, "radius"));

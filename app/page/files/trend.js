@@ -26,6 +26,9 @@ function rowsOf(points) {
   });
 }
 
+// The content security policy forbids the inline styles of the library's legend.
+Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
+
 // Marks that differ in shape, not only in colour.
 function drawDisc(graph, series, context, x, y, colour, size) {
   context.fillStyle = colour;
@@ -116,7 +119,7 @@ function optionsOf() {
       "drift alarm": mark(drawTriangle, colourOf("alarm"), 7),
       "median": {color: ink, strokeWidth: 2, highlightCircleSize: 0},
     },
-    legend: "never", labelsUTC: true, includeZero: true, drawPoints: false, ylabel: "mm",
+    labelsUTC: true, includeZero: true, drawPoints: false, xRangePad: 8,
     axisLineColor: colourOf("edge"), gridLineColor: colourOf("edge"), axisLabelFontSize: 0.8 * em,
     axes: {y: {axisLabelWidth: 3.2 * em}, x: {axisLabelWidth: 5 * em, pixelsPerLabel: 7 * em}},
     underlayCallback: drawUnderlay,
@@ -152,6 +155,7 @@ function drawTrend(trend, radius_mm) {
   const empty = chart.points.length === 0;
   document.getElementById("key").hidden = empty;
   document.querySelector("#trend-section .tools").hidden = empty;
+  target.hidden = empty;
   if (empty) {
     if (chart.graph) chart.graph.destroy();
     chart.graph = null;
@@ -179,6 +183,16 @@ function zoomTrend(how) {
 
 for (const button of document.querySelectorAll("[data-zoom]")) {
   button.addEventListener("click", () => zoomTrend(button.dataset.zoom));
+}
+// Prints have light colours.
+for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) {
+  window.addEventListener(event, () => {
+    document.documentElement.classList.toggle("printing", printing);
+    if (chart.graph) {
+      chart.graph.updateOptions(optionsOf(), true);
+      chart.graph.resize();
+    }
+  });
 }
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   if (chart.graph) chart.graph.updateOptions(optionsOf());
