@@ -108,16 +108,16 @@ function pointText(point) {
 
 function optionsOf() {
   const em = parseFloat(getComputedStyle(document.documentElement).fontSize);
-  const line = colourOf("chart"), ink = colourOf("ink");
-  const mark = (draw, color, pointSize) => ({drawPoints: true, strokeWidth: 0, color, pointSize,
-    drawPointCallback: draw, drawHighlightPointCallback: draw, highlightCircleSize: pointSize + 2});
+  const line = colourOf("chart"), ink = colourOf("ink"), scale = em / 16;
+  const mark = (draw, color, size) => ({drawPoints: true, strokeWidth: 0, color, pointSize: size * scale,
+    drawPointCallback: draw, drawHighlightPointCallback: draw, highlightCircleSize: (size + 2) * scale});
   return {
     labels: [chart.byTime ? "time" : "row", "loaded", "unloaded", "outlier", "drift alarm", "median"],
     series: {
       "loaded": mark(drawDisc, line, 3), "unloaded": mark(drawSquare, line, 3),
       "outlier": mark(drawSaltire, colourOf("warning"), 4),
       "drift alarm": mark(drawTriangle, colourOf("alarm"), 7),
-      "median": {color: ink, strokeWidth: 2, highlightCircleSize: 0},
+      "median": {color: ink, strokeWidth: 2 * scale, highlightCircleSize: 0},
     },
     labelsUTC: true, includeZero: true, drawPoints: false, xRangePad: 8,
     axisLineColor: colourOf("edge"), gridLineColor: colourOf("edge"), axisLabelFontSize: 0.8 * em,
@@ -188,10 +188,7 @@ for (const button of document.querySelectorAll("[data-zoom]")) {
 for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) {
   window.addEventListener(event, () => {
     document.documentElement.classList.toggle("printing", printing);
-    if (chart.graph) {
-      chart.graph.updateOptions(optionsOf(), true);
-      chart.graph.resize();
-    }
+    if (chart.graph) chart.graph.updateOptions(optionsOf());
   });
 }
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
