@@ -48,6 +48,8 @@ const StaticFile* StaticFileAt(const std::string& path) {
       StaticFile{"/", page_files::kPage, kHtml},
       StaticFile{"/page.js", page_files::kScript, "text/javascript; charset=utf-8"},
       StaticFile{"/trend.js", page_files::kTrendScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/pictures.js", page_files::kPicturesScript, "text/javascript; charset=utf-8"},
+      StaticFile{"/chart.js", page_files::kChartScript, "text/javascript; charset=utf-8"},
       // The login page uses these three, too.
       StaticFile{"/page.css", page_files::kStyle, "text/css; charset=utf-8"},
       StaticFile{"/login.js", page_files::kLoginScript, "text/javascript; charset=utf-8"},

@@ -5,6 +5,9 @@
 
 namespace plumbline::page_files {
 
-extern const std::string_view kPage, kStyle, kScript, kTrendScript, kLogin, kLoginScript, kIcon;
+extern const std::string_view kPage, kStyle, kScript, kPicturesScript, kTrendScript, kLogin,
+    kLoginScript, kIcon;
+/// dygraphs, the chart library [dygraphs.com, MIT licence].
+extern const std::string_view kChartScript;
 
 }  // namespace plumbline::page_files

@@ -15,7 +15,7 @@ constexpr std::int64_t kTrendSearchRows = 100'000;
 /// Skips rows of another arm, quarantined rows, and rows without measurement or prediction.
 constexpr const char* kSelectTrend =
     "SELECT * FROM (SELECT id, unix_ms, x_mm - predicted_x_mm, y_mm - predicted_y_mm,"
-    " z_mm - predicted_z_mm, model_version, wild, alarm FROM measurement"
+    " z_mm - predicted_z_mm, model_version, wild, alarm, payload_kg FROM measurement"
     " WHERE id > (SELECT coalesce(max(id), 0) FROM measurement) - ?3"
     " AND x_mm + y_mm + z_mm IS NOT NULL"
     " AND predicted_x_mm + predicted_y_mm + predicted_z_mm IS NOT NULL"
@@ -47,6 +47,7 @@ Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
     if (!rows.IsNull(5)) point.model_version = static_cast<int>(rows.Integer(5));
     point.wild = rows.Integer(6) != 0;
     point.alarm = rows.Integer(7) != 0;
+    if (!rows.IsNull(8)) point.payload_kg = rows.Number(8);
     trend.push_back(point);
   }
   if (code != SQLITE_DONE) return Error{file + ": " + database.value().Problem()};
@@ -69,6 +70,7 @@ std::string TrendJson(const Result<std::vector<TrendPoint>>& trend) {
                                     {"alarm", point.alarm}};
     if (point.utc_s) entry["utc_s"] = *point.utc_s;
     if (point.model_version) entry["model"] = *point.model_version;
+    if (point.payload_kg) entry["payload_kg"] = *point.payload_kg;
     json["points"].push_back(entry);
   }
   return text::JsonText(json);

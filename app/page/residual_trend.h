@@ -16,6 +16,7 @@ struct TrendPoint {
   std::optional<double> utc_s;     ///< nullopt: imported without a date
   Vec3 residual_W = Vec3::Zero();  ///< measured minus predicted [m]
   std::optional<int> model_version;
+  std::optional<double> payload_kg;
   bool wild = false, alarm = false;  ///< set by the drift monitor
 };
 
@@ -26,7 +27,8 @@ inline constexpr std::int64_t kTrendRows = 400;
 Result<std::vector<TrendPoint>> ReadTrend(const std::string& state_directory,
                                           const std::vector<model::Joint>& joints);
 
-/// {"points": [{"id", "utc_s", "mm", "xyz_mm", "model", "wild", "alarm"}]}, or {"problem"}
+/// {"points": [{"id", "utc_s", "mm", "xyz_mm", "model", "payload_kg", "wild", "alarm"}]}, or
+/// {"problem"}
 std::string TrendJson(const Result<std::vector<TrendPoint>>& trend);
 
 }  // namespace plumbline::page

@@ -29,6 +29,28 @@ Json LineJson(const view::PanelLine& line) {
   return {{"text", line.text}, {"tone", ToneWord(line.tone)}};
 }
 
+Json StripJson(const view::StateStrip& strip) {
+  return {{"class", view::MarkOf(strip.state).name},
+          {"glyph", view::MarkOf(strip.state).glyph},
+          {"word", strip.word},
+          {"reason", strip.reason},
+          {"do", strip.remedy}};
+}
+
+Json TilesJson(const std::vector<view::PointTile>& tiles) {
+  Json list = Json::array();
+  for (const view::PointTile& tile : tiles) {
+    list.push_back({{"id", tile.id},
+                    {"name", tile.name},
+                    {"class", view::MarkOf(tile.state).name},
+                    {"glyph", view::MarkOf(tile.state).glyph},
+                    {"value", tile.value},
+                    {"radius", tile.radius},
+                    {"note", tile.note}});
+  }
+  return list;
+}
+
 Json FiniteJson(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
@@ -192,6 +214,8 @@ std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& pictu
                {"page", {{"start", picture.server_start}}},
                {"picture", {{"age_s", nullptr}, {"problem", ""}}},
                {"headline", LineJson({"STARTING: no status yet", view::Tone::kFaded})},
+               {"strip", StripJson({view::StateClass::kUnknown, "STARTING", "no status yet", ""})},
+               {"tiles", Json::array()},
                {"panels", Json::array()}};
   if (picture.size.width > 0) {
     json["picture"]["age_s"] = picture.age_s;
@@ -203,6 +227,8 @@ std::string StatusJson(const view::DisplayStatus* now, const PictureFacts& pictu
     json["picture"]["problem"] = now->picture_problem;
     const view::DisplayStatus shown = view::WithdrawIfSilent(*now, now_s);
     json["headline"] = LineJson(shown.headline);
+    json["strip"] = StripJson(shown.strip);
+    json["tiles"] = TilesJson(shown.tiles);
     for (const view::Panel& panel : now->panels) {
       Json lines = Json::array();
       for (const view::PanelLine& line : panel.lines) lines.push_back(LineJson(line));

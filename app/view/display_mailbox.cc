@@ -11,7 +11,9 @@ DisplayStatus MakeDisplayStatus(const ViewFacts& facts, std::string picture_prob
     now.state = std::make_shared<const view_link::ViewState>(*facts.state);
   now.link_problem = facts.link_problem;
   now.picture_problem = std::move(picture_problem);
+  now.strip = StripOf(facts);
   now.headline = Headline(facts);
+  if (facts.state != nullptr) now.tiles = TilesOf(facts);
   now.health = DisplayedHealth(facts);
   now.panels = PanelsOf(facts);
   now.viewer_lines = facts.viewer_lines;
@@ -37,7 +39,14 @@ DisplayStatus WithdrawIfSilent(const DisplayStatus& now, double now_s) {
   if (!withdrawn) return shown;
   shown.health = withdrawn->health;
   if (shown.headline.tone != Tone::kBad) {
-    shown.headline = {"NO DAEMON: plumbline-view receives no data from plumblined", Tone::kBad};
+    shown.strip = {StateClass::kUnknown, "NO DAEMON",
+                   "plumbline-view receives no data from plumblined",
+                   RemedyOf(HealthReason::kNoDaemon)};
+    shown.headline = {shown.strip.Text(), Tone::kBad};
+  }
+  for (PointTile& tile : shown.tiles) {
+    tile = {tile.id, tile.name, StateClass::kAlarm, "not valid", Describe(HealthReason::kNoDaemon),
+            ""};
   }
   shown.state = std::make_shared<const view_link::ViewState>(*std::move(withdrawn));
   return shown;

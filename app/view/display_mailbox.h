@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "app/view/panels.h"
+#include "app/view/point_tiles.h"
+#include "app/view/state_strip.h"
 #include "drivers/display/picture.h"
 
 namespace plumbline::view {
@@ -19,7 +21,9 @@ struct DisplayStatus {
   std::shared_ptr<const view_link::ViewState> state;  ///< the newest; null: none received yet
   std::string link_problem;                           ///< why no states arrive; empty: they do
   std::string picture_problem;                        ///< why nothing is drawn; empty: it is
-  PanelLine headline;
+  StateStrip strip;
+  PanelLine headline;  ///< the strip as one line
+  std::vector<PointTile> tiles;
   CellHealth health;  ///< as the headline shows it
   std::vector<Panel> panels;
   std::vector<view_link::ViewLine> viewer_lines;  ///< the viewer's own log

@@ -7,31 +7,37 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/view/palette.h"
+#include "firmware-like/geometry/length.h"
 #include "firmware-like/image/image_size.h"
 
 namespace plumbline::view {
 namespace {
 
-constexpr scene::Colour kAxis{1.0F, 0.85F, 0.2F, 1}, kTaught{1, 1, 1, 1},
-    kMissed{1.0F, 0.35F, 0.3F, 1}, kHit{0.3F, 1.0F, 0.45F, 1}, kNearColour{1.0F, 0.75F, 0.1F, 1};
+using palette::kAlarm, palette::kCorrected, palette::kTaught, palette::kUncorrected,
+    palette::kWarning;
+
+constexpr int kFirst = 0, kPoint = 1, kOther = 2;  ///< ranks of labels
 constexpr float kNominalOpacity = 0.35F;
-constexpr double kBesideShare = 0.2;  ///< of the image area's width
+constexpr float kToolWidth_em = 1.2F;  ///< kept clear around the tool axis and each mark
+constexpr double kBesideShare = 0.2;   ///< of the image area's width
 constexpr int kCircleCorners = 48;
 
 class OverlayBuilder {
  public:
   OverlayBuilder(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                 scene::DisplayList& list, std::vector<Label>& labels)
+                 scene::DisplayList& list, ImageMarks& marks)
       : state_(*input.facts.state),
         camera_(view_link::CameraOf(state_, k)),
         carriers_(input.facts.carriers[k]),
         facts_(input.facts),
         config_(input.config),
         meshes_(input.meshes),
+        mesh_facts_(input.mesh_facts),
         pixels_(k < input.pixels.size() ? input.pixels[k] : nullptr),
         layout_(layout),
         list_(list),
-        labels_(labels) {}
+        marks_(marks) {}
 
   void Build() {
     AddBackground();
@@ -73,10 +79,47 @@ class OverlayBuilder {
     return Project<double>(list_.pinhole, p_C);
   }
 
-  void AddLabel(const Vec3& p_C, std::string text, const scene::Colour& colour) {
+  void AddLabel(const Vec3& p_C, std::string text, const scene::Colour& colour, int rank = kOther) {
     if (const auto pixel = PixelOf(p_C)) {
-      labels_.push_back({static_cast<float>(pixel->x()), static_cast<float>(pixel->y()),
-                         std::move(text), colour});
+      // Pixel (0, 0) is the centre of a pixel; strokes and boxes count from its edge.
+      marks_.labels.push_back({static_cast<float>(pixel->x()) + 0.5F,
+                               static_cast<float>(pixel->y()) + 0.5F, std::move(text), colour,
+                               rank});
+    }
+  }
+
+  /// Keeps the smallest upright rectangle around the points clear, with a margin.
+  void KeepClear(const std::vector<Vec3>& points_C, float margin_em) {
+    float left = 1e9F, top = 1e9F, right = -1e9F, bottom = -1e9F;
+    for (const Vec3& p_C : points_C) {
+      const auto pixel = PixelOf(p_C);
+      if (!pixel) continue;
+      left = std::min(left, static_cast<float>(pixel->x()));
+      right = std::max(right, static_cast<float>(pixel->x()));
+      top = std::min(top, static_cast<float>(pixel->y()));
+      bottom = std::max(bottom, static_cast<float>(pixel->y()));
+    }
+    const float margin = margin_em * layout_.em;
+    if (right < left) return;
+    marks_.keep_clear.push_back(
+        {left - margin, top - margin, right - left + 2 * margin, bottom - top + 2 * margin});
+  }
+
+  /// Keeps a tool's mesh clear: its bounding box in slices along the longest edge.
+  void KeepMeshClear(const scene::DrawnMesh& mesh, const scene::MeshFacts& facts) {
+    constexpr int kSlices = 10;
+    const Vec3 size = facts.max_O - facts.min_O;
+    Eigen::Index longest = 0;
+    size.maxCoeff(&longest);
+    for (int slice = 0; slice < kSlices; ++slice) {
+      std::vector<Vec3> corners_C;
+      for (int corner = 0; corner < 8; ++corner) {
+        Vec3 share(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+        share[longest] = (slice + share[longest]) / kSlices;
+        const Vec3 p = facts.min_O + share.cwiseProduct(size);
+        corners_C.push_back(mesh.X_CF * (mesh.X_FO * Vec3(mesh.scale * p)));
+      }
+      KeepClear(corners_C, 0.3F);
     }
   }
 
@@ -105,6 +148,9 @@ class OverlayBuilder {
       mesh.by_stress = object.bends && config_.stress && !placed->stale;
       mesh.colour = placed->stale ? Greyed(object.colour) : object.colour;
       list_.meshes.push_back(mesh);
+      const bool tool = object.on.kind == scene::Carrier::Kind::kFlange;
+      if (tool && k < mesh_facts_.size() && mesh_facts_[k] != nullptr)
+        KeepMeshClear(mesh, *mesh_facts_[k]);
       if (object.bends) AddNominal(mesh, object.colour);
     }
     if (config_.nominal == config::OverlayConfig::Nominal::kBeside) NameBoth();
@@ -179,8 +225,9 @@ class OverlayBuilder {
     const bool stale = carriers_.flange->stale;
     AddLine(std::move(straight), stale ? Greyed(kTaught) : kTaught, 1.5F, true);
     const Vec3 tip_C = bent.back();
-    AddLine(std::move(bent), stale ? Greyed(kAxis) : kAxis, 2.5F);
-    AddCircle(tip_C, LengthOf(4, tip_C), stale ? Greyed(kAxis) : kAxis);
+    for (std::size_t k = 1; k < bent.size(); ++k) KeepClear({bent[k - 1], bent[k]}, kToolWidth_em);
+    AddLine(std::move(bent), stale ? Greyed(kCorrected) : kCorrected, 2.5F);
+    AddCircle(tip_C, LengthOf(4, tip_C), stale ? Greyed(kCorrected) : kCorrected);
   }
 
   void AddCross(const Vec3& p_C, double arm_px, bool upright, const scene::Colour& colour) {
@@ -217,25 +264,32 @@ class OverlayBuilder {
     for (const correction::AssemblyPoint& point : facts_.model->config.machine.points) {
       const Vec3 p_C = X_CW * point.X_WP.p;
       AddCross(p_C, mark_px, true, shade(kTaught));
+      KeepClear({p_C}, kToolWidth_em);
       const std::string name = point.name.empty() ? fmt::format("{}", point.id) : point.name;
       const auto output =
           std::find_if(state_.points.begin(), state_.points.end(),
                        [&](const view_link::ViewPoint& one) { return one.id == point.id; });
       if (output == state_.points.end() || !output->valid) {
-        AddLabel(p_C, name + ": no correction", shade(kMissed));
+        AddLabel(p_C, "■ " + name + ": no correction", shade(kAlarm), kPoint);
         continue;
       }
       const double e = config_.exaggeration;
       const Vec3 missed_C = X_CW * Vec3(point.X_WP.p - e * (R_WB * output->translation_B));
-      AddLine({p_C, missed_C}, shade(kMissed), 2, true);
-      AddCross(missed_C, mark_px, false, shade(kMissed));
-      AddCircle(p_C, e * output->uncertainty_m, shade(kHit));
-      AddLabel(p_C,
-               fmt::format("{}: corrected by {:.2f} mm, ±{:.2f} mm (95 %, {})", name,
-                           1e3 * output->translation_B.norm(), 1e3 * output->uncertainty_m,
-                           Describe(output->basis)),
-               shade(kHit));
+      AddLine({p_C, missed_C}, shade(kUncorrected), 2, true);
+      AddCircle(missed_C, LengthOf(mark_px, missed_C), shade(kUncorrected));
+      AddCircle(p_C, e * output->uncertainty_m, shade(kCorrected));
+      KeepClear({missed_C}, kToolWidth_em);
+      AddLabel(p_C, name, shade(kTaught), kPoint);  // its numbers are in its tile
     }
+  }
+
+  static std::string PairText(const MeasuredPair& pair, const scene::Separation& between) {
+    const std::string names = pair.a + " / " + pair.b;
+    if (pair.state != scene::Proximity::kInterference)
+      return fmt::format("▲ {}: {:.1f} mm", names, kMmPerMetre * between.distance_m);
+    return between.touching ? fmt::format("■ {}: INTERFERENCE {:.1f} mm deep", names,
+                                          kMmPerMetre * between.depth_m)
+                            : fmt::format("■ {}: INTERFERENCE", names);
   }
 
   void AddMeasured() {
@@ -248,13 +302,10 @@ class OverlayBuilder {
       const scene::Separation& between = *pair.separation;
       const bool hits = pair.state == scene::Proximity::kInterference;
       const Vec3 a_C = X_CW * between.p_a_W, b_C = X_CW * between.p_b_W;
-      const scene::Colour& colour = hits ? kMissed : kNearColour;
+      const scene::Colour& colour = hits ? kAlarm : kWarning;
       AddLine({a_C, b_C}, colour, 3);
       if (hits) AddCircle(a_C, LengthOf(layout_.em, a_C), colour);
-      AddLabel(b_C,
-               between.touching ? fmt::format("INTERFERENCE {:.1f} mm deep", 1e3 * between.depth_m)
-                                : fmt::format("{:.1f} mm", 1e3 * between.distance_m),
-               colour);
+      AddLabel(b_C, PairText(pair, between), colour, kFirst);
     }
     for (const MeasuredDistance& distance : measured->distances) {
       if (!distance.distance_m) continue;
@@ -266,8 +317,8 @@ class OverlayBuilder {
     for (const MeasuredSweep& sweep : measured->sweeps) {
       if (!sweep.result || !sweep.result->hits) continue;
       const Vec3 p_C = X_CW * sweep.result->p_W;
-      AddCross(p_C, static_cast<double>(layout_.em), false, kMissed);
-      AddLabel(p_C, fmt::format("{} hits {}", sweep.name, sweep.other), kMissed);
+      AddCross(p_C, static_cast<double>(layout_.em), false, kAlarm);
+      AddLabel(p_C, fmt::format("■ {} hits {}", sweep.name, sweep.other), kAlarm, kFirst);
     }
   }
 
@@ -277,10 +328,11 @@ class OverlayBuilder {
   const ViewFacts& facts_;
   const config::OverlayConfig& config_;
   const std::vector<int>& meshes_;
+  const std::vector<const scene::MeshFacts*>& mesh_facts_;
   const std::uint8_t* const pixels_;
   const PictureLayout& layout_;
   scene::DisplayList& list_;
-  std::vector<Label>& labels_;
+  ImageMarks& marks_;
 };
 
 }  // namespace
@@ -290,8 +342,8 @@ scene::Colour Greyed(const scene::Colour& colour) {
 }
 
 void AddOverlay(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                scene::DisplayList& list, std::vector<Label>& labels) {
-  OverlayBuilder(input, k, layout, list, labels).Build();
+                scene::DisplayList& list, ImageMarks& marks) {
+  OverlayBuilder(input, k, layout, list, marks).Build();
 }
 
 }  // namespace plumbline::view

@@ -5,6 +5,7 @@
 
 #include "app/view/picture_layout.h"
 #include "app/view/status_text.h"
+#include "firmware-like/scene/mesh_facts.h"
 
 namespace plumbline::view {
 
@@ -13,6 +14,13 @@ struct Label {
   float x = 0, y = 0;  ///< the labelled point [px]
   std::string text;
   scene::Colour colour;
+  int rank = 0;  ///< labels of a lower rank are placed first
+};
+
+/// What the overlay marks in the picture.
+struct ImageMarks {
+  std::vector<Label> labels;
+  std::vector<scene::Area> keep_clear;  ///< tool, tip and points: nothing may cover them [px]
 };
 
 /// Input of the overlay. Everything it refers to must outlive the display list.
@@ -21,6 +29,8 @@ struct OverlayInput {
   const config::OverlayConfig& config;
   const std::vector<int>& meshes;  ///< renderer's mesh number of each table object; 0: none
   std::vector<const std::uint8_t*> pixels = {};  ///< of each camera's image; null: none
+  /// Properties of each table object's mesh, for its extent; empty or null: unknown.
+  std::vector<const scene::MeshFacts*> mesh_facts = {};
 };
 
 /// Adds the undistorted image of the k-th camera to the layout's image area and, drawn over it in
@@ -35,9 +45,9 @@ struct OverlayInput {
 /// e is the exaggeration; the picture states it if it is not 1. It does not apply to the joint
 /// deflection: the flange is drawn where it is. Everything that depends on stale data is grey, and
 /// what has no pose is not drawn.
-/// @param labels  receives the texts to be placed by AddAnnotations()
+/// @param marks  receives the texts to be placed by AddAnnotations(), and what they must not cover
 void AddOverlay(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                scene::DisplayList& list, std::vector<Label>& labels);
+                scene::DisplayList& list, ImageMarks& marks);
 
 /// Replacement colour for stale objects; keeps half the opacity.
 scene::Colour Greyed(const scene::Colour& colour);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/view/point_tiles.h"
 #include "app/view/silent_daemon.h"
 #include "drivers/plc/register_map.h"
 #include "firmware-like/geometry/length.h"
@@ -95,49 +96,48 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
   return lines;
 }
 
-Panel CorrectionPanel(const ViewFacts& facts) {
+std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
   const view_link::ViewState& state = *facts.state;
-  Panel panel{"Correction ±radius (95 %), mm", {}};
-  const auto name_of = [&](int id) {
-    if (facts.model != nullptr) {
-      for (const correction::AssemblyPoint& point : facts.model->config.machine.points) {
-        if (point.id == id && !point.name.empty()) return point.name;
-      }
-    }
-    return fmt::format("point {}", id);
-  };
-  if (state.points.empty()) panel.lines.push_back({"no points", Tone::kFaded});
-  for (const view_link::ViewPoint& point : state.points) {
-    if (!point.valid) {
-      panel.lines.push_back(
-          {fmt::format("{}: {}", name_of(point.id), InvalidReason(point, state)), Tone::kBad});
-      continue;
-    }
-    panel.lines.push_back(
-        {fmt::format("{}: {:.2f} ±{:.2f} {}{}", name_of(point.id),
-                     kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
-                     Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
-         ToneOf(point, state)});
-    if (point.differs) {
-      panel.lines.push_back(
-          {fmt::format("{}: not the taught posture", name_of(point.id)), Tone::kAttention});
-    }
-  }
+  std::vector<PanelLine> lines;
   if (facts.carriers.front().tool) {
     const ToolState& tool = *facts.carriers.front().tool;
-    panel.lines.push_back(
+    lines.push_back(
         {fmt::format("tip {} off nominal now", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
-  panel.lines.push_back(state.payload_kg
-                            ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
-                            : PanelLine{"payload unknown", Tone::kAttention});
-  panel.lines.push_back(
+  lines.push_back(state.payload_kg ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
+                                   : PanelLine{"payload unknown", Tone::kAttention});
+  lines.push_back(
       {(state.alarms & alarm::kRobotMissing) != 0
            ? "no robot reading yet"
            : "last robot reading " + AgeText(state.data_age_s),
        facts.carriers.front().robot_stale || state.health.reason == HealthReason::kNoDaemon
            ? Tone::kBad
            : Tone::kPlain});
+  return lines;
+}
+
+Panel CorrectionPanel(const ViewFacts& facts) {
+  const view_link::ViewState& state = *facts.state;
+  Panel panel{"Correction ±radius (95 %), mm", {}};
+  if (state.points.empty()) panel.lines.push_back({"no points", Tone::kFaded});
+  for (const view_link::ViewPoint& point : state.points) {
+    if (!point.valid) {
+      panel.lines.push_back(
+          {fmt::format("{}: {}", PointName(facts, point.id), InvalidReason(point, state)),
+           Tone::kBad});
+      continue;
+    }
+    panel.lines.push_back(
+        {fmt::format("{}: {:.2f} ±{:.2f} {}{}", PointName(facts, point.id),
+                     kMmPerMetre * point.translation_B.norm(), kMmPerMetre * point.uncertainty_m,
+                     Describe(point.basis), point.extrapolated ? ", extrapolated" : ""),
+         ToneOf(point, state)});
+    if (point.differs) {
+      panel.lines.push_back({fmt::format("{}: not the taught posture", PointName(facts, point.id)),
+                             Tone::kAttention});
+    }
+  }
+  for (PanelLine& line : RobotLines(facts)) panel.lines.push_back(std::move(line));
   return panel;
 }
 
@@ -281,20 +281,48 @@ std::vector<Panel> PanelsOfState(const ViewFacts& facts) {
           ModelPanel(*facts.state)};
 }
 
+/// Lens, then whether images and cell tags are missing: the rest is on the page.
+std::vector<PanelLine> WallCameraLines(const ViewFacts& facts, std::size_t k) {
+  std::vector<PanelLine> lines = LensLines(facts, k);
+  if (facts.state->cameras[k].lens) lines.pop_back();  // the focal length
+  for (const LinesOfCamera more : {TrackingLines, CameraLines}) {
+    const PanelLine first = more(facts, k).front();
+    if (first.tone == Tone::kAttention || first.tone == Tone::kBad) lines.push_back(first);
+  }
+  return lines;
+}
+
+std::vector<Panel> WallPanelsOfState(const ViewFacts& facts) {
+  Panel model = ModelPanel(*facts.state);
+  model.title = "Robot and model";
+  const std::vector<PanelLine> robot = RobotLines(facts);
+  model.lines.insert(model.lines.begin(), robot.begin(), robot.end());
+  return {OfCameras("Camera", facts, "no camera configured", WallCameraLines), DistancePanel(facts),
+          model};
+}
+
+/// Applies `panels_of` to the facts as they may be shown if the daemon is silent.
+std::vector<Panel> Withdrawn(const ViewFacts& facts,
+                             std::vector<Panel> (*panels_of)(const ViewFacts&)) {
+  const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s);
+  if (!withdrawn) return panels_of(facts);
+  ViewFacts silent = facts;
+  silent.state = &*withdrawn;
+  return panels_of(silent);
+}
+
 }  // namespace
 
 std::vector<Panel> PanelsOf(const ViewFacts& facts) {
-  if (facts.state == nullptr) {
-    return {{"Daemon", {{facts.link_problem, Tone::kBad}}},
-            {"Objects", facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}}
-                                              : facts.objects}};
-  }
-  if (const auto withdrawn = WithdrawnState(*facts.state, facts.link_problem, facts.now_s)) {
-    ViewFacts silent = facts;
-    silent.state = &*withdrawn;
-    return PanelsOfState(silent);
-  }
-  return PanelsOfState(facts);
+  if (facts.state != nullptr) return Withdrawn(facts, PanelsOfState);
+  return {{"Daemon", {{facts.link_problem, Tone::kBad}}},
+          {"Objects",
+           facts.objects.empty() ? std::vector<PanelLine>{{"none", Tone::kFaded}} : facts.objects}};
+}
+
+std::vector<Panel> WallPanelsOf(const ViewFacts& facts) {
+  if (facts.state != nullptr) return Withdrawn(facts, WallPanelsOfState);
+  return {{"Daemon", {{facts.link_problem, Tone::kBad}}}};
 }
 
 }  // namespace plumbline::view

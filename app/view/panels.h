@@ -16,4 +16,7 @@ struct Panel {
 /// All panels, in display order.
 std::vector<Panel> PanelsOf(const ViewFacts& facts);
 
+/// The panels of the display: fewer than the page's, without remarks on files.
+std::vector<Panel> WallPanelsOf(const ViewFacts& facts);
+
 }  // namespace plumbline::view

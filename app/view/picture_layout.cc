@@ -6,9 +6,10 @@
 namespace plumbline::view {
 namespace {
 
-constexpr float kLinesOfText = 38, kSmallestText_px = 12;
-constexpr float kColumn_em = 22, kMostColumn = 0.42F;
-constexpr int kMessages = 4;
+constexpr float kReferenceHeight_px = 1080, kReferenceWidth_px = 1440;  ///< where s = 1
+constexpr float kStrip_px = 84, kStripShare = 0.06F, kSmallestText_px = 12;
+constexpr float kTileWidth_em = 18, kTileHeight_em = 8.2F, kGap_em = 0.3F;
+constexpr float kBandLines = 5.8F;  ///< a title and four lines, with margins
 
 /// Largest scale at which the whole image fits the area.
 double ScaleIn(const scene::Area& area, image::ImageSize image) {
@@ -22,18 +23,73 @@ bool StartsCharacter(char byte) {
 
 }  // namespace
 
-PictureLayout LayoutOf(image::ImageSize size) {
+namespace {
+
+/// Room of the images between strip and band: the whole width, or without the column of tiles.
+struct Room {
+  float width, height;
+  float area = 0;  ///< that images of the given aspect ratio cover [px^2]
+  float covered_width = 0, covered_height = 0;
+};
+
+Room Filled(float width, float height, std::size_t cameras, double aspect, float gap) {
+  Room room{width, height};
+  if (!(width > 0) || !(height > 0)) return room;
+  const auto n = static_cast<float>(cameras), ratio = static_cast<float>(aspect);
+  const float gaps = (n - 1) * gap;
+  const float side = std::min((width - gaps) / n / ratio, height);   // height of each image
+  const float below = std::min(width / ratio, (height - gaps) / n);  // the same, stacked
+  const bool stacked = below > side;
+  const float each = stacked ? below : side;
+  room.covered_width = stacked ? each * ratio : n * each * ratio + gaps;
+  room.covered_height = stacked ? n * each + gaps : each;
+  room.area = n * each * each * ratio;
+  return room;
+}
+
+void SetTextSizes(PictureLayout& layout) {
+  const auto width = static_cast<float>(layout.size.width);
+  const auto height = static_cast<float>(layout.size.height);
+  const float s = std::min(height / kReferenceHeight_px, width / kReferenceWidth_px);
+  const auto size = [s](float px, float least) { return std::max(least, std::round(px * s)); };
+  layout.em = size(24, kSmallestText_px);
+  layout.name_em = size(34, kSmallestText_px + 2);
+  layout.value_em = size(60, 24);
+  layout.word_em = size(70, 28);
+  layout.strip = {
+      0, 0, width,
+      std::round(std::max({kStrip_px * s, kStripShare * height + 1, 1.2F * layout.word_em}))};
+}
+
+}  // namespace
+
+image::ImageSize TileSize(const PictureLayout& layout) {
+  return {static_cast<int>(std::round(kTileWidth_em * layout.em)),
+          static_cast<int>(std::round(kTileHeight_em * layout.em))};
+}
+
+PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras, image::ImageSize image) {
   PictureLayout layout;
   layout.size = size;
+  SetTextSizes(layout);
   const auto width = static_cast<float>(size.width), height = static_cast<float>(size.height);
-  layout.em = std::max(kSmallestText_px, std::round(height / kLinesOfText));
-  const float top = std::round(2.0F * layout.em);
-  const float messages = std::round(kMessages * layout.line() + 0.6F * layout.em);
-  const float column = std::round(std::min(kColumn_em * layout.em, kMostColumn * width));
-  layout.top = {0, 0, width, top};
-  layout.messages = {0, height - messages, width, messages};
-  layout.image = {0, top, width - column, height - top - messages};
-  layout.column = {width - column, top, column, height - top - messages};
+  const float strip = layout.strip.height, gap = std::round(kGap_em * layout.em);
+  const float band = std::round(kBandLines * layout.line());
+  const auto column = static_cast<float>(TileSize(layout).width) + 2 * gap;
+  const float row = static_cast<float>(TileSize(layout).height) + layout.line() + 2 * gap;
+  const double aspect = static_cast<double>(image.width) / image.height;
+  const Room beside = Filled(width - column, height - strip - band, cameras, aspect, gap);
+  const Room below = Filled(width, height - strip - band - row, cameras, aspect, gap);
+  const bool tiles_below = below.area > beside.area && below.covered_width > width - gap;
+  const Room& room = tiles_below ? below : beside;
+  const float image_width = tiles_below ? width : std::round(room.covered_width);
+  const float image_height = std::round(room.covered_height);
+  layout.image = {0, strip, image_width, image_height};
+  layout.tiles = tiles_below ? scene::Area{0, strip + image_height, width, row}
+                             : scene::Area{image_width, strip, width - image_width, image_height};
+  const float top = tiles_below ? layout.tiles.bottom() : layout.image.bottom();
+  layout.band = {0, top, width, height - top};
+  layout.images = SplitArea(layout.image, cameras, image, gap);
   return layout;
 }
 

@@ -1,4 +1,4 @@
-// Picture layout: a bar at the top, the camera image, a column of panels, a message area.
+// Picture layout: a state strip, the camera images, tiles of assembly points, a band of details.
 #pragma once
 
 #include <functional>
@@ -10,18 +10,31 @@
 
 namespace plumbline::view {
 
+/// Text is scaled with s = min(height / 1080, width / 1440) and never smaller than 12 px. On a
+/// 24-inch display of 1080 lines (0.277 mm a pixel) capitals are 0.73 em high: the state word
+/// 14 mm, legible at 3 m (16 arc minutes); values 12 mm; names 7 mm, legible at 1.5 m; details
+/// 4.9 mm (24 px of em, at least 15 px per metre of distance up to 1.6 m).
 struct PictureLayout {
   image::ImageSize size;
-  float em = 16;  ///< height of plain text [px]
-  scene::Area top, image, column, messages;
+  float em = 16;                                    ///< height of details [px]
+  float word_em = 60, value_em = 48, name_em = 28;  ///< state word, values, names [px]
+  scene::Area strip, image, tiles, band;
+  std::vector<scene::Area> images;  ///< of each displayed camera, within `image`
 
-  float line() const { return 1.3F * em; }  ///< line spacing [px]
+  float line() const { return 1.3F * em; }  ///< line spacing of details [px]
 };
 
-/// Text height is 1/38 of the picture height, at least 12 px. With 1080 lines on a 24-inch display
-/// capitals are then 5.7 mm high, which subtends 10 arc minutes at 2 m: twice what normal vision
-/// resolves.
-PictureLayout LayoutOf(image::ImageSize size);
+/// The strip is at least 6 % of the picture's height. The images get the largest area of their
+/// aspect ratio that leaves room for one column of tiles beside them or one row below them, and for
+/// five lines of details, so that there are no bars beside an image. Several images are placed side
+/// by side or one below the other, whichever is larger.
+/// @param cameras  number of displayed cameras, at least one
+/// @param image    size of their images
+PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras = 1,
+                       image::ImageSize image = {1920, 1080});
+
+/// Size of one tile [px], without margins.
+image::ImageSize TileSize(const PictureLayout& layout);
 
 /// Splits the area into equal parts with a gap between them, side by side or stacked, whichever
 /// shows an image of this aspect ratio larger.

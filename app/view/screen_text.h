@@ -1,4 +1,5 @@
-// Panels, messages, labels and stale marks of the display, as boxes and texts of a display list.
+// The complete picture of the display: strip, images with labels, tiles and details, as a display
+// list.
 #pragma once
 
 #include <vector>
@@ -9,18 +10,25 @@
 
 namespace plumbline::view {
 
-/// Adds the top bar, the column of panels and the messages. Every panel gets its title and first
-/// line; the remaining rows go to urgent lines first, then to the panels in turn. A title states
-/// how many of its lines are hidden. Texts never overlap or leave their area.
+/// Layout for the displayed cameras and the size of their images.
+PictureLayout LayoutFor(const ViewFacts& facts, image::ImageSize size);
+
+/// Adds the state strip, the tiles of the points and the band of details. Texts never overlap or
+/// leave their area.
 void AddPanels(const ViewFacts& facts, const PictureLayout& layout, const TextWidth& text_width,
                scene::DisplayList& list);
 
-/// Annotates the image of the k-th camera: its name, a frame and the reasons if the overlay is
-/// stale, the exaggeration if it is not 1, and the stress scale if stress is shown. Then adds the
-/// labels; a label is moved down to avoid others and omitted if there is no room.
-void AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
-                    const std::vector<Label>& labels, const TextWidth& text_width,
-                    scene::DisplayList& list);
+/// Annotates the image of the k-th camera in the layout's image area: its name, a frame and the
+/// reasons if the overlay is stale, the exaggeration if it is not 1, and in the first image the
+/// stress scale if stress is shown. Then adds the inset at the tip if there is room, and the labels
+/// with leader lines; a label without room is omitted. Nothing covers what `marks` keeps clear,
+/// unless the image has no other corner for notes and scale.
+/// @param pinhole       projection of the image
+/// @param inset_wanted  the inset has not been added to another image
+/// @return              whether the inset was added
+bool AddAnnotations(const OverlayInput& input, std::size_t k, const PictureLayout& layout,
+                    const ImageMarks& marks, const TextWidth& text_width, const lens::Lens& pinhole,
+                    bool inset_wanted, scene::DisplayList& list);
 
 /// The complete picture: each displayed camera in its part of the image area, and the panels.
 scene::DisplayList PictureOf(const OverlayInput& input, const PictureLayout& layout,

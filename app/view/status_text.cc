@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "app/view/silent_daemon.h"
 
@@ -118,45 +119,51 @@ CellHealth DisplayedHealth(const ViewFacts& facts) {
   return here.severity > health.severity ? here : health;
 }
 
-PanelLine Headline(const ViewFacts& facts) {
-  if (facts.state == nullptr) return {"NO DAEMON: " + facts.link_problem, Tone::kBad};
-  const view_link::ViewState& state = *facts.state;
-  if (DaemonIsSilent(state, facts.link_problem, facts.now_s)) {
-    const std::string why = facts.link_problem.empty()
-                                ? "last data " + AgeText(facts.now_s - state.now_s)
-                                : facts.link_problem;
-    return {"NO DAEMON: " + why, Tone::kBad};
+namespace {
+
+/// Text in which every number reads the same: the key of repeats.
+std::string WithoutNumbers(const std::string& text) {
+  std::string key;
+  for (const char c : text) {
+    const bool digit = (c >= '0' && c <= '9') || c == '.';
+    if (!digit) key += c;
+    if (digit && (key.empty() || key.back() != '0')) key += '0';
   }
-  const CellHealth health = DisplayedHealth(facts);
-  const PanelLine line{
-      health.reason == HealthReason::kNone
-          ? std::string(Describe(health.severity))
-          : fmt::format("{}: {}", Describe(health.severity), Describe(health.reason)),
-      ToneOf(health.severity)};
-  if (health.severity == HealthSeverity::kAlarm) return line;
-  if (const auto stale = StaleReasons(facts); !stale.empty()) {
-    return {"STALE: " + stale.front(), Tone::kAttention};
-  }
-  return line;
+  return key;
 }
 
+std::string TimeOfDay(double utc_s) {
+  const auto second = static_cast<int>(std::fmod(std::max(utc_s, 0.0), 86400.0));
+  return fmt::format("{:02}:{:02}:{:02}", second / 3600, second / 60 % 60, second % 60);
+}
+
+}  // namespace
+
 std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count) {
-  std::vector<PanelLine> messages;
-  std::vector<view_link::ViewLine> lines = facts.viewer_lines;
-  if (facts.state != nullptr) {
-    lines.insert(lines.end(), facts.state->lines.begin(), facts.state->lines.end());
-  }
+  std::vector<view_link::ViewLine> lines =
+      facts.state != nullptr ? facts.state->lines : facts.viewer_lines;
   std::stable_sort(
       lines.begin(), lines.end(),
-      [](const view_link::ViewLine& a, const view_link::ViewLine& b) { return a.utc_s < b.utc_s; });
-  for (std::size_t k = lines.size() - std::min(count, lines.size()); k < lines.size(); ++k) {
-    const Tone tone = lines[k].level <= 3   ? Tone::kBad
-                      : lines[k].level == 4 ? Tone::kAttention
-                                            : Tone::kPlain;
-    const auto second = static_cast<int>(std::fmod(std::max(lines[k].utc_s, 0.0), 86400.0));
-    messages.push_back({fmt::format("{:02}:{:02}:{:02} {}", second / 3600, second / 60 % 60,
-                                    second % 60, lines[k].text),
-                        tone});
+      [](const view_link::ViewLine& a, const view_link::ViewLine& b) { return a.utc_s > b.utc_s; });
+  struct Folded {
+    view_link::ViewLine newest;
+    int count = 1;
+  };
+  std::vector<Folded> folded;
+  std::map<std::string, std::size_t> place;
+  for (const view_link::ViewLine& line : lines) {
+    const auto [found, fresh] = place.try_emplace(WithoutNumbers(line.text), folded.size());
+    if (fresh) folded.push_back({line});
+    if (!fresh) ++folded[found->second].count;
+  }
+  std::vector<PanelLine> messages;
+  for (std::size_t k = 0; k < folded.size() && k < count; ++k) {
+    const auto& [line, repeats] = folded[k];
+    const Tone tone = line.level <= 3   ? Tone::kBad
+                      : line.level == 4 ? Tone::kAttention
+                                        : Tone::kPlain;
+    const std::string times = repeats > 1 ? fmt::format(" ({} times)", repeats) : "";
+    messages.push_back({TimeOfDay(line.utc_s) + times + " " + line.text, tone});
   }
   return messages;
 }

@@ -1,4 +1,4 @@
-// Status texts of the display: headline, messages and reasons for stale data.
+// Status texts of the display: messages and reasons for stale data.
 #pragma once
 
 #include <span>
@@ -47,9 +47,6 @@ Tone ToneOf(HealthSeverity severity);
 /// Tone of a point: good only if nothing is known that invalidates its stated 95 % radius.
 Tone ToneOf(const view_link::ViewPoint& point, const view_link::ViewState& state);
 
-/// The top bar: overall state in one word, with the reason.
-PanelLine Headline(const ViewFacts& facts);
-
 /// Reasons why the overlay on these cameras' images must not be trusted; empty if it may be.
 std::vector<std::string> StaleReasons(const ViewFacts& facts, std::span<const std::size_t> cameras);
 /// The same for the displayed cameras.
@@ -57,7 +54,9 @@ inline std::vector<std::string> StaleReasons(const ViewFacts& facts) {
   return StaleReasons(facts, facts.shown);
 }
 
-/// The newest `count` log lines of daemon and viewer, oldest first.
+/// The newest `count` log lines of the daemon, newest first; before the first state, the viewer's.
+/// Later the viewer's own lines, such as faults of mesh files, are left to the page. Lines that
+/// differ only in their numbers are folded into the newest of them, with their count.
 std::vector<PanelLine> RecentMessages(const ViewFacts& facts, std::size_t count);
 
 }  // namespace plumbline::view

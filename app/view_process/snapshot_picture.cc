@@ -8,6 +8,7 @@
 #include "app/text/json_text.h"
 #include "app/view/panels.h"
 #include "app/view/screen_text.h"
+#include "app/view/state_strip.h"
 #include "app/view_process/await_state.h"
 #include "app/view_process/drawing.h"
 #include "app/view_process/png_file.h"
@@ -99,8 +100,10 @@ int TakeSnapshot(const SnapshotOptions& options) {
   AwaitMeasured(viewer, options.meshes_wait_s);
   const view::ViewFacts& facts = viewer.Facts();
   const std::vector<int>& meshes = drawing.Meshes(viewer.scene());
-  const view::OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels()};
-  if (!drawing.Draw(view::PictureOf(input, view::LayoutOf(options.size), drawing.text_width()))) {
+  const view::OverlayInput input{facts, viewer.config(), meshes, viewer.Pixels(),
+                                 viewer.MeshFacts()};
+  if (!drawing.Draw(
+          view::PictureOf(input, view::LayoutFor(facts, options.size), drawing.text_width()))) {
     return Refuse(kUsage, "drawing failed: " + drawing.renderer().problem());
   }
   const auto written = WritePng(options.out, drawing.renderer().ReadBack());

@@ -94,9 +94,10 @@ void ViewLoop::DrawOne(image::ImageSize size, bool show) {
   fresh_ = false;
   if (!drawing_.Ready(now_s)) return;
   const view::ViewFacts& facts = viewer_.Facts();
-  const view::PictureLayout layout = view::LayoutOf(size);
+  const view::PictureLayout layout = view::LayoutFor(facts, size);
   const std::vector<int>& meshes = drawing_.Meshes(viewer_.scene());
-  const view::OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels()};
+  const view::OverlayInput input{facts, viewer_.config(), meshes, viewer_.Pixels(),
+                                 viewer_.MeshFacts()};
   const bool drawn = drawing_.Draw(
       facts.state != nullptr ? view::PictureOf(input, layout, drawing_.text_width())
                              : view::PictureWithoutState(facts, layout, drawing_.text_width()));
@@ -112,8 +113,12 @@ void ViewLoop::DrawOne(image::ImageSize size, bool show) {
   display::RgbImage picture = drawing_.renderer().ReadBack();
   if (share) {
     shared_s_ = now_s;
-    shown_.Publish(
-        std::make_shared<const view::DisplayPicture>(view::DisplayPicture{picture, now_s}));
+    // The page shows everything but the images in its own way.
+    const scene::Area& image = layout.image;
+    const image::ImageSize part{static_cast<int>(image.width), static_cast<int>(image.height)};
+    shown_.Publish(std::make_shared<const view::DisplayPicture>(view::DisplayPicture{
+        display::Cropped(picture, static_cast<int>(image.x), static_cast<int>(image.y), part),
+        now_s}));
   }
   if (keep) alarms_->Remember(std::move(picture), now_s);
 }

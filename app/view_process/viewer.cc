@@ -105,6 +105,12 @@ std::vector<const std::uint8_t*> Viewer::Pixels() const {
   return pixels;
 }
 
+std::vector<const scene::MeshFacts*> Viewer::MeshFacts() const {
+  std::vector<const scene::MeshFacts*> facts;
+  for (const MeshOfObject& mesh : scene_->meshes) facts.push_back(mesh ? &mesh->facts : nullptr);
+  return facts;
+}
+
 void Viewer::SendScene() {
   const std::shared_ptr<const view::SceneMeasurements> newest = worker_->Newest();
   if (!newest || newest == sent_ || newest->pairs.empty()) return;

@@ -35,6 +35,8 @@ class Viewer {
   const config::OverlayConfig& config() const { return overlay_; }
   /// Pixels of the newest state's images, for OverlayInput.
   std::vector<const std::uint8_t*> Pixels() const;
+  /// Properties of the objects' meshes, for OverlayInput; valid while scene() is.
+  std::vector<const scene::MeshFacts*> MeshFacts() const;
   std::shared_ptr<const SceneSnapshot> scene() const { return scene_; }
   const std::string& state_directory() const { return state_directory_; }
 

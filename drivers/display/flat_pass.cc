@@ -131,6 +131,43 @@ void FlatPass::AddRectangle(float x, float y, float width, float height, float s
   corner(0, 1);
 }
 
+/// Each segment is a bar whose long edges fade over one pixel, so that it looks smooth.
+void FlatPass::AddStroke(const scene::DrawnStroke& stroke) {
+  const float inner = std::max(0.0F, stroke.width_px / 2 - 0.5F), outer = inner + 1;
+  for (std::size_t k = 1; k < stroke.points.size(); ++k) {
+    const scene::PicturePoint& a = stroke.points[k - 1];
+    const scene::PicturePoint& b = stroke.points[k];
+    const float length = std::hypot(b.x - a.x, b.y - a.y);
+    if (!(length > 0) || !std::isfinite(length)) continue;
+    const float nx = (a.y - b.y) / length, ny = (b.x - a.x) / length;
+    const auto corner = [&](const scene::PicturePoint& at, float off, float opacity) {
+      const scene::Colour& c = stroke.colour;
+      triangles_.Add({at.x + off * nx, at.y + off * ny, 1, 1, c.r, c.g, c.b, opacity * c.a});
+    };
+    const auto bar = [&](float from, float from_opacity, float to, float to_opacity) {
+      corner(a, from, from_opacity);
+      corner(b, from, from_opacity);
+      corner(b, to, to_opacity);
+      corner(a, from, from_opacity);
+      corner(b, to, to_opacity);
+      corner(a, to, to_opacity);
+    };
+    bar(-outer, 0, -inner, 1);
+    bar(-inner, 1, inner, 1);
+    bar(inner, 1, outer, 0);
+  }
+  if (!stroke.filled) return;
+  const auto corner = [&](const scene::PicturePoint& at) {
+    const scene::Colour& c = stroke.colour;
+    triangles_.Add({at.x, at.y, 1, 1, c.r, c.g, c.b, c.a});
+  };
+  for (std::size_t k = 2; k < stroke.points.size(); ++k) {
+    corner(stroke.points[0]);
+    corner(stroke.points[k - 1]);
+    corner(stroke.points[k]);
+  }
+}
+
 void FlatPass::AddText(const scene::DrawnText& text) {
   if (!std::isfinite(text.x) || !std::isfinite(text.y)) return;
   const int size_px = WholeSize(text.height_px);
@@ -178,6 +215,7 @@ void FlatPass::Draw(const scene::DisplayList& list) {
   for (const scene::DrawnBox& box : list.boxes) {
     AddRectangle(box.x, box.y, box.width, box.height, 1, 1, false, box.colour);
   }
+  for (const scene::DrawnStroke& stroke : list.strokes) AddStroke(stroke);
   for (const scene::DrawnText& text : list.texts) AddText(text);
   if (triangles_.empty()) return;
   Upload();

@@ -1,4 +1,4 @@
-// Render pass for 2D boxes and text on top of the picture.
+// Render pass for 2D boxes, strokes and text on top of the picture.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace plumbline::display {
 /// the next picture starts with an empty atlas.
 class FlatPass {
  public:
-  /// @param font  nullopt: boxes only
+  /// @param font  nullopt: boxes and strokes only
   static Result<FlatPass> Create(std::optional<Font> font);
 
   void Draw(const scene::DisplayList& list);
@@ -45,6 +45,7 @@ class FlatPass {
   void ClearAtlas(int width);
   void AddRectangle(float x, float y, float width, float height, float s, float t, bool glyph,
                     const scene::Colour& colour);
+  void AddStroke(const scene::DrawnStroke& stroke);
   void AddText(const scene::DrawnText& text);
   void Upload();
 

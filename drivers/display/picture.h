@@ -53,4 +53,7 @@ struct RgbImage {
   image::ImageSize size;
 };
 
+/// The part of a picture; clamped to it.
+RgbImage Cropped(const RgbImage& picture, int x, int y, image::ImageSize size);
+
 }  // namespace plumbline::display

@@ -29,7 +29,7 @@ struct RendererOptions {
 };
 
 /// Must be used on the thread of its context, which must outlive it. Drawing order: background,
-/// meshes, clip plane grid, lines, boxes, text.
+/// meshes, clip plane grid, lines, boxes, strokes, text.
 class Renderer : public DrawnPicture {
  public:
   /// Creates the renderer. Without a font everything except text is drawn, see TakeRemarks().

@@ -1,6 +1,7 @@
 // Display list: plain description of one picture, built by the scene and drawn by the renderer.
 //
-// Pixel (0, 0) is the centre of the top-left pixel of the picture. Boxes and texts are in pixels;
+// Pixel (0, 0) is the centre of the top-left pixel of the picture. Boxes, strokes and texts are in
+// pixels;
 // everything else is in the camera frame C [m].
 #pragma once
 
@@ -68,6 +69,20 @@ struct DrawnBox {
   Colour colour = {};
 };
 
+/// A point of the picture; 0 is the left or upper edge of the first pixel.
+struct PicturePoint {
+  float x = 0, y = 0;  ///< [px]
+};
+
+/// A polyline of the picture: leader lines and marks. Its first and last point coincide if it is
+/// closed.
+struct DrawnStroke {
+  std::vector<PicturePoint> points;
+  Colour colour = {};
+  float width_px = 2;
+  bool filled = false;  ///< a closed convex polyline is filled
+};
+
 struct DrawnText {
   float x = 0, y = 0;    ///< left end of the base line [px]; y is the first row below it
   float height_px = 16;  ///< height of the font's em square
@@ -75,7 +90,7 @@ struct DrawnText {
   std::string text;  ///< UTF-8
 };
 
-/// One picture: a camera view with boxes and texts on top.
+/// One picture: a camera view with boxes, strokes and texts on top.
 struct DisplayList {
   image::ImageSize size;     ///< of the picture [px]
   std::optional<Area> area;  ///< area of the camera view; nullopt: the whole picture
@@ -87,10 +102,11 @@ struct DisplayList {
   std::optional<ClipPlane> clip;
   std::vector<DrawnMesh> meshes;
   std::vector<DrawnLine> lines;
-  std::vector<DrawnBox> boxes;   ///< drawn last, in order
-  std::vector<DrawnText> texts;  ///< drawn on top of the boxes
-  /// Views of further cameras, each in its own area of the same picture. Their boxes, texts and
-  /// `beside` are not drawn.
+  std::vector<DrawnBox> boxes;       ///< drawn last, in order
+  std::vector<DrawnStroke> strokes;  ///< drawn on top of the boxes
+  std::vector<DrawnText> texts;      ///< drawn on top of the strokes
+  /// Views of further cameras, each in its own area of the same picture. Their boxes, strokes,
+  /// texts and `beside` are not drawn.
   std::vector<DisplayList> beside;
 };
 

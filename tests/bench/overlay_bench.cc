@@ -149,9 +149,9 @@ class Scene {
     layout.size = {camera_.width, camera_.height};
     layout.image = {0, 0, static_cast<float>(camera_.width), static_cast<float>(camera_.height)};
     scene::DisplayList list;
-    std::vector<view::Label> labels;
+    view::ImageMarks marks;
     view::AddOverlay({facts, model.config.overlay, {mesh}, {image_.grey.data()}}, 0, layout, list,
-                     labels);
+                     marks);
     results.compose_s +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     Compare(renderer, list, carriers, results);

@@ -5,7 +5,8 @@
 const kPoll_ms = 1000, kPatience_ms = 4000, kLost_ms = 3000, kAsleep_ms = 6000, kRetry_ms = 3000;
 const kRenew_ms = 30000, kSoon_ms = 500;
 const kSlow_ms = 10000, kOldView_s = 3, kOldPicture_s = 3;
-const kMarks = {good: ["✓", "good: "], attention: ["▲", "attention: "], bad: ["✕", "bad: "],
+// The glyphs of the display; normal states have none.
+const kMarks = {good: ["", ""], attention: ["▲", "attention: "], bad: ["■", "bad: "],
   faded: ["", ""], plain: ["", ""]};
 const kLevels = {3: "bad", 4: "attention"};
 
@@ -25,9 +26,12 @@ function element(tag, text, className) {
 // A symbol and, for screen readers, a word: colour must not be the only cue.
 function marked(parent, line) {
   const [sign, word] = kMarks[line.tone] || kMarks.plain;
-  const mark = element("span", sign, "mark");
-  mark.setAttribute("aria-hidden", "true");
-  parent.replaceChildren(mark);
+  parent.replaceChildren();
+  if (sign) {
+    const mark = element("span", sign, "mark");
+    mark.setAttribute("aria-hidden", "true");
+    parent.append(mark);
+  }
   if (word) parent.append(element("span", word, "unseen"));
   parent.append(line.text);
 }
@@ -72,24 +76,36 @@ function showPanels(panels) {
 }
 
 function postureText(posture) {
-  if (!posture.joints) return "";
+  if (!posture || !posture.joints) return "";
   const joints = posture.joints.map((joint) => joint.value.toFixed(1) + (joint.unit === "mm" ? " mm" : "°"));
-  return ", joints " + joints.join(" ") + (posture.differs ? ", NOT the taught posture" : "") +
-    (posture.taught ? "" : ", posture not fixed by near_deg");
+  return "joints " + joints.join(" ") + (posture.taught ? "" : ", posture not fixed by near_deg");
 }
 
-function showPoints(points) {
-  put(byId("points"), points, (target) => {
-    listInto(target, points.map((point) => {
-      const name = point.name || "point " + point.id;
-      if (!point.valid) return {tone: "bad", text: name + ": no valid correction: " + point.reason};
-      const size_mm = 1000 * Math.hypot(...point.translation_B_m);
-      const radius_mm = 1000 * point.uncertainty_m;
-      return {tone: point.tone, text: name + ": corrected by " + size_mm.toFixed(2) + " mm, ±" +
-        radius_mm.toFixed(2) + " mm (95 %, " + point.basis + ")" + postureText(point.posture)};
-    }));
-    if (points.length === 0) target.replaceChildren(element("li", "none", "faded"));
+function tileOf(tile, posture) {
+  const item = element("li", "", "tile " + tile.class), title = element("h3"), value = element("p", "", "value");
+  const glyph = element("span", tile.glyph, "glyph");
+  glyph.setAttribute("aria-hidden", "true");
+  title.append(glyph, tile.name, element("span", " (" + tile.class + ")", "unseen"));
+  if (tile.class !== "alarm") value.append(element("small", "corrected "));
+  value.append(tile.value);
+  item.append(title, value, element("p", tile.radius, "radius"));
+  if (tile.note) item.append(element("p", tile.note, "note"));
+  if (posture) item.append(element("p", posture, "joints"));
+  return item;
+}
+
+function showTiles(tiles, points) {
+  const postures = points.map((point) => point.valid ? postureText(point.posture) : "");
+  put(byId("tiles"), [tiles, postures], (target) => {
+    target.replaceChildren(...tiles.map((tile, k) => tileOf(tile, postures[k])));
+    if (tiles.length === 0) target.replaceChildren(element("li", "no assembly point configured", "faded"));
   });
+}
+
+// Largest stated radius of the valid points.
+function radiusOf(points) {
+  const radii = points.filter((point) => point.valid && point.uncertainty_m).map((point) => 1000 * point.uncertainty_m);
+  return radii.length ? Math.max(...radii) : null;
 }
 
 function showLog(log) {
@@ -104,10 +120,12 @@ function showLog(log) {
   });
 }
 
-function showHeadline(line, todo) {
-  byId("head").className = line.tone;
-  put(byId("headline"), line, (target) => marked(target, line));
-  put(byId("do"), todo, (target) => { target.textContent = todo ? "→ " + todo : ""; });
+function showStrip(strip) {
+  byId("head").className = strip.class;
+  put(byId("glyph"), strip.glyph, (target) => { target.textContent = strip.glyph; });
+  put(byId("headline"), strip.word, (target) => { target.textContent = strip.word; });
+  put(byId("reason"), strip.reason, (target) => { target.textContent = strip.reason; });
+  put(byId("do"), strip.do, (target) => { target.textContent = strip.do ? "→ " + strip.do : ""; });
 }
 
 function showPicture(picture) {
@@ -150,7 +168,8 @@ function stopPicture() {
 function showLost(what, age_s) {
   document.body.classList.toggle("is-lost", what !== "");
   if (what === "") return;
-  showHeadline({tone: "bad", text: "LOST: " + what}, "Everything below is " + ageText(age_s) + " old.");
+  showStrip({class: "lost", glyph: "○", word: "LOST", reason: what,
+    do: "everything below is " + ageText(age_s) + " old"});
   document.title = "LOST - Plumbline";
 }
 
@@ -166,7 +185,7 @@ function show() {
   byId("about").textContent = cell + (status.utc_s ? ", " + utcText(status.utc_s, true) + " UTC" : "");
   showPicture(status.picture);
   showPanels(status.panels);
-  showPoints(status.points || []);
+  showTiles(status.tiles || [], status.points || []);
   showLog(status.log);
   byId("version").textContent = "Plumbline " + status.version;
   if (status.view.age_s > kOldView_s) {
@@ -174,19 +193,28 @@ function show() {
     return;
   }
   showLost("");
-  showHeadline(status.headline, status.health ? status.health.do : "");
-  document.title = status.headline.text.split(":")[0] + " - " + cell;
+  showStrip(status.strip);
+  document.title = status.strip.word + " - " + cell;
 }
 
 function showReports(reports) {
   put(byId("reports"), reports, (target) => {
     const words = {diagnosis: "latest diagnosis", model: "model version ", alarm: "alarm picture "};
+    const pictures = reports.filter((report) => report.kind === "alarm");
+    setAlarmPictures(pictures.map((report) =>
+      ({name: report.name, words: "Alarm picture " + report.name + ", " + utcText(report.utc_s, true) + " UTC"})));
     target.replaceChildren(...reports.map((report) => {
       const name = report.kind === "model" ? String(parseInt(report.name, 10)) :
         report.kind === "alarm" ? report.name : "";
       const item = element("li");
       const link = element("a", words[report.kind] + name);
       link.href = "reports/" + encodeURIComponent(report.name);
+      if (report.kind === "alarm") {
+        link.addEventListener("click", (event) => {
+          event.preventDefault();
+          showAlarmPicture(pictures.indexOf(report));
+        });
+      }
       item.append(link, ", " + utcText(report.utc_s, true) + " UTC");
       return item;
     }));
@@ -211,7 +239,7 @@ async function ask(what) {
 async function askSlowly() {
   slow_ms = performance.now();
   const trend = await ask("trend.json");
-  if (trend) drawTrend(byId("trend"), byId("trend-words"), trend);
+  if (trend) drawTrend(trend, radiusOf((status && status.points) || []));
   const reports = await ask("reports.json");
   if (reports) showReports(reports.reports);
 }
@@ -252,7 +280,6 @@ byId("picture").addEventListener("error", () => {
 });
 // A hidden page needs no pictures.
 document.addEventListener("visibilitychange", () => document.hidden ? stopPicture() : startPicture());
-window.addEventListener("resize", () => drawTrend(byId("trend"), byId("trend-words"), null));
 setInterval(show, kPoll_ms);
 if (!document.hidden) startPicture();
 poll();

@@ -1,80 +1,196 @@
-// Chart of the probes' residuals, as wide as the page allows.
+// Chart of the probes' residuals over time, drawn by dygraphs.
 "use strict";
 
-const kMiddleOver = 9;
-let lastTrend = {points: []}, drawn = "";
+const kMiddleOver = 9, kLoaded_kg = 0.05;
+// Columns of the chart's rows after the time.
+const kLoadedColumn = 1, kUnloadedColumn = 2, kOutlierColumn = 3, kAlarmColumn = 4, kMiddleColumn = 5;
+const chart = {graph: null, points: [], radius_mm: null, byTime: true, drawn: ""};
 
-function shape(tag, attributes, text) {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  if (text) made.textContent = text;
-  return made;
-}
+const colourOf = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 
 function median(values) {
   const sorted = values.slice().sort((a, b) => a - b);
   return sorted.length ? sorted[Math.floor((sorted.length - 1) / 2)] : 0;
 }
 
-// A round step that divides 0..top into two to five intervals.
-function niceStep(top) {
-  const power = Math.pow(10, Math.floor(Math.log10(top)));
-  for (const factor of [0.2, 0.5, 1, 2]) if (top / (factor * power) <= 5) return factor * power;
-  return 5 * power;
+const isLoaded = (point) => point.payload_kg === undefined || point.payload_kg > kLoaded_kg;
+
+function rowsOf(points) {
+  return points.map((point, k) => {
+    const row = [chart.byTime ? new Date(1000 * point.utc_s) : point.id, null, null, null, null, null];
+    const column = point.alarm ? kAlarmColumn : point.wild ? kOutlierColumn :
+      isLoaded(point) ? kLoadedColumn : kUnloadedColumn;
+    row[column] = point.mm;
+    row[kMiddleColumn] = median(points.slice(Math.max(0, k - kMiddleOver + 1), k + 1).map((one) => one.mm));
+    return row;
+  });
 }
 
-function mark(point, x, y) {
-  const title = shape("title", {}, "row " + point.id + ": " + point.mm.toFixed(3) + " mm" +
+// The content security policy forbids the inline styles of the library's legend.
+Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
+
+// Marks that differ in shape, not only in colour.
+function drawDisc(graph, series, context, x, y, colour, size) {
+  context.fillStyle = colour;
+  context.beginPath();
+  context.arc(x, y, size, 0, 2 * Math.PI);
+  context.fill();
+}
+function drawSquare(graph, series, context, x, y, colour, size) {
+  context.strokeStyle = colour;
+  context.lineWidth = 1.8;
+  context.strokeRect(x - size, y - size, 2 * size, 2 * size);
+}
+function drawSaltire(graph, series, context, x, y, colour, size) {
+  context.strokeStyle = colour;
+  context.lineWidth = 2.2;
+  context.beginPath();
+  context.moveTo(x - size, y - size);
+  context.lineTo(x + size, y + size);
+  context.moveTo(x + size, y - size);
+  context.lineTo(x - size, y + size);
+  context.stroke();
+}
+function drawTriangle(graph, series, context, x, y, colour, size) {
+  context.fillStyle = colour;
+  context.beginPath();
+  context.moveTo(x, y - size);
+  context.lineTo(x + size, y + size);
+  context.lineTo(x - size, y + size);
+  context.fill();
+}
+
+// Below the data: the band within the points' radius, and a line at each change of the model.
+function drawUnderlay(context, area, graph) {
+  context.save();
+  if (chart.radius_mm !== null) {
+    const y = Math.max(area.y, graph.toDomYCoord(chart.radius_mm));
+    context.globalAlpha = 0.12;
+    context.fillStyle = colourOf("soft");
+    context.fillRect(area.x, y, area.w, area.y + area.h - y);
+    context.globalAlpha = 1;
+    context.strokeStyle = colourOf("soft");
+    context.setLineDash([8, 5]);
+    context.beginPath();
+    context.moveTo(area.x, y);
+    context.lineTo(area.x + area.w, y);
+    context.stroke();
+  }
+  const em = parseFloat(getComputedStyle(document.documentElement).fontSize);
+  context.font = 0.8 * em + "px system-ui, sans-serif";
+  context.fillStyle = context.strokeStyle = colourOf("soft");
+  context.setLineDash([3, 3]);
+  const place = (point) => chart.byTime ? 1000 * point.utc_s : point.id;
+  chart.points.forEach((point, k) => {
+    if (k === 0 || point.model === chart.points[k - 1].model) return;
+    const x = graph.toDomXCoord((place(point) + place(chart.points[k - 1])) / 2);
+    if (x < area.x || x > area.x + area.w) return;
+    context.beginPath();
+    context.moveTo(x, area.y);
+    context.lineTo(x, area.y + area.h);
+    context.stroke();
+    const words = "model " + (point.model || "none");
+    const left = x + context.measureText(words).width + 0.4 * em > area.x + area.w;
+    context.textAlign = left ? "right" : "left";
+    context.fillText(words, x + (left ? -0.3 : 0.3) * em, area.y + 0.9 * em);
+  });
+  context.restore();
+}
+
+function pointText(point) {
+  const when = point.utc_s === undefined ? "" :
+    new Date(1000 * point.utc_s).toISOString().slice(0, 19).replace("T", " ") + " UTC, ";
+  return when + "row " + point.id + ": " + point.mm.toFixed(3) + " mm" +
+    (point.payload_kg === undefined ? "" : ", payload " + point.payload_kg.toFixed(2) + " kg") +
     (point.model ? ", model version " + point.model : "") + (point.wild ? ", outlier" : "") +
-    (point.alarm ? ", drift alarm" : ""));
-  const made = point.alarm ?
-    shape("path", {class: "alarm", d: `M${x} ${y - 8}L${x + 7} ${y + 5}L${x - 7} ${y + 5}Z`}) :
-    shape("circle", {class: point.wild ? "wild" : "dot", cx: x, cy: y, r: point.wild ? 4 : 2.5});
-  made.append(title);
-  return made;
+    (point.alarm ? ", DRIFT ALARM" : "");
 }
 
-function drawTrend(target, words, trend) {
-  if (trend) lastTrend = trend;
-  const width = Math.max(200, target.clientWidth), points = lastTrend.points || [];
-  const key = width + JSON.stringify(lastTrend);
-  if (key === drawn) return;
-  drawn = key;
-  if (lastTrend.problem || points.length === 0) {
-    target.replaceChildren();
-    words.textContent = lastTrend.problem ? "The journal cannot be read: " + lastTrend.problem :
-      "No probes yet.";
+function optionsOf() {
+  const em = parseFloat(getComputedStyle(document.documentElement).fontSize);
+  const line = colourOf("chart"), ink = colourOf("ink"), scale = em / 16;
+  const mark = (draw, color, size) => ({drawPoints: true, strokeWidth: 0, color, pointSize: size * scale,
+    drawPointCallback: draw, drawHighlightPointCallback: draw, highlightCircleSize: (size + 2) * scale});
+  return {
+    labels: [chart.byTime ? "time" : "row", "loaded", "unloaded", "outlier", "drift alarm", "median"],
+    series: {
+      "loaded": mark(drawDisc, line, 3), "unloaded": mark(drawSquare, line, 3),
+      "outlier": mark(drawSaltire, colourOf("warning"), 4),
+      "drift alarm": mark(drawTriangle, colourOf("alarm"), 7),
+      "median": {color: ink, strokeWidth: 2 * scale, highlightCircleSize: 0},
+    },
+    labelsUTC: true, includeZero: true, drawPoints: false, xRangePad: 8,
+    axisLineColor: colourOf("edge"), gridLineColor: colourOf("edge"), axisLabelFontSize: 0.8 * em,
+    axes: {y: {axisLabelWidth: 3.2 * em}, x: {axisLabelWidth: 5 * em, pixelsPerLabel: 7 * em}},
+    underlayCallback: drawUnderlay,
+    highlightCallback: (event, x, points, row) => {
+      document.getElementById("hover").textContent = pointText(chart.points[row]);
+    },
+    unhighlightCallback: () => { document.getElementById("hover").textContent = ""; },
+    valueRange: [0, 1.08 * Math.max(...chart.points.map((point) => point.mm), chart.radius_mm || 0, 0.001)],
+  };
+}
+
+function describe() {
+  const {points} = chart, last = points[points.length - 1];
+  const present = points.filter((point) => point.model === last.model).map((point) => point.mm).slice(-20);
+  const beyond = chart.radius_mm === null ? "" :
+    ` ${points.filter((point) => point.mm > chart.radius_mm).length} of ${points.length} exceed the ` +
+    `largest 95 % radius of the points, ${chart.radius_mm.toFixed(2)} mm.`;
+  const alarms = points.filter((point) => point.alarm).length;
+  return `Newest: ${last.mm.toFixed(3)} mm. Median of the newest ${present.length}` +
+    (last.model ? ` under model version ${last.model}` : "") + `: ${median(present).toFixed(3)} mm.` +
+    beyond + (alarms ? ` Drift alarms: ${alarms}.` : "");
+}
+
+// @param radius_mm  largest 95 % radius of the valid points; null: unknown
+function drawTrend(trend, radius_mm) {
+  const target = document.getElementById("trend"), words = document.getElementById("trend-words");
+  const key = JSON.stringify([trend, radius_mm]);
+  if (key === chart.drawn) return;
+  chart.drawn = key;
+  chart.points = trend.points || [];
+  chart.radius_mm = radius_mm;
+  chart.byTime = chart.points.every((point) => point.utc_s !== undefined);
+  const empty = chart.points.length === 0;
+  document.getElementById("key").hidden = empty;
+  document.querySelector("#trend-section .tools").hidden = empty;
+  target.hidden = empty;
+  if (empty) {
+    if (chart.graph) chart.graph.destroy();
+    chart.graph = null;
+    words.textContent = trend.problem ? "The journal cannot be read: " + trend.problem : "No probes yet.";
     return;
   }
-  // Match the size of the surrounding text.
-  const em = 0.75 * parseFloat(getComputedStyle(document.documentElement).fontSize);
-  const kHeight = 16 * em, kLeft = 5 * em, kRight = 0.6 * em, kTop = 1.6 * em, kBottom = 2 * em;
-  const all = points.map((point) => point.mm), last = points[points.length - 1];
-  const top = Math.max(...all) || 1, step = niceStep(top), high = step * Math.ceil(top / step);
-  const digits = Math.max(0, -Math.floor(Math.log10(step)));
-  const x = (k) => kLeft + (width - kLeft - kRight) * (points.length > 1 ? k / (points.length - 1) : 0.5);
-  const y = (mm) => kHeight - kBottom - (kHeight - kTop - kBottom) * mm / high;
-  const present = points.filter((point) => point.model === last.model).map((point) => point.mm).slice(-20);
-  const summary = `Newest: ${last.mm.toFixed(3)} mm. Median of the newest ${present.length}` +
-    (last.model ? ` under model version ${last.model}` : "") + `: ${median(present).toFixed(3)} mm.`;
-  const svg = shape("svg", {viewBox: `0 0 ${width} ${kHeight}`, height: kHeight, role: "img",
-    "aria-label": "Residuals of the newest probes. " + summary});
-  for (let mm = 0; mm <= high * 1.001; mm += step) {
-    svg.append(shape("line", {class: "grid", x1: kLeft, x2: width - kRight, y1: y(mm), y2: y(mm)}),
-      shape("text", {x: kLeft - 0.5 * em, y: y(mm) + 0.35 * em, "text-anchor": "end"}, mm.toFixed(digits) + " mm"));
-  }
-  points.forEach((point, k) => {
-    if (k === 0 || point.model === points[k - 1].model) return;
-    const at = (x(k) + x(k - 1)) / 2;
-    svg.append(shape("line", {class: "version", x1: at, x2: at, y1: kTop, y2: kHeight - kBottom}),
-      shape("text", {x: at, y: kTop - 0.3 * em, "text-anchor": k > points.length / 2 ? "end" : "start"},
-        "model " + (point.model || "none")));
-  });
-  const middle = all.map((_, k) => median(all.slice(Math.max(0, k - kMiddleOver + 1), k + 1)));
-  svg.append(shape("polyline", {class: "middle", points: middle.map((mm, k) => x(k) + "," + y(mm)).join(" ")}));
-  points.forEach((point, k) => svg.append(mark(point, x(k), y(point.mm))));
-  svg.append(shape("text", {x: kLeft, y: kHeight - 0.5 * em}, "row " + points[0].id),
-    shape("text", {x: width - kRight, y: kHeight - 0.5 * em, "text-anchor": "end"}, "row " + last.id));
-  target.replaceChildren(svg);
-  words.textContent = summary + ` Line: running median of ${kMiddleOver}. Circle: outlier. Triangle: drift alarm.`;
+  const rows = rowsOf(chart.points);
+  if (chart.graph) chart.graph.updateOptions({...optionsOf(), file: rows});
+  else chart.graph = new Dygraph(target, rows, optionsOf());
+  words.textContent = describe();
 }
+
+function zoomTrend(how) {
+  const {graph} = chart;
+  if (!graph) return;
+  if (how === "all") {
+    graph.resetZoom();
+    return;
+  }
+  const [from, to] = graph.xAxisRange(), width = to - from, [first, last] = graph.xAxisExtremes();
+  const shift = {earlier: [-0.5, -0.5], later: [0.5, 0.5], in: [0.25, -0.25], out: [-0.5, 0.5]}[how];
+  const window = [Math.max(first, from + shift[0] * width), Math.min(last, to + shift[1] * width)];
+  if (window[1] - window[0] > 0) graph.updateOptions({dateWindow: window});
+}
+
+for (const button of document.querySelectorAll("[data-zoom]")) {
+  button.addEventListener("click", () => zoomTrend(button.dataset.zoom));
+}
+// Prints have light colours.
+for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) {
+  window.addEventListener(event, () => {
+    document.documentElement.classList.toggle("printing", printing);
+    if (chart.graph) chart.graph.updateOptions(optionsOf());
+  });
+}
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  if (chart.graph) chart.graph.updateOptions(optionsOf());
+});

@@ -105,15 +105,29 @@ class Browser {
   /// Errors logged by the page, including violations of its content security policy.
   const std::vector<std::string>& console_errors() const { return console_errors_; }
 
+  /// Presses and releases a key. @param text  that it types
+  void Press(const std::string& key, const std::string& text) {
+    const int code = key == "Enter" ? 13 : key == "Escape" ? 27 : 0;
+    for (const char* const type : {"keyDown", "keyUp"}) {
+      Call("Input.dispatchKeyEvent", {{"type", type},
+                                      {"key", key},
+                                      {"text", std::string(type) == "keyDown" ? text : ""},
+                                      {"windowsVirtualKeyCode", code}});
+    }
+  }
+
   /// Stores a screenshot for the manual if PLUMBLINE_KEEP_PICTURES names a folder.
   void Keep(const std::string& name, bool whole = false) {
+    if (std::getenv("PLUMBLINE_KEEP_PICTURES") == nullptr) return;
+    KeepText(name + ".base64",
+             Call("Page.captureScreenshot",
+                  {{"format", "jpeg"}, {"quality", 80}, {"captureBeyondViewport", whole}})
+                 .at("data"));
+  }
+  /// Stores a text likewise.
+  static void KeepText(const std::string& name, const std::string& text) {
     const char* const folder = std::getenv("PLUMBLINE_KEEP_PICTURES");
-    if (folder == nullptr) return;
-    const std::string text =
-        Call("Page.captureScreenshot",
-             {{"format", "jpeg"}, {"quality", 80}, {"captureBeyondViewport", whole}})
-            .at("data");
-    std::ofstream(std::string(folder) + "/" + name + ".base64") << text;
+    if (folder != nullptr) std::ofstream(std::string(folder) + "/" + name) << text;
   }
 
  private:

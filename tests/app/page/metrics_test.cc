@@ -1,6 +1,11 @@
 #include "app/page/metrics.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
 
 #include "tests/app/page/exposition.h"
 #include "tests/app/page/page_scene.h"
@@ -43,6 +48,57 @@ TEST_CASE("labels are escaped, and non-finite numbers formatted") {
   CHECK(read.samples.at("plumbline_a{name=\"quote \\\" backslash \\\\ line\\nend\"}") == "0.1");
   CHECK(read.samples.at("plumbline_a{name=\"inf\"}") == "+Inf");
   CHECK(read.samples.at("plumbline_a{name=\"nan\"}") == "NaN");
+}
+
+TEST_CASE("every metric and label of the Grafana dashboard is exported") {
+  PageScene scene;
+  scene.scene.state.monitoring.recording = true;
+  scene.scene.state.monitoring.probes = 12;
+  scene.scene.state.temp_C = 21.5;
+  scene.PublishStatus();
+  auto now = std::make_shared<view::DisplayStatus>(*scene.shown.status());
+  view::MeasuredPair pair;
+  pair.a = "fixture";
+  pair.b = "part";
+  pair.separation = scene::Separation{};
+  now->pairs = {pair};
+  const std::string metrics = MetricsText(now.get(), {7, 2, 1, 0}, MonotonicSeconds());
+  const Exposition read(metrics);
+  std::ifstream file("packaging/examples/grafana/plumbline.json");
+  const nlohmann::json board = nlohmann::json::parse(file);
+  int targets = 0;
+  const auto check = [&](const std::string& expression, const std::string& legend) {
+    CAPTURE(expression, legend);
+    static const std::regex name("plumbline_[a-z_]+"), label("\\{\\{([a-z]+)\\}\\}");
+    const std::sregex_iterator none;
+    std::string of_names;
+    for (std::sregex_iterator at(expression.begin(), expression.end(), name); at != none; ++at) {
+      std::string metric = at->str();
+      if (metric.ends_with("_bucket")) metric.erase(metric.size() - 7);
+      CHECK(read.types.contains(metric));
+      of_names = metric;
+      ++targets;
+    }
+    for (std::sregex_iterator at(legend.begin(), legend.end(), label); at != none; ++at) {
+      const std::string word = (*at)[1];
+      const bool known =
+          word == "instance" ||
+          std::any_of(read.samples.begin(), read.samples.end(), [&](const auto& sample) {
+            return sample.first.starts_with(of_names) &&
+                   sample.first.find(word + "=\"") != std::string::npos;
+          });
+      CHECK(known);
+    }
+  };
+  std::set<int> ids;
+  for (const nlohmann::json& panel : board.at("panels")) {
+    CHECK(ids.insert(panel.at("id").get<int>()).second);
+    for (const nlohmann::json& target : panel.at("targets"))
+      check(target.at("expr"), target.at("legendFormat"));
+  }
+  for (const nlohmann::json& note : board.at("annotations").at("list"))
+    check(note.at("expr"), note.at("titleFormat"));
+  CHECK(targets >= 20);
 }
 
 TEST_CASE("metrics of a cell without faults") {

@@ -61,7 +61,8 @@ TEST_CASE("page, files and security headers; nothing is loaded from other origin
   CHECK(page.Has("Cross-Origin-Resource-Policy: same-origin"));
   CHECK(page.Has("Connection: close"));
   CHECK_THAT(page.body, Contains("<h1 id=\"headline\"") && Contains("lang=\"en\""));
-  for (const char* const path : {"/page.css", "/page.js", "/trend.js", "/login.js", "/icon.svg"}) {
+  for (const char* const path :
+       {"/page.css", "/page.js", "/pictures.js", "/trend.js", "/login.js", "/icon.svg"}) {
     INFO(path);
     const PageResponse file = scene.Get(path);
     CHECK(file.status == 200);
@@ -73,6 +74,11 @@ TEST_CASE("page, files and security headers; nothing is loaded from other origin
       CHECK(file.body.compare(address, 22, "http://www.w3.org/2000") == 0);
     }
   }
+  // The chart library names its licence only, and loads nothing.
+  const PageResponse chart = scene.Get("/chart.js");
+  CHECK(chart.status == 200);
+  CHECK(chart.body.rfind("http") == chart.body.find("https://github.com/danvk/dygraphs/blob/"));
+  CHECK_THAT(chart.body, !Contains("eval(") && !Contains("sourceMappingURL"));
   CHECK_THAT(page.body, !Contains("http:") && !Contains("https:"));
   CHECK(scene.Get("/nothing").status == 404);
   CHECK(scene.Get("/live.mjpg/").status == 404);
@@ -97,6 +103,13 @@ TEST_CASE("status.json has the display's texts, the values, and the log of sever
   CHECK(json.at("daemon").at("there") == true);
   CHECK(json.at("cell") == "demo cell");
   CHECK(json.at("headline").at("tone") == "attention");
+  CHECK(json.at("strip").at("class") == "warning");
+  CHECK(json.at("strip").at("glyph") == "▲");
+  CHECK(json.at("strip").at("word") == "ATTENTION");
+  CHECK(json.at("strip").at("reason") == "drift: probes no longer agree with the model");
+  CHECK(json.at("tiles")[0].at("name") == "assembly 1");
+  CHECK(json.at("tiles")[0].at("value") == "4.15 mm");
+  CHECK(json.at("tiles")[0].at("radius") == "±0.30 mm (95 %, measured)");
   CHECK(json.at("panels").size() == 9);
   CHECK(json.at("panels")[0].at("title") == "Alarms and warnings");
   CHECK(json.at("robot").at("payload_kg") == 40);
@@ -311,6 +324,7 @@ TEST_CASE(
     row.predicted_W = Vec3(1, 2, 3);
     row.measured_W = Vec3(1.0003, 2, 3.0004);
     row.model_version = 2;
+    row.payload_kg = 12.5;
     // Rows of an earlier arm with another number of joints, and enough rows without a prediction to
     // fill the newest ones: the trend skips both.
     journal::JournalRow foreign = row;
@@ -331,6 +345,7 @@ TEST_CASE(
   REQUIRE(json.at("points").size() == 2);
   CHECK(json.at("points")[0].at("mm") == Approx(0.5));
   CHECK(json.at("points")[0].at("model") == 2);
+  CHECK(json.at("points")[0].at("payload_kg") == 12.5);
   CHECK(json.at("points")[0].at("alarm") == false);
   CHECK(json.at("points")[1].at("alarm") == true);
   CHECK(json.at("points")[1].at("wild") == true);

@@ -18,7 +18,7 @@ struct Composed {
   Carriers carriers;
   ViewFacts facts;
   scene::DisplayList list;
-  std::vector<Label> labels;
+  ImageMarks marks;
   PictureLayout layout;
 
   Composed(ViewScene& scene, image::ImageSize size, const scene::ObjectTable* table = nullptr,
@@ -33,10 +33,10 @@ struct Composed {
     const std::vector<int> meshes = {11, 12, 13};
     static const std::vector<std::uint8_t> pixels(std::size_t{1920} * 1080, 90);
     AddOverlay({facts, scene.model->config.overlay, meshes, {pixels.data()}}, 0, layout, list,
-               labels);
+               marks);
   }
   bool Labelled(const std::string& text) const {
-    return std::any_of(labels.begin(), labels.end(), [&](const Label& label) {
+    return std::any_of(marks.labels.begin(), marks.labels.end(), [&](const Label& label) {
       return label.text.find(text) != std::string::npos;
     });
   }
@@ -96,6 +96,9 @@ TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep the
     CHECK(left + s * 1920 <= static_cast<double>(layout.image.right()) + 1e-3);
     CHECK(upper >= static_cast<double>(layout.image.y) - 1e-6);
     CHECK(upper + s * 1080 <= static_cast<double>(layout.image.bottom()) + 1e-3);
+    // No bars beside it.
+    CHECK(s * 1920 == Approx(static_cast<double>(layout.image.width)).margin(1));
+    CHECK(s * 1080 == Approx(static_cast<double>(layout.image.height)).margin(1));
   }
 }
 
@@ -143,7 +146,18 @@ TEST_CASE("assembly points show the taught position, the uncorrected tip and the
     return one.points_C.size() > 8 &&
            std::abs((one.points_C[3] - taught_C).norm() - 20 * 0.0003) < 1e-9;
   }));
-  CHECK(composed.Labelled("assembly 1: corrected by 4.15 mm, ±0.30 mm (95 %, measured)"));
+  CHECK(composed.Labelled("assembly 1"));
+  // Taught and uncorrected position are kept clear.
+  for (const Vec3& p_C : {taught_C, missed_C}) {
+    const lens::Vec2 pixel = Project<double>(composed.list.pinhole, p_C);
+    CHECK(std::any_of(composed.marks.keep_clear.begin(), composed.marks.keep_clear.end(),
+                      [&](const scene::Area& area) {
+                        return area.x < static_cast<float>(pixel.x()) &&
+                               area.right() > static_cast<float>(pixel.x()) &&
+                               area.y < static_cast<float>(pixel.y()) &&
+                               area.bottom() > static_cast<float>(pixel.y());
+                      }));
+  }
 }
 
 TEST_CASE("a point without a valid correction is labelled so") {
@@ -219,7 +233,8 @@ TEST_CASE("interference is labelled at its location; outdated results are not dr
   pair.separation->depth_m = 0.0042;
   pair.separation->p_a_W = pair.separation->p_b_W = scene.X_CW.Inverse() * Vec3(0, 0, 1.5);
   measured.pairs.push_back(pair);
-  CHECK(Composed(scene, {1280, 720}, nullptr, &measured).Labelled("INTERFERENCE 4.2 mm deep"));
+  CHECK(Composed(scene, {1280, 720}, nullptr, &measured)
+            .Labelled("gripper / car body: INTERFERENCE 4.2 mm deep"));
   measured.time_s -= 2;
   CHECK_FALSE(Composed(scene, {1280, 720}, nullptr, &measured).Labelled("INTERFERENCE"));
 }

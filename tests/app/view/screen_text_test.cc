@@ -1,8 +1,10 @@
 #include "app/view/screen_text.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "app/view/panels.h"
+#include "app/view/state_strip.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/app/view/view_scene.h"
 
@@ -27,8 +29,7 @@ struct Drawn {
   scene::DisplayList list;
 
   Drawn(ViewScene& scene, image::ImageSize size, const scene::ObjectTable* table = nullptr,
-        const SceneMeasurements* measured = nullptr)
-      : layout(LayoutOf(size)) {
+        const SceneMeasurements* measured = nullptr) {
     facts.shown.clear();
     for (std::size_t k = 0; k < scene.state.cameras.size(); ++k) {
       CarrierTracker memory;
@@ -41,6 +42,7 @@ struct Drawn {
     facts.table = table;
     facts.measured = measured;
     facts.now_s = ViewScene::kNow_s;
+    layout = LayoutFor(facts, size);
     const std::vector<int> meshes;
     list = PictureOf({facts, scene.model->config.overlay, meshes, {}}, layout, WidthOf);
   }
@@ -51,10 +53,10 @@ struct Drawn {
   }
 };
 
-/// The area that a text covers.
+/// The area that a text covers, from its capitals to its descenders.
 scene::Area Of(const scene::DrawnText& text) {
-  return {text.x, text.y - text.height_px, WidthOf(text.text, text.height_px),
-          1.25F * text.height_px};
+  return {text.x, text.y - 0.8F * text.height_px, WidthOf(text.text, text.height_px),
+          1.03F * text.height_px};
 }
 
 void ExpectTidy(const Drawn& drawn) {
@@ -99,7 +101,7 @@ void MakeEverythingLong(ViewScene& scene) {
 
 TEST_CASE("no text overlaps another or leaves the picture, at any size and amount of text") {
   for (const image::ImageSize size :
-       {image::ImageSize{640, 480}, {800, 600}, {1280, 720}, {1920, 1080}}) {
+       {image::ImageSize{640, 480}, {1024, 768}, {1280, 1024}, {1920, 1080}, {1080, 1920}}) {
     ViewScene plain("exaggeration = 10.0\nstress = true\n"), full("exaggeration = 10.0\n");
     ExpectTidy(Drawn(plain, size));
     MakeEverythingLong(full);
@@ -107,12 +109,19 @@ TEST_CASE("no text overlaps another or leaves the picture, at any size and amoun
   }
 }
 
-TEST_CASE("text is 1/38 of the picture height, at least 12 px") {
-  CHECK(LayoutOf({640, 480}).em >= 12);
-  CHECK(LayoutOf({1920, 1080}).em >= 28);
-  ViewScene scene;
-  const Drawn drawn(scene, {640, 480});
-  for (const scene::DrawnText& text : drawn.list.texts) CHECK(text.height_px >= 12);
+TEST_CASE("the strip is at least 6 % high, texts of details 12 px or 15 px a metre at 1.6 m") {
+  for (const image::ImageSize size :
+       {image::ImageSize{640, 480}, {1600, 1200}, {1280, 1024}, {3840, 2160}, {1080, 1920}}) {
+    const PictureLayout layout = LayoutOf(size);
+    CHECK(layout.strip.height >= 0.06F * static_cast<float>(size.height));
+    CHECK(layout.em >= 12);
+    CHECK(layout.band.height >= 5 * layout.line());
+    CHECK(layout.tiles.height >= static_cast<float>(TileSize(layout).height));
+    CHECK(layout.tiles.width >= static_cast<float>(TileSize(layout).width));
+  }
+  CHECK(LayoutOf({1920, 1080}).em >= 15 * 1.6F);
+  const PictureLayout layout = LayoutOf({1920, 1080});
+  CHECK(layout.image.width * layout.image.height >= 0.55F * 1920 * 1080);
 }
 
 TEST_CASE("a text that is too long is cut between characters and ends in an ellipsis") {
@@ -145,10 +154,10 @@ TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   scene.state.cameras[0].status.reason = lens::ZoomReason::kTagsBad;
   const std::string reason(lens::ZoomReasonText(lens::ZoomReason::kTagsBad));
   const Drawn drawn(scene, {640, 480});
-  const float left = drawn.layout.column.x;
   std::string column;
   for (const scene::DrawnText& text : drawn.list.texts) {
-    if (text.x > left && text.y > drawn.layout.top.bottom()) column += text.text + " ";
+    if (text.y > drawn.layout.band.y && text.x < drawn.layout.band.width / 2)
+      column += text.text + " ";
   }
   CAPTURE(column);
   CHECK(column.find("stale: " + reason) != std::string::npos);
@@ -157,18 +166,19 @@ TEST_CASE("an urgent line is shown in full, wrapped over several rows") {
   CHECK(Drawn(full, {640, 480}).Says("…"));  // a cut text is marked
 }
 
-TEST_CASE("without faults the headline is OK and every panel is shown") {
+TEST_CASE("without faults the strip says OK; tiles, details and messages are shown") {
   ViewScene scene;
   const Drawn drawn(scene, {1920, 1080});
-  CHECK(drawn.Says("OK"));
-  for (const char* title : {"Alarms", "Lens", "Tracking", "Correction", "Distances", "Camera",
-                            "Tags", "Objects", "Model"}) {
+  CHECK(drawn.Says("● OK"));
+  for (const char* title : {"Camera", "Distances", "Robot and model", "Messages"}) {
     CAPTURE(title);
     CHECK(drawn.Says(title));
   }
   CHECK(drawn.Says("valid: tags in place"));
-  CHECK(drawn.Says("3 visible, threshold automatic"));
-  CHECK(drawn.Says("assembly 1: 4.15 ±0.30 measured"));
+  CHECK(drawn.Says("corrected"));
+  CHECK(drawn.Says("4.15 mm"));
+  CHECK(drawn.Says("±0.30 mm (95 %, measured)"));
+  CHECK(drawn.Says("drift not monitored"));
   CHECK(drawn.Says("the zoom changed"));
   CHECK_FALSE(drawn.Says("STALE"));
   CHECK_FALSE(drawn.Says("exaggerated"));
@@ -184,14 +194,15 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("STALE: lens calibrating"));
     CHECK(drawn.Says("→ tilt the board's left edge towards the camera"));
-    CHECK(drawn.Says("7 of 20 views recorded"));
+    CHECK(drawn.Says("(7 of 20 views)"));
   }
   SECTION("alarm") {
     ViewScene scene;
     scene.state.alarms = alarm::kRobotStale;
     scene.state.health = HealthOf({.alarms = alarm::kRobotStale});
     const Drawn drawn(scene, {1280, 720});
-    CHECK(drawn.Says("ALARM: robot input stale"));
+    CHECK(drawn.Says("■ ALARM"));
+    CHECK(drawn.Says("robot input stale"));
     CHECK(drawn.Says("→ check the cable to the robot"));
     CHECK(drawn.Says("STALE: no current robot joint positions"));
   }
@@ -206,7 +217,8 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     scene.state.now_s -= 10;
     const Drawn drawn(scene, {1280, 720});
     CHECK(drawn.Says("STALE: last data from plumblined 10 s ago"));
-    CHECK(drawn.Says("NO DAEMON: last data 10 s ago"));
+    CHECK(drawn.Says("○ NO DAEMON"));
+    CHECK(drawn.Says("last data 10 s ago"));
     CHECK(drawn.Says("→ start plumblined"));
     const auto panels_say = [&](const std::string& words) {
       for (const Panel& panel : PanelsOf(drawn.facts)) {
@@ -220,8 +232,9 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     };
     CHECK(panels_say("last robot reading 10 s ago"));
     CHECK(panels_say(": no daemon"));
-    CHECK_FALSE(drawn.Says("±0.30 measured"));
-    CHECK_FALSE(drawn.Says("corrected by 4."));
+    CHECK_FALSE(drawn.Says("±0.30"));
+    CHECK_FALSE(drawn.Says("4.15"));
+    CHECK(drawn.Says("not valid"));
   }
   SECTION("exaggeration, at every size") {
     for (const image::ImageSize size : {image::ImageSize{640, 480}, {1920, 1080}}) {
@@ -244,8 +257,10 @@ TEST_CASE("stale data, alarms with their remedy, prompts and exaggeration are sh
     pair.separation->depth_m = 0.0021;
     measured.pairs.push_back(pair);
     const Drawn drawn(scene, {1920, 1080}, &table, &measured);
-    CHECK(drawn.Says("gripper / car body: INTERFERENCE"));
-    CHECK(drawn.Says("ALARM: interference"));
+    CHECK(drawn.Says("■ gripper / car body:"));
+    CHECK(drawn.Says("INTERFERENCE, 2.10 mm deep"));
+    CHECK(drawn.Says("■ ALARM"));
+    CHECK(drawn.Says("interference: gripper touches car body, 2.1 mm deep"));
     CHECK_FALSE(drawn.Says("OK"));
     measured.time_s -= 5;
     const Drawn old(scene, {1920, 1080}, &table, &measured);
@@ -259,9 +274,8 @@ TEST_CASE("the picture states that there is no daemon") {
   facts.link_problem = "/var/lib/plumbline/view.socket: No such file or directory";
   const PictureLayout layout = LayoutOf({1280, 720});
   const scene::DisplayList list = PictureWithoutState(facts, layout, WidthOf);
-  CHECK(std::any_of(list.texts.begin(), list.texts.end(), [](const scene::DrawnText& text) {
-    return text.text.rfind("NO DAEMON: ", 0) == 0;
-  }));
+  CHECK(std::any_of(list.texts.begin(), list.texts.end(),
+                    [](const scene::DrawnText& text) { return text.text == "○ NO DAEMON"; }));
 }
 
 TEST_CASE("two cameras each get a named part of the picture; panel lines name the camera") {
@@ -286,16 +300,16 @@ TEST_CASE("two cameras each get a named part of the picture; panel lines name th
       CHECK(part.right() <= image.right() + 0.01F);
       CHECK(part.bottom() <= image.bottom() + 0.01F);
       CHECK(part.width == a.width);
+      CHECK(part.width / part.height == Approx(16.0F / 9).epsilon(0.01));  // no bars
     }
     CHECK((b.x >= a.right() || b.y >= a.bottom()));
     CHECK(drawn.list.beside[0].size == size);
     CHECK(drawn.Says("side"));
-    CHECK(drawn.Says("side: valid"));
     CHECK(drawn.Says("rear: stale"));
     // Only the stale camera is marked.
     int in_a = 0, in_b = 0;
     for (const scene::DrawnText& text : drawn.list.texts) {
-      if (text.text.rfind("STALE", 0) != 0 || text.y < image.y) continue;
+      if (text.text.rfind("▲ STALE", 0) != 0 || text.y < image.y) continue;
       in_a += text.x >= a.x && text.x < a.right() && text.y > a.y && text.y <= a.bottom() ? 1 : 0;
       in_b += text.x >= b.x && text.x < b.right() && text.y > b.y && text.y <= b.bottom() ? 1 : 0;
     }
@@ -317,6 +331,78 @@ TEST_CASE("two images are placed side by side or stacked, whichever shows them l
   const std::vector<scene::Area> one = SplitArea(high, 1, {1920, 1080}, 10);
   CHECK(one[0].width == 400);
   CHECK(one[0].height == 600);
+}
+
+namespace {
+
+/// Relative luminance of an opaque colour [WCAG 2.1].
+double LuminanceOf(const scene::Colour& colour) {
+  const auto linear = [](float value) {
+    const auto v = static_cast<double>(value);
+    return v <= 0.03928 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * linear(colour.r) + 0.7152 * linear(colour.g) + 0.0722 * linear(colour.b);
+}
+
+/// Colour below the middle of a text, over a white image in the worst case.
+scene::Colour GroundOf(const scene::DisplayList& list, const scene::Area& text) {
+  scene::Colour ground{1, 1, 1, 1};
+  const float x = text.x + text.width / 2, y = text.y + text.height / 2;
+  for (const scene::DrawnBox& box : list.boxes) {
+    const bool below = x >= box.x && x < box.x + box.width && y >= box.y && y < box.y + box.height;
+    if (!below) continue;
+    const float a = box.colour.a;
+    ground = {a * box.colour.r + (1 - a) * ground.r, a * box.colour.g + (1 - a) * ground.g,
+              a * box.colour.b + (1 - a) * ground.b, 1};
+  }
+  return ground;
+}
+
+}  // namespace
+
+TEST_CASE("every text has a contrast of at least 7 to 1, in every state") {
+  for (const int state : {0, 1, 2, 3}) {
+    ViewScene scene("exaggeration = 10.0\nstress = true\n");
+    if (state == 1) scene.state.health = HealthOf({.weakest_basis = model::RadiusBasis::kAssumed});
+    if (state == 2) scene.state.cameras[0].status.state = lens::ZoomState::kStale;
+    if (state == 3) MakeEverythingLong(scene);
+    const Drawn drawn(scene, {1920, 1080});
+    for (const scene::DrawnText& text : drawn.list.texts) {
+      const double ink = LuminanceOf(text.colour) + 0.05;
+      const double ground = LuminanceOf(GroundOf(drawn.list, Of(text))) + 0.05;
+      CAPTURE(state, text.text);
+      CHECK(text.colour.a == 1);
+      CHECK(std::max(ink, ground) / std::min(ink, ground) >= 7);
+    }
+  }
+}
+
+TEST_CASE("each state class has a glyph of its own") {
+  std::vector<std::string> glyphs;
+  for (const StateClass state : {StateClass::kHealthy, StateClass::kAdvisory, StateClass::kWarning,
+                                 StateClass::kAlarm, StateClass::kUnknown}) {
+    glyphs.emplace_back(MarkOf(state).glyph);
+  }
+  std::sort(glyphs.begin(), glyphs.end());
+  CHECK(std::adjacent_find(glyphs.begin(), glyphs.end()) == glyphs.end());
+}
+
+TEST_CASE("messages come newest first, and repeats are folded into the newest") {
+  ViewScene scene;
+  scene.state.lines.clear();
+  for (std::uint64_t k = 1; k <= 9; ++k) {
+    const std::string text =
+        k % 3 == 0 ? "the zoom changed" : "frame " + std::to_string(k) + " lost";
+    scene.state.lines.push_back({k, 1.8e9 + static_cast<double>(k), 4, text});
+  }
+  ViewFacts facts;
+  facts.state = &scene.state;
+  facts.viewer_lines = {{1, 1.8e9 + 20, 3, "gripper.stl: cannot be read"}};
+  const std::vector<PanelLine> lines = RecentMessages(facts, 10);
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0].text == "08:00:09 (3 times) the zoom changed");
+  CHECK(lines[1].text == "08:00:08 (6 times) frame 8 lost");
+  CHECK(RecentMessages(facts, 1).size() == 1);
 }
 
 }  // namespace plumbline::screen_text_test

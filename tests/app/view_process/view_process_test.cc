@@ -178,7 +178,7 @@ bool IsMagenta(int r, int g, int b) {
   return r > 100 && b > 100 && 3 * g < r;
 }
 bool IsAmber(int r, int g, int b) {
-  return r > 240 && g > 150 && g < 185 && b < 20;
+  return r > 235 && g > 175 && g < 185 && b > 35 && b < 47;
 }
 
 std::string Snapshot(const std::string& config, const std::string& arguments) {
@@ -468,7 +468,7 @@ TEST_CASE("the viewer's page serves the picture and the state, through reload an
     browser.Open("http://127.0.0.1:" + std::to_string(port) + "/");
     CHECK(browser.Becomes("document.getElementById('picture').naturalWidth > 0"));
     CHECK(browser.Becomes("document.getElementById('panels').innerText.includes('3 of 3 placed')"));
-    browser.Becomes("document.getElementById('head').className === 'good'");
+    browser.Becomes("document.getElementById('head').className === 'healthy'");
     browser.Keep("page-real");
   }
   // A new token takes effect on SIGHUP.

@@ -110,4 +110,14 @@ TEST_CASE("UTF-8 is decoded, each invalid byte becomes a replacement character")
   CHECK(CodePointsFromUtf8("\xF4\x90\x80\x80").size() == 4);           // beyond U+10FFFF
 }
 
+TEST_CASE("a part of a picture is cut out, within the picture") {
+  RgbImage picture;
+  picture.size = {4, 3};
+  for (std::uint8_t k = 0; k < 36; ++k) picture.rgb.push_back(k);
+  const RgbImage part = Cropped(picture, 1, 1, {2, 5});
+  CHECK(part.size == image::ImageSize{2, 2});
+  CHECK(part.rgb == std::vector<std::uint8_t>{15, 16, 17, 18, 19, 20, 27, 28, 29, 30, 31, 32});
+  CHECK(Cropped(picture, 9, -2, {2, 2}).rgb.empty());
+}
+
 }  // namespace plumbline::parts_test

@@ -294,6 +294,26 @@ TEST_CASE("boxes cover their pixels and mix, text is drawn over them") {
   CHECK(bottom < 88);
 }
 
+TEST_CASE("a stroke covers its width with smooth edges; a closed one can be filled") {
+  test::Drawing drawing;
+  if (!drawing.renderer) return;
+  scene::DisplayList list = test::EmptyList(kSize);
+  list.strokes = {
+      {{{100, 50}, {300, 50}}, {1, 0, 0, 1}, 4, false},
+      {{{400, 100}, {500, 100}, {500, 200}, {400, 200}, {400, 100}}, {0, 0, 1, 1}, 1, true}};
+  const RgbImage image = Drawn(drawing, list);
+  CHECK(At(image, 200, 48).r == 255);
+  CHECK(At(image, 200, 51).r == 255);
+  CHECK(At(image, 200, 45).r == 33);
+  CHECK(At(image, 200, 54).r == 33);
+  double width = 0;  // integrated coverage across the stroke
+  for (int v = 40; v < 60; ++v) width += (At(image, 200, v).r - 33) / 222.0;
+  CHECK(width == Approx(4).margin(0.2));
+  CHECK(At(image, 450, 150).b == 255);
+  CHECK(At(image, 403, 197).b == 255);
+  CHECK(At(image, 395, 150).b == 33);
+}
+
 TEST_CASE("a missing font is reported once, and the rest is drawn") {
   test::Drawing drawing(RendererOptions{.font_paths = {"/nowhere/font.ttf", "/dev/null"}});
   if (!drawing.renderer) return;

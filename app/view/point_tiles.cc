@@ -1,0 +1,204 @@
+#include "app/view/point_tiles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/view/palette.h"
+#include "app/view/silent_daemon.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline::view {
+namespace {
+
+constexpr float kMostStretch = 1.2F;  ///< of a tile, to fill a page
+
+StateClass StateOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
+  switch (ToneOf(point, state)) {
+    case Tone::kBad:
+      return StateClass::kAlarm;
+    case Tone::kAttention:
+      return StateClass::kWarning;
+    case Tone::kPlain:
+      return StateClass::kAdvisory;
+    case Tone::kGood:
+    case Tone::kFaded:
+      break;
+  }
+  return StateClass::kHealthy;
+}
+
+std::string DriftNote(const status::MonitoringStatus& monitoring) {
+  if (monitoring.reference_refused) return "drift: no reference";
+  if (monitoring.drift_alarm) {
+    return fmt::format("DRIFT: {:.2g} of threshold", monitoring.drift_statistic);
+  }
+  if (!monitoring.recording || monitoring.learning) return "drift not monitored";
+  return fmt::format("drift {:.2f} of threshold", monitoring.drift_statistic);
+}
+
+std::string NoteOf(const view_link::ViewPoint& point, const view_link::ViewState& state) {
+  if (point.differs) return "not the taught posture";
+  if (point.extrapolated) return "outside calibrated range";
+  if ((state.warnings & warning::kModelSetAside) != 0) return "model not in force";
+  return DriftNote(state.monitoring);
+}
+
+PointTile TileOf(const view_link::ViewPoint& point, const ViewFacts& facts) {
+  const view_link::ViewState& state = *facts.state;
+  PointTile tile;
+  tile.id = point.id;
+  tile.name = PointName(facts, point.id);
+  tile.state = StateOf(point, state);
+  if (!point.valid) {
+    tile.value = "not valid";
+    tile.radius = InvalidReason(point, state);
+    return tile;
+  }
+  tile.value = fmt::format("{:.2f} mm", kMmPerMetre * point.translation_B.norm());
+  tile.radius = fmt::format("±{:.2f} mm (95 %, {})", kMmPerMetre * point.uncertainty_m,
+                            Describe(point.basis));
+  tile.note = NoteOf(point, state);
+  return tile;
+}
+
+scene::Colour AccentOf(StateClass state) {
+  switch (state) {
+    case StateClass::kAdvisory:
+      return palette::kAdvisory;
+    case StateClass::kWarning:
+      return palette::kWarning;
+    case StateClass::kAlarm:
+    case StateClass::kUnknown:
+      return palette::kAlarm;
+    case StateClass::kHealthy:
+      break;
+  }
+  return palette::kFaded;
+}
+
+void AddTile(const PointTile& tile, const scene::Area& area, PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  writer.Box(area, palette::kPanel);
+  const scene::Colour accent = AccentOf(tile.state);
+  if (tile.state != StateClass::kHealthy)
+    writer.Box({area.x, area.y, std::max(3.0F, 0.25F * layout.em), area.height}, accent);
+  const float margin = 0.6F * layout.em, x = area.x + margin, width = area.width - 1.6F * margin;
+  const std::string word = tile.valid() ? "corrected" : "";
+  const float word_width = writer.WidthOf(word, layout.em) + 0.4F * layout.em;
+  float y = area.y + 0.3F * layout.em;
+  const std::string glyph = MarkOf(tile.state).glyph;
+  const float glyph_width = writer.WidthOf(glyph + " ", layout.name_em);
+  writer.Text(x, y, glyph_width, layout.name_em, glyph, accent);
+  writer.Text(x + glyph_width, y, width - glyph_width - word_width, layout.name_em, tile.name,
+              palette::kText);
+  writer.TextAtRight(x + width, y + 0.9F * (layout.name_em - layout.em), word_width, layout.em,
+                     word, palette::kFaded);
+  y += 1.25F * layout.name_em;
+  writer.Text(x, y, width, writer.FittingEm(tile.value, layout.value_em, width), tile.value,
+              tile.valid() ? palette::kText : accent);
+  y += 1.2F * layout.value_em;
+  if (!tile.valid()) {
+    for (const std::string& row : writer.Rows(tile.radius, layout.em, width)) {
+      if (y + layout.line() > area.bottom()) break;
+      writer.Text(x, y, width, layout.em, row, palette::kText);
+      y += layout.line();
+    }
+    return;
+  }
+  const float radius_em = writer.FittingEm(tile.radius, std::round(1.15F * layout.em), width);
+  writer.Text(x, y, width, radius_em, tile.radius, palette::kText);
+  y += 1.3F * radius_em;
+  writer.Line(x, y, width,
+              {tile.note, tile.state == StateClass::kWarning ? Tone::kAttention : Tone::kFaded});
+}
+
+}  // namespace
+
+std::string PointName(const ViewFacts& facts, int id) {
+  if (facts.model != nullptr) {
+    for (const correction::AssemblyPoint& point : facts.model->config.machine.points) {
+      if (point.id == id && !point.name.empty()) return point.name;
+    }
+  }
+  return fmt::format("point {}", id);
+}
+
+std::vector<PointTile> TilesOf(const ViewFacts& facts) {
+  std::vector<PointTile> tiles;
+  for (const view_link::ViewPoint& point : facts.state->points) {
+    tiles.push_back(TileOf(point, facts));
+  }
+  return tiles;
+}
+
+namespace {
+
+/// Division of the tiles' area into a grid.
+struct TileGrid {
+  std::size_t columns = 1, rows = 1;
+  float gap = 0, width = 0, height = 0;  ///< of a tile [px]
+  bool paged = false;
+
+  std::size_t page_size() const { return columns * rows; }
+};
+
+TileGrid GridOf(std::size_t tiles, const PictureLayout& layout) {
+  const image::ImageSize size = TileSize(layout);
+  TileGrid grid;
+  grid.gap = std::round(0.3F * layout.em);
+  const auto fit = [&](float room, int each) {
+    return std::max<std::size_t>(
+        1, static_cast<std::size_t>((room - grid.gap) / (static_cast<float>(each) + grid.gap)));
+  };
+  grid.columns = fit(layout.tiles.width, size.width);
+  grid.paged = tiles > grid.columns * fit(layout.tiles.height, size.height);
+  const float room = layout.tiles.height - (grid.paged ? layout.line() : 0);
+  grid.rows = fit(room, size.height);
+  grid.width = (layout.tiles.width - grid.gap) / static_cast<float>(grid.columns) - grid.gap;
+  grid.height = std::min(kMostStretch * static_cast<float>(size.height),
+                         (room - grid.gap) / static_cast<float>(grid.rows) - grid.gap);
+  return grid;
+}
+
+/// "4–6 of 7, 1 not valid"
+PanelLine PagerOf(const std::vector<PointTile>& tiles, std::size_t first, std::size_t page_size) {
+  const auto invalid = std::count_if(tiles.begin(), tiles.end(),
+                                     [](const PointTile& tile) { return !tile.valid(); });
+  const std::string text = fmt::format("{}–{} of {}", first + 1,
+                                       std::min(first + page_size, tiles.size()), tiles.size());
+  if (invalid == 0) return {text, Tone::kFaded};
+  return {fmt::format("{}, {} not valid", text, invalid), Tone::kBad};
+}
+
+}  // namespace
+
+void AddPointTiles(const ViewFacts& facts, PictureWriter& writer) {
+  const PictureLayout& layout = writer.layout();
+  const scene::Area& all = layout.tiles;
+  writer.Box(all, palette::kGround);
+  if (facts.state == nullptr) return;
+  const std::vector<PointTile> tiles = TilesOf(facts);
+  const TileGrid grid = GridOf(tiles.size(), layout);
+  const float x = all.x + grid.gap, step_x = grid.width + grid.gap;
+  if (tiles.empty()) {
+    writer.Text(x, all.y + grid.gap, all.width - 2 * grid.gap, layout.em,
+                "no assembly point configured", palette::kFaded);
+    return;
+  }
+  const std::size_t pages = (tiles.size() + grid.page_size() - 1) / grid.page_size();
+  const auto turn = static_cast<std::size_t>(std::max(0.0, facts.state->utc_s) / kTilePage_s);
+  const std::size_t first = turn % pages * grid.page_size();
+  for (std::size_t k = 0; k < grid.page_size() && first + k < tiles.size(); ++k) {
+    const auto column = static_cast<float>(k % grid.columns);
+    const auto row = static_cast<float>(k / grid.columns);
+    const float y = all.y + grid.gap + row * (grid.height + grid.gap);
+    AddTile(tiles[first + k], {x + column * step_x, y, grid.width, grid.height}, writer);
+  }
+  if (!grid.paged) return;
+  writer.Line(x, all.bottom() - layout.line(), all.width - 2 * grid.gap,
+              PagerOf(tiles, first, grid.page_size()));
+}
+
+}  // namespace plumbline::view
