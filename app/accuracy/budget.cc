@@ -49,11 +49,12 @@ Uncertainty UncertaintyOf(const std::vector<BudgetLine>& lines) {
 
 BudgetLine RepeatabilityLine(const Characteristics& characteristics,
                              const Contributions& contributions, int cycles) {
-  if (characteristics.cycle_freedom == 0) {
-    return {Source::kRepeatability, contributions.residual_m, contributions.residual_freedom};
+  if (characteristics.cycle_degrees_of_freedom == 0) {
+    return {Source::kRepeatability, contributions.residual_m,
+            contributions.residual_degrees_of_freedom};
   }
   return {Source::kRepeatability, characteristics.cycle_sigma_m / std::sqrt(cycles),
-          static_cast<double>(characteristics.cycle_freedom)};
+          static_cast<double>(characteristics.cycle_degrees_of_freedom)};
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ Budget BudgetOf(const Characteristics& characteristics, const Contributions& con
                 int cycles) {
   Budget budget;
   budget.instrument_known = contributions.instrument_m.has_value();
-  budget.repeatability_shown = characteristics.cycle_freedom > 0;
+  budget.repeatability_shown = characteristics.cycle_degrees_of_freedom > 0;
   if (contributions.instrument_m) {
     budget.lines.push_back({Source::kInstrument, *contributions.instrument_m, kInfinite});
   }
@@ -71,7 +72,7 @@ Budget BudgetOf(const Characteristics& characteristics, const Contributions& con
   const double leverage =
       contributions.lengths > 0 ? contributions.parameters / contributions.lengths : 0;
   budget.lines.push_back({Source::kModel, contributions.residual_m * std::sqrt(leverage),
-                          contributions.residual_freedom});
+                          contributions.residual_degrees_of_freedom});
   budget.combined_m = Combined(budget.lines);
   budget.freedom = EffectiveFreedom(budget.lines, budget.combined_m);
   budget.coverage_factor = CoverageFactor(budget.freedom);

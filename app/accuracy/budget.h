@@ -17,7 +17,7 @@ struct Contributions {
   double joint_reading_m = 0;            ///< error at the tip due to the resolution of the joints
   /// Scatter of the residual about the best model, and its degrees of freedom.
   double residual_m = 0;
-  double residual_freedom = 0;
+  double residual_degrees_of_freedom = 0;
   double parameters = 0;  ///< number of parameters that were fitted to the rows
   double lengths = 0;     ///< number of measured lengths that they were fitted to
 };

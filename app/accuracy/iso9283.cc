@@ -73,9 +73,10 @@ void AddCycleScatter(const std::vector<Reading>& readings, const std::vector<Pos
     for (const std::size_t at : poses[k].All()) {
       square += (readings[at].error_W - all.poses[k].mean_error_W).squaredNorm();
     }
-    all.cycle_freedom += 3 * (all.poses[k].cycles - 1);
+    all.cycle_degrees_of_freedom += 3 * (all.poses[k].cycles - 1);
   }
-  if (all.cycle_freedom > 0) all.cycle_sigma_m = std::sqrt(square / all.cycle_freedom);
+  if (all.cycle_degrees_of_freedom > 0)
+    all.cycle_sigma_m = std::sqrt(square / all.cycle_degrees_of_freedom);
 }
 
 void AddDistances(Characteristics& all) {

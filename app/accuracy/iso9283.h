@@ -56,7 +56,7 @@ struct Characteristics {
   /// Standard deviation of a cycle about its pose's mean, on one axis, pooled over the poses [m],
   /// and its degrees of freedom; 0 without repeated poses.
   double cycle_sigma_m = 0;
-  int cycle_freedom = 0;
+  int cycle_degrees_of_freedom = 0;
   /// Distance accuracy of the two poses commanded farthest apart within one session; absent if
   /// there are none.
   std::optional<DistanceCharacteristics> distance{};

@@ -166,7 +166,7 @@ void BoardSession::Judge() {
   }
   reasons_ = calibration_->reasons;
   judge_at_count_ = kept_.size() + kFurtherViews;
-  const bool full = kept_.size() >= static_cast<std::size_t>(settings_.most_views);
+  const bool full = kept_.size() >= static_cast<std::size_t>(settings_.max_views);
   if (full || !calibration_->further_views_help) {
     state_ = State::kRefused;
     prompt_ = lens::BoardPrompt::kNone;

@@ -16,7 +16,7 @@ namespace plumbline::camera {
 struct BoardSettings {
   lens::Board board;
   int views = 20;           ///< views to keep before the first calibration attempt
-  int most_views = 60;      ///< if the lens is not good enough by then, the capture is refused
+  int max_views = 60;       ///< if the lens is not good enough by then, the capture is refused
   double patience_s = 180;  ///< likewise, by time since the start
   lens::CalibrationOptions options;
 };

@@ -48,7 +48,7 @@ BoardSettings BoardFrom(const config::BoardConfig& config) {
   BoardSettings board;
   board.board = config.board;
   board.views = config.views;
-  board.most_views = config.most_views;
+  board.max_views = config.max_views;
   board.patience_s = config.patience_s;
   board.options = {config.acceptable_px, config.distance_m};
   return board;

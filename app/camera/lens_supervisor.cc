@@ -189,22 +189,22 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
   lens::ZoomEvent event = EventOf(lens::ZoomEvent::Kind::kTime, now_s);
   event.observed_s = image_s;
   bool changed = false;
-  const bool good = check.verdict == TagVerdict::kGood;
-  if (good || check.verdict == TagVerdict::kNotVisible) {
+  const bool good = check.verdict == TagTestOutcome::kGood;
+  if (good || check.verdict == TagTestOutcome::kNotVisible) {
     event.kind = good ? lens::ZoomEvent::Kind::kTagsGood : lens::ZoomEvent::Kind::kTagsNotVisible;
     if (good) failed_checks_ = 0;
   } else {
     tip_.Reset();
     if (++failed_checks_ < kChecksToReject) return false;
-    event.kind = check.verdict == TagVerdict::kBad ? lens::ZoomEvent::Kind::kTagsBad
-                                                   : lens::ZoomEvent::Kind::kTagsGood;
-    failed_checks_ = check.verdict == TagVerdict::kBad ? kChecksToReject : 0;
+    event.kind = check.verdict == TagTestOutcome::kBad ? lens::ZoomEvent::Kind::kTagsBad
+                                                       : lens::ZoomEvent::Kind::kTagsGood;
+    failed_checks_ = check.verdict == TagTestOutcome::kBad ? kChecksToReject : 0;
   }
   tag_moved_ = !check.excluded.empty();
   if (check.message != check_message_) {
     check_message_ = check.message;
     // A bad lens is logged with the change of state.
-    if (!check.message.empty() && check.verdict != TagVerdict::kBad) {
+    if (!check.message.empty() && check.verdict != TagTestOutcome::kBad) {
       sink_({good && !tag_moved_ ? log::Event::kZoomDriftRefined : log::Event::kTagsContradict,
              "camera: " + check.message});
     }
@@ -230,8 +230,8 @@ void LensSupervisor::OnBodies(const std::vector<tracking::SeenBody>& seen,
   const lens::LensCovariance& lens = context.lens->known.covariance;
   const tracking::SeenBody* const cell = Find(seen, settings_.cell.name);
   const auto places = [this](const tracking::SeenBody& body) {
-    return TagPlacementSd{settings_.tag_check.place_sd_m,
-                          body.body->place_sd_m.value_or(tracking::kPlaceSdOnOnePlate_m)};
+    return TagPositionSd{settings_.tag_check.place_sd_m,
+                         body.body->place_sd_m.value_or(tracking::kPlaceSdOnOnePlate_m)};
   };
   for (std::size_t k = 0; k < settings_.bodies.size() && k < bodies_.size(); ++k) {
     const tracking::SeenBody* const body = Find(seen, settings_.bodies[k]);

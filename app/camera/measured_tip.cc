@@ -21,7 +21,7 @@ tracking::Mat6 NoiseOf(const tracking::PoseEstimate& pose, const lens::LensCovar
 
 CameraPoint MeasurePoint(const tracking::PoseEstimate& cell, const tracking::PoseEstimate& tool,
                          const Pose& X_WK, const Vec3& p_TQ, const lens::LensCovariance& lens,
-                         double time_s, const TagPlacementSd& places) {
+                         double time_s, const TagPositionSd& places) {
   const Vec3 turned_C = tool.X_CK.R * p_TQ;  // from the tool's origin, in the camera's axes
   const Vec3 p_CQ = turned_C + tool.X_CK.p;
   const Mat3 R_WC = X_WK.R * cell.X_CK.R.transpose();
@@ -36,9 +36,9 @@ CameraPoint MeasurePoint(const tracking::PoseEstimate& cell, const tracking::Pos
                        by_cell * NoiseOf(cell, lens) * by_cell.transpose() +
                        by_lens * lens * by_lens.transpose();
   point.tag_covariance_W = places.tool_sd_m * places.tool_sd_m * by_tool *
-                               tool.unit_place_covariance * by_tool.transpose() +
+                               tool.unit_position_covariance * by_tool.transpose() +
                            places.cell_sd_m * places.cell_sd_m * by_cell *
-                               cell.unit_place_covariance * by_cell.transpose();
+                               cell.unit_position_covariance * by_cell.transpose();
   point.time_s = time_s;
   return point;
 }

@@ -18,7 +18,7 @@ struct CameraPoint {
 };
 
 /// Standard deviation of the tags' declared positions on their bodies, per axis [m].
-struct TagPlacementSd {
+struct TagPositionSd {
   double cell_sd_m = 0, tool_sd_m = 0;
 };
 
@@ -32,7 +32,7 @@ struct TagPlacementSd {
 /// @param p_TQ  the point on the tool's body [m]
 CameraPoint MeasurePoint(const tracking::PoseEstimate& cell, const tracking::PoseEstimate& tool,
                          const Pose& X_WK, const Vec3& p_TQ, const lens::LensCovariance& lens,
-                         double time_s, const TagPlacementSd& places = {});
+                         double time_s, const TagPositionSd& places = {});
 
 /// Reports a point only while it is stationary: each pair of the last kSamples measurements agrees
 /// within four standard deviations plus 20 um for errors the images share.

@@ -17,7 +17,7 @@ bool IsAccepted(const std::optional<TagFit>& fit) {
                     kSignificance;
 }
 
-void Accept(const TagFit& fit, TagVerdict verdict, TagJudgement& judgement) {
+void Accept(const TagFit& fit, TagTestOutcome verdict, TagTestResult& judgement) {
   judgement.verdict = verdict;
   judgement.chi2 = fit.chi2;
   judgement.degrees_of_freedom = fit.degrees_of_freedom;
@@ -26,13 +26,13 @@ void Accept(const TagFit& fit, TagVerdict verdict, TagJudgement& judgement) {
 
 /// Tests whether a rigid motion of the camera, with the lens unchanged, explains the corners.
 bool CameraMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
-                 TagJudgement& judgement) {
+                 TagTestResult& judgement) {
   if (problem.observations.size() < kMinTagsForPose) return false;
   const auto moved = FitTags(lens.lens, problem, {.pose = true});
   if (!IsAccepted(moved)) return false;
   const auto both = FitTags(lens.lens, problem, {.pose = true, .focal = true});
   if (both && moved->chi2 - both->chi2 > kFocalChi2Gain) return false;
-  Accept(*moved, TagVerdict::kCameraMoved, judgement);
+  Accept(*moved, TagTestOutcome::kCameraMoved, judgement);
   // Pose of the new camera in the old one.
   const Pose X = problem.start * moved->X_CK.Inverse();
   judgement.moved_m = X.p.norm();
@@ -42,7 +42,7 @@ bool CameraMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
 
 /// Tests whether excluding one tag makes the others agree.
 bool OneTagMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
-                 const FreeParameters& free, TagJudgement& judgement) {
+                 const FreeParameters& free, TagTestResult& judgement) {
   if (problem.observations.size() < kMinTagsToExclude) return false;
   std::optional<TagFit> best;
   int moved_id = 0;
@@ -51,57 +51,57 @@ bool OneTagMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
     if (fit && (!best || fit->chi2 < best->chi2)) best = fit, moved_id = problem.observations[i].id;
   }
   if (!IsAccepted(best)) return false;
-  Accept(*best, TagVerdict::kGood, judgement);
+  Accept(*best, TagTestOutcome::kGood, judgement);
   judgement.excluded = {moved_id};
   return true;
 }
 
-TagJudgement JudgeAgainstBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
-  TagJudgement judgement;
+TagTestResult JudgeAgainstBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
+  TagTestResult judgement;
   const auto still = FitTags(lens.lens, problem, {});
   if (!still) return judgement;
   judgement.rms_px = still->rms_px;
-  Accept(*still, TagVerdict::kGood, judgement);
+  Accept(*still, TagTestOutcome::kGood, judgement);
   if (IsAccepted(still)) return judgement;
   const auto zoomed = FitTags(lens.lens, problem, {.focal = true});
   if (IsAccepted(zoomed)) {
-    Accept(*zoomed, TagVerdict::kZoomDrifted, judgement);
+    Accept(*zoomed, TagTestOutcome::kZoomDrifted, judgement);
     judgement.log_focal = zoomed->log_focal;
     judgement.log_focal_sd = zoomed->log_focal_sd;
     return judgement;
   }
   if (CameraMoved(lens, problem, judgement) || OneTagMoved(lens, problem, {}, judgement))
     return judgement;
-  judgement.verdict = TagVerdict::kBad;
+  judgement.verdict = TagTestOutcome::kBad;
   return judgement;
 }
 
-TagJudgement JudgeWithoutBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
-  TagJudgement judgement;
+TagTestResult JudgeWithoutBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
+  TagTestResult judgement;
   if (problem.observations.size() < kMinTagsForPose) return judgement;
   const auto fit = FitTags(lens.lens, problem, {.pose = true});
   if (!fit) {
-    judgement.verdict = TagVerdict::kBad;
+    judgement.verdict = TagTestOutcome::kBad;
     return judgement;
   }
   judgement.rms_px = fit->rms_px;
-  Accept(*fit, TagVerdict::kGood, judgement);
+  Accept(*fit, TagTestOutcome::kGood, judgement);
   if (IsAccepted(fit) || OneTagMoved(lens, problem, {.pose = true}, judgement)) return judgement;
-  judgement.verdict = TagVerdict::kBad;
+  judgement.verdict = TagTestOutcome::kBad;
   return judgement;
 }
 
 }  // namespace
 
-TagJudgement JudgeReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
+TagTestResult TestReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
                                 const std::vector<tracking::SeenTag>& seen,
                                 const TagBaseline* baseline, const TagCheckSettings& settings) {
   if (baseline != nullptr) {
     const TagFitProblem problem = ProblemAgainstBaseline(cell, seen, *baseline, settings);
-    return problem.observations.empty() ? TagJudgement{} : JudgeAgainstBaseline(lens, problem);
+    return problem.observations.empty() ? TagTestResult{} : JudgeAgainstBaseline(lens, problem);
   }
   const auto problem = ProblemWithoutBaseline(lens, lens.covariance, cell, seen, settings);
-  return problem ? JudgeWithoutBaseline(lens, *problem) : TagJudgement{};
+  return problem ? JudgeWithoutBaseline(lens, *problem) : TagTestResult{};
 }
 
 TagBaseline BaselineAt(const lens::KnownLens& lens, const tracking::Body& cell,

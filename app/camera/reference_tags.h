@@ -29,7 +29,7 @@ struct TagCheckSettings {
   double corner_floor_px = 0.03;
 };
 
-enum class TagVerdict {
+enum class TagTestOutcome {
   kNotVisible,   ///< fewer than two tags; with a baseline: none of its tags
   kGood,         ///< noise explains every corner, except those of the tags in `excluded`
   kCameraMoved,  ///< the tags moved as one rigid body: `X_CK` is new, the lens remains valid
@@ -37,8 +37,8 @@ enum class TagVerdict {
   kBad,          ///< no hypothesis explains them
 };
 
-struct TagJudgement {
-  TagVerdict verdict = TagVerdict::kNotVisible;
+struct TagTestResult {
+  TagTestOutcome verdict = TagTestOutcome::kNotVisible;
   double chi2 = 0;  ///< of the accepted hypothesis; for kBad: of the first one
   int degrees_of_freedom = 0;
   double rms_px = 0;  ///< of the corners about their expected positions, per coordinate
@@ -59,7 +59,7 @@ struct TagJudgement {
 /// Without a baseline the pose is always free, and the covariance also includes the errors of the
 /// tags' positions and of the lens.
 /// @param baseline  null if the lens was never verified
-TagJudgement JudgeReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
+TagTestResult TestReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
                                 const std::vector<tracking::SeenTag>& seen,
                                 const TagBaseline* baseline, const TagCheckSettings& settings = {});
 

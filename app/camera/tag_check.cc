@@ -31,21 +31,21 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const tracking::Body& cell
     if (!refined) return check;
     used = *refined;
   }
-  const TagJudgement judgement = JudgeReferenceTags(used, cell, seen, nullptr, settings);
+  const TagTestResult judgement = TestReferenceTags(used, cell, seen, nullptr, settings);
   check.verdict = judgement.verdict;
   check.excluded = judgement.excluded;
-  if (judgement.verdict == TagVerdict::kBad) {
+  if (judgement.verdict == TagTestOutcome::kBad) {
     check.message = fmt::format(
         "the reference tags do not fit the lens: {:.2f} px, chi^2 {:.0f} with {} degrees of "
         "freedom",
         judgement.rms_px, judgement.chi2, judgement.degrees_of_freedom);
   }
-  if (judgement.verdict != TagVerdict::kGood) return check;
+  if (judgement.verdict != TagTestOutcome::kGood) return check;
   if (!lens.calibrated) {
     const double uncertain_px =
         lens::ProjectionUncertaintyOf(used.lens, used.covariance, used.size).max_px;
     if (uncertain_px > acceptable_px) {
-      check.verdict = TagVerdict::kBad;
+      check.verdict = TagTestOutcome::kBad;
       check.message = fmt::format(
           "the lens is interpolated, and its projection uncertainty of {:.2g} px exceeds the "
           "limit of {:.2g} px",
@@ -70,29 +70,29 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
                             double acceptable_px, const TagCheckSettings& settings) {
   if (baseline == nullptr) return CheckWithoutBaseline(lens, cell, seen, acceptable_px, settings);
   TagCheck check;
-  const TagJudgement judgement = JudgeReferenceTags(lens.known, cell, seen, baseline, settings);
+  const TagTestResult judgement = TestReferenceTags(lens.known, cell, seen, baseline, settings);
   check.verdict = judgement.verdict;
   check.excluded = judgement.excluded;
   switch (judgement.verdict) {
-    case TagVerdict::kNotVisible:
+    case TagTestOutcome::kNotVisible:
       break;
-    case TagVerdict::kGood:
+    case TagTestOutcome::kGood:
       check.message = ExclusionMessage(judgement.excluded);
       break;
-    case TagVerdict::kCameraMoved:
+    case TagTestOutcome::kCameraMoved:
       check.baseline = BaselineAt(lens.known, cell, seen, judgement.X_CK);
       check.message = fmt::format(
           "the camera was moved by {:.1f} mm and {:.2f} deg; its pose was solved again, the lens "
           "remains valid",
           1e3 * judgement.moved_m, kDegPerRad * judgement.turned_rad);
       break;
-    case TagVerdict::kZoomDrifted: {
+    case TagTestOutcome::kZoomDrifted: {
       const lens::KnownLens drifted =
           WithFocalDrift(lens.known, judgement.log_focal, judgement.log_focal_sd);
       const double uncertain_px =
           lens::ProjectionUncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
       if (uncertain_px > acceptable_px) {
-        check.verdict = TagVerdict::kBad;
+        check.verdict = TagTestOutcome::kBad;
         check.message = fmt::format(
             "the zoom drifted by {:.2f} %, but the reference tags determine it only to {:.2f} %",
             100 * std::expm1(judgement.log_focal), 100 * judgement.log_focal_sd);
@@ -106,7 +106,7 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
           100 * std::expm1(judgement.log_focal), decimals, 100 * judgement.log_focal_sd, decimals);
       break;
     }
-    case TagVerdict::kBad:
+    case TagTestOutcome::kBad:
       check.message = fmt::format(
           "the reference tags are off by {:.2f} px, which neither a drift of the zoom nor a moved "
           "camera explains (chi^2 {:.0f} with {} degrees of freedom)",

@@ -19,7 +19,7 @@ struct ActiveLens {
 };
 
 struct TagCheck {
-  TagVerdict verdict = TagVerdict::kNotVisible;
+  TagTestOutcome verdict = TagTestOutcome::kNotVisible;
   std::string message;                  ///< for the log; empty: nothing new
   std::optional<lens::KnownLens> lens;  ///< replaces the active lens
   std::optional<TagBaseline> baseline;  ///< replaces the previous baseline

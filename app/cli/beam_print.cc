@@ -55,8 +55,8 @@ void PrintNodes(const BeamSeries& series, const BeamCase& load_case, std::ostrea
   for (int node = 0; node < load_case.solution.node_count(); ++node) {
     const NodeValues v = ValuesOf(load_case.solution.Node(node), series.axis);
     fmt::print(out, "  {:>4} {:>10.1f} {:>14.4f} {:>12.5f} {:>12.3f} {:>12.3f}\n", node + 1, v.z_mm,
-               WithoutMinusZero(v.displacement_mm, 4), WithoutMinusZero(v.slope_mrad, 5),
-               WithoutMinusZero(v.moment_Nm, 3), WithoutMinusZero(v.shear_N, 3));
+               WithoutNegativeZero(v.displacement_mm, 4), WithoutNegativeZero(v.slope_mrad, 5),
+               WithoutNegativeZero(v.moment_Nm, 3), WithoutNegativeZero(v.shear_N, 3));
   }
 }
 
@@ -97,7 +97,7 @@ void PrintPoints(const BeamSeries& series, const BeamCase& load_case, std::ostre
   fmt::print(out, "  {:<24} {:>12} {:>12}\n", "", "mm", "mm");
   const auto row = [&](const char* what, const BeamPoint& p) {
     fmt::print(out, "  {:<24} {:>12.4f} {:>12.4f}\n", what, kMm * p.z_m,
-               WithoutMinusZero(kMm * p.y_m, 4));
+               WithoutNegativeZero(kMm * p.y_m, 4));
   };
   for (const BeamPoint& point : series.points) {
     row("as taught", point);
@@ -115,7 +115,7 @@ void PrintSummary(const BeamSeries& series, std::ostream& out) {
   for (const BeamCase& load_case : series.cases) {
     const NodeValues tip = ValuesOf(load_case.solution.Tip(), series.axis);
     fmt::print(out, "  {:>12.6g} {:>14.4f} {:>12.5f}", load_case.force_N,
-               WithoutMinusZero(tip.displacement_mm, 4), WithoutMinusZero(tip.slope_mrad, 5));
+               WithoutNegativeZero(tip.displacement_mm, 4), WithoutNegativeZero(tip.slope_mrad, 5));
     if (series.stress) {
       if (const auto peak = beam::LargestStressOf(load_case.solution).peak) {
         fmt::print(out, " {:>14.3f} {:>10.1f}", kMPa * peak->stress.von_mises_Pa, kMm * peak->z_m);
@@ -249,7 +249,7 @@ void PrintPaperTable2(std::ostream& out) {
       const double ours_mm = kMm * solution.Node(i + 1).d_F.y();
       fmt::print(out, "  {:>7} {:>5} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.4f} {:>12.3f}\n",
                  i == 0 ? fmt::format("{:.0f}", row.force_N) : "", i + 2, ours_mm,
-                 row.developed_mm[i], WithoutMinusZero(ours_mm - row.developed_mm[i], 4),
+                 row.developed_mm[i], WithoutNegativeZero(ours_mm - row.developed_mm[i], 4),
                  row.abaqus_mm[i], row.developed_mm[i] / row.abaqus_mm[i]);
     }
   }

@@ -175,7 +175,7 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
         input.data_sha256,
         FingerprintOf(input.cell_text),
         has_model ? FingerprintOf(outputs.front().text) : std::string(),
-        arguments.particulars};
+        arguments.certificate_details};
     const std::string html = report::ReportHtml(diagnosis, input.cell, source);
     if (!arguments.report.empty()) outputs.push_back({"--report", arguments.report, html});
     if (!arguments.pdf.empty()) {
@@ -279,16 +279,16 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       ->add_option_function<double>(
           "--tolerance-mm",
           [arguments](double tolerance_mm) {
-            arguments->particulars.tolerance_m = kMetrePerMm * tolerance_mm;
+            arguments->certificate_details.tolerance_m = kMetrePerMm * tolerance_mm;
           },
           "Largest permitted error of a measured pose, for the report's statement of conformity\n"
           "(ISO 14253-1: the expanded uncertainty counts against conformity)")
       ->check(NumberWithin(1e-4, 1e3));
-  command->add_option("--instrument", arguments->particulars.instrument,
+  command->add_option("--instrument", arguments->certificate_details.instrument,
                       "Measuring instrument, for the report");
-  command->add_option("--serial", arguments->particulars.serial,
+  command->add_option("--serial", arguments->certificate_details.serial,
                       "Serial number of the instrument, for the report");
-  command->add_option("--approved-by", arguments->particulars.approved_by,
+  command->add_option("--approved-by", arguments->certificate_details.approved_by,
                       "Who approves the report; without it, the report leaves a line to fill in");
   command->add_option("--next-poses", arguments->next_poses,
                       "Write poses that would separate rival explanations, a CSV file\n"

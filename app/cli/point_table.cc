@@ -47,7 +47,7 @@ std::string PostureLines(const MachineConfig& config, const config::PointSolutio
                                            : "posture, one of several possible (no near_deg):"};
   for (int i = 0; i < correction.q.size(); ++i) {
     words.push_back(
-        fmt::format("{:.1f}", WithoutMinusZero(InFileUnit(robot, i, correction.q[i]), 1)));
+        fmt::format("{:.1f}", WithoutNegativeZero(InFileUnit(robot, i, correction.q[i]), 1)));
   }
   if (solution.posture.differs) words.push_back("NOT near near_deg");
   const correction::JointDistance& limit = solution.posture.limit;

@@ -35,10 +35,10 @@ constexpr int kThreads = 2;
 std::string CsvOf(const std::vector<Prediction>& predictions) {
   std::string text = "x_mm,y_mm,z_mm,u_mm,extrapolated,basis\n";
   for (const Prediction& p : predictions) {
-    text +=
-        fmt::format("{:.5f},{:.5f},{:.5f},{:.5f},{},{}\n", WithoutMinusZero(1e3 * p.p_WT.x(), 5),
-                    WithoutMinusZero(1e3 * p.p_WT.y(), 5), WithoutMinusZero(1e3 * p.p_WT.z(), 5),
-                    1e3 * p.radius.radius_m, p.extrapolated ? 1 : 0, Describe(p.radius.basis));
+    text += fmt::format(
+        "{:.5f},{:.5f},{:.5f},{:.5f},{},{}\n", WithoutNegativeZero(1e3 * p.p_WT.x(), 5),
+        WithoutNegativeZero(1e3 * p.p_WT.y(), 5), WithoutNegativeZero(1e3 * p.p_WT.z(), 5),
+        1e3 * p.radius.radius_m, p.extrapolated ? 1 : 0, Describe(p.radius.basis));
   }
   return text;
 }

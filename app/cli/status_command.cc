@@ -108,9 +108,9 @@ std::string CorrectionText(double correction_mm, double radius_mm, model::Radius
 std::string PositionText(const Vec3& p_mm, double radius_mm) {
   const int decimals = DecimalsFor({radius_mm}, 0);
   return fmt::format("x {:.{}f}, y {:.{}f}, z {:.{}f} mm, ±{:.{}f} mm (95 %)",
-                     WithoutMinusZero(p_mm.x(), decimals), decimals,
-                     WithoutMinusZero(p_mm.y(), decimals), decimals,
-                     WithoutMinusZero(p_mm.z(), decimals), decimals, radius_mm, decimals);
+                     WithoutNegativeZero(p_mm.x(), decimals), decimals,
+                     WithoutNegativeZero(p_mm.y(), decimals), decimals,
+                     WithoutNegativeZero(p_mm.z(), decimals), decimals, radius_mm, decimals);
 }
 
 std::string Age(double age_ms) {
@@ -206,8 +206,8 @@ void PrintScene(const DaemonRegisters& daemon) {
 std::string PostureText(const DaemonRegisters& daemon, int point) {
   std::string text = "posture";
   for (int k = 1; k <= daemon.Word("joints"); ++k) {
-    text += fmt::format(" {:.1f}",
-                        WithoutMinusZero(daemon.Posture(fmt::format("posture_q{}", k), point), 1));
+    text += fmt::format(
+        " {:.1f}", WithoutNegativeZero(daemon.Posture(fmt::format("posture_q{}", k), point), 1));
   }
   text += " deg";
   if (const int joint = static_cast<int>(daemon.Posture("posture_limit_joint", point)); joint > 0) {
@@ -248,7 +248,7 @@ void Print(const DaemonRegisters& daemon) {
   std::string joints;
   const int known = fault == InputFault::kMissing ? 0 : daemon.Word("joints");
   for (int k = 1; k <= known; ++k) {
-    joints += fmt::format(" {:.3f}", WithoutMinusZero(daemon.Value(fmt::format("q{}", k)), 3));
+    joints += fmt::format(" {:.3f}", WithoutNegativeZero(daemon.Value(fmt::format("q{}", k)), 3));
   }
   line("joints", joints.empty() ? "none" : joints.substr(1) + " deg");
   if (const double radius_mm = daemon.Value("reading_radius"); radius_mm > 0) {
@@ -286,10 +286,10 @@ void Print(const DaemonRegisters& daemon) {
       line("point", fmt::format("{:<5}  no correction: {}", value("point_id"), Describe(code)));
       continue;
     }
-    line("point",
-         fmt::format("{:<5}  x {:.3f}, y {:.3f}, z {:.3f} mm", value("point_id"),
-                     WithoutMinusZero(value("point_x"), 3), WithoutMinusZero(value("point_y"), 3),
-                     WithoutMinusZero(value("point_z"), 3)));
+    line("point", fmt::format("{:<5}  x {:.3f}, y {:.3f}, z {:.3f} mm", value("point_id"),
+                              WithoutNegativeZero(value("point_x"), 3),
+                              WithoutNegativeZero(value("point_y"), 3),
+                              WithoutNegativeZero(value("point_z"), 3)));
     line("", fmt::format("{:<5}  {}", "",
                          CorrectionText(value("point_correction"), value("point_uncertainty"),
                                         plc::registers::BasisOf(validity))));

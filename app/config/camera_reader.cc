@@ -26,7 +26,7 @@ BoardConfig BoardFromToml(const TomlTable& table) {
   BoardConfig config;
   const bool printed = ReadKeys(table, config.board);
   ReadKeys(table, config);
-  if (config.most_views < config.views) table.AddFault("most_views", "is below views");
+  if (config.max_views < config.views) table.AddFault("most_views", "is below views");
   // Values are checked against each other only if all of them could be read.
   const auto fault = printed ? FaultOf(config.board) : std::nullopt;
   if (fault && table.Has(fault->key))

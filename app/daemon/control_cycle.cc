@@ -245,7 +245,7 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   input.background_warnings = static_cast<std::uint16_t>(
       MonitoringWarnings(environment_.monitoring) | CameraWarnings(environment_.cameras) |
       SceneWarnings(environment_.scene, start_s) | (two_masters ? warning::kTwoMasters : 0) |
-      (parts.model_set_aside ? warning::kModelSetAside : 0));
+      (parts.model_superseded ? warning::kModelSetAside : 0));
   const bool scene_fresh = environment_.scene.FreshAt(start_s);
   input.scene_lost = std::isfinite(environment_.scene.time_s) && !scene_fresh;
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;

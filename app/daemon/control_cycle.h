@@ -29,10 +29,10 @@ struct CycleParts {
              int version);
 
   Machine machine;
-  TaughtBranchSearch branches;   ///< of the machine's taught points, which are pending until found
-  int model_version;             ///< of the machine's cell; 0: not in the model store
-  bool records_probes;           ///< whether [monitoring] is enabled
-  bool model_set_aside = false;  ///< whether an applied version is not in force
+  TaughtBranchSearch branches;    ///< of the machine's taught points, which are pending until found
+  int model_version;              ///< of the machine's cell; 0: not in the model store
+  bool records_probes;            ///< whether [monitoring] is enabled
+  bool model_superseded = false;  ///< whether an applied version is not in force
   plc::PlcConvention convention;
   plc::PlcEncoder encoder;
   std::shared_ptr<const modbus::AddressRanges> readable;

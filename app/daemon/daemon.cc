@@ -82,7 +82,7 @@ std::unique_ptr<CycleParts> PartsFrom(const ConfigInForce& in_force, const Cycle
   }
   auto parts = std::make_unique<CycleParts>(config, std::move(link), in_force.models.applied);
   parts->robot = std::move(robot).value();
-  parts->model_set_aside = !in_force.set_aside.empty();
+  parts->model_superseded = !in_force.set_aside.empty();
   return parts;
 }
 
@@ -404,7 +404,8 @@ int RunDaemon(const std::string& config_file) {
   modbus::RegisterImage first_image;
   first_image.readable = parts->readable;
   MachineInput nothing;
-  nothing.background_warnings = parts->model_set_aside ? warning::kModelSetAside : std::uint16_t{0};
+  nothing.background_warnings =
+      parts->model_superseded ? warning::kModelSetAside : std::uint16_t{0};
   first_image.registers = parts->encoder.Encode(parts->machine.Cycle(nothing),
                                                 EnvironmentAtStart(boot_count, parts->period_s));
   first_image.bits.resize(plc::registers::kBits);

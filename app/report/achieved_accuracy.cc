@@ -97,9 +97,10 @@ AchievedAccuracy AchievedAccuracyOf(const diagnosis::Diagnosis& diagnosis,
   common.lengths = 3.0 * achieved.rows;
   const double frames = FreeFrameParameters(cell, static_cast<int>(sessions.size()));
   const double fitted = frames + (corrected ? EffectParameters(diagnosis) : 0);
-  common.residual_freedom = std::max(1.0, common.lengths - fitted);
-  common.residual_m = std::sqrt(SquareSum(corrected ? lists.after : lists.before) /
-                                (achieved.held_out ? common.lengths : common.residual_freedom));
+  common.residual_degrees_of_freedom = std::max(1.0, common.lengths - fitted);
+  common.residual_m =
+      std::sqrt(SquareSum(corrected ? lists.after : lists.before) /
+                (achieved.held_out ? common.lengths : common.residual_degrees_of_freedom));
   achieved.before = {accuracy::CharacteristicsOf(lists.before), common};
   achieved.before->contributions.parameters = frames;
   if (!corrected) return achieved;

@@ -165,7 +165,7 @@ std::string Banner(const diagnosis::Diagnosis& diagnosis, const model::CellModel
 }
 
 std::string ConformityBlock(const CertificateInput& input) {
-  const std::optional<double>& tolerance_m = input.source.particulars.tolerance_m;
+  const std::optional<double>& tolerance_m = input.source.certificate_details.tolerance_m;
   if (!tolerance_m) {
     return "<p class=\"conformity\">No tolerance was stated (--tolerance-mm): this page makes no "
            "statement of conformity.</p>\n";
@@ -212,8 +212,9 @@ std::string ParticularsTable(const CertificateInput& input) {
                        fmt::format("{}, {}", input.achieved.before->characteristics.poses.size(),
                                    input.achieved.rows));
   }
-  html += Particular("Instrument", OrBlank(source.particulars.instrument, kMaxInstrumentLength));
-  html += Particular("Serial number", OrBlank(source.particulars.serial));
+  html += Particular("Instrument",
+                     OrBlank(source.certificate_details.instrument, kMaxInstrumentLength));
+  html += Particular("Serial number", OrBlank(source.certificate_details.serial));
   html += Particular("Its uncertainty",
                      measurement.sigma_m
                          ? Escape("\u03c3 = " + diagnosis::MillimetreText(*measurement.sigma_m) +
@@ -306,7 +307,7 @@ std::string CertificateFigureHtml(const CertificateFigure& figure, const char* s
 std::string Approval(const ReportSource& source) {
   std::string html =
       "<table class=\"approval\"><tbody><tr><td>Approved by<br>" +
-      OrBlank(source.particulars.approved_by) +
+      OrBlank(source.certificate_details.approved_by) +
       "</td><td>Date<br><span class=\"blank\">&nbsp;</span></td><td>Signature<br>"
       "<span class=\"blank\">&nbsp;</span></td></tr></tbody></table>\n<p class=\"digest\">SHA-256 ";
   const auto digest = [](const std::string& file, const std::string& hex) {

@@ -106,7 +106,7 @@ std::vector<CharacteristicRow> CharacteristicRows(const AchievedAccuracy& achiev
           {"Pose accuracy AP, mean", &MeanAccuracy, ""},
           {cycles > 0 ? fmt::format("Repeatability RP, {} cycles", cycles) : "Repeatability RP",
            &LargestRepeatability,
-           all.cycle_freedom > 0 ? "no pose measured three times" : "no repeated poses"},
+           all.cycle_degrees_of_freedom > 0 ? "no pose measured three times" : "no repeated poses"},
           {all.distance
                ? fmt::format("Distance accuracy AD, {:.0f} mm", 1e3 * all.distance->commanded_m)
                : "Distance accuracy AD",

@@ -35,10 +35,10 @@ struct Pictures {
 };
 
 Pictures Draw(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
-              const AchievedAccuracy& achieved, const CertificateDetails& particulars,
+              const AchievedAccuracy& achieved, const CertificateDetails& certificate_details,
               const GnuplotOptions& gnuplot) {
   Pictures pictures;
-  pictures.points = PointsFigure(achieved, particulars.tolerance_m);
+  pictures.points = PointsFigure(achieved, certificate_details.tolerance_m);
   pictures.deciding = DecidingFigure(diagnosis, cell);
   pictures.arrows = ArrowFigures(diagnosis, cell);
   pictures.signals = SignalFigures(diagnosis);
@@ -99,7 +99,7 @@ std::string Head(const model::CellModel& cell) {
 std::string ReportHtml(const diagnosis::Diagnosis& diagnosis, const model::CellModel& cell,
                        const ReportSource& source, const GnuplotOptions& gnuplot) {
   const AchievedAccuracy achieved = AchievedAccuracyOf(diagnosis, cell);
-  const Pictures pictures = Draw(diagnosis, cell, achieved, source.particulars, gnuplot);
+  const Pictures pictures = Draw(diagnosis, cell, achieved, source.certificate_details, gnuplot);
   std::string html = Head(cell) + "<body>\n<main>\n";
   html += CertificatePage(
       {diagnosis, cell, source, achieved, pictures.points, pictures.deciding, pictures.fault});
@@ -107,8 +107,8 @@ std::string ReportHtml(const diagnosis::Diagnosis& diagnosis, const model::CellM
   html += Chapter("Residuals before and after correction", ErrorTable(diagnosis));
   html += Chapter("Effects found", EffectsBlock(diagnosis));
   html += Chapter("Measurement uncertainty", BudgetTable(achieved, diagnosis));
-  html +=
-      Chapter("Error at each measured pose", PosesTable(achieved, source.particulars.tolerance_m));
+  html += Chapter("Error at each measured pose",
+                  PosesTable(achieved, source.certificate_details.tolerance_m));
   const std::string detectable = Chapter("Detection limits", DetectableTable(diagnosis));
   // If nothing was found, the detection limits are the result; otherwise they come with the
   // reasons.

@@ -30,7 +30,7 @@ struct ReportSource {
   /// Fingerprints of the declared and of the corrected model (config/model_fingerprint.h); empty:
   /// unknown, or no corrected cell was written.
   std::string declared_fingerprint{}, corrected_fingerprint{};
-  CertificateDetails particulars{};
+  CertificateDetails certificate_details{};
 };
 
 /// Formats the report: a certificate on the first page, then an appendix; without scripts or

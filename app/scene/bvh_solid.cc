@@ -36,7 +36,7 @@ BvhSolid::BvhSolid(const CheckedMesh& mesh, const Pose& X_KO, double scale)
     : X_KO_(X_KO),
       scale_(scale),
       closed_(mesh.facts.closed()),
-      winds_(mesh.facts.opposed_edges == 0),
+      consistently_oriented_(mesh.facts.opposed_edges == 0),
       ends_(mesh.facts.ends),
       triangles_(mesh.mesh.triangles) {
   straight_K_.reserve(mesh.mesh.vertices_O.size());
@@ -122,7 +122,7 @@ bool BvhSolid::Encloses(const Vec3& p_K) const {
     winding += meets;
     odd ^= meets != 0;
   }
-  return winds_ ? winding != 0 : odd;
+  return consistently_oriented_ ? winding != 0 : odd;
 }
 
 bool BvhSolid::EnclosesPartOf(const BvhSolid& other, const Pose& X_KL) const {

@@ -48,7 +48,7 @@ class BvhSolid {
   Pose X_KO_;
   double scale_;
   bool closed_;
-  bool winds_;  ///< neighbouring triangles are consistently oriented
+  bool consistently_oriented_;  ///< neighbouring triangles are consistently oriented
   std::vector<std::array<std::uint32_t, 6>> ends_;  ///< extreme vertices of each part (MeshFacts)
   std::vector<Triangle> triangles_;
   std::vector<Vec3> straight_K_, vertices_K_;    ///< before and after bending; empty: never bent

@@ -136,7 +136,7 @@ std::optional<Result<MeshFile>> MeshReader::Poll(double wait_s) {
     answer_.resize(before + kPiece);
     const ssize_t got = read(pipe_.get(), answer_.data() + before, kPiece);
     answer_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
-    if (answer_.size() > LargestMeshAnswer(limits_)) {
+    if (answer_.size() > MaxMeshResponseBytes(limits_)) {
       End(0);
       return Error{fmt::format("{} returned more data than allowed", program_)};
     }

@@ -78,9 +78,9 @@ std::vector<std::uint8_t> EncodeMeshResponse(const Result<RawMesh>& answer) {
   PutNumber(bytes, kGood);
   PutNumber(bytes, answer->other_elements);
   PutNumber(bytes, answer->outside_count);
-  const std::size_t names = std::min(answer->outside.size(), kMostOutside);
+  const std::size_t names = std::min(answer->outside.size(), kMaxReferences);
   PutNumber(bytes, static_cast<std::uint32_t>(names));
-  for (std::size_t i = 0; i < names; ++i) PutText(bytes, answer->outside[i], kLongestOutside);
+  for (std::size_t i = 0; i < names; ++i) PutText(bytes, answer->outside[i], kMaxReferenceLength);
   const TriangleMesh& mesh = answer->mesh;
   PutNumber(bytes, std::uint64_t{mesh.vertices_O.size()});
   PutNumber(bytes, std::uint64_t{mesh.triangles.size()});
@@ -90,9 +90,9 @@ std::vector<std::uint8_t> EncodeMeshResponse(const Result<RawMesh>& answer) {
   return bytes;
 }
 
-std::size_t LargestMeshAnswer(const MeshLimits& limits) {
+std::size_t MaxMeshResponseBytes(const MeshLimits& limits) {
   return limits.triangles * (sizeof(Triangle) + 3 * sizeof(Vec3f)) +
-         kMostOutside * (kLongestOutside + 4) + kLongestReason + 64;
+         kMaxReferences * (kMaxReferenceLength + 4) + kLongestReason + 64;
 }
 
 std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> bytes,
@@ -109,8 +109,8 @@ std::optional<Result<RawMesh>> DecodeMeshResponse(std::span<const std::uint8_t> 
   raw.other_elements = in.Number<std::uint64_t>();
   raw.outside_count = in.Number<std::uint64_t>();
   const auto names = in.Number<std::uint32_t>();
-  if (!in.good || names > kMostOutside || names > raw.outside_count) return std::nullopt;
-  for (std::uint32_t i = 0; i < names; ++i) raw.outside.push_back(in.Text(kLongestOutside));
+  if (!in.good || names > kMaxReferences || names > raw.outside_count) return std::nullopt;
+  for (std::uint32_t i = 0; i < names; ++i) raw.outside.push_back(in.Text(kMaxReferenceLength));
   const auto vertices = in.Number<std::uint64_t>();
   const auto triangles = in.Number<std::uint64_t>();
   if (triangles > limits.triangles || vertices > 3 * limits.triangles) return std::nullopt;

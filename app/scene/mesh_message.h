@@ -22,12 +22,12 @@ struct RawMesh {
   std::uint64_t outside_count = 0;   ///< number of references; `outside` has the first of them
 };
 
-inline constexpr std::size_t kMostOutside = 8, kLongestOutside = 200, kLongestReason = 1000;
+inline constexpr std::size_t kMaxReferences = 8, kMaxReferenceLength = 200, kLongestReason = 1000;
 
 std::vector<std::uint8_t> EncodeMeshResponse(const Result<RawMesh>& answer);
 
 /// Maximum size of a response within these limits.
-std::size_t LargestMeshAnswer(const MeshLimits& limits);
+std::size_t MaxMeshResponseBytes(const MeshLimits& limits);
 
 /// @return  nullopt if the bytes are not a complete response or exceed the limits. In texts,
 ///          characters other than printable ASCII are replaced by "?".

@@ -27,7 +27,7 @@ Error TooManyTriangles(std::uint64_t count, std::uint64_t most) {
 void NoteOutside(RawMesh& raw, const std::string& name) {
   if (std::find(raw.outside.begin(), raw.outside.end(), name) != raw.outside.end()) return;
   ++raw.outside_count;
-  if (raw.outside.size() < kMostOutside) raw.outside.push_back(name);
+  if (raw.outside.size() < kMaxReferences) raw.outside.push_back(name);
 }
 
 }  // namespace plumbline::scene

@@ -20,9 +20,9 @@ struct Way {
   Vec3 normal_A = Vec3::Zero();  ///< normal of the contact there
 };
 
-class WaySearch {
+class EscapeSearch {
  public:
-  WaySearch(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB, double step_m)
+  EscapeSearch(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB, double step_m)
       : a_(a), b_(b), X_AB_(X_AB), step_m_(step_m) {}
 
   Penetration Find(const std::vector<TrianglePair>& crossing,
@@ -104,7 +104,7 @@ bool EitherContainsOther(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB)
 Penetration PenetrationOf(const BvhSolid& a, const BvhSolid& b, const Pose& X_AB,
                           const std::vector<TrianglePair>& crossing,
                           const Vec3& initial_direction_A, double step_m) {
-  return WaySearch(a, b, X_AB, step_m).Find(crossing, initial_direction_A);
+  return EscapeSearch(a, b, X_AB, step_m).Find(crossing, initial_direction_A);
 }
 
 }  // namespace plumbline::scene

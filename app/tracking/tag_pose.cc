@@ -81,7 +81,7 @@ std::optional<NormalEquations> LinearizeAt(const lens::Lens& lens,
   return sum;
 }
 
-/// See PoseEstimate::unit_place_covariance.
+/// See PoseEstimate::unit_position_covariance.
 Mat6 UnitPlaceCovariance(const lens::Lens& lens, const std::vector<CornerSet>& sets,
                          const Whitening& whitening, const Pose& X,
                          const Eigen::LDLT<Mat6>& normal) {

@@ -38,7 +38,7 @@ struct PoseEstimate {
   /// Covariance of (delta, phi) that an error of 1 m^2 per axis in each tag's declared position in
   /// K would cause, with the errors of different tags independent: sum A A^T, with A the derivative
   /// with respect to one tag's position. Not included in `covariance`.
-  Mat6 unit_place_covariance = Mat6::Zero();
+  Mat6 unit_position_covariance = Mat6::Zero();
   double chi2 = 0;  ///< squared reprojection error, normalized by the corners' covariance
   int degrees_of_freedom = 0;  ///< coordinates minus six
 };

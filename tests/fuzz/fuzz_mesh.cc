@@ -90,7 +90,7 @@ class Reader {
     std::uint64_t size = 0;
     std::vector<std::uint8_t> answer;
     bool good = Put(link_, about.data(), sizeof about) && Put(link_, bytes.data(), bytes.size()) &&
-                Take(link_, &size, sizeof size) && size <= scene::LargestMeshAnswer(kLimits);
+                Take(link_, &size, sizeof size) && size <= scene::MaxMeshResponseBytes(kLimits);
     if (good) {
       answer.resize(size);
       good = Take(link_, answer.data(), size);

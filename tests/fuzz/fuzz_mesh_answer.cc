@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const scene::MeshLimits limits{.triangles = 100};
   const auto answer = scene::DecodeMeshResponse({data, size}, limits);
   if (!answer) return 0;
-  if (size > scene::LargestMeshAnswer(limits)) std::abort();
+  if (size > scene::MaxMeshResponseBytes(limits)) std::abort();
   if (!*answer) {
     if (answer->error().empty()) std::abort();
     return 0;

@@ -68,7 +68,7 @@ nlohmann::json CaseJson(const std::vector<Reading>& readings, const Contribution
   }
   one["contributions"] = {
       {"instrument", nullptr},          {"joint_reading", given.joint_reading_m},
-      {"residual", given.residual_m},   {"residual_freedom", given.residual_freedom},
+      {"residual", given.residual_m},   {"residual_freedom", given.residual_degrees_of_freedom},
       {"parameters", given.parameters}, {"lengths", given.lengths}};
   if (given.instrument_m) one["contributions"]["instrument"] = *given.instrument_m;
   const Characteristics all = CharacteristicsOf(readings);
@@ -159,7 +159,7 @@ TEST_CASE("characteristics of ISO 9283 by hand") {
   CHECK_FALSE(all.poses[1].repeatability_m);
   CHECK(all.least_repeatable == std::size_t{0});
   CHECK(all.cycle_sigma_m == Approx(std::sqrt(0.02 / 6)));
-  CHECK(all.cycle_freedom == 6);
+  CHECK(all.cycle_degrees_of_freedom == 6);
   REQUIRE(all.distance);
   CHECK(all.distance->commanded_m == Approx(1000));
   CHECK(all.distance->accuracy_m == Approx(0.40004).margin(1e-5));
@@ -199,7 +199,7 @@ TEST_CASE("drift is measured between the first and the last visit of the longest
 TEST_CASE("without repeated poses the residual's scatter stands in for the repeatability") {
   const std::vector<Reading> once = Readings(5, 1, 1, 8);
   Characteristics all = CharacteristicsOf({once[0], once[1]});
-  all.cycle_freedom = 0;
+  all.cycle_degrees_of_freedom = 0;
   const Budget budget = BudgetOf(all, {0.03, 0, 0.04, kInfinite, 0, 12}, 1);
   CHECK_FALSE(budget.repeatability_shown);
   CHECK(budget.instrument_known);

@@ -160,7 +160,7 @@ TEST_CASE("results from before a zoom motion are ignored") {
   rig.Load(Rig::LensOf(rig.real, 8));
   const FrameContext of_eight = rig.supervisor.frame_context();
   TagCheck good;
-  good.verdict = TagVerdict::kGood;
+  good.verdict = TagTestOutcome::kGood;
   rig.supervisor.OnTagCheck(good, of_eight, lookup_time_s, rig.now_s);  // an image from before
   CHECK(rig.supervisor.state() == lens::ZoomState::kVerifying);
   rig.supervisor.OnTagCheck(good, context, rig.now_s, rig.now_s);  // with another lens

@@ -114,7 +114,7 @@ TEST_CASE("the placement error of a single tag is that of its body") {
   REQUIRE(located);
   tracking::Mat6 expected = tracking::Mat6::Zero();
   expected.topLeftCorner<3, 3>().setIdentity();
-  CHECK((located->estimate.unit_place_covariance - expected).cwiseAbs().maxCoeff() < 1e-6);
+  CHECK((located->estimate.unit_position_covariance - expected).cwiseAbs().maxCoeff() < 1e-6);
 }
 
 TEST_CASE("the tip is stationary only while three samples agree") {

@@ -38,8 +38,8 @@ struct Scene {
                                      std::uint64_t check) const {
     return ObserveTags(now, real, X, kNoise_px, 1000 * seed + check);
   }
-  TagJudgement Judge(const std::vector<tracking::SeenTag>& seen) const {
-    return JudgeReferenceTags(lens, declared, seen, &baseline, kNoFloor);
+  TagTestResult Judge(const std::vector<tracking::SeenTag>& seen) const {
+    return TestReferenceTags(lens, declared, seen, &baseline, kNoFloor);
   }
 };
 
@@ -56,8 +56,8 @@ TEST_CASE("tags that did not move are good, and chi^2 follows from the noise") {
   int degrees_of_freedom = 0, not_good = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Scene scene(seed);
-    const TagJudgement judgement = scene.Judge(scene.See(scene.lens.lens, scene.X_CK, 2));
-    not_good += judgement.verdict != TagVerdict::kGood ? 1 : 0;
+    const TagTestResult judgement = scene.Judge(scene.See(scene.lens.lens, scene.X_CK, 2));
+    not_good += judgement.verdict != TagTestOutcome::kGood ? 1 : 0;
     chi2 += judgement.chi2;
     degrees_of_freedom += judgement.degrees_of_freedom;
   }
@@ -71,9 +71,9 @@ TEST_CASE("a zoom drift is recognized; its size is within its stated uncertainty
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Scene scene(seed);
     const double share = (seed % 2 == 0 ? 1 : -1) * 1e-3;
-    const TagJudgement judgement =
+    const TagTestResult judgement =
         scene.Judge(scene.See(Zoomed(scene.lens.lens, share), scene.X_CK, 2));
-    others += judgement.verdict != TagVerdict::kZoomDrifted ? 1 : 0;
+    others += judgement.verdict != TagTestOutcome::kZoomDrifted ? 1 : 0;
     const double z = (judgement.log_focal - std::log1p(share)) / judgement.log_focal_sd;
     squares += z * z;
     const lens::KnownLens drifted =
@@ -92,8 +92,8 @@ TEST_CASE("a moved camera is recognized, with its new pose") {
     const Scene scene(seed);
     const Pose step{RotationFromVector(Vec3(0.002, -0.001, 0.0015)), Vec3(0.001, 0.002, -0.001)};
     const Pose X = step * scene.X_CK;
-    const TagJudgement judgement = scene.Judge(scene.See(scene.lens.lens, X, 2));
-    others += judgement.verdict != TagVerdict::kCameraMoved ? 1 : 0;
+    const TagTestResult judgement = scene.Judge(scene.See(scene.lens.lens, X, 2));
+    others += judgement.verdict != TagTestOutcome::kCameraMoved ? 1 : 0;
     CHECK(tracking::AngleBetween(judgement.X_CK, X) < 5e-4);
     CHECK((judgement.X_CK.p - X.p).norm() < 1e-3);
     CHECK(judgement.turned_rad == Approx(std::sqrt(7.25e-6)).epsilon(0.2));
@@ -106,12 +106,13 @@ TEST_CASE("neither a moved camera nor a zoom drift: bad") {
   int accepted = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Scene scene(seed);
-    const TagJudgement both =
+    const TagTestResult both =
         scene.Judge(scene.See(Zoomed(scene.lens.lens, 0.01), step * scene.X_CK, 2));
-    accepted += both.verdict != TagVerdict::kBad ? 1 : 0;
+    accepted += both.verdict != TagTestOutcome::kBad ? 1 : 0;
     lens::Lens warped = scene.lens.lens;
     warped.k1 += 0.08;
-    accepted += scene.Judge(scene.See(warped, scene.X_CK, 3)).verdict != TagVerdict::kBad ? 1 : 0;
+    accepted +=
+        scene.Judge(scene.See(warped, scene.X_CK, 3)).verdict != TagTestOutcome::kBad ? 1 : 0;
   }
   CHECK(accepted == 0);
 }
@@ -120,8 +121,8 @@ TEST_CASE("one displaced tag is excluded and named") {
   for (int seed = 1; seed <= 20; ++seed) {
     Scene scene(seed);
     scene.real.tags[3].X_KM.p += Vec3(0.004, -0.002, 0);
-    const TagJudgement judgement = scene.Judge(scene.See(scene.lens.lens, scene.X_CK, 2));
-    CHECK(judgement.verdict == TagVerdict::kGood);
+    const TagTestResult judgement = scene.Judge(scene.See(scene.lens.lens, scene.X_CK, 2));
+    CHECK(judgement.verdict == TagTestOutcome::kGood);
     CHECK(judgement.excluded == std::vector<int>{3});
   }
 }
@@ -129,13 +130,13 @@ TEST_CASE("one displaced tag is excluded and named") {
 TEST_CASE("tags that are not visible") {
   const Scene scene(1);
   auto seen = scene.See(scene.lens.lens, scene.X_CK, 2);
-  CHECK(scene.Judge({}).verdict == TagVerdict::kNotVisible);
-  CHECK(JudgeReferenceTags(scene.lens, scene.declared, {seen[0]}, nullptr).verdict ==
-        TagVerdict::kNotVisible);
-  CHECK(scene.Judge({seen[0]}).verdict == TagVerdict::kGood);
-  CHECK(scene.Judge({seen[0], seen[0]}).verdict == TagVerdict::kNotVisible);  // an ambiguous id
+  CHECK(scene.Judge({}).verdict == TagTestOutcome::kNotVisible);
+  CHECK(TestReferenceTags(scene.lens, scene.declared, {seen[0]}, nullptr).verdict ==
+        TagTestOutcome::kNotVisible);
+  CHECK(scene.Judge({seen[0]}).verdict == TagTestOutcome::kGood);
+  CHECK(scene.Judge({seen[0], seen[0]}).verdict == TagTestOutcome::kNotVisible);  // an ambiguous id
   seen[0].corners_px.fill(lens::Vec2(NAN, NAN));
-  CHECK(scene.Judge(seen).verdict == TagVerdict::kNotVisible);
+  CHECK(scene.Judge(seen).verdict == TagTestOutcome::kNotVisible);
 }
 
 TEST_CASE("without a baseline, placement errors and lens uncertainty are taken into account") {
@@ -143,12 +144,12 @@ TEST_CASE("without a baseline, placement errors and lens uncertainty are taken i
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Scene scene(seed);
     const auto judge = [&](const lens::Lens& now) {
-      return JudgeReferenceTags(scene.lens, scene.declared, scene.See(now, scene.X_CK, 2), nullptr,
-                                kNoFloor)
+      return TestReferenceTags(scene.lens, scene.declared, scene.See(now, scene.X_CK, 2), nullptr,
+                               kNoFloor)
           .verdict;
     };
-    right_bad += judge(scene.lens.lens) != TagVerdict::kGood ? 1 : 0;
-    wrong_good += judge(Zoomed(scene.lens.lens, 0.05)) == TagVerdict::kGood ? 1 : 0;
+    right_bad += judge(scene.lens.lens) != TagTestOutcome::kGood ? 1 : 0;
+    wrong_good += judge(Zoomed(scene.lens.lens, 0.05)) == TagTestOutcome::kGood ? 1 : 0;
   }
   CHECK(right_bad == 0);
   CHECK(wrong_good == 0);
@@ -200,13 +201,13 @@ TEST_CASE("rendered frames through the detector: no false alarm, and a drift is 
   };
   const auto first = check(camera, 1);
   REQUIRE(first.size() == cell.tags.size());
-  const TagJudgement start = JudgeReferenceTags(lens, cell, first, nullptr);
-  REQUIRE(start.verdict == TagVerdict::kGood);
+  const TagTestResult start = TestReferenceTags(lens, cell, first, nullptr);
+  REQUIRE(start.verdict == TagTestOutcome::kGood);
   const TagBaseline baseline = BaselineAt(lens, cell, first, start.X_CK);
   double chi2 = 0, degrees_of_freedom = 0;
   for (std::uint64_t seed = 2; seed < 26; ++seed) {
-    const TagJudgement judgement = JudgeReferenceTags(lens, cell, check(camera, seed), &baseline);
-    CHECK(judgement.verdict == TagVerdict::kGood);
+    const TagTestResult judgement = TestReferenceTags(lens, cell, check(camera, seed), &baseline);
+    CHECK(judgement.verdict == TagTestOutcome::kGood);
     chi2 += judgement.chi2;
     degrees_of_freedom += judgement.degrees_of_freedom;
   }
@@ -214,8 +215,8 @@ TEST_CASE("rendered frames through the detector: no false alarm, and a drift is 
   renderer::Camera drifted = camera;
   drifted.fx *= 1.001;
   drifted.fy *= 1.001;
-  const TagJudgement judgement = JudgeReferenceTags(lens, cell, check(drifted, 30), &baseline);
-  CHECK(judgement.verdict == TagVerdict::kZoomDrifted);
+  const TagTestResult judgement = TestReferenceTags(lens, cell, check(drifted, 30), &baseline);
+  CHECK(judgement.verdict == TagTestOutcome::kZoomDrifted);
   CHECK(judgement.log_focal == Approx(1e-3).margin(4 * judgement.log_focal_sd));
 }
 

@@ -39,33 +39,33 @@ TEST_CASE("first check, second check, zoom drift, camera step") {
   Station station;
   const lens::Lens real = station.lens.known.lens;
   const TagCheck first = station.Check(real, station.X, nullptr, 1);
-  REQUIRE(first.verdict == TagVerdict::kGood);
+  REQUIRE(first.verdict == TagTestOutcome::kGood);
   REQUIRE(first.baseline);
   CHECK_FALSE(first.lens);
   const TagCheck second = station.Check(real, station.X, &*first.baseline, 2);
-  CHECK(second.verdict == TagVerdict::kGood);
+  CHECK(second.verdict == TagTestOutcome::kGood);
   CHECK_FALSE(second.baseline);
   CHECK(second.message.empty());
 
   const lens::Lens drifted = Zoomed(real, 2e-3);
   const TagCheck drift = station.Check(drifted, station.X, &*first.baseline, 3);
-  REQUIRE(drift.verdict == TagVerdict::kZoomDrifted);
+  REQUIRE(drift.verdict == TagTestOutcome::kZoomDrifted);
   REQUIRE((drift.lens && drift.baseline));
   CHECK(drift.lens->lens.fx == Approx(drifted.fx).epsilon(2e-4));
   CHECK_THAT(drift.message, Catch::Contains("focal length +0.2"));
   station.lens.known = *drift.lens;
-  CHECK(station.Check(drifted, station.X, &*drift.baseline, 4).verdict == TagVerdict::kGood);
+  CHECK(station.Check(drifted, station.X, &*drift.baseline, 4).verdict == TagTestOutcome::kGood);
 
   Pose stepped = station.X;
   stepped.p.x() += 0.01;
   const TagCheck step = station.Check(drifted, stepped, &*drift.baseline, 5);
-  REQUIRE(step.verdict == TagVerdict::kCameraMoved);
+  REQUIRE(step.verdict == TagTestOutcome::kCameraMoved);
   CHECK_THAT(step.message, Catch::Matches("the camera was moved by (9|10)\\..*"));
-  CHECK(station.Check(drifted, stepped, &*step.baseline, 6).verdict == TagVerdict::kGood);
+  CHECK(station.Check(drifted, stepped, &*step.baseline, 6).verdict == TagTestOutcome::kGood);
   lens::Lens other = Zoomed(drifted, 0.02);
   other.k1 += 0.1;
   const TagCheck bad = station.Check(other, stepped, &*step.baseline, 7);
-  CHECK(bad.verdict == TagVerdict::kBad);
+  CHECK(bad.verdict == TagTestOutcome::kBad);
   CHECK_THAT(bad.message, Catch::Contains("neither"));
 }
 
@@ -77,12 +77,12 @@ TEST_CASE("an interpolated lens is good if the tags determine it well enough") {
   station.lens.known.lens = Zoomed(real, 0.008);
   station.lens.known.covariance.topLeftCorner<2, 2>().setConstant(std::pow(0.01 * real.fx, 2));
   const TagCheck check = station.Check(real, station.X, nullptr, 1);
-  CHECK(check.verdict == TagVerdict::kBad);  // 0.1 % of f: a pixel at the corner
+  CHECK(check.verdict == TagTestOutcome::kBad);  // 0.1 % of f: a pixel at the corner
   CHECK_THAT(check.message, Catch::Contains("interpolated, and its projection uncertainty of"));
   CHECK_FALSE(check.lens);
   const TagCheck generous = CheckReferenceTags(
       station.lens, nullptr, station.cell, ObserveTags(real, station.cell, station.X, 0.05, 2), 20);
-  REQUIRE(generous.verdict == TagVerdict::kGood);
+  REQUIRE(generous.verdict == TagTestOutcome::kGood);
   REQUIRE((generous.lens && generous.baseline));
   CHECK(generous.lens->lens.fx ==
         Approx(real.fx).margin(4 * std::sqrt(generous.lens->covariance(0, 0))));

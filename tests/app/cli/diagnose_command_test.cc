@@ -148,7 +148,7 @@ TEST_CASE("the report carries its particulars, and digests of the files as they 
   Desk desk;
   desk.arguments.report = desk.File("r.html");
   desk.arguments.model = desk.File("corrected.toml");
-  desk.arguments.particulars = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
+  desk.arguments.certificate_details = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
   CHECK(desk.Run(diagnosis::Verdict::kExplained) == kExitOk);
   const std::string html = config::ReadTextFile(desk.File("r.html")).value();
   const std::string data = config::ReadTextFile(desk.arguments.measured).value(),

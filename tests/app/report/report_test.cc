@@ -386,7 +386,7 @@ std::string OutputOf(const std::string& command) {
 
 TEST_CASE("the first page names what was measured, with what, when and by which model") {
   ReportSource source = kSource;
-  source.particulars = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
+  source.certificate_details = {0.5e-3, "laser tracker", "SN 4711", "A. Approver"};
   const std::string page = FirstPage(
       ReportHtml(ExampleDiagnosis(diagnosis::Verdict::kExplained), DeclaredCell(), source));
   for (const char* part :
@@ -588,7 +588,7 @@ TEST_CASE("the certificate is exactly the first page of the PDF, also with long 
       diagnosis::Diagnosis diagnosis = WithReplicates(verdict, 3, true);
       model::CellModel cell = DeclaredCell();
       ReportSource source = kSource;
-      source.particulars.tolerance_m = 0.2e-3;
+      source.certificate_details.tolerance_m = 0.2e-3;
       source.cell_sha256 = source.data_sha256 = Sha256Hex("x");
       // Only the first page matters here, and it prints faster without the others' figures.
       diagnosis.signals.erase(diagnosis.signals.begin(), diagnosis.signals.end() - 1);
@@ -599,8 +599,8 @@ TEST_CASE("the certificate is exactly the first page of the PDF, also with long 
         for (int k = 0; k < 20; ++k) sentence += "a sentence that goes on and on, ";
         cell.robot.name = word + word;
         source.data_file = source.cell_file = word + ".csv";
-        source.particulars.instrument = source.particulars.serial = word;
-        source.particulars.approved_by = word;
+        source.certificate_details.instrument = source.certificate_details.serial = word;
+        source.certificate_details.approved_by = word;
         diagnosis.withheld = sentence;
         diagnosis.not_recorded.assign(9, sentence);
         for (int k = 0; k < 3; ++k) {

@@ -17,7 +17,7 @@ TEST_CASE("a response is decoded as sent; an incomplete one is refused") {
   raw.outside = {"wood.png", "x.mtl"};
   raw.outside_count = 9;
   const auto bytes = EncodeMeshResponse(raw);
-  CHECK(bytes.size() <= LargestMeshAnswer({.triangles = 12}));
+  CHECK(bytes.size() <= MaxMeshResponseBytes({.triangles = 12}));
   const auto answer = DecodeMeshResponse(bytes, {});
   REQUIRE(answer);
   REQUIRE(*answer);
