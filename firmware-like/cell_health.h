@@ -39,7 +39,7 @@ enum class HealthReason : std::uint8_t {
   kRadiusUnknown = 22,    ///< a valid point's radius has no basis
   kExtrapolating = 23,    ///< a point lies outside the domain that the model was fitted on
   kFiducialMoved = 24,    ///< a reference tag is not where it was declared
-  kLensStale = 25,        ///< do not use measurements of this camera
+  kLensStale = 25,        ///< do not use measurements of the camera
   kCameraLost = 26,       ///< no images, or no zoom reading
   kSceneLost = 27,        ///< interference was monitored and no longer is
   kStorage = 28,          ///< the state directory is not writable

@@ -28,8 +28,9 @@ struct PlausibilityLimits {
   double stale_after_s = 0.1;
   double limit_margin_rad = 0.02;  ///< beyond the declared joint limits
   double max_joint_speed = 12.0;   ///< [rad/s] or [m/s]
-  /// A controller may refresh its registers more slowly than they are read. The joint speed is
-  /// therefore computed from the last reading that differed, which is at most this old.
+  /// A controller may refresh its registers more slowly than they are read. The allowed joint
+  /// motion is therefore computed from the time since the last reading that differed, limited to
+  /// this time.
   double slowest_refresh_s = 0.15;
   double max_joint_step = 0.05;  ///< always allowed between two readings [rad] or [m]
   /// Tolerances of the reported tool pose against forward kinematics, for a robot at standstill. On

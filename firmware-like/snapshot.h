@@ -57,7 +57,7 @@ inline constexpr std::uint16_t kDrift = 1 << 5;               ///< probe residua
 inline constexpr std::uint16_t kProposalWaiting = 1 << 6;     ///< a corrected model awaits approval
 inline constexpr std::uint16_t kMonitoringFault =
     1 << 7;                                           ///< journal or diagnosis failed; see the log
-inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use measurements of this camera
+inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use measurements of the camera
 inline constexpr std::uint16_t kCameraLost = 1 << 9;  ///< no frames, or no zoom reading
 inline constexpr std::uint16_t kBoardWanted = 1 << 10;      ///< the calibration board is requested
 inline constexpr std::uint16_t kInterference = 1 << 11;     ///< monitored objects touch

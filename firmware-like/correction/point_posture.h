@@ -10,9 +10,9 @@ namespace plumbline::correction {
 /// A posture differs from the taught one if a revolute joint differs by more than this [rad].
 /// Deflection, a point moved by centimetres and an imprecise pendant reading change a joint by a
 /// few degrees. On another branch, at least one axis changes far more: a flipped wrist turns two
-/// axes by 180 degrees, an arm turned around turns axis 1 by 180 degrees, and a flipped elbow turns
-/// by twice its angle. That is less than 30 degrees only within 15 degrees of the stretched arm,
-/// where the singularity check applies.
+/// axes by 180 degrees, an arm that reaches backwards turns axis 1 by 180 degrees, and a flipped
+/// elbow turns by twice its angle. That is less than 30 degrees only within 15 degrees of the
+/// stretched arm, where the singularity check applies.
 inline constexpr double kTaughtBound_rad = 30 * kRadPerDeg;
 /// The same for a prismatic joint [m]; its position differs between branches only if the arm is
 /// redundant.

@@ -6,9 +6,9 @@
 namespace plumbline::effects {
 
 /// A body of known size is imaged with the focal length f, but its pose is solved with f (1 +
-/// scale). Its image position x relative to the optical axis is consistent with any depth (X =
-/// x Z / f), but its image size requires the depth (1 + scale) Z. The reading is therefore stretched
-/// along the optical axis, not along the ray:
+/// scale). Its image position x relative to the optical axis is consistent with any depth, as
+/// X = x Z / f, but its image size requires the depth (1 + scale) Z. The reading is therefore
+/// stretched along the optical axis, not along the ray:
 ///   Z read = (1 + scale) Z,  X and Y unchanged, in the camera frame.         Unit: 1.
 /// Acts from an event onwards (t_s >= time, or row number >= row, counted from 1), or in all rows
 /// if no event time is given; zooming in and out again is modelled as two effects of opposite sign.
