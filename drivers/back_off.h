@@ -6,12 +6,12 @@
 namespace plumbline {
 
 /// Retries after 0.1 s, 0.2 s, 0.4 s, ... and then every second, so that a device that returns is
-/// found within a second, however long it was gone.
+/// found within a second, however long it was absent.
 class BackOff {
  public:
   static constexpr double kFirst_s = 0.1, kLongest_s = 1;
 
-  /// Whether to try now.
+  /// True if the next attempt is due.
   bool Due(double now_s) const { return now_s >= next_s_; }
   void Failed(double now_s) {
     next_s_ = now_s + wait_s_;

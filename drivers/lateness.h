@@ -9,7 +9,7 @@
 
 namespace plumbline {
 
-/// Starts, counted by lateness.
+/// Number of starts in each class of lateness.
 struct LatenessHistogram {
   /// Upper bounds of the classes [s]; the last class has none.
   static constexpr std::array kBounds_s = {20e-6,  40e-6,  60e-6,  80e-6,  100e-6, 150e-6,
@@ -18,7 +18,7 @@ struct LatenessHistogram {
   static constexpr std::size_t kClasses = kBounds_s.size() + 1;
 
   std::array<std::uint64_t, kClasses>
-      counts{};      ///< [k]: later than kBounds_s[k - 1], not than kBounds_s[k]
+      counts{};      ///< [k]: later than kBounds_s[k - 1], but not than kBounds_s[k]
   double sum_s = 0;  ///< total lateness
 };
 

@@ -30,8 +30,8 @@ class Latest {
   };
 
  public:
-  /// Read access to a published value, which does not change while the guard exists. Keep it only
-  /// while it is used, and at most one guard for each reader at a time.
+  /// Read access to a published value, which does not change while the guard exists. Keep a guard
+  /// only while the value is in use; each reader may hold at most one guard at a time.
   class Guard {
    public:
     explicit Guard(const Slot& slot) : slot_(&slot) {}

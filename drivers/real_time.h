@@ -8,11 +8,11 @@
 namespace plumbline {
 
 /// SCHED_FIFO priorities. The control cycle preempts the robot thread: a tick must not wait for a
-/// reading that is late. Both preempt everything that is not real-time.
+/// late reading. Both preempt everything that is not real-time.
 inline constexpr int kCyclePriority = 10, kRobotPriority = 9;
 
 /// Schedules the calling thread as SCHED_FIFO at `priority` and names it. Without permission
-/// (LimitRTPRIO of the service) it keeps its normal scheduling.
+/// (LimitRTPRIO of the service) the thread keeps its normal scheduling.
 /// @param name  at most 15 characters, for `ps -L` and `chrt -ap`
 inline void SetRealTimePriority(int priority, const char* name) {
   sched_param wanted{};

@@ -11,7 +11,7 @@ namespace plumbline {
 /// Severity of the cell's health. The numbers are those of the register map.
 enum class HealthSeverity : std::uint8_t {
   kGood = 0,       ///< no known problem
-  kNotice = 1,     ///< corrected points may be used; there is something to know about them
+  kNotice = 1,     ///< informational; corrected points may be used
   kAttention = 2,  ///< points are served, but a precondition is violated; inspect the cell
   kAlarm = 3,      ///< do not assemble
 };
@@ -39,7 +39,7 @@ enum class HealthReason : std::uint8_t {
   kRadiusUnknown = 22,    ///< a valid point's radius has no basis
   kExtrapolating = 23,    ///< a point lies outside the domain that the model was fitted on
   kFiducialMoved = 24,    ///< a reference tag is not where it was declared
-  kLensStale = 25,        ///< do not use what the camera measures
+  kLensStale = 25,        ///< do not use measurements of the camera
   kCameraLost = 26,       ///< no images, or no zoom reading
   kSceneLost = 27,        ///< interference was monitored and no longer is
   kStorage = 28,          ///< the state directory is not writable
@@ -48,7 +48,7 @@ enum class HealthReason : std::uint8_t {
   kCycleOverrun = 31,
   kPlcHeartbeatLost = 32,
   kDecodingUnchecked = 33,  ///< the robot profile has no tool pose to check the joints against
-  kCoarseJoints = 34,       ///< the joint register resolution costs more than 0.1 mm
+  kCoarseJoints = 34,       ///< the joint register resolution contributes more than 0.1 mm
   kMassCentresGuessed = 35,
   kReferenceRefused = 36,  ///< the drift monitor has no reference: its probes disagree
   kQuarantined = 37,       ///< probes contradict the model and await a person's decision
@@ -94,7 +94,7 @@ HealthSeverity SeverityOf(HealthReason reason);
 const char* Describe(HealthSeverity severity);
 /// Short description of the problem; "" for kNone.
 const char* Describe(HealthReason reason);
-/// Short instruction what to do; "" if nothing needs to be done.
+/// Short instruction on what to do; "" if no action is needed.
 const char* RemedyOf(HealthReason reason);
 
 }  // namespace plumbline

@@ -49,10 +49,10 @@ struct CameraInput {
 /// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
 /// neither clocks nor devices.
 struct MachineInput {
-  double now_s = 0;           ///< monotonic
-  double utc_s = 0;           ///< UTC since 1970, for time-dependent effects; has no steps in a run
-  std::int64_t unix_ms = 0;   ///< wall clock, used only as the time stamp of results
-  model::RobotState robot;    ///< the latest reading; may be the same as in the previous cycle
+  double now_s = 0;          ///< monotonic
+  double utc_s = 0;          ///< UTC since 1970, for time-dependent effects; never stepped in a run
+  std::int64_t unix_ms = 0;  ///< wall clock, used only as the time stamp of results
+  model::RobotState robot;   ///< the latest reading; may be the same as in the previous cycle
   model::PlcCommand command;  ///< the latest command, executed once per sequence number
   bool cycle_overrun = false;
   bool probes_recorded = false;           ///< probes are written to the journal
@@ -72,14 +72,14 @@ class Machine {
  public:
   explicit Machine(const MachineConfig& config);
 
-  /// Searches the inverse-kinematics branch of a point, starting from its taught joints. A thorough
-  /// search: up to tens of milliseconds. Do not call it in the control cycle or while another
-  /// thread runs Cycle(); a background search needs a Machine of its own.
+  /// Searches the inverse-kinematics branch of a point, starting from its taught joints. This is a
+  /// thorough search that may take tens of milliseconds. Do not call it in the control cycle or
+  /// while another thread runs Cycle(); a background search needs a Machine of its own.
   /// @return  nullopt if no branch was found, or the point has no taught joints
   std::optional<model::JointVector> FindTaughtBranch(std::size_t index);
 
   /// Marks every point that has taught joints as pending until SetTaughtBranch() is called for it;
-  /// the cycle does not search a branch for it meanwhile.
+  /// until then the cycle does not search for its branch.
   void MarkTaughtBranchesPending();
   /// Hands over the result of FindTaughtBranch(). Call it between cycles or before the first one.
   /// If no branch was found, the cycle searches for one.
@@ -103,9 +103,10 @@ class Machine {
                                  const loads::Payload& payload, const model::JointVector& seed,
                                  correction::BranchSearch search);
 
-  /// Copies the state of the machine that this one replaces. Call it before the first cycle. Copied
-  /// are the frozen result, the latest probe, the values of points with equal ids (not valid until
-  /// recomputed) and the PLC's levels; if the robot link is kept, also the trust in its readings.
+  /// Copies the state of the machine that this one replaces. Call it before the first cycle. It
+  /// copies the frozen result, the latest probe, the values of points with equal ids (not valid
+  /// until recomputed) and the last PLC heartbeat and acknowledge level; if the robot link is kept,
+  /// also the trust in its readings.
   enum class RobotLinkContinuity { kKept, kNew };
   void ResumeFrom(const Machine& previous, RobotLinkContinuity link);
 
@@ -119,8 +120,8 @@ class Machine {
  private:
   void CheckInput(const MachineInput& input);
   void ChoosePayload();
-  /// Determines which required cameras have no valid lens; a camera that has not reported yet has
-  /// none.
+  /// Determines which required cameras have no valid lens; a camera that has not reported yet
+  /// counts as having none.
   void CheckRequiredLenses(const MachineInput& input);
   /// The payload for a point or command, which may state its own mass. That mass is assumed to act
   /// at the centre of gravity declared by the cell or, if there is none, at that of the present
@@ -148,10 +149,11 @@ class Machine {
   void StateUncertainty(const loads::Payload& payload, const Vec3& p_TP,
                         correction::Correction& correction);
   /// Executes a probe command: the result holds the predicted tip pose, and its correction is
-  /// measured - predicted. The same for a quarantined probe, but its result is not valid.
+  /// measured - predicted. A quarantined probe is handled in the same way, but its result is not
+  /// valid.
   correction::CorrectionCode RecordProbe(const MachineInput& input,
                                          const std::optional<Vec3>& measured_W);
-  /// kOk if a probe can be recorded now, otherwise the reason why not.
+  /// kOk if a probe can be recorded now, otherwise why it cannot.
   correction::CorrectionCode ProbeRecordingCode(const MachineInput& input) const;
   /// Counts a refused probe. @return the result code for the fault
   correction::CorrectionCode RefuseProbe(ProbeFault fault, const Vec3& measured_W);
@@ -168,14 +170,14 @@ class Machine {
   MachineConfig config_;
   correction::Corrector corrector_;
   deflection::LandingUncertainty uncertainty_;
-  const bool reads_time_;  ///< an effect of the cell depends on the time
+  const bool reads_time_;  ///< an effect of the cell depends on time
   PlausibilityFilter filter_;
   StandstillDetector standstill_;
   const ProbeBounds probe_bounds_;
   bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m must be recomputed
   /// Inverse-kinematics branch of one point and the correction solved on it.
   struct Branch {
-    bool search_pending = false;                 ///< a background worker is searching the branch
+    bool search_pending = false;  ///< a background worker is searching for the branch
     std::optional<model::JointVector> solution;  ///< the latest; seed of the next
     struct Search {
       correction::CorrectionCode result =

@@ -28,8 +28,9 @@ struct PlausibilityLimits {
   double stale_after_s = 0.1;
   double limit_margin_rad = 0.02;  ///< beyond the declared joint limits
   double max_joint_speed = 12.0;   ///< [rad/s] or [m/s]
-  /// A controller may refresh its registers more slowly than they are read. The joint speed is
-  /// therefore computed from the last reading that differed, but at most this long ago.
+  /// A controller may refresh its registers more slowly than they are read. The allowed joint
+  /// motion is therefore computed from the time since the last reading that differed, limited to
+  /// this time.
   double slowest_refresh_s = 0.15;
   double max_joint_step = 0.05;  ///< always allowed between two readings [rad] or [m]
   /// Tolerances of the reported tool pose against forward kinematics, for a robot at standstill. On
@@ -48,8 +49,8 @@ class PlausibilityFilter {
  public:
   explicit PlausibilityFilter(const PlausibilityLimits& limits) : limits_(limits) {}
 
-  /// Checks the latest reading at time now_s (monotonic). Call it every cycle, also with an
-  /// unchanged reading, whose age grows. After a fault, `readings_to_trust` consecutive good
+  /// Checks the latest reading at time now_s (monotonic). Call it every cycle, even if the reading
+  /// is unchanged, because its age grows. After a fault, `readings_to_trust` consecutive good
   /// readings are required; until then the original fault is returned.
   InputFault Check(const deflection::LoadedArm& arm, const model::RobotState& state, double now_s);
 
@@ -69,7 +70,7 @@ class PlausibilityFilter {
 
   PlausibilityLimits limits_;
   std::uint64_t sequence_ = 0;
-  double changed_s_ = 0;  ///< time stamp of the reading that brought last_q_
+  double changed_s_ = 0;  ///< time stamp of the reading that set last_q_
   model::JointVector last_q_;
   bool have_last_ = false;
   bool decoding_checked_ = false;

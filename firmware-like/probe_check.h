@@ -11,8 +11,8 @@ namespace plumbline {
 enum class ProbeFault : std::uint8_t {
   kNone = 0,
   kZero = 1,         ///< 0, 0, 0: the registers were not filled
-  kInMetres = 2,     ///< times 1000 it would be near the predicted tip
-  kBeyondReach = 3,  ///< further from the base than arm and tool together are long
+  kInMetres = 2,     ///< multiplied by 1000, it would be near the predicted tip
+  kBeyondReach = 3,  ///< farther from the base than the total length of arm and tool
   kRobotMoving = 4,  ///< the joints at the time of the measurement are unknown
 };
 
@@ -27,13 +27,14 @@ struct ProbeBounds {
 /// may be wrong and the measured point need not be the declared tip.
 ///
 /// Contradiction: the sum of
-///   - the largest correction that the cell allows ([correction] max_translation_mm); a model with
-///     a larger error would have every corrected point refused, and
+///   - the largest correction that the cell allows ([correction] max_translation_mm); with a larger
+///     model error, every corrected point would be refused, and
 ///   - kUndeclaredTurn_rad times the reach: half a degree, typical of a joint that lost its zero
 ///     when its motor was replaced, and several times the wind-up of an arm that declares no
 ///     compliance (1 to 3 mrad at rated load).
 /// The sum of the plausible ranges of all effects in the catalogue would amount to metres: each
-/// range is wide enough for the effect acting alone, and they never all reach their limits at once.
+/// range is wide enough for its effect to act alone, and the effects never all reach their limits
+/// at once.
 ProbeBounds ProbeBoundsOf(const deflection::LoadedArm& arm,
                           const correction::CorrectionLimits& limits);
 
@@ -50,8 +51,8 @@ ProbeFault CheckProbe(const deflection::LoadedArm& arm, const ProbeBounds& bound
 
 /// True if the position of a pose command is empty, or was given in metres instead of millimetres:
 /// it lies within a thousandth of the reach from the base origin. If the first joint is revolute,
-/// no tip can be there, because that is inside the arm's own base. If the first joint is prismatic
-/// (gantry, track), the origin may be reachable, and the result is always false.
+/// the tip cannot be there, because that position is inside the arm's own base. If the first joint
+/// is prismatic (gantry, track), the origin may be reachable, and the result is always false.
 /// @param p_B  position in the base frame [m]
 bool IsZeroOrInMetres(const model::Robot& robot, const ProbeBounds& bounds, const Vec3& p_B);
 

@@ -11,7 +11,7 @@
 
 namespace plumbline {
 
-/// Reason for a failure, with what the reader can do about it.
+/// Reason for a failure, and what the user can do about it.
 struct Error {
   std::string message;
 };

@@ -49,15 +49,15 @@ inline constexpr std::uint16_t kEmergencyStop = 1 << 7;   ///< reported by the c
 /// Bits of the warning word. Warnings need attention but withdraw nothing.
 namespace warning {
 inline constexpr std::uint16_t kDecodingUnchecked = 1 << 0;   ///< the profile has no tool pose
-inline constexpr std::uint16_t kPlcHeartbeatLost = 1 << 1;    ///< it was present and stopped
+inline constexpr std::uint16_t kPlcHeartbeatLost = 1 << 1;    ///< it was present but has stopped
 inline constexpr std::uint16_t kCycleOverrun = 1 << 2;        ///< cycles missed in the last second
-inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint resolution costs > 0.1 mm
+inline constexpr std::uint16_t kCoarseJoints = 1 << 3;        ///< joint resolution adds > 0.1 mm
 inline constexpr std::uint16_t kMassCentresGuessed = 1 << 4;  ///< a link's centre is not declared
 inline constexpr std::uint16_t kDrift = 1 << 5;               ///< probe residuals have changed
 inline constexpr std::uint16_t kProposalWaiting = 1 << 6;     ///< a corrected model awaits approval
 inline constexpr std::uint16_t kMonitoringFault =
     1 << 7;                                           ///< journal or diagnosis failed; see the log
-inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use what the camera measures
+inline constexpr std::uint16_t kLensStale = 1 << 8;   ///< do not use measurements of the camera
 inline constexpr std::uint16_t kCameraLost = 1 << 9;  ///< no frames, or no zoom reading
 inline constexpr std::uint16_t kBoardWanted = 1 << 10;      ///< the calibration board is requested
 inline constexpr std::uint16_t kInterference = 1 << 11;     ///< monitored objects touch
@@ -93,7 +93,7 @@ struct CommandResult {
 struct Probe : model::MeasuredPoint {
   std::uint16_t sequence = 0;  ///< of the command
   std::int64_t unix_ms = 0;
-  double utc_s = 0;                 ///< since 1970; without steps within one run of the daemon
+  double utc_s = 0;                 ///< since 1970; never stepped within one run of the daemon
   Vec3 predicted_W = Vec3::Zero();  ///< loaded tip predicted by the model in force [m]
   std::uint16_t cameras = 0;        ///< bit k: camera k contributed
   bool quarantined = false;         ///< contradicts the model: stored, but used only if accepted

@@ -9,14 +9,14 @@
 namespace plumbline {
 
 /// The robot is at standstill once no joint has moved for this long. It exceeds the refresh period
-/// of the slowest controller (PlausibilityLimits::slowest_refresh_s), so that a moving arm shows at
-/// least one change within it.
+/// of the slowest controller (PlausibilityLimits::slowest_refresh_s), so that the readings of a
+/// moving arm change at least once within this time.
 inline constexpr double kStandstill_s = 0.2;
 
 /// A joint has moved if it differs from its reference position by more than 1.5 steps of its
-/// register (a value at the edge of a step alternates between two) and by more than this threshold,
-/// which is above the jitter of a servo that holds its position: 0.1 mrad is 0.3 mm at 3 m [rad] or
-/// [m].
+/// register (a value at the edge of a step alternates between two adjacent ones) and by more than
+/// this threshold, which is above the jitter of a servo that holds its position: 0.1 mrad is 0.3 mm
+/// at 3 m [rad] or [m].
 inline constexpr double kSmallestMotion = 1e-4;
 
 /// Detects motion by comparing each reading with a reference position, which is updated only when a

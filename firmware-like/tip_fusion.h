@@ -23,9 +23,9 @@ struct TipFusion {
 /// Mean of measurements with independent noise, weighted by their information:
 ///   N = (sum_k N_k^-1)^-1,  W_k = N N_k^-1,  p = sum_k W_k p_k,  D = sum_k W_k D_k W_k^T
 /// The result counts as one measurement, not several, because the robot's repeatability and the
-/// model's error are common to all cameras. A camera is weak along its viewing direction; cameras
-/// with different directions compensate for this. D does not enter the weights (nor the journal):
-/// it is a bias, and comparisons between probes need the smallest noise.
+/// model's error are common to all cameras. A camera is least accurate along its viewing direction;
+/// cameras with different directions compensate for this. D does not enter the weights (nor the
+/// journal): it is a bias, and comparisons between probes require the smallest noise.
 ///   chi^2 = (p_a - p_b)^T (N_a + D_a + N_b + D_b)^-1 (p_a - p_b)
 /// @param tips  1..kMaxCameras tips; a single one is returned unchanged
 /// @return      `agree` is false if chi^2 of any pair exceeds kTipAgreementLimit (one of the two is

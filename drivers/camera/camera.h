@@ -15,7 +15,7 @@ enum class CameraResult : std::uint8_t {
   kNoFrame,   ///< connected, but no frame arrived in time
   kWaiting,   ///< not connected; the next attempt is not due yet
   kLost,      ///< cannot be opened, or was disconnected
-  kUnusable,  ///< frames arrive but cannot be decoded: format, size or damage
+  kUnusable,  ///< frames arrive but cannot be decoded (format, size or damage)
   kEnded,     ///< end of a recording that does not repeat
 };
 
@@ -26,7 +26,7 @@ std::string_view CameraResultText(CameraResult result);
 struct CameraFrame {
   image::LumaView luma;  ///< owned by the camera, valid until its next call
   double time_s = 0;     ///< monotonic time of exposure; the driver decides which line it refers to
-  std::uint64_t sequence = 0;  ///< ascending; a gap means frames were lost before reaching us
+  std::uint64_t sequence = 0;  ///< ascending; a gap means that frames were lost on the way
 };
 
 /// Identity of the camera, for the lens store and the log. Empty before the first connection.

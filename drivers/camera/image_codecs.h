@@ -1,7 +1,7 @@
 // Loadable module with OpenCV's image codecs: interface and loader.
 //
-// OpenCV's imgcodecs depends on about a hundred shared libraries, which would cost every start of a
-// program linked with it 0.1 s and 40 MB. The module is loaded when the first image needs it.
+// OpenCV's imgcodecs depends on about a hundred shared libraries, which would cost every program
+// linked with it 0.1 s at start-up and 40 MB. The module is loaded when the first image needs it.
 #pragma once
 
 #include <cstdint>

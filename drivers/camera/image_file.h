@@ -13,7 +13,7 @@ namespace plumbline::camera {
 /// Reads an image file as luma: PNG, JPEG, BMP, TIFF, PGM and whatever else OpenCV supports. Colour
 /// is converted to grey, 16 bits to 8; an orientation tag is ignored. Fails for files above 256 MB,
 /// for files that are not images, and for a damaged JPEG. The first file that is not a JPEG loads
-/// the module, which takes about 0.1 s; if that fails, so does the call.
+/// the module, which takes about 0.1 s; if the module cannot be loaded, the call fails.
 Result<GreyImage> ReadImage(const std::string& path);
 
 /// Why ReadImage() could not load the codec module, if it failed for that reason: a fault of the

@@ -17,10 +17,10 @@ enum class JpegColour : std::uint8_t {
   kBgr,   ///< three bytes per pixel
 };
 
-/// Decodes `bytes` into `pixels`, row by row without padding. Huffman tables that cameras omit are
-/// those of the standard (ITU-T T.81, annex K.3). Fails for another image size, for progressive or
-/// arithmetic coding, and for any damage (libjpeg would continue with grey). Extra bytes between
-/// segments are ignored, since many cameras send some.
+/// Decodes `bytes` into `pixels`, row by row without padding. If the camera omits the Huffman
+/// tables, those of the standard (ITU-T T.81, annex K.3) are used. Fails for another image size,
+/// for progressive or arithmetic coding, and for any damage (libjpeg would fill the rest with
+/// grey). Extra bytes between segments are ignored, since many cameras send some.
 /// @return an error if there are no pixels; the contents of `pixels` are then unspecified
 Result<void> DecodeJpeg(std::span<const std::uint8_t> bytes, image::ImageSize size,
                         JpegColour colour, std::vector<std::uint8_t>& pixels);

@@ -28,9 +28,9 @@ struct RecordedCameraOptions {
 };
 
 /// Frames carry their recorded times, shifted so that the first frame is taken at the first Read();
-/// repeats follow after the last interval. If paced, the newest frame that is due is returned, and
-/// a gap in `sequence` counts the skipped ones. An image that cannot be read, or differs in size
-/// from the first, is kUnusable; a row without a file is kLost.
+/// a repeat starts one frame interval after the last frame. If paced, the newest frame that is due
+/// is returned, and a gap in `sequence` counts the skipped ones. An image that cannot be read, or
+/// differs in size from the first, is kUnusable; a row without a file is kLost.
 class RecordedCamera : public Camera {
  public:
   /// Reads the list of frames, not the images. Fails if there are none or if the rate is outside

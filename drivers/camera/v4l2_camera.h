@@ -31,13 +31,13 @@ struct V4l2CameraOptions {
 /// short or not a JPEG is skipped as long as the timeout allows waiting for another one. A device
 /// that is disconnected, or sends nothing for 5 s, is reopened with its mode and settings; if it
 /// was selected by serial number, at whatever port it reappears. `time_s` is the driver's time
-/// stamp of the first or last line, depending on the driver, or our own if the driver uses another
-/// clock or an impossible time. `sequence` continues after a reconnection. The timeout does not
-/// bound opening the device: the kernel allows a USB camera several seconds per request.
+/// stamp of the first or last line, depending on the driver, or our own time if the driver uses
+/// another clock or reports an impossible time. `sequence` continues after a reconnection. Opening
+/// the device may exceed the timeout: the kernel allows a USB camera several seconds per request.
 class V4l2Camera : public Camera {
  public:
-  /// Fails for an empty device, an impossible size, a rate outside 0.01..1000 Hz and settings
-  /// outside any camera's range.
+  /// Fails for an empty device, an impossible size, a rate outside 0.01..1000 Hz and settings that
+  /// no camera can have.
   static Result<std::unique_ptr<Camera>> Create(const V4l2CameraOptions& options, Clock clock);
 
   CameraResult Read(double timeout_s, CameraFrame& frame) override;

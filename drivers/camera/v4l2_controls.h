@@ -8,7 +8,7 @@
 
 namespace plumbline::camera {
 
-/// Settings to apply; absent ones are left unchanged. The automatic of every setting that is
+/// Settings to apply; absent ones are left unchanged. The automatic mode of every setting that is
 /// applied is switched off. Autofocus is always switched off, because focusing changes the lens
 /// model.
 struct CameraSettings {

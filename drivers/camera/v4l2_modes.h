@@ -38,8 +38,9 @@ struct ModeChoice {
 /// All modes of an open device, including formats that are not supported here.
 std::vector<V4l2Mode> ModesOf(int fd);
 
-/// Chooses the most preferred format that has the size at the rate, otherwise the fastest. Without
-/// a requested size, the largest at the rate. Pure.
+/// Chooses the most preferred format that reaches the rate at the requested size; if none does, the
+/// fastest mode of that size. Without a requested size, chooses the largest size that reaches the
+/// rate. Pure.
 /// @return the choice, or an error that lists what the device offers
 Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequest& request);
 

@@ -29,7 +29,7 @@ enum class V4l2StreamResult : std::uint8_t {
 /// Capture of one device, from STREAMON to STREAMOFF.
 class V4l2Stream {
  public:
-  static constexpr std::uint32_t kBuffers = 4;  ///< one for us, three for the device
+  static constexpr std::uint32_t kBuffers = 4;  ///< one for the caller, three for the device
 
   /// @param fd  open device with its format set; must outlive the stream
   static Result<std::unique_ptr<V4l2Stream>> Start(int fd);

@@ -15,9 +15,9 @@
 
 namespace plumbline::display {
 
-/// Glyphs are cached in an atlas texture when they are first drawn in a size. The atlas grows from
-/// 256 to 2048 pixels of width; if it is full the remaining glyphs of that picture are missing, and
-/// the next picture starts with an empty atlas.
+/// Glyphs are cached in an atlas texture when they are first drawn at a given size. The atlas grows
+/// from 256 to 2048 pixels of width; if it is full, the remaining glyphs of that picture are
+/// missing and the next picture starts with an empty atlas.
 class FlatPass {
  public:
   /// @param font  nullopt: boxes and strokes only

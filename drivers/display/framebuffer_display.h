@@ -22,8 +22,8 @@ struct FramebufferOptions {
 };
 
 /// Copies pictures into the memory of the framebuffer, where they are visible at once, so tearing
-/// is possible. A changed mode is detected, a lost device reopened. The kernel's text console
-/// writes into the same memory; switch its cursor off (vt.global_cursor_default=0).
+/// is possible. A changed mode is detected, and a lost device is reopened. The kernel's text
+/// console writes into the same memory; switch its cursor off (vt.global_cursor_default=0).
 class FramebufferDisplay : public Display {
  public:
   /// Fails for an empty device and for a rate outside 0.1..240 Hz.

@@ -8,8 +8,8 @@
 namespace plumbline::display {
 
 /// Each segment is an antialiased rectangle with round caps; dashes continue across segments. Lines
-/// are drawn 1/1000 closer than they are so that a line on a surface is visible. Segments behind
-/// the camera or beyond the clip plane are cut.
+/// are drawn 1/1000 closer to the camera than they are, so that a line on a surface is visible.
+/// Segments behind the camera or beyond the clip plane are cut.
 ///
 /// The grid of the clip plane has a line every 0.1 m and a stronger one every 1 m. Its origin is
 /// the foot of the perpendicular from the origin of C, and one axis is the x axis of C projected

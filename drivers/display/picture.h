@@ -20,7 +20,7 @@ struct PictureView {
   }
 };
 
-/// A rendered picture that a display reads from its source.
+/// A rendered picture, whose pixels a display reads from the renderer on demand.
 class DrawnPicture {
  public:
   DrawnPicture() = default;

@@ -20,7 +20,7 @@ namespace plumbline::display {
 
 enum class DrawResult : std::uint8_t {
   kDrawn,
-  kRefused,      ///< this list cannot be drawn (size, pinhole or memory); others may
+  kRefused,      ///< this list cannot be drawn (size, pinhole or memory); another one may be
   kContextLost,  ///< recreate context and renderer and load the meshes again
 };
 
@@ -28,8 +28,8 @@ struct RendererOptions {
   std::vector<std::string> font_paths = DefaultFontPaths();
 };
 
-/// Must be used on the thread of its context, which must outlive it. Drawing order: background,
-/// meshes, clip plane grid, lines, boxes, strokes, text.
+/// Must be used on the thread of its context; the context must outlive the renderer. Drawing order:
+/// background, meshes, clip plane grid, lines, boxes, strokes, text.
 class Renderer : public DrawnPicture {
  public:
   /// Creates the renderer. Without a font everything except text is drawn, see TakeRemarks().

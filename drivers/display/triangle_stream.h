@@ -1,4 +1,4 @@
-// Triangles that are uploaded anew for every picture.
+// Stream of triangles that are uploaded again for every picture.
 #pragma once
 
 #include <GLES3/gl3.h>
@@ -11,8 +11,8 @@
 
 namespace plumbline::display {
 
-/// Owns the vertices, which keep their memory from picture to picture, and their GL buffer. Every
-/// three vertices are a triangle.
+/// Owns the vertices, whose memory is reused from picture to picture, and their GL buffer. Every
+/// three vertices form a triangle.
 /// @tparam Vertex  a struct of floats
 template <typename Vertex>
 class TriangleStream {

@@ -6,9 +6,10 @@
 
 namespace plumbline::files {
 
-/// Remedy for a file or folder that cannot be read, from what is at `path` now: it names a missing
-/// folder, the owner of an inaccessible one, or the group that grants access. To be appended to a
-/// reason: "; check the name: ls /etc/plumbline". Empty if no cause is found.
+/// Remedy for a file or folder that cannot be read, derived from what exists at `path` now: it
+/// names a missing folder, the owner of an inaccessible one, or the group that grants access. It is
+/// meant to be appended to a reason: "; check the name: ls /etc/plumbline". Empty if no cause is
+/// found.
 std::string ReadRemedy(const std::string& path);
 
 /// The same for a file that cannot be written; also considers the file system.
@@ -21,7 +22,7 @@ std::string ReadErrorText(const std::string& path, std::string_view reason);
 /// "cannot be written: Permission denied; ...".
 std::string WriteErrorText(const std::string& path, std::string_view reason);
 
-/// A kind of device, for the remedy if one cannot be opened.
+/// A kind of device, with the remedies if such a device cannot be opened.
 struct DeviceKind {
   const char* group;      ///< whose members may open it on Debian; empty: only root
   const char* if_absent;  ///< what to check if it does not exist

@@ -10,14 +10,14 @@ namespace plumbline::files {
 
 /// Writes `content` to a temporary file beside `path`, syncs it and renames it to `path`. At any
 /// moment `path` has its complete old content (or does not exist) or its complete new one; the last
-/// of several simultaneous writers wins. A symbolic link of that name is replaced, not followed: a
-/// user who may write in the folder must not redirect a write made as root.
+/// of several simultaneous writers wins. A symbolic link of that name is replaced, not followed, so
+/// that a user with write access to the folder cannot redirect a write made as root.
 /// @return  the reason on failure ("Permission denied")
 Result<void> ReplaceFile(const std::string& path, std::string_view content);
 
 /// The same for a file of the state directory, which must survive a power cut: the folder is synced
-/// too, and an interrupted write leaves nothing that the next one does not clear up. The caller
-/// holds a lock, or is otherwise the only writer of `path`.
+/// too, and the next write removes what an interrupted one has left behind. The caller holds a
+/// lock, or is otherwise the only writer of `path`.
 /// @param mode  permissions before the umask; 0444 for files that are never modified
 /// @return      path, reason and remedy on failure
 Result<void> ReplaceFileDurably(const std::string& path, std::string_view content,

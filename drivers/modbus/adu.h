@@ -64,7 +64,7 @@ struct RtuFrame {
 /// A frame starts after silence or directly after the previous frame. It ends at the length implied
 /// by its function code if the CRC matches, or, for functions of unknown length, at silence. So
 /// requests to other slaves and their replies are never mistaken for a request, whatever data they
-/// carry. If no valid frame is found, everything up to Clear() is ignored.
+/// carry. If no valid frame is found, all input is ignored until Clear().
 class RtuReceiver {
  public:
   /// @param unit  own address, 1..247

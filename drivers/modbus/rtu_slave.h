@@ -40,9 +40,9 @@ struct RtuSlaveCounters {
 };
 
 /// Runs one thread. A request is handled once the line has been silent for 3.5 characters, which
-/// keeps the required gap before the response, and answered only if nothing has followed it: a
-/// master that has already moved on would take a late response for another one. A missing or lost
-/// device is reopened after 0.1 s, doubling up to every second.
+/// also keeps the required gap before the response. It is answered only if no bytes have followed
+/// it: a master that has already sent another request would take a late response for the response
+/// to that one. A missing or lost device is reopened after 0.1 s, 0.2 s, up to 1 s.
 class RtuSlave {
  public:
   /// @return the slave, or which setting is invalid; a missing device is not an error

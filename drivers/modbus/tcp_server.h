@@ -72,8 +72,8 @@ class TcpServer {
   static Result<std::unique_ptr<TcpServer>> Start(const TcpServerOptions& options,
                                                   RequestHandler& handler,
                                                   InheritedSockets inherited = {});
-  /// Joins the thread and closes all connections. A connection whose duplicate was taken by
-  /// TakeOffered() stays open for its holder if it is between two requests.
+  /// Joins the thread and closes all connections. A connection whose duplicate was taken with
+  /// TakeOffered() stays open for the holder of the duplicate if it is between two requests.
   ~TcpServer();
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;

@@ -1,4 +1,4 @@
-// Child process with explicitly passed descriptors, which ends with its owner.
+// Child process with explicitly passed descriptors, killed when its owner ends.
 #pragma once
 
 #include <sys/types.h>
@@ -12,8 +12,8 @@
 
 namespace plumbline::os {
 
-/// How a program is started. It inherits the environment and nothing else from this process: only
-/// the listed descriptors, and no blocked signals.
+/// Options for starting a program. The program inherits only the environment and the listed
+/// descriptors from this process; no signals are blocked.
 struct ChildOptions {
   struct PassedDescriptor {
     int number;      ///< descriptor number in the child
@@ -38,12 +38,12 @@ struct ExitStatus {
 };
 
 /// One running program, or none. The destructor kills it, and so does the kernel when the thread
-/// that started it ends, however that happens. To be used by that thread only.
+/// that started it ends for any reason. Must be used by that thread only.
 class ChildProcess {
  public:
   ChildProcess() = default;  ///< none
-  /// Returns without waiting for the program; if that cannot be executed, the child exits with
-  /// kNotRun.
+  /// Returns without waiting for the program; if the program cannot be executed, the child exits
+  /// with kNotRun.
   static Result<ChildProcess> Start(const ChildOptions& options);
   ChildProcess(ChildProcess&& other) noexcept
       : pid_(std::exchange(other.pid_, -1)), own_group_(other.own_group_) {}
@@ -58,7 +58,7 @@ class ChildProcess {
   /// Its exit status, once; nullopt while it runs, or if there is no child.
   std::optional<ExitStatus> Poll();
   /// Sends `signal` (0: none), waits at most `timeout_s` for the child to exit, then kills it.
-  /// @return  its exit status; that of a killed child if there is none
+  /// @return  its exit status; if there is no child, that of a killed one
   ExitStatus End(double timeout_s = 0, int signal = 0);
 
  private:

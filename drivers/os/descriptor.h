@@ -8,8 +8,8 @@
 
 namespace plumbline::os {
 
-/// Owns one descriptor of the process, or none (-1). Closing leaves errno as it was, so that an
-/// early return can still report why the call before it failed.
+/// Owns one descriptor of the process, or none (-1). Closing does not change errno, so that the
+/// reason of a failed call can still be reported after an early return.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -35,7 +35,8 @@ class Descriptor {
     errno = error;
   }
 
-  /// Closes a file that was written: a network share may report only now that a write was lost.
+  /// Closes a file after writing, and checks for errors: a network share may report a lost write
+  /// only at this point.
   /// @return false with errno set
   bool CloseWritten() { return close(Release()) == 0; }
 

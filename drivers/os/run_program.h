@@ -1,4 +1,4 @@
-// Run of a program to completion: standard input from a string, outputs to strings.
+// Execution of a program to completion: standard input from a string, outputs to strings.
 #pragma once
 
 #include <string>

@@ -49,7 +49,7 @@ class PlcEncoder {
 double ValueOfField(FieldType type, std::span<const std::uint16_t> block, std::size_t offset,
                     bool little_word_first);
 
-/// Decodes the command window as the PLC wrote it. If a number of the pose is not finite the pose
+/// Decodes the command window as the PLC wrote it. If a number of the pose is not finite, the pose
 /// is marked invalid.
 /// @param window  kCommandsSize registers
 /// @param coils   kCoilsSize coils

@@ -53,7 +53,7 @@ struct PlcConvention {
   OrientationConvention orientation = OrientationConvention::kRotationVector;
 };
 
-/// Everything that the value of an entry can be computed from.
+/// All data from which the value of an entry may be computed.
 struct MapSource {
   const Snapshot& snapshot;
   const PlcEnvironment& environment;

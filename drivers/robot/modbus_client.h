@@ -2,10 +2,9 @@
 //
 // libmodbus checks the transaction id, function code and count of a response (not the unit id, the
 // protocol id or the length in the header). When a response does not match, libmodbus leaves its
-// remaining bytes in the stream.
-// Here every error except an exception response closes the connection. Over TCP, so do unread bytes
-// before a request: a late response is never taken for the response to a later request. On RTU
-// they are discarded; see ModbusClient for what remains.
+// remaining bytes in the stream. Here every error except an exception response closes the
+// connection. Over TCP, so do unread bytes before a request: a late response is never taken for the
+// response to a later request. On RTU they are discarded; see ModbusClient for the remaining risk.
 #pragma once
 
 #include <array>
@@ -70,7 +69,7 @@ class ModbusClient {
   /// shorter.
   void LimitTimeout(double max_s);
 
-  /// Call after success: the next fault waits kFirstWait_s again.
+  /// Call it after success: the wait after the next fault is kFirstWait_s again.
   void ResetBackOff() { wait_s_ = kFirstWait_s; }
 
   /// Error of the last failed call; unchanged while Connect() returns kWaiting.
@@ -86,7 +85,7 @@ class ModbusClient {
                                      double timeout_s, Clock clock);
   LinkResult Fail(int function, int first, int count);  ///< function 0: connect
   LinkResult FailUnresolved(const char* why);
-  void Close();  ///< and schedules the next attempt
+  void Close();  ///< also schedules the next attempt
   /// True if no unread bytes are pending (RTU: they are discarded); otherwise errno gives the
   /// reason.
   bool ReadyForRequest();

@@ -55,7 +55,7 @@ struct RegisterValue {
   bool operator==(const RegisterValue&) const = default;
 };
 
-/// How a joint register value unwraps to the joint position.
+/// Conversion of a wrapped joint register value to the joint position.
 enum class JointWrap : std::uint8_t {
   kNone,         ///< not wrapped
   kPi,           ///< 0..2 pi; values above pi mean value - 2 pi

@@ -32,9 +32,9 @@ struct PushDecision {
 
 /// A point is written only if it lies within max_step_m of the previous request for its slot and of
 /// the position that the slot holds. A jump, or a slow drift between two writes, withdraws the
-/// slot; the point is written again once two requests agree and min_period_s has passed. So a
-/// single wrong reading never reaches the robot, and a real change is announced by the sequence 0
-/// in between. Pure; time is an input.
+/// slot; the point is written again once two requests agree and min_period_s has passed. A single
+/// wrong reading therefore never reaches the robot, and a real change is announced by the sequence
+/// 0 in between. Pure; time is an input.
 class PushGate {
  public:
   PushGate(int slots, const PushLimits& limits);
@@ -59,7 +59,7 @@ class PushGate {
     bool requested = false;  ///< the last request had a valid point
     Vec3 requested_p = Vec3::Zero();
     int requested_id = 0;
-    double step_m = 0;  ///< last request against the previous one and the written position
+    double step_m = 0;  ///< distance of the request from the previous and the written one
     bool steady = false;
     bool holds_point = true;  ///< also true if unknown
     Vec3 written_p = Vec3::Zero();

@@ -31,8 +31,8 @@ struct ReplayRows {
   bool operator==(const ReplayRows&) const = default;
 };
 
-/// The first Read() returns the first row; each row lasts 1 / rows_per_s. A held last row still
-/// counts as fresh readings, like a robot at standstill. Push() is refused.
+/// The first Read() returns the first row; each row lasts 1 / rows_per_s. While the last row is
+/// held, readings are still fresh, as those of a robot at standstill. Push() is refused.
 class ReplayRobot : public RobotDevice {
  public:
   /// Fails without rows, with more than kMaxJoints joints, with rows of different length, or with a

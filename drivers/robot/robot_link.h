@@ -57,7 +57,7 @@ class RobotLink {
   RobotLink& operator=(const RobotLink&) = delete;
 
   void Start();
-  /// Asks the thread to stop without waiting; ended() becomes true when it has.
+  /// Requests the thread to stop, without waiting; ended() becomes true once it has stopped.
   void RequestStop();
   /// True if the thread is not running.
   bool ended() const { return ended_; }
@@ -75,7 +75,7 @@ class RobotLink {
 
   model::RobotState Latest() const;  ///< last successful reading; sequence 0 before the first
   RobotLinkStatus Status() const;
-  /// Heartbeat, incremented before each reading and each push, which their timeouts bound.
+  /// Heartbeat, incremented before each reading and each push; their timeouts bound the interval.
   const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
 
   /// Queues points for the controller. They are pushed once, after the next successful reading; a

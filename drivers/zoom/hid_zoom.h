@@ -18,7 +18,7 @@ struct HidOptions {
   double timeout_s = 0.1;
 };
 
-/// Each Read() runs all exchanges of the profile. Unread reports from before are discarded first.
+/// Each Read() runs all exchanges of the profile. Older unread reports are discarded first.
 /// Any failure closes the device, which also discards a late answer; it is reopened after 0.1 s,
 /// 0.2 s, up to 1 s.
 class HidZoom : public ZoomSensor {

@@ -24,7 +24,7 @@ struct ZoomRow {
 Result<std::vector<ZoomRow>> ZoomRowsFromCsv(std::string_view csv);
 
 /// The first Read() returns the first row; each row lasts until the time of the next one, the last
-/// row for ever. A `moved` in rows that were skipped is reported by the next Read().
+/// row for ever. A `moved` flag in rows that were skipped is reported by the next Read().
 class ReplayZoom : public ZoomSensor {
  public:
   /// Fails without rows or if the times do not ascend.

@@ -12,8 +12,8 @@ namespace plumbline::correction {
 /// Result code of a correction or a command. The numbers are those of the register map.
 enum class CorrectionCode : std::uint8_t {
   kOk = 0,
-  kUnreachable = 1,          ///< no posture of the arm brings the tip there
-  kJointLimit = 2,           ///< every posture that reaches it violates a joint limit
+  kUnreachable = 1,          ///< no posture of the arm reaches the target
+  kJointLimit = 2,           ///< every posture that reaches the target violates a joint limit
   kSingular = 3,             ///< the posture is too close to a singularity
   kTooLarge = 4,             ///< the correction exceeds the largest allowed one
   kNotConverged = 5,         ///< the iteration did not converge; please report it as a defect
@@ -23,7 +23,7 @@ enum class CorrectionCode : std::uint8_t {
   kUnknownPoint = 9,         ///< no assembly point has this id
   kBadCommand = 10,          ///< invalid command code or values
   kPending = 11,             ///< not computed yet
-  kNotRecorded = 12,         ///< probes are not recorded: monitoring is off or behind
+  kNotRecorded = 12,         ///< probes are not recorded: monitoring is off or cannot keep up
   kNoCamera = 13,            ///< no camera is configured
   kLensStale = 14,           ///< the lens is not valid at the present zoom
   kTipNotSeen = 15,          ///< the camera does not see the tool, or the tool is moving

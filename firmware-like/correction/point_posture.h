@@ -9,12 +9,13 @@ namespace plumbline::correction {
 
 /// A posture differs from the taught one if a revolute joint differs by more than this [rad].
 /// Deflection, a point moved by centimetres and an imprecise pendant reading change a joint by a
-/// few degrees. Another branch changes some axis far more: a flipped wrist turns two axes by 180
-/// degrees, an arm turned about axis 1 turns that by 180, and a flipped elbow turns by twice its
-/// angle, which is below 30 degrees only within 15 degrees of the stretched arm, where the
-/// singularity check applies.
+/// few degrees. On another branch, at least one axis changes far more: a flipped wrist turns two
+/// axes by 180 degrees, an arm that reaches backwards turns axis 1 by 180 degrees, and a flipped
+/// elbow turns by twice its angle. That is less than 30 degrees only within 15 degrees of the
+/// stretched arm, where the singularity check applies.
 inline constexpr double kTaughtBound_rad = 30 * kRadPerDeg;
-/// The same for a prismatic joint [m], whose branches are those of a redundant arm.
+/// The same for a prismatic joint [m]; its position differs between branches only if the arm is
+/// redundant.
 inline constexpr double kTaughtBound_m = 0.1;
 
 /// A joint and a distance [rad], or [m] for a prismatic joint.
@@ -30,8 +31,8 @@ JointDistance FarthestFromTaught(const kinematics::Chain& chain, const model::Jo
 /// True if that change exceeds the bound of the joint.
 bool IsOtherPosture(const kinematics::Chain& chain, const JointDistance& farthest);
 
-/// The joint nearest to one of its limits, radians and metres treated alike; negative beyond the
-/// limit. `joint` is -1 if no joint has limits.
+/// The joint nearest to one of its limits, radians and metres treated alike; the distance is
+/// negative beyond the limit. `joint` is -1 if no joint has limits.
 JointDistance NearestLimit(const kinematics::Chain& chain, const model::JointVector& q);
 
 /// Assessment of the posture selected for a configured point.

@@ -28,7 +28,7 @@ class AssumedError {
 
   struct Estimate {
     double radius_m = 0;          ///< contains 95 % of the draws
-    double undeclared_share = 0;  ///< of the mean square error, by undeclared parameters
+    double undeclared_share = 0;  ///< of the mean square error, due to undeclared parameters
   };
   /// Error of the tool point in one posture. Does not allocate; takes some tens of microseconds.
   /// @param state         the loaded arm in this posture; must come from `arm`

@@ -17,17 +17,17 @@ namespace plumbline::deflection {
 ///   S^2 / (S^2 + E^2)
 /// in the least mean square sense, and the remaining variance is E^2 S^2 / (S^2 + E^2), below that
 /// of no correction. Both hold on average over poses and under that assumption, not for each cell:
-/// tests/evaluation/other_regions.py counts the cells that still do worse. [linear minimum mean
-/// square estimate; Kay, Fundamentals of Statistical Signal Processing I (1993), ch. 12]. Allocates
-/// nothing but on construction.
+/// tests/evaluation/other_regions.py counts the cells in which the correction is nevertheless worse
+/// than none. [linear minimum mean square estimate; Kay, Fundamentals of Statistical Signal
+/// Processing I (1993), ch. 12]. Allocates only on construction.
 class DistanceGrowth {
  public:
-  /// @param domain  of the cell; null where it has none: share 1, no added variance
+  /// @param domain  of the cell; null if it has none: share 1, no added variance
   DistanceGrowth(const kinematics::Chain& chain, const Vec3& tip_F, const model::Domain* domain);
 
   /// Share of the correction that is applied at q.
   double Share(const model::JointVector& q) const { return fades_ ? ShareAt(Gained(q)) : 1; }
-  /// Variance on one axis that the distance of q adds [m^2].
+  /// Variance per axis added because of the distance of q from the fitted poses [m^2].
   double Variance(const model::JointVector& q) const {
     const double gained_m2 = Gained(q);
     return fades_ ? ShareAt(gained_m2) * gained_m2 : gained_m2;

@@ -110,8 +110,8 @@ void LoadedArm::Equations(const model::JointVectorOf<T>& theta, const loads::Pay
   }
   Vec3Of<T> base_moment = loads_.Torques(state.posture, g_B, load, state.tau);
   // The arm leans with its pedestal. In the frame of the leaning arm, gravity has another
-  // direction, which changes the torques, the bending and the moment that causes the lean. The
-  // error shrinks by a factor of the lean's own size, milliradians, in each pass.
+  // direction, which changes the torques, the bending and the moment that causes the lean. Each
+  // pass reduces the error by a factor of the lean angle, which is milliradians.
   constexpr int kLeanPasses = 5;
   Vec3Of<T> lean = Vec3Of<T>::Zero();
   if (influence != nullptr && IsActive((*influence)[I::kPedestalCompliance])) {

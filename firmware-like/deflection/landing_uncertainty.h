@@ -19,9 +19,9 @@ class AssumedError;
 /// and sigma(d), the standard deviation per axis of the residual of held-out rows, which grows with
 /// the distance d from the measured poses (DistanceGrowth). The basis is `measured`. Without a
 /// held-out residual, sigma is the instrument's and the basis is `propagated`. It is `propagated`
-/// for ranges, too: they test the tip only along the wire; across it only the covariance is known.
-/// The radius applies to points measured with this instrument; for the tip itself it is too large
-/// by the instrument's noise.
+/// for ranges, too, because ranges validate the tip only along the wire; across it, only the
+/// covariance is known. The radius applies to points measured with this instrument; for the tip
+/// itself it is too large by the instrument's noise.
 ///
 /// Any other model: the error is sampled from the priors of all undeclared parameters
 /// (AssumedError), combined with the covariance of the effects. The basis is `propagated` if the
@@ -62,7 +62,7 @@ class LandingUncertainty {
   bool fitted_;
   bool as_validated_;
   bool held_out_;  ///< the domain states a held-out residual
-  bool tested_;    ///< of whole points
+  bool tested_;    ///< that residual is one of positions, not of ranges
   bool deviation_stated_;
   double covariance_share_;
   double residual_sigma_m_;

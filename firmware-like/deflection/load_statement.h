@@ -1,4 +1,4 @@
-// Load of the model, and which of its properties were stated.
+// Load used by the model, and which of its properties were stated.
 #pragma once
 
 #include <optional>

@@ -37,7 +37,7 @@ struct LoadedStateOf {
 };
 
 struct LoadedState : LoadedStateOf<double> {
-  Pose X_BT;  ///< pose of the loaded tip in the *declared* base, whatever effects do to the base
+  Pose X_BT;  ///< pose of the loaded tip in the *declared* base, even if effects move the base
 };
 
 /// Joint and tool deflection of a cell under gravity, together with its effects.
@@ -50,9 +50,10 @@ struct LoadedState : LoadedStateOf<double> {
 ///             p_WT for ranges
 ///   K(p)    = (1 + camera_scale) ((1 - k1 r^2) X, (1 - k1 r^2) Y, (1 + depth) (1 - 2 k1 r^2) Z)
 ///   lean    = exp(pedestal_compliance * moment of the leaning arm's weight about the origin of B)
-/// Tilting bearings, bending and twisting links, and bending slides (structure.h) move the tip from
-/// the outermost joint inwards. These are small rigid motions of everything outboard, caused by the
-/// weight in the posture without them. A tilted base rotates about its origin, about the axes of W:
+/// Tilting bearings, bending and twisting links, and bending slides (structure.h) are small rigid
+/// motions of everything outboard. They are applied from the outermost joint inwards and computed
+/// from the weight in the posture without them. A tilted base rotates about its origin, about the
+/// axes of W:
 ///   X_WB = exp(tilt_x, tilt_y, 0) R(roll, pitch, yaw)
 /// The tool bends as a small-displacement beam under the payload's force F = m g, its moment about
 /// the tip M = (cog - tip of the undeflected tool) x F, and its own weight. Valid for bend/length <
@@ -88,10 +89,10 @@ class LoadedArm {
   bool centres_guessed() const { return centres_guessed_; }
 
   const std::vector<effects::ActiveEffect>& effects() const { return effects_; }
-  /// What the distance from the fitted poses makes of the effects.
+  /// Fading of the effects with the distance from the fitted poses.
   const DistanceGrowth& growth() const { return growth_; }
-  /// The sum of the cell's effects at `moment`, in the share that its distance from the fitted
-  /// poses leaves. Allocates nothing.
+  /// The sum of the cell's effects under the conditions `moment`, times the share that applies at
+  /// their distance from the fitted poses. Does not allocate.
   effects::Influence<double> EffectsAt(const effects::Conditions& moment) const;
 
   /// State of the arm at *actual* joint positions theta = q + s. The command that leads there is

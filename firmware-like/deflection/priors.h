@@ -14,11 +14,11 @@ struct LogNormal {
   double sigma_ln = 0;
 };
 
-/// Size and drive class of an arm, which fixes how much its joints typically wind up.
+/// Size and drive class of an arm, which determines the typical wind-up of its joints.
 enum class ArmClass {
   kSmall,          ///< collaborative or small industrial arm, strain-wave gears
   kTorqueSensing,  ///< seven axes with joint torque sensors
-  kMedium,         ///< cycloidal (RV) gears, some 15 to 80 kg
+  kMedium,         ///< cycloidal (RV) gears, about 15 to 80 kg
   kHeavy,          ///< cycloidal (RV) gears, above that
 };
 
@@ -33,9 +33,9 @@ enum class ArmClass {
 ///   heavy                 2.8, 2.2             0.40
 /// based on the published stiffness of a KR 10 class arm, Manutec r3, KR 240-2, KR 270 and KR 500
 /// (Dumas et al. 2011; Klimchik et al. 2013; Modelica Standard Library, RobotR3) and on gear
-/// catalogues (strain wave 1.3 to 1.7 mrad at rated torque, cycloidal 0.84 to 1.17). The latter
-/// leave a factor of about 1.5 to 2.5 for housings, bearings and links. Joints that carry no
-/// gravity torque by design are related to the shoulder stiffness k_2:
+/// catalogues (strain wave 1.3 to 1.7 mrad at rated torque, cycloidal 0.84 to 1.17). The difference
+/// between arms and gears, a factor of about 1.5 to 2.5, is due to housings, bearings and links.
+/// Joints that carry no gravity torque by design are related to the shoulder stiffness k_2:
 ///   first axis  1.0, 1.0, 0.6, 0.4 k_2 (small, torque sensing, medium, heavy), sigma of ln
 ///               0.42, 0.3, 0.5, 0.35
 ///   wrist       0.45, 0.7, 0.25, 0.1 k_2, sigma of ln 0.7, 0.35, 0.8, 0.87
@@ -55,8 +55,8 @@ enum class ArmClass {
 ///
 /// Tool root: the coupling tilts by 0.5 mrad under the moment it is sized for, sigma of ln 0.7.
 /// Pedestal: 3e6, 3e7, 1e8 N m/rad for small, medium and heavy arms, sigma of ln 1.2, 1.2, 0.8. A
-/// table or profile stand has 5e5 (1e5 to 2.6e6), a steel riser 1e7, a floor plate 1e8, and cells
-/// do not state which one they have.
+/// table or profile stand has 5e5 (1e5 to 2.6e6), a steel riser 1e7, a floor plate 1e8; cells do
+/// not state which of these they have.
 struct DeflectionPriors {
   ArmClass arm_class = ArmClass::kSmall;
   double rated_payload_kg = 0;

@@ -26,9 +26,10 @@ struct EffectScratch {
 
 /// Covariance of the measured tip position in W [m^2] due to the parameter covariances of the
 /// cell's effects:
-///   C = share^2 sum_e J_e Sigma_e J_e^T, with J_e the derivative of the tip by the parameters of
-/// effect e and the share that the distance from the fitted poses leaves (distance_growth.h).
-/// An effect without a covariance contributes nothing. Zero if the deflected posture does not
+///   C = share^2 sum_e J_e Sigma_e J_e^T
+/// with J_e the derivative of the tip with respect to the parameters of effect e, and share the
+/// part of the effects that applies at this distance from the fitted poses (distance_growth.h). An
+/// effect without a covariance contributes nothing. Zero if the deflected posture does not
 /// converge.
 Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
                       const loads::Payload& payload, const effects::Conditions& conditions);
@@ -37,9 +38,10 @@ Mat3 EffectCovariance(const LoadedArm& arm, const model::JointVector& q,
                       const loads::Payload& payload, const effects::Conditions& conditions,
                       EffectScratch& scratch);
 
-/// True if q, payload or temperature lie outside the domain of the model's fit, if q moves joints
-/// apart that moved together in the fitted rows, or if the time lies outside that of a
-/// time-dependent effect. Without a domain: true if q is outside the joint limits.
+/// True if q, payload or temperature lie outside the domain of the model's fit, if a combination of
+/// joints that hardly varied in the fitted rows leaves its range, or if the time lies outside the
+/// fitted time span of a time-dependent effect. Without a domain: true if q is outside the joint
+/// limits.
 bool OutsideDomain(const model::CellModel& cell, const model::JointVector& q,
                    std::optional<double> payload_kg, std::optional<double> temp_C,
                    std::optional<double> t_s = std::nullopt);

@@ -1,4 +1,4 @@
-// Contributions of effects whose every value belongs to one joint.
+// Contributions of effects in which each value belongs to one joint.
 #pragma once
 
 #include <initializer_list>
@@ -17,7 +17,7 @@ void AddToJoints(typename Influence<T>::JointEntry entry, const EffectTerm& term
   }
 }
 
-/// Adds each value to that entry of its joint which belongs to the value's spec.
+/// Adds each value to its joint, in the entry assigned to the value's spec.
 template <typename T>
 void AddToJoints(std::initializer_list<typename Influence<T>::JointEntry> entry_of_spec,
                  const EffectTerm& term, std::span<const T> values, Influence<T>& influence) {

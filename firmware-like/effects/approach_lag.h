@@ -5,8 +5,8 @@
 
 namespace plumbline::effects {
 
-/// s_i -= value_i (last move of joint i)   [formats.md]. Unit: 1, the fraction of the move that is
-/// still to come. Valid if the waiting time after each move is the same.
+/// s_i -= value_i (last move of joint i)   [formats.md]. Unit: 1, the fraction of the move that
+/// remains. Valid if the waiting time after each move is the same.
 const Effect& ApproachLag();
 
 }  // namespace plumbline::effects

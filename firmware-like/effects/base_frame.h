@@ -7,9 +7,9 @@ namespace plumbline::effects {
 
 /// The base moves by (x, y, z) in W, and (roll, pitch, yaw) are added to its declared angles:
 ///   X_WB = (R = Rz(yaw) Ry(pitch) Rx(roll), p = p_WB + (x, y, z))
-/// Gravity is fixed in W, so a rotated base also changes the joint loads. A nuisance if the cell
-/// declares the measurement frame as unaligned, an effect if aligned. File units: mm, deg. Valid
-/// away from pitch = 90 deg.
+/// Gravity is fixed in W, so a rotated base also changes the joint loads. It is a nuisance
+/// parameter if the cell declares the measurement frame as unaligned, and an effect if aligned.
+/// File units: mm, deg. Valid away from pitch = 90 deg.
 const Effect& BaseFrame();
 
 }  // namespace plumbline::effects

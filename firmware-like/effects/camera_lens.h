@@ -11,8 +11,9 @@ namespace plumbline::effects {
 /// closer:
 ///   X, Y read = (1 - k1 r^2) X, Y,   Z read = (1 - 2 k1 r^2) Z, in the camera frame.  Unit: 1.
 /// First order in k1. For a flat body the factor 2 is between 1 and 3, depending on its tilt; for a
-/// body with tags facing several ways it is 2. The tip is assumed beside the body. Separated from
-/// camera_zoom and camera_tag_size by poses both near the centre and at the edge of the image.
+/// body with tags facing several ways it is 2. The tip is assumed to be next to the body. Separable
+/// from camera_zoom and camera_tag_size if there are poses both near the centre and at the edge of
+/// the image.
 const Effect& CameraLens();
 
 }  // namespace plumbline::effects

@@ -30,7 +30,7 @@ enum class Signal {
   kPayload,       ///< payload_kg and the cell's [payload]
   kTorques,       ///< link masses, or measured torques
   kWeight,        ///< link masses; structural loads are not measured by torque sensors
-  kNoTorques,     ///< torques are unknown, for effects that stand in for them
+  kNoTorques,     ///< torques are unknown; for effects that replace them
   kBeam,          ///< a tool that bends
   kCamera,        ///< a measuring camera with a declared pose in W
   kRange,         ///< measured distances from an anchor
@@ -45,16 +45,16 @@ enum class ParameterRole {
 };
 
 /// Specification of a parameter as it appears in files. In `name`, each `#` stands for a number.
-/// The first is a joint number. A second one is the number of a joint inboard of it if it follows
-/// `q`, of a link from the joint's own outwards if it follows `link`, otherwise a term index from
-/// 2.
+/// The first one is a joint number. The second one is the number of a joint inboard of the first if
+/// it follows `q`, the number of the joint's own link or of one outboard of it if it follows
+/// `link`, and otherwise a term index starting at 2.
 struct ParameterSpec {
   std::string_view name{};
   std::string_view unit{};  ///< in files
   double to_SI = 1;         ///< SI value passed to Add() = file value * to_SI
-  /// For a size, the values that a sound machine can have, in file units; an explanation beyond
-  /// them is implausible. For a shape, the search range. For an inverse parameter, infinity is
-  /// plausible too.
+  /// For a size, the values that a sound machine can have, in file units; a value beyond them is
+  /// implausible as an explanation. For a shape, the search range. For an inverse parameter,
+  /// infinity is plausible too.
   model::Interval plausible{-1e300, 1e300};
   ParameterRole role = ParameterRole::kSize;
   std::string_view words{};  ///< for kWord: comma-separated choices; the first one is the default
@@ -62,7 +62,7 @@ struct ParameterSpec {
   /// For a size that acts nonlinearly: the value whose effect equals `linear` times the derivative
   /// at zero. Null: the size acts linearly, and that value is `linear` itself.
   double (*value_of_linear)(double linear) = nullptr;
-  /// Offered between parallel axes only; elsewhere other parameters are equivalent.
+  /// Considered between parallel axes only; elsewhere it is equivalent to other parameters.
   bool parallel_axes_only = false;
   std::optional<model::JointType> only{};  ///< for joints of this type only
   bool not_of_first = false;  ///< not for the first joint, where another effect is equivalent
@@ -116,7 +116,7 @@ struct VariantSignal {
   Signal signal;
 };
 
-/// Frame that a measurement may leave unknown, and which every fit then estimates.
+/// Frame that may be unknown in a measurement; every fit then estimates it.
 enum class Nuisance { kNone, kBaseFrame, kToolFrame };
 
 /// Description of an effect, used by configuration, diagnosis and report.
@@ -141,7 +141,7 @@ struct EffectTraits {
   /// Revolute joints: largest rotation seen on real arms [rad]; 0: no source.
   double largest_observed_rotation_rad = 0;
 
-  /// True if a row needs `signal` to show the effect with that word.
+  /// True if only rows with `signal` carry information about the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;
 };
 

@@ -1,4 +1,4 @@
-// Event time: common part of the effects that act from one time on.
+// Event time: code shared by the effects that start at an event.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

@@ -1,4 +1,4 @@
-// Uncertainty of an event time: the span in which the event may or may not have happened.
+// Uncertainty of an event time: the span in which it is unknown whether the event has happened.
 #pragma once
 
 #include <optional>
@@ -13,9 +13,9 @@ struct EventTimeUncertainty {
   model::Interval between;
 };
 
-/// The span around an event time that its standard deviation leaves open, if the conditions lie
-/// within it; otherwise nullopt. The time is uniformly distributed between two rows, so the span
-/// reaches sqrt(3) standard deviations to either side.
+/// The span of uncertainty around an event time, if the conditions lie within it; otherwise
+/// nullopt. The time is uniformly distributed between two rows, so the span extends sqrt(3)
+/// standard deviations to either side.
 std::optional<EventTimeUncertainty> UncertaintyOfEventTime(const ActiveEffect& effect,
                                                            const Conditions& conditions);
 

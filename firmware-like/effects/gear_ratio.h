@@ -5,9 +5,9 @@
 
 namespace plumbline::effects {
 
-/// s_i += value_i q_i, with the commanded q_i [rad]. Unit: 1. The true ratio is a ratio of tooth
-/// counts, so what is found is a wrong entry in the controller or an encoder's scale error; 5e-3 is
-/// a generous limit.
+/// s_i += value_i q_i, with the commanded q_i [rad]. Unit: 1. The true ratio is fixed by the tooth
+/// counts, so a nonzero value indicates a wrong entry in the controller or a scale error of the
+/// encoder; 5e-3 is a generous limit.
 const Effect& GearRatio();
 
 }  // namespace plumbline::effects

@@ -14,8 +14,8 @@ namespace plumbline::effects {
 ///   torsion q<i>_torsion = L / (G J):   turn v (e . M_tip) e          both [rad/(N m)]
 /// [Gere & Timoshenko, Mechanics of Materials, ch. 9; in calibration: Dumas et al. 2011, Robot.
 /// Comput.-Integr. Manuf. 27(4)]. The moment is assumed to vary linearly along the link, which is
-/// exact except for the link's own weight. Valid for milliradians and a link of equal stiffness in
-/// both directions; adds nothing if L is zero. Needs link masses.
+/// exact except for the link's own weight. Valid for rotations of milliradians and a link of equal
+/// stiffness in both directions; adds nothing if L is zero. Needs link masses.
 const Effect& LinkBending();
 
 }  // namespace plumbline::effects

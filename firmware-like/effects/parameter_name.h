@@ -10,9 +10,9 @@
 
 namespace plumbline::effects {
 
-/// The parameter with that name, words included; nullopt if the effect has no such parameter or the
-/// joint is not in 1..joint_count. A second number is a term index from 2, a joint inboard of the
-/// first ("q3_of_q2"), or a link from the joint's own outwards ("q2_link3_x").
+/// Looks up a parameter or word by name; nullopt if the effect has no such parameter or the joint
+/// is not in 1..joint_count. A second number is a term index starting at 2, a joint inboard of the
+/// first ("q3_of_q2"), or the joint's own link or one outboard of it ("q2_link3_x").
 std::optional<TermParameter> ParameterFromName(const EffectTraits& traits, std::string_view name,
                                                int joint_count);
 

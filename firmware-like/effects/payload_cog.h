@@ -1,4 +1,4 @@
-// Payload centre of gravity: a load whose weight acts elsewhere than declared.
+// Payload centre of gravity: a load whose centre of gravity is not where it was declared.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

@@ -5,9 +5,10 @@
 
 namespace plumbline::effects {
 
-/// Everything rotates about the base origin by value times the horizontal gravity moment there, of
-/// links, tool body, mount and payload   [formats.md]. Unit: rad/(N m). Valid for a pedestal that
-/// is equally soft in both directions; opening anchor bolts are not linear.
+/// The whole arm rotates about the base origin by value times the horizontal gravity moment of
+/// links, tool body, mount and payload about that origin   [formats.md]. Unit: rad/(N m). Valid for
+/// a pedestal that is equally soft in both directions; an anchorage that lifts off is nonlinear and
+/// not modelled.
 const Effect& PedestalCompliance();
 
 }  // namespace plumbline::effects

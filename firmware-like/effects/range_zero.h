@@ -5,9 +5,9 @@
 
 namespace plumbline::effects {
 
-/// A measured range is too long by the value: the wire's exit point from its drum, or the prism
-/// offset of a distance meter. File unit: mm. Changes the reading, not the arm. Needs [measurement]
-/// kind = "range".
+/// A measured range is too long by the value, because of the point where the wire leaves its drum,
+/// or the prism offset of a distance meter. File unit: mm. Changes the reading, not the arm. Needs
+/// [measurement] kind = "range".
 const Effect& RangeZero();
 
 }  // namespace plumbline::effects

@@ -5,9 +5,9 @@
 
 namespace plumbline::effects {
 
-/// The tip moves by (x, y, z) in F, in addition to the bending. A nuisance if the cell declares the
-/// tool as unknown, an effect if known. File unit: mm. Only the tip moves; masses and the bending
-/// of the tool stay as declared.
+/// The tip moves by (x, y, z) in F, in addition to the bending. It is a nuisance parameter if the
+/// cell declares the tool as unknown, and an effect if known. File unit: mm. Only the tip moves;
+/// masses and the bending of the tool stay as declared.
 const Effect& ToolFrame();
 
 }  // namespace plumbline::effects

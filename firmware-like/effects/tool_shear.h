@@ -1,4 +1,4 @@
-// Tool shear: a short tool whose sections slide as well as rotate.
+// Tool shear: a short tool that deforms by shear as well as by bending.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

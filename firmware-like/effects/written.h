@@ -21,7 +21,7 @@ struct ActiveEffect {
 
 /// True if the effect varies continuously with time (a warm-up, a curve over t_s).
 bool FollowsTime(const EffectTerm& term);
-/// True if the effect depends on time at all: continuously, or from an event time on.
+/// True if the effect depends on time at all: continuously, or because it starts at an event time.
 bool ReadsTime(const EffectTerm& term);
 
 /// The time passed to an effect: clamped to the time span that it was fitted to.

@@ -9,7 +9,7 @@
 namespace plumbline::image {
 
 /// 8-bit luma, stored row by row; pixel (0, 0) is the top-left one. Valid as long as the owner's
-/// buffer.
+/// buffer exists.
 struct LumaView {
   const std::uint8_t* data = nullptr;
   int width = 0, height = 0;

@@ -13,7 +13,8 @@ namespace plumbline::kinematics {
 /// [rad/rad].
 using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, model::kMaxJoints>;
 
-/// Changes to a chain's table, an array of one value per joint each. T is double or a dual number.
+/// Changes to the DH table of a chain; each array has one value per joint. T is double or a dual
+/// number.
 ///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)             [Hayati & Mirmirani 1985]
 ///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
 template <typename T>

@@ -42,19 +42,20 @@ struct InterpolatedLens {
   double log_focal_per_count = 0;                      ///< d ln fx / d count
 };
 
-/// Monotone cubics over the zoom counts, of ln fx and ln fy and of the other parameters unchanged.
+/// Monotone cubic interpolation over the zoom counts: ln fx and ln fy are interpolated, and the
+/// other parameters directly.
 ///
-/// Uncertainty by leave-one-out: each inner node is predicted from the others. The error e found
-/// there, across a gap G of two intervals, implies an error
+/// Uncertainty by leave-one-out: each inner node is predicted from the others. The error e of that
+/// prediction, across a gap G of two intervals, implies an error
 ///   e (w / G)^2 4 t (1 - t)
 /// at the fraction t of an adjacent interval of width w. This is second order, the worst case of
-/// the cubic where a slope is limited. Widths are measured by the change of ln f, plus a tenth of
-/// its range distributed evenly over the counts. An interval takes the largest error of its two
-/// nodes, but at least half of the largest error of all nodes; an outermost interval, whose end
-/// slope is one-sided, kEndFactor times that. With fewer than four nodes, leave-one-out says too
-/// little: the error of ln f is then at least kUnseenOfTwo (kUnseenOfThree) times its range over
-/// the nodes, and that of the other parameters at least their range. The covariances of the two
-/// nodes, weighted with 1 - t and t, are added.
+/// the cubic, which occurs where a slope is limited. Widths are measured by the change of ln f,
+/// plus a tenth of its range distributed evenly over the counts. An interval takes the largest
+/// error of its two nodes, but at least half of the largest error of all nodes; an outermost
+/// interval, whose end slope is one-sided, kEndFactor times that. With fewer than four nodes,
+/// leave-one-out is not informative enough: the error of ln f is then at least kUnseenOfTwo
+/// (kUnseenOfThree) times its range over the nodes, and that of the other parameters at least their
+/// range. The covariances of the two nodes, weighted with 1 - t and t, are added.
 ///
 /// On synthetic zooms of 6x to 30x with 2 to 21 nodes, two standard deviations contain at least 95
 /// % of the errors of ln f; the stated error is 1.4 to 4 times the actual one. Valid between the

@@ -9,7 +9,7 @@
 
 namespace plumbline::monitor {
 
-/// Largest number of reference probes; fixes the storage.
+/// Largest number of reference probes; determines the storage.
 inline constexpr int kMaxReferenceProbes = 100;
 
 /// Parameters of the monitor, computed by MonitorDesignFor() in run_length.h.
@@ -25,7 +25,7 @@ struct MonitorDesign {
 struct DriftAlarm {
   std::uint64_t probe = 0;        ///< number of the probe that raised it, from 1
   std::uint64_t first_probe = 0;  ///< first probe that contributed
-  Vec3 shift_m = Vec3::Zero();  ///< estimated change in the frame of the probes; outliers shortened
+  Vec3 shift_m = Vec3::Zero();    ///< estimated change in the frame of the probes; outliers clipped
 };
 
 /// Reason for refusing a reference.
@@ -70,8 +70,9 @@ struct ProbeVerdict {
 /// sigma that is too small multiplies false alarms:
 ///   sigma^2 = median |r - median r|^2 / 2.366,   2.366 = median of chi^2 (3 degrees of freedom),
 /// over the reference probes (at least 5). If the model is the reference, the halved squared
-/// differences of consecutive probes among the first 20 are used instead, which offset and drift do
-/// not affect. From 20 probes, sigma has a standard deviation of 12 %; half of that is added.
+/// differences of consecutive probes among the first 20 are used instead, because offset and drift
+/// do not affect them. Estimated from 20 probes, sigma has a standard deviation of 12 %; half of
+/// that is added as a margin.
 ///
 /// Does not allocate and reads no clock.
 class DriftMonitor {

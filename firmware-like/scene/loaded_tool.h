@@ -15,15 +15,15 @@ namespace plumbline::scene {
 /// state.slope_F. Stations are placed where segments meet, for up to kBendStations - 2 joints
 /// between segments.
 ///
-/// Between the stations of a uniform tool, the error of r is below 2.5e-4 of the tip slope. At 0.5
-/// m beside the axis this is 0.01 mm for a tip displacement of 5 % of the length, and less than
-/// 0.002 mm for 1 %.
+/// Between the stations of a uniform tool, the error of r is below 2.5e-4 of the tip slope. At a
+/// point 0.5 m from the axis this is 0.01 mm for a tip displacement of 5 % of the length, and less
+/// than 0.002 mm for 1 %.
 ///
 /// The stress is that of the beam with its declared sections (beam/stress.h), the larger value at a
 /// step; 0 if the outermost fibre of the section is unknown.
 ///
-/// A rigid tool on a compliant seat rotates about the seat; without effect if its tip is not at z >
-/// 0.
+/// A rigid tool on a compliant coupling rotates about the coupling; there is no effect if its tip
+/// is not at z > 0.
 /// @param tool   tool of the cell that `state` belongs to
 /// @param state  converged state from LoadedArm
 BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state);

@@ -45,7 +45,8 @@ struct CheckedMesh {
 inline constexpr double kDegenerateArea = 1e-7;
 
 /// Converts a mesh to metres, merges vertices at exactly the same position, and removes unused
-/// vertices and triangles without area. Open edges are counted before the latter are removed.
+/// vertices and triangles without area. Open edges are counted before triangles without area are
+/// removed.
 /// @param raw     in the unit of the file; not trusted
 /// @param unit_m  unit of the file [m], > 0
 /// @return        an error, with the number of affected triangles, for an invalid vertex index, a

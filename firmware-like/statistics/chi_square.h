@@ -6,7 +6,7 @@ namespace plumbline::statistics {
 /// P(chi^2 > value) for the given degrees of freedom; 1 for value <= 0.
 double ChiSquareTail(double value, double freedom);
 
-/// The value that chi^2 exceeds with probability `tail`, 0 < tail < 1. By bisection with about a
+/// The value that chi^2 exceeds with probability `tail`, 0 < tail < 1. Uses bisection with about a
 /// hundred evaluations of the tail; not for the control cycle.
 double ChiSquareQuantile(double tail, double freedom);
 
