@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/config/artefact_reader.h"
 #include "app/config/effect_reader.h"
 #include "app/config/file_kind.h"
 #include "app/config/limits.h"
@@ -25,6 +26,7 @@ constexpr NumberRange kGravity{-20, 20};
 constexpr NumberRange kMass{0, 10000};
 constexpr NumberRange kCompliance{0, 0.1};
 constexpr NumberRange kSigma{1e-6, 100, kMetrePerMm};
+constexpr NumberRange kOrientationSigma{1e-6, 10, kRadPerDeg};
 constexpr NumberRange kDistantSigma{0, 10000, kMetrePerMm};  // per radian of distance
 constexpr NumberRange kReach{0, 1000};                       // prismatic joints contribute metres
 constexpr NumberRange kTemperature{-50, 150};
@@ -154,6 +156,7 @@ model::Measurement MeasurementFromToml(const TomlTable& table) {
   measurement.tool_known =
       table.OneOf<bool>("tool", {{"known", true}, {"unknown", false}}).value_or(true);
   measurement.sigma_m = table.Number("sigma_mm", kSigma);
+  measurement.sigma_rad = table.Number("sigma_deg", kOrientationSigma);
   measurement.reference_temperature_C = table.Number("reference_temperature_C", kTemperature);
   if (kind == model::MeasurementKind::kRange && table.Has("camera_xyz_mm")) {
     table.AddFault("camera_xyz_mm",
@@ -325,8 +328,9 @@ void WarnIfNothingDeflects(const TomlTable& root, const model::CellModel& cell) 
 model::CellModel CellFromToml(TomlDocument& document) {
   const TomlTable root = document.Root();
   model::CellModel cell;
-  if (const auto schema = root.RequiredInteger("schema", 0, 1000000); schema && *schema != 1) {
-    root.AddFault("schema", "must be 1, the only schema that this version supports");
+  const auto schema = root.RequiredInteger("schema", 0, 1000000);
+  if (schema && *schema != 1 && *schema != 2) {
+    root.AddFault("schema", "must be 1 or 2, the schemas that this version supports");
   }
   if (const auto robot = root.RequiredTable("robot")) cell.robot = RobotFromToml(*robot);
   if (const auto tool = root.RequiredTable("tool")) cell.tool = ToolFromToml(*tool);
@@ -337,6 +341,11 @@ model::CellModel CellFromToml(TomlDocument& document) {
   }
   if (const auto measurement = root.Table("measurement")) {
     cell.measurement = MeasurementFromToml(*measurement);
+  }
+  cell.artefacts = ArtefactsFromToml(root);
+  cell.distances = DistancesFromToml(root, cell.artefacts);
+  if (schema && *schema < 2 && (root.Has("artefact") || root.Has("distance"))) {
+    root.AddFault("schema", "must be 2 for a cell with [[artefact]] or [[distance]]");
   }
   for (const TomlTable& effect : root.Tables("effect")) {
     cell.effects.push_back(

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/artefact_start.h"
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/whitener.h"
 #include "firmware-like/geometry/rotation.h"
@@ -212,44 +214,100 @@ void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& p
     const deflection::LoadedArm arm(CellOf(data, model, session));
     std::vector<FlangePoint> points;
     for (const RowIndex index : SomeRows(data, session, kRowsForStart)) {
+      const ObservationKind kind = data.observations[index].kind;
+      if (kind != ObservationKind::kPosition && kind != ObservationKind::kPose) continue;
       const table::MeasuredRow& row = data.measured(index);
       kinematics::Posture posture;
       arm.chain().Evaluate(row.q, posture);
       points.push_back({posture.X_BF(), row.p_WT});
     }
+    if (points.empty()) continue;  // the frames start as declared
     const Start start =
         BestStart(points, frames, data.frames_free(), data.tip_free(), priors[session]);
-    frames = {start.X_WB, start.tip_F};
-  }
-}
-
-/// Normal equations of one session's frames, from the rows with errors up to `limit_m`.
-void SumUp(const Dataset& data, const Linearisation& linear, SessionIndex session, double limit_m,
-           Eigen::Matrix<double, 9, 9>& H, Vector9& g) {
-  H.setZero();
-  g.setZero();
-  for (const RowIndex index : data.row_indices()) {
-    if (data.session_of[index] != session) continue;
-    const LinearRow& row = linear.rows[index];
-    if (LengthsOf(row.residual).norm() > limit_m) continue;
-    const RowWhitening whitening(data.numbers[index], 1);
-    FrameGradient J(row.frames.rows(), 9);
-    RowResidual r(row.residual.size());
-    whitening.Apply(row.frames, J);
-    whitening.Apply(row.residual, r);
-    if (!data.frames_free()) J.leftCols<6>().setZero();
-    if (!data.tip_free()) J.rightCols<3>().setZero();
-    H += J.transpose() * J;
-    g += J.transpose() * r;
+    frames.X_WB = start.X_WB;
+    frames.tip_F = start.tip_F;
   }
 }
 
 /// Variance of one axis used by the alignment [m^2].
-/// @param middle_m  median length of the errors [m]
+/// @param middle_m  median of SizesOf [m]
 double VarianceOf(const Dataset& data, double middle_m) {
   constexpr double kMinSigma_m = 1e-6;
-  const double of_rows_m = middle_m / MedianOfChi(data.ranges() ? 1 : 3);
-  return std::pow(std::max({of_rows_m, data.sigma_m, kMinSigma_m}), 2);
+  return std::pow(std::max({middle_m, data.sigma_m, kMinSigma_m}), 2);
+}
+
+/// Sizes of the residuals, each divided by the median that it has at unit noise [m].
+std::vector<double> SizesOf(const Dataset& data, const Linearisation& linear) {
+  std::vector<double> sizes;
+  for (const RowIndex row : data.row_indices()) {
+    const RowNumbers& numbers = data.numbers[row];
+    if (numbers.count == 0) continue;
+    sizes.push_back(SizeOf(numbers, linear.rows[row].residual) / MedianOfChi(numbers.count));
+  }
+  return sizes;
+}
+
+/// Precision of the prior of every nuisance, and its mean relative to the model.
+struct NuisancePrior {
+  Eigen::VectorXd information, offset;
+};
+
+/// The prior of the frames (FramePrior). Places of artefacts are anywhere in the cell; like the
+/// base, they are damped about their current values.
+NuisancePrior PriorAt(const Nuisances& nuisances, const Indexed<SessionIndex, FramePrior>& priors,
+                      const Model& model) {
+  constexpr double kPlace_m = 5;
+  NuisancePrior prior;
+  prior.information.setConstant(nuisances.size(), 1 / (kPlace_m * kPlace_m));
+  prior.offset.setZero(nuisances.size());
+  for (const SessionIndex session : priors.indices()) {
+    const FramePrior& of = priors[session];
+    int at = nuisances.FirstOf(session);
+    if (nuisances.frames()) {
+      prior.information.segment<6>(at) = of.information.head<6>();
+      at += 6;
+    }
+    if (!nuisances.tip()) continue;
+    prior.information.segment<3>(at) = of.information.tail<3>();
+    prior.offset.segment<3>(at) = of.tip_F - model.frames[session].tip_F;
+  }
+  return prior;
+}
+
+/// Precision of the nuisances, and the Gauss-Newton step to their maximum a posteriori.
+struct NuisanceStep {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd step;
+};
+
+NuisanceStep StepTo(const Dataset& data, const Nuisances& nuisances, const Linearisation& linear,
+                    const Model& model, const NuisancePrior& prior) {
+  std::vector<double> sizes = SizesOf(data, linear);
+  const double middle_m = statistics::MedianOf(sizes);
+  const double variance_m2 = VarianceOf(data, middle_m);
+  NuisanceEquations equations(nuisances);
+  for (const RowIndex row : data.row_indices()) {
+    const LinearRow& at = linear.rows[row];
+    const RowNumbers& numbers = data.numbers[row];
+    if (numbers.count == 0) continue;
+    if (SizeOf(numbers, at.residual) / MedianOfChi(numbers.count) > 4 * middle_m + 1e-9) continue;
+    equations.Add(data, nuisances, at, row, 1 / variance_m2, at.residual);
+  }
+  equations.Add(nuisances.EquationsAt(model), 1);
+  equations.H.diagonal() += prior.information;
+  equations.g += prior.information.cwiseProduct(prior.offset);
+  return {equations.H, equations.H.ldlt().solve(equations.g)};
+}
+
+/// Covariance of a session's frames, shape (9, 9); zero for frames that are not free.
+Eigen::Matrix<double, 9, 9> FrameCovariance(const Nuisances& nuisances,
+                                            const Eigen::MatrixXd& covariance,
+                                            SessionIndex session) {
+  Eigen::Matrix<double, 9, 9> of_session = Eigen::Matrix<double, 9, 9>::Zero();
+  const int free = nuisances.per_session(), first = nuisances.FirstOf(session);
+  const int place = nuisances.frames() ? 0 : 6;
+  of_session.block(place, place, free, free) = covariance.block(first, first, free, free);
+  return of_session;
 }
 
 }  // namespace
@@ -257,36 +315,31 @@ double VarianceOf(const Dataset& data, double middle_m) {
 Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threads) {
   Alignment alignment{given, {}};
   alignment.covariance.assign(data.sessions.size(), Eigen::Matrix<double, 9, 9>::Zero());
-  if (!data.frames_free() && !data.tip_free()) return alignment;
+  const Nuisances nuisances(data);
+  if (nuisances.size() == 0) return alignment;
   Indexed<SessionIndex, FramePrior> priors;
   for (const Model::Frames& frames : given.frames) {
     priors.push_back(PriorOf(frames.tip_F, data.frames_free(), data.tip_free()));
   }
   Model& model = alignment.model;
-  if (!data.ranges()) StartFrames(data, priors, model);
+  if (nuisances.of_sessions() > 0 && !data.ranges()) StartFrames(data, priors, model);
+  if (auto error = StartPlaces(data, threads, model)) return *error;
   // Refined with the loaded arm and robust weights.
-  constexpr int kPasses = 8;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  const int passes = nuisances.size() > nuisances.of_sessions() ? 30 : 8;
+  NuisanceStep last;
+  for (int pass = 0; pass < passes; ++pass) {
     const Result<Linearisation> linear = Linearise(data, model, false, threads);
     if (!linear) return Error{linear.error()};
-    std::vector<double> sizes;
-    for (const Vec3& error : ErrorsOf(*linear)) sizes.push_back(error.norm());
-    const double middle_m = statistics::MedianOf(sizes), variance_m2 = VarianceOf(data, middle_m);
-    double largest = 0;
-    for (const SessionIndex session : data.sessions.indices()) {
-      Eigen::Matrix<double, 9, 9> H, information;
-      Vector9 g;
-      SumUp(data, *linear, session, 4 * middle_m + 1e-9, H, g);
-      const Vector9 step =
-          StepOf(H, g, variance_m2, priors[session], model.frames[session].tip_F, information);
-      if (!step.allFinite())
-        return Error{
-            "the rows do not determine the unknown frames: measure poses spread over the cell"};
-      MoveFrames(model.frames[session], step);
-      alignment.covariance[session] = information.inverse();
-      largest = std::max(largest, step.cwiseAbs().maxCoeff());
-    }
-    if (largest < 1e-9) break;
+    last = StepTo(data, nuisances, *linear, model, PriorAt(nuisances, priors, model));
+    if (!last.step.allFinite())
+      return Error{
+          "the rows do not determine the unknown frames: measure poses spread over the cell"};
+    nuisances.Move(last.step, model);
+    if (last.step.cwiseAbs().maxCoeff() < 1e-9) break;
+  }
+  const Eigen::MatrixXd covariance = last.information.inverse();
+  for (const SessionIndex session : data.sessions.indices()) {
+    alignment.covariance[session] = FrameCovariance(nuisances, covariance, session);
   }
   return alignment;
 }

@@ -47,6 +47,18 @@ Json JsonOf(const Finding& finding) {
   return json;
 }
 
+Json JsonOf(const KindError& error) {
+  const auto held_out = [](const std::optional<double>& metres) {
+    return metres ? Millimetres(*metres) : Json(nullptr);
+  };
+  return {{"before", Millimetres(error.before_m)},
+          {"after", Millimetres(error.after_m)},
+          {"before_held_out", held_out(error.before_held_out_m)},
+          {"after_held_out", held_out(error.after_held_out_m)},
+          {"noise_floor", Millimetres(error.noise_floor_m)},
+          {"rows", error.rows}};
+}
+
 Json JsonOf(const ExplanationCheck& check) {
   return {{"name", check.name},
           {"effect", check.effect.empty() ? Json(nullptr) : Json(check.effect)},
@@ -99,6 +111,15 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                       {"before_held_out", held_out(diagnosis.held_out.before_m)},
                       {"after_held_out", held_out(diagnosis.held_out.after_m)},
                       {"noise_floor", Millimetres(diagnosis.noise_floor_m)}};
+  answer["rms_by_kind_mm"] = Json::object();
+  for (const KindError& error : diagnosis.rms_by_kind) {
+    answer["rms_by_kind_mm"][error.kind] = JsonOf(error);
+  }
+  answer["not_observable"] = Json::array();
+  for (const NotObservable& of : diagnosis.not_observable) {
+    answer["not_observable"].push_back(
+        {{"id", of.id}, {"scope", of.scope}, {"parameters", of.parameters}, {"reason", of.reason}});
+  }
   answer["outlier_rows"] = diagnosis.outlier_rows;
   answer["implausible"] = Json::array();
   for (const Finding& finding : diagnosis.findings) {

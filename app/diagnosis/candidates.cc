@@ -46,7 +46,7 @@ bool Has(const Dataset& data, effects::Signal signal) {
     case effects::Signal::kCamera:
       return data.cell.measurement.X_WC.has_value();
     case effects::Signal::kRange:
-      return data.ranges();
+      return data.reads_ranges();
     case effects::Signal::kTilt:
       return Varies(data, "tilt_x_deg") && Varies(data, "tilt_y_deg");
   }

@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "app/diagnosis/clusters.h"
 #include "app/diagnosis/fahrenheit.h"
 #include "app/diagnosis/impossible_values.h"
 #include "app/diagnosis/joint_step.h"
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/unit_changes.h"
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
@@ -26,26 +28,41 @@ constexpr int kMinRows = 4;
 constexpr double kStandstill = 1e-4;   // [rad] or [m]; a smaller movement counts as none
 constexpr int kMinRepeatFreedom = 12;  // minimum degrees of freedom of a sigma from replicates
 
+/// Erases the marked rows and their observations.
+void EraseRows(Dataset& data, const std::vector<bool>& erased) {
+  std::vector<table::MeasuredRow> rows;
+  PerRow<Observation> observations;
+  for (const RowIndex row : data.row_indices()) {
+    if (erased[row.offset()]) continue;
+    rows.push_back(std::move(data.table.rows[row.offset()]));
+    observations.push_back(data.observations[row]);
+  }
+  data.table.rows = std::move(rows);
+  data.observations = std::move(observations);
+}
+
 /// Removes copies: rows equal to an earlier one in every digit of every column including t_s.
 /// Without t_s, equal rows may also be repeated measurements with a coarse resolution; they are
 /// kept, with a note.
 void DropCopies(Dataset& data) {
-  std::set<std::pair<std::string, std::vector<double>>> seen;
+  std::set<std::tuple<std::string, std::string, std::vector<double>>> seen;
   const bool timed = data.table.recorded.time;
   int copies = 0, first = 0;
-  std::erase_if(data.table.rows, [&](const table::MeasuredRow& row) {
+  std::vector<bool> copy;
+  for (const table::MeasuredRow& row : data.table.rows) {
     std::vector<double> numbers = {row.t_s,      row.payload_kg, row.temp_C,   row.range_m,
                                    row.p_WT.x(), row.p_WT.y(),   row.p_WT.z(), row.q_WT.w(),
-                                   row.q_WT.x(), row.q_WT.y(),   row.q_WT.z(), row.q_step_rad};
+                                   row.q_WT.x(), row.q_WT.y(),   row.q_WT.z(), row.q_step_rad,
+                                   row.gauge_m,  row.sigma_m};
     for (const model::JointVector* of_joints : {&row.q, &row.qd, &row.qdd, &row.tau}) {
       numbers.insert(numbers.end(), of_joints->begin(), of_joints->end());
     }
     numbers.insert(numbers.end(), row.further.begin(), row.further.end());
-    if (seen.emplace(row.session, std::move(numbers)).second) return false;
-    if (copies++ == 0) first = row.line;
-    return timed;
-  });
+    copy.push_back(!seen.emplace(row.session, row.artefact, std::move(numbers)).second);
+    if (copy.back() && copies++ == 0) first = row.line;
+  }
   if (copies == 0) return;
+  if (timed) EraseRows(data, copy);
   data.notes.push_back(
       timed ? fmt::format(
                   "{} rows are exact copies of earlier rows and were ignored (first: line {})",
@@ -56,25 +73,28 @@ void DropCopies(Dataset& data) {
                   copies, first));
 }
 
-/// Moves rows without the cell's kind of measurement to `unmeasured`, where they still count as
-/// moves.
-void SeparateUnmeasuredRows(Dataset& data) {
-  const bool range = data.ranges();
+/// Determines what each row measures, and moves rows that measure nothing to `unmeasured`, where
+/// they still count as moves.
+std::optional<Error> FindObservations(Dataset& data) {
   table::MeasuredTable& table = data.table;
-  const auto measured = [range](const table::MeasuredRow& row) {
-    return range ? row.has_range : row.has_point;
-  };
-  const auto first = std::stable_partition(table.rows.begin(), table.rows.end(), measured);
-  table.unmeasured.insert(table.unmeasured.end(), first, table.rows.end());
-  table.rows.erase(first, table.rows.end());
+  Result<PerRow<Observation>> all = ObservationsOf(data.cell, table);
+  if (!all) return Error{all.error()};
+  std::vector<table::MeasuredRow> measured;
+  for (const RowIndex row : all->indices()) {
+    const bool used = (*all)[row].kind != ObservationKind::kNone;
+    (used ? measured : table.unmeasured).push_back(std::move(table.rows[row.offset()]));
+    if (used) data.observations.push_back((*all)[row]);
+  }
+  table.rows = std::move(measured);
   std::stable_sort(
       table.unmeasured.begin(), table.unmeasured.end(),
       [](const table::MeasuredRow& a, const table::MeasuredRow& b) { return a.line < b.line; });
-  if (table.unmeasured.empty()) return;
+  if (table.unmeasured.empty()) return std::nullopt;
   data.notes.push_back(
       fmt::format("{} rows have joint readings but no usable measurement (first: line {}): they "
                   "are used only to know how the robot moved",
                   table.unmeasured.size(), table.unmeasured.front().line));
+  return std::nullopt;
 }
 
 void FindSessions(Dataset& data) {
@@ -171,33 +191,57 @@ void NoteMissingSignals(Dataset& data) {
                                      data.table.unreadable_lines.size(),
                                      data.table.unreadable_lines.front()));
   }
-  if (data.cell.measurement.kind == model::MeasurementKind::kPose) {
+  if (data.cell.measurement.kind == model::MeasurementKind::kPose &&
+      !data.cell.measurement.sigma_rad) {
     data.notes.emplace_back(
-        "only the positions of the measured poses are used, not the orientations");
+        "only the positions of the measured poses are used, not the orientations: declare their "
+        "uncertainty as sigma_deg of [measurement] to use them");
+  }
+}
+
+/// Squared difference of two measurements of one kind [m^2]; nullopt if they are not comparable.
+/// Touches cannot be compared: only the joint readings are recorded.
+std::optional<double> SquaredDifference(const Dataset& data, RowIndex a, RowIndex b) {
+  const Observation &of_a = data.observations[a], &of_b = data.observations[b];
+  const table::MeasuredRow &row_a = data.measured(a), &row_b = data.measured(b);
+  if (of_a.kind != of_b.kind || of_a.artefact != of_b.artefact) return std::nullopt;
+  switch (of_a.kind) {
+    case ObservationKind::kPosition:
+    case ObservationKind::kPose:
+      return (row_a.p_WT - row_b.p_WT).squaredNorm();
+    case ObservationKind::kRange:
+    case ObservationKind::kArtefactRange:
+      return std::pow(row_a.range_m - row_b.range_m, 2);
+    case ObservationKind::kGauge:
+      return std::pow(row_a.gauge_m - row_b.gauge_m, 2);
+    default:
+      return std::nullopt;
   }
 }
 
 /// Standard deviation of one axis from successive differences within clusters; by the median, so
-/// that outliers do not increase it.
+/// that outliers do not increase it. If kinds of 1 and of 3 residuals are mixed, only those with
+/// more degrees of freedom count.
 void NoiseFromRepeats(Dataset& data) {
   std::map<ClusterIndex, std::vector<RowIndex>> members;
   for (const RowIndex row : data.row_indices()) members[data.cluster_of[row]].push_back(row);
-  std::vector<double> squares;
+  std::vector<double> of_lengths, of_points;
   for (const auto& [cluster, rows] : members) {
     for (std::size_t j = 1; j < rows.size(); ++j) {
-      const table::MeasuredRow& a = data.measured(rows[j - 1]);
-      const table::MeasuredRow& b = data.measured(rows[j]);
-      const double square =
-          data.ranges() ? std::pow(a.range_m - b.range_m, 2) : (a.p_WT - b.p_WT).squaredNorm();
-      squares.push_back(square / 2);
+      const auto square = SquaredDifference(data, rows[j - 1], rows[j]);
+      if (!square) continue;
+      const bool length = ResidualsOf(data.observations[rows[j]].kind) == 1;
+      (length ? of_lengths : of_points).push_back(*square / 2);
     }
   }
-  data.repeat_freedom = static_cast<int>(squares.size()) * (data.ranges() ? 1 : 3);
+  const bool lengths = of_lengths.size() > 3 * of_points.size();
+  std::vector<double>& squares = lengths ? of_lengths : of_points;
+  data.repeat_freedom = static_cast<int>(squares.size()) * (lengths ? 1 : 3);
   if (data.repeat_freedom < kMinRepeatFreedom) return;
   std::sort(squares.begin(), squares.end());
   // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
   const double median = squares[squares.size() / 2];
-  data.repeat_sigma_m = std::sqrt(median / (data.ranges() ? 0.4549 : 2.366));
+  data.repeat_sigma_m = std::sqrt(median / (lengths ? 0.4549 : 2.366));
 }
 
 /// Uncertainty of the predicted tip due to the resolution of the joint readings.
@@ -285,6 +329,16 @@ void NoteUndeclaredStep(Dataset& data) {
 
 }  // namespace
 
+bool Dataset::reads_ranges() const {
+  return std::any_of(observations.begin(), observations.end(),
+                     [](const Observation& of) { return IsRange(of.kind); });
+}
+
+bool Dataset::instrument_used() const {
+  return std::any_of(observations.begin(), observations.end(),
+                     [](const Observation& of) { return !OnArtefact(of.kind); });
+}
+
 RowLayout Dataset::layout() const {
   RowLayout layout;
   for (const RowNumbers& of_row : numbers) layout.Add(of_row.count);
@@ -318,6 +372,7 @@ Dataset SelectRows(const Dataset& data, const FitRows& rows) {
   subset.table.rows = std::vector<table::MeasuredRow>();
   subset.conditions = PerRow<effects::Conditions>();
   subset.payloads = PerRow<loads::Payload>();
+  subset.observations = PerRow<Observation>();
   subset.numbers = PerRow<RowNumbers>();
   subset.session_of = PerRow<SessionIndex>();
   subset.cluster_of = PerRow<ClusterIndex>();
@@ -327,6 +382,7 @@ Dataset SelectRows(const Dataset& data, const FitRows& rows) {
     subset.table.rows.push_back(data.measured(row));
     subset.conditions.push_back(data.conditions[row]);
     subset.payloads.push_back(data.payloads[row]);
+    subset.observations.push_back(data.observations[row]);
     subset.numbers.push_back(data.numbers[row]);
     subset.session_of.push_back(data.session_of[row]);
     subset.cluster_of.push_back(
@@ -341,14 +397,16 @@ Dataset SelectRows(const Dataset& data, const FitRows& rows) {
 
 namespace {
 
-int ResidualsPerRow(const Dataset& data) {
-  return data.ranges() ? 1 : 3;
-}
-
-/// Error if the table has no measurements of the cell's kind.
+/// Error if the table has no measurements of any kind that the cell permits.
 std::optional<Error> MissingMeasurements(const Dataset& data) {
   const bool range = data.ranges();
-  if (range ? data.table.recorded.range : data.table.recorded.position) return {};
+  const table::RecordedColumns& recorded = data.table.recorded;
+  if (range ? recorded.range : recorded.position) return {};
+  if (recorded.artefact && !data.cell.artefacts.empty()) return {};
+  if (recorded.artefact) {
+    return Error{
+        "has a column artefact, but the cell declares none: add an [[artefact]] for each name"};
+  }
   return Error{
       fmt::format("has no {} column{}: nothing was measured; check [measurement] kind in the cell, "
                   "and the header of the file",
@@ -356,21 +414,40 @@ std::optional<Error> MissingMeasurements(const Dataset& data) {
 }
 
 std::optional<Error> TooFewRows(const Dataset& data) {
-  const int free_numbers =
-      data.sessions_count() * ((data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0));
-  const int of_row = ResidualsPerRow(data);
+  const Nuisances nuisances(data);
+  const int free_numbers = nuisances.size() - nuisances.equations();
+  int residuals = 0;
+  for (const Observation& of : data.observations) residuals += ResidualsOf(of.kind);
+  const int of_row = data.rows() > 0 ? std::max(1, residuals / data.rows()) : 1;
   const int needed = std::max(kMinRows, (free_numbers + 3 + of_row - 1) / of_row);
   if (data.rows() >= needed) return {};
   return Error{
       fmt::format("has {} usable rows; at least {} are needed{}: measure more poses, "
                   "spread over the cell (30 or more distinguish the effects)",
-                  data.rows(), needed, free_numbers > 0 ? " to find the unknown frames" : "")};
+                  data.rows(), needed,
+                  free_numbers > 0 ? nuisances.groups() > data.sessions_count()
+                                         ? " to find the unknown frames and places"
+                                         : " to find the unknown frames"
+                                   : "")};
+}
+
+/// Finds the artefacts that rows use, and the sessions with measured orientations.
+void FindUsed(Dataset& data) {
+  data.used_artefacts.assign(data.cell.artefacts.size(), false);
+  data.turned_sessions.assign(data.sessions.size(), false);
+  for (const RowIndex row : data.row_indices()) {
+    const Observation& of = data.observations[row];
+    if (OnArtefact(of.kind)) data.used_artefacts[of.artefact] = true;
+    if (of.kind == ObservationKind::kPose) data.turned_sessions[data.session_of[row]] = true;
+  }
 }
 
 /// Sets the conditions, loads and clusters of the rows.
 void SetConditions(Dataset& data) {
   const model::CellModel& cell = data.cell;
-  data.numbers.assign(data.table.rows.size(), {ResidualsPerRow(data), {}});
+  for (const Observation& of : data.observations) {
+    data.numbers.push_back({ResidualsOf(of.kind), {}});
+  }
   data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
   for (const table::MeasuredRow& row : data.table.rows) {
     const bool loaded = data.table.recorded.payload && cell.payload_cog_F;
@@ -396,12 +473,40 @@ void FindStillJoints(Dataset& data) {
   }
 }
 
-/// Sets the noise: the declared sigma, otherwise that of the replicates, otherwise left to the
-/// residual.
+/// Median of the rows' own standard deviations; 0 if no row has one.
+double MedianOwnSigma(const Dataset& data) {
+  std::vector<double> own;
+  for (const table::MeasuredRow& row : data.table.rows) {
+    if (row.sigma_m > 0) own.push_back(row.sigma_m);
+  }
+  return own.empty() ? 0 : statistics::MedianOf(own);
+}
+
+/// Sets the covariances of rows with their own standard deviation, and of orientations, relative to
+/// the noise of the data set.
+void SetCovariances(Dataset& data) {
+  for (const RowIndex row : data.row_indices()) {
+    RowNumbers& numbers = data.numbers[row];
+    const double own_m = data.measured(row).sigma_m;
+    const double ratio = own_m > 0 ? own_m / data.sigma_m : 1;
+    if (ratio == 1 && numbers.count <= kMaxLengths) continue;
+    numbers.covariance = ratio * ratio * Eigen::MatrixXd::Identity(numbers.count, numbers.count);
+    if (numbers.count <= kMaxLengths) continue;
+    const double turn = data.cell.measurement.sigma_rad.value() / data.sigma_m;
+    numbers.covariance.bottomRightCorner<3, 3>() = turn * turn * Mat3::Identity();
+  }
+}
+
+/// Sets the noise: the declared sigma, otherwise the median of the rows' own, otherwise that of the
+/// replicates, otherwise left to the residual.
 void SetNoise(Dataset& data) {
   NoiseFromRepeats(data);
+  const double own_m = MedianOwnSigma(data);
   if (data.cell.measurement.sigma_m) {
     data.sigma_m = *data.cell.measurement.sigma_m;
+    data.sigma_origin = "declared";
+  } else if (own_m > 0) {
+    data.sigma_m = own_m;
     data.sigma_origin = "declared";
   } else if (data.repeat_sigma_m > 0) {
     data.sigma_m = data.repeat_sigma_m;
@@ -409,6 +514,7 @@ void SetNoise(Dataset& data) {
   } else {
     data.sigma_origin = "residual";
   }
+  if (data.sigma_m > 0) SetCovariances(data);
 }
 
 }  // namespace
@@ -418,7 +524,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   data.cell = cell;
   data.table = std::move(measured);
   if (auto error = MissingMeasurements(data)) return *error;
-  SeparateUnmeasuredRows(data);
+  if (auto error = FindObservations(data)) return *error;
   DropCopies(data);
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
     return Error{*impossible};
@@ -428,6 +534,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   NoteLikelyFahrenheit(data.table);
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
+  FindUsed(data);
   if (auto error = TooFewRows(data)) return *error;
   SetConditions(data);
   FindSignals(data);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/diagnosis/indices.h"
+#include "app/diagnosis/observations.h"
 #include "app/diagnosis/residual_layout.h"
 #include "app/table/csv.h"
 #include "firmware-like/deflection/loaded_arm.h"
@@ -27,7 +28,10 @@ struct Dataset {
   PerRow<effects::Conditions> conditions;
   PerRow<loads::Payload> payloads;
   Indexed<SessionIndex, std::string> sessions;  ///< one empty name if none is recorded
+  PerRow<Observation> observations;
   PerRow<RowNumbers> numbers;
+  Indexed<ArtefactIndex, bool> used_artefacts;  ///< by at least one row
+  Indexed<SessionIndex, bool> turned_sessions;  ///< orientations were measured
   PerRow<SessionIndex> session_of;
   PerRow<ClusterIndex> cluster_of;  ///< replicates: same pose, session and payload
   int clusters = 0;
@@ -50,6 +54,10 @@ struct Dataset {
   const table::MeasuredRow& measured(RowIndex row) const { return table.rows[row.offset()]; }
   /// True if the instrument measures ranges; otherwise it measures positions.
   bool ranges() const { return cell.measurement.kind == model::MeasurementKind::kRange; }
+  /// True if any row reads a range, from the instrument's anchor or from an artefact.
+  bool reads_ranges() const;
+  /// True if any row was measured in an instrument's frame, not only on artefacts.
+  bool instrument_used() const;
   RowLayout layout() const;
   /// Mean number of lengths per row: 3 for positions, 1 for ranges.
   double lengths_per_row() const;

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <tuple>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/not_observable.h"
 #include "app/diagnosis/shape_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
@@ -36,17 +38,28 @@ void Add(const CandidateSet& candidate_set, BlockIndex block, double cost, Detec
   }
 }
 
-/// "joint offset (q1, q6)"; the name alone if no size of the effect is detectable.
-std::string UndetectableText(const std::string& id, const Detectability& found) {
+/// The undetectable sizes of an effect; nullopt if it has none.
+std::optional<NotObservable> UndetectableSizes(const std::string& id, const Detectability& found) {
   const effects::EffectTraits& traits = effects::FindEffect(id)->traits();
-  std::vector<std::string> names;
+  NotObservable sizes{id, {}, {}, {}};
+  std::set<int> joints;
   for (const auto& [joint, spec, of] : found.undetectable) {
     if (found.detectable.contains({joint, spec, of})) continue;
-    names.push_back(effects::NameFromParameter(traits, {spec, joint, 1, of}));
+    sizes.parameters.push_back(effects::NameFromParameter(traits, {spec, joint, 1, of}));
+    if (joint >= 0) joints.insert(joint);
   }
-  if (names.empty()) return "";
-  if (found.limit_m == 0) return EffectName(id);
-  return fmt::format("{} ({})", EffectName(id), fmt::join(names, ", "));
+  if (sizes.parameters.empty()) return std::nullopt;
+  for (const int joint : joints) sizes.scope.push_back(fmt::format("q{}", joint + 1));
+  sizes.reason =
+      "no size that is plausible for a sound machine would be detected in these rows: free frames "
+      "or places absorb it, its lever arms are short, or its joints hardly move";
+  return sizes;
+}
+
+/// "joint offset (q1, q6)"; the name alone if no size of the effect is detectable.
+std::string UndetectableText(const NotObservable& sizes, const Detectability& found) {
+  if (found.limit_m == 0) return EffectName(sizes.id);
+  return fmt::format("{} ({})", EffectName(sizes.id), fmt::join(sizes.parameters, ", "));
 }
 
 }  // namespace
@@ -74,11 +87,14 @@ void AddDetectable(const CandidateSet& candidate_set, const Candidates& candidat
       Add(all_shapes, all_shapes.Add(block), costs[id], effects[id]);
     }
   }
+  AddFreeOfArtefacts(candidate_set.problem(), diagnosis);
   std::vector<std::string> undetectable;
   for (const auto& [id, found] : effects) {
     if (found.limit_m > 0) diagnosis.minimum_detectable_m[id] = found.limit_m;
-    std::string text = UndetectableText(id, found);
-    if (!text.empty()) undetectable.push_back(std::move(text));
+    const std::optional<NotObservable> sizes = UndetectableSizes(id, found);
+    if (!sizes) continue;
+    undetectable.push_back(UndetectableText(*sizes, found));
+    diagnosis.not_observable.push_back(*sizes);
   }
   if (undetectable.empty()) return;
   diagnosis.notes.push_back(fmt::format(

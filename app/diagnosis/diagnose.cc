@@ -18,6 +18,7 @@
 #include "app/diagnosis/hidden_mistakes.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/joint_combinations.h"
+#include "app/diagnosis/kind_errors.h"
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
 #include "app/diagnosis/residual_spread.h"
@@ -355,10 +356,12 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
     RowTrace& trace = diagnosis.rows.emplace_back();
     trace.line = data.measured(row).line;
     trace.session = data.measured(row).session;
+    trace.kind = data.observations[row].kind;
     trace.pose = data.cluster_of[row];
     trace.weight = fit.problem.weights[row];
     trace.outlier = fit.problem.weights[row] < kOutlierWeight;
-    trace.p_measured = data.ranges() ? fit.linear.rows[row].p_W : data.measured(row).p_WT;
+    const bool point = !OnArtefact(trace.kind) && trace.kind != ObservationKind::kRange;
+    trace.p_measured = point ? data.measured(row).p_WT : fit.linear.rows[row].p_W;
     trace.before = declared[row];
     trace.after = corrected.errors[row];
     trace.fold = -1;
@@ -488,6 +491,7 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
                    diagnosis);
   Withhold(*declared, corrected, diagnosis);
   AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);
+  AddKindErrors(*data, diagnosis);
   AddDomain(task, *found, declared->model, *fit, corrected, diagnosis);
   task.Report(1, "done");
   return diagnosis;

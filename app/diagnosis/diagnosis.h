@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/diagnosis/indices.h"
+#include "app/diagnosis/observations.h"
 #include "app/table/csv.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/result.h"
@@ -67,6 +68,7 @@ struct CandidateOutcome {
 struct RowTrace {
   int line = 0;  ///< of the file, the header being line 1
   std::string session;
+  ObservationKind kind = ObservationKind::kPosition;
   ClusterIndex pose{};   ///< replicates of one pose share it: same joints, session and payload
   int fold = 0;          ///< block of time it was held out with; -1: never held out
   double weight = 1;     ///< of the robust fit
@@ -110,6 +112,25 @@ struct NextPose {
 struct RivalSeparation {
   model::JointVector q;   ///< [rad] or [m]
   double distance_m = 0;  ///< largest of all rivals, each refitted to the rows
+};
+
+/// An effect, parameters of it, or another quantity that the rows do not determine; it is not
+/// estimated.
+struct NotObservable {
+  std::string id;                       ///< of an effect; or "scale"
+  std::vector<std::string> scope;       ///< joints; empty if it has none
+  std::vector<std::string> parameters;  ///< names in files; empty: all of it
+  std::string reason;
+};
+
+/// Errors of the rows of one kind of observation [m]: 3-D for positions and points, along the
+/// measured direction otherwise.
+struct KindError {
+  std::string kind;  ///< "position", "range", "point", "sphere", "plane", "gauge"
+  int rows = 0;      ///< that are not outliers
+  double before_m = 0, after_m = 0;
+  std::optional<double> before_held_out_m, after_held_out_m;  ///< by blocks of time
+  double noise_floor_m = 0;
 };
 
 struct HeldOutError {
@@ -156,9 +177,12 @@ struct Diagnosis {
   bool next_poses_separate_all = false;            ///< from the answer and from each other
   std::map<std::string, double>
       minimum_detectable_m;  ///< 3-D RMS over the rows, by id (detectable.h)
+  /// Of the kind of observation with the most rows.
   double rms_before_m = 0, rms_after_m = 0;
-  double noise_floor_m = 0;  ///< 3-D: declared sigma times sqrt(lengths per row)
-  double sigma_m = 0;        ///< one axis, as used
+  std::vector<NotObservable> not_observable;
+  std::vector<KindError> rms_by_kind;  ///< the kind with the most rows first
+  double noise_floor_m = 0;            ///< 3-D: declared sigma times sqrt(lengths per row)
+  double sigma_m = 0;                  ///< one axis, as used
   /// Error at the tip due to the declared resolution of the joint readings: standard deviation on
   /// one axis, mean over the rows.
   double joint_reading_sigma_m = 0;

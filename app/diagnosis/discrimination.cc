@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/prior_sizes.h"
 #include "app/diagnosis/whitener.h"
 
@@ -61,15 +62,14 @@ Discrimination::Discrimination(const CandidateSet& candidate_set,
 
 Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisation& linear,
                                          RowIndex row) const {
-  const int first_tip = data.frames_free() ? 6 : 0;
-  const int per_session = first_tip + (data.tip_free() ? 3 : 0);
+  const Nuisances nuisances(data);
   const int count = linear.layout.count(row);
   const RowWhitening whitening(data.numbers[row], 1 / candidate_set_.problem().sigma_m());
   AtRow result;
   result.fields.resize(count, static_cast<int>(sides_.size()));
   for (const Side& side : sides_) {
     const auto own = side.unit.size();
-    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, own + per_session * data.sessions_count());
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, own + nuisances.size());
     Eigen::Index at = 0;
     for (const BlockIndex block : side.blocks) {
       const Block& of = candidate_set_.blocks()[block];
@@ -79,12 +79,7 @@ Discrimination::AtRow Discrimination::At(const Dataset& data, const Linearisatio
       at += columns.cols();
     }
     X.leftCols(own) *= side.unit.asDiagonal();
-    at += per_session * data.session_of[row].value();
-    const auto& frames = linear.rows[row].frames;
-    if (data.frames_free()) X.middleCols(at, 6) = frames.leftCols<6>();
-    if (data.tip_free()) {
-      X.middleCols(at + first_tip, 3) = frames.rightCols<3>();
-    }
+    nuisances.Fill(linear.rows[row], row, X.rightCols(nuisances.size()));
     whitening.Apply(X.eval(), X);
     result.fields.col(static_cast<int>(result.X.size())) = X.leftCols(own) * side.values;
     result.X.push_back(std::move(X));

@@ -1,10 +1,13 @@
 #include "app/diagnosis/fit_problem.h"
 
+#include "app/diagnosis/nuisances.h"
+
 namespace plumbline::diagnosis {
 
 FitLayout FitProblem::layout() const {
   FitLayout layout;
   for (const RowIndex row : rows) layout.Add(data.numbers[row].count);
+  layout.Add(Nuisances(data).equations());
   return layout;
 }
 

@@ -14,6 +14,7 @@ struct FitProblem {
   int threads = 1;
   double row_correlation = 0;  ///< correlation of the noise of successive rows, 0..1
 
+  /// The residuals of the rows, then the equations of the nuisances as if they were one more row.
   FitLayout layout() const;
   /// The same data, weights and noise with other participating rows.
   FitProblem WithRows(FitRows other) const {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "app/diagnosis/farthest_poses.h"
+#include "app/diagnosis/nuisances.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -123,6 +124,27 @@ FoldPlan Sessions(const Dataset& data) {
   for (const SessionIndex session : data.session_of) plan.fold_of.push_back(session.value());
   plan.folds = data.sessions_count();
   plan.aligned = true;
+  return plan;
+}
+
+FoldPlan Places(const Dataset& data) {
+  constexpr int kMaxFolds = 10;
+  FoldPlan plan;
+  plan.by = "places";
+  const Nuisances nuisances(data);
+  std::map<ComponentIndex, int> number;  // of each place, in the order of its first row
+  PerRow<int> place_of;
+  for (const RowIndex row : data.row_indices()) {
+    const auto group = nuisances.GroupOf(row);
+    int& place = place_of.emplace_back(-1);
+    if (!group || !nuisances.IsPlace(*group)) continue;
+    place = number.emplace(nuisances.ComponentOf(*group), static_cast<int>(number.size()))
+                .first->second;
+  }
+  if (number.size() < 3) return plan;
+  plan.folds = std::min(kMaxFolds, static_cast<int>(number.size()));
+  plan.places = true;
+  for (const int place : place_of) plan.fold_of.push_back(place < 0 ? -1 : place % plan.folds);
   return plan;
 }
 

@@ -1,4 +1,5 @@
-// Cross-validation folds: by blocks of time, regions of the joint space, or sessions.
+// Cross-validation folds: by blocks of time, regions of the joint space, sessions, or places of
+// artefacts.
 #pragma once
 
 #include <string>
@@ -17,6 +18,9 @@ struct FoldPlan {
   /// True if free frames are fitted to the held-out rows, too: no other rows determine the
   /// instrument pose of a session that is left out.
   bool aligned = false;
+  /// True if the places of held-out artefacts are fitted to the held-out rows: no other rows
+  /// determine them.
+  bool places = false;
 };
 
 /// Five folds of four blocks of consecutive rows each, assigned in turn. Tests interpolation
@@ -35,5 +39,10 @@ FoldPlan OppositeHalves(const Dataset& data);
 
 /// One fold per session: tests prediction on another day. No folds if there is only one session.
 FoldPlan Sessions(const Dataset& data);
+
+/// Artefacts of unknown place, together with those at a known distance from them, up to ten folds;
+/// other rows are never held out. Tests prediction at another place. No folds for fewer than three
+/// places.
+FoldPlan Places(const Dataset& data);
 
 }  // namespace plumbline::diagnosis

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "app/diagnosis/farthest_poses.h"
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/shape_refit.h"
 #include "app/diagnosis/shape_search.h"
@@ -18,35 +19,20 @@ namespace {
 
 constexpr std::size_t kMinTrainingRows = 4;
 
-/// Least squares step of each session's free frames that fits the residuals of the problem's rows.
-Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> FrameSteps(const FitProblem& problem,
-                                                              const Linearisation& linear,
-                                                              const PerRow<RowResidual>& residual) {
+/// Least squares step of the nuisances that fits the residuals of the problem's rows.
+Eigen::VectorXd NuisanceStepOf(const FitProblem& problem, const Linearisation& linear,
+                               const Model& model, const PerRow<RowResidual>& residual) {
   const Dataset& data = problem.data;
-  Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> steps(data.sessions.size(),
-                                                           Eigen::Matrix<double, 9, 1>::Zero());
-  if (!data.frames_free() && !data.tip_free()) return steps;
-  Indexed<SessionIndex, Eigen::Matrix<double, 9, 9>> H(data.sessions.size(),
-                                                       Eigen::Matrix<double, 9, 9>::Zero());
-  Indexed<SessionIndex, Eigen::Matrix<double, 9, 1>> g = steps;
+  const Nuisances nuisances(data);
+  NuisanceEquations equations(nuisances);
+  if (nuisances.size() == 0) return equations.g;
   for (const RowIndex row : problem.rows) {
-    const SessionIndex session = data.session_of[row];
-    const double weight = problem.weights[row];
-    const RowWhitening whitening(data.numbers[row], 1);
-    FrameGradient J(linear.rows[row].frames.rows(), 9);
-    RowResidual r(J.rows());
-    whitening.Apply(linear.rows[row].frames, J);
-    whitening.Apply(residual[row], r);
-    if (!data.frames_free()) J.leftCols<6>().setZero();
-    if (!data.tip_free()) J.rightCols<3>().setZero();
-    H[session] += weight * J.transpose() * J;
-    g[session] += weight * J.transpose() * r;
+    equations.Add(data, nuisances, linear.rows[row], row, problem.weights[row], residual[row]);
   }
-  for (const SessionIndex session : steps.indices()) {
-    H[session].diagonal().array() += 1e-10 * H[session].diagonal().maxCoeff() + 1e-15;
-    steps[session] = H[session].ldlt().solve(g[session]);
-  }
-  return steps;
+  equations.Add(nuisances.EquationsAt(model), problem.sigma_m * problem.sigma_m);
+  Eigen::MatrixXd& H = equations.H;
+  H.diagonal().array() += 1e-10 * H.diagonal().maxCoeff() + 1e-15;
+  return H.ldlt().solve(equations.g);
 }
 
 /// Residuals of the model without its effects, to first order [m]: the measured displacement from
@@ -195,43 +181,103 @@ FitRows Inliers(const HeldOutInput& input, const Fold& fold) {
   return rows;
 }
 
-/// Predicts the rows of a fold whose session's frames are determined by the `framed` rows.
-void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const Fold& fold,
-                 HeldOut& result) {
-  const Dataset& data = input.problem.data;
-  const int free_numbers = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
-  const bool on_own_rows = result.other_sessions && free_numbers > 0;
-  Indexed<SessionIndex, int> numbers_of_session(data.sessions.size(), 0);
-  for (const RowIndex row : fold.framed) {
-    if (input.problem.weights[row] < kOutlierWeight) continue;
-    numbers_of_session[data.session_of[row]] += data.numbers[row].count;
+/// Number of residuals of the inliers that determine the frames of each session and each group of
+/// the other nuisances.
+struct Determining {
+  Determining(const HeldOutInput& input, const Nuisances& nuisances, const FitRows& rows)
+      : of_session(input.problem.data.sessions.size(), 0),
+        of_group(static_cast<std::size_t>(nuisances.groups()), 0) {
+    for (const RowIndex row : rows) {
+      if (input.problem.weights[row] < kOutlierWeight) continue;
+      const int count = input.problem.data.numbers[row].count;
+      of_session[input.problem.data.session_of[row]] += count;
+      if (const auto group = nuisances.GroupOf(row)) of_group[*group] += count;
+    }
   }
+  Indexed<SessionIndex, int> of_session;
+  Indexed<GroupIndex, int> of_group;
+};
+
+/// Places that were held out as a whole are fitted to their own rows, with all else from the other
+/// folds: `step` receives their part.
+void FitHeldOutPlaces(const HeldOutInput& input, const Fold& fold,
+                      const PerRow<RowResidual>& residual, Eigen::VectorXd& step) {
+  const Dataset& data = input.problem.data;
+  const Nuisances nuisances(data);
+  std::set<GroupIndex> groups;
+  for (const RowIndex row : fold.test) {
+    if (const auto group = nuisances.GroupOf(row)) groups.insert(*group);
+  }
+  for (const GroupIndex group : groups) {
+    step.segment(nuisances.FirstOf(group), nuisances.CountOf(group)).setZero();
+  }
+  NuisanceEquations equations(nuisances);
+  for (const RowIndex row : fold.test) {
+    const LinearRow& at = input.linear->rows[row];
+    const RowResidual left = residual[row] - nuisances.Change(at, row, step);
+    equations.Add(data, nuisances, at, row, input.problem.weights[row], left);
+  }
+  for (const GroupIndex group : groups) {
+    const int first = nuisances.FirstOf(group), count = nuisances.CountOf(group);
+    Eigen::MatrixXd H = equations.H.block(first, first, count, count);
+    H.diagonal().array() += 1e-10 * H.diagonal().maxCoeff() + 1e-15;
+    step.segment(first, count) = H.ldlt().solve(equations.g.segment(first, count));
+  }
+}
+
+/// The share of the variance of a row's error that is left after the nuisances were fitted to the
+/// test rows themselves; nullopt if the rows do not determine them.
+std::optional<double> ShareLeft(const Nuisances& nuisances, const Determining& framed,
+                                const Determining& tested, bool sessions, bool places,
+                                SessionIndex session, RowIndex row) {
+  const auto left = [](int free, int numbers) -> std::optional<double> {
+    if (free > 0 && numbers <= free) return std::nullopt;
+    return free > 0 ? 1 - static_cast<double>(free) / numbers : 1.0;
+  };
+  const int free = nuisances.per_session();
+  if (framed.of_session[session] < free) return std::nullopt;
+  if (sessions) return left(free, framed.of_session[session]);
+  const auto group = nuisances.GroupOf(row);
+  if (!group) return 1.0;
+  if (places) return left(nuisances.CountOf(*group), tested.of_group[*group]);
+  return framed.of_group[*group] >= nuisances.CountOf(*group) ? std::optional(1.0) : std::nullopt;
+}
+
+/// Predicts the rows of a fold whose session's frames are determined by the `framed` rows.
+void PredictFold(const HeldOutInput& input, const PerRow<RowResidual>& y, const FoldPlan& plan,
+                 const Fold& fold, HeldOut& result) {
+  const Dataset& data = input.problem.data;
+  const Nuisances nuisances(data);
+  const FitRows test(std::vector<RowIndex>(fold.test.begin(), fold.test.end()));
+  const Determining by_framed(input, nuisances, fold.framed), by_test(input, nuisances, test);
   const FitProblem framed = input.problem.WithRows(fold.framed);
-  const auto frames = [&](const PerRow<RowResidual>& residuals) {
-    return FrameSteps(framed, *input.linear, residuals);
+  const auto steps = [&](const PerRow<RowResidual>& residuals) {
+    Eigen::VectorXd step = NuisanceStepOf(framed, *input.linear, input.model, residuals);
+    if (plan.places) FitHeldOutPlaces(input, fold, residuals, step);
+    return step;
   };
   const model::CellModel cell = CellOf(data, input.model, SessionIndex(0));
   const FitRows inliers = Inliers(input, fold);
   const kinematics::PoseDistance distance = DistanceFrom(cell, StoredPoses(cell, data, inliers));
   const double reach = ReachOf(distance, data, inliers);
-  const auto before = frames(y), after = frames(fold.after), named = frames(fold.after_named);
+  const Eigen::VectorXd before = steps(y), after = steps(fold.after),
+                        named = steps(fold.after_named);
   for (const RowIndex row : fold.test) {
-    const SessionIndex session = data.session_of[row];
-    const int numbers = numbers_of_session[session];
-    if (numbers < free_numbers || (on_own_rows && numbers == free_numbers)) continue;
-    if (fold.undetermined[row] || data.numbers[row].count == 0) continue;
-    // Frames fitted to the test rows themselves absorb part of their errors.
-    const double share_left =
-        on_own_rows ? 1 - static_cast<double>(free_numbers) / static_cast<double>(numbers) : 1;
-    const double scale = 1 / std::sqrt(share_left);
-    const FrameGradient& derivative = input.linear->rows[row].frames;
+    const auto share_left = ShareLeft(nuisances, by_framed, by_test, result.other_sessions,
+                                      plan.places, data.session_of[row], row);
+    if (!share_left || fold.undetermined[row] || data.numbers[row].count == 0) continue;
+    // Nuisances fitted to the test rows themselves absorb part of their errors.
+    const double scale = 1 / std::sqrt(*share_left);
+    const LinearRow& at = input.linear->rows[row];
+    const auto error = [&](const RowResidual& residual, const Eigen::VectorXd& step) -> Vec3 {
+      return scale * LengthsOf(RowResidual(residual - nuisances.Change(at, row, step)));
+    };
     result.predicted[row] = true;
     result.distance[row] = distance.Of(data.measured(row).q);
     result.reach[row] = reach;
-    result.before[row] = scale * LengthsOf(y[row] - derivative * before[session]);
-    result.after[row] = scale * LengthsOf(fold.after[row] - derivative * after[session]);
-    result.after_named[row] =
-        scale * LengthsOf(fold.after_named[row] - derivative * named[session]);
+    result.before[row] = error(y[row], before);
+    result.after[row] = error(fold.after[row], after);
+    result.after_named[row] = error(fold.after_named[row], named);
   }
 }
 
@@ -267,7 +313,7 @@ HeldOut HoldOut(const HeldOutInput& input, const FoldPlan& plan) {
   for (const Fold& fold : folds) {
     if (!fold.searched) continue;
     result.selected.push_back(fold.selected);
-    PredictFold(input, y, fold, result);
+    PredictFold(input, y, plan, fold, result);
   }
   return result;
 }

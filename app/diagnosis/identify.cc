@@ -44,6 +44,21 @@ bool FramesMoved(const Indexed<SessionIndex, Model::Frames>& before,
                      });
 }
 
+/// The same for the places of artefacts. Rows on a point have gradients that do not depend on it.
+bool PlacesMoved(const Dataset& data, const Indexed<ArtefactIndex, PlacedArtefact>& before,
+                 const Indexed<ArtefactIndex, PlacedArtefact>& now) {
+  constexpr double kLeast_m = 1e-4, kLeast = 1e-4;
+  const auto directed = [](const Observation& of) {
+    return OnArtefact(of.kind) && of.kind != ObservationKind::kPoint;
+  };
+  if (std::none_of(data.observations.begin(), data.observations.end(), directed)) return false;
+  return !std::equal(before.begin(), before.end(), now.begin(), now.end(),
+                     [](const PlacedArtefact& a, const PlacedArtefact& b) {
+                       return (a.place - b.place).norm() < kLeast_m &&
+                              (a.direction - b.direction).norm() < kLeast;
+                     });
+}
+
 /// Weighted RMS of one axis, corrected for the number of parameters.
 double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& residuals,
                      double parameters) {
@@ -181,8 +196,12 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
   found.candidates = CandidatesFor(data);
   found.aligned = found.model = aligned;
   const auto linearise = [&]() -> std::optional<std::string> {
-    const bool moved = FramesMoved(found.linear_frames, found.model.frames);
-    if (moved) found.linear_frames = found.model.frames;
+    const bool moved = FramesMoved(found.linear_frames, found.model.frames) ||
+                       PlacesMoved(data, found.linear_places, found.model.artefacts);
+    if (moved) {
+      found.linear_frames = found.model.frames;
+      found.linear_places = found.model.artefacts;
+    }
     Result<Linearisation> linear =
         LineariseApart(data, found.model, options.threads, moved ? nullptr : found.linear.get());
     if (!linear) return linear.error();

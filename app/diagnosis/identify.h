@@ -15,9 +15,11 @@ struct Identified {
   FitProblem fit;  ///< sigma: as declared, or larger if the rows scatter more
   Candidates candidates;
   Model aligned;  ///< frames estimated without effects
-  /// Residuals of the model below; gradients of the arm without effects at `linear_frames`.
+  /// Residuals of the model below; gradients of the arm without effects at `linear_frames` and
+  /// `linear_places`.
   std::shared_ptr<const Linearisation> linear;
   Indexed<SessionIndex, Model::Frames> linear_frames;
+  Indexed<ArtefactIndex, PlacedArtefact> linear_places;
   Model model;
   Refit refit;
   std::unique_ptr<LinearProblem> problem;

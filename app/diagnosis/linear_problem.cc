@@ -1,6 +1,5 @@
 #include "app/diagnosis/linear_problem.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -57,30 +56,24 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
   }
   clusters_ = std::max<int>(2, static_cast<int>(clusters.size()));
 
-  const int per_session = (data.frames_free() ? 6 : 0) + (data.tip_free() ? 3 : 0);
-  if (per_session > 0) {
-    Eigen::MatrixXd frames =
-        Eigen::MatrixXd::Zero(layout_.total(), per_session * data.sessions_count());
-    for (const FitRowIndex j : fit_.rows.indices()) {
-      const RowIndex row = fit_.rows[j];
-      const int first = per_session * data.session_of[row].value();
-      const FrameGradient& derivative = linear.rows[row].frames;
-      auto block = layout_.PartOf(frames, j).middleCols(first, per_session);
-      if (data.frames_free()) whitener_[j].Apply(derivative.leftCols<6>(), block.leftCols(6));
-      if (data.tip_free()) whitener_[j].Apply(derivative.rightCols<3>(), block.rightCols(3));
+  const FitRowIndex after_rows(fit_.rows.count());
+  equations_ = layout_.count(after_rows);
+  freedom_ += equations_;
+  if (equations_ > 0) {
+    const std::vector<Equation> equations = Nuisances(data).EquationsAt(model);
+    for (int k = 0; k < equations_; ++k) {
+      response_[layout_.first(after_rows) + k] = equations[static_cast<std::size_t>(k)].residual;
     }
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(frames);
-    qr.setThreshold(1e-9);
-    const auto rank = qr.rank();
-    frames_ = qr.householderQ() * Eigen::MatrixXd::Identity(frames.rows(), rank);
-    freedom_ -= static_cast<double>(rank);
-    response_ -= frames_ * (frames_.transpose() * response_);
   }
+  nuisances_ = std::make_unique<NuisanceProjection>(fit_, linear, model, whitener_, layout_);
+  freedom_ -= static_cast<double>(nuisances_->rank());
+  nuisances_->Project(response_);
 }
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
   const int width = block.columns.count();
   Eigen::MatrixXd columns(layout_.total(), width);
+  columns.bottomRows(equations_).setZero();  // no effect acts on what is known beside the rows
   if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
     const auto kept = linear_->columns->Of(fit_.data, *linear_, block, fit_.threads);
     for (const FitRowIndex j : fit_.rows.indices()) {
@@ -102,13 +95,13 @@ Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const
 }
 
 void LinearProblem::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
-  if (frames_.cols() > 0) columns -= frames_ * (frames_.transpose() * columns).eval();
+  nuisances_->Project(columns);
 }
 
 const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
   Eigen::VectorXd& carrier = carriers_[entry];
   if (carrier.size() == 0) {
-    carrier.resize(layout_.total());
+    carrier.setZero(layout_.total());
     for (const FitRowIndex j : fit_.rows.indices()) {
       const Gradient& gradient = linear_->gradients[fit_.rows[j]];
       whitener_[j].Apply(gradient.col(entry), layout_.PartOf(carrier, j));
@@ -128,6 +121,7 @@ Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
                                        const Eigen::MatrixXd& factors) const {
   const auto wide = static_cast<int>(entries.size());
   Eigen::MatrixXd columns(response_.size(), wide * factors.cols());
+  columns.bottomRows(equations_).setZero();
   for (int k = 0; k < factors.cols(); ++k) {
     for (int a = 0; a < wide; ++a) {
       const Eigen::VectorXd& carrier = Carrier(entries[static_cast<std::size_t>(a)]);

@@ -7,13 +7,16 @@
 #include <memory>
 
 #include "app/diagnosis/blocks.h"
+#include "app/diagnosis/nuisance_projection.h"
 #include "app/diagnosis/whitener.h"
 
 namespace plumbline::diagnosis {
 
 /// Rows with the working response y = residual + (d prediction / d influence) influence, so that
 /// the unknowns are the full values of the effects instead of changes. Response and columns are
-/// whitened by sigma and the robust weights, and the free frames are projected out of both.
+/// whitened by sigma and the robust weights, and the nuisances (free frames, places of artefacts)
+/// are projected out of both. What is known about the nuisances beside the rows follows the rows in
+/// the response and in the columns.
 class LinearProblem {
  public:
   /// @param linear  linearisation at `model`
@@ -38,8 +41,8 @@ class LinearProblem {
   /// Whitened columns of a block; if `projected`, with the free frames projected out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  /// Orthonormal basis of the columns of the free frames, shape (residuals, rank).
-  const Eigen::MatrixXd& frames() const { return frames_; }
+  /// Orthonormal basis of the columns of the nuisances, shape (residuals, rank).
+  const Eigen::MatrixXd& frames() const { return nuisances_->basis(); }
   /// Whitened column of one entry of the influence, not projected. Shapes multiply it row by row.
   const Eigen::VectorXd& Carrier(int entry) const;
   /// Cache for values of a joint that a shape search needs for every residual; computed on first
@@ -59,7 +62,8 @@ class LinearProblem {
   std::vector<double> joint_span_;
   Whitener whitener_;
   FitLayout layout_;
-  Eigen::MatrixXd frames_;    ///< orthonormal
+  int equations_ = 0;  ///< number of residuals after those of the rows
+  std::unique_ptr<NuisanceProjection> nuisances_;
   Eigen::VectorXd response_;  ///< whitened, projected
   mutable std::map<int, Eigen::VectorXd> carriers_;
   mutable std::map<int, Eigen::ArrayX2d> cached_for_joint_;

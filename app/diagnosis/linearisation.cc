@@ -7,60 +7,19 @@
 #include <vector>
 
 #include "app/diagnosis/block_columns.h"
+#include "app/diagnosis/row_prediction.h"
 #include "firmware-like/geometry/rotation.h"
 
 namespace plumbline::diagnosis {
-namespace {
-
 using I = effects::Influence<double>;
-
-/// Sets residual and gradients of a measured position or pose: rows 0..2 for the tip, rows 3..5 for
-/// its orientation.
-/// @param count   3 or 6
-/// @param frames  d tip / d (base translation, base rotation, tip)
-/// @param at      the state, with gradients if requested
-void SetPose(const table::MeasuredRow& measured, int count,
-             const Eigen::Matrix<double, 3, 9>& frames, const deflection::Sensitivity& at,
-             bool gradients, LinearRow& row, Gradient& gradient) {
-  const bool with_orientation = count == kMaxResiduals;
-  row.residual.resize(count);
-  row.residual.head<3>() = measured.p_WT - row.p_W;
-  row.frames.setZero(count, 9);
-  row.frames.topRows<3>() = frames;
-  if (with_orientation) {
-    const Mat3 R_WT = measured.q_WT.toRotationMatrix();
-    row.residual.tail<3>() = VectorFromRotation(R_WT * at.state.X_WT.R.transpose());
-    row.frames.bottomRows<3>().middleCols<3>(3).setIdentity();
-  }
-  if (!gradients) return;
-  gradient.resize(count, I::kSize);
-  gradient.topRows<3>() = at.dp;
-  if (with_orientation) gradient.bottomRows<3>() = at.dr;
-}
-
-/// Sets residual and gradients of a measured range, (1 + scale) |tip - anchor| + zero.
-/// @param tip  d tip / d influence; null if no gradient is requested
-void SetRange(const Vec3& anchor_W, const effects::Influence<double>& influence, double range_m,
-              const Eigen::Matrix<double, 3, 9>& frames,
-              const deflection::Sensitivity::Gradient* tip, LinearRow& row, Gradient& gradient) {
-  const Vec3 ray = row.p_W - anchor_W - influence.Vector(I::kRangeAnchor);
-  const double length = ray.norm();
-  const Vec3 unit = length > 0 ? Vec3(ray / length) : Vec3::UnitX();
-  const double enlarged = 1 + influence[I::kScale];
-  row.residual.setConstant(1, range_m - enlarged * length - influence[I::kRangeZero]);
-  row.frames = enlarged * unit.transpose() * frames;
-  if (tip == nullptr) return;
-  gradient = enlarged * unit.transpose() * *tip;
-  gradient(0, I::kScale) = length;
-  gradient(0, I::kRangeZero) = 1;
-  gradient.block<1, 3>(0, I::kRangeAnchor) = -enlarged * unit.transpose();
-}
-
-}  // namespace
 
 Model Model::Declared(const Dataset& data) {
   Model model;
-  model.frames.assign(data.sessions.size(), {data.cell.robot.X_WB, data.cell.tool.tcp_F});
+  model.frames.assign(data.sessions.size(),
+                      {data.cell.robot.X_WB, data.cell.tool.tcp_F, Mat3::Identity()});
+  for (const model::Artefact& artefact : data.cell.artefacts) {
+    model.artefacts.push_back(DeclaredPlace(artefact));
+  }
   return model;
 }
 
@@ -124,16 +83,7 @@ bool ModelAtRows::At(RowIndex row, const deflection::InfluenceSet& wanted,
     of_frames.col(3 + axis) = Vec3::Unit(axis).cross(arm_W);
   }
   of_frames.rightCols<3>() = frames.X_WB.R * scratch.state.posture.X_BF().R;
-  if (count == 0) {
-    result.residual.resize(0);
-    result.frames.resize(0, 9);
-    gradient.resize(0, I::kSize);
-  } else if (data_.ranges()) {
-    SetRange(data_.cell.measurement.anchor_W, influence, measured.range_m, of_frames,
-             wanted.any() ? &scratch.dp : nullptr, result, gradient);
-  } else {
-    SetPose(measured, count, of_frames, scratch, wanted.any(), result, gradient);
-  }
+  SetRow(data_, model_, row, {scratch, influence, of_frames, wanted.any()}, result, gradient);
   return true;
 }
 

@@ -5,17 +5,21 @@
 #include <memory>
 
 #include "app/diagnosis/dataset.h"
+#include "app/diagnosis/placed_artefact.h"
 #include "firmware-like/deflection/sensitivity.h"
 
 namespace plumbline::diagnosis {
 
-/// The adjustable part of the model: frames of each session, and added effects.
+/// The adjustable part of the model: frames of each session, places of artefacts, and added
+/// effects.
 struct Model {
   struct Frames {
     Pose X_WB;
     Vec3 tip_F = Vec3::Zero();
+    Mat3 R_FT = Mat3::Identity();  ///< orientation of the measured TCP on the flange
   };
   Indexed<SessionIndex, Frames> frames;
+  Indexed<ArtefactIndex, PlacedArtefact> artefacts;
   std::vector<effects::ActiveEffect> effects;  ///< in addition to those of the cell
 
   /// The cell as declared, for every session.
@@ -32,11 +36,14 @@ using Gradient = Eigen::Matrix<double, Eigen::Dynamic, effects::Influence<double
 /// neglected, about a thousandth of the effect.
 using FrameGradient = Eigen::Matrix<double, Eigen::Dynamic, 9>;
 
-/// Residual and frame gradient of a row.
+/// Residual of a row, and its gradients with respect to the nuisances.
 struct LinearRow {
   RowResidual residual;
   Vec3 p_W = Vec3::Zero();  ///< predicted tip
   FrameGradient frames;
+  /// d prediction / d (parameters of its own group of nuisances, see nuisances.h), shape (its
+  /// residuals, 0..4).
+  Eigen::MatrixXd own;
 };
 
 class BlockColumns;

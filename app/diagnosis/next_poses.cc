@@ -145,6 +145,13 @@ void AddNextPoses(const CandidateSet& candidate_set, const Model& model,
   DesignSpace space = DesignSpaceOf(task.rows, BlocksOf(task));
   diagnosis.rival_separations = SeparationsOf(task, space);
   if (options.next_poses <= 0) return;
+  if (!data.instrument_used()) {
+    diagnosis.notes.emplace_back(
+        "no next poses are proposed: these rows are on artefacts only, and a pose that separates "
+        "the rivals must be reachable on one. Touch the artefacts in clearly different arm "
+        "postures, or set them up in another part of the workspace");
+    return;
+  }
   const std::vector<double> seen = space.payloads_kg;
   PoseDesign design = SequentialDesign(task, space).Run();
   space.payloads_kg = PayloadsWithZero(data, seen);

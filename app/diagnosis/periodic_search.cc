@@ -1,5 +1,6 @@
 #include "app/diagnosis/periodic_search.h"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -69,6 +70,9 @@ class JointRows {
       along_frames_.row(j.value()) =
           of_row.transpose() * problem.layout().PartOf(problem.frames(), j);
     }
+    if (along_frames_.cols() < kManyFrames) return;
+    sparse_along_frames_ = along_frames_.sparseView();  // a place has columns at its own rows only
+    along_frames_.resize(q.size(), 0);
   }
 
   /// Reduction of chi2 by a line, with the free frames projected out; equal to Gain() of its sine
@@ -81,6 +85,9 @@ class JointRows {
     if (along_frames_.cols() > 0) {
       const Eigen::MatrixX2d in_frames = along_frames_.transpose() * factors;
       gram -= in_frames.transpose() * in_frames;
+    } else if (sparse_along_frames_.cols() > 0) {
+      const Eigen::MatrixX2d in_frames = sparse_along_frames_.transpose() * factors;
+      gram -= in_frames.transpose() * in_frames;
     }
     const Eigen::Vector2d moment = factors.transpose() * along;
     gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
@@ -91,7 +98,11 @@ class JointRows {
   Eigen::VectorXd along, square;  ///< carrier times residual, squared carrier
 
  private:
-  Eigen::MatrixXd along_frames_;  ///< carrier times the frames' basis, shape (rows, rank)
+  static constexpr Eigen::Index kManyFrames = 40;
+
+  Eigen::MatrixXd along_frames_;  ///< carrier times the nuisances' basis, shape (rows, rank)
+  /// The same where the basis has many columns, most of them zero at most rows.
+  Eigen::SparseMatrix<double> sparse_along_frames_;
 };
 
 constexpr double kMinCycles = 0.5, kMaxCycles = 400;

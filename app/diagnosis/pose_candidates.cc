@@ -247,7 +247,9 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     loads::Payload payload = data.payloads.back();
     payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
     rows.payloads.push_back(payload);
-    rows.numbers.push_back(data.numbers.back());
+    const bool touch = OnArtefact(data.observations.back().kind);
+    rows.observations.push_back(touch ? Observation{} : data.observations.back());
+    rows.numbers.push_back(touch ? RowNumbers{3, {}} : data.numbers.back());
     rows.session_of.push_back(data.session_of.back());
     rows.cluster_of.emplace_back(rows.rows());
     rows.table.rows.push_back(row);

@@ -8,17 +8,21 @@
 #include <cmath>
 #include <optional>
 
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/whitener.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
-/// The adjusted parameters and frames, and the scales of the solver's variables.
+/// The adjusted parameters, and the scales of the solver's variables: the free frames of the
+/// sessions first, then the parameters. The other nuisances are variables of their own.
 struct Layout {
+  explicit Layout(const Dataset& data) : nuisances(data) {}
+  int size() const { return nuisances.of_sessions() + static_cast<int>(parameters.size()); }
+
+  Nuisances nuisances;
   std::vector<std::pair<int, int>> parameters;
   std::vector<double> unit;  ///< SI value of one solver unit, for each parameter
-  int per_session = 0;
-  bool frames = false, tip = false;
 };
 
 bool Adjusted(const effects::ActiveEffect& effect, std::size_t k) {
@@ -42,10 +46,7 @@ bool Adjusted(const effects::ActiveEffect& effect, std::size_t k) {
 }
 
 Layout LayoutOf(const Dataset& data, const Model& model, bool frames_only) {
-  Layout layout;
-  layout.frames = data.frames_free();
-  layout.tip = data.tip_free();
-  layout.per_session = (layout.frames ? 6 : 0) + (layout.tip ? 3 : 0);
+  Layout layout(data);
   for (std::size_t e = 0; e < model.effects.size() && !frames_only; ++e) {
     for (std::size_t k = 0; k < model.effects[e].values.size(); ++k) {
       if (!Adjusted(model.effects[e], k)) continue;
@@ -90,17 +91,8 @@ void SetBounds(const Layout& layout, const Model& start, std::vector<double>& x,
 /// parameters.
 Model Moved(const Layout& layout, const Model& start, const double* x) {
   Model model = start;
-  int at = 0;
-  for (Model::Frames& frames : model.frames) {
-    Eigen::Matrix<double, 9, 1> step = Eigen::Matrix<double, 9, 1>::Zero();
-    if (layout.frames) {
-      for (int i = 0; i < 6; ++i) step[i] = x[at++];
-    }
-    if (layout.tip) {
-      for (int i = 0; i < 3; ++i) step[6 + i] = x[at++];
-    }
-    MoveFrames(frames, step);
-  }
+  layout.nuisances.MoveSessions(x, model);
+  int at = layout.nuisances.of_sessions();
   for (std::size_t j = 0; j < layout.parameters.size(); ++j) {
     const auto [effect, parameter] = layout.parameters[j];
     model.effects[static_cast<std::size_t>(effect)].values[static_cast<std::size_t>(parameter)] +=
@@ -143,73 +135,104 @@ Inverse InverseOfDetermined(const Eigen::MatrixXd& information) {
 /// memory.
 constexpr int kMaxCachedRows = 20000;
 
-/// All residuals as one cost function. d prediction / d influence is computed once, at the first
-/// evaluation, and reused: a refit starts close to the solution, so the posture of the arm and
-/// hence these gradients change by less than a thousandth. d influence / d parameter is computed at
-/// every evaluation. The approximation affects the path to the minimum, and the minimum itself by a
-/// thousandth of the noise.
-class AllRows final : public ceres::CostFunction {
+/// Residuals of the rows that depend on one component of the nuisances, or on none, as one cost
+/// function of the frames and parameters and of that component. d prediction / d influence is
+/// computed once, at the first evaluation, and reused: a refit starts close to the solution, so the
+/// posture of the arm and hence these gradients change by less than a thousandth. d influence / d
+/// parameter is computed at every evaluation. The approximation affects the path to the minimum,
+/// and the minimum itself by a thousandth of the noise.
+class SomeRows final : public ceres::CostFunction {
  public:
-  AllRows(const FitProblem& problem, const Model& start, const Layout& layout)
+  /// @param component  nullopt: rows that depend on none
+  SomeRows(const FitProblem& problem, const Model& start, const Layout& layout,
+           const Whitener& whitener, std::vector<FitRowIndex> rows,
+           std::optional<ComponentIndex> component)
       : problem_(problem),
         data_(problem.data),
         start_(start),
         layout_(layout),
-        whitener_(problem),
-        residuals_(problem.layout()) {
-    const int free_numbers = layout.per_session * data_.sessions_count();
-    size_ = free_numbers + static_cast<int>(layout.parameters.size());
+        whitener_(whitener),
+        rows_(std::move(rows)),
+        component_(component),
+        common_(layout.size()) {
+    for (const FitRowIndex j : rows_) residuals_.Add(data_.numbers[problem_.rows[j]].count);
+    if (component_) {
+      groups_ = layout_.nuisances.GroupsOf(*component_);
+      for (const GroupIndex group : groups_) own_ += layout_.nuisances.CountOf(group);
+      residuals_.Add(static_cast<int>(layout_.nuisances.EquationsAt(start_, *component_).size()));
+    }
     set_num_residuals(residuals_.total());
-    mutable_parameter_block_sizes()->push_back(size_);
+    for (const int size : {common_, own_}) {
+      if (size > 0) mutable_parameter_block_sizes()->push_back(size);
+    }
   }
-  int size() const { return size_; }
+  int own() const { return own_; }
 
   /// Discards the cached gradients; the next evaluation recomputes them.
   void ClearGradients() { cached_.clear(); }
 
-  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const Model model = Moved(layout_, start_, x[0]);
-    const bool wanted = jacobians != nullptr && jacobians[0] != nullptr;
-    const ModelAtRows at_rows(data_, model);
-    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    Rows none(0, 0);
-    Eigen::Map<Rows> J(wanted ? jacobians[0] : none.data(), wanted ? num_residuals() : 0,
-                       wanted ? size_ : 0);
-    if (wanted) J.setZero();
-    if (wanted && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
-      cached_.resize(problem_.rows.size());
+  /// The model moved by the solver's variables of this component.
+  void MoveOwn(const double* x, Model& model) const {
+    for (const GroupIndex group : groups_) {
+      layout_.nuisances.MoveGroup(group, x, model);
+      x += layout_.nuisances.CountOf(group);
     }
+  }
+
+  bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
+    const double* of_own = x[common_ > 0 ? 1 : 0];
+    Model model = common_ > 0 ? Moved(layout_, start_, x[0]) : start_;
+    if (own_ > 0) MoveOwn(of_own, model);
+    Rows none(0, 0);
+    double* of_common = jacobians != nullptr && common_ > 0 ? jacobians[0] : nullptr;
+    double* of_places = jacobians != nullptr && own_ > 0 ? jacobians[common_ > 0 ? 1 : 0] : nullptr;
+    const bool wanted = of_common != nullptr;
+    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
+    Eigen::Map<Rows> J(wanted ? of_common : none.data(), wanted ? num_residuals() : 0,
+                       wanted ? common_ : 0);
+    Eigen::Map<Rows> places(of_places != nullptr ? of_places : none.data(),
+                            of_places != nullptr ? num_residuals() : 0,
+                            of_places != nullptr ? own_ : 0);
+    J.setZero();
+    places.setZero();
+    if (wanted && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
+      cached_.resize(rows_.size());
+    }
+    const ModelAtRows at_rows(data_, model);
     std::atomic<bool> converged{true};
-    InParallel(problem_.rows.count(), problem_.threads, [&](int first, int last) {
+    InParallel(static_cast<int>(rows_.size()), problem_.threads, [&](int first, int last) {
       deflection::Sensitivity scratch;
       LinearRow at;
       Gradient gradient;
       std::vector<TermSlope> slopes;
-      for (const FitRowIndex j : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
-        const RowIndex row = problem_.rows[j];
+      for (const FitRowIndex k : IndexRange(FitRowIndex(first), FitRowIndex(last))) {
+        const RowIndex row = problem_.rows[rows_[k.offset()]];
+        const RowWhitening& whitening = whitener_[rows_[k.offset()]];
         slopes.clear();
         if (wanted) AddSlopes(model, row, slopes);
         deflection::InfluenceSet touched;
         for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
-        const bool cached = wanted && IsCached(j, touched);
+        const bool cached = wanted && IsCached(k, touched);
         if (!at_rows.At(row, cached ? deflection::InfluenceSet() : touched, scratch, at,
                         gradient)) {
           converged = false;
           return;
         }
-        if (wanted) CacheOrRestore(j, touched, cached, gradient);
-        whitener_[j].Apply(at.residual, residuals_.PartOf(r, j));
+        if (wanted) CacheOrRestore(k, touched, cached, gradient);
+        whitening.Apply(at.residual, residuals_.PartOf(r, k));
+        if (of_places != nullptr) FillOwn(row, at, whitening, residuals_.PartOf(places, k));
         if (!wanted) continue;
-        auto block = residuals_.PartOf(J, j);
-        FillFrames(data_.session_of[row], at, whitener_[j], block);
-        const int first_size = layout_.per_session * data_.sessions_count();
+        auto block = residuals_.PartOf(J, k);
+        FillFrames(data_.session_of[row], at, whitening, block);
+        const int first_size = layout_.nuisances.of_sessions();
         for (const TermSlope& of : slopes) {
           const double unit = layout_.unit[static_cast<std::size_t>(of.column)];
-          whitener_[j].Times(unit).Add(-of.slope, gradient.col(of.entry),
-                                       block.col(first_size + of.column));
+          whitening.Times(unit).Add(-of.slope, gradient.col(of.entry),
+                                    block.col(first_size + of.column));
         }
       }
     });
+    if (component_) AddEquations(model, r, places);
     return converged;
   }
 
@@ -252,12 +275,49 @@ class AllRows final : public ceres::CostFunction {
   void FillFrames(SessionIndex session, const LinearRow& at, const RowWhitening& whitening,
                   BlockRows& block) const {
     const FrameGradient negative = -at.frames;
-    int column = layout_.per_session * session.value();
-    if (layout_.frames) {
+    int column = layout_.nuisances.FirstOf(session);
+    if (layout_.nuisances.frames()) {
       whitening.Apply(negative.leftCols<6>(), block.middleCols(column, 6));
       column += 6;
     }
-    if (layout_.tip) whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
+    if (layout_.nuisances.tip()) {
+      whitening.Apply(negative.rightCols<3>(), block.middleCols(column, 3));
+    }
+  }
+
+  /// Position of a group's variables among those of the component.
+  int PlaceOf(GroupIndex group) const {
+    int place = 0;
+    for (const GroupIndex other : groups_) {
+      if (other == group) break;
+      place += layout_.nuisances.CountOf(other);
+    }
+    return place;
+  }
+
+  template <typename BlockRows>
+  void FillOwn(RowIndex row, const LinearRow& at, const RowWhitening& whitening,
+               BlockRows block) const {
+    const GroupIndex group = layout_.nuisances.GroupOf(row).value();
+    const Eigen::MatrixXd negative = -at.own;
+    whitening.Apply(negative, block.middleCols(PlaceOf(group), negative.cols()));
+  }
+
+  void AddEquations(const Model& model, Eigen::Map<Eigen::VectorXd>& r,
+                    Eigen::Map<Rows>& places) const {
+    int at = residuals_.first(FitRowIndex(rows_.size()));
+    for (const Equation& equation : layout_.nuisances.EquationsAt(model, *component_)) {
+      r[at] = equation.residual;
+      for (const auto& [nuisance, slope] : equation.slopes) {
+        if (places.rows() == 0) break;
+        for (const GroupIndex group : groups_) {
+          const int within = nuisance - layout_.nuisances.FirstOf(group);
+          if (within < 0 || within >= layout_.nuisances.CountOf(group)) continue;
+          places(at, PlaceOf(group) + within) = -slope;
+        }
+      }
+      ++at;
+    }
   }
 
   /// d influence / d parameter at one row; columns as in the layout.
@@ -283,73 +343,181 @@ class AllRows final : public ceres::CostFunction {
   const Dataset& data_;
   const Model& start_;
   const Layout& layout_;
-  Whitener whitener_;
-  FitLayout residuals_;
-  int size_ = 0;
+  const Whitener& whitener_;
+  std::vector<FitRowIndex> rows_;
+  std::optional<ComponentIndex> component_;
+  std::vector<GroupIndex> groups_;
+  FitLayout residuals_;  ///< of rows_, then of the equations
+  int common_ = 0, own_ = 0;
   mutable Indexed<FitRowIndex, CachedGradient> cached_;  ///< empty: nothing is cached
 };
+
+/// The rows of a problem as cost functions, one for each component of the nuisances.
+std::vector<std::unique_ptr<SomeRows>> CostsOf(const FitProblem& problem, const Model& start,
+                                               const Layout& layout, const Whitener& whitener) {
+  const auto components = static_cast<std::size_t>(layout.nuisances.components());
+  std::vector<std::vector<FitRowIndex>> rows(components + 1);
+  for (const FitRowIndex j : problem.rows.indices()) {
+    const auto group = layout.nuisances.GroupOf(problem.rows[j]);
+    rows[group ? layout.nuisances.ComponentOf(*group).offset() : components].push_back(j);
+  }
+  std::vector<std::unique_ptr<SomeRows>> costs;
+  for (std::size_t c = 0; c <= components; ++c) {
+    if (rows[c].empty()) continue;
+    costs.push_back(std::make_unique<SomeRows>(
+        problem, start, layout, whitener, std::move(rows[c]),
+        c < components ? std::optional(ComponentIndex(c)) : std::nullopt));
+  }
+  return costs;
+}
+
+/// The solver's variables, and the costs that depend on them.
+struct Variables {
+  std::vector<double> common;
+  std::vector<std::vector<double>> own;  ///< of each cost
+
+  /// The variables of a cost, as ceres passes them.
+  std::vector<double*> Of(std::size_t cost) {
+    std::vector<double*> blocks;
+    if (!common.empty()) blocks.push_back(common.data());
+    if (!own[cost].empty()) blocks.push_back(own[cost].data());
+    return blocks;
+  }
+};
+
+/// Minimises the costs; the owner keeps them.
+/// @return  an error if the solver fails
+std::optional<Error> Minimise(const Layout& layout, const Model& start,
+                              const std::vector<std::unique_ptr<SomeRows>>& costs,
+                              const RefitOptions& options, int threads, Variables& x) {
+  ceres::Problem::Options keep;
+  keep.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem solved(keep);
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  bool places = false;
+  for (std::size_t c = 0; c < costs.size(); ++c) {
+    const std::vector<double*> blocks = x.Of(c);
+    if (blocks.empty()) continue;
+    solved.AddResidualBlock(costs[c].get(), nullptr, blocks);
+    if (x.own[c].empty()) continue;
+    ordering->AddElementToGroup(x.own[c].data(), 0);
+    places = true;
+  }
+  if (!x.common.empty()) {
+    ordering->AddElementToGroup(x.common.data(), 1);
+    SetBounds(layout, start, x.common, solved);
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  if (places) {
+    // The places of one component are eliminated by themselves.
+    solver.linear_solver_type =
+        x.common.empty() ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
+    solver.linear_solver_ordering = ordering;
+    solver.num_threads = threads;
+  }
+  solver.max_num_iterations = options.iterations;
+  solver.logging_type = ceres::SILENT;
+  solver.function_tolerance = 1e-8;
+  solver.parameter_tolerance = 1e-10;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &solved, &summary);
+  if (!summary.IsSolutionUsable()) return Error{"the refit did not converge: " + summary.message};
+  return std::nullopt;
+}
+
+/// Sum of squares at the solution, and the information of frames and parameters with the other
+/// nuisances eliminated.
+struct AtSolution {
+  double chi2 = 0;
+  Eigen::MatrixXd information;
+};
+
+std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<SomeRows>>& costs,
+                                      Variables& x) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto common = static_cast<Eigen::Index>(x.common.size());
+  AtSolution at;
+  at.information = Eigen::MatrixXd::Zero(common, common);
+  Eigen::RowVectorXd raw = Eigen::RowVectorXd::Zero(common);  // before the elimination
+  for (std::size_t c = 0; c < costs.size(); ++c) {
+    Eigen::VectorXd residuals(costs[c]->num_residuals());
+    Rows J(residuals.size(), common), places(residuals.size(), costs[c]->own());
+    const double none = 0;
+    std::vector<double*> blocks = x.Of(c);
+    std::vector<const double*> where(blocks.begin(), blocks.end());
+    if (where.empty()) where.push_back(&none);
+    std::vector<double*> jacobians;
+    if (common > 0) jacobians.push_back(J.data());
+    if (places.cols() > 0) jacobians.push_back(places.data());
+    costs[c]->ClearGradients();
+    if (!costs[c]->Evaluate(where.data(), residuals.data(),
+                            jacobians.empty() ? nullptr : jacobians.data())) {
+      return std::nullopt;
+    }
+    at.chi2 += residuals.squaredNorm();
+    if (common == 0) continue;
+    raw += J.colwise().squaredNorm();
+    if (places.cols() > 0) {
+      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(places);
+      const Eigen::MatrixXd basis =
+          qr.householderQ() * Eigen::MatrixXd::Identity(places.rows(), qr.rank());
+      J -= basis * (basis.transpose() * J).eval();
+    }
+    at.information.noalias() += J.transpose() * J;
+  }
+  // What the places absorb is rounding, not information.
+  constexpr double kRounding = 1e-12;
+  for (Eigen::Index i = 0; i < common; ++i) {
+    if (at.information(i, i) > kRounding * raw[i]) continue;
+    at.information.row(i).setZero();
+    at.information.col(i).setZero();
+  }
+  return at;
+}
 
 }  // namespace
 
 Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options) {
   const Layout layout = LayoutOf(problem.data, start, options.frames_only);
-  auto cost = std::make_unique<AllRows>(problem, start, layout);
-  const int size = cost->size();
+  const Whitener whitener(problem);
+  const std::vector<std::unique_ptr<SomeRows>> costs = CostsOf(problem, start, layout, whitener);
   Refit refit;
   refit.model = start;
   refit.parameters = layout.parameters;
-  std::vector<double> x(static_cast<std::size_t>(size), 0.0);
-  std::vector<double> residuals(static_cast<std::size_t>(cost->num_residuals()));
-  std::vector<double> J(residuals.size() * x.size());
-  AllRows* rows = cost.get();
-  if (size > 0) {
-    ceres::Problem solved;
-    solved.AddResidualBlock(cost.release(), nullptr, x.data());
-    SetBounds(layout, start, x, solved);
-    ceres::Solver::Options solver;
-    solver.linear_solver_type = ceres::DENSE_QR;
-    solver.max_num_iterations = options.iterations;
-    solver.logging_type = ceres::SILENT;
-    solver.function_tolerance = 1e-8;
-    solver.parameter_tolerance = 1e-10;
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &solved, &summary);
-    if (!summary.IsSolutionUsable()) return Error{"the refit did not converge: " + summary.message};
-    refit.model = Moved(layout, start, x.data());
-    const double* at[] = {x.data()};
-    double* jacobian[] = {J.data()};
-    rows->ClearGradients();
-    if (!rows->Evaluate(at, residuals.data(), jacobian))
-      return Error{"the deflected posture of the refitted model does not converge"};
-  } else {
-    const double none = 0;
-    const double* at[] = {&none};
-    if (!rows->Evaluate(at, residuals.data(), nullptr))
-      return Error{"the deflected posture does not converge"};
+  Variables x;
+  x.common.assign(static_cast<std::size_t>(layout.size()), 0.0);
+  bool any = !x.common.empty();
+  for (const auto& cost : costs) {
+    x.own.emplace_back(static_cast<std::size_t>(cost->own()), 0.0);
+    any = any || cost->own() > 0;
   }
-  for (const double r : residuals) refit.chi2 += r * r;
+  if (any) {
+    if (auto error = Minimise(layout, start, costs, options, problem.threads, x)) return *error;
+    refit.model = Moved(layout, start, x.common.data());
+    for (std::size_t c = 0; c < costs.size(); ++c) costs[c]->MoveOwn(x.own[c].data(), refit.model);
+  }
+  const std::optional<AtSolution> at = EvaluatedAt(costs, x);
+  if (!at) return Error{"the deflected posture does not converge"};
+  refit.chi2 = at->chi2;
   const auto count = static_cast<int>(layout.parameters.size());
-  if (count > 0) {
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    const Eigen::Map<const Rows> jacobian(J.data(), static_cast<int>(residuals.size()), size);
-    const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
-    // Scaled to a unit diagonal before inversion, since the parameters differ by many orders of
-    // magnitude.
-    const Eigen::VectorXd scale =
-        information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-    const Inverse inverse = InverseOfDetermined(scaled);
-    const Eigen::MatrixXd all = scale.asDiagonal() * inverse.matrix * scale.asDiagonal();
-    refit.covariance.resize(count, count);
-    const int first = size - count;
-    refit.identifiable.assign(inverse.identifiable.begin() + first, inverse.identifiable.end());
-    for (int i = 0; i < count; ++i) {
-      for (int j = 0; j < count; ++j) {
-        refit.covariance(i, j) = all(first + i, first + j) *
-                                 layout.unit[static_cast<std::size_t>(i)] *
-                                 layout.unit[static_cast<std::size_t>(j)];
-      }
+  if (count == 0) return refit;
+  // Scaled to a unit diagonal before inversion, since the parameters differ by many orders of
+  // magnitude.
+  const Eigen::MatrixXd& information = at->information;
+  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Inverse inverse = InverseOfDetermined(scaled);
+  const Eigen::MatrixXd all = scale.asDiagonal() * inverse.matrix * scale.asDiagonal();
+  refit.covariance.resize(count, count);
+  const int first = layout.size() - count;
+  refit.identifiable.assign(inverse.identifiable.begin() + first, inverse.identifiable.end());
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      refit.covariance(i, j) = all(first + i, first + j) *
+                               layout.unit[static_cast<std::size_t>(i)] *
+                               layout.unit[static_cast<std::size_t>(j)];
     }
   }
   return refit;

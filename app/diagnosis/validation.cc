@@ -38,7 +38,7 @@ std::pair<double, double> SquaresOf(const HeldOut& scheme, const PerRow<double>&
 Validation Validate(const HeldOutInput& input, bool with_halves) {
   const Dataset& data = input.problem.data;
   const std::vector<FoldPlan> plans = {BlocksOfTime(data), RegionsOfJointSpace(data),
-                                       Sessions(data)};
+                                       Sessions(data), Places(data)};
   const FoldPlan halves = with_halves ? OppositeHalves(data) : FoldPlan{};
   double all_folds = halves.folds, done_folds = 0;
   for (const FoldPlan& plan : plans) all_folds += plan.folds;

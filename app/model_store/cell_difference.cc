@@ -147,8 +147,8 @@ void Add(Values& values, const model::Tool& tool) {
 }
 
 void Add(Values& values, const model::Measurement& measurement) {
-  const auto& [kind, anchor_W, frame_known, tool_known, sigma_m, reference_temperature_C, X_WC] =
-      measurement;
+  const auto& [kind, anchor_W, frame_known, tool_known, sigma_m, sigma_rad, reference_temperature_C,
+               X_WC] = measurement;
   values.Word("measurement.kind", kind == model::MeasurementKind::kPosition ? "position"
                                   : kind == model::MeasurementKind::kRange  ? "range"
                                                                             : "pose");
@@ -156,8 +156,29 @@ void Add(Values& values, const model::Measurement& measurement) {
   values.Word("measurement.frame", frame_known ? "aligned" : "unaligned");
   values.Word("measurement.tool", tool_known ? "known" : "unknown");
   values.Number("measurement.sigma_mm", sigma_m, 1 / kMetrePerMm);
+  values.Number("measurement.sigma_deg", sigma_rad, 1 / kRadPerDeg);
   values.Number("measurement.reference_temperature_C", reference_temperature_C);
   if (X_WC) values.Place("measurement.camera", *X_WC);
+}
+
+void Add(Values& values, const std::string& at, const model::Artefact& artefact) {
+  const auto& [name, kind, place, direction, radius_m, sd_m, in_base] = artefact;
+  const char* const kinds[] = {"point", "sphere", "plane", "gauge"};
+  values.Word(at + ".name", name);
+  values.Word(at + ".kind", kinds[static_cast<std::size_t>(kind)]);
+  values.List(at + ".xyz_mm", place, 1 / kMetrePerMm);
+  values.List(at + " (normal or direction)", direction);
+  values.Number(at + ".radius_mm", radius_m, 1 / kMetrePerMm);
+  values.Number(at + ".sd_mm", sd_m, 1 / kMetrePerMm);
+  values.Word(at + ".frame", in_base ? "base" : "measurement");
+}
+
+void Add(Values& values, const std::string& at, const model::KnownDistance& distance) {
+  const auto& [first, second, value_m, sd_m] = distance;
+  values.Number(at + " (first artefact)", first + 1);
+  values.Number(at + " (second artefact)", second + 1);
+  values.Number(at + ".value_mm", value_m, 1 / kMetrePerMm);
+  values.Number(at + ".sd_mm", sd_m, 1 / kMetrePerMm);
 }
 
 void Add(Values& values, const std::string& at, const model::WrittenEffect& effect) {
@@ -225,12 +246,19 @@ void Add(Values& values, const model::Domain& domain, const std::vector<model::J
 }
 
 std::vector<Entry> EntriesOf(const model::CellModel& cell) {
-  const auto& [robot, tool, payload_cog_F, measurement, effects, sessions, domain] = cell;
+  const auto& [robot, tool, payload_cog_F, measurement, artefacts, distances, effects, sessions,
+               domain] = cell;
   Values values;
   Add(values, robot);
   Add(values, tool);
   values.List("payload.cog_mm", payload_cog_F, 1 / kMetrePerMm);
   Add(values, measurement);
+  for (std::size_t i = 0; i < artefacts.size(); ++i) {
+    Add(values, Numbered("artefact", i), artefacts[i]);
+  }
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    Add(values, Numbered("distance", i), distances[i]);
+  }
   for (std::size_t i = 0; i < effects.size(); ++i) Add(values, Numbered("effect", i), effects[i]);
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     Add(values, Numbered("session", i), sessions[i]);

@@ -73,8 +73,17 @@ class TableReader {
 };
 
 bool IsMeasured(Quantity quantity) {
-  return quantity == Quantity::kPosition || quantity == Quantity::kRange ||
-         quantity == Quantity::kOrientation;
+  switch (quantity) {
+    case Quantity::kPosition:
+    case Quantity::kRange:
+    case Quantity::kOrientation:
+    case Quantity::kArtefact:
+    case Quantity::kGauge:
+    case Quantity::kSigma:
+      return true;
+    default:
+      return false;
+  }
 }
 
 /// Marks an empty cell of a measured table for FillEmptyCells(). Returns why the row cannot be used
@@ -93,6 +102,12 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
       return {};
     case Quantity::kOrientation:
       row.has_orientation = false;
+      return {};
+    case Quantity::kGauge:
+      row.has_gauge = false;
+      return {};
+    case Quantity::kArtefact:
+    case Quantity::kSigma:
       return {};
     default:
       break;
@@ -139,6 +154,10 @@ std::string TableReader::Store(const Column& column, std::string_view field,
   if (field.empty()) return StoreEmpty(column, row);
   if (column.quantity == Quantity::kSession) {
     row.session = std::string(field);
+    return {};
+  }
+  if (column.quantity == Quantity::kArtefact) {
+    row.artefact = std::string(field);
     return {};
   }
   double number = 0;
@@ -190,6 +209,14 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       if (value < 0) return Shown(field) + " is negative";
       row.q_step_rad = value;
       break;
+    case Quantity::kGauge:
+      row.gauge_m = value;
+      break;
+    case Quantity::kSigma:
+      if (!(value > 0)) return Shown(field) + " is not positive";
+      row.sigma_m = value;
+      break;
+    case Quantity::kArtefact:
     case Quantity::kFurther:
     case Quantity::kSession:
     case Quantity::kUnused:
@@ -219,7 +246,7 @@ void TableReader::SkipMeasurement(MeasuredRow row, std::string_view column,
                                   const std::string& reason) {
   Skip(row.line, column, reason);
   if (ReadJoints(row)) {
-    row.has_point = row.has_range = row.has_orientation = false;
+    DiscardMeasurement(row);
     rows_.push_back(std::move(row));
   } else {
     table_.breaks.push_back(row.line);
@@ -300,7 +327,7 @@ void TableReader::WarnIfInMetres() {
 /// dropped with a warning.
 MeasuredTable TableReader::Take() {
   const RecordedColumns& recorded = table_.recorded;
-  const bool measures = recorded.position || recorded.range;
+  const bool measures = recorded.position || recorded.range || recorded.artefact;
   for (std::size_t i = table_.further.size(); i-- > 0;) {
     const auto bad = std::find_if(rows_.begin(), rows_.end(), [i](const MeasuredRow& row) {
       return std::isinf(row.further[i]);
@@ -318,7 +345,8 @@ MeasuredTable TableReader::Take() {
     const bool readable = table_.unreadable_lines.empty() ||
                           !std::binary_search(table_.unreadable_lines.begin(),
                                               table_.unreadable_lines.end(), row.line);
-    const bool measured = (recorded.position && row.has_point) || (recorded.range && row.has_range);
+    const bool measured = (recorded.position && row.has_point) ||
+                          (recorded.range && row.has_range) || !row.artefact.empty();
     const bool used = readable && (use_ == TableUse::kPoses || !measures || measured);
     (used ? table_.rows : table_.unmeasured).push_back(std::move(row));
   }

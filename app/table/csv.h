@@ -27,6 +27,9 @@ struct RecordedColumns {
   bool range = false;
   bool orientation = false;
   bool q_step = false;
+  bool artefact = false;
+  bool gauge = false;
+  bool sigma = false;
   bool order = true;  ///< the robot made no other moves between two rows of a session
 
   bool operator==(const RecordedColumns&) const = default;
@@ -47,10 +50,14 @@ struct MeasuredRow {
   Vec3 p_WT = Vec3::Zero();  ///< measured tip [m]
   double range_m = 0;
   Eigen::Quaterniond q_WT = Eigen::Quaterniond::Identity();  ///< measured orientation, unit length
+  std::string artefact;         ///< touched, or measured against; empty: none
+  double gauge_m = 0;           ///< reading of the dial gauge `artefact`
+  double sigma_m = 0;           ///< own standard deviation of the row, one axis; 0: not recorded
   std::vector<double> further;  ///< values of MeasuredTable::further, in the units of the file
   bool has_point = true;        ///< false: x_mm, y_mm, z_mm are empty and `p_WT` is meaningless
   bool has_range = true;        ///< likewise range_mm
   bool has_orientation = true;  ///< likewise qw, qx, qy, qz
+  bool has_gauge = true;        ///< likewise gauge_mm
 };
 
 struct MeasuredTable {

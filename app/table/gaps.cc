@@ -194,10 +194,6 @@ bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::Faul
   return true;
 }
 
-void DiscardMeasurement(MeasuredRow& row) {
-  row.has_point = row.has_range = row.has_orientation = false;
-}
-
 void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::FaultList& faults) {
   const Cell cell = [](MeasuredRow& row) -> double& { return row.payload_kg; };
   const std::vector<std::size_t> empty = EmptyRows(rows, table, cell);
@@ -245,6 +241,11 @@ void FillJoints(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::Fa
 }
 
 }  // namespace
+
+void DiscardMeasurement(MeasuredRow& row) {
+  row.has_point = row.has_range = row.has_orientation = row.has_gauge = false;
+  row.artefact.clear();
+}
 
 void DropFurther(std::size_t column, std::vector<MeasuredRow>& rows, MeasuredTable& table) {
   const auto at = static_cast<std::ptrdiff_t>(column);

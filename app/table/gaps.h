@@ -32,6 +32,9 @@ void FindLostLines(std::vector<MeasuredRow>& rows, MeasuredTable& table);
 void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table,
                     config::FaultList& faults);
 
+/// Makes a row count as unmeasured.
+void DiscardMeasurement(MeasuredRow& row);
+
 /// Removes an additional column from the rows and the table.
 void DropFurther(std::size_t column, std::vector<MeasuredRow>& rows, MeasuredTable& table);
 

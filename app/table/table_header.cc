@@ -38,6 +38,9 @@ std::vector<Column> KnownColumns(const std::vector<model::Joint>& joints) {
                                  {"y_mm", Quantity::kPosition, 1, kMetrePerMm},
                                  {"z_mm", Quantity::kPosition, 2, kMetrePerMm},
                                  {"range_mm", Quantity::kRange, 0, kMetrePerMm},
+                                 {"artefact", Quantity::kArtefact},
+                                 {"gauge_mm", Quantity::kGauge, 0, kMetrePerMm},
+                                 {"sigma_mm", Quantity::kSigma, 0, kMetrePerMm},
                                  {"qw", Quantity::kOrientation, 0},
                                  {"qx", Quantity::kOrientation, 1},
                                  {"qy", Quantity::kOrientation, 2},
@@ -171,7 +174,10 @@ std::optional<TableHeader> HeaderReader::Read(std::string_view line) {
                       .position = Recorded(Quantity::kPosition, false),
                       .range = Recorded(Quantity::kRange, false),
                       .orientation = Recorded(Quantity::kOrientation, false),
-                      .q_step = Recorded(Quantity::kJointStep, false)};
+                      .q_step = Recorded(Quantity::kJointStep, false),
+                      .artefact = Recorded(Quantity::kArtefact, false),
+                      .gauge = Recorded(Quantity::kGauge, false),
+                      .sigma = Recorded(Quantity::kSigma, false)};
   Recorded(Quantity::kQ, true);
   if (faulty_) return std::nullopt;
   return std::move(header_);

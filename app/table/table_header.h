@@ -25,6 +25,9 @@ enum class Quantity {
   kRange,
   kOrientation,
   kJointStep,
+  kArtefact,
+  kGauge,
+  kSigma,
   kFurther,
   kUnused,
 };

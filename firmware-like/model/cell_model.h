@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "firmware-like/geometry/pose.h"
+#include "firmware-like/model/artefact.h"
 #include "firmware-like/model/section.h"
 
 namespace plumbline::model {
@@ -81,10 +82,11 @@ enum class MeasurementKind { kPosition, kRange, kPose };
 
 struct Measurement {
   MeasurementKind kind = MeasurementKind::kPosition;
-  Vec3 anchor_W = Vec3::Zero();   ///< origin of measured ranges [m]
-  bool frame_known = true;        ///< the pose of the base in W is known ("aligned")
-  bool tool_known = true;         ///< the position of the tip on the flange is known
-  std::optional<double> sigma_m;  ///< standard deviation per axis; absent: estimated from repeats
+  Vec3 anchor_W = Vec3::Zero();     ///< origin of measured ranges [m]
+  bool frame_known = true;          ///< the pose of the base in W is known ("aligned")
+  bool tool_known = true;           ///< the position of the tip on the flange is known
+  std::optional<double> sigma_m;    ///< standard deviation per axis; absent: estimated from repeats
+  std::optional<double> sigma_rad;  ///< the same of measured orientations; absent: these are unused
   std::optional<double> reference_temperature_C;
   /// Pose of the measuring camera, if a camera measures: z is the optical axis, x points right in
   /// the image.
@@ -178,6 +180,8 @@ struct CellModel {
   Tool tool;
   std::optional<Vec3> payload_cog_F;  ///< absent: a payload mass cannot be used
   Measurement measurement;
+  std::vector<Artefact> artefacts;
+  std::vector<KnownDistance> distances;
   std::vector<WrittenEffect> effects;
   std::vector<SessionFrames> sessions;
   std::optional<Domain> domain;

@@ -21,7 +21,9 @@ struct Row {
   double pressure_bar = 1.0;
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< inclinometer reading on the base
   Eigen::Vector3d xyz_m = Eigen::Vector3d::Zero();
-  double range_m = 0.0;  ///< from the cell's anchor; replaces xyz_m
+  double range_m = 0.0;  ///< from the cell's anchor, or from the artefact; replaces xyz_m
+  std::string artefact;  ///< that is touched or measured against; empty: none
+  double gauge_m = 0.0;  ///< reading of a dial gauge
 };
 
 /// A square-tube cantilever with a payload: tip displacement in the flange frame [m].

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "tests/simulator/artefacts.h"
 #include "tests/simulator/families.h"
 #include "tests/simulator/fit.h"
 #include "tests/simulator/noise.h"
@@ -25,6 +26,9 @@ struct Options {
   Design design;
   Noise noise;
   bool range = false;
+  std::string artefacts;
+  int places = 6;
+  bool tool_unknown = false;
   std::string declared_cell, design_poses;
   std::string cell, measured, tests, with, columns;
   bool fit = false;
@@ -131,11 +135,34 @@ void ToRanges(const Cell& cell, const Effects& effects, Table& measured) {
   measured.range = true;
 }
 
+/// Appends the artefacts to a cell file, whose schema becomes 2.
+void AppendArtefacts(const Artefacts& artefacts, const std::string& path) {
+  std::ifstream file(path);
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  text.replace(0, std::string("schema = 1").size(), "schema = 2");
+  std::ofstream(path) << text << ArtefactsText(artefacts);
+}
+
+/// Places and directions as they are, for judging.
+json ArtefactsJson(const Artefacts& artefacts) {
+  json list = json::array();
+  for (const Artefact& artefact : artefacts.all) {
+    const Eigen::Vector3d at_mm = 1e3 * artefact.at_m;
+    list.push_back(
+        {{"name", artefact.name},
+         {"kind", artefact.kind},
+         {"xyz_mm", {at_mm.x(), at_mm.y(), at_mm.z()}},
+         {"direction", {artefact.direction.x(), artefact.direction.y(), artefact.direction.z()}}});
+  }
+  return list;
+}
+
 void Generate(Options options) {
   Cell cell =
       options.declared_cell.empty() ? ReadyCell(options.robot) : ReadCell(options.declared_cell);
   cell.sigma_m = options.sigma_mm * 1e-3;
-  cell.unaligned = cell.tool_unknown = options.unaligned;
+  cell.unaligned = options.unaligned;
+  cell.tool_unknown = options.unaligned || options.tool_unknown;
   if (options.camera || NeedsCamera(options.family)) cell.camera = CameraBeside(cell);
   if (options.range || NeedsRange(options.family)) cell.anchor_m = AnchorBeside(cell);
   if (options.rigid_joints || options.masses_unknown || NeedsUnknownMasses(options.family)) {
@@ -151,6 +178,12 @@ void Generate(Options options) {
   Tables tables = options.design_poses.empty() ? DrawDesign(cell, options.design, random)
                                                : DesignAt(ReadTable(options.design_poses, cell),
                                                           cell, options.design, random);
+  Artefacts artefacts;
+  if (!options.artefacts.empty()) {
+    artefacts =
+        DrawArtefacts(options.artefacts, options.places, cell, tables.measured.rows, random);
+    TouchArtefacts(artefacts, cell, {}, tables.measured, random);  // so that effects can be scaled
+  }
   Hidden hidden = DrawFamily(options.family, cell, random);
   if (hidden.rigid_declared) {
     for (Joint& joint : cell.joints) joint.compliance_rad_per_Nm.reset();
@@ -160,8 +193,13 @@ void Generate(Options options) {
   const Effects nuisances = options.unaligned ? Nuisances(options.design, random) : Effects();
   Effects all = nuisances;
   all.insert(all.end(), hidden.effects.begin(), hidden.effects.end());
-  const std::vector<int> outliers =
-      Measure(cell, options.noise, Tips(cell, all, tables.measured.rows), tables.measured, random);
+  std::vector<int> outliers;
+  if (artefacts.all.empty()) {
+    outliers = Measure(cell, options.noise, Tips(cell, all, tables.measured.rows), tables.measured,
+                       random);
+  } else {
+    TouchArtefacts(artefacts, cell, all, tables.measured, random);
+  }
   if (cell.anchor_m) ToRanges(cell, all, tables.measured);
   const auto truth = Tips(cell, all, tables.tests.rows);
   const auto before = Tips(cell, nuisances, tables.tests.rows);
@@ -177,6 +215,7 @@ void Generate(Options options) {
     Unweigh(declared);
   }
   WriteCell(declared, options.out + "/cell.toml");
+  if (!artefacts.all.empty()) AppendArtefacts(artefacts, options.out + "/cell.toml");
   WriteTable(tables.measured, options.out + "/measured.csv");
   WriteTable(tables.tests, options.out + "/test_poses.csv");
   WritePoints(truth, options.out + "/test_truth.csv");
@@ -196,6 +235,8 @@ void Generate(Options options) {
       {"dyn", options.design.dynamic},
       {"vertical", options.design.vertical},
       {"unaligned", options.unaligned},
+      {"tool_unknown", cell.tool_unknown},
+      {"artefacts", ArtefactsJson(artefacts)},
       {"truth", by_id},
       {"effects", ToJson(hidden.effects)},
       {"nuisances", ToJson(nuisances)},
@@ -292,6 +333,10 @@ int main(int argc, char** argv) {
   app.add_flag("--masses-unknown", o.masses_unknown,
                "Omit link masses from the cell file; joints are rigid except for hidden effects");
   app.add_flag("--range", o.range, "Measure distances from an anchor");
+  app.add_option("--artefacts", o.artefacts,
+                 "Measure with sockets, gauges or wires instead of an instrument");
+  app.add_option("--places", o.places, "Number of places of sockets, or of wires");
+  app.add_flag("--tool-unknown", o.tool_unknown, "The cell declares the tip as a guess");
   app.add_flag("--inclinometer", o.design.tilt, "Record the tilt of the base");
   app.add_flag("--camera", o.camera, "Measure with a camera beside the arm");
   app.add_flag("--unaligned", o.unaligned, "Unknown instrument and tool frames");

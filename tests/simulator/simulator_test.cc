@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/simulator/artefacts.h"
 #include "tests/simulator/families.h"
 #include "tests/simulator/fit.h"
 #include "tests/simulator/noise.h"
@@ -399,6 +400,45 @@ TEST_CASE("poses of a file keep their order; tests stay within its joints and pa
   for (const Row& row : tables.tests.rows) {
     CHECK(row.q_rad[0] >= low->q_rad[0] - 1e-6);
     CHECK(row.q_rad[0] <= high->q_rad[0] + 1e-6);
+  }
+}
+
+TEST_CASE("the arm touches its artefacts, and reads gauges and wires, within the noise") {
+  Cell cell = ReadyCell("ur10");
+  cell.sigma_m = 5e-5;
+  Design design;
+  design.rows = 24;
+  design.repeats = 0;
+  const Effects effects = {{.id = "joint_offset",
+                            .scope = {"q2"},
+                            .parameters = {{"q2", 1e-3, "rad"}},
+                            .by = {},
+                            .frame = {},
+                            .session = {}}};
+  const Changes changes(effects, int(cell.joints.size()));
+  const Arm arm(cell, changes);
+  for (const char* what : {"sockets", "gauges", "wires"}) {
+    CAPTURE(what);
+    Generator random(3);
+    Table table = DrawDesign(cell, design, random).measured;
+    const Artefacts artefacts = DrawArtefacts(what, 3, cell, table.rows, random);
+    TouchArtefacts(artefacts, cell, effects, table, random);
+    for (std::size_t k = 0; k < table.rows.size(); ++k) {
+      const Row& row = table.rows[k];
+      const Artefact& artefact = artefacts.all[k % artefacts.all.size()];
+      REQUIRE(row.artefact == artefact.name);
+      const Vector3d from = arm.Tip(row) - artefact.at_m;
+      double error_m = from.norm();
+      if (table.range) error_m = row.range_m - from.norm();
+      if (artefact.kind == "plane") error_m = artefact.direction.dot(from);
+      if (artefact.kind == "gauge") error_m = row.gauge_m - artefact.direction.dot(from);
+      CHECK(std::abs(error_m) < 6 * cell.sigma_m);
+      CHECK(std::abs(error_m) > 0.0);
+    }
+    if (artefacts.pairs.empty()) continue;
+    const auto& pair = artefacts.pairs.front();
+    CHECK((artefacts.all[pair.first].at_m - artefacts.all[pair.second].at_m).norm() ==
+          Approx(pair.distance_m));
   }
 }
 

@@ -139,6 +139,8 @@ void WriteTable(const Table& table, const std::string& path) {
   if (table.tilt) text += "tilt_x_deg,tilt_y_deg,";
   if (table.xyz) text += "x_mm,y_mm,z_mm,";
   if (table.range) text += "range_mm,";
+  if (table.artefact) text += "artefact,";
+  if (table.gauge) text += "gauge_mm,";
   text.back() = '\n';
   for (const Row& row : table.rows) {
     const auto number = [&](double value) {
@@ -160,6 +162,9 @@ void WriteTable(const Table& table, const std::string& path) {
       for (const double value : row.xyz_m) number(value * 1e3);
     }
     if (table.range) number(row.range_m * 1e3);
+    if (table.artefact) text += row.artefact + ",";
+    if (table.gauge && std::isnan(row.gauge_m)) text += ",";
+    if (table.gauge && !std::isnan(row.gauge_m)) number(row.gauge_m * 1e3);
     text.back() = '\n';
   }
   std::ofstream(path) << text;

@@ -12,7 +12,8 @@ namespace simulator {
 struct Table {
   std::vector<Row> rows;
   bool session = false, t = false, qd = false, qdd = false, tau = false, payload = false,
-       temp = false, pressure = false, tilt = false, xyz = false, range = false;
+       temp = false, pressure = false, tilt = false, xyz = false, range = false, artefact = false,
+       gauge = false;
   std::vector<bool> prismatic;  ///< joints whose positions are in metres (mm in the file)
 };
 

@@ -272,16 +272,95 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
   ExpectOneFaultEach(kGood, "cell.toml", cases, Reads);
 }
 
-TEST_CASE("The schema must be 1") {
+TEST_CASE("The schema must be 1 or 2") {
   for (const auto& [schema, fault] : std::vector<std::pair<std::string, std::string>>{
-           {"schema = 2",
-            "cell.toml:1 schema: 2 must be 1, the only schema that this version supports"},
+           {"schema = 3",
+            "cell.toml:1 schema: 3 must be 1 or 2, the schemas that this version supports"},
            {"schema = \"1\"", "cell.toml:1 schema: \"1\" is not an integer"},
            {"", "cell.toml:1 schema: missing; expected an integer, 0..1000000"}}) {
     FaultList faults;
     CHECK_FALSE(Reads(schema + kGood.substr(kGood.find("\n[robot]")), faults));
     CHECK(Texts(faults, Fault::Severity::kFault) == std::vector<std::string>{fault});
   }
+}
+
+std::string WithArtefacts(const std::string& tables) {
+  return "schema = 2" + kGood.substr(kGood.find("\n[robot]")) + tables;
+}
+
+TEST_CASE("Artefacts and known distances are read in SI") {
+  FaultList faults;
+  const auto cell = CellFromText(WithArtefacts(R"(
+[[artefact]]
+name = "front_0"
+kind = "point"
+xyz_mm = [500.0, 0.0, 20.0]
+sd_mm = 0.1
+frame = "base"
+[[artefact]]
+name = "front_1"
+kind = "point"
+[[artefact]]
+name = "table"
+kind = "plane"
+normal = [0.0, 0.0, 2.0]
+[[artefact]]
+name = "dial"
+kind = "gauge"
+direction = [0.0, -1.0, 0.0]
+[[artefact]]
+name = "ball"
+kind = "sphere"
+radius_mm = 25.0
+[[distance]]
+between = ["front_0", "front_1"]
+value_mm = 50.0
+sd_mm = 0.05
+)"),
+                                 "cell.toml", faults);
+  CAPTURE(Texts(faults, Fault::Severity::kFault));
+  REQUIRE(cell);
+  REQUIRE(cell->artefacts.size() == 5);
+  const model::Artefact& known = cell->artefacts[0];
+  CHECK(known.name == "front_0");
+  CHECK(known.place.value().isApprox(Vec3(0.5, 0, 0.02)));
+  CHECK(known.sd_m == Approx(1e-4));
+  CHECK(known.in_base);
+  CHECK_FALSE(cell->artefacts[1].place);
+  CHECK(cell->artefacts[2].kind == model::ArtefactKind::kPlane);
+  CHECK(cell->artefacts[2].direction.value().isApprox(Vec3::UnitZ()));
+  CHECK(cell->artefacts[3].direction.value().isApprox(-Vec3::UnitY()));
+  CHECK(cell->artefacts[4].radius_m.value() == Approx(0.025));
+  REQUIRE(cell->distances.size() == 1);
+  CHECK(cell->distances[0].first == 0);
+  CHECK(cell->distances[0].second == 1);
+  CHECK(cell->distances[0].value_m == Approx(0.05));
+  CHECK(cell->distances[0].sd_m == Approx(5e-5));
+}
+
+TEST_CASE("Each fault of an artefact or a distance has its line, value and remedy") {
+  const std::string good =
+      "[[artefact]]\nname = \"left\"\nkind = \"point\"\n[[artefact]]\n"
+      "name = \"table\"\nkind = \"plane\"\nnormal = [0, 0, 1]\n";
+  const auto fault_of = [&](const std::string& more) {
+    FaultList faults;
+    CHECK_FALSE(Reads(WithArtefacts(good + more), faults));
+    const std::vector<std::string> texts = Texts(faults, Fault::Severity::kFault);
+    REQUIRE(texts.size() == 1);
+    return texts.front().substr(texts.front().find(' ') + 1);
+  };
+  CHECK(fault_of("[[artefact]]\nname = \"left\"\nkind = \"point\"\n") ==
+        "artefact[3].name: \"left\" is used for two artefacts");
+  CHECK(fault_of("[[artefact]]\nname = \"a\"\nkind = \"point\"\nradius_mm = 3\n") ==
+        "artefact[3].radius_mm: 3 is allowed with kind = \"sphere\" only: remove it");
+  CHECK(fault_of("[[artefact]]\nname = \"a\"\nkind = \"gauge\"\ndirection = [0, 0, 0]\n") ==
+        "artefact[3].direction: [0, 0, 0] has no direction: its length is zero");
+  CHECK(fault_of("[[distance]]\nbetween = [\"left\", \"lft\"]\nvalue_mm = 50\n") ==
+        "distance[1].between: [\"left\", \"lft\"] names \"lft\", which is no [[artefact]]; did you "
+        "mean left?");
+  CHECK(fault_of("[[distance]]\nbetween = [\"left\", \"table\"]\nvalue_mm = 50\n") ==
+        "distance[1].between: [\"left\", \"table\"] names \"table\", which is not of kind "
+        "\"point\"");
 }
 
 TEST_CASE("An empty cell lacks its three required tables") {

@@ -1,0 +1,75 @@
+#include "app/diagnosis/kind_errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace plumbline::diagnosis {
+namespace {
+
+/// Sums of squares over the rows of one kind [m^2].
+struct KindSums {
+  double rows = 0, before = 0, after = 0, noise = 0;
+  double held_out = 0, before_held_out = 0, after_held_out = 0;
+};
+
+/// Mean square of a row's noise over its lengths: their variance relative to that of the data set.
+double RelativeNoise(const RowNumbers& numbers) {
+  if (numbers.covariance.size() == 0) return numbers.lengths();
+  return numbers.covariance.diagonal().head(numbers.lengths()).sum();
+}
+
+void Add(const RowTrace& trace, double relative_noise, KindSums& sums) {
+  sums.rows += 1;
+  sums.before += trace.before.squaredNorm();
+  sums.after += trace.after.squaredNorm();
+  sums.noise += relative_noise;
+  if (!trace.held_out_before || !trace.held_out_after) return;
+  sums.held_out += 1;
+  sums.before_held_out += trace.held_out_before->squaredNorm();
+  sums.after_held_out += trace.held_out_after->squaredNorm();
+}
+
+KindError ErrorOf(const std::string& kind, const KindSums& sums, double sigma_m) {
+  KindError error;
+  error.kind = kind;
+  error.rows = static_cast<int>(sums.rows);
+  error.before_m = std::sqrt(sums.before / sums.rows);
+  error.after_m = std::sqrt(sums.after / sums.rows);
+  error.noise_floor_m = sigma_m * std::sqrt(sums.noise / sums.rows);
+  if (sums.held_out == 0) return error;
+  error.before_held_out_m = std::sqrt(sums.before_held_out / sums.held_out);
+  error.after_held_out_m = std::sqrt(sums.after_held_out / sums.held_out);
+  return error;
+}
+
+}  // namespace
+
+std::vector<KindError> KindErrorsOf(const Dataset& data, const Diagnosis& diagnosis) {
+  std::map<std::string, KindSums> sums;
+  for (const RowIndex row : diagnosis.rows.indices()) {
+    const RowTrace& trace = diagnosis.rows[row];
+    if (trace.outlier) continue;
+    Add(trace, RelativeNoise(data.numbers[row]), sums[Describe(trace.kind)]);
+  }
+  const double sigma_m = data.sigma_m > 0 ? data.sigma_m : diagnosis.sigma_m;
+  std::vector<KindError> errors;
+  for (const auto& [kind, of] : sums) errors.push_back(ErrorOf(kind, of, sigma_m));
+  std::stable_sort(errors.begin(), errors.end(),
+                   [](const KindError& a, const KindError& b) { return a.rows > b.rows; });
+  return errors;
+}
+
+void AddKindErrors(const Dataset& data, Diagnosis& diagnosis) {
+  diagnosis.rms_by_kind = KindErrorsOf(data, diagnosis);
+  if (diagnosis.rms_by_kind.size() < 2) return;
+  const KindError& most = diagnosis.rms_by_kind.front();
+  diagnosis.rms_before_m = most.before_m;
+  diagnosis.rms_after_m = most.after_m;
+  diagnosis.noise_floor_m = most.noise_floor_m;
+  if (!most.before_held_out_m) return;
+  diagnosis.held_out.before_m = *most.before_held_out_m;
+  diagnosis.held_out.after_m = *most.after_held_out_m;
+}
+
+}  // namespace plumbline::diagnosis

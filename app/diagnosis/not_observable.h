@@ -1,0 +1,14 @@
+// What the rows cannot determine at all, whatever its size.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/linear_problem.h"
+
+namespace plumbline::diagnosis {
+
+/// Adds the frames and the scale that rows on artefacts leave free:
+///   base_frame  no instrument and no artefact of known place relates the robot's base to W
+///   scale       all lengths of the arm change in proportion, and unknown places with them
+void AddFreeOfArtefacts(const LinearProblem& problem, Diagnosis& diagnosis);
+
+}  // namespace plumbline::diagnosis

@@ -1,0 +1,49 @@
+// Projection of a least squares problem onto the complement of its nuisance parameters.
+#pragma once
+
+#include <vector>
+
+#include "app/diagnosis/nuisances.h"
+#include "app/diagnosis/whitener.h"
+
+namespace plumbline::diagnosis {
+
+/// Orthonormal basis of the whitened nuisance columns of a fit, and the projection that removes
+/// them. Each component of places has columns only at its own rows and is orthogonalised there; the
+/// frames of the sessions are orthogonalised to all of them. Directions that the rows do not
+/// determine are not in the basis.
+class NuisanceProjection {
+ public:
+  /// @param layout  of the fit, its equations included
+  NuisanceProjection(const FitProblem& fit, const Linearisation& linear, const Model& model,
+                     const Whitener& whitener, const FitLayout& layout);
+
+  /// Removes the nuisances from columns of shape (residuals, any).
+  void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  /// Shape (residuals, rank()).
+  const Eigen::MatrixXd& basis() const { return basis_; }
+  Eigen::Index rank() const { return basis_.cols(); }
+
+ private:
+  /// The part of the basis that belongs to one component.
+  struct Part {
+    std::vector<int> residuals;  ///< positions in the stacked vectors
+    Eigen::MatrixXd basis;       ///< shape (residuals, rank)
+  };
+
+  /// Whitened columns of the frames of the sessions, then of what floats with the places.
+  Eigen::MatrixXd FrameColumns(const FitProblem& fit, const Linearisation& linear,
+                               const Model& model, const Whitener& whitener,
+                               const FitLayout& layout) const;
+  void ProjectParts(Eigen::Ref<Eigen::MatrixXd> columns) const;
+  void AddPart(const FitProblem& fit, const Linearisation& linear, const Model& model,
+               const Whitener& whitener, const FitLayout& layout, ComponentIndex component,
+               const std::vector<FitRowIndex>& rows, int& equation);
+
+  Nuisances nuisances_;
+  std::vector<Part> parts_;
+  Eigen::MatrixXd basis_;       ///< of the parts, then of the frames
+  Eigen::Index of_frames_ = 0;  ///< number of its columns that belong to the frames
+};
+
+}  // namespace plumbline::diagnosis

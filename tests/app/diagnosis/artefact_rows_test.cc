@@ -1,0 +1,200 @@
+// Rows on artefacts: kinds, residuals and their derivatives, places, and what they cannot
+// determine.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "app/diagnosis/alignment.h"
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/nuisances.h"
+#include "app/diagnosis/robust.h"
+#include "tests/app/diagnosis/simulated.h"
+
+namespace plumbline::diagnosis {
+namespace {
+
+/// Simulated positions, of which every second row is turned into a row on an artefact in turn.
+MeasuredCell WithEveryKind() {
+  MeasuredCell data = Simulated("--family none --rows 40 --repeats 0 --seed 5 --unaligned");
+  using Kind = model::ArtefactKind;
+  data.cell.artefacts = {{"ball", Kind::kPoint, {}, {}, {}, 0, true},
+                         {"dome", Kind::kSphere, {}, {}, {}, 0, false},
+                         {"table", Kind::kPlane, {}, {}, {}, 0, true},
+                         {"dial", Kind::kGauge, {}, {}, {}, 0, false},
+                         {"drum", Kind::kPoint, Vec3(1, 2, 0.5), {}, {}, 1e-3, true}};
+  data.cell.distances = {{0, 4, 1.5, 1e-4}};
+  data.table.recorded.artefact = data.table.recorded.gauge = data.table.recorded.range = true;
+  const char* names[] = {"ball", "dome", "table", "dial", "drum"};
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    table::MeasuredRow& row = data.table.rows[k];
+    row.has_gauge = row.has_range = false;
+    if (k % 2 == 0) continue;
+    row.artefact = names[(k / 2) % 5];
+    row.has_point = false;
+    row.has_gauge = row.artefact == "dial";
+    row.has_range = row.artefact == "drum";
+    row.range_m = 1.2;
+    row.gauge_m = 1e-3;
+  }
+  return data;
+}
+
+/// A model away from the declared one.
+Model SomeModel(const Dataset& data) {
+  Model model = Model::Declared(data);
+  const Nuisances nuisances(data);
+  Eigen::VectorXd step(nuisances.size());
+  for (Eigen::Index k = 0; k < step.size(); ++k)
+    step[k] = 0.1 * std::sin(1.0 + 3.0 * static_cast<double>(k));
+  nuisances.Move(step, model);
+  return model;
+}
+
+Dataset DatasetOf(const MeasuredCell& data) {
+  Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  if (!dataset) FAIL(dataset.error());
+  return std::move(dataset).value();
+}
+
+std::string ErrorOf(const MeasuredCell& data) {
+  const Result<Dataset> dataset = DatasetFrom(data.cell, data.table);
+  REQUIRE_FALSE(dataset);
+  return dataset.error();
+}
+
+/// A named row of the answer.
+bool Lists(const std::vector<NotObservable>& all, const std::string& id,
+           const std::string& parameter = "") {
+  return std::any_of(all.begin(), all.end(), [&](const NotObservable& of) {
+    const auto& names = of.parameters;
+    return of.id == id &&
+           (parameter.empty() || std::find(names.begin(), names.end(), parameter) != names.end());
+  });
+}
+
+TEST_CASE("the kind of a row follows from its filled cells") {
+  const Dataset data = DatasetOf(WithEveryKind());
+  std::set<std::string> kinds;
+  for (const RowIndex row : data.row_indices()) {
+    kinds.insert(Describe(data.observations[row].kind));
+    CHECK(data.numbers[row].count == ResidualsOf(data.observations[row].kind));
+  }
+  CHECK(kinds == std::set<std::string>{"position", "point", "sphere", "plane", "gauge", "range"});
+}
+
+TEST_CASE("the derivatives of every kind of row equal finite differences") {
+  const Dataset data = DatasetOf(WithEveryKind());
+  const Nuisances nuisances(data);
+  const Model model = SomeModel(data);
+  REQUIRE(nuisances.size() == 9 + 3 + 4 + 3 + 3 + 3);
+  const Result<Linearisation> at = Linearise(data, model, false, 1);
+  REQUIRE(at);
+  constexpr double kStep = 1e-6;
+  Eigen::MatrixXd X;
+  double largest = 0;
+  for (int k = 0; k < nuisances.size(); ++k) {
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(nuisances.size());
+    std::array<Model, 2> moved = {model, model};
+    step[k] = kStep;
+    nuisances.Move(step, moved[0]);
+    nuisances.Move(-step, moved[1]);
+    const Result<Linearisation> up = Linearise(data, moved[0], false, 1);
+    const Result<Linearisation> down = Linearise(data, moved[1], false, 1);
+    for (const RowIndex row : data.row_indices()) {
+      X.setZero(data.numbers[row].count, nuisances.size());
+      nuisances.Fill(at->rows[row], row, X);
+      const Eigen::VectorXd slope =
+          (down->rows[row].residual - up->rows[row].residual) / (2 * kStep);
+      largest = std::max(largest, (X.col(k) - slope).norm());
+    }
+    const std::vector<Equation> before = nuisances.EquationsAt(moved[1]);
+    const std::vector<Equation> after = nuisances.EquationsAt(moved[0]);
+    const std::vector<Equation> here = nuisances.EquationsAt(model);
+    REQUIRE(static_cast<int>(here.size()) == nuisances.equations());
+    for (std::size_t e = 0; e < here.size(); ++e) {
+      double declared = 0;
+      for (const auto& [nuisance, value] : here[e].slopes) declared += nuisance == k ? value : 0;
+      const double slope = (before[e].residual - after[e].residual) / (2 * kStep);
+      CHECK(declared == Approx(slope).margin(1e-2));
+    }
+  }
+  // The deflection of the arm turns with the base, which the derivatives neglect.
+  CHECK(largest < 3e-2);
+}
+
+TEST_CASE("a row with an artefact that the cell lacks is refused, with a remedy") {
+  MeasuredCell data = WithEveryKind();
+  data.table.rows[1].artefact = "bal";
+  CHECK(ErrorOf(data) ==
+        "line 3: artefact \"bal\" is not declared in the cell; did you mean ball?; add an "
+        "[[artefact]] with that name, or correct the row");
+  data = WithEveryKind();
+  data.table.rows[7].has_gauge = false;
+  CHECK(ErrorOf(data).find("line 9: artefact \"dial\" is a gauge, but gauge_mm is empty") == 0);
+  data = WithEveryKind();
+  data.table.rows[3].has_range = true;
+  CHECK(ErrorOf(data).find("line 5: range_mm is filled, but artefact \"dome\" is of kind") == 0);
+}
+
+TEST_CASE("a row with a larger standard deviation of its own has less weight") {
+  MeasuredCell data = Simulated("--family none --rows 30 --repeats 0 --seed 6 --unaligned");
+  data.cell.measurement.sigma_m = 5e-5;
+  data.table.recorded.sigma = true;
+  for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+    table::MeasuredRow& row = data.table.rows[k];
+    row.sigma_m = k % 3 == 0 ? 5e-3 : 0;
+    if (k % 3 == 0) row.p_WT += Vec3(0.004, -0.004, 0.003);
+  }
+  const Dataset weighted = DatasetOf(data);
+  CHECK(weighted.numbers[RowIndex(0)].covariance(0, 0) == Approx(1e4));
+  const Result<Model> aligned = Align(weighted, Model::Declared(weighted), 1);
+  REQUIRE(aligned);
+  const Result<Linearisation> linear = Linearise(weighted, *aligned, false, 1);
+  for (const RowIndex row : weighted.row_indices()) {
+    if (row.value() % 3 != 0) CHECK(linear->rows[row].residual.norm() < 4e-4);
+  }
+}
+
+TEST_CASE("unknown sockets and tip are found, and known distances kept") {
+  const MeasuredCell simulated = Simulated(
+      "--family none --rows 60 --repeats 0 --seed 3 --artefacts sockets --places 4 --tool-unknown");
+  MeasuredCell data = simulated;
+  data.cell.tool.tcp_F += Vec3(0.03, -0.02, 0.04);
+  const Dataset dataset = DatasetOf(data);
+  const Result<Model> aligned = Align(dataset, Model::Declared(dataset), 1);
+  REQUIRE(aligned);
+  CHECK((aligned->frames.front().tip_F - simulated.cell.tool.tcp_F).norm() < 1e-4);
+  for (const model::KnownDistance& distance : data.cell.distances) {
+    const double apart = (aligned->artefacts[ArtefactIndex(distance.first)].place -
+                          aligned->artefacts[ArtefactIndex(distance.second)].place)
+                             .norm();
+    CHECK(apart == Approx(0.05).margin(1e-4));
+  }
+}
+
+TEST_CASE("an effect is named from sockets alone, and what they cannot show is named, too") {
+  const MeasuredCell data = Simulated(
+      "--family joint_offset@q3 --rows 120 --repeats 0 --seed 4 --artefacts sockets --places 5 "
+      "--tool-unknown --signal 15");
+  const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kExplained);
+  REQUIRE(diagnosis->findings.size() == 1);
+  CHECK(diagnosis->findings[0].effect.term.effect->traits().id == "joint_offset");
+  REQUIRE(diagnosis->rms_by_kind.size() == 1);
+  CHECK(diagnosis->rms_by_kind[0].kind == "point");
+  CHECK(diagnosis->rms_by_kind[0].rows >= 110);
+  CHECK(diagnosis->rms_after_m == Approx(diagnosis->rms_by_kind[0].after_m));
+  // Turning the first joint turns all sockets with it; no instrument has a scale.
+  CHECK(Lists(diagnosis->not_observable, "joint_offset", "q1"));
+  CHECK(Lists(diagnosis->not_observable, "base_frame"));
+  CHECK(Lists(diagnosis->not_observable, "measurement_scale"));
+  CHECK_FALSE(Lists(diagnosis->not_observable, "scale"));  // sockets at known distances
+  const auto held_out = [&](const HeldOutError& error) { return error.by == "places"; };
+  CHECK(
+      std::any_of(diagnosis->held_out_by_all.begin(), diagnosis->held_out_by_all.end(), held_out));
+}
+
+}  // namespace
+}  // namespace plumbline::diagnosis
