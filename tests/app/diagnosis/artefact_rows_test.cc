@@ -11,7 +11,10 @@
 #include "app/diagnosis/robust.h"
 #include "tests/app/diagnosis/simulated.h"
 
-namespace plumbline::diagnosis {
+namespace plumbline::artefact_rows_test {
+
+using namespace plumbline::diagnosis;
+
 namespace {
 
 /// Simulated positions, of which every second row is turned into a row on an artefact in turn.
@@ -197,4 +200,4 @@ TEST_CASE("an effect is named from sockets alone, and what they cannot show is n
 }
 
 }  // namespace
-}  // namespace plumbline::diagnosis
+}  // namespace plumbline::artefact_rows_test
