@@ -31,7 +31,7 @@ struct V4l2CameraOptions {
 /// short or not a JPEG is skipped as long as the timeout allows waiting for another one. A device
 /// that is disconnected, or sends nothing for 5 s, is reopened with its mode and settings; if it
 /// was selected by serial number, at whatever port it reappears. `time_s` is the driver's time
-/// stamp of the first or last line, depending on the driver, or our own time if the driver uses
+/// stamp, of the first or the last line depending on the driver, or our own time if the driver uses
 /// another clock or reports an impossible time. `sequence` continues after a reconnection. Opening
 /// the device may exceed the timeout: the kernel allows a USB camera several seconds per request.
 class V4l2Camera : public Camera {

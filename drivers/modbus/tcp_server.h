@@ -1,7 +1,7 @@
 // Modbus TCP server: one thread, many clients, none of which can stall another.
 //
 // Each pass of the event loop receives at most 260 bytes from each client, answers the complete
-// frames among them and sends the responses at once. While the responses to a client cannot be
+// frames in its buffer and sends the responses at once. While the responses to a client cannot be
 // sent, nothing more is received from it. All buffers are allocated at start.
 #pragma once
 

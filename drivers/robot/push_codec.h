@@ -8,7 +8,7 @@
 
 namespace plumbline::robot {
 
-/// Corrected point for the controller: the command pose of the TCP for which the loaded tool lands
+/// Corrected point for the controller: the command pose of the TCP with which the loaded tool lands
 /// on the assembly point.
 struct PushPoint {
   int slot = 0;        ///< slot of the profile, from 0

@@ -1,4 +1,4 @@
-// Wrong tag size: the tags are larger or smaller than the camera's configuration says.
+// Wrong tag size: the tags are larger or smaller than configured for the camera.
 #pragma once
 
 #include "firmware-like/effects/effect.h"

@@ -7,7 +7,7 @@
 
 namespace plumbline::effects {
 
-/// Span of an event that is only known to lie between two rows.
+/// Span of an event that is only known to have occurred between two rows.
 struct EventTimeUncertainty {
   bool is_row = false;  ///< in row numbers, otherwise in seconds
   model::Interval between;

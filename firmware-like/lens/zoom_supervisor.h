@@ -102,7 +102,7 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance);
 ///
 /// Invariants, tested for all sequences of six events:
 /// - A reading outside the dead band around the position where the lens came to rest, or one that
-///   reports moving, moved or digital zoom, leaves kValid immediately.
+///   reports moving, moved or digital zoom, ends kValid immediately.
 /// - kValid requires, since the last motion, sensor loss or failed tag check: either a successful
 ///   tag check in an image taken after the lens had been stationary for settle_s and was loaded, or
 ///   a calibration accepted from images taken after that time.

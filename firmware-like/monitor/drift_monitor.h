@@ -47,7 +47,8 @@ struct ProbeVerdict {
 
 /// Two-sided cumulative sums (CUSUM) of the whitened residual along 13 axes: the three coordinate
 /// axes, the six face diagonals and the four space diagonals of the cube. Every direction is within
-/// 28 degrees of one. With z = (r - reference) / sigma, for each of the 26 signed directions u:
+/// 28 degrees of one of these axes. With z = (r - reference) / sigma, for each of the 26 signed
+/// directions u:
 ///   S := max(0, S + min(max(u.z, -clip), clip) - allowance);   alarm if S > threshold
 /// [E. S. Page, Biometrika 41 (1954) 100; clipped increments: winsorised]. A single outlier adds at
 /// most clip - allowance, far below any threshold that MonitorDesignFor() returns.
