@@ -1,8 +1,7 @@
 #include "app/diagnosis/column_units.h"
 
-#include <fmt/format.h>
-
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -15,10 +14,10 @@ void ScaleJoint(Dataset& data, RowIndex row, int joint, double factor) {
   data.conditions[row].q[joint] *= factor;
 }
 
-OtherUnit JointIn(int joint, const std::string& unit, double factor, const std::string& declared) {
-  OtherUnit other{fmt::format("q{}_{}", joint + 1, declared == "degrees" ? "deg" : "mm"),
+OtherUnit JointIn(int joint, model::JointType type, const std::string& unit, double factor) {
+  OtherUnit other{model::JointColumnName(model::JointQuantity::kPosition, type, joint),
                   unit,
-                  declared,
+                  type == model::JointType::kRevolute ? "degrees" : "millimetres",
                   {},
                   {}};
   other.numbers = {[joint](const table::MeasuredRow& row) { return row.q[joint]; }};
@@ -82,7 +81,7 @@ bool UsesPayload(const Dataset& data) {
 }
 
 OtherUnit InRadians(int joint) {
-  return JointIn(joint, "radians", 1 / kRadPerDeg, "degrees");
+  return JointIn(joint, model::JointType::kRevolute, "radians", 1 / kRadPerDeg);
 }
 
 OtherUnit PayloadIn(const std::string& unit, double factor) {
@@ -104,7 +103,7 @@ std::vector<OtherUnit> OtherUnits(const Dataset& data) {
       continue;
     }
     for (const auto& [factor, unit] : kLengthUnits) {
-      others.push_back(JointIn(joint, unit, factor, "millimetres"));
+      others.push_back(JointIn(joint, model::JointType::kPrismatic, unit, factor));
     }
   }
   for (const auto& [factor, unit] : kLengthUnits) AddMeasured(data, factor, unit, others);

@@ -19,6 +19,7 @@
 #include "app/table/conditions.h"
 #include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/angle.h"
+#include "firmware-like/model/joint_columns.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::diagnosis {
@@ -136,13 +137,12 @@ void FindSignals(Dataset& data) {
   if (data.table.recorded.payload) add("payload_kg");
   for (const std::string& column : data.table.further) add(column);
   for (int i = 0; i < data.cell.robot.size(); ++i) {
-    const bool slides =
-        data.cell.robot.joints[static_cast<std::size_t>(i)].type == model::JointType::kPrismatic;
-    const char* unit = slides ? "mm" : "deg";
-    add(fmt::format("q{}_{}", i + 1, unit), true);
-    add(fmt::format("qd{}_{}_s", i + 1, unit), true);
-    add(fmt::format("qdd{}_{}_s2", i + 1, unit), true);
-    add(fmt::format("tau{}_{}", i + 1, slides ? "N" : "Nm"), true);
+    const model::JointType type = data.cell.robot.joints[static_cast<std::size_t>(i)].type;
+    using Quantity = model::JointQuantity;
+    for (const Quantity quantity :
+         {Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration, Quantity::kTorque}) {
+      add(model::JointColumnName(quantity, type, i), true);
+    }
   }
 }
 

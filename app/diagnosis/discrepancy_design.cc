@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "app/diagnosis/legendre.h"
+#include "firmware-like/model/joint_columns.h"
 
 namespace plumbline::diagnosis {
 namespace {
@@ -166,7 +167,8 @@ std::vector<int> NamedColumns(const CandidateSet& candidate_set, const Explanati
 }
 
 std::string AngleColumn(int joint) {
-  return "q" + std::to_string(joint + 1) + "_deg";
+  return model::JointColumnName(model::JointQuantity::kPosition, model::JointType::kRevolute,
+                                joint);
 }
 
 double FactorAt(const Dataset& data, const CurveTerm& term, double value) {

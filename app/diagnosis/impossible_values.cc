@@ -11,6 +11,7 @@
 
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/model/joint_columns.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::diagnosis {
@@ -60,11 +61,10 @@ std::vector<FileColumn> ColumnsOf(const table::MeasuredTable& table,
     columns.push_back({"payload_kg", [](const table::MeasuredRow& row) { return row.payload_kg; }});
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const bool slides = joints[i].type == model::JointType::kPrismatic;
-    const double unit = slides ? kMetrePerMm : kRadPerDeg;
-    columns.push_back({fmt::format("q{}_{}", i + 1, slides ? "mm" : "deg"),
-                       [i, unit](const table::MeasuredRow& row) {
-                         return row.q[static_cast<Eigen::Index>(i)] / unit;
+    const model::JointColumnForm& form = model::PositionForm(joints[i].type);
+    columns.push_back({model::JointColumnName(form.quantity, form.type, static_cast<int>(i)),
+                       [i, &form](const table::MeasuredRow& row) {
+                         return row.q[static_cast<Eigen::Index>(i)] * form.from_SI;
                        }});
   }
   for (std::size_t i = 0; i < table.further.size(); ++i) {
