@@ -26,13 +26,28 @@ struct Row {
   bool starts_line;
 };
 
+/// "long name of a pair: 12.3 mm" shortened before its value, so that the value stays.
+std::string ShortenedBeforeValue(const std::string& text, float width,
+                                 const PictureWriter& writer) {
+  constexpr float kMostForValue = 0.6F;
+  const float em = writer.layout().em;
+  const std::size_t colon = text.rfind(": ");
+  if (colon == std::string::npos || writer.WidthOf(text, em) <= width) return text;
+  const std::string value = text.substr(colon);
+  const float value_width = writer.WidthOf(value, em);
+  if (value_width > kMostForValue * width) return text;
+  return writer.Shortened(text.substr(0, colon), em, width - value_width) + value;
+}
+
 std::vector<Row> RowsOf(const PanelLine& line, bool wrapped, float width,
                         const PictureWriter& writer) {
-  if (!wrapped && !IsUrgent(line)) return {{line, line.text, true}};
+  if (!wrapped && !IsUrgent(line)) {
+    const std::string text = ShortenedBeforeValue(line.text, width, writer);
+    return {{{text, line.tone}, text, true}};
+  }
   std::vector<Row> rows;
   std::string rest = MarkedText(line);
   for (const std::string& piece : writer.Rows(rest, writer.layout().em, width)) {
-    // The glyph is part of the first piece; a later piece is indented by one space.
     rows.push_back({{piece, line.tone}, rest, rows.empty()});
     rest.erase(0, std::min(rest.size(), piece.size() + 1));
   }

@@ -14,6 +14,7 @@ namespace {
 std::vector<scene::PicturePoint> CornersOfCircle(scene::PicturePoint centre, float radius) {
   const auto corners = static_cast<int>(std::clamp(2.1F * radius, 12.0F, 96.0F));
   std::vector<scene::PicturePoint> points;
+  points.reserve(static_cast<std::size_t>(corners) + 1);
   for (int k = 0; k <= corners; ++k) {
     const auto angle = static_cast<float>(2 * std::numbers::pi * k / corners);
     points.push_back({centre.x + radius * std::cos(angle), centre.y + radius * std::sin(angle)});

@@ -36,6 +36,9 @@ class PictureWriter {
   /// The largest size up to `em` at which the text fits, not below that of details.
   float FittingEm(const std::string& text, float em, float width) const;
   float WidthOf(const std::string& text, float em) const { return text_width_(text, em); }
+  std::string Shortened(const std::string& text, float em, float width) const {
+    return Elided(text, em, width, text_width_);
+  }
   std::vector<std::string> Rows(const std::string& text, float em, float width) const {
     return Wrapped(text, em, width, text_width_);
   }

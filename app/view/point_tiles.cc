@@ -127,6 +127,7 @@ std::string PointName(const ViewFacts& facts, int id) {
 
 std::vector<PointTile> TilesOf(const ViewFacts& facts) {
   std::vector<PointTile> tiles;
+  tiles.reserve(facts.state->points.size());
   for (const view_link::ViewPoint& point : facts.state->points) {
     tiles.push_back(TileOf(point, facts));
   }

@@ -25,7 +25,7 @@ constexpr float kGap_em = 0.3F;
 image::ImageSize ImageSizeOf(const ViewFacts& facts) {
   if (facts.state != nullptr && !facts.shown.empty()) {
     const auto& image = view_link::CameraOf(*facts.state, facts.shown.front()).image;
-    if (image) return {image->width, image->height};
+    if (image && image->width > 0 && image->height > 0) return {image->width, image->height};
   }
   return {1920, 1080};
 }

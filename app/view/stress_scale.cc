@@ -61,10 +61,11 @@ void AddStressScale(const OverlayInput& input, LabelPlacer& placer, PictureWrite
   const double largest = LargestStress_MPa(*carriers.tool);
   const float mark = at(largest), up = 0.35F * em;
   writer.Stroke({{mark - up, y - up}, {mark, y}, {mark + up, y - up}}, palette::kText, 2 * thin);
-  writer.Text(area.x + pad, area.y, area.width - 2 * pad, em,
-              fmt::format("stress, MPa: {:.1f} at most{}", largest,
-                          largest > full ? ", beyond the scale" : ""),
-              palette::kText);
+  const PanelLine title =
+      largest > full
+          ? PanelLine{fmt::format("stress {:.1f} MPa: off scale", largest), Tone::kAttention}
+          : PanelLine{fmt::format("stress, at most {:.1f} MPa", largest), Tone::kPlain};
+  writer.Line(area.x + pad, area.y, area.width - 2 * pad, title);
 }
 
 }  // namespace plumbline::view

@@ -177,9 +177,7 @@ bool AddTipInset(const TipInset& inset, const scene::Area& image, LabelPlacer& p
                                ? fmt::format(", ×{:.0f}", plot.px_per_mm / inset.image_px_per_mm)
                                : "";
   const float zoom_width = writer.WidthOf(zoom, em) + 1;
-  const std::string name =
-      Elided(inset.name, em, inner - zoom_width,
-             [&](const std::string& text, float) { return writer.WidthOf(text, em); });
+  const std::string name = writer.Shortened(inset.name, em, inner - zoom_width);
   writer.Text(x, area.y + margin, inner, em, name + zoom, palette::kText);
   AddMarks(inset, plot, writer);
   AddAxes(inset, plot, writer);

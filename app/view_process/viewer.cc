@@ -107,6 +107,7 @@ std::vector<const std::uint8_t*> Viewer::Pixels() const {
 
 std::vector<const scene::MeshFacts*> Viewer::MeshFacts() const {
   std::vector<const scene::MeshFacts*> facts;
+  facts.reserve(scene_->meshes.size());
   for (const MeshOfObject& mesh : scene_->meshes) facts.push_back(mesh ? &mesh->facts : nullptr);
   return facts;
 }

@@ -377,6 +377,20 @@ TEST_CASE("every text has a contrast of at least 7 to 1, in every state") {
   }
 }
 
+TEST_CASE("a detail that is too long is shortened before its value") {
+  ViewScene scene;
+  scene::ObjectTable table;
+  table.objects.resize(2);
+  table.pairs.push_back({0, 1, 0, 0});
+  SceneMeasurements measured;
+  measured.time_s = ViewScene::kNow_s;
+  MeasuredPair pair{"a gripper with a long name", "a car body",       1, 2,
+                    scene::Proximity::kApart,     scene::Separation{}};
+  pair.separation->distance_m = 0.1234;
+  measured.pairs.push_back(pair);
+  CHECK(Drawn(scene, {1920, 1080}, &table, &measured).Says("…: 123.4 mm"));
+}
+
 TEST_CASE("each state class has a glyph of its own") {
   std::vector<std::string> glyphs;
   for (const StateClass state : {StateClass::kHealthy, StateClass::kAdvisory, StateClass::kWarning,

@@ -1,6 +1,8 @@
 // The display's pictures with the real font and renderer, in every state and size. With
 // PLUMBLINE_KEEP_PICTURES they are stored in that folder.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <ctime>
 
 #include "app/view/label_placement.h"
 #include "app/view/screen_text.h"
@@ -134,6 +136,7 @@ struct WallPicture {
     facts.now_s = ViewScene::kNow_s;
     facts.frames_per_s = {30, 30};
     std::vector<const scene::MeshFacts*> mesh_facts;
+    mesh_facts.reserve(wall.objects->meshes.size());
     for (const MeshOfObject& mesh : wall.objects->meshes) mesh_facts.push_back(&mesh->facts);
     list = view::PictureOf({facts,
                             wall.scene.model->config.overlay,
@@ -207,6 +210,46 @@ TEST_CASE("no text overlaps another or leaves the picture, with the real font at
     REQUIRE(drawing.Draw(picture.list));
     Keep(drawing, "wall-" + state + "-" + std::to_string(size.width));
   }
+}
+
+TEST_CASE("drawing time against a plain undistorted image", "[.bench]") {
+  view_process::Drawing drawing([](const plumbline::log::LogEntry&) {});
+  REQUIRE(drawing.Ready(0));
+  Wall wall;
+  wall.Interfere();
+  scene::DisplayList plain;
+  plain.size = {1920, 1080};
+  plain.background.luma = {wall.image.data(), 1920, 1080, 1920};
+  plain.background.lens = *wall.scene.state.cameras[0].lens;
+  plain.pinhole = view::PinholeIn({0, 0, 1920, 1080}, *plain.background.lens, {1920, 1080});
+  const auto now_ms = [] {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+  };
+  std::vector<double> plain_ms, wall_ms, composing_ms;
+  for (std::uint64_t k = 1; k <= 60; ++k) {
+    double start = now_ms();
+    plain.background.sequence = 2 * k;
+    REQUIRE(drawing.Draw(plain));
+    drawing.renderer().ReadBack();
+    plain_ms.push_back(now_ms() - start);
+    start = now_ms();
+    wall.scene.state.cameras[0].image->time_s += 1e-6;  // another image
+    WallPicture picture(wall, drawing, {1920, 1080});
+    composing_ms.push_back(now_ms() - start);
+    REQUIRE(drawing.Draw(picture.list));
+    drawing.renderer().ReadBack();
+    wall_ms.push_back(now_ms() - start);
+  }
+  const auto median = [](std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  };
+  std::printf(
+      "1920x1080, CPU time, medians of 60: plain undistorted image %.1f ms; the display's "
+      "picture %.1f ms, of that layout %.1f ms; ratio %.2f (goal <= 1.1)\n",
+      median(plain_ms), median(wall_ms), median(composing_ms), median(wall_ms) / median(plain_ms));
 }
 
 }  // namespace plumbline::picture_sizes_test
