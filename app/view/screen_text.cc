@@ -215,7 +215,7 @@ scene::DisplayList PictureOfState(const OverlayInput& input, const PictureLayout
     part.image = parts[i];
     if (i > 0) AddGap(parts[i - 1], parts[i], list);
     scene::DisplayList& view = i == 0 ? list : list.beside.emplace_back();
-    if (shown.size() > 1) view.area = part.image;
+    view.area = part.image;  // nothing is drawn under the panels
     ImageMarks marks;
     AddOverlay(input, shown[i], part, view, marks);
     const lens::Lens pinhole = view.pinhole;

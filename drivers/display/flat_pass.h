@@ -45,6 +45,7 @@ class FlatPass {
   void ClearAtlas(int width);
   void AddRectangle(float x, float y, float width, float height, float s, float t, bool glyph,
                     const scene::Colour& colour);
+  void AddBoxes(const scene::DisplayList& list);
   void AddStroke(const scene::DrawnStroke& stroke);
   void AddText(const scene::DrawnText& text);
   void Upload();

@@ -104,6 +104,7 @@ DrawResult Renderer::Draw(const scene::DisplayList& list) {
     glViewport(0, 0, size_.width, size_.height);
     glDisable(GL_CULL_FACE);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glClearColor(0, 0, 0, 1);
     if (list.area) glClear(GL_COLOR_BUFFER_BIT);
     DrawView(list, 0);
     for (std::size_t k = 0; k < list.beside.size(); ++k) DrawView(list.beside[k], k + 1);
