@@ -157,6 +157,9 @@ model::Measurement MeasurementFromToml(const TomlTable& table) {
       table.OneOf<bool>("tool", {{"known", true}, {"unknown", false}}).value_or(true);
   measurement.sigma_m = table.Number("sigma_mm", kSigma);
   measurement.sigma_rad = table.Number("sigma_deg", kOrientationSigma);
+  if (measurement.sigma_rad && !measurement.sigma_m && !table.Has("sigma_mm")) {
+    table.AddFault("sigma_deg", "needs sigma_mm, which weights positions against orientations");
+  }
   measurement.reference_temperature_C = table.Number("reference_temperature_C", kTemperature);
   if (kind == model::MeasurementKind::kRange && table.Has("camera_xyz_mm")) {
     table.AddFault("camera_xyz_mm",

@@ -146,9 +146,9 @@ std::optional<Error> StartPlaces(const Dataset& data, int threads, Model& model)
     }
   }
   for (const ArtefactIndex artefact : used.indices()) {
-    if (!used[artefact]) continue;
-    StartArtefact(data.cell.artefacts[artefact.offset()], rows[artefact],
-                  model.artefacts[artefact]);
+    const ArtefactRows& own = rows[artefact];
+    if (own.touched.empty() && own.ranged.empty()) continue;  // a subset of the rows may have none
+    StartArtefact(data.cell.artefacts[artefact.offset()], own, model.artefacts[artefact]);
   }
   return std::nullopt;
 }

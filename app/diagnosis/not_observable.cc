@@ -24,7 +24,7 @@ Eigen::VectorXd ScaleColumn(const LinearProblem& problem) {
 bool Absorbed(const LinearProblem& problem, Eigen::MatrixXd columns) {
   const double before = columns.norm();
   problem.Project(columns);
-  return columns.norm() < kAbsorbed * before;
+  return columns.norm() <= kAbsorbed * before;
 }
 
 }  // namespace

@@ -128,7 +128,8 @@ bool Nuisances::FloatWithBase() const {
   return std::all_of(data_.used_artefacts.indices().begin(), data_.used_artefacts.indices().end(),
                      [&](ArtefactIndex k) {
                        const model::Artefact& of = Declared(data_, k.value());
-                       return !data_.used_artefacts[k] || (!of.place && !of.direction);
+                       return !data_.used_artefacts[k] || of.in_base ||
+                              (!of.place && !of.direction);
                      });
 }
 

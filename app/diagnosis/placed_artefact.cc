@@ -5,12 +5,13 @@
 namespace plumbline::diagnosis {
 
 ArtefactFreedom FreedomOf(const model::Artefact& artefact) {
-  using Kind = model::ArtefactKind;
-  const bool directed = artefact.kind == Kind::kPlane || artefact.kind == Kind::kGauge;
+  using model::ArtefactKind;
+  const bool directed =
+      artefact.kind == ArtefactKind::kPlane || artefact.kind == ArtefactKind::kGauge;
   ArtefactFreedom freedom;
   if (!artefact.place || artefact.sd_m > 0) freedom.place = directed ? 1 : 3;
   if (directed && !artefact.direction) freedom.direction = 2;
-  if (artefact.kind == Kind::kSphere && (!artefact.radius_m || artefact.sd_m > 0)) {
+  if (artefact.kind == ArtefactKind::kSphere && (!artefact.radius_m || artefact.sd_m > 0)) {
     freedom.radius = 1;
   }
   return freedom;

@@ -240,6 +240,11 @@ bool Within(const DesignSpace& space, const DesignPoint& point) {
 Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
                       const std::vector<DesignPoint>& points, const effects::Conditions& previous) {
   Dataset rows = SelectRows(data, {});
+  // New poses are measured as the last row that is not on an artefact was, or else as positions.
+  std::optional<RowIndex> proposed;
+  for (const RowIndex row : data.row_indices()) {
+    if (!OnArtefact(data.observations[row].kind)) proposed = row;
+  }
   for (const DesignPoint& point : points) {
     table::MeasuredRow row = data.table.rows.back();
     row.q = point.q;
@@ -247,9 +252,8 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     loads::Payload payload = data.payloads.back();
     payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
     rows.payloads.push_back(payload);
-    const bool touch = OnArtefact(data.observations.back().kind);
-    rows.observations.push_back(touch ? Observation{} : data.observations.back());
-    rows.numbers.push_back(touch ? RowNumbers{3, {}} : data.numbers.back());
+    rows.observations.push_back(proposed ? data.observations[*proposed] : Observation{});
+    rows.numbers.push_back(proposed ? data.numbers[*proposed] : RowNumbers{3, {}});
     rows.session_of.push_back(data.session_of.back());
     rows.cluster_of.emplace_back(rows.rows());
     rows.table.rows.push_back(row);

@@ -141,10 +141,10 @@ constexpr int kMaxCachedRows = 20000;
 /// posture of the arm and hence these gradients change by less than a thousandth. d influence / d
 /// parameter is computed at every evaluation. The approximation affects the path to the minimum,
 /// and the minimum itself by a thousandth of the noise.
-class SomeRows final : public ceres::CostFunction {
+class RowsCost final : public ceres::CostFunction {
  public:
   /// @param component  nullopt: rows that depend on none
-  SomeRows(const FitProblem& problem, const Model& start, const Layout& layout,
+  RowsCost(const FitProblem& problem, const Model& start, const Layout& layout,
            const Whitener& whitener, std::vector<FitRowIndex> rows,
            std::optional<ComponentIndex> component)
       : problem_(problem),
@@ -353,7 +353,7 @@ class SomeRows final : public ceres::CostFunction {
 };
 
 /// The rows of a problem as cost functions, one for each component of the nuisances.
-std::vector<std::unique_ptr<SomeRows>> CostsOf(const FitProblem& problem, const Model& start,
+std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const Model& start,
                                                const Layout& layout, const Whitener& whitener) {
   const auto components = static_cast<std::size_t>(layout.nuisances.components());
   std::vector<std::vector<FitRowIndex>> rows(components + 1);
@@ -361,10 +361,10 @@ std::vector<std::unique_ptr<SomeRows>> CostsOf(const FitProblem& problem, const 
     const auto group = layout.nuisances.GroupOf(problem.rows[j]);
     rows[group ? layout.nuisances.ComponentOf(*group).offset() : components].push_back(j);
   }
-  std::vector<std::unique_ptr<SomeRows>> costs;
+  std::vector<std::unique_ptr<RowsCost>> costs;
   for (std::size_t c = 0; c <= components; ++c) {
     if (rows[c].empty()) continue;
-    costs.push_back(std::make_unique<SomeRows>(
+    costs.push_back(std::make_unique<RowsCost>(
         problem, start, layout, whitener, std::move(rows[c]),
         c < components ? std::optional(ComponentIndex(c)) : std::nullopt));
   }
@@ -388,7 +388,7 @@ struct Variables {
 /// Minimises the costs; the owner keeps them.
 /// @return  an error if the solver fails
 std::optional<Error> Minimise(const Layout& layout, const Model& start,
-                              const std::vector<std::unique_ptr<SomeRows>>& costs,
+                              const std::vector<std::unique_ptr<RowsCost>>& costs,
                               const RefitOptions& options, int threads, Variables& x) {
   ceres::Problem::Options keep;
   keep.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -433,7 +433,7 @@ struct AtSolution {
   Eigen::MatrixXd information;
 };
 
-std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<SomeRows>>& costs,
+std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<RowsCost>>& costs,
                                       Variables& x) {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto common = static_cast<Eigen::Index>(x.common.size());
@@ -466,7 +466,7 @@ std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<SomeRows
     }
     at.information.noalias() += J.transpose() * J;
   }
-  // What the places absorb is rounding, not information.
+  // What the places leave of such a column is rounding, not information.
   constexpr double kRounding = 1e-12;
   for (Eigen::Index i = 0; i < common; ++i) {
     if (at.information(i, i) > kRounding * raw[i]) continue;
@@ -482,7 +482,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options) {
   const Layout layout = LayoutOf(problem.data, start, options.frames_only);
   const Whitener whitener(problem);
-  const std::vector<std::unique_ptr<SomeRows>> costs = CostsOf(problem, start, layout, whitener);
+  const std::vector<std::unique_ptr<RowsCost>> costs = CostsOf(problem, start, layout, whitener);
   Refit refit;
   refit.model = start;
   refit.parameters = layout.parameters;

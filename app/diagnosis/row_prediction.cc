@@ -87,10 +87,12 @@ void SetTouch(const model::Artefact& artefact, const PlacedArtefact& placed,
   const ArtefactFreedom freedom = FreedomOf(artefact);
   const Vec3& from_place = approach.from_place;
   if (artefact.kind == model::ArtefactKind::kPoint) {
-    row.residual = -from_place;
-    SetAlong(approach, Mat3::Identity(), tip.gradients, row, gradient);
+    // In the artefact's frame, so that a place in the base frame moves exactly with the base.
+    const Mat3 R_AW = approach.R_WA.transpose();
+    row.residual = -R_AW * from_place;
+    SetAlong(approach, R_AW, tip.gradients, row, gradient);
     row.own.resize(3, freedom.size());
-    if (freedom.place == 3) row.own = -approach.R_WA;
+    if (freedom.place == 3) row.own = -Mat3::Identity();
     return;
   }
   const bool sphere = artefact.kind == model::ArtefactKind::kSphere;

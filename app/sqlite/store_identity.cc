@@ -13,8 +13,9 @@ Result<std::int64_t> SchemaOf(Database& database, const StoreIdentity& identity)
   const Result<std::int64_t> tables = database.IntegerOf("SELECT count(*) FROM sqlite_master");
   if (!tables) return Failure(database, "cannot be read");
   const Result<std::int64_t> schema = database.IntegerOf("PRAGMA user_version");
+  if (!schema) return schema;
   const Result<std::int64_t> application = database.IntegerOf("PRAGMA application_id");
-  if (!schema || !application) return Failure(database, "cannot be read");
+  if (!application) return application;
   if (*tables > 0 && *application != identity.application_id) {
     return Error{fmt::format("{}: is a database, but not {}; move the file away", database.path(),
                              identity.name)};

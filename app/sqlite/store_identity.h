@@ -15,7 +15,7 @@ struct StoreIdentity {
   std::string Mark() const;
 };
 
-/// Schema of an open file: 0 if it has no tables yet, otherwise 1..identity.schema.
+/// Schema of an open file: 1..identity.schema, or 0 if its tables have not been created yet.
 /// Errors: the file cannot be read, belongs to another program, or has a newer schema.
 Result<std::int64_t> SchemaOf(Database& database, const StoreIdentity& identity);
 

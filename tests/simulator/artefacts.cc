@@ -79,33 +79,51 @@ void ReachFromAnywhere(const Arm& arm, const Cell& cell, const Eigen::MatrixXd& 
   throw std::runtime_error(fmt::format("row {}: no posture reaches its artefact", k + 1));
 }
 
+/// True if many starts lead to the place, so that it is touched in many postures.
+bool IsReached(const Arm& arm, const Cell& cell, const Eigen::Vector3d& at_m,
+               const std::vector<Row>& starts, Generator& random) {
+  constexpr int kStarts = 12, kEnough = 4;
+  int reached = 0;
+  for (int start = 0; start < kStarts; ++start) {
+    std::vector<Row> rows = {AnyRow(starts, random)};
+    if (Reach(arm, cell, Eigen::Matrix3d::Identity(), at_m, rows, 0)) ++reached;
+  }
+  return reached >= kEnough;
+}
+
 }  // namespace
 
 Artefacts DrawArtefacts(const std::string& what, int places, const Cell& cell,
                         const std::vector<Row>& rows, Generator& random) {
   const Changes none({}, int(cell.joints.size()));
   const Arm arm(cell, none);
-  // Somewhat inside the workspace, so that every artefact is reached in many postures.
-  const auto tip = [&]() -> Eigen::Vector3d {
-    return cell.base_m + 0.85 * (arm.Tip(AnyRow(rows, random)) - cell.base_m);
+  const auto tip = [&] { return arm.Tip(AnyRow(rows, random)); };
+  const auto reachable_tip = [&] {
+    for (;;) {
+      const Eigen::Vector3d at_m = tip();
+      if (IsReached(arm, cell, at_m, rows, random)) return at_m;
+    }
   };
   Artefacts artefacts;
   if (what == "sockets") {
     for (int place = 0; place < places; ++place) {
-      const Eigen::Vector3d at_m = tip();
+      const Eigen::Vector3d at_m = reachable_tip();
+      Eigen::Vector3d other_m = at_m;
+      do {
+        other_m = at_m + kApart_m * RandomDirection(random);
+      } while (!IsReached(arm, cell, other_m, rows, random));
       artefacts.pairs.push_back({artefacts.all.size(), artefacts.all.size() + 1, kApart_m});
       artefacts.all.push_back(
           {fmt::format("tool{}_0", place), "point", at_m, Eigen::Vector3d::UnitZ()});
-      artefacts.all.push_back({fmt::format("tool{}_1", place), "point",
-                               at_m + kApart_m * RandomDirection(random),
-                               Eigen::Vector3d::UnitZ()});
+      artefacts.all.push_back(
+          {fmt::format("tool{}_1", place), "point", other_m, Eigen::Vector3d::UnitZ()});
     }
   } else if (what == "gauges") {
     const Eigen::Vector3d tilted(Uniform(random, -0.1, 0.1), Uniform(random, -0.1, 0.1), 1.0);
     artefacts.all.push_back({"table", "plane", tip(), tilted.normalized()});
     for (int gauge = 0; gauge < 3; ++gauge) {
       artefacts.all.push_back(
-          {fmt::format("gauge{}", gauge), "gauge", tip(), RandomDirection(random)});
+          {fmt::format("gauge{}", gauge), "gauge", reachable_tip(), RandomDirection(random)});
     }
   } else if (what == "wires") {
     for (int wire = 0; wire < places; ++wire) {

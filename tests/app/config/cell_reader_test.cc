@@ -300,6 +300,7 @@ frame = "base"
 [[artefact]]
 name = "front_1"
 kind = "point"
+frame = "base"
 [[artefact]]
 name = "table"
 kind = "plane"
