@@ -400,6 +400,14 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
                const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
   auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
   if (!spread) return;
+  if (!task.data.instrument_used() && !diagnosis.not_observable.empty()) {
+    // Held-out rows on artefacts cannot show errors in directions that no row observes.
+    diagnosis.notes.emplace_back(
+        "the radius of new points stays assumed: all rows are on artefacts, which cannot show "
+        "every "
+        "error of the tip (not_observable). Measure some positions with an instrument");
+    return;
+  }
   if (task.data.ranges()) {
     spread->near_m = std::hypot(spread->near_m, std::sqrt(VarianceBetweenRivals(diagnosis)));
   }
