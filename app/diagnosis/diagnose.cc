@@ -403,9 +403,9 @@ void AddSpread(const Task& task, const Identified& found, const Model& declared,
   if (!task.data.instrument_used() && !diagnosis.not_observable.empty()) {
     // Held-out rows on artefacts cannot show errors in directions that no row observes.
     diagnosis.notes.emplace_back(
-        "the radius of new points stays assumed: all rows are on artefacts, which cannot show "
-        "every "
-        "error of the tip (not_observable). Measure some positions with an instrument");
+        "the radius of new points is not validated by these rows: all are on artefacts, which "
+        "cannot "
+        "show every error of the tip (not_observable). Measure some positions with an instrument");
     return;
   }
   if (task.data.ranges()) {
