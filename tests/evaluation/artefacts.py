@@ -23,6 +23,7 @@ except ImportError as error:
     sys.exit(77)
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import groups  # noqa: E402
 import runs  # noqa: E402
 import scorer  # noqa: E402
 import separability  # noqa: E402
@@ -41,6 +42,7 @@ class Observed(separability.Blocks):
 
     def __init__(self, heads, values, rows, truth, tips):
         super().__init__(heads, values, rows)
+        self.sigma_mm = 1e3 * truth["sigma"]
         self.artefacts = {a["name"]: a for a in truth["artefacts"]}
         self.row_of, self.along, self.own = [], [], []
         for number, (row, tip) in enumerate(zip(rows, tips)):
@@ -81,7 +83,7 @@ class Observed(separability.Blocks):
             first[name] = block
         for number, (a, b) in enumerate(self.pairs):
             apart = np.array(self.artefacts[b]["xyz_mm"]) - np.array(self.artefacts[a]["xyz_mm"])
-            apart *= SIGMA_MM / PRINTED_MM / np.linalg.norm(apart)
+            apart *= self.sigma_mm / PRINTED_MM / np.linalg.norm(apart)
             if a in first and b in first:
                 first[a][len(self.row_of) + number] = -apart
                 first[b][len(self.row_of) + number] = apart
@@ -125,7 +127,8 @@ def judge(folder, simulate, truth):
 def simulated(simulate, folder, kind, family, robot, seed, count, signal, places):
     subprocess.run([simulate, "--artefacts", kind, "--tool-unknown", "--family", family, "--robot", robot,
                     "--seed", str(seed), "--rows", str(count), "--repeats", "0", "--tests", "50",
-                    "--places", str(places), "--signal", f"{signal:.3f}", "--sigma-mm", str(SIGMA_MM),
+                    "--places", str(places), "--signal", f"{signal:.3f}", "--sigma-mm",
+                    str(groups.SIGMA_MM.get(family, SIGMA_MM)),  # for a believable size of the effect
                     "--out", folder], check=True, capture_output=True)
     with open(os.path.join(folder, "truth.json")) as file:
         return json.load(file)

@@ -44,10 +44,12 @@ def write_rows(path, rows):
         writer.writerows(rows)
 
 
-def tips(product, cell, rows, folder):
+def tips(product, cell, rows, folder, *more):
+    """Predicted tips; the declared cell needs rows that determine its tip (--align)."""
     poses, out = os.path.join(folder, "poses.csv"), os.path.join(folder, "tips.csv")
     write_rows(poses, [{k: v for k, v in row.items() if k != "artefact"} for row in rows])
-    subprocess.run([product, "predict", cell, poses, "--out", out], check=True, capture_output=True)
+    subprocess.run([product, "predict", cell, poses, "--out", out, *more], check=True,
+                   capture_output=True)
     found = np.genfromtxt(out, delimiter=",", names=True)
     return np.column_stack([found[name] for name in ("x_mm", "y_mm", "z_mm")])
 
@@ -77,7 +79,8 @@ def leave_out(case, product, root):
         said = subprocess.run([product, "diagnose", os.path.join(source, "cell.toml"), measured,
                                "--json", os.path.join(folder, "d.json"), "--write-model", model],
                               check=True, capture_output=True, text=True).stdout
-        before = errors(tips(product, os.path.join(source, "cell.toml"), own, folder), own, cell)
+        before = errors(tips(product, os.path.join(source, "cell.toml"), own, folder, "--align",
+                             measured), own, cell)
         after = errors(tips(product, model, own, folder), own, cell)
     return name, own[0]["artefact"], before, after, said.splitlines()[0] if said else ""
 
