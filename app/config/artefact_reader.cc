@@ -80,6 +80,7 @@ std::optional<int> PointNamed(const TomlTable& table, const std::string& name,
                    [&](const model::Artefact& artefact) { return artefact.name == name; });
   if (found == artefacts.end()) {
     std::vector<std::string> names;
+    names.reserve(artefacts.size());
     for (const model::Artefact& artefact : artefacts) names.push_back(artefact.name);
     const std::string nearest = NearestWord(name, names, 0.4);
     table.AddFault("between",

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,23 +10,20 @@
 #include <tuple>
 
 #include "app/diagnosis/clusters.h"
+#include "app/diagnosis/dataset_noise.h"
 #include "app/diagnosis/fahrenheit.h"
 #include "app/diagnosis/impossible_values.h"
-#include "app/diagnosis/joint_step.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/unit_changes.h"
 #include "app/table/conditions.h"
-#include "firmware-like/deflection/uncertainty.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/model/joint_columns.h"
-#include "firmware-like/statistics/median.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
 constexpr int kMinRows = 4;
-constexpr double kStandstill = 1e-4;   // [rad] or [m]; a smaller movement counts as none
-constexpr int kMinRepeatFreedom = 12;  // minimum degrees of freedom of a sigma from replicates
+constexpr double kStandstill = 1e-4;  // [rad] or [m]; a smaller movement counts as none
 
 /// Erases the marked rows and their observations.
 void EraseRows(Dataset& data, const std::vector<bool>& erased) {
@@ -199,134 +195,6 @@ void NoteMissingSignals(Dataset& data) {
   }
 }
 
-/// Squared difference of two measurements of one kind [m^2]; nullopt if they are not comparable.
-/// Touches cannot be compared: only the joint readings are recorded.
-std::optional<double> SquaredDifference(const Dataset& data, RowIndex a, RowIndex b) {
-  const Observation &of_a = data.observations[a], &of_b = data.observations[b];
-  const table::MeasuredRow &row_a = data.measured(a), &row_b = data.measured(b);
-  if (of_a.kind != of_b.kind || of_a.artefact != of_b.artefact) return std::nullopt;
-  switch (of_a.kind) {
-    case ObservationKind::kPosition:
-    case ObservationKind::kPose:
-      return (row_a.p_WT - row_b.p_WT).squaredNorm();
-    case ObservationKind::kRange:
-    case ObservationKind::kArtefactRange:
-      return std::pow(row_a.range_m - row_b.range_m, 2);
-    case ObservationKind::kGauge:
-      return std::pow(row_a.gauge_m - row_b.gauge_m, 2);
-    default:
-      return std::nullopt;
-  }
-}
-
-/// Standard deviation of one axis from successive differences within clusters; by the median, so
-/// that outliers do not increase it. If kinds of 1 and of 3 residuals are mixed, only those with
-/// more degrees of freedom count.
-void NoiseFromRepeats(Dataset& data) {
-  std::map<ClusterIndex, std::vector<RowIndex>> members;
-  for (const RowIndex row : data.row_indices()) members[data.cluster_of[row]].push_back(row);
-  std::vector<double> of_lengths, of_points;
-  for (const auto& [cluster, rows] : members) {
-    for (std::size_t j = 1; j < rows.size(); ++j) {
-      const auto square = SquaredDifference(data, rows[j - 1], rows[j]);
-      if (!square) continue;
-      const bool length = ResidualsOf(data.observations[rows[j]].kind) == 1;
-      (length ? of_lengths : of_points).push_back(*square / 2);
-    }
-  }
-  const bool lengths = of_lengths.size() > 3 * of_points.size();
-  std::vector<double>& squares = lengths ? of_lengths : of_points;
-  data.repeat_freedom = static_cast<int>(squares.size()) * (lengths ? 1 : 3);
-  if (data.repeat_freedom < kMinRepeatFreedom) return;
-  std::sort(squares.begin(), squares.end());
-  // Median of chi^2_3 is 2.366, of chi^2_1 0.4549.
-  const double median = squares[squares.size() / 2];
-  data.repeat_sigma_m = std::sqrt(median / (lengths ? 0.4549 : 2.366));
-}
-
-/// Uncertainty of the predicted tip due to the resolution of the joint readings.
-struct ReadingError {
-  double radius_m = 0;  ///< 95 %, median row
-  double sigma_m = 0;   ///< one axis, to be added to the instrument's noise
-};
-
-/// Error of the predicted tip due to the joint resolution, uniform within a step: C_k = step^2 / 12
-/// J J^T at row k. The error is the same at every visit of a pose, so n replicates do not average
-/// it. To have this effect as noise of single rows, whose mean has variance sigma^2 / n, its
-/// variance is multiplied by n. One value is used for all rows: the mean of the largest variance
-/// along any direction.
-/// @param steps_rad  step of each row
-ReadingError ReadingErrorOf(const Dataset& data, const PerRow<double>& steps_rad) {
-  const deflection::LoadedArm arm(data.cell);
-  Indexed<ClusterIndex, int> repeats(static_cast<std::size_t>(data.clusters), 0);
-  for (const ClusterIndex cluster : data.cluster_of) ++repeats[cluster];
-  double sum = 0;
-  std::vector<double> radii;
-  for (const RowIndex row : data.row_indices()) {
-    deflection::LoadedState state;
-    arm.AtActual(data.measured(row).q, data.payloads[row], data.conditions[row], state);
-    const Mat3 covariance = deflection::ReadingCovariance(arm, state, steps_rad[row]);
-    radii.push_back(deflection::RadiusHolding95Percent(covariance));
-    const double largest = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues()[2];
-    sum += repeats[data.cluster_of[row]] * largest;
-  }
-  return {statistics::MedianOf(radii), std::sqrt(sum / data.rows())};
-}
-
-/// A reading error above this share of the instrument's noise is reported.
-constexpr double kNotableShare = 0.1;
-
-/// Adds the declared joint resolution (q_step_deg) to the noise.
-void AddReadingError(Dataset& data) {
-  PerRow<double> steps_rad;
-  for (const table::MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
-  data.q_step_rad = *std::max_element(steps_rad.begin(), steps_rad.end());
-  const ReadingError error = ReadingErrorOf(data, steps_rad);
-  data.reading_radius_m = error.radius_m;
-  data.reading_sigma_m = error.sigma_m;
-  // A sigma from the residual already includes the reading error.
-  if (data.sigma_m <= 0 || data.reading_sigma_m < kNotableShare * data.sigma_m) return;
-  data.notes.push_back(
-      fmt::format("the joint readings have a resolution of {:.3g} mrad, which causes an error of "
-                  "{:.2g} mm at the tool (95 %): it counts as noise and hides smaller effects; "
-                  "read registers with a finer resolution to identify them",
-                  1e3 * data.q_step_rad, 1e3 * data.reading_radius_m));
-  data.sigma_m = std::hypot(data.sigma_m, data.reading_sigma_m);
-  data.sigma_origin += " and the joint resolution";
-}
-
-/// Adds a note if the readings show an undeclared step that matters at the tip. Such a step does
-/// not count as noise, since the poses may have been commanded at such values.
-void NoteUndeclaredStep(Dataset& data) {
-  constexpr double kNotable_m = 1e-5;  // if the instrument's noise is unknown
-  constexpr double kMinReportedExponent = -12;
-  const auto step = JointStepOf(data.table, data.cell.robot.joints);
-  if (!step) return;
-  const PerRow<double> steps_rad(data.table.rows.size(), step->step_rad);
-  const ReadingError error = ReadingErrorOf(data, steps_rad);
-  const double notable_m = data.sigma_m > 0 ? kNotableShare * data.sigma_m : kNotable_m;
-  if (error.sigma_m < notable_m) return;
-  const double step_deg = step->step_rad / kRadPerDeg;
-  const std::string steps = fmt::format("{:.3g} deg ({:.3g} mrad)", step_deg, 1e3 * step->step_rad);
-  const std::string error_text = fmt::format("{:.2g} mm at the tool (95 %)", 1e3 * error.radius_m);
-  data.notes.push_back(
-      step->as_written
-          ? fmt::format(
-                "the joint readings are written to {} decimals, in steps of {}, which causes an "
-                "error of {} that does not count as noise: write more decimals; if the controller "
-                "has no finer resolution, add the column q_step_deg with {:.6g} in every row",
-                *data.table.q_decimals, steps, error_text, step_deg)
-          : fmt::format("all {} different joint readings are multiples of {}, although {} decimals "
-                        "are written and no q_step_deg is declared (probability of a coincidence "
-                        "below 1e{:.0f}): if this is the resolution of the controller, it causes "
-                        "an error of {} that does not yet count as noise; read registers with a "
-                        "finer resolution, or add the column q_step_deg with {:.6g} in every row; "
-                        "if the poses were commanded at such values, ignore this note",
-                        step->readings, steps, *data.table.q_decimals,
-                        std::max(kMinReportedExponent, std::ceil(step->log10_chance)), error_text,
-                        step_deg));
-}
-
 }  // namespace
 
 bool Dataset::reads_ranges() const {
@@ -352,6 +220,15 @@ double Dataset::lengths_per_row() const {
     lengths += of_row.lengths();
   }
   return measuring > 0 ? static_cast<double>(lengths) / measuring : 0;
+}
+
+double Dataset::noise_per_row() const {
+  double measuring = 0, variance = 0;
+  for (const RowNumbers& of_row : numbers) {
+    measuring += of_row.count > 0 ? 1 : 0;
+    variance += of_row.LengthVariance();
+  }
+  return measuring > 0 ? variance / measuring : 0;
 }
 
 FitRows EveryRow(const Dataset& data) {
@@ -473,50 +350,6 @@ void FindStillJoints(Dataset& data) {
   }
 }
 
-/// Median of the rows' own standard deviations; 0 if no row has one.
-double MedianOwnSigma(const Dataset& data) {
-  std::vector<double> own;
-  for (const table::MeasuredRow& row : data.table.rows) {
-    if (row.sigma_m > 0) own.push_back(row.sigma_m);
-  }
-  return own.empty() ? 0 : statistics::MedianOf(own);
-}
-
-/// Sets the covariances of rows with their own standard deviation, and of orientations, relative to
-/// the noise of the data set.
-void SetCovariances(Dataset& data) {
-  for (const RowIndex row : data.row_indices()) {
-    RowNumbers& numbers = data.numbers[row];
-    const double own_m = data.measured(row).sigma_m;
-    const double ratio = own_m > 0 ? own_m / data.sigma_m : 1;
-    if (ratio == 1 && numbers.count <= kMaxLengths) continue;
-    numbers.covariance = ratio * ratio * Eigen::MatrixXd::Identity(numbers.count, numbers.count);
-    if (numbers.count <= kMaxLengths) continue;
-    const double turn = data.cell.measurement.sigma_rad.value() / data.sigma_m;
-    numbers.covariance.bottomRightCorner<3, 3>() = turn * turn * Mat3::Identity();
-  }
-}
-
-/// Sets the noise: the declared sigma, otherwise the median of the rows' own, otherwise that of the
-/// replicates, otherwise left to the residual.
-void SetNoise(Dataset& data) {
-  NoiseFromRepeats(data);
-  const double own_m = MedianOwnSigma(data);
-  if (data.cell.measurement.sigma_m) {
-    data.sigma_m = *data.cell.measurement.sigma_m;
-    data.sigma_origin = "declared";
-  } else if (own_m > 0) {
-    data.sigma_m = own_m;
-    data.sigma_origin = "declared";
-  } else if (data.repeat_sigma_m > 0) {
-    data.sigma_m = data.repeat_sigma_m;
-    data.sigma_origin = "repeats";
-  } else {
-    data.sigma_origin = "residual";
-  }
-  if (data.sigma_m > 0) SetCovariances(data);
-}
-
 }  // namespace
 
 Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable measured) {
@@ -540,11 +373,6 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   FindSignals(data);
   FindStillJoints(data);
   SetNoise(data);
-  if (data.table.recorded.q_step) {
-    AddReadingError(data);
-  } else {
-    NoteUndeclaredStep(data);
-  }
   NoteMissingSignals(data);
   return data;
 }

@@ -61,6 +61,9 @@ struct Dataset {
   RowLayout layout() const;
   /// Mean number of lengths per row: 3 for positions, 1 for ranges.
   double lengths_per_row() const;
+  /// Mean square noise of a measuring row over its lengths, divided by sigma_m^2: lengths_per_row()
+  /// unless rows state a sigma of their own.
+  double noise_per_row() const;
   int sessions_count() const { return sessions.count(); }
   bool frames_free() const { return !cell.measurement.frame_known; }
   bool tip_free() const { return !cell.measurement.tool_known; }

@@ -21,6 +21,7 @@
 #include "app/diagnosis/kind_errors.h"
 #include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
+#include "app/diagnosis/reference_checks.h"
 #include "app/diagnosis/residual_spread.h"
 #include "app/diagnosis/rival_spread.h"
 #include "app/diagnosis/rivals.h"
@@ -173,9 +174,9 @@ void AddNoise(const Task& task, const Identified& found, const PerRow<Vec3>& dec
   diagnosis.sigma_m = as_declared ? data.sigma_m : found.fit.sigma_m;
   diagnosis.sigma_origin = as_declared ? data.sigma_origin : "residual";
   diagnosis.noise_floor_m =
-      std::sqrt(data.lengths_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
+      std::sqrt(data.noise_per_row()) * (data.sigma_m > 0 ? data.sigma_m : found.fit.sigma_m);
   diagnosis.noise_floor_origin = data.sigma_m > 0 ? data.sigma_origin : "residual";
-  diagnosis.noise_in_use_m = std::sqrt(data.lengths_per_row()) * found.fit.sigma_m;
+  diagnosis.noise_in_use_m = std::sqrt(data.noise_per_row()) * found.fit.sigma_m;
   diagnosis.joint_reading_sigma_m = data.reading_sigma_m;
   diagnosis.rms_before_m = Rms(declared, fit.problem.weights);
   diagnosis.rms_after_m = Rms(fit.errors, fit.problem.weights);
@@ -492,6 +493,9 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
   if (!validated) return Error{validated.error()};
   CorrectedModel& corrected = validated.value();
+  if (auto checked = CheckReferences(*found, options.threads, diagnosis); !checked) {
+    return Error{checked.error()};
+  }
   CheckExplanation({found->fit, corrected.validation.schemes.front(),
                     static_cast<double>(found->best.columns.size()),
                     RmsBetween(fit->errors, corrected.errors, fit->problem.weights),

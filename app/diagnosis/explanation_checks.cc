@@ -12,15 +12,15 @@
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::diagnosis {
-namespace {
-
-constexpr double kLargestReported = 1000;  // stands for infinity, which JSON cannot represent
-constexpr double kTrainingShare = 0.8;     // of the rows, with five folds
-
 EffectKey KeyOfFinding(const Finding& finding) {
   return {std::string(finding.effect.term.effect->traits().id),
           std::string(finding.effect.term.word)};
 }
+
+namespace {
+
+constexpr double kLargestReported = 1000;  // stands for infinity, which JSON cannot represent
+constexpr double kTrainingShare = 0.8;     // of the rows, with five folds
 
 bool IsOf(const SelectedEffect& selected, const Finding& finding) {
   return selected.key == KeyOfFinding(finding);
@@ -120,7 +120,7 @@ std::optional<ExplanationCheck> LinesCheck(const Finding& finding) {
 
 ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOutRatio& found) {
   const double noise_mm =
-      1e3 * evidence.problem.sigma_m * std::sqrt(evidence.problem.data.lengths_per_row());
+      1e3 * evidence.problem.sigma_m * std::sqrt(evidence.problem.data.noise_per_row());
   ExplanationCheck check;
   check.name = "held_out_error";
   check.figure = noise_mm * std::sqrt(found.ratio);
@@ -229,8 +229,10 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
     if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
       continue;
     Sum& of = clusters[problem.data.cluster_of[row]];
+    const double variance =
+        problem.sigma_m * problem.sigma_m * problem.data.numbers[row].LengthVariance();
     for (Sum* sum : {&of, &total}) {
-      sum->square += weight * evidence.held_out.after[row].squaredNorm();
+      sum->square += weight * evidence.held_out.after[row].squaredNorm() / variance;
       sum->weight += weight;
     }
   }
@@ -238,8 +240,7 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
   found.clusters = static_cast<int>(clusters.size());
   if (total.weight == 0) return found;
   const double lengths = problem.data.lengths_per_row();
-  const double variance = problem.sigma_m * problem.sigma_m * lengths;
-  found.ratio = total.square / total.weight / variance;
+  found.ratio = total.square / total.weight;
   const double freedom = lengths * static_cast<double>(clusters.size());
   const double of_training = kTrainingShare * lengths * predicted;
   found.limit = statistics::ChiSquareQuantile(kHeldOutSignificance, freedom) / freedom *

@@ -13,7 +13,7 @@ namespace plumbline::diagnosis {
 /// a fold.
 struct FoldPlan {
   std::string by;       ///< name in the output: "blocks of time"
-  PerRow<int> fold_of;  ///< 0..folds-1
+  PerRow<int> fold_of;  ///< 0..folds-1; -1: never held out
   int folds = 0;        ///< 0 if the rows cannot be divided this way
   /// True if free frames are fitted to the held-out rows, too: no other rows determine the
   /// instrument pose of a session that is left out.
@@ -40,9 +40,9 @@ FoldPlan OppositeHalves(const Dataset& data);
 /// One fold per session: tests prediction on another day. No folds if there is only one session.
 FoldPlan Sessions(const Dataset& data);
 
-/// Artefacts of unknown place, together with those at a known distance from them, up to ten folds;
-/// other rows are never held out. Tests prediction at another place. No folds for fewer than three
-/// places.
+/// Artefacts whose place is estimated, together with those at a known distance from them, up to ten
+/// folds; other rows are never held out. Tests prediction at another place. No folds for fewer than
+/// three places.
 FoldPlan Places(const Dataset& data);
 
 }  // namespace plumbline::diagnosis

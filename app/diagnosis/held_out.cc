@@ -198,31 +198,38 @@ struct Determining {
   Indexed<GroupIndex, int> of_group;
 };
 
-/// Places that were held out as a whole are fitted to their own rows, with all else from the other
-/// folds: `step` receives their part.
+/// Places that were held out as a whole are fitted to their own rows and to what is declared of
+/// them, with all else from the other folds: `step` receives their part. Places at known distances
+/// are fitted together; FoldPlan holds them out together.
 void FitHeldOutPlaces(const HeldOutInput& input, const Fold& fold,
                       const PerRow<RowResidual>& residual, Eigen::VectorXd& step) {
   const Dataset& data = input.problem.data;
   const Nuisances nuisances(data);
-  std::set<GroupIndex> groups;
+  std::set<ComponentIndex> components;
   for (const RowIndex row : fold.test) {
-    if (const auto group = nuisances.GroupOf(row)) groups.insert(*group);
+    if (const auto group = nuisances.GroupOf(row)) components.insert(nuisances.ComponentOf(*group));
   }
-  for (const GroupIndex group : groups) {
-    step.segment(nuisances.FirstOf(group), nuisances.CountOf(group)).setZero();
-  }
+  std::vector<int> free;
   NuisanceEquations equations(nuisances);
+  for (const ComponentIndex component : components) {
+    for (const GroupIndex group : nuisances.GroupsOf(component)) {
+      for (int k = 0; k < nuisances.CountOf(group); ++k)
+        free.push_back(nuisances.FirstOf(group) + k);
+    }
+    equations.Add(nuisances.EquationsAt(input.model, component),
+                  input.problem.sigma_m * input.problem.sigma_m);
+  }
+  for (const int k : free) step[k] = 0;
   for (const RowIndex row : fold.test) {
     const LinearRow& at = input.linear->rows[row];
     const RowResidual left = residual[row] - nuisances.Change(at, row, step);
     equations.Add(data, nuisances, at, row, input.problem.weights[row], left);
   }
-  for (const GroupIndex group : groups) {
-    const int first = nuisances.FirstOf(group), count = nuisances.CountOf(group);
-    Eigen::MatrixXd H = equations.H.block(first, first, count, count);
-    H.diagonal().array() += 1e-10 * H.diagonal().maxCoeff() + 1e-15;
-    step.segment(first, count) = H.ldlt().solve(equations.g.segment(first, count));
-  }
+  if (free.empty()) return;
+  Eigen::MatrixXd H = equations.H(free, free);
+  H.diagonal().array() += 1e-10 * H.diagonal().maxCoeff() + 1e-15;
+  const Eigen::VectorXd solution = H.ldlt().solve(Eigen::VectorXd(equations.g(free)));
+  step(free) = solution;
 }
 
 /// The share of the variance of a row's error that is left after the nuisances were fitted to the

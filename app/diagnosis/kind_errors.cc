@@ -13,12 +13,6 @@ struct KindSums {
   double held_out = 0, before_held_out = 0, after_held_out = 0;
 };
 
-/// Mean square of a row's noise over its lengths: their variance relative to that of the data set.
-double RelativeNoise(const RowNumbers& numbers) {
-  if (numbers.covariance.size() == 0) return numbers.lengths();
-  return numbers.covariance.diagonal().head(numbers.lengths()).sum();
-}
-
 void Add(const RowTrace& trace, double relative_noise, KindSums& sums) {
   sums.rows += 1;
   sums.before += trace.before.squaredNorm();
@@ -50,10 +44,11 @@ std::vector<KindError> KindErrorsOf(const Dataset& data, const Diagnosis& diagno
   for (const RowIndex row : diagnosis.rows.indices()) {
     const RowTrace& trace = diagnosis.rows[row];
     if (trace.outlier) continue;
-    Add(trace, RelativeNoise(data.numbers[row]), sums[Describe(trace.kind)]);
+    Add(trace, data.numbers[row].LengthVariance(), sums[Describe(trace.kind)]);
   }
   const double sigma_m = data.sigma_m > 0 ? data.sigma_m : diagnosis.sigma_m;
   std::vector<KindError> errors;
+  errors.reserve(sums.size());
   for (const auto& [kind, of] : sums) errors.push_back(ErrorOf(kind, of, sigma_m));
   std::stable_sort(errors.begin(), errors.end(),
                    [](const KindError& a, const KindError& b) { return a.rows > b.rows; });
@@ -67,7 +62,11 @@ void AddKindErrors(const Dataset& data, Diagnosis& diagnosis) {
   diagnosis.rms_before_m = most.before_m;
   diagnosis.rms_after_m = most.after_m;
   diagnosis.noise_floor_m = most.noise_floor_m;
-  if (!most.before_held_out_m) return;
+  if (!most.before_held_out_m) {
+    diagnosis.held_out = {};
+    diagnosis.held_out_by.clear();
+    return;
+  }
   diagnosis.held_out.before_m = *most.before_held_out_m;
   diagnosis.held_out.after_m = *most.after_held_out_m;
 }

@@ -1,5 +1,4 @@
-// Linear least squares problem of a search: whitened response and columns, free frames projected
-// out.
+// Linear least squares problem of a search: whitened response and columns, nuisances projected out.
 #pragma once
 
 #include <functional>
@@ -38,7 +37,7 @@ class LinearProblem {
   /// Range of a joint over the rows [rad] or [m].
   double JointSpan(int joint) const { return joint_span_[static_cast<std::size_t>(joint)]; }
 
-  /// Whitened columns of a block; if `projected`, with the free frames projected out.
+  /// Whitened columns of a block; if `projected`, with the nuisances projected out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
   /// Orthonormal basis of the columns of the nuisances, shape (residuals, rank).

@@ -36,7 +36,7 @@ NuisanceProjection::NuisanceProjection(const FitProblem& fit, const Linearisatio
   for (std::size_t c = 0; c < of_component.size(); ++c) {
     AddPart(fit, linear, model, whitener, layout, ComponentIndex(c), of_component[c], equation);
   }
-  Eigen::MatrixXd frames = FrameColumns(fit, linear, model, whitener, layout);
+  Eigen::MatrixXd frames = FrameColumns(fit, linear, whitener, layout);
   if (frames.cols() > 0) {
     const double scale = LargestColumn(frames);
     ProjectParts(frames);
@@ -59,11 +59,11 @@ NuisanceProjection::NuisanceProjection(const FitProblem& fit, const Linearisatio
 }
 
 Eigen::MatrixXd NuisanceProjection::FrameColumns(const FitProblem& fit, const Linearisation& linear,
-                                                 const Model& model, const Whitener& whitener,
+                                                 const Whitener& whitener,
                                                  const FitLayout& layout) const {
   const int per_session = nuisances_.per_session(), of_sessions = nuisances_.of_sessions();
-  const bool base = nuisances_.FloatWithBase(), scale = nuisances_.ScaleIsFree();
-  const int columns = of_sessions + (base ? 6 : 0) + (scale ? 1 : 0);
+  const bool base = nuisances_.FloatWithBase();
+  const int columns = of_sessions + (base ? 6 : 0);
   Eigen::MatrixXd frames = Eigen::MatrixXd::Zero(layout.total(), columns);
   if (columns == 0) return frames;
   for (const FitRowIndex j : fit.rows.indices()) {
@@ -75,9 +75,6 @@ Eigen::MatrixXd NuisanceProjection::FrameColumns(const FitProblem& fit, const Li
     if (nuisances_.frames()) whitener[j].Apply(derivative.leftCols<6>(), block.leftCols(6));
     if (nuisances_.tip()) whitener[j].Apply(derivative.rightCols<3>(), block.rightCols(3));
     if (base) whitener[j].Apply(derivative.leftCols<6>(), of_row.middleCols(of_sessions, 6));
-    if (!scale) continue;
-    const Vec3 from_base = linear.rows[row].p_W - model.frames[session].X_WB.p;
-    whitener[j].Apply(derivative.leftCols<3>() * from_base, of_row.rightCols(1));
   }
   return frames;
 }
@@ -91,9 +88,9 @@ void NuisanceProjection::AddPart(const FitProblem& fit, const Linearisation& lin
   std::vector<int> column_of(static_cast<std::size_t>(nuisances_.size()), -1);
   int columns = 0;
   for (const GroupIndex group : nuisances_.GroupsOf(component)) {
-    for (int k = 0; k < nuisances_.CountOf(group); ++k) {
-      column_of[static_cast<std::size_t>(nuisances_.FirstOf(group) + k)] = columns++;
-    }
+    const auto first = static_cast<std::size_t>(nuisances_.FirstOf(group));
+    const auto count = static_cast<std::size_t>(nuisances_.CountOf(group));
+    for (std::size_t k = 0; k < count; ++k) column_of[first + k] = columns++;
   }
   for (const FitRowIndex j : rows) {
     for (int k = 0; k < layout.count(j); ++k) part.residuals.push_back(layout.first(j) + k);

@@ -33,8 +33,7 @@ class NuisanceProjection {
 
   /// Whitened columns of the frames of the sessions, then of what floats with the places.
   Eigen::MatrixXd FrameColumns(const FitProblem& fit, const Linearisation& linear,
-                               const Model& model, const Whitener& whitener,
-                               const FitLayout& layout) const;
+                               const Whitener& whitener, const FitLayout& layout) const;
   void ProjectParts(Eigen::Ref<Eigen::MatrixXd> columns) const;
   void AddPart(const FitProblem& fit, const Linearisation& linear, const Model& model,
                const Whitener& whitener, const FitLayout& layout, ComponentIndex component,

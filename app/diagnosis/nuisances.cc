@@ -133,17 +133,6 @@ bool Nuisances::FloatWithBase() const {
                      });
 }
 
-bool Nuisances::ScaleIsFree() const {
-  if (equations_ > 0 || data_.instrument_used()) return false;
-  return std::all_of(
-      data_.observations.begin(), data_.observations.end(), [&](const Observation& of) {
-        const model::Artefact& artefact = Declared(data_, of.artefact.value());
-        const bool reads =
-            of.kind == ObservationKind::kGauge || of.kind == ObservationKind::kArtefactRange;
-        return !reads && !artefact.place && !artefact.radius_m;
-      });
-}
-
 std::vector<Equation> Nuisances::EquationsAt(const Model& model, ComponentIndex component) const {
   std::vector<Equation> all;
   for (const GroupIndex group : GroupsOf(component)) {

@@ -51,8 +51,6 @@ class Nuisances {
   /// it is seen. To first order its columns do not vanish where the rows of one place scatter, so
   /// that a search must project them out, too.
   bool FloatWithBase() const;
-  /// True if nothing that the rows measure has a length: the arm's size is free in the same way.
-  bool ScaleIsFree() const;
 
   /// Number of equations, and the equations of each component at a model.
   int equations() const { return equations_; }

@@ -180,9 +180,8 @@ class RowsCost final : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
-    const double* of_own = x[common_ > 0 ? 1 : 0];
     Model model = common_ > 0 ? Moved(layout_, start_, x[0]) : start_;
-    if (own_ > 0) MoveOwn(of_own, model);
+    if (own_ > 0) MoveOwn(x[common_ > 0 ? 1 : 0], model);
     Rows none(0, 0);
     double* of_common = jacobians != nullptr && common_ > 0 ? jacobians[0] : nullptr;
     double* of_places = jacobians != nullptr && own_ > 0 ? jacobians[common_ > 0 ? 1 : 0] : nullptr;

@@ -31,6 +31,10 @@ struct RowNumbers {
 
   /// Number of residuals that are lengths.
   int lengths() const { return std::min(count, kMaxLengths); }
+  /// Sum of the variances of the lengths, divided by that of the noise on one axis.
+  double LengthVariance() const {
+    return covariance.size() == 0 ? lengths() : covariance.diagonal().head(lengths()).sum();
+  }
 };
 
 /// Residual of a row as a vector [m]: of its position; (r, 0, 0) for a range; zero without a

@@ -143,7 +143,8 @@ TEST_CASE("the page is complete and legible from phone to wall, light and dark")
 }
 
 TEST_CASE(
-    "the trend marks loads, outliers and alarms, zooms by keyboard and tells what is hovered") {
+    "the trend marks loads, outliers and alarms, zooms by keyboard and shows the value under the "
+    "pointer") {
   if (!CanBrowse()) return;
   PageScene scene;
   FillJournal(scene);

@@ -1,0 +1,15 @@
+// Noise of a data set: from the cell, the rows' own uncertainties, replicates, and the resolution
+// of the joint readings.
+#pragma once
+
+#include "app/diagnosis/dataset.h"
+
+namespace plumbline::diagnosis {
+
+/// Sets sigma_m (one axis) and its origin: as declared, otherwise the median of the rows' own,
+/// otherwise from replicates, otherwise 0, so that the residual determines it. Sets the covariances
+/// of rows with their own sigma and of orientations, and adds the error of the joint resolution.
+/// Rows, conditions, loads and clusters must be set.
+void SetNoise(Dataset& data);
+
+}  // namespace plumbline::diagnosis

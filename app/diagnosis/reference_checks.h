@@ -1,0 +1,18 @@
+// Findings that rest on a single declared length of the artefacts.
+#pragma once
+
+#include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/identify.h"
+
+namespace plumbline::diagnosis {
+
+/// A [[distance]] or the declared place, direction and radius of an artefact are references: rows
+/// on artefacts are compared with them. Repeats the evaluation of the named effects with each
+/// reference in turn treated as unknown. If a finding is then no longer worth its cost, an error of
+/// that one value would have the same consequence as the effect, and nothing in the data
+/// contradicts it: the check `references` of the finding fails, the finding is doubtful, and the
+/// correction is withheld.
+/// @param found  the answer whose findings are in `diagnosis`
+Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& diagnosis);
+
+}  // namespace plumbline::diagnosis
