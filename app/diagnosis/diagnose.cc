@@ -6,6 +6,7 @@
 
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/candidate_outcomes.h"
+#include "app/diagnosis/contradictions.h"
 #include "app/diagnosis/covariance_share.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
@@ -456,9 +457,8 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : task.options.time_zero_s;
 }
 
-}  // namespace
-
-Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTable measured,
+/// Diagnoses with all references of the cell.
+Result<Diagnosis> DiagnoseWith(const model::CellModel& cell, table::MeasuredTable measured,
                                const DiagnosisOptions& options) {
   Result<Dataset> data = DatasetFrom(cell, WithCellTime(cell, std::move(measured), options));
   if (!data) return Error{data.error()};
@@ -496,6 +496,7 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   if (auto checked = CheckReferences(*found, options.threads, diagnosis); !checked) {
     return Error{checked.error()};
   }
+  CheckContradictions(*found, diagnosis);
   CheckExplanation({found->fit, corrected.validation.schemes.front(),
                     static_cast<double>(found->best.columns.size()),
                     RmsBetween(fit->errors, corrected.errors, fit->problem.weights),
@@ -507,6 +508,14 @@ Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTabl
   AddDomain(task, *found, declared->model, *fit, corrected, diagnosis);
   task.Report(1, "done");
   return diagnosis;
+}
+
+}  // namespace
+
+Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, const table::MeasuredTable& measured,
+                               const DiagnosisOptions& options) {
+  return SetAsideContradictions(
+      cell, [&](const model::CellModel& with) { return DiagnoseWith(with, measured, options); });
 }
 
 }  // namespace plumbline::diagnosis

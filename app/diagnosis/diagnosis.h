@@ -9,6 +9,7 @@
 
 #include "app/diagnosis/indices.h"
 #include "app/diagnosis/observations.h"
+#include "app/diagnosis/references.h"
 #include "app/table/csv.h"
 #include "firmware-like/effects/written.h"
 #include "firmware-like/result.h"
@@ -156,6 +157,13 @@ struct Doubt {
   std::string reason;
 };
 
+/// A reference (references.h) that the rest of the data contradicts.
+struct Contradiction {
+  Reference reference;
+  double z = 0;          ///< deletion residual in its standard deviations
+  std::string sentence;  ///< declared and predicted value
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
@@ -168,6 +176,8 @@ struct Diagnosis {
   std::vector<Rival> rivals;
   std::vector<ExplanationCheck> checks;
   std::vector<Doubt> doubts;
+  int references = 0;                         ///< declared distances and places that the rows use
+  std::vector<Contradiction> contradictions;  ///< of references in use, the largest first
   std::string withheld;              ///< empty, or why the corrected model carries no correction
   std::vector<std::string> drivers;  ///< columns that the unknown cause follows
   /// Alternative drivers of an empirical term; each is among the rivals.
@@ -233,7 +243,7 @@ Result<Diagnosis> Diagnose(const model::CellModel& cell, table::MeasuredTable me
                            const DiagnosisOptions& options);
 
 /// Like Diagnose, with all rows at once: an effect is zero in rows that lack its signal.
-Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, table::MeasuredTable measured,
+Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, const table::MeasuredTable& measured,
                                const DiagnosisOptions& options);
 
 }  // namespace plumbline::diagnosis

@@ -33,10 +33,10 @@ double MedianResidual(const Linearisation& linear) {
 
 /// True if several rows, more than a few misread ones, are farther away than effects can move them.
 bool SomeRowsAreGross(const Linearisation& linear) {
-  constexpr int kMinRows = 4;
+  constexpr int kMinGross = 4;
   const PerRow<Vec3> errors = ErrorsOf(linear);
   return std::count_if(errors.begin(), errors.end(),
-                       [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kMinRows;
+                       [](const Vec3& error) { return error.norm() >= kGross_m; }) >= kMinGross;
 }
 
 /// Fit of the data with one mistake corrected.

@@ -94,26 +94,34 @@ void Nuisances::AddPlaceEquations(const Model& model, GroupIndex group,
   const ArtefactFreedom freedom = FreedomOf(artefact);
   const double sd_m = std::max(artefact.sd_m, kExact_m);
   int at = FirstOf(group);
+  const auto add = [&](double declared_m, double now_m, int nuisance) {
+    all.push_back({(declared_m - now_m) / sd_m,
+                   {{nuisance, 1 / sd_m}},
+                   {std::nullopt, ArtefactIndex(group.value())},
+                   declared_m,
+                   sd_m});
+  };
   if (artefact.place && freedom.place == 1) {
-    all.push_back({now.direction.dot(*artefact.place - now.place) / sd_m, {{at, 1 / sd_m}}});
+    add(now.direction.dot(*artefact.place), now.direction.dot(now.place), at);
   }
   for (int axis = 0; artefact.place && freedom.place == 3 && axis < 3; ++axis) {
-    all.push_back({((*artefact.place)[axis] - now.place[axis]) / sd_m, {{at + axis, 1 / sd_m}}});
+    add((*artefact.place)[axis], now.place[axis], at + axis);
   }
   at += freedom.place + freedom.direction;
-  if (artefact.radius_m && freedom.radius == 1) {
-    all.push_back({(*artefact.radius_m - now.radius_m) / sd_m, {{at, 1 / sd_m}}});
-  }
+  if (artefact.radius_m && freedom.radius == 1) add(*artefact.radius_m, now.radius_m, at);
 }
 
-void Nuisances::AddDistance(const Model& model, const model::KnownDistance& distance,
-                            std::vector<Equation>& all) const {
+void Nuisances::AddDistance(const Model& model, int number, std::vector<Equation>& all) const {
+  const model::KnownDistance& distance = data_.cell.distances[static_cast<std::size_t>(number)];
   const Vec3 apart = model.artefacts[ArtefactIndex(distance.second)].place -
                      model.artefacts[ArtefactIndex(distance.first)].place;
   const double length = apart.norm(), sd_m = std::max(distance.sd_m, kExact_m);
   const Vec3 unit = length > 0 ? Vec3(apart / length) : Vec3::UnitX();
   Equation& equation = all.emplace_back();
   equation.residual = (distance.value_m - length) / sd_m;
+  equation.of.distance = number;
+  equation.declared_m = distance.value_m;
+  equation.sd_m = sd_m;
   for (const auto& [artefact, sign] : {std::pair(distance.first, -1.0), {distance.second, 1.0}}) {
     const GroupIndex group(artefact);
     if (CountOf(group) == 0) continue;
@@ -138,9 +146,10 @@ std::vector<Equation> Nuisances::EquationsAt(const Model& model, ComponentIndex 
   for (const GroupIndex group : GroupsOf(component)) {
     if (IsPlace(group)) AddPlaceEquations(model, group, all);
   }
-  for (const model::KnownDistance& distance : data_.cell.distances) {
+  for (int k = 0; k < static_cast<int>(data_.cell.distances.size()); ++k) {
+    const model::KnownDistance& distance = data_.cell.distances[static_cast<std::size_t>(k)];
     if (!Binds(distance) || component_[GroupIndex(distance.first)] != component) continue;
-    AddDistance(model, distance, all);
+    AddDistance(model, k, all);
   }
   return all;
 }

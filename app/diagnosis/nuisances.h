@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/diagnosis/linearisation.h"
+#include "app/diagnosis/references.h"
 
 namespace plumbline::diagnosis {
 
@@ -17,6 +18,8 @@ using ComponentIndex = TypedIndex<struct ComponentTag>;  ///< groups that equati
 struct Equation {
   double residual = 0;
   std::vector<std::pair<int, double>> slopes;  ///< nuisance, and d prediction / d nuisance
+  Reference of;
+  double declared_m = 0, sd_m = 0;
 };
 
 /// Positions of all nuisances in one vector: for each session its free frames (base translation,
@@ -72,8 +75,7 @@ class Nuisances {
 
  private:
   void AddPlaceEquations(const Model& model, GroupIndex group, std::vector<Equation>& all) const;
-  void AddDistance(const Model& model, const model::KnownDistance& distance,
-                   std::vector<Equation>& all) const;
+  void AddDistance(const Model& model, int number, std::vector<Equation>& all) const;
   bool Binds(const model::KnownDistance& distance) const;
 
   const Dataset& data_;

@@ -129,7 +129,7 @@ Result<Diagnosis> Diagnose(const model::CellModel& cell, table::MeasuredTable ta
     if (most) DropSignal(one, table);
     return most;
   });
-  if (lacked.empty()) return DiagnoseRows(cell, std::move(table), options);
+  if (lacked.empty()) return DiagnoseRows(cell, table, options);
   const Result<Diagnosis> complete =
       DiagnoseRows(cell, ExcludeRows(table, RowsOf(lacked)), WithProgress(options, 0, 0.5));
   if (complete && DependsOn(*complete, lacked)) return WithNotes(*complete, table, lacked);

@@ -6,49 +6,19 @@
 #include <set>
 
 #include "app/diagnosis/explanation_checks.h"
+#include "app/diagnosis/references.h"
 
 namespace plumbline::diagnosis {
 namespace {
 
-/// A reference as text, and the data without it.
-struct WithoutReference {
-  std::string name;
-  Dataset data;
-};
-
-std::vector<WithoutReference> EachReference(const Dataset& data) {
-  std::vector<WithoutReference> all;
-  const auto name_of = [&](int artefact) {
-    return data.cell.artefacts[static_cast<std::size_t>(artefact)].name;
-  };
-  const auto used = [&](int artefact) { return data.used_artefacts[ArtefactIndex(artefact)]; };
-  for (std::size_t k = 0; k < data.cell.distances.size(); ++k) {
-    const model::KnownDistance& distance = data.cell.distances[k];
-    if (!used(distance.first) || !used(distance.second)) continue;
-    WithoutReference& without = all.emplace_back();
-    without.name = fmt::format("the distance between {} and {}", name_of(distance.first),
-                               name_of(distance.second));
-    without.data = data;
-    without.data.cell.distances.erase(without.data.cell.distances.begin() +
-                                      static_cast<std::ptrdiff_t>(k));
-  }
-  for (int k = 0; k < static_cast<int>(data.cell.artefacts.size()); ++k) {
-    const model::Artefact& artefact = data.cell.artefacts[static_cast<std::size_t>(k)];
-    if (!used(k) || !(artefact.place || artefact.direction || artefact.radius_m)) continue;
-    WithoutReference& without = all.emplace_back();
-    without.name = fmt::format("the declared values of {}", artefact.name);
-    without.data = data;
-    model::Artefact& unknown = without.data.cell.artefacts[static_cast<std::size_t>(k)];
-    unknown.place.reset();
-    unknown.direction.reset();
-    unknown.radius_m.reset();
-  }
-  return all;
-}
-
-/// The effects of the answer that are still worth their cost in the data.
-Result<std::set<EffectKey>> EffectsIn(const Identified& found, const Dataset& data, int threads) {
-  Result<Linearisation> linear = LineariseApart(data, found.model, threads);
+/// The effects of the answer that are still worth their cost with this reference unknown.
+Result<std::set<EffectKey>> EffectsWithout(const Identified& found, const Reference& reference,
+                                           int threads) {
+  Dataset data = found.fit.data;
+  data.cell = Without(reference, std::move(data.cell));
+  // Declared values of an artefact determine which of its constants are free.
+  Result<Linearisation> linear = reference.distance ? Result<Linearisation>(*found.linear)
+                                                    : LineariseApart(data, found.model, threads);
   if (!linear) return linear.failure();
   const FitProblem fit{data,    found.fit.rows,           found.fit.weights, found.fit.sigma_m,
                        threads, found.fit.row_correlation};
@@ -70,11 +40,11 @@ Result<std::set<EffectKey>> EffectsIn(const Identified& found, const Dataset& da
 
 Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return {};
-  const std::vector<WithoutReference> references = EachReference(found.fit.data);
+  const std::vector<Reference> references = ReferencesOf(found.fit.data);
   if (references.empty()) return {};
   std::vector<std::set<EffectKey>> kept;
-  for (const WithoutReference& without : references) {
-    Result<std::set<EffectKey>> effects = EffectsIn(found, without.data, threads);
+  for (const Reference& reference : references) {
+    Result<std::set<EffectKey>> effects = EffectsWithout(found, reference, threads);
     if (!effects) return effects.failure();
     kept.push_back(std::move(effects).value());
   }
@@ -84,7 +54,7 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     const EffectKey key = KeyOfFinding(finding);
     std::vector<std::string> needed;
     for (std::size_t k = 0; k < references.size(); ++k) {
-      if (!kept[k].contains(key)) needed.push_back(references[k].name);
+      if (!kept[k].contains(key)) needed.push_back(NameOf(references[k], found.fit.data.cell));
     }
     ExplanationCheck check;
     check.name = "references";
