@@ -14,6 +14,7 @@
 #include "app/diagnosis/fahrenheit.h"
 #include "app/diagnosis/impossible_values.h"
 #include "app/diagnosis/nuisances.h"
+#include "app/diagnosis/quaternion_order.h"
 #include "app/diagnosis/unit_changes.h"
 #include "app/table/conditions.h"
 #include "firmware-like/geometry/angle.h"
@@ -70,12 +71,28 @@ void DropCopies(Dataset& data) {
                   copies, first));
 }
 
+/// Adds a note on rows that name an artefact beside a measured position.
+void NoteUnusedArtefacts(Dataset& data, const PerRow<Observation>& observations) {
+  int count = 0, first = 0;
+  for (const RowIndex row : observations.indices()) {
+    const table::MeasuredRow& of_row = data.table.rows[row.offset()];
+    if (of_row.artefact.empty() || OnArtefact(observations[row].kind)) continue;
+    if (count++ == 0) first = of_row.line;
+  }
+  if (count == 0) return;
+  data.notes.push_back(
+      fmt::format("{} rows name an artefact beside a position (first: line {}): the position is "
+                  "used, not the artefact; leave x_mm, y_mm, z_mm empty to use the artefact",
+                  count, first));
+}
+
 /// Determines what each row measures, and moves rows that measure nothing to `unmeasured`, where
 /// they still count as moves.
 std::optional<Error> FindObservations(Dataset& data) {
   table::MeasuredTable& table = data.table;
   Result<PerRow<Observation>> all = ObservationsOf(data.cell, table);
   if (!all) return Error{all.error()};
+  NoteUnusedArtefacts(data, *all);
   std::vector<table::MeasuredRow> measured;
   for (const RowIndex row : all->indices()) {
     const bool used = (*all)[row].kind != ObservationKind::kNone;
@@ -370,6 +387,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   FindUsed(data);
   if (auto error = TooFewRows(data)) return *error;
   SetConditions(data);
+  if (const auto order = QuaternionsInOtherOrder(data)) return Error{*order};
   FindSignals(data);
   FindStillJoints(data);
   SetNoise(data);

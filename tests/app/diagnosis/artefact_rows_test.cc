@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "app/diagnosis/alignment.h"
@@ -198,6 +199,96 @@ TEST_CASE("an effect is named from sockets alone, and what they cannot show is n
   const auto held_out = [&](const HeldOutError& error) { return error.by == "places"; };
   CHECK(
       std::any_of(diagnosis->held_out_by_all.begin(), diagnosis->held_out_by_all.end(), held_out));
+}
+
+/// Five printed tools with two sockets each, 50 mm apart.
+MeasuredCell SocketsWith(const std::string& family) {
+  return Simulated("--family " + family +
+                   " --rows 120 --repeats 0 --seed 4 --artefacts sockets --places 5 "
+                   "--tool-unknown --signal 15");
+}
+
+bool AnyContains(const std::vector<std::string>& notes, const std::string& text) {
+  return std::any_of(notes.begin(), notes.end(),
+                     [&](const std::string& note) { return note.find(text) != std::string::npos; });
+}
+
+TEST_CASE("without any known distance, sockets show effects but not the size of the arm") {
+  MeasuredCell data = SocketsWith("gear_ratio@q3");
+  data.cell.distances.clear();
+  const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kExplained);
+  REQUIRE(diagnosis->findings.size() == 1);
+  CHECK(diagnosis->findings[0].effect.term.effect->traits().id == "gear_ratio");
+  CHECK(Lists(diagnosis->not_observable, "scale"));
+
+  data = SocketsWith("none");
+  data.cell.distances.clear();
+  const Result<Diagnosis> nothing = Diagnose(data.cell, data.table, {});
+  REQUIRE(nothing);
+  CHECK(nothing->verdict == Verdict::kNoEffect);
+}
+
+TEST_CASE("a known distance that the others contradict is named and set aside") {
+  MeasuredCell data = SocketsWith("gear_ratio@q3");
+  data.cell.distances[2].value_m += 6e-4;
+  const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kExplained);
+  REQUIRE(diagnosis->findings.size() == 1);
+  CHECK(diagnosis->findings[0].effect.term.effect->traits().id == "gear_ratio");
+  CHECK(AnyContains(diagnosis->notes,
+                    "set aside, since the rest of the data contradicts it: the distance between "
+                    "tool2_0 and tool2_1, declared as 50.6 mm"));
+}
+
+TEST_CASE("an effect that a single known distance makes is not called explained") {
+  MeasuredCell data = SocketsWith("none");
+  data.cell.distances.resize(1);
+  data.cell.distances[0].value_m += 6e-4;
+  const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+  REQUIRE(diagnosis);
+  REQUIRE(diagnosis->findings.size() == 1);
+  CHECK(diagnosis->verdict == Verdict::kAmbiguous);
+  CHECK(diagnosis->withheld.find("rests on the distance between tool0_0 and tool0_1") !=
+        std::string::npos);
+}
+
+TEST_CASE("a position in a row that names an artefact is used, which is noted") {
+  MeasuredCell data = WithEveryKind();
+  data.table.rows[4].artefact = "ball";
+  CHECK(AnyContains(DatasetOf(data).notes,
+                    "1 rows name an artefact beside a position (first: line 6)"));
+}
+
+TEST_CASE("quaternions in another order are refused, with the order that fits the joints") {
+  MeasuredCell data = Simulated("--family none --rows 20 --repeats 0 --seed 6");
+  data.cell.measurement.sigma_rad = 1e-4;
+  data.table.recorded.orientation = true;
+  const Dataset dataset = DatasetOf(data);
+  const deflection::LoadedArm arm(data.cell);
+  const Eigen::Quaterniond of_tool(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+  std::vector<Eigen::Quaterniond> truth;
+  for (const RowIndex row : dataset.row_indices()) {
+    deflection::LoadedState state;
+    arm.AtActual(dataset.measured(row).q, dataset.payloads[row], dataset.conditions[row], state);
+    truth.push_back(of_tool * Eigen::Quaterniond(state.X_WT.R) * of_tool);
+  }
+  const auto written_as = [&](const std::function<Eigen::Quaterniond(Eigen::Quaterniond)>& write) {
+    for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
+      data.table.rows[k].has_orientation = true;
+      data.table.rows[k].q_WT = write(truth[k]);
+    }
+  };
+  written_as([](const Eigen::Quaterniond& q) { return q; });
+  DatasetOf(data);
+  written_as(
+      [](const Eigen::Quaterniond& q) { return Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()); });
+  const std::string remedy = "if the columns hold x, y, z, w (then write the header as qx, qy, ";
+  CHECK(ErrorOf(data).find(remedy) != std::string::npos);
+  written_as([](const Eigen::Quaterniond& q) { return q.conjugate(); });
+  CHECK(ErrorOf(data).find(remedy) != std::string::npos);
 }
 
 }  // namespace
