@@ -57,8 +57,9 @@ int Import(const JournalOptions& options) {
   }
   std::cerr << config::FaultsText(faults);
   if (!table) return kExitFault;
-  if (!table->recorded.position && !table->recorded.range) {
-    return Fail(options.file + ": has neither x_mm, y_mm, z_mm nor range_mm: no measured values",
+  if (!table->recorded.position && !table->recorded.range && !table->recorded.artefact) {
+    return Fail(options.file +
+                    ": has neither x_mm, y_mm, z_mm nor range_mm nor artefact: no measured values",
                 kExitFault);
   }
   const std::size_t bad = table->unreadable_lines.size();
@@ -192,6 +193,9 @@ nlohmann::json AsJson(const journal::JournalRow& row) {
   put("payload_kg", row.payload_kg, 1);
   put("temp_C", row.temp_C, 1);
   put("range_mm", row.range_m, kMetrePerMm);
+  if (!row.artefact.empty()) json["artefact"] = row.artefact;
+  put("gauge_mm", row.gauge_m, kMetrePerMm);
+  put("sigma_mm", row.sigma_m, kMetrePerMm);
   put_point("predicted_mm", row.predicted_W);
   put_point("measured_mm", row.measured_W);
   return json;
@@ -211,12 +215,17 @@ std::string Line(const journal::JournalRow& row) {
                         1e3 * row.measured_W->y(), 1e3 * row.measured_W->z());
   } else if (row.range_m) {
     line += fmt::format(" {:>8.2f} {:>17}", 1e3 * *row.range_m, "(range)");
+  } else if (row.gauge_m) {
+    line += fmt::format(" {:>8.3f} {:>17}", 1e3 * *row.gauge_m, "(gauge)");
+  } else {
+    line += fmt::format(" {:>26}", "(touch)");
   }
   const bool compared = row.measured_W && row.predicted_W;
   line += fmt::format(
       " {:>11} {:>5}",
       compared ? fmt::format("{:.3f}", 1e3 * (*row.measured_W - *row.predicted_W).norm()) : "-",
       row.model_version ? std::to_string(*row.model_version) : "-");
+  if (!row.artefact.empty()) line += "  on " + row.artefact;
   if (!row.camera.empty()) line += "  by " + row.camera;
   if (row.alarm) line += "  ALARM";
   if (row.wild) line += "  wild";

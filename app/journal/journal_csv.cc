@@ -22,6 +22,7 @@ struct CsvColumn {
   std::string name;
   std::function<std::optional<std::string>(const JournalRow&)> text;
   std::string recorded_as = {};  ///< name in notes on missing values; empty: the name
+  bool may_be_empty = false;     ///< an empty cell means "not measured in this row"
 };
 
 std::string Fixed(double value, int decimals) {
@@ -100,6 +101,9 @@ std::vector<CsvColumn> SelectColumns(std::vector<CsvColumn> columns, bool two_cl
   for (std::size_t c = 0; c < columns.size(); ++c) {
     Lack& lack = lacks.emplace_back(Lack{c, {}, 0});
     for (const JournalRow* row : rows) lack.by_row.push_back(!columns[c].text(*row));
+    const bool absent =
+        std::find(lack.by_row.begin(), lack.by_row.end(), false) == lack.by_row.end();
+    if (columns[c].may_be_empty && !absent) lack.by_row.assign(rows.size(), false);
     lack.count = std::count(lack.by_row.begin(), lack.by_row.end(), true);
   }
   // Most complete columns first, because each may exclude further rows.
@@ -132,7 +136,7 @@ std::vector<CsvColumn> SelectColumns(std::vector<CsvColumn> columns, bool two_cl
     }
     std::vector<std::string> lacking;
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (!kept[c] || columns[c].text(*rows[k])) continue;
+      if (!kept[c] || columns[c].may_be_empty || columns[c].text(*rows[k])) continue;
       const std::string& as = columns[c].recorded_as;
       const std::string& name = as.empty() ? columns[c].name : as;
       if (lacking.empty() || lacking.back() != name) lacking.push_back(name);
@@ -150,6 +154,10 @@ std::vector<CsvColumn> SelectColumns(std::vector<CsvColumn> columns, bool two_cl
   return used;
 }
 
+std::optional<std::string> MillimetresIfThere(const std::optional<double>& length_m) {
+  return length_m ? std::optional(Fixed(*length_m * kMmPerMetre, 5)) : std::nullopt;
+}
+
 enum class Kind { kPosition, kRange, kPose, kNothing };
 
 Kind KindOf(const JournalRow& row) {
@@ -157,10 +165,11 @@ Kind KindOf(const JournalRow& row) {
   return row.range_m ? Kind::kRange : Kind::kNothing;
 }
 
-/// The kind of measured point that most rows have; a pose serves as a position.
+/// The kind of measured point that most rows without an artefact have; a pose serves as a position.
 Kind KindOfMost(const std::vector<JournalRow>& rows) {
   std::size_t positions = 0, poses = 0, ranges = 0;
   for (const JournalRow& row : rows) {
+    if (!row.artefact.empty()) continue;
     const Kind kind = KindOf(row);
     positions += kind == Kind::kPosition || kind == Kind::kPose ? 1 : 0;
     poses += kind == Kind::kPose ? 1 : 0;
@@ -172,11 +181,8 @@ Kind KindOfMost(const std::vector<JournalRow>& rows) {
 
 void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
   if (kind == Kind::kRange) {
-    columns.push_back({"range_mm", [](const JournalRow& row) {
-                         return FixedIfThere(
-                             row.range_m ? std::optional(*row.range_m * kMmPerMetre) : std::nullopt,
-                             5);
-                       }});
+    columns.push_back(
+        {"range_mm", [](const JournalRow& row) { return MillimetresIfThere(row.range_m); }});
     return;
   }
   for (int k = 0; k < 3; ++k) {
@@ -196,6 +202,41 @@ void AddMeasured(std::vector<CsvColumn>& columns, Kind kind) {
   }
 }
 
+/// Adds the columns of rows on artefacts and of single rows' uncertainty where any row has them.
+/// Measured columns may then be empty, since rows of several kinds are exported together.
+void AddArtefacts(std::vector<CsvColumn>& columns, std::size_t first_measured, Kind kind,
+                  const std::vector<const JournalRow*>& rows) {
+  const auto any = [&rows](auto has) {
+    return std::any_of(rows.begin(), rows.end(), [&](const JournalRow* row) { return has(*row); });
+  };
+  if (any([](const JournalRow& row) { return !row.artefact.empty(); })) {
+    for (std::size_t k = first_measured; k < columns.size(); ++k) columns[k].may_be_empty = true;
+    columns.push_back({"artefact",
+                       [](const JournalRow& row) {
+                         return row.artefact.empty() ? std::nullopt : std::optional(row.artefact);
+                       },
+                       "", true});
+    const auto ranges = [](const JournalRow& row) {
+      return !row.artefact.empty() && row.range_m.has_value();
+    };
+    if (kind != Kind::kRange && any(ranges)) {
+      columns.push_back({"range_mm",
+                         [](const JournalRow& row) { return MillimetresIfThere(row.range_m); }, "",
+                         true});
+    }
+    if (any([](const JournalRow& row) { return row.gauge_m.has_value(); })) {
+      columns.push_back({"gauge_mm",
+                         [](const JournalRow& row) { return MillimetresIfThere(row.gauge_m); }, "",
+                         true});
+    }
+  }
+  if (any([](const JournalRow& row) { return row.sigma_m.has_value(); })) {
+    columns.push_back({"sigma_mm",
+                       [](const JournalRow& row) { return MillimetresIfThere(row.sigma_m); }, "",
+                       true});
+  }
+}
+
 }  // namespace
 
 std::vector<JournalRow> JournalRowsFrom(const table::MeasuredTable& table) {
@@ -205,6 +246,9 @@ std::vector<JournalRow> JournalRowsFrom(const table::MeasuredTable& table) {
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
     static_cast<model::MeasuredPoint&>(row) = table::MeasuredPointFromRow(from, table.recorded);
+    row.artefact = from.artefact;
+    if (table.recorded.gauge && from.has_gauge) row.gauge_m = from.gauge_m;
+    if (table.recorded.sigma && from.sigma_m > 0) row.sigma_m = from.sigma_m;
   }
   return rows;
 }
@@ -216,7 +260,8 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   std::vector<const JournalRow*> rows;
   std::vector<std::int64_t> without_point;
   for (const JournalRow& row : all_rows) {
-    const bool fits = kind == Kind::kRange ? row.range_m.has_value() : row.measured_W.has_value();
+    const bool fits = !row.artefact.empty() ||
+                      (kind == Kind::kRange ? row.range_m.has_value() : row.measured_W.has_value());
     if (fits) {
       rows.push_back(&row);
     } else {
@@ -249,7 +294,9 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
                          return std::optional(Fixed(row.q_step_rad.value_or(0) / kRadPerDeg, 7));
                        }});
   }
+  const std::size_t first_measured = columns.size();
   AddMeasured(columns, kind);
+  AddArtefacts(columns, first_measured, kind, rows);
 
   const std::vector<CsvColumn> used =
       SelectColumns(std::move(columns), two_clocks, rows, exported.notes);
@@ -262,7 +309,7 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   line([](const CsvColumn& column) { return column.name; });
   for (const JournalRow* row : rows) {
     exported.ids.push_back(row->id);
-    line([row](const CsvColumn& column) { return *column.text(*row); });
+    line([row](const CsvColumn& column) { return column.text(*row).value_or(""); });
   }
   return exported;
 }

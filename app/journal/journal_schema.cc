@@ -19,6 +19,8 @@ CREATE TABLE measurement (
   q_step_deg REAL,  -- of the registers that q was read from; 0: finer than matters
   covariance_mm2 TEXT,  -- of x y z by camera: array of 9 row by row
   quarantine INTEGER NOT NULL DEFAULT 0,  -- 0 none; 1 waits for a person; 2 accepted; 3 rejected
+  artefact TEXT, gauge_mm REAL,  -- of rows on artefacts
+  sigma_mm REAL,  -- of this row alone
   camera TEXT  -- that saw it, where it has a name: side, side+rear
 );
 CREATE TABLE epoch (utc_s INTEGER NOT NULL);
@@ -74,6 +76,18 @@ CREATE TABLE quarantine_decision (
 PRAGMA user_version = 5;
 )";
 
+/// Schema 5 had no rows on artefacts, and no uncertainty of single rows.
+constexpr const char* kFromSchema5 = R"(
+ALTER TABLE measurement ADD COLUMN artefact TEXT;
+ALTER TABLE measurement ADD COLUMN gauge_mm REAL;
+ALTER TABLE measurement ADD COLUMN sigma_mm REAL;
+PRAGMA user_version = 6;
+)";
+
+/// Conversions in order: the n-th from schema n + 1.
+constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3, kFromSchema4,
+                                        kFromSchema5};
+
 }  // namespace
 
 Result<void> MigrateSchema(sqlite::Database& database) {
@@ -91,10 +105,9 @@ Result<void> MigrateSchema(sqlite::Database& database) {
   if (*version == 0 && (!database.Run(kSchema) || !database.Run(kJournalIdentity.Mark().c_str()))) {
     return problem();
   }
-  if (*version == 1 && !database.Run(kFromSchema1)) return problem();
-  if ((*version == 1 || *version == 2) && !database.Run(kFromSchema2)) return problem();
-  if (*version >= 1 && *version <= 3 && !database.Run(kFromSchema3)) return problem();
-  if (*version >= 1 && *version <= 4 && !database.Run(kFromSchema4)) return problem();
+  for (std::int64_t from = *version; from >= 1 && from < kJournalSchema; ++from) {
+    if (!database.Run(kConversions[from - 1])) return problem();
+  }
   if (!transaction.Commit()) return problem();
   return {};
 }

@@ -81,13 +81,14 @@ const char* const kInsertRow =
     "INSERT INTO measurement (source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg,"
     " temp_C, predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx,"
     " qy, qz, model_version, wild, alarm, q_step_deg, covariance_mm2, camera,"
-    " quarantine) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " quarantine, artefact, gauge_mm, sigma_mm) VALUES"
+    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 const char* const kSelectRows =
     "SELECT source, unix_ms, t_s, session, command, q, qd, qdd, tau, payload_kg, temp_C,"
     " predicted_x_mm, predicted_y_mm, predicted_z_mm, x_mm, y_mm, z_mm, range_mm, qw, qx, qy, qz,"
-    " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera, quarantine FROM"
-    " measurement";
+    " model_version, wild, alarm, id, q_step_deg, covariance_mm2, camera, quarantine, artefact,"
+    " gauge_mm, sigma_mm FROM measurement";
 
 const char* NameOf(JournalRow::Source source) {
   switch (source) {
@@ -139,6 +140,12 @@ bool InsertRow(sqlite::Statement& statement, const JournalRow& row,
   statement.Bind(27, CovarianceText(row.covariance_W));
   statement.Bind(28, row.camera.empty() ? std::nullopt : std::optional(row.camera));
   statement.Bind(29, static_cast<std::int64_t>(row.quarantine));
+  const auto in_mm = [](const std::optional<double>& length_m) {
+    return length_m ? std::optional(*length_m * kMmPerMetre) : std::nullopt;
+  };
+  statement.Bind(30, row.artefact.empty() ? std::nullopt : std::optional(row.artefact));
+  statement.Bind(31, in_mm(row.gauge_m));
+  statement.Bind(32, in_mm(row.sigma_m));
   return statement.Run();
 }
 
@@ -172,6 +179,9 @@ std::optional<JournalRow> RowFrom(const sqlite::Statement& s,
   row.covariance_W = CovarianceFrom(s, 27);
   if (!s.IsNull(28)) row.camera = s.Text(28);
   row.quarantine = static_cast<JournalRow::Quarantine>(s.Integer(29));
+  if (!s.IsNull(30)) row.artefact = s.Text(30);
+  if (const auto gauge_mm = s.OptionalNumberAt(31)) row.gauge_m = *gauge_mm * kMetrePerMm;
+  if (const auto sigma_mm = s.OptionalNumberAt(32)) row.sigma_m = *sigma_mm * kMetrePerMm;
   return row;
 }
 

@@ -107,6 +107,20 @@ Vector3d Bending(const Tool& tool, const Vector3d& g_F, double payload_kg, const
           force.y() * by_force - moment.x() * by_moment + line_load.y() * by_weight, 0.0};
 }
 
+Vector3d Slope(const Tool& tool, const Vector3d& g_F, double payload_kg, const Vector3d& cog_m) {
+  if (tool.rigid) return Vector3d::Zero();
+  const double length = tool.length_m;
+  const double stiffness = tool.youngs_modulus_Pa * tool.SecondMomentM4();
+  const Vector3d force = payload_kg * g_F;
+  const Vector3d moment = (cog_m - Vector3d(0.0, 0.0, length)).cross(force);
+  const Vector3d line_load = tool.density_kg_m3 * tool.AreaM2() * g_F;
+  const double by_force = length * length / (2.0 * stiffness);
+  const double by_moment = length / stiffness;
+  const double by_weight = length * length * length / (6.0 * stiffness);
+  return {-force.y() * by_force + moment.x() * by_moment - line_load.y() * by_weight,
+          force.x() * by_force + moment.y() * by_moment + line_load.x() * by_weight, 0.0};
+}
+
 Vector3d Arm::Gravity() const {
   return Turned({changes_.gravity_rad.x(), changes_.gravity_rad.y(), 0.0}, cell_.gravity_m_s2);
 }
@@ -404,6 +418,11 @@ Vector3d Arm::Seen(const Row& row, const Vector3d& p) const {
   return at + (1.0 + changes_.tag_size) * (reported_across + reported_depth * ahead);
 }
 
+double Arm::BendingFactor(const Row& row) const {
+  return 1.0 + changes_.creep * std::log1p(row.t_s / changes_.creep_tau_s) +
+         changes_.bending_per_kg * row.payload_kg;
+}
+
 Vector3d Arm::Tip(const Row& row) const {
   const Posture posture = Solve(row);
   const Walker& flange = posture.flange;
@@ -415,9 +434,7 @@ Vector3d Arm::Tip(const Row& row) const {
     const double payload = Payload(row);
     const Vector3d cog =
         cell_.payload_cog_m ? Vector3d(*cell_.payload_cog_m + changes_.cog_m) : Vector3d::Zero();
-    const double stretch = 1.0 + changes_.creep * std::log1p(row.t_s / changes_.creep_tau_s) +
-                           changes_.bending_per_kg * row.payload_kg;
-    tip += Bending(tool, g, payload, cog) / (1.0 + changes_.tool_ratio) * stretch;
+    tip += Bending(tool, g, payload, cog) / (1.0 + changes_.tool_ratio) * BendingFactor(row);
     if (changes_.shear_kappa != 0.0) {
       const double shear_modulus = tool.youngs_modulus_Pa / (2.0 * (1.0 + tool.poisson_ratio));
       tip += payload * Vector3d(g.x(), g.y(), 0.0) * tool.length_m /
@@ -439,6 +456,26 @@ Vector3d Arm::Tip(const Row& row) const {
   }
   const Vector3d at = Seen(row, Yielded(row, posture).Point(tip));
   return cell_.anchor_m ? at : Vector3d((1.0 + changes_.scale) * at);
+}
+
+Eigen::Matrix3d Arm::TipAxes(const Row& row) const {
+  const Posture posture = Solve(row);
+  const Tool& tool = cell_.tool;
+  Walker tip = Yielded(row, posture);
+  if (!tool.rigid) {
+    const Vector3d g = posture.flange.Into(posture.gravity);
+    const double payload = Payload(row);
+    const Vector3d cog =
+        cell_.payload_cog_m ? Vector3d(*cell_.payload_cog_m + changes_.cog_m) : Vector3d::Zero();
+    Vector3d root_moment = payload * cog.cross(g) +
+                           tool.BodyMassKg() * Vector3d(0.0, 0.0, 0.5 * tool.length_m).cross(g);
+    root_moment.z() = 0.0;
+    tip.Turn(Slope(tool, g, payload, cog) / (1.0 + changes_.tool_ratio) * BendingFactor(row) +
+             changes_.root_compliance * root_moment);
+  }
+  Eigen::Matrix3d axes;
+  axes << tip.x, tip.y, tip.z;
+  return axes;
 }
 
 double Arm::Range(const Vector3d& tip_m) const {
@@ -487,6 +524,16 @@ std::vector<Vector3d> Tips(const Cell& cell, const Effects& effects, const std::
   tips.reserve(rows.size());
   for (const Row& row : rows) tips.push_back(arm.Tip(row));
   return tips;
+}
+
+std::vector<Eigen::Matrix3d> TipsAxes(const Cell& cell, const Effects& effects,
+                                      const std::vector<Row>& rows) {
+  const Changes changes(effects, int(cell.joints.size()));
+  const Arm arm(cell, changes);
+  std::vector<Eigen::Matrix3d> all;
+  all.reserve(rows.size());
+  for (const Row& row : rows) all.push_back(arm.TipAxes(row));
+  return all;
 }
 
 }  // namespace simulator

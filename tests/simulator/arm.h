@@ -24,6 +24,7 @@ struct Row {
   double range_m = 0.0;  ///< from the cell's anchor, or from the artefact; replaces xyz_m
   std::string artefact;  ///< that is touched or measured against; empty: none
   double gauge_m = 0.0;  ///< reading of a dial gauge
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< orientation of the tip (columns)
 };
 
 /// A square-tube cantilever with a payload: tip displacement in the flange frame [m].
@@ -31,6 +32,11 @@ struct Row {
 ///   F = m g,  M = (cog - (0,0,L)) x F,  w = density area g
 Eigen::Vector3d Bending(const Tool& tool, const Eigen::Vector3d& g_F, double payload_kg,
                         const Eigen::Vector3d& cog_m);
+
+/// Slope of the end of that cantilever: rotation vector in the flange frame [rad].
+///   r_y = F_x L^2/(2EI) + M_y L/(EI) + w_x L^3/(6EI),  r_x alike with -F_y, M_x and -w_y,  r_z = 0
+Eigen::Vector3d Slope(const Tool& tool, const Eigen::Vector3d& g_F, double payload_kg,
+                      const Eigen::Vector3d& cog_m);
 
 struct Walker;
 
@@ -43,6 +49,9 @@ class Arm {
 
   /// Tip position reported by a noiseless instrument [m], in the measurement frame.
   Eigen::Vector3d Tip(const Row& row) const;
+
+  /// Orientation of the tip in the measurement frame (columns: its axes).
+  Eigen::Matrix3d TipAxes(const Row& row) const;
 
   /// Reported distance of a tip from the cell's anchor [m].
   double Range(const Eigen::Vector3d& tip_m) const;
@@ -69,6 +78,7 @@ class Arm {
              Posture& posture, const std::vector<Yields>* yields = nullptr) const;
   Walker Yielded(const Row& row, const Posture& solved) const;
   std::vector<Yields> YieldsOf(const Row& row, const Posture& posture) const;
+  double BendingFactor(const Row& row) const;  ///< of the tool, by creep and payload
   Eigen::VectorXd UnweighedSag(const Row& row) const;
   Eigen::VectorXd Deflection(const Row& row, const Eigen::VectorXd& torque_Nm) const;
   Eigen::Vector3d Gravity() const;
@@ -86,5 +96,9 @@ Eigen::VectorXd Readings(const Cell& cell, const Effects& effects, const std::ve
 /// Tips of all rows.
 std::vector<Eigen::Vector3d> Tips(const Cell& cell, const Effects& effects,
                                   const std::vector<Row>& rows);
+
+/// Orientations of the tips of all rows.
+std::vector<Eigen::Matrix3d> TipsAxes(const Cell& cell, const Effects& effects,
+                                      const std::vector<Row>& rows);
 
 }  // namespace simulator

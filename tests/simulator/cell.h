@@ -54,6 +54,7 @@ struct Cell {
   Tool tool;
   std::optional<Eigen::Vector3d> payload_cog_m;  ///< in the flange frame
   double sigma_m = 0.0;
+  double sigma_rad = 0.0;  ///< of a measured orientation on one axis; 0: not measured
   double reference_temperature_C = 22.0;
   struct Camera {
     Eigen::Vector3d at_m = Eigen::Vector3d::Zero();

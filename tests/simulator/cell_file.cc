@@ -126,10 +126,10 @@ Cell ReadCell(const std::string& path) {
 
 void WriteCell(const Cell& cell, const std::string& path) {
   std::string text = fmt::format(
-      "schema = 1\n\n[robot]\nname = \"{}\"\nconvention = \"{}\"\ngravity_m_s2 = {}\n"
+      "schema = {}\n\n[robot]\nname = \"{}\"\nconvention = \"{}\"\ngravity_m_s2 = {}\n"
       "base_xyz_mm = {}\nbase_rpy_deg = {}\n",
-      cell.name, cell.proximal ? "mdh" : "dh", Triple(cell.gravity_m_s2), Triple(cell.base_m * 1e3),
-      Triple(cell.base_rpy_rad / kDeg));
+      cell.sigma_rad > 0.0 ? 2 : 1, cell.name, cell.proximal ? "mdh" : "dh",
+      Triple(cell.gravity_m_s2), Triple(cell.base_m * 1e3), Triple(cell.base_rpy_rad / kDeg));
   for (const Joint& joint : cell.joints) {
     const double unit = joint.prismatic ? 1e-3 : kDeg;
     const char* const name = joint.prismatic ? "mm" : "deg";
@@ -164,6 +164,7 @@ void WriteCell(const Cell& cell, const std::string& path) {
               : "kind = \"position\"\n";
   text += fmt::format("{}{}sigma_mm = {:.6g}\n", cell.unaligned ? "frame = \"unaligned\"\n" : "",
                       cell.tool_unknown ? "tool = \"unknown\"\n" : "", cell.sigma_m * 1e3);
+  if (cell.sigma_rad > 0.0) text += fmt::format("sigma_deg = {:.6g}\n", cell.sigma_rad / kDeg);
   text += fmt::format("reference_temperature_C = {:.6g}\n", cell.reference_temperature_C);
   if (cell.camera) {
     text += fmt::format("camera_xyz_mm = {}\ncamera_rpy_deg = {}\n",

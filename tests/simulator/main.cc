@@ -25,6 +25,7 @@ struct Options {
   bool unaligned = false, rigid_joints = false, camera = false, masses_unknown = false;
   Design design;
   Noise noise;
+  double sigma_deg = 0.0;
   bool range = false;
   std::string artefacts;
   int places = 6;
@@ -161,6 +162,7 @@ void Generate(Options options) {
   Cell cell =
       options.declared_cell.empty() ? ReadyCell(options.robot) : ReadCell(options.declared_cell);
   cell.sigma_m = options.sigma_mm * 1e-3;
+  cell.sigma_rad = options.sigma_deg * kDeg;
   cell.unaligned = options.unaligned;
   cell.tool_unknown = options.unaligned || options.tool_unknown;
   if (options.camera || NeedsCamera(options.family)) cell.camera = CameraBeside(cell);
@@ -197,6 +199,9 @@ void Generate(Options options) {
   if (artefacts.all.empty()) {
     outliers = Measure(cell, options.noise, Tips(cell, all, tables.measured.rows), tables.measured,
                        random);
+    if (cell.sigma_rad > 0.0) {
+      MeasureAxes(cell, TipsAxes(cell, all, tables.measured.rows), tables.measured, random);
+    }
   } else {
     TouchArtefacts(artefacts, cell, all, tables.measured, random);
   }
@@ -310,6 +315,7 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", o.design.repeats, "Number of repeated visits among them");
   app.add_option("--tests", o.design.tests, "Number of noise-free test poses");
   app.add_option("--sigma-mm", o.sigma_mm);
+  app.add_option("--sigma-deg", o.sigma_deg, "Measure orientations, too, with this noise");
   app.add_option("--signal", o.signal, "RMS displacement of each effect divided by sqrt(3) sigma");
   app.add_option("--sessions", o.design.sessions);
   app.add_option("--outliers", o.noise.outliers,

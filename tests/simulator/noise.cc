@@ -86,4 +86,15 @@ std::vector<int> Measure(const Cell& cell, const Noise& noise,
   return lines;
 }
 
+void MeasureAxes(const Cell& cell, const std::vector<Eigen::Matrix3d>& truth, Table& measured,
+                 Generator& random) {
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    const Eigen::Vector3d turn =
+        cell.sigma_rad * Eigen::Vector3d(Normal(random), Normal(random), Normal(random));
+    measured.rows[k].axes =
+        Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * truth[k];
+  }
+  measured.axes = true;
+}
+
 }  // namespace simulator

@@ -20,4 +20,8 @@ std::vector<int> Measure(const Cell& cell, const Noise& noise,
                          const std::vector<Eigen::Vector3d>& truth_m, Table& measured,
                          Generator& random);
 
+/// Adds rotation noise of sigma_rad on each axis to the true orientations.
+void MeasureAxes(const Cell& cell, const std::vector<Eigen::Matrix3d>& truth, Table& measured,
+                 Generator& random);
+
 }  // namespace simulator

@@ -158,6 +158,11 @@ TEST_CASE("a horizontal tool bends according to the beam tables") {
   CHECK(Bending(tool, g, 30.0, {0, 0, 1.5}).x() ==
         Approx((300.0 / 3.0 + 150.0 / 2.0 + 100.0 / 8.0) / stiffness));
   CHECK(Bending(tool, {0, 0, 10}, 30.0, {0, 0, 1.5}).norm() == Approx(0.0).margin(1e-15));
+  // The slope at the end: force / 2EI, moment / EI, self-weight / 6EI.
+  CHECK(Slope(tool, g, 30.0, {0, 0, 1.5}).y() ==
+        Approx((300.0 / 2.0 + 150.0 + 100.0 / 6.0) / stiffness));
+  CHECK(Slope(tool, {0, 10, 0}, 30.0, {0, 0, 1.5}).x() ==
+        Approx(-(300.0 / 2.0 + 150.0 + 100.0 / 6.0) / stiffness));
 }
 
 TEST_CASE("effects move the tip according to their definition") {

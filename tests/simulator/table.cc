@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -138,6 +139,7 @@ void WriteTable(const Table& table, const std::string& path) {
   if (table.pressure) text += "air_pressure_bar,";
   if (table.tilt) text += "tilt_x_deg,tilt_y_deg,";
   if (table.xyz) text += "x_mm,y_mm,z_mm,";
+  if (table.axes) text += "qw,qx,qy,qz,";
   if (table.range) text += "range_mm,";
   if (table.artefact) text += "artefact,";
   if (table.gauge) text += "gauge_mm,";
@@ -160,6 +162,10 @@ void WriteTable(const Table& table, const std::string& path) {
     if (table.tilt) angles(row.tilt_rad);
     if (table.xyz) {
       for (const double value : row.xyz_m) number(value * 1e3);
+    }
+    if (table.axes) {
+      const Eigen::Quaterniond turn(row.axes);
+      text += fmt::format("{:.9f},{:.9f},{:.9f},{:.9f},", turn.w(), turn.x(), turn.y(), turn.z());
     }
     if (table.range) number(row.range_m * 1e3);
     if (table.artefact) text += row.artefact + ",";

@@ -13,7 +13,7 @@ struct Table {
   std::vector<Row> rows;
   bool session = false, t = false, qd = false, qdd = false, tau = false, payload = false,
        temp = false, pressure = false, tilt = false, xyz = false, range = false, artefact = false,
-       gauge = false;
+       gauge = false, axes = false;
   std::vector<bool> prismatic;  ///< joints whose positions are in metres (mm in the file)
 };
 

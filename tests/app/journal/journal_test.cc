@@ -137,7 +137,7 @@ TEST_CASE("a file that is not a journal is refused and left unchanged") {
   const Case cases[] = {
       {"text", [](const std::string& path) { std::ofstream(path) << std::string(5000, 'x'); },
        "not a database; restore it from the backup, or move it away to start a new one"},
-      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 6"); }, "newer"},
+      {"newer", [&](const std::string& path) { run(path, "PRAGMA user_version = 7"); }, "newer"},
       {"other", [&](const std::string& path) { run(path, "CREATE TABLE t (a)"); },
        "not a plumbline journal"},
   };
@@ -284,6 +284,39 @@ TEST_CASE("exported rows read as the measured.csv they came from") {
   }
 }
 
+TEST_CASE(
+    "rows on artefacts and of several kinds come back from the journal as they were imported") {
+  const TemporaryFolder folder;
+  const std::string text =
+      "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,artefact,range_mm,gauge_mm,sigma_"
+      "mm\n"
+      "1,-20,30,40,50,60,1000,-2.5,3.25,,,,0.05\n"
+      "2,-20,30,40,50,60,,,,front_0,,,\n"
+      "3,-20,30,40,50,60,,,,post,812.5,,0.2\n"
+      "4,-20,30,40,50,60,,,,dial,,-0.125,\n";
+  config::FaultList faults;
+  const auto table = table::TableFromCsv(text, "measured.csv", Joints(), faults);
+  REQUIRE(table);
+  auto journal = Journal::Open(folder.path() + "/journal.sqlite");
+  REQUIRE(journal.value().Append(JournalRowsFrom(*table), Joints()).ok());
+  const ExportedCsv exported = CsvFromJournal(*journal.value().Read({}, Joints()), Joints());
+  CHECK(exported.notes.empty());
+  const auto back = table::TableFromCsv(exported.text, "back.csv", Joints(), faults);
+  CHECK_FALSE(faults.HasFaults());
+  REQUIRE(back);
+  REQUIRE(back->rows.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const table::MeasuredRow &a = back->rows[i], &b = table->rows[i];
+    CHECK(a.artefact == b.artefact);
+    CHECK(a.has_point == b.has_point);
+    CHECK(a.has_range == b.has_range);
+    CHECK(a.has_gauge == b.has_gauge);
+    CHECK(a.sigma_m == Approx(b.sigma_m));
+    if (a.has_range) CHECK(a.range_m == Approx(b.range_m));
+    if (a.has_gauge) CHECK(a.gauge_m == Approx(b.gauge_m));
+  }
+}
+
 TEST_CASE("t_s is exported as it is in the journal, whatever the wall clock did") {
   std::vector<JournalRow> rows = {FullRow(1), FullRow(2), FullRow(3)};
   rows[1].unix_ms = 0;
@@ -342,6 +375,9 @@ TEST_CASE("a journal of schema 1, which counted from the boot, is converted to w
     REQUIRE(
         raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
                         "ALTER TABLE measurement DROP COLUMN quarantine;"
+                        "ALTER TABLE measurement DROP COLUMN sigma_mm;"
+                        "ALTER TABLE measurement DROP COLUMN gauge_mm;"
+                        "ALTER TABLE measurement DROP COLUMN artefact;"
                         "DROP TABLE epoch; ALTER TABLE measurement DROP COLUMN q_step_deg;"
                         "ALTER TABLE measurement DROP COLUMN camera;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
@@ -465,6 +501,9 @@ TEST_CASE("a journal of schema 2 keeps its rows, and accepts camera probes") {
     REQUIRE(
         raw.value().Run("DROP INDEX quarantine_waiting; DROP TABLE quarantine_decision;"
                         "ALTER TABLE measurement DROP COLUMN quarantine;"
+                        "ALTER TABLE measurement DROP COLUMN sigma_mm;"
+                        "ALTER TABLE measurement DROP COLUMN gauge_mm;"
+                        "ALTER TABLE measurement DROP COLUMN artefact;"
                         "ALTER TABLE measurement DROP COLUMN camera;"
                         "ALTER TABLE measurement DROP COLUMN covariance_mm2;"
                         "PRAGMA user_version = 2"));

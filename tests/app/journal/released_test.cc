@@ -85,6 +85,13 @@ void CheckCameraProbe(const JournalRow& row, int schema) {
   CHECK(row.camera == (schema >= 4 ? "side+rear" : ""));
 }
 
+void CheckTouch(const JournalRow& row) {
+  CHECK(row.artefact == "dial");
+  CHECK(*row.gauge_m == Approx(-1.25e-4));
+  CHECK(*row.sigma_m == Approx(2e-5));
+  CHECK_FALSE(row.measured_W);
+}
+
 /// Before schema 5 every probe was a measurement.
 void CheckQuarantined(Journal& journal, int schema) {
   JournalFilter filter;
@@ -104,7 +111,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
     const TemporaryFolder folder;
     const std::string path = folder.path() + "/journal.sqlite";
     WriteReleased("journal", schema, path);
-    const std::int64_t count = schema >= 5 ? 6 : schema >= 3 ? 5 : 4;
+    const std::int64_t count = schema >= 6 ? 7 : schema >= 5 ? 6 : schema >= 3 ? 5 : 4;
     {
       const std::string before = FileText(path);
       const auto early = Journal::OpenForReading(path);
@@ -129,6 +136,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
       CheckImported((*rows)[3]);
       if (schema >= 3) CheckCameraProbe((*rows)[4], schema);
       CheckQuarantined(journal.value(), schema);
+      if (schema >= 6) CheckTouch(rows->back());
       const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
       REQUIRE(imported);
       CHECK(*imported == "measured.csv");
