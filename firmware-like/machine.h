@@ -151,6 +151,17 @@ class Machine {
   /// Executes a probe command: the result holds the predicted tip pose, and its correction is
   /// measured - predicted. A quarantined probe is handled in the same way, but its result is not
   /// valid.
+  /// The loaded tip at the time of a probe.
+  struct Prediction {
+    loads::Payload payload;
+    deflection::LoadedState state;
+  };
+  /// Checks that the robot's state allows a probe, and predicts the tip.
+  correction::CorrectionCode PredictProbe(const MachineInput& input, const Vec3& measured_W,
+                                          Prediction& at);
+  /// Fills the probe and the command's result, without a measurement.
+  void TakeProbe(const MachineInput& input, const Prediction& at);
+  correction::CorrectionCode RecordProbeOnArtefact(const MachineInput& input);
   correction::CorrectionCode RecordProbe(const MachineInput& input,
                                          const std::optional<Vec3>& measured_W);
   /// kOk if a probe can be recorded now, otherwise why it cannot.

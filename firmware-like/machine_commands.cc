@@ -76,6 +76,12 @@ void Machine::Execute(const MachineInput& input) {
     return;
   }
 
+  if (command.code == model::PlcCommandCode::kProbeArtefact) {
+    result.code = RecordProbeOnArtefact(input);
+    result.valid = result.code == correction::CorrectionCode::kOk;
+    return;
+  }
+
   correction::AssemblyPoint point;
   model::JointVector seed = snapshot_.robot.q;
   switch (command.code) {
@@ -200,53 +206,94 @@ correction::CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& me
                                            : correction::CorrectionCode::kProbeImplausible;
 }
 
-correction::CorrectionCode Machine::RecordProbe(const MachineInput& input,
-                                                const std::optional<Vec3>& measured_W) {
-  const model::PlcCommand& command = input.command;
+correction::CorrectionCode Machine::PredictProbe(const MachineInput& input, const Vec3& measured_W,
+                                                 Prediction& at) {
   const deflection::LoadedArm& arm = corrector_.arm();
-  if (const correction::CorrectionCode code = ProbeRecordingCode(input);
-      code != correction::CorrectionCode::kOk)
-    return code;
-  if (!measured_W) return correction::CorrectionCode::kBadCommand;
   if (snapshot_.input_fault != InputFault::kOk) return correction::CorrectionCode::kNoRobot;
-  if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, *measured_W);
-  const std::optional<loads::Payload> payload = PayloadAt(command.payload_kg);
+  if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, measured_W);
+  const std::optional<loads::Payload> payload = PayloadAt(input.command.payload_kg);
   if (!payload) return correction::CorrectionCode::kPayloadUnknown;
   if (arm.torques_missing()) return correction::CorrectionCode::kTorquesUnknown;
-  deflection::LoadedState state;
-  if (!arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), state)) {
-    return correction::CorrectionCode::kNotConverged;
-  }
-  const ProbeFault fault = CheckProbe(arm, probe_bounds_, *measured_W, state.p_read_W);
-  if (fault != ProbeFault::kNone) return RefuseProbe(fault, *measured_W);
-  snapshot_.probes.fault = ProbeFault::kNone;
+  at.payload = *payload;
+  return arm.AtCommanded(snapshot_.robot.q, *payload, ConditionsOf(*payload), at.state)
+             ? correction::CorrectionCode::kOk
+             : correction::CorrectionCode::kNotConverged;
+}
 
+void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
+  snapshot_.probes.fault = ProbeFault::kNone;
   Probe& probe = snapshot_.probe;
-  probe.sequence = command.sequence;
+  probe.sequence = input.command.sequence;
   probe.unix_ms = input.unix_ms;
   probe.utc_s = input.utc_s;
   probe.q = snapshot_.robot.q;
   probe.q_step_rad = snapshot_.robot.q_resolution;
-  probe.payload_kg = payload->mass_kg;
+  probe.payload_kg = at.payload.mass_kg;
   probe.temp_C = snapshot_.robot.temp_C;
-  probe.predicted_W = state.p_read_W;
-  probe.measured_W = *measured_W;
+  probe.predicted_W = at.state.p_read_W;
+  probe.measured_W.reset();
   probe.covariance_W.reset();
+  probe.range_m.reset();
+  probe.gauge_m.reset();
+  probe.artefact = 0;
   probe.cameras = 0;
-  probe.quarantined = Contradicts(probe_bounds_, *measured_W, state.p_read_W);
+  probe.quarantined = false;
   snapshot_.probe_taken = true;
 
   correction::Correction& prediction = snapshot_.result.correction;
   prediction.code = correction::CorrectionCode::kOk;
   prediction.q = probe.q;
-  prediction.X_BP_command = state.X_BT;
-  prediction.translation_B = arm.X_WB().R.transpose() * (*measured_W - probe.predicted_W);
+  prediction.X_BP_command = at.state.X_BT;
+  prediction.translation_B.setZero();
   prediction.rotation_B.setZero();
-  prediction.extrapolated = deflection::OutsideDomain(config_.cell, probe.q, payload->mass_kg,
-                                                      probe.temp_C, ConditionsOf(*payload).t_s);
-  StateUncertainty(*payload, Vec3::Zero(), prediction);
+  prediction.extrapolated = deflection::OutsideDomain(config_.cell, probe.q, at.payload.mass_kg,
+                                                      probe.temp_C, ConditionsOf(at.payload).t_s);
+  StateUncertainty(at.payload, Vec3::Zero(), prediction);
+}
+
+correction::CorrectionCode Machine::RecordProbe(const MachineInput& input,
+                                                const std::optional<Vec3>& measured_W) {
+  const deflection::LoadedArm& arm = corrector_.arm();
+  if (const correction::CorrectionCode code = ProbeRecordingCode(input);
+      code != correction::CorrectionCode::kOk)
+    return code;
+  if (!measured_W) return correction::CorrectionCode::kBadCommand;
+  Prediction at;
+  const correction::CorrectionCode code = PredictProbe(input, *measured_W, at);
+  if (code != correction::CorrectionCode::kOk) return code;
+  const ProbeFault fault = CheckProbe(arm, probe_bounds_, *measured_W, at.state.p_read_W);
+  if (fault != ProbeFault::kNone) return RefuseProbe(fault, *measured_W);
+  TakeProbe(input, at);
+  Probe& probe = snapshot_.probe;
+  probe.measured_W = *measured_W;
+  probe.quarantined = Contradicts(probe_bounds_, *measured_W, probe.predicted_W);
+  snapshot_.result.correction.translation_B =
+      arm.X_WB().R.transpose() * (*measured_W - probe.predicted_W);
   return probe.quarantined ? correction::CorrectionCode::kProbeQuarantined
                            : correction::CorrectionCode::kOk;
+}
+
+correction::CorrectionCode Machine::RecordProbeOnArtefact(const MachineInput& input) {
+  const model::PlcCommand& command = input.command;
+  const std::vector<model::Artefact>& artefacts = config_.cell.artefacts;
+  if (const correction::CorrectionCode code = ProbeRecordingCode(input);
+      code != correction::CorrectionCode::kOk)
+    return code;
+  if (command.point_id == 0 || command.point_id > artefacts.size() || !command.reading_m) {
+    return correction::CorrectionCode::kBadCommand;
+  }
+  const model::ArtefactKind kind = artefacts[command.point_id - 1U].kind;
+  const bool gauge = kind == model::ArtefactKind::kGauge;
+  const bool range = kind == model::ArtefactKind::kPoint && *command.reading_m > 0;
+  if (!gauge && !range && *command.reading_m != 0) return correction::CorrectionCode::kBadCommand;
+  Prediction at;
+  const correction::CorrectionCode code = PredictProbe(input, Vec3::Zero(), at);
+  if (code != correction::CorrectionCode::kOk) return code;
+  TakeProbe(input, at);
+  snapshot_.probe.artefact = command.point_id;
+  if (gauge) snapshot_.probe.gauge_m = command.reading_m;
+  if (range) snapshot_.probe.range_m = command.reading_m;
+  return correction::CorrectionCode::kOk;
 }
 
 }  // namespace plumbline

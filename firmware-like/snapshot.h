@@ -96,6 +96,8 @@ struct Probe : model::MeasuredPoint {
   double utc_s = 0;                 ///< since 1970; never stepped within one run of the daemon
   Vec3 predicted_W = Vec3::Zero();  ///< loaded tip predicted by the model in force [m]
   std::uint16_t cameras = 0;        ///< bit k: camera k contributed
+  std::uint16_t artefact = 0;       ///< number in the cell's list from 1; 0: none, a measured tip
+  std::optional<double> gauge_m;    ///< reading of the dial gauge `artefact`
   bool quarantined = false;         ///< contradicts the model: stored, but used only if accepted
 };
 

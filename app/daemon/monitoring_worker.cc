@@ -272,7 +272,8 @@ bool MonitoringWorker::RestartMonitor(const char* reason) {
 
 bool MonitoringWorker::Record(const CycleEvent& event) {
   journal::JournalRow row =
-      JournalRowFromProbe(event, config_.monitoring.session, journal_->EpochUtc_s(), *cameras_);
+      JournalRowFromProbe(event, config_.monitoring.session, journal_->EpochUtc_s(),
+                          config_.machine.cell.artefacts, *cameras_);
   const std::vector<model::Joint>& joints = config_.machine.cell.robot.joints;
   if (row.q.size() != static_cast<Eigen::Index>(joints.size()))
     return true;  // from a previous cell
@@ -290,6 +291,7 @@ bool MonitoringWorker::Record(const CycleEvent& event) {
     return true;
   }
   quarantining_ = false;
+  if (!row.measured_W) return true;  // on an artefact: for the diagnosis alone
   last_residual_m_ = *row.measured_W - *row.predicted_W;
   if (event.model_version == models_.applied) UpdateMonitor(row, false);
   return true;

@@ -6,6 +6,7 @@ namespace plumbline::daemon {
 
 journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
                                         double epoch_utc_s,
+                                        const std::vector<model::Artefact>& artefacts,
                                         const std::vector<config::CameraConfig>& cameras) {
   const Probe& probe = event.probe;
   journal::JournalRow row;
@@ -19,6 +20,10 @@ journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::stri
   row.predicted_W = probe.predicted_W;
   if (probe.quarantined) row.quarantine = journal::JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;
+  if (probe.artefact > 0 && probe.artefact <= artefacts.size()) {
+    row.artefact = artefacts[probe.artefact - 1U].name;
+    row.gauge_m = probe.gauge_m;
+  }
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     if ((probe.cameras >> k & 1U) == 0) continue;
     row.camera +=

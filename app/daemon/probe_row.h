@@ -10,9 +10,11 @@
 namespace plumbline::daemon {
 
 /// @param epoch_utc_s  the journal's epoch, UTC seconds since 1970
+/// @param artefacts    of the cell, whose names are recorded with a probe on one
 /// @param cameras      the configured cameras, whose names are recorded with a camera probe
 journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::string& session,
                                         double epoch_utc_s,
+                                        const std::vector<model::Artefact>& artefacts,
                                         const std::vector<config::CameraConfig>& cameras);
 
 /// Whether a camera probe's largest standard deviation exceeds that of other probes [m]. Such a

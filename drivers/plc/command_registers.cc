@@ -1,5 +1,7 @@
 #include "drivers/plc/command_registers.h"
 
+#include <cmath>
+
 #include "drivers/plc/codec.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
@@ -55,6 +57,9 @@ void ReadPose(const CommandWindow& window, const PlcConvention& convention,
   if (command.pose_valid) command.X_BP = {RotationFromAngles(angles, orientation), position_m};
   if (command.code == model::PlcCommandCode::kProbe && position_m.allFinite()) {
     command.probe_W = position_m;
+  }
+  if (command.code == model::PlcCommandCode::kProbeArtefact && std::isfinite(position_m.x())) {
+    command.reading_m = position_m.x();
   }
 }
 

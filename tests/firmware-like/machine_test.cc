@@ -928,6 +928,45 @@ TEST_CASE("an implausible probe is refused, counted and not forwarded") {
   CHECK(taken.probes.refused == refused);
 }
 
+TEST_CASE("a probe on an artefact is recorded without a measured tip") {
+  Cell cell;
+  cell.config.cell.artefacts = {{"ball", model::ArtefactKind::kPoint, {}, {}, {}, 0, true},
+                                {"table", model::ArtefactKind::kPlane, {}, {}, {}, 0, true},
+                                {"dial", model::ArtefactKind::kGauge, {}, {}, {}, 0, false}};
+  cell.input.probes_recorded = true;
+  cell.Running();
+  model::PlcCommand& command = cell.input.command;
+  command.code = model::PlcCommandCode::kProbeArtefact;
+  const auto probe = [&](std::uint16_t artefact,
+                         std::optional<double> reading_m) -> const Snapshot& {
+    command.point_id = artefact;
+    command.reading_m = reading_m;
+    ++command.sequence;
+    return cell.Next();
+  };
+  const Snapshot touch = probe(2, 0.0);
+  REQUIRE(touch.probe_taken);
+  CHECK(touch.result.valid);
+  CHECK(touch.probe.artefact == 2);
+  CHECK(touch.probe.q == cell.taught);
+  CHECK_FALSE(touch.probe.measured_W);
+  CHECK_FALSE(touch.probe.gauge_m);
+  CHECK_FALSE(touch.probe.range_m);
+  CHECK(probe(1, 0.8).probe.range_m == 0.8);
+  CHECK(probe(3, -1.5e-4).probe.gauge_m == -1.5e-4);
+  CHECK_FALSE(cell.Next().probe_taken);  // the same sequence number
+  struct Refusal {
+    std::uint16_t artefact;
+    std::optional<double> reading_m;
+  };
+  for (const Refusal& refused : {Refusal{0, 0.0}, {4, 0.0}, {2, 0.1}, {1, -0.8}, {3, {}}}) {
+    CAPTURE(refused.artefact);
+    const Snapshot& snapshot = probe(refused.artefact, refused.reading_m);
+    CHECK_FALSE(snapshot.probe_taken);
+    CHECK(snapshot.result.code == correction::CorrectionCode::kBadCommand);
+  }
+}
+
 TEST_CASE("fine-integer and camera probes are checked against the same bounds") {
   ProbingCell cell;
   cell.input.command.code = model::PlcCommandCode::kProbeFine;

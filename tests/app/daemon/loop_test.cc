@@ -58,6 +58,7 @@ struct Options {
   std::string loop;  ///< further lines of [monitoring]
   std::string script = kTrueAnswer;
   std::string profile = "universal-robots-fine";
+  bool artefacts = false;  ///< the cell has a ball and a dial gauge
 };
 
 std::string LoopConfigText(const std::string& robot, const std::string& loop,
@@ -87,8 +88,27 @@ class StandIn {
   std::string path_;
 };
 
+/// The demo's cell with a ball and a dial gauge.
+class CellWithArtefacts {
+ public:
+  CellWithArtefacts() : path_(folder_.path() + "/cell.toml") {
+    std::ofstream(path_) << WithLine("\n" + FileText("tests/virtual_cell/demo/cockpit-cell.toml"),
+                                     "", "schema", "2")
+                         << "\n[[artefact]]\nname = \"ball\"\nkind = \"point\"\n"
+                            "\n[[artefact]]\nname = \"dial\"\nkind = \"gauge\"\n";
+  }
+  std::string In(const std::string& config) const {
+    return WithLine(config, "", "cell", "\"" + path_ + "\"");
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::string path_;
+};
+
 struct Station {
   StandIn stand_in;
+  CellWithArtefacts with_artefacts;
   RunningCell cell;
   DaemonProcess daemon;
   RegisterClient plc, tracker;
@@ -98,7 +118,7 @@ struct Station {
       : stand_in(options.script),
         cell(Idle(),
              virtual_cell::Effects({virtual_cell::EffectFromText("joint_compliance:q2=2e-6")})),
-        daemon(LoopConfigText(cell.robot(), options.loop, options.profile)),
+        daemon(ConfigText(options)),
         plc("plumblined", daemon.Plc(), 1, 10),
         tracker("tracker", cell.tracker(), 1, 10) {
     REQUIRE(cell.Tell("payload 60") == "ok");
@@ -107,6 +127,10 @@ struct Station {
     REQUIRE(Eventually([&] { return tracker.Read(0, 16).Word(13) == 1; }));
   }
 
+  std::string ConfigText(const Options& options) const {
+    const std::string text = LoopConfigText(cell.robot(), options.loop, options.profile);
+    return options.artefacts ? with_artefacts.In(text) : text;
+  }
   bool Recording() { return (plc.Read(400, 20).Word(0) & 1) != 0; }
   int State() { return plc.Read(400, 20).Word(0); }
   std::string state_directory() const { return daemon.folder() + "/state"; }
@@ -623,6 +647,28 @@ TEST_CASE("two masters in the command window are reported, to both and in the lo
   CHECK(station.plc.Read(427, 1).Word(0) == 0);
   CHECK(station.daemon.Awaits("one client alone writes the command window again"));
   CHECK(station.daemon.Count("two masters: ") == 1);
+}
+
+TEST_CASE(
+    "a probe on an artefact is journalled with its name, and does not move the drift monitor") {
+  Station station({.loop = "diagnose = false\n", .artefacts = true});
+  std::vector<std::uint16_t> words = {12, 2};
+  for (const std::uint16_t word : virtual_cell::WordsFromFloats({-0.125})) words.push_back(word);
+  CHECK(station.Command(words) == 0);
+  words[1] = 1;
+  CHECK(station.Command(words) == 10);  // the ball has no reading, and no negative distance
+  words[1] = 3;
+  CHECK(station.Command(words) == 10);  // no such artefact
+  CHECK(station.Command({12, 1}) == 0);
+  REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 2; }));
+  const auto rows = station.Journal();
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[0].artefact == "dial");
+  CHECK(*rows[0].gauge_m == Approx(-1.25e-4));
+  CHECK(rows[1].artefact == "ball");
+  CHECK_FALSE(rows[1].measured_W);
+  CHECK(rows[1].q.size() == 6);
+  CHECK(station.LastResidual_mm() == 0);
 }
 
 TEST_CASE("a probe before the journal is open is answered as pending") {
