@@ -159,9 +159,9 @@ int Run(const CalibrateHandEyeOptions& options) {
           input);
       return kExitUsage;
     }
-    if (const auto why = config::WhyNotWritable(options.json)) {
+    if (const Result<void> writable = config::CheckWritable(options.json); !writable) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another --json\n", options.json,
-                               why->message);
+                               writable.error());
       return kExitUsage;
     }
   }
@@ -180,7 +180,7 @@ int Run(const CalibrateHandEyeOptions& options) {
                             });
   progress.Clear();
   if (Interruption::Requested()) return Interrupted();
-  if (const auto missing = camera::MissingImageCodecs()) return Fail(missing->message);
+  if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
   hand_eye::HandEyeOptions how;
   how.setup = options.setup == "eye-in-hand" ? hand_eye::HandEyeSetup::kEyeInHand
                                              : hand_eye::HandEyeSetup::kEyeToHand;

@@ -176,9 +176,9 @@ int Run(const CalibrateLensOptions& options) {
   }
   for (const auto& [option, path] : {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
     if (path.empty() || path == "-") continue;
-    if (const auto why = config::WhyNotWritable(path)) {
-      std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
-                               option);
+    if (const Result<void> writable = config::CheckWritable(path); !writable) {
+      std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
+                               writable.error(), option);
       return kExitUsage;
     }
   }
@@ -216,7 +216,7 @@ int Run(const CalibrateLensOptions& options) {
   Frames frames = ReadFrames(options, *names, board, progress);
   progress.Clear();
   if (Interruption::Requested()) return Interrupted();
-  if (const auto missing = camera::MissingImageCodecs()) return Fail(missing->message);
+  if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());
   lens::CalibrationOptions criteria;
   criteria.acceptable_px = options.acceptable_px;
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;

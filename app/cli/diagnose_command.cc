@@ -95,8 +95,8 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
     if (path.empty() || path == "-") continue;
     if (path != arguments.next_poses && option == std::string_view("--next-poses"))
       continue;  // beside --json
-    if (const auto why = config::WhyNotWritable(path)) {
-      err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, why->message,
+    if (const Result<void> can_write = config::CheckWritable(path); !can_write) {
+      err << fmt::format("{}: cannot be written: {}; choose another {}\n", path, can_write.error(),
                          option);
       writable = false;
     }

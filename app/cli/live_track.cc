@@ -71,7 +71,7 @@ int TrackLive(camera::Camera& camera, tracking::Tracker& tracker, const lens::Le
       const bool is_lost = result == camera::CameraResult::kLost;
       const std::string problem(camera.problem());
       if (is_lost || result == camera::CameraResult::kUnusable) messages.Print(problem);
-      if (camera::MissingImageCodecs()) return kExitFault;  // the remaining images would fail too
+      if (!camera::CheckImageCodecs()) return kExitFault;  // the remaining images would fail too
       if (is_lost && !lost_s) lost_s = MonotonicSeconds();
       if (first_s || options.recording) {
         if (result == camera::CameraResult::kWaiting) SleepSeconds(kTimeout_s);

@@ -97,10 +97,10 @@ int WriteSheets(const print::Document& document, const SheetOptions& options,
                                   "that ends in .pdf, or fewer tags",
                                   count));
   }
-  if (const auto why = config::WhyNotWritable(options.out)) {
-    return Fail(
-        fmt::format("{}: cannot be written: {}; choose another --out", options.out, why->message),
-        kExitUsage);
+  if (const Result<void> writable = config::CheckWritable(options.out); !writable) {
+    return Fail(fmt::format("{}: cannot be written: {}; choose another --out", options.out,
+                            writable.error()),
+                kExitUsage);
   }
   const auto file =
       print::FileOfSheets(document, svg ? print::SheetFormat::kSvg : print::SheetFormat::kPdf,

@@ -82,14 +82,14 @@ Result<void> WriteTextFile(const std::string& path, std::string_view text) {
   return files::ReplaceFile(file, text);
 }
 
-std::optional<Error> WhyNotWritable(const std::string& path) {
+Result<void> CheckWritable(const std::string& path) {
   const fs::path file = TargetOf(path);
   std::error_code unknown;
   if (fs::is_directory(file, unknown)) return Error{std::strerror(EISDIR)};
-  if (IsSpecial(file))
-    return access(file.c_str(), W_OK) == 0 ? std::nullopt : std::optional(SystemError());
-  if (access(FolderOf(file).c_str(), W_OK | X_OK) != 0) return SystemError();
-  return std::nullopt;
+  const bool writable = IsSpecial(file) ? access(file.c_str(), W_OK) == 0
+                                        : access(FolderOf(file).c_str(), W_OK | X_OK) == 0;
+  if (!writable) return SystemError();
+  return {};
 }
 
 }  // namespace plumbline::config

@@ -22,7 +22,8 @@ Result<std::string> ReadTextFile(const std::string& path);
 /// @return the reason on failure ("Permission denied")
 Result<void> WriteTextFile(const std::string& path, std::string_view text);
 
-/// The reason why the file could not be written now, or nullopt. Changes nothing.
-[[nodiscard]] std::optional<Error> WhyNotWritable(const std::string& path);
+/// Checks that the file could be written now; changes nothing.
+/// @return  the reason if not ("Permission denied")
+Result<void> CheckWritable(const std::string& path);
 
 }  // namespace plumbline::config

@@ -245,9 +245,9 @@ Result<void> MonitoringWorker::ReadJournal() {
 /// Stops writing to a journal file that was moved away; a new one is created in its place.
 void MonitoringWorker::CloseMovedJournal() {
   if (!journal_) return;
-  const auto moved = journal_->Moved();
-  if (!moved) return;
-  ReportFault(moved->message);
+  const Result<void> in_place = journal_->CheckNotMoved();
+  if (in_place) return;
+  ReportFault(in_place.error());
   CloseJournal();
   journal_tried_ = Clock::now();
 }

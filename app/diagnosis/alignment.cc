@@ -323,7 +323,9 @@ Result<Alignment> AlignFrames(const Dataset& data, const Model& given, int threa
   }
   Model& model = alignment.model;
   if (nuisances.of_sessions() > 0 && !data.ranges()) StartFrames(data, priors, model);
-  if (auto error = StartPlaces(data, threads, model)) return *error;
+  if (const Result<void> started = StartPlaces(data, threads, model); !started) {
+    return started.failure();
+  }
   // Refined with the loaded arm and robust weights.
   const int passes = nuisances.size() > nuisances.of_sessions() ? 30 : 8;
   NuisanceStep last;

@@ -119,12 +119,12 @@ void StartOrientations(const Dataset& data, const Linearisation& linear, Model& 
 
 }  // namespace
 
-std::optional<Error> StartPlaces(const Dataset& data, int threads, Model& model) {
+Result<void> StartPlaces(const Dataset& data, int threads, Model& model) {
   const auto& used = data.used_artefacts;
   const auto& turned = data.turned_sessions;
   const bool any_turned = std::find(turned.begin(), turned.end(), true) != turned.end();
   const bool any_used = std::find(used.begin(), used.end(), true) != used.end();
-  if (!any_used && !(any_turned && data.tip_free())) return std::nullopt;
+  if (!any_used && !(any_turned && data.tip_free())) return {};
   const Result<Linearisation> linear = Linearise(data, model, false, threads);
   if (!linear) return Error{linear.error()};
   if (data.tip_free()) StartOrientations(data, *linear, model);
@@ -150,7 +150,7 @@ std::optional<Error> StartPlaces(const Dataset& data, int threads, Model& model)
     if (own.touched.empty() && own.ranged.empty()) continue;  // a subset of the rows may have none
     StartArtefact(data.cell.artefacts[artefact.offset()], own, model.artefacts[artefact]);
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace plumbline::diagnosis

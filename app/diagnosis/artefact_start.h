@@ -15,6 +15,6 @@ namespace plumbline::diagnosis {
 /// and the orientation of an unknown tool from the first measured pose of its session. Too few rows
 /// leave what they do not determine at a placeholder.
 /// @return  an error if a deflected posture does not converge
-std::optional<Error> StartPlaces(const Dataset& data, int threads, Model& model);
+Result<void> StartPlaces(const Dataset& data, int threads, Model& model);
 
 }  // namespace plumbline::diagnosis

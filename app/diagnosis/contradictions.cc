@@ -120,6 +120,7 @@ Result<Diagnosis> SetAsideContradictions(
     Result<Diagnosis> next = attempt(left);
     if (!next) break;
     Diagnosis without = std::move(next).value();
+    if (without.contradictions.empty() && without.verdict == Verdict::kUnknown) break;
     if (without.contradictions.empty()) {
       without.notes.push_back(
           fmt::format("set aside, since the rest of the data contradicts it: {}. Measure it again "

@@ -25,8 +25,9 @@ std::vector<Contradiction> ContradictionsIn(const Identified& found);
 void CheckContradictions(const Identified& found, Diagnosis& diagnosis);
 
 /// Diagnoses with `attempt`, and sets references aside that contradict, the largest |z| first, as
-/// long as they are at most a quarter of all references: if more contradict, the model may be at
-/// fault instead, so that all are kept and named in a note.
+/// long as they are at most a quarter of all references. If more contradict, or if a residual
+/// remains `unknown` without them, the model may be at fault instead, so that all are kept and named
+/// in a note.
 Result<Diagnosis> SetAsideContradictions(
     const model::CellModel& cell,
     const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt);

@@ -88,7 +88,7 @@ void NoteUnusedArtefacts(Dataset& data, const PerRow<Observation>& observations)
 
 /// Determines what each row measures, and moves rows that measure nothing to `unmeasured`, where
 /// they still count as moves.
-std::optional<Error> FindObservations(Dataset& data) {
+Result<void> FindObservations(Dataset& data) {
   table::MeasuredTable& table = data.table;
   Result<PerRow<Observation>> all = ObservationsOf(data.cell, table);
   if (!all) return Error{all.error()};
@@ -103,12 +103,12 @@ std::optional<Error> FindObservations(Dataset& data) {
   std::stable_sort(
       table.unmeasured.begin(), table.unmeasured.end(),
       [](const table::MeasuredRow& a, const table::MeasuredRow& b) { return a.line < b.line; });
-  if (table.unmeasured.empty()) return std::nullopt;
+  if (table.unmeasured.empty()) return {};
   data.notes.push_back(
       fmt::format("{} rows have joint readings but no usable measurement (first: line {}): they "
                   "are used only to know how the robot moved",
                   table.unmeasured.size(), table.unmeasured.front().line));
-  return std::nullopt;
+  return {};
 }
 
 void FindSessions(Dataset& data) {
@@ -292,7 +292,7 @@ Dataset SelectRows(const Dataset& data, const FitRows& rows) {
 namespace {
 
 /// Error if the table has no measurements of any kind that the cell permits.
-std::optional<Error> MissingMeasurements(const Dataset& data) {
+Result<void> CheckMeasured(const Dataset& data) {
   const bool range = data.ranges();
   const table::RecordedColumns& recorded = data.table.recorded;
   if (range ? recorded.range : recorded.position) return {};
@@ -307,7 +307,7 @@ std::optional<Error> MissingMeasurements(const Dataset& data) {
                   range ? "range_mm" : "x_mm, y_mm, z_mm", range ? "" : "s")};
 }
 
-std::optional<Error> TooFewRows(const Dataset& data) {
+Result<void> CheckRowCount(const Dataset& data) {
   const Nuisances nuisances(data);
   const int free_numbers = nuisances.size() - nuisances.equations();
   int residuals = 0;
@@ -373,8 +373,8 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   Dataset data;
   data.cell = cell;
   data.table = std::move(measured);
-  if (auto error = MissingMeasurements(data)) return *error;
-  if (auto error = FindObservations(data)) return *error;
+  if (const Result<void> any = CheckMeasured(data); !any) return any.failure();
+  if (const Result<void> found = FindObservations(data); !found) return found.failure();
   DropCopies(data);
   if (const auto impossible = ImpossibleValues(data.table, cell.robot.joints)) {
     return Error{*impossible};
@@ -385,7 +385,7 @@ Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable m
   data.notes.insert(data.notes.end(), data.table.notes.begin(), data.table.notes.end());
   FindSessions(data);
   FindUsed(data);
-  if (auto error = TooFewRows(data)) return *error;
+  if (const Result<void> enough = CheckRowCount(data); !enough) return enough.failure();
   SetConditions(data);
   if (const auto order = QuaternionsInOtherOrder(data)) return Error{*order};
   FindSignals(data);

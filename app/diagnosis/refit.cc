@@ -386,9 +386,9 @@ struct Variables {
 
 /// Minimises the costs; the owner keeps them.
 /// @return  an error if the solver fails
-std::optional<Error> Minimise(const Layout& layout, const Model& start,
-                              const std::vector<std::unique_ptr<RowsCost>>& costs,
-                              const RefitOptions& options, int threads, Variables& x) {
+Result<void> Minimise(const Layout& layout, const Model& start,
+                      const std::vector<std::unique_ptr<RowsCost>>& costs,
+                      const RefitOptions& options, int threads, Variables& x) {
   ceres::Problem::Options keep;
   keep.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem solved(keep);
@@ -422,7 +422,7 @@ std::optional<Error> Minimise(const Layout& layout, const Model& start,
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &solved, &summary);
   if (!summary.IsSolutionUsable()) return Error{"the refit did not converge: " + summary.message};
-  return std::nullopt;
+  return {};
 }
 
 /// Sum of squares at the solution, and the information of frames and parameters with the other
@@ -493,7 +493,8 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     any = any || cost->own() > 0;
   }
   if (any) {
-    if (auto error = Minimise(layout, start, costs, options, problem.threads, x)) return *error;
+    const Result<void> solved = Minimise(layout, start, costs, options, problem.threads, x);
+    if (!solved) return solved.failure();
     refit.model = Moved(layout, start, x.common.data());
     for (std::size_t c = 0; c < costs.size(); ++c) costs[c]->MoveOwn(x.own[c].data(), refit.model);
   }

@@ -42,8 +42,8 @@ Result<void> Journal::ApplySizeLimit() {
   return {};
 }
 
-std::optional<Error> Journal::Moved() {
-  if (!database_.HasMoved()) return std::nullopt;
+Result<void> Journal::CheckNotMoved() {
+  if (!database_.HasMoved()) return {};
   // On closing, SQLite would leave recent rows in a log file at the previous path.
   const bool merged = database_.Run("PRAGMA wal_checkpoint(TRUNCATE)");
   return Error{

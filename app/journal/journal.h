@@ -89,9 +89,9 @@ class Journal {
   /// t_s of the newest probe; nullopt if there is none.
   Result<std::optional<double>> LastProbeTime_s();
 
-  /// An error to be reported if the file was moved or deleted while it is open. All rows written so
-  /// far are then merged into the file, wherever it is now.
-  std::optional<Error> Moved();
+  /// An error if the file was moved or deleted while it is open. All rows written so far are then
+  /// merged into the file, wherever it is now.
+  Result<void> CheckNotMoved();
 
   Result<std::int64_t> Count();
   /// Id of the newest row; 0 if there is none.

@@ -23,9 +23,9 @@ namespace {
 constexpr std::size_t kMaxStoredChanges = 50, kMaxShownChanges = 4;
 
 /// An error if a newer version has written the file, which must not be changed then.
-std::optional<Error> NewerSchemaError(const std::string& path, const std::string& text) {
+Result<void> CheckSchema(const std::string& path, const std::string& text) {
   const int schema = SchemaInJson(text);
-  if (schema <= kModelSchema) return std::nullopt;
+  if (schema <= kModelSchema) return {};
   return Error{
       fmt::format("{}: written by a newer plumbline (schema {}, this one knows {}); install that "
                   "version again, or move the folder away to start a new one",
@@ -158,7 +158,7 @@ Result<ModelState> ModelStore::ReadState(bool& damaged) const {
   }
   const Result<std::string> text = config::ReadTextFile(path);
   if (!text) return lost(files::ReadErrorText(path, text.error()));
-  if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
+  if (const Result<void> known = CheckSchema(path, *text); !known) return known.failure();
   const std::optional<ModelState> state = ModelStateFromJson(*text);
   if (!state) return lost(text->empty() ? "is empty" : "is damaged");
   return *state;
@@ -180,7 +180,7 @@ Result<ModelFacts> ModelStore::Facts(int number) const {
   if (!text)
     return Error{fmt::format("no version {}: {}: {}", number, path,
                              files::ReadErrorText(path, text.error()))};
-  if (auto newer = NewerSchemaError(path, *text)) return *std::move(newer);
+  if (const Result<void> known = CheckSchema(path, *text); !known) return known.failure();
   const std::optional<ModelFacts> facts = ModelFactsFromJson(*text);
   if (!facts) return Error{fmt::format("{}: was not written by the model store", path)};
   return *facts;

@@ -84,7 +84,7 @@ class Gatherer {
   Gatherer(const aiScene& scene, std::uint64_t most_triangles, RawMesh& raw)
       : scene_(scene), most_(most_triangles), raw_(raw) {}
 
-  std::optional<Error> Add(const aiNode& node, const aiMatrix4x4& X_parent, int depth) {
+  Result<void> Add(const aiNode& node, const aiMatrix4x4& X_parent, int depth) {
     if (depth > kDeepestNode || ++nodes_ > kMostNodes) {
       return Error{"too many nodes, or nested too deeply: flatten the model, or export it again"};
     }
@@ -92,16 +92,16 @@ class Gatherer {
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       if (node.mMeshes[i] >= scene_.mNumMeshes)
         return Error{"a node refers to a missing mesh: export it again"};
-      if (auto why = Add(*scene_.mMeshes[node.mMeshes[i]], X)) return why;
+      if (auto added = Add(*scene_.mMeshes[node.mMeshes[i]], X); !added) return added;
     }
     for (unsigned i = 0; i < node.mNumChildren; ++i) {
-      if (auto why = Add(*node.mChildren[i], X, depth + 1)) return why;
+      if (auto added = Add(*node.mChildren[i], X, depth + 1); !added) return added;
     }
-    return std::nullopt;
+    return {};
   }
 
  private:
-  std::optional<Error> Add(const aiMesh& mesh, const aiMatrix4x4& X) {
+  Result<void> Add(const aiMesh& mesh, const aiMatrix4x4& X) {
     TriangleMesh& all = raw_.mesh;
     const auto first = static_cast<std::uint32_t>(all.vertices_O.size());
     const std::uint64_t count = all.triangles.size() + mesh.mNumFaces;
@@ -130,7 +130,7 @@ class Gatherer {
       if (mirrored) std::swap(triangle[1], triangle[2]);
       all.triangles.push_back(triangle);
     }
-    return std::nullopt;
+    return {};
   }
 
   const aiScene& scene_;
@@ -179,7 +179,8 @@ Result<RawMesh> ParseWithAssimp(MeshFormat format, std::span<const std::uint8_t>
     }
     return Error{why};
   }
-  if (auto why = Gatherer(*scene, most_triangles, raw).Add(*scene->mRootNode, {}, 0)) return *why;
+  const Result<void> added = Gatherer(*scene, most_triangles, raw).Add(*scene->mRootNode, {}, 0);
+  if (!added) return added.failure();
   NoteTextures(*scene, raw);
   return raw;
 }

@@ -65,8 +65,8 @@ Result<GreyImage> ReadImage(const std::string& path) {
   return image;
 }
 
-std::optional<Error> MissingImageCodecs() {
-  if (!codecs_were_needed) return std::nullopt;
+Result<void> CheckImageCodecs() {
+  if (!codecs_were_needed || InstalledCodecs()) return {};
   return InstalledCodecs().failure();
 }
 

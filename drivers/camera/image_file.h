@@ -16,8 +16,8 @@ namespace plumbline::camera {
 /// the module, which takes about 0.1 s; if the module cannot be loaded, the call fails.
 Result<GreyImage> ReadImage(const std::string& path);
 
-/// Why ReadImage() could not load the codec module, if it failed for that reason: a fault of the
-/// installation, not of the images. nullopt otherwise.
-std::optional<Error> MissingImageCodecs();
+/// An error if ReadImage() failed because it could not load the codec module: a fault of the
+/// installation, not of the images.
+Result<void> CheckImageCodecs();
 
 }  // namespace plumbline::camera

@@ -29,8 +29,8 @@ bool IsPacked(PixelFormat format) {
   return format == PixelFormat::kYuyv || format == PixelFormat::kUyvy;
 }
 
-/// Why the bytes cannot be an image of that size, or nullopt. Not for kMjpeg.
-std::optional<Error> LayoutFault(const RawImage& image) {
+/// Checks that the bytes can be an image of that size. Not for kMjpeg.
+Result<void> CheckLayout(const RawImage& image) {
   const auto [width, height] = image.size;
   const bool is_yuv = image.format != PixelFormat::kGrey;
   if (width < 1 || height < 1 || width > kMaxImageSide_px || height > kMaxImageSide_px ||
@@ -50,7 +50,7 @@ std::optional<Error> LayoutFault(const RawImage& image) {
                              image.bytes.size(), width, height, PixelFormatName(image.format),
                              needed)};
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ Result<image::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>&
     if (!decoded) return decoded.failure();
     return image::LumaView{buffer.data(), width, height, width};
   }
-  if (const auto why = LayoutFault(image)) return *why;
+  if (const Result<void> valid = CheckLayout(image); !valid) return valid.failure();
   if (!IsPacked(image.format))
     return image::LumaView{image.bytes.data(), width, height, image.stride};
   buffer.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -119,7 +119,7 @@ Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
   if (image.format == PixelFormat::kMjpeg) {
     return DecodeJpeg(image.bytes, image.size, JpegColour::kBgr, bgr);
   }
-  if (auto why = LayoutFault(image)) return *why;
+  if (const Result<void> valid = CheckLayout(image); !valid) return valid.failure();
   const auto [width, height] = image.size;
   bgr.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   // cv::Mat has no const constructor; the data is only read.

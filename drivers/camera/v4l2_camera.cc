@@ -22,7 +22,7 @@ constexpr double kSilenceTimeout_s = 5;   // a streaming camera sends something 
 constexpr double kMaxTimestampAge_s = 1;  // an older time stamp is from another clock
 constexpr double kMaxWait_s = 10;         // upper limit of the timeout
 
-std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
+Result<void> CheckOptions(const V4l2CameraOptions& o) {
   if (o.device.empty())
     return Error{"v4l2 camera: no device configured. List the cameras with plumbline cameras."};
   const auto [width, height] = o.mode.size;
@@ -41,7 +41,7 @@ std::optional<Error> FaultOf(const V4l2CameraOptions& o) {
     return Error{
         fmt::format("v4l2 camera: white balance {} K is outside 1000..40000", *s.white_balance_K)};
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ std::uint64_t NextSequence(std::uint64_t last, std::optional<std::uint32_t> driv
 }
 
 Result<std::unique_ptr<Camera>> V4l2Camera::Create(const V4l2CameraOptions& options, Clock clock) {
-  if (const auto fault = FaultOf(options)) return *fault;
+  if (const Result<void> valid = CheckOptions(options); !valid) return valid.failure();
   return std::unique_ptr<Camera>(new V4l2Camera(options, clock));
 }
 

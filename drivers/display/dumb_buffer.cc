@@ -25,8 +25,8 @@ Result<std::unique_ptr<DumbBuffer>> DumbBuffer::Make(int card, image::ImageSize 
   buffer->handle_ = made.handle;
   buffer->bytes_ = made.size;
   buffer->layout_ = {.size = size, .stride = made.pitch};
-  if (const auto fault = CheckLayout(buffer->layout_, made.size)) {
-    return Error{"the card provides a buffer with " + fault->message};
+  if (const Result<void> valid = CheckLayout(buffer->layout_, made.size); !valid) {
+    return Error{"the card provides a buffer with " + valid.error()};
   }
   const std::uint32_t handles[4] = {made.handle}, strides[4] = {made.pitch}, offsets[4] = {};
   if (drmModeAddFB2(card, made.width, made.height, DRM_FORMAT_XRGB8888, handles, strides, offsets,

@@ -54,7 +54,9 @@ std::string FramebufferDisplay::ReadMode(Mode& mode) const {
   mode.offset = std::size_t{var.yoffset} * fix.line_length +
                 std::size_t{var.xoffset} * var.bits_per_pixel / 8;
   const std::size_t left = mode.memory_bytes - std::min(mode.offset, mode.memory_bytes);
-  if (const auto fault = CheckLayout(mode.layout, left)) return "has " + fault->message;
+  if (const Result<void> valid = CheckLayout(mode.layout, left); !valid) {
+    return "has " + valid.error();
+  }
   return "";
 }
 

@@ -52,7 +52,7 @@ void PackRows8888(const PictureView& picture, const PixelLayout& layout, std::ui
 
 }  // namespace
 
-std::optional<Error> CheckLayout(const PixelLayout& layout, std::size_t memory_bytes) {
+Result<void> CheckLayout(const PixelLayout& layout, std::size_t memory_bytes) {
   const auto& [width, height] = layout.size;
   if (layout.bits != 16 && layout.bits != 32) {
     return Error{
@@ -72,7 +72,7 @@ std::optional<Error> CheckLayout(const PixelLayout& layout, std::size_t memory_b
       (memory_bytes - row_bytes) / layout.stride < rows - 1) {
     return Error{"rows that exceed its memory"};
   }
-  return std::nullopt;
+  return {};
 }
 
 void PackPicture(const PictureView& picture, const PixelLayout& layout,

@@ -27,8 +27,8 @@ struct PixelLayout {
   bool operator==(const PixelLayout&) const = default;
 };
 
-/// Why a layout is not supported or does not fit into `memory_bytes`; nullopt: it is usable.
-std::optional<Error> CheckLayout(const PixelLayout& layout, std::size_t memory_bytes);
+/// Checks that a layout is supported and fits into `memory_bytes`.
+Result<void> CheckLayout(const PixelLayout& layout, std::size_t memory_bytes);
 
 /// Writes a picture of the layout's size into `memory`; each colour is rounded to its bits. Padding
 /// between the rows is left unchanged.

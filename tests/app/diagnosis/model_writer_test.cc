@@ -335,16 +335,16 @@ TEST_CASE("a text file is replaced atomically, through links, and only if permit
   const std::string file = folder / "model.toml", link = folder / "link.toml";
   REQUIRE(config::WriteTextFile(file, "one"));
   fs::create_symlink(file, link);
-  CHECK_FALSE(config::WhyNotWritable(link));
+  CHECK(config::CheckWritable(link));
   REQUIRE(config::WriteTextFile(link, "two"));
   CHECK(config::ReadTextFile(file).value() == "two");
   CHECK(fs::is_symlink(link));
   CHECK(std::distance(fs::directory_iterator(folder), fs::directory_iterator()) == 2);
   CHECK(config::WriteTextFile("/dev/null", "three"));
   CHECK(fs::is_character_file("/dev/null"));
-  CHECK(config::WhyNotWritable(folder / "absent" / "model.toml"));
+  CHECK_FALSE(config::CheckWritable(folder / "absent" / "model.toml"));
   CHECK_FALSE(config::WriteTextFile(folder / "absent" / "model.toml", ""));
-  CHECK(config::WhyNotWritable(folder));
+  CHECK_FALSE(config::CheckWritable(folder));
   fs::remove_all(folder);
 }
 
