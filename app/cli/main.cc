@@ -17,7 +17,10 @@
 #include "app/cli/distance_command.h"
 #include "app/cli/doctor_command.h"
 #include "app/cli/exit_codes.h"
+#include "app/cli/export_urdf_command.h"
 #include "app/cli/help_formatter.h"
+#include "app/cli/import_command.h"
+#include "app/cli/import_urdf_command.h"
 #include "app/cli/journal_command.h"
 #include "app/cli/lens_command.h"
 #include "app/cli/log_command.h"
@@ -142,6 +145,9 @@ int main(int argc, char** argv) {
   AddCheckCommand(app, exit_code);
   AddPredictCommand(app, exit_code);
   AddDiagnoseCommand(app, exit_code);
+  AddImportCommand(app, exit_code);
+  AddImportUrdfCommand(app, exit_code);
+  AddExportUrdfCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddDistanceCommand(app, exit_code);
   AddBeamCommand(app, exit_code);

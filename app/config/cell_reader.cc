@@ -59,7 +59,7 @@ void ReadLimits(const TomlTable& table, model::Joint& joint) {
   }
 }
 
-model::Joint JointFromToml(const TomlTable& table) {
+model::Joint JointFromToml(const TomlTable& table, model::DhConvention convention) {
   model::Joint joint;
   const auto type = table.OneOf<model::JointType>(
       "type",
@@ -68,6 +68,12 @@ model::Joint JointFromToml(const TomlTable& table) {
   joint.type = type.value_or(model::JointType::kRevolute);
   joint.a_m = table.RequiredNumber("a_mm", kPlaceRange).value_or(0);
   joint.alpha_rad = table.RequiredNumber("alpha_deg", kTurnRange).value_or(0);
+  joint.beta_rad = table.Number("beta_deg", kTurnRange).value_or(0);
+  joint.gamma_rad = table.Number("gamma_deg", kTurnRange).value_or(0);
+  if (joint.gamma_rad != 0 && convention == model::DhConvention::kProximal) {
+    table.AddFault("gamma_deg",
+                   "is allowed with convention = \"dh\" only; add it to theta_offset_deg");
+  }
   joint.d_m = table.RequiredNumber("d_mm", kPlaceRange).value_or(0);
   joint.theta_offset_rad = table.Number("theta_offset_deg", kTurnRange).value_or(0);
   joint.sign = table.Integer("sign", -1, 1).value_or(1);
@@ -131,7 +137,9 @@ model::Robot RobotFromToml(const TomlTable& table) {
     table.AddFault("joint", fmt::format("is given {} times; at most {} joints", joints.size(),
                                         model::kMaxJoints));
   }
-  for (const TomlTable& joint : joints) robot.joints.push_back(JointFromToml(joint));
+  for (const TomlTable& joint : joints) {
+    robot.joints.push_back(JointFromToml(joint, robot.convention));
+  }
   WarnAboutUnknowns(joints, robot.joints);
   WarnAboutUnlikelyRobot(table, joints, robot);
   return robot;

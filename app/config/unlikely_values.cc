@@ -121,6 +121,7 @@ void WarnAboutUnlikelyRobot(const TomlTable& table, const std::vector<TomlTable>
     longest_m = std::max({longest_m, std::abs(joint.a_m), std::abs(joint.d_m)});
     WarnAboutAngle(joints[i], "alpha_deg", joint.alpha_rad);
     WarnAboutAngle(joints[i], "theta_offset_deg", joint.theta_offset_rad);
+    WarnAboutAngle(joints[i], "gamma_deg", joint.gamma_rad);
     WarnAboutLimits(joints[i], joint);
   }
   WarnAboutRadians(table, "base_rpy_deg");

@@ -25,7 +25,10 @@ bool ParallelAxesAt(const model::Robot& robot, int i) {
   const bool proximal = robot.convention == model::DhConvention::kProximal;
   const int other = proximal ? i - 1 : i + 1;
   if (other < 0 || other >= robot.size()) return false;
-  return std::abs(std::sin(robot.joints[static_cast<std::size_t>(i)].alpha_rad)) < kLeastSine;
+  const model::Joint& link = robot.joints[static_cast<std::size_t>(i)];
+  // z of one axis in the frame of the other: (sin beta, -sin alpha cos beta, cos alpha cos beta)
+  return std::hypot(std::sin(link.beta_rad), std::sin(link.alpha_rad) * std::cos(link.beta_rad)) <
+         kLeastSine;
 }
 
 }  // namespace

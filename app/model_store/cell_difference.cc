@@ -79,12 +79,14 @@ std::string Numbered(const std::string& path, std::size_t index) {
 }
 
 void Add(Values& values, const std::string& at, const model::Joint& joint) {
-  const auto& [type, a_m, alpha_rad, d_m, theta_offset_rad, sign, min, max, link_mass_kg,
-               link_com_m, compliance_rad_per_Nm] = joint;
+  const auto& [type, a_m, alpha_rad, beta_rad, gamma_rad, d_m, theta_offset_rad, sign, min, max,
+               link_mass_kg, link_com_m, compliance_rad_per_Nm] = joint;
   const bool prismatic = type == model::JointType::kPrismatic;
   values.Word(at + ".type", prismatic ? "prismatic" : "revolute");
   values.Number(at + ".a_mm", a_m, 1 / kMetrePerMm);
   values.Number(at + ".alpha_deg", alpha_rad, 1 / kRadPerDeg);
+  values.Number(at + ".beta_deg", beta_rad, 1 / kRadPerDeg);
+  values.Number(at + ".gamma_deg", gamma_rad, 1 / kRadPerDeg);
   values.Number(at + ".d_mm", d_m, 1 / kMetrePerMm);
   values.Number(at + ".theta_offset_deg", theta_offset_rad, 1 / kRadPerDeg);
   values.Number(at + ".sign", sign);

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <vector>
 
+#include "firmware-like/model/link_twist.h"
 #include "firmware-like/statistics/random_sequence.h"
 
 namespace plumbline::deflection {
@@ -38,12 +39,11 @@ Vec3 LinkVector(const model::Robot& robot, int joint) {
   const auto k = static_cast<std::size_t>(joint);
   if (robot.convention == model::DhConvention::kDistal) {
     const model::Joint& own = robot.joints[k];
-    const double ca = std::cos(own.alpha_rad), sa = std::sin(own.alpha_rad);
-    return {own.a_m, sa * own.d_m, ca * own.d_m};
+    return model::LinkTwist(own).transpose() * Vec3(own.a_m, 0, own.d_m);
   }
   if (k + 1 == robot.joints.size()) return Vec3::Zero();
   const model::Joint& next = robot.joints[k + 1];
-  return {next.a_m, -std::sin(next.alpha_rad) * next.d_m, std::cos(next.alpha_rad) * next.d_m};
+  return Vec3(next.a_m, 0, 0) + model::LinkTwist(next) * Vec3(0, 0, next.d_m);
 }
 
 /// Midpoint of the link, in the link's DH frame.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "firmware-like/model/link_twist.h"
+
 namespace plumbline::effects {
 namespace {
 
@@ -17,7 +19,7 @@ void TurnedFrames(const model::Robot& robot, const model::JointVector& q,
     const double count = turns ? joint.sign * q[static_cast<Eigen::Index>(k)] : 0;
     const Mat3 turn =
         Eigen::AngleAxisd(joint.theta_offset_rad + count, Vec3::UnitZ()).toRotationMatrix();
-    const Mat3 twist = Eigen::AngleAxisd(joint.alpha_rad, Vec3::UnitX()).toRotationMatrix();
+    const Mat3 twist = model::LinkTwist(joint);
     if (robot.convention == model::DhConvention::kProximal) {
       R_BK[k] = R * twist * turn;
       R = R_BK[k];

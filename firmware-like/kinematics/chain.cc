@@ -17,7 +17,12 @@ Chain::Chain(const model::Robot& robot)
                                            joint.theta_offset_rad,
                                            static_cast<double>(joint.sign),
                                            std::cos(joint.alpha_rad),
-                                           std::sin(joint.alpha_rad)};
+                                           std::sin(joint.alpha_rad),
+                                           joint.beta_rad,
+                                           std::cos(joint.beta_rad),
+                                           std::sin(joint.beta_rad),
+                                           std::cos(joint.gamma_rad),
+                                           std::sin(joint.gamma_rad)};
     lower_[i] = joint.min;
     upper_[i] = joint.max;
     reach_m_ += std::hypot(joint.a_m, joint.d_m);

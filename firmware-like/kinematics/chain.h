@@ -15,14 +15,14 @@ using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, mo
 
 /// Changes to the DH table of a chain; each array has one value per joint. T is double or a dual
 /// number.
-///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)             [Hayati & Mirmirani 1985]
+///   dh  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta) Rz(gamma)   [Hayati & Mirmirani 1985]
 ///   mdh T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d)
 template <typename T>
 struct DhChanges {
   const T* a;      ///< added to a [m]
   const T* d;      ///< added to d [m]
   const T* alpha;  ///< added to alpha [rad]
-  const T* beta;   ///< rotation about y, which the table lacks [rad]
+  const T* beta;   ///< added to beta [rad]
 };
 
 /// Link frames and joint axes in one posture, all expressed in B.
@@ -41,8 +41,9 @@ struct PostureOf {
 using Posture = PostureOf<double>;
 
 /// A serial arm defined by Denavit-Hartenberg parameters.
-///   dh  (distal):   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i)      [Denavit & Hartenberg 1955]
-///   mdh (proximal): T_i = Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i)      [Craig, ch. 3]
+///   dh  (distal):   T_i = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i) Ry(beta_i) Rz(gamma_i)
+///   mdh (proximal): T_i = Rx(alpha_i) Tx(a_i) Ry(beta_i) Rz(theta_i) Tz(d_i)
+/// [Denavit & Hartenberg 1955; Craig, ch. 3; beta: Hayati & Mirmirani 1985]
 /// with theta_i = sign_i q_i + offset_i (revolute) or d_i := d_i + sign_i q_i (prismatic). Joint
 /// deflections s are not modelled here: pass q + s for the deflected arm.
 class Chain {
@@ -75,6 +76,7 @@ class Chain {
   struct Link {
     model::JointType type;
     double a, d, alpha, offset, sign, cos_alpha, sin_alpha;
+    double beta, cos_beta, sin_beta, cos_gamma, sin_gamma;
   };
 
   model::DhConvention convention_;
@@ -96,14 +98,14 @@ void Chain::Evaluate(const model::JointVectorOf<T>& q, const DhChanges<T>* chang
     const bool turns = link.type == model::JointType::kRevolute;
     const T theta = turns ? T(link.offset + count) : T(link.offset);
     T a(link.a), d = turns ? T(link.d) : T(link.d + count);
-    T ca(link.cos_alpha), sa(link.sin_alpha), cb(1), sb(0);
+    T ca(link.cos_alpha), sa(link.sin_alpha), cb(link.cos_beta), sb(link.sin_beta);
     if (changes != nullptr) {
       a += changes->a[i];
       d += changes->d[i];
       const T alpha = link.alpha + changes->alpha[i];
       ca = cos(alpha);
       sa = sin(alpha);
-      const T& beta = changes->beta[i];
+      const T beta = link.beta + changes->beta[i];
       cb = cos(beta);
       sb = sin(beta);
     }
@@ -114,10 +116,15 @@ void Chain::Evaluate(const model::JointVectorOf<T>& q, const DhChanges<T>* chang
       posture.point_B[i] = X_BL.p;
       X.R << c, -s * ca, s * sa, s, c * ca, -c * sa, zero, sa, ca;
       X.p << a * c, a * s, d;
-      if (changes != nullptr) {
+      if (changes != nullptr || link.sin_beta != 0) {
         const Vec3Of<T> x = X.R.col(0), z = X.R.col(2);
         X.R.col(0) = cb * x - sb * z;
         X.R.col(2) = sb * x + cb * z;
+      }
+      if (link.sin_gamma != 0 || link.cos_gamma != 1) {
+        const Vec3Of<T> x = X.R.col(0), y = X.R.col(1);
+        X.R.col(0) = link.cos_gamma * x + link.sin_gamma * y;
+        X.R.col(1) = link.cos_gamma * y - link.sin_gamma * x;
       }
     } else {
       X.R << c * cb, -s * cb, sb,                                //

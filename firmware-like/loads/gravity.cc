@@ -1,13 +1,14 @@
 #include "firmware-like/loads/gravity.h"
 
+#include "firmware-like/model/link_twist.h"
+
 namespace plumbline::loads {
 namespace {
 
 /// Midpoint between the link's DH frame and the joint axis, expressed in the DH frame.
 Vec3 GuessedCentre(const model::Joint& joint, model::DhConvention convention) {
   if (convention == model::DhConvention::kProximal) return Vec3::Zero();
-  const double ca = std::cos(joint.alpha_rad), sa = std::sin(joint.alpha_rad);
-  return -0.5 * Vec3(joint.a_m, sa * joint.d_m, ca * joint.d_m);
+  return -0.5 * model::LinkTwist(joint).transpose() * Vec3(joint.a_m, 0, joint.d_m);
 }
 
 }  // namespace

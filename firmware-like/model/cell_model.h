@@ -20,9 +20,13 @@ template <typename T>
 using JointVectorOf = Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 using JointVector = JointVectorOf<double>;
 
+/// beta is zero except between nearly parallel axes [Hayati & Mirmirani 1985]; gamma turns the
+/// flange about its z axis. With both, a row of a "dh" table represents any rigid transform
+/// exactly.
 enum class DhConvention {
-  kDistal,    ///< "dh":  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha); rotates about z of frame i-1
-  kProximal,  ///< "mdh": T_i = Rx(alpha) Tx(a) Rz(theta) Tz(d); rotates about z of frame i
+  kDistal,    ///< "dh":  T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha) Ry(beta) Rz(gamma);
+              ///< rotates about z of frame i-1
+  kProximal,  ///< "mdh": T_i = Rx(alpha) Tx(a) Ry(beta) Rz(theta) Tz(d); rotates about z of frame i
 };
 
 enum class JointType { kRevolute, kPrismatic };
@@ -33,6 +37,8 @@ struct Joint {
   JointType type = JointType::kRevolute;
   double a_m = 0;
   double alpha_rad = 0;
+  double beta_rad = 0;
+  double gamma_rad = 0;  ///< 0 with DhConvention::kProximal, where theta_offset has the same effect
   double d_m = 0;
   double theta_offset_rad = 0;
   int sign = 1;

@@ -21,10 +21,11 @@ Eigen::Isometry3d FlangeByTransforms(const model::Robot& robot, const model::Joi
     const double d = joint.d_m + (turns ? 0 : joint.sign * q[i]);
     const Eigen::AngleAxisd Rz(theta, Vec3::UnitZ()), Rx(joint.alpha_rad, Vec3::UnitX());
     const Eigen::Translation3d Tz(0, 0, d), Tx(joint.a_m, 0, 0);
+    const Eigen::AngleAxisd Ry(joint.beta_rad, Vec3::UnitY()), end(joint.gamma_rad, Vec3::UnitZ());
     if (robot.convention == model::DhConvention::kDistal) {
-      X = X * Rz * Tz * Tx * Rx;
+      X = X * Rz * Tz * Tx * Rx * Ry * end;
     } else {
-      X = X * Rx * Tx * Rz * Tz;
+      X = X * Rx * Tx * Ry * Rz * Tz;
     }
   }
   return X;
@@ -37,6 +38,8 @@ model::Robot MixedArm(model::DhConvention convention) {
     model::Joint joint;
     joint.a_m = 0.1 * i - 0.2;
     joint.alpha_rad = 0.7 * i - 1.5;
+    joint.beta_rad = i % 3 == 1 ? 0.3 : 0;
+    if (convention == model::DhConvention::kDistal && i > 3) joint.gamma_rad = 0.4 * i;
     joint.d_m = 0.3 - 0.05 * i;
     joint.theta_offset_rad = 0.2 * i;
     joint.sign = i % 2 == 0 ? 1 : -1;

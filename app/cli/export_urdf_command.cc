@@ -1,0 +1,181 @@
+#include "app/cli/export_urdf_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <set>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/same_file.h"
+#include "app/cli/urdf_options.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/urdf/chain_difference.h"
+#include "app/urdf/corrected_urdf.h"
+#include "app/urdf/static_geometry.h"
+#include "drivers/files/open_failure.h"
+#include "firmware-like/deflection/loaded_arm.h"
+#include "firmware-like/geometry/angle.h"
+
+namespace plumbline::cli {
+namespace {
+
+struct ExportUrdfOptions {
+  std::string cell, file, out;
+  ChainEnds ends;
+};
+
+constexpr int kExportedPostures = 1000;
+
+/// What the cell's model has and a URDF has no place for, one line each.
+std::vector<std::string> NotCarried(const model::CellModel& cell,
+                                    const urdf::StaticGeometry& geometry) {
+  std::vector<std::string> lines;
+  const std::set<std::string> left(geometry.left_out.begin(), geometry.left_out.end());
+  if (!left.empty()) {
+    lines.push_back(fmt::format(
+        "effects that depend on posture, load, motion, time or temperature, or that belong to the "
+        "tool or the base: {}",
+        fmt::join(left, ", ")));
+  }
+  for (const model::Joint& joint : cell.robot.joints) {
+    if (joint.compliance_rad_per_Nm.value_or(0) == 0) continue;
+    lines.emplace_back("compliance_rad_per_Nm: the joints' wind-up under load");
+    break;
+  }
+  if (!cell.tool.rigid) lines.emplace_back("[tool]: the bending of the tool");
+  if (!cell.tool.rigid || !cell.tool.tcp_F.isZero()) {
+    lines.emplace_back("[tool]: its tip; the chain ends at the flange");
+  }
+  if (!cell.sessions.empty()) {
+    lines.emplace_back("[[session]]: the place of the robot in the instrument's frame");
+  }
+  if (cell.domain) {
+    lines.emplace_back(
+        "[domain]: the range of the fitted poses, and the fading of the correction outside it");
+  }
+  if (!geometry.included.empty()) {
+    lines.emplace_back("standard deviations and covariances of the corrections");
+  }
+  return lines;
+}
+
+/// Distance between the exported tip and the flange of the full model, deflected by the arm's own
+/// weight; nullopt if the model cannot be evaluated.
+std::optional<urdf::ChainDifference> LeftByUrdf(const model::CellModel& cell,
+                                                const urdf::JointChain& exported,
+                                                const Pose& X_base_B) {
+  const deflection::LoadedArm arm(cell);
+  if (arm.torques_missing()) return std::nullopt;
+  urdf::ChainDifference difference;
+  deflection::LoadedState state;
+  for (const model::JointVector& q : urdf::RandomPostures(cell.robot, kExportedPostures)) {
+    if (!arm.AtCommanded(q, loads::Payload{}, effects::Conditions{}, state)) return std::nullopt;
+    difference.Add(TipPose(exported, q), X_base_B * state.posture.X_BF());
+  }
+  return difference;
+}
+
+void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
+                 const urdf::StaticGeometry& geometry, const urdf::CorrectedOrigins& corrected,
+                 const urdf::JointChain& exported) {
+  std::ostream& out = options.out == "-" ? std::cerr : std::cout;
+  out << fmt::format("{}: {} of {} effects written into {} joint origin{}\n", options.out,
+                     geometry.included.size(), geometry.included.size() + geometry.left_out.size(),
+                     corrected.origins.size(), corrected.origins.size() == 1 ? "" : "s");
+  for (const urdf::MovedOrigin& moved : corrected.origins) {
+    out << fmt::format("  {:<24} {:9.4f} mm {:9.5f} deg\n", moved.joint, 1e3 * moved.distance_m,
+                       kDegPerRad * moved.angle_rad);
+  }
+  std::vector<std::string> not_carried = NotCarried(cell, geometry);
+  if (corrected.tip_left_m > 1e-9 || corrected.tip_left_rad > 1e-9) {
+    not_carried.insert(
+        not_carried.begin(),
+        fmt::format("a change of the flange by {:.4f} mm and {:.5f} deg: no fixed joint lies "
+                    "between the last axis and link {}; add one and export with its child as --tip",
+                    1e3 * corrected.tip_left_m, kDegPerRad * corrected.tip_left_rad, exported.tip));
+  }
+  if (not_carried.empty()) {
+    out << "The URDF carries the whole model.\n";
+    return;
+  }
+  out << "A URDF cannot carry:\n";
+  for (const std::string& line : not_carried) out << "  " << line << '\n';
+  if (const auto left = LeftByUrdf(cell, exported, corrected.X_base_B)) {
+    out << fmt::format(
+        "Without it the flange is up to {:.3f} mm and {:.4f} deg from the cell's model ({} "
+        "postures, no payload, base and instrument not counted).\n",
+        1e3 * left->distance_m, kDegPerRad * left->angle_rad, kExportedPostures);
+  }
+}
+
+int RunExportUrdf(const ExportUrdfOptions& options) {
+  const bool to_out = options.out == "-";
+  if (!to_out && SameFile(options.out, options.cell)) {
+    std::cerr << "plumbline export-urdf: --out would overwrite the cell; choose another file\n";
+    return kExitUsage;
+  }
+  config::FaultList faults;
+  const auto cell = config::ReadCell(options.cell, faults);
+  const auto text = config::ReadTextFile(options.file);
+  if (!text) {
+    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
+                files::ReadErrorText(options.file, text.error())});
+  }
+  const auto read = [&](const std::string& from) -> std::optional<urdf::JointChain> {
+    const auto file = urdf::UrdfFromText(from, options.file, faults);
+    if (!file) return std::nullopt;
+    return urdf::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
+                               options.ends.rising(), faults);
+  };
+  const auto chain = text ? read(*text) : std::nullopt;
+  std::cerr << config::FaultsText(faults);
+  if (!cell || !chain) return kExitFault;
+  const urdf::StaticGeometry geometry = urdf::StaticGeometryOf(*cell);
+  const auto file = urdf::UrdfFromText(*text, options.file, faults);
+  const auto corrected = urdf::CorrectedOriginsOf(*file, *chain, cell->robot, geometry.robot);
+  if (!corrected) {
+    std::cerr << options.file << ": " << corrected.error() << '\n';
+    return kExitFault;
+  }
+  const std::string exported = urdf::UrdfWithOrigins(*text, corrected->origins);
+  if (to_out) {
+    std::cout << exported;
+  } else if (const auto written = config::WriteTextFile(options.out, exported); !written) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
+                             written.error());
+    return kExitUsage;
+  }
+  if (const auto back = read(exported)) PrintExport(options, *cell, geometry, *corrected, *back);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ExportUrdfOptions>();
+  CLI::App* command =
+      app.add_subcommand("export-urdf", "Write a cell's corrected kinematics into its URDF");
+  command->add_option("cell", options->cell, "Corrected cell, CORRECTED.toml of diagnose")
+      ->required();
+  command->add_option("file", options->file, "URDF that the cell was imported from")->required();
+  AddChainEnds(*command, options->ends);
+  command->add_option("--out,--output", options->out, "URDF to write; - is standard output")
+      ->required();
+  command->footer(
+      "Constant corrections of the links and joints go into the origins of the moving joints and "
+      "of\n"
+      "the first fixed joint after the last axis; everything else in the file stays as it is. "
+      "What\n"
+      "a URDF has no place for is listed, with the error that is left without it.\n\n"
+      "Examples:\n"
+      "  plumbline export-urdf corrected.toml robot.urdf --out corrected.urdf\n"
+      "  plumbline export-urdf corrected.toml robot.urdf --tip flange --out corrected.urdf\n\n"
+      "Exit codes: 0 the URDF was written, 1 faults in a file, or the cell is not of this URDF,\n"
+      "2 wrong arguments or unwritable output.");
+  command->callback([options, &exit_code] { exit_code = RunExportUrdf(*options); });
+}
+
+}  // namespace plumbline::cli

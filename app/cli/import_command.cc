@@ -1,0 +1,252 @@
+#include "app/cli/import_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/same_file.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/imports/ask.h"
+#include "app/imports/preview.h"
+#include "app/table/csv.h"
+#include "drivers/files/open_failure.h"
+
+namespace plumbline::cli {
+namespace {
+
+struct ImportCommandOptions {
+  std::string file, joints, mapping, joints_mapping, out, cell, permissible_error;
+  bool preview = false;
+  imports::ImportOptions units;
+};
+
+std::optional<std::string> ReadImportFile(const std::string& path, config::FaultList& faults) {
+  const auto text = config::ReadTextFile(path);
+  if (text) return *text;
+  faults.Add(
+      {config::Fault::Severity::kFault, path, 0, "", files::ReadErrorText(path, text.error())});
+  return std::nullopt;
+}
+
+/// "15+6": 15 um + 6 um/m.
+std::optional<imports::PermissibleError> PermissibleErrorOf(const std::string& text) {
+  const auto plus = text.find('+');
+  const auto constant = imports::NumberIn(text.substr(0, plus), '.');
+  const auto slope = plus == std::string::npos ? std::optional<double>(0)
+                                               : imports::NumberIn(text.substr(plus + 1), '.');
+  if (!constant || !slope || *constant < 0 || *slope < 0) return std::nullopt;
+  return imports::PermissibleError{1e-3 * *constant, 1e-3 * *slope};
+}
+
+/// The mapping of a file: from the mapping file if it exists; else asked on a terminal, or what was
+/// understood, and kept in that file. Nothing is kept for a preview.
+class MappedFile {
+ public:
+  MappedFile(const ImportCommandOptions& options, std::string path, std::string mapping_path)
+      : options_(options), path_(std::move(path)), mapping_path_(std::move(mapping_path)) {}
+
+  /// @return nullopt after a fault
+  std::optional<imports::UnderstoodFile> Read(config::FaultList& faults) {
+    const auto bytes = ReadImportFile(path_, faults);
+    if (!bytes) return std::nullopt;
+    imports::Mapping mapping;
+    const bool known = !mapping_path_.empty() && std::filesystem::exists(mapping_path_);
+    if (known) {
+      const auto text = ReadImportFile(mapping_path_, faults);
+      const auto read =
+          text ? imports::MappingFromText(*text, mapping_path_, faults) : std::nullopt;
+      if (!read) return std::nullopt;
+      mapping = *read;
+    }
+    config::FaultList own;
+    auto file = imports::Understand(*bytes, path_, mapping, mapping_path_, options_.units, own);
+    if (!known && !mapping_path_.empty() && !options_.preview) {
+      if (const auto asked = Asked(file)) {
+        own = {};
+        file = imports::Understand(*bytes, path_, *asked, mapping_path_, options_.units, own);
+        Keep(*asked);
+      }
+    }
+    faults.Append(own);
+    return file;
+  }
+
+ private:
+  static std::optional<imports::Mapping> Asked(const imports::UnderstoodFile& file) {
+    if (isatty(STDIN_FILENO) == 0) return imports::MappingOf(file);
+    return imports::AskMapping(file, std::cin, std::cerr);
+  }
+  void Keep(const imports::Mapping& mapping) const {
+    const auto written = config::WriteTextFile(mapping_path_, imports::TextOfMapping(mapping));
+    std::cerr << (written ? fmt::format("{}: mapping written; edit it to change the import\n",
+                                        mapping_path_)
+                          : fmt::format("{}: cannot be written: {}; choose another --mapping\n",
+                                        mapping_path_, written.error()));
+  }
+
+  const ImportCommandOptions& options_;
+  std::string path_, mapping_path_;
+};
+
+/// Reads the written text as the diagnosis will, with the joints of the cell.
+void CheckAgainstCell(const ImportCommandOptions& options, const std::string& csv,
+                      config::FaultList& faults) {
+  if (options.cell.empty()) return;
+  config::FaultList of_cell;
+  const auto cell = config::ReadCell(options.cell, of_cell);
+  if (!cell) return faults.Append(of_cell);
+  table::TableFromCsv(csv, options.out.empty() ? "measured.csv" : options.out, cell->robot.joints,
+                      faults);
+}
+
+/// Faults of a table that cannot be measured.csv.
+void CheckRows(const ImportCommandOptions& options, const imports::ImportedTable& rows,
+               config::FaultList& faults) {
+  const auto has = [&](auto&& test) {
+    return std::any_of(rows.rows.begin(), rows.rows.end(), test);
+  };
+  const auto fault = [&](const std::string& what) {
+    faults.Add({config::Fault::Severity::kFault, options.file, 0, "", what});
+  };
+  if (!has([](const imports::ImportedRow& row) { return row.HasJoints(); })) {
+    fault(
+        "has no joint columns (q1, joint 1, J1, A1 ..): give the file of the joints with "
+        "--joints, or map the columns to q1_deg ..");
+  }
+  const bool gauge = has([](const imports::ImportedRow& row) {
+    return row.numbers.contains("gauge_mm") && !row.texts.contains("artefact");
+  });
+  if (gauge) fault("holds gauge readings: name the [[artefact]] of the cell with --artefact");
+  if (rows.rows.size() == rows.rejected.size()) fault("has no row with a usable measurement");
+}
+
+int PreviewYaml(const ImportCommandOptions& options) {
+  config::FaultList faults;
+  const auto text = ReadImportFile(options.file, faults);
+  std::cerr << config::FaultsText(faults);
+  if (!text) return kExitFault;
+  const auto shown = imports::RobotCalibrationText(*text);
+  if (!shown) std::cerr << options.file << ": " << shown.error() << '\n';
+  if (!shown) return kExitFault;
+  std::cout << options.file << ": " << *shown;
+  return options.preview ? kExitOk : kExitFault;
+}
+
+int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
+                const std::string& csv) {
+  if (options.out == "-") {
+    std::cout << csv;
+  } else if (const auto written = config::WriteTextFile(options.out, csv); !written) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another --output\n", options.out,
+                             written.error());
+    return kExitUsage;
+  }
+  for (const imports::RejectedLine& line : rows.rejected) {
+    std::cerr << fmt::format("{}:{}: rejected: {}\n", options.file, line.line, line.reason);
+  }
+  for (const std::string& note : rows.notes) std::cerr << note << '\n';
+  std::cerr << fmt::format("{}: {} rows, {} rejected\n", options.out, rows.rows.size(),
+                           rows.rejected.size());
+  return kExitOk;
+}
+
+int RunImport(ImportCommandOptions options) {
+  if (options.preview != options.out.empty()) {
+    std::cerr << "plumbline import: give either --preview or --output FILE\n";
+    return kExitUsage;
+  }
+  for (const std::string& input : {options.file, options.joints, options.cell}) {
+    if (options.out.empty() || !SameFile(options.out, input)) continue;
+    std::cerr << "plumbline import: --output would overwrite the input " << input << '\n';
+    return kExitUsage;
+  }
+  if (!options.permissible_error.empty()) {
+    options.units.permissible_error = PermissibleErrorOf(options.permissible_error);
+    if (!options.units.permissible_error) {
+      std::cerr << "plumbline import: --permissible-error-um: " << options.permissible_error
+                << " is not of the form 15+6 (um + um/m)\n";
+      return kExitUsage;
+    }
+  }
+  if (options.file.ends_with(".yaml") || options.file.ends_with(".yml")) {
+    return PreviewYaml(options);
+  }
+  config::FaultList faults;
+  const auto file = MappedFile(options, options.file, options.mapping).Read(faults);
+  std::optional<imports::UnderstoodFile> joints;
+  if (!options.joints.empty()) {
+    joints = MappedFile(options, options.joints, options.joints_mapping).Read(faults);
+  }
+  if (!file || (!options.joints.empty() && !joints)) {
+    std::cerr << config::FaultsText(faults);
+    return kExitFault;
+  }
+  imports::ImportedTable rows = RowsOf(*file, options.units);
+  if (options.preview) std::cout << PreviewText(*file, rows);
+  if (joints) {
+    const imports::ImportedTable postures = RowsOf(*joints, options.units);
+    if (options.preview) std::cout << PreviewText(*joints, postures);
+    rows = WithJoints(rows, postures, options.joints, faults);
+  }
+  if (!faults.HasFaults()) CheckRows(options, rows, faults);
+  const std::string csv = MeasuredCsv(rows);
+  if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
+  std::cerr << config::FaultsText(faults);
+  if (faults.HasFaults()) return kExitFault;
+  return options.preview ? kExitOk : WriteImport(options, rows, csv);
+}
+
+}  // namespace
+
+void AddImportCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ImportCommandOptions>();
+  CLI::App* command =
+      app.add_subcommand("import", "Turn exports of trackers, CMMs and gauges into measured.csv");
+  command->add_option("file", options->file, "Export of the instrument, or a table with everything")
+      ->required();
+  command->add_option("--joints", options->joints, "Second file with the joint readings");
+  command->add_flag("--preview", options->preview, "Only show what was understood");
+  command->add_option("--output,--out", options->out,
+                      "measured.csv to write; - is standard output");
+  command->add_option("--mapping", options->mapping,
+                      "Mapping file; if it does not exist, it is asked for on a terminal and "
+                      "written");
+  command->add_option("--joints-mapping", options->joints_mapping,
+                      "The same for the file of the joints");
+  command
+      ->add_option("--length-unit", options->units.length_unit,
+                   "Unit of lengths whose column states none: mm, m, um, in")
+      ->check(CLI::IsMember({"mm", "m", "cm", "um", "in"}));
+  command->add_option("--angle-unit", options->units.angle_unit, "The same for angles: deg, rad")
+      ->check(CLI::IsMember({"deg", "rad", "mrad"}));
+  command
+      ->add_option("--temperature-unit", options->units.temperature_unit,
+                   "The same for temperatures: C, K, F")
+      ->check(CLI::IsMember({"C", "K", "F"}));
+  command->add_option("--artefact", options->units.artefact,
+                      "[[artefact]] of the cell to which gauge or range readings belong");
+  command->add_option("--permissible-error-um", options->permissible_error,
+                      "Permissible error of the instrument, um + um/m, such as 15+6; added to "
+                      "sigma_mm");
+  command->add_option("--cell", options->cell, "Cell whose joints the result must fit");
+  command->footer(
+      "Separator, decimal sign, column names and units are found in the file; --preview shows "
+      "them.\n"
+      "A unit that the file does not state must be given. U(95) becomes sigma_mm (k = 2). Joints "
+      "of\n"
+      "a second file are matched by a column with the number or name of the point, else by row.\n"
+      "Lines without a usable measurement are named and keep only their joints.\n\n"
+      "Examples:\n"
+      "  plumbline import tracker.csv --joints joints.csv --angle-unit rad --preview\n"
+      "  plumbline import tracker.csv --joints joints.csv --output measured.csv\n"
+      "  plumbline import table.csv --mapping lab.toml --output measured.csv\n\n"
+      "Exit codes: 0 success, 1 faults in a file, 2 wrong arguments or unwritable output.");
+  command->callback([options, &exit_code] { exit_code = RunImport(*options); });
+}
+
+}  // namespace plumbline::cli

@@ -1,0 +1,126 @@
+#include "app/cli/import_urdf_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/same_file.h"
+#include "app/cli/urdf_options.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/urdf/cell_text.h"
+#include "app/urdf/chain_difference.h"
+#include "app/urdf/dh_table.h"
+#include "app/urdf/ur_kinematics.h"
+#include "drivers/files/open_failure.h"
+#include "firmware-like/geometry/angle.h"
+
+namespace plumbline::cli {
+namespace {
+
+struct ImportUrdfOptions {
+  std::string file, out = "-";
+  std::string ur_angles = "rpy";
+  ChainEnds ends;
+};
+
+constexpr int kImportedPostures = 1000;
+
+std::optional<urdf::JointChain> ReadChain(const ImportUrdfOptions& options,
+                                          config::FaultList& faults) {
+  const auto text = config::ReadTextFile(options.file);
+  if (!text) {
+    faults.Add({config::Fault::Severity::kFault, options.file, 0, "",
+                files::ReadErrorText(options.file, text.error())});
+    return std::nullopt;
+  }
+  if (urdf::IsUrKinematics(*text)) {
+    const auto angles =
+        options.ur_angles == "xyz" ? urdf::UrAngles::kXyz : urdf::UrAngles::kRollPitchYaw;
+    return urdf::ChainFromUrKinematics(*text, options.file, angles, faults);
+  }
+  const auto file = urdf::UrdfFromText(*text, options.file, faults);
+  if (!file) return std::nullopt;
+  return urdf::ChainFromUrdf(*file, options.file, options.ends.base, options.ends.tip,
+                             options.ends.rising(), faults);
+}
+
+/// Reports how far the cell, read back from its text, is from the chain.
+void ReportImport(const std::string& name, const urdf::JointChain& chain,
+                  const model::CellModel& cell) {
+  const urdf::ChainDifference difference =
+      DifferenceOf(chain, cell.robot, urdf::RandomPostures(cell.robot, kImportedPostures));
+  std::cerr << fmt::format(
+      "{}: {} joints from {} to {}; over {} postures the cell's flange is within {:.1g} mm and "
+      "{:.1g} deg of {}\n",
+      name, chain.joints.size(), chain.base, chain.tip, kImportedPostures,
+      1e3 * difference.distance_m, kDegPerRad * difference.angle_rad, chain.tip);
+}
+
+int RunImportUrdf(const ImportUrdfOptions& options) {
+  const bool to_out = options.out == "-";
+  if (!to_out && SameFile(options.out, options.file)) {
+    std::cerr << "plumbline import-urdf: --out would overwrite the input; choose another file\n";
+    return kExitUsage;
+  }
+  config::FaultList faults;
+  const auto chain = ReadChain(options, faults);
+  std::cerr << config::FaultsText(faults);
+  if (!chain) return kExitFault;
+  const std::string text = urdf::CellText(urdf::RobotFromChain(*chain), *chain,
+                                          std::filesystem::path(options.file).filename().string());
+  const std::string name = to_out ? "cell" : options.out;
+  const auto cell = config::CellFromText(text, name, faults);
+  if (!cell) std::cerr << config::FaultsText(faults) << options.file << ": no cell is written\n";
+  if (!cell) return kExitFault;
+  if (to_out) {
+    std::cout << text;
+  } else if (const auto written = config::WriteTextFile(options.out, text); !written) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another --out\n", options.out,
+                             written.error());
+    return kExitUsage;
+  }
+  ReportImport(name, *chain, *cell);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ImportUrdfOptions>();
+  CLI::App* command = app.add_subcommand(
+      "import-urdf", "Make a cell from a URDF or from a UR's factory calibration");
+  command
+      ->add_option("file", options->file,
+                   "URDF (expanded, not xacro), or default_kinematics.yaml of a UR's ROS "
+                   "description")
+      ->required();
+  AddChainEnds(*command, options->ends);
+  command->add_option("--out,--output", options->out, "Cell file to write; - is standard output")
+      ->capture_default_str();
+  command
+      ->add_option("--ur-angles", options->ur_angles,
+                   "How roll, pitch, yaw of a UR's file are read: rpy as ROS does, or xyz, which "
+                   "gives the controller's own table back")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"rpy", "xyz"}));
+  command->footer(
+      "The cell has the chain from --base to --tip as an exact Denavit-Hartenberg table, the "
+      "joint\n"
+      "limits, and the masses of everything fixed to each link. Its measurement frame is the base\n"
+      "link, its flange the tip link. Planar, floating and mimicking joints within the chain are\n"
+      "refused; move --base or --tip. The cell is read back and compared with the file over 1000\n"
+      "postures.\n\n"
+      "Examples:\n"
+      "  plumbline import-urdf robot.urdf --out cell.toml\n"
+      "  plumbline import-urdf robot.urdf --base base_link --tip flange --out cell.toml\n"
+      "  plumbline import-urdf config/ur10e/default_kinematics.yaml --out cell.toml\n\n"
+      "Exit codes: 0 the cell was written, 1 faults in the file, 2 wrong arguments or unwritable\n"
+      "output.");
+  command->callback([options, &exit_code] { exit_code = RunImportUrdf(*options); });
+}
+
+}  // namespace plumbline::cli

@@ -1,0 +1,271 @@
+#include "app/imports/import_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "app/imports/time_stamp.h"
+
+namespace plumbline::imports {
+namespace {
+
+constexpr double kCoverage = 2;               // k of an expanded uncertainty on one axis
+constexpr double kRadiusOfThreeAxes = 2.795;  // 95 % of the chi distribution, 3 degrees of freedom
+constexpr double kUnitLengthTolerance = 0.01;
+constexpr std::array kMeasuredColumns = {"x_mm", "y_mm", "z_mm", "range_mm", "gauge_mm",
+                                         "qw",   "qx",   "qy",   "qz",       "sigma_mm"};
+
+std::string ShownField(const std::string& field) {
+  return "\"" + field.substr(0, 40) + "\"";
+}
+
+bool IsRunOf(const std::string& field, char c) {
+  const auto first = field.find_first_not_of("+-");
+  return first != std::string::npos &&
+         field.find_first_not_of(std::string(1, c) + ".", first) == std::string::npos;
+}
+
+bool IsSet(std::string flag) {
+  std::transform(flag.begin(), flag.end(), flag.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return !(flag.empty() || flag == "0" || flag == "false" || flag == "no" || flag == "n");
+}
+
+/// Reads one record; collects the first reason why its measurement cannot be used.
+class RowReader {
+ public:
+  RowReader(const UnderstoodFile& file, const ImportOptions& options)
+      : file_(file), options_(options) {}
+
+  ImportedRow Read(const Record& record, std::string& reason);
+
+ private:
+  void Value(std::size_t column, const std::string& field, ImportedRow& row, std::string& reason);
+  void Check(ImportedRow& row, std::string& reason) const;
+  void AddSigma(ImportedRow& row) const;
+
+  const UnderstoodFile& file_;
+  const ImportOptions& options_;
+  std::optional<double> first_stamp_s_;
+};
+
+void Reject(std::string& reason, std::string why) {
+  if (reason.empty()) reason = std::move(why);
+}
+
+void RowReader::Value(std::size_t column, const std::string& field, ImportedRow& row,
+                      std::string& reason) {
+  const ColumnMeaning& meaning = file_.meanings[column];
+  const auto kind = KindOfTarget(meaning.target);
+  if (!kind || field.empty()) return;
+  if (*kind == ValueKind::kText) {
+    row.texts[meaning.target] = field;
+    return;
+  }
+  if (*kind == ValueKind::kTime) {
+    if (const auto stamp_s = SecondsOfTimeStamp(field)) {
+      if (!first_stamp_s_) first_stamp_s_ = *stamp_s;
+      row.numbers["t_s"] = *stamp_s - *first_stamp_s_;
+      return;
+    }
+  }
+  const auto number = NumberIn(field, file_.layout.decimal);
+  const auto scale = ScaleOf(*kind, meaning.unit);
+  if (number && scale) {
+    row.numbers[meaning.target] = *number * scale->factor + scale->offset;
+  } else if (IsRunOf(field, 'X') || IsRunOf(field, 'F')) {
+    Reject(reason,
+           fmt::format("{} is {}: the gauge had no value", meaning.target, ShownField(field)));
+  } else {
+    Reject(reason, fmt::format("{} is {}, which is not a number with a decimal {}", meaning.target,
+                               ShownField(field), file_.layout.decimal == ',' ? "comma" : "point"));
+  }
+}
+
+void RowReader::Check(ImportedRow& row, std::string& reason) const {
+  const auto count = [&](std::initializer_list<const char*> names) {
+    return std::count_if(names.begin(), names.end(),
+                         [&](const char* name) { return row.numbers.contains(name); });
+  };
+  const auto position = count({"x_mm", "y_mm", "z_mm"}), turn = count({"qw", "qx", "qy", "qz"});
+  if (position != 0 && position != 3) Reject(reason, "x, y and z are not all given");
+  if (turn != 0 && turn != 4) Reject(reason, "the quaternion is incomplete");
+  if (turn == 4) {
+    const double norm = std::hypot(std::hypot(row.numbers["qw"], row.numbers["qx"]),
+                                   std::hypot(row.numbers["qy"], row.numbers["qz"]));
+    if (std::abs(norm - 1) > kUnitLengthTolerance) {
+      Reject(reason, fmt::format("the quaternion has the length {:.4g}, not 1", norm));
+    }
+  }
+  if (const auto flag = row.texts.find("delete"); flag != row.texts.end() && IsSet(flag->second)) {
+    Reject(reason, "is marked as deleted");
+  }
+  const bool to_artefact = row.numbers.contains("gauge_mm") || row.numbers.contains("range_mm");
+  if (to_artefact && !options_.artefact.empty()) row.texts["artefact"] = options_.artefact;
+}
+
+void RowReader::AddSigma(ImportedRow& row) const {
+  double variance = 0;
+  const auto& n = row.numbers;
+  if (n.contains("u95_x_mm") && n.contains("u95_y_mm") && n.contains("u95_z_mm")) {
+    for (const char* axis : {"u95_x_mm", "u95_y_mm", "u95_z_mm"}) {
+      variance += std::pow(n.at(axis) / kCoverage, 2) / 3;
+    }
+  } else if (n.contains("u95_mm")) {
+    variance = std::pow(n.at("u95_mm") / kRadiusOfThreeAxes, 2);
+  }
+  if (const auto& mpe = options_.permissible_error; mpe && n.contains("x_mm")) {
+    const double distance_m =
+        1e-3 * std::hypot(n.at("x_mm"), std::hypot(n.at("y_mm"), n.at("z_mm")));
+    variance += std::pow(mpe->constant_mm + mpe->per_metre_mm * distance_m, 2) / 3;
+  }
+  if (variance > 0 && !n.contains("sigma_mm")) row.numbers["sigma_mm"] = std::sqrt(variance);
+}
+
+ImportedRow RowReader::Read(const Record& record, std::string& reason) {
+  ImportedRow row{record.line, {}, {}};
+  const std::size_t columns = file_.meanings.size();
+  // A missing last field is an empty one; further fields shift the columns.
+  if (record.fields.size() > columns || record.fields.size() + 1 < columns) {
+    Reject(reason, fmt::format("has {} fields instead of {}", record.fields.size(), columns));
+    if (record.fields.size() > columns) return row;
+  }
+  for (std::size_t i = 0; i < std::min(columns, record.fields.size()); ++i) {
+    Value(i, record.fields[i], row, reason);
+  }
+  Check(row, reason);
+  if (reason.empty()) AddSigma(row);
+  if (!reason.empty()) {
+    for (const char* name : kMeasuredColumns) row.numbers.erase(name);
+    row.texts.erase("artefact");
+  }
+  return row;
+}
+
+std::string Key(const ImportedRow& row, const char* column) {
+  const auto text = row.texts.find(column);
+  if (text == row.texts.end()) return "";
+  const auto number = NumberIn(text->second, '.');
+  return number && *number == std::round(*number) ? fmt::format("{:.0f}", *number) : text->second;
+}
+
+bool AllHave(const ImportedTable& table, const char* column) {
+  return !table.rows.empty() &&
+         std::all_of(table.rows.begin(), table.rows.end(),
+                     [&](const ImportedRow& row) { return !Key(row, column).empty(); });
+}
+
+void AddJoints(const ImportedRow& joints, ImportedRow& row) {
+  for (const auto& [name, value] : joints.numbers) row.numbers.emplace(name, value);
+  for (const auto& [name, value] : joints.texts) row.texts.emplace(name, value);
+}
+
+/// Postures in the order of the joints' file, each followed by its further measurements.
+ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& joints,
+                           const char* column) {
+  ImportedTable matched{{}, measured.rejected, measured.notes};
+  std::map<std::string, std::vector<const ImportedRow*>> by_key;
+  for (const ImportedRow& row : measured.rows) by_key[Key(row, column)].push_back(&row);
+  for (const ImportedRow& posture : joints.rows) {
+    const auto found = by_key.find(Key(posture, column));
+    if (found == by_key.end()) {
+      matched.rows.push_back(posture);
+      continue;
+    }
+    for (const ImportedRow* row : found->second) {
+      matched.rows.push_back(*row);
+      AddJoints(posture, matched.rows.back());
+    }
+    by_key.erase(found);
+  }
+  for (const auto& [key, rows] : by_key) {
+    for (const ImportedRow* row : rows) {
+      matched.rejected.push_back(
+          {row->line, fmt::format("{} {} is not in the file of the joints", column, key)});
+    }
+  }
+  matched.notes.push_back(fmt::format("joints matched by {}", column));
+  return matched;
+}
+
+}  // namespace
+
+ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
+  ImportedTable table;
+  RowReader reader(file, options);
+  bool from_u95 = false, deviations = false;
+  for (const ColumnMeaning& meaning : file.meanings) from_u95 |= meaning.target.starts_with("u95");
+  for (const Record& record : file.layout.records) {
+    std::string reason;
+    table.rows.push_back(reader.Read(record, reason));
+    if (!reason.empty()) table.rejected.push_back({record.line, reason});
+    deviations |= table.rows.back().numbers.contains("sigma_mm");
+  }
+  if (from_u95 && deviations) {
+    table.notes.emplace_back(
+        options.permissible_error
+            ? "sigma_mm: U(95) with k = 2 and the permissible error / sqrt(3), root of the squares"
+            : "sigma_mm: U(95) with k = 2; this is the scatter of the measurement. Give "
+              "--permissible-error-um to include the instrument's accuracy");
+  }
+  return table;
+}
+
+ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
+                         const std::string& joints_file, config::FaultList& faults) {
+  for (const char* column : {"number", "name"}) {
+    if (AllHave(measured, column) && AllHave(joints, column)) {
+      return MatchedByKey(measured, joints, column);
+    }
+  }
+  ImportedTable matched = measured;
+  if (measured.rows.size() != joints.rows.size()) {
+    faults.Add({config::Fault::Severity::kFault, joints_file, 0, "",
+                fmt::format("has {} rows, but {} were measured, and no column numbers the rows of "
+                            "both files; number them, or remove the lines without a counterpart",
+                            joints.rows.size(), measured.rows.size())});
+    return matched;
+  }
+  for (std::size_t i = 0; i < matched.rows.size(); ++i) AddJoints(joints.rows[i], matched.rows[i]);
+  matched.notes.emplace_back("joints matched by row");
+  return matched;
+}
+
+std::string MeasuredCsv(const ImportedTable& table) {
+  std::vector<std::string> columns = {"session", "t_s"};
+  for (int joint = 1; joint <= 12; ++joint) {
+    for (const char* unit : {"deg", "mm"}) columns.push_back(fmt::format("q{}_{}", joint, unit));
+  }
+  for (const char* name : {"payload_kg", "temp_C", "artefact"}) columns.emplace_back(name);
+  for (const char* name : kMeasuredColumns) columns.emplace_back(name);
+  const auto absent = [&](const std::string& column) {
+    return std::none_of(table.rows.begin(), table.rows.end(), [&](const ImportedRow& row) {
+      return row.numbers.contains(column) || row.texts.contains(column);
+    });
+  };
+  columns.erase(std::remove_if(columns.begin(), columns.end(), absent), columns.end());
+  std::string text;
+  for (const std::string& column : columns) text += (text.empty() ? "" : ",") + column;
+  text += '\n';
+  for (const ImportedRow& row : table.rows) {
+    if (!row.HasJoints()) continue;
+    std::string line;
+    for (const std::string& column : columns) {
+      if (&column != &columns.front()) line += ',';
+      if (const auto number = row.numbers.find(column); number != row.numbers.end()) {
+        line += fmt::format("{:.10g}", 0.0 + number->second);
+      } else if (const auto word = row.texts.find(column); word != row.texts.end()) {
+        std::string plain = word->second;
+        std::replace_if(
+            plain.begin(), plain.end(), [](char c) { return c == ',' || c == '"'; }, ' ');
+        line += plain;
+      }
+    }
+    text += line + '\n';
+  }
+  return text;
+}
+
+}  // namespace plumbline::imports

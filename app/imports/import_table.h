@@ -1,0 +1,82 @@
+// Rows of measured.csv from files of instruments and robots.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/imports/mapping.h"
+
+namespace plumbline::imports {
+
+/// Largest permissible error of an instrument, constant + per_metre * distance [mm, mm/m].
+struct PermissibleError {
+  double constant_mm = 0;
+  double per_metre_mm = 0;
+};
+
+/// What a user states beside the file.
+struct ImportOptions {
+  std::string length_unit, angle_unit, temperature_unit;  ///< of columns that state none
+  std::string artefact;                                   ///< of every row with a gauge or a range
+  std::optional<PermissibleError> permissible_error;
+};
+
+/// A file as it was understood, before its rows are read.
+struct UnderstoodFile {
+  std::string file;
+  std::string encoding;
+  DelimitedText layout;
+  std::vector<ColumnMeaning> meanings;
+};
+
+/// A line that gives no measurement, and why.
+struct RejectedLine {
+  int line = 0;
+  std::string reason;
+};
+
+/// One row: numbers in the units of measured.csv and texts, by column.
+struct ImportedRow {
+  int line = 0;
+  std::map<std::string, double> numbers;
+  std::map<std::string, std::string> texts;
+
+  bool HasJoints() const { return numbers.contains("q1_deg") || numbers.contains("q1_mm"); }
+};
+
+struct ImportedTable {
+  std::vector<ImportedRow> rows;       ///< in the order of the file, the rejected ones included
+  std::vector<RejectedLine> rejected;  ///< whose measurement is left out
+  std::vector<std::string> notes;      ///< what was assumed or derived
+};
+
+/// Decodes a file and finds its layout and the meaning of its columns. Pure.
+/// A file with one unnamed column holds readings of a gauge in mm (Keyence LK-G).
+/// @param faults  receives faults of the mapping, and one for each column whose unit neither the
+///                file nor the options nor the mapping state
+UnderstoodFile Understand(std::string_view bytes, const std::string& file, const Mapping& mapping,
+                          const std::string& mapping_file, const ImportOptions& options,
+                          config::FaultList& faults);
+
+/// Reads the rows. A row with a fault keeps its joints, since the robot was there, but loses its
+/// measurement: an unreadable or incomplete value, a row marked as deleted, a quaternion that is
+/// not of unit length, a gauge without a value (runs of X or F). Standard deviations come from
+/// U(95): per axis U / 2 (k = 2), the root mean square of the axes; of a 3-D radius U / 2.795 (95 %
+/// of a chi distribution with 3 degrees of freedom). A permissible error is added as a rectangular
+/// distribution, MPE / sqrt(3).
+ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
+
+/// Adds the joints of a second file to the rows of the first one: by number or name if both files
+/// have that column (several measured rows may share one posture), else by row, for which both
+/// files must have equally many.
+/// @param faults  receives the fault if the rows cannot be matched
+ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
+                         const std::string& joints_file, config::FaultList& faults);
+
+/// The rows as measured.csv; columns without a value in any row are left out.
+std::string MeasuredCsv(const ImportedTable& table);
+
+}  // namespace plumbline::imports

@@ -1,0 +1,117 @@
+#include "app/imports/mapping.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/config/toml_reader.h"
+#include "app/text/json_text.h"
+
+namespace plumbline::imports {
+namespace {
+
+const std::string kIgnored = "ignore";
+
+void ReadColumn(const config::TomlTable& table, std::vector<MappedColumn>& columns) {
+  MappedColumn column;
+  if (const auto number = table.Integer("number", 1, 1000)) {
+    column.number = *number;
+    if (table.Has("from")) table.AddFault("number", "is given beside from; keep one of them");
+  } else {
+    column.from = table.RequiredString("from").value_or("");
+  }
+  column.to = table.RequiredString("to").value_or("");
+  if (column.to == kIgnored) column.to.clear();
+  column.unit = table.String("unit").value_or("");
+  const auto kind = KindOfTarget(column.to);
+  if (!column.to.empty() && !kind) {
+    table.AddFault("to", fmt::format("\"{}\" is neither a column of measured.csv nor number, name, "
+                                     "delete, u95_mm, u95_x_mm, u95_y_mm, u95_z_mm",
+                                     column.to.substr(0, 60)));
+  } else if (kind && !column.unit.empty() && !ScaleOf(*kind, column.unit)) {
+    table.AddFault("unit", fmt::format("\"{}\" is not a unit of {}; allowed: {}",
+                                       column.unit.substr(0, 60), column.to, UnitsOf(*kind)));
+  }
+  columns.push_back(std::move(column));
+}
+
+std::string Quoted(const std::string& text) {
+  return text::JsonText(nlohmann::json(text));
+}
+
+}  // namespace
+
+std::optional<Mapping> MappingFromText(std::string_view text, const std::string& file,
+                                       config::FaultList& faults) {
+  config::FaultList own;
+  Mapping mapping;
+  config::TomlDocument document(text, file, own);
+  if (document.parsed()) {
+    const config::TomlTable root = document.Root();
+    root.RequiredInteger("schema", 1, 1);
+    mapping.layout.separator = root.OneOf<char>(
+        "separator", {{"comma", ','}, {"semicolon", ';'}, {"tab", '\t'}, {"blanks", ' '}});
+    mapping.layout.decimal = root.OneOf<char>("decimal", {{"comma", ','}, {"point", '.'}});
+    mapping.layout.header_line = root.Integer("header_line", 0, 1000);
+    for (const config::TomlTable& table : root.Tables("column")) ReadColumn(table, mapping.columns);
+    document.ReportUnknownKeys();
+  }
+  faults.Append(own);
+  if (own.HasFaults()) return std::nullopt;
+  return mapping;
+}
+
+std::string TextOfMapping(const Mapping& mapping) {
+  std::string text = "# How `plumbline import` reads files of this kind.\nschema = 1\n";
+  if (const auto separator = mapping.layout.separator) {
+    text += fmt::format("separator = \"{}\"\n", *separator == ','   ? "comma"
+                                                : *separator == ';' ? "semicolon"
+                                                : *separator == ' ' ? "blanks"
+                                                                    : "tab");
+  }
+  if (const auto decimal = mapping.layout.decimal) {
+    text += fmt::format("decimal = \"{}\"\n", *decimal == ',' ? "comma" : "point");
+  }
+  if (mapping.layout.header_line) {
+    text += fmt::format("header_line = {}\n", *mapping.layout.header_line);
+  }
+  for (const MappedColumn& column : mapping.columns) {
+    text += "\n[[column]]\n";
+    text += column.from.empty() ? fmt::format("number = {}\n", column.number)
+                                : fmt::format("from = {}\n", Quoted(column.from));
+    text += fmt::format("to = {}\n", Quoted(column.to.empty() ? kIgnored : column.to));
+    if (!column.unit.empty()) text += fmt::format("unit = {}\n", Quoted(column.unit));
+  }
+  return text;
+}
+
+std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const DelimitedText& layout,
+                                        const std::string& mapping_file,
+                                        config::FaultList& faults) {
+  std::vector<ColumnMeaning> meanings = MeaningsOf(layout.names, layout.units);
+  for (const MappedColumn& column : mapping.columns) {
+    auto at = static_cast<std::size_t>(std::max(0, column.number - 1));
+    if (!column.from.empty()) {
+      const auto named = std::find(layout.names.begin(), layout.names.end(), column.from);
+      at = static_cast<std::size_t>(named - layout.names.begin());
+    }
+    if (at >= meanings.size()) {
+      faults.Add({config::Fault::Severity::kFault, mapping_file, 0, "column",
+                  fmt::format("{} is not a column of the file, which has {}; correct or remove it",
+                              column.from.empty() ? fmt::format("number {}", column.number)
+                                                  : "\"" + column.from + "\"",
+                              layout.names.size())});
+      continue;
+    }
+    // The person's choice outranks another column of the same meaning.
+    for (ColumnMeaning& other : meanings) {
+      if (!column.to.empty() && other.target == column.to) other.target.clear();
+    }
+    meanings[at].target = column.to;
+    if (!column.unit.empty()) meanings[at].unit = column.unit;
+    meanings[at].because = "mapping";
+  }
+  return meanings;
+}
+
+}  // namespace plumbline::imports

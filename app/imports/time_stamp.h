@@ -1,0 +1,14 @@
+// Time stamps of exports.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace plumbline::imports {
+
+/// Seconds since 1970, for differences only (no time zone): "08.11.2022 16:17:28.353",
+/// "2022-11-08T16:17:28", "11/08/2022 04:17:28 PM" (month first unless it cannot be), each with or
+/// without a leading apostrophe. nullopt if it is no such stamp.
+std::optional<double> SecondsOfTimeStamp(std::string_view text);
+
+}  // namespace plumbline::imports

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/imports/import_table.h"
+#include "app/imports/text_encoding.h"
+
+namespace plumbline::imports {
+namespace {
+
+std::string DefaultUnit(ValueKind kind, const ImportOptions& options) {
+  switch (kind) {
+    case ValueKind::kLength:
+      return options.length_unit;
+    case ValueKind::kAngle:
+      return options.angle_unit;
+    case ValueKind::kTemperature:
+      return options.temperature_unit;
+    default:
+      return "";
+  }
+}
+
+const char* UnitOption(ValueKind kind) {
+  return kind == ValueKind::kAngle         ? "--angle-unit"
+         : kind == ValueKind::kTemperature ? "--temperature-unit"
+                                           : "--length-unit";
+}
+
+/// "values from -0.42 to 0.93", for the person who must state the unit.
+std::string ValuesText(const DelimitedText& layout, std::size_t column) {
+  double low = 1e300, high = -1e300;
+  for (const Record& record : layout.records) {
+    if (column >= record.fields.size()) continue;
+    const auto value = NumberIn(record.fields[column], layout.decimal);
+    if (value) low = std::min(low, *value), high = std::max(high, *value);
+  }
+  return low > high ? "no values" : fmt::format("values from {:.6g} to {:.6g}", low, high);
+}
+
+/// The unit of a column from the options if the file states none.
+void CompleteUnit(const UnderstoodFile& understood, std::size_t column,
+                  const ImportOptions& options, ColumnMeaning& meaning, config::FaultList& faults) {
+  const auto kind = KindOfTarget(meaning.target);
+  if (!kind) return;
+  if (*kind == ValueKind::kText || *kind == ValueKind::kNumber) {
+    meaning.unit.clear();
+    return;
+  }
+  if (meaning.unit.empty() && !DefaultUnit(*kind, options).empty()) {
+    meaning.unit = DefaultUnit(*kind, options);
+    meaning.because += fmt::format("; unit from {}", UnitOption(*kind));
+  }
+  if (ScaleOf(*kind, meaning.unit)) return;
+  const std::string& name = understood.layout.names[column];
+  const std::string place =
+      name.empty() ? fmt::format("column {}", column + 1) : fmt::format("column \"{}\"", name);
+  const std::string values = ValuesText(understood.layout, column);
+  faults.Add({config::Fault::Severity::kFault, understood.file, understood.layout.header_line,
+              place,
+              meaning.unit.empty()
+                  ? fmt::format("states no unit ({}); give {} or a mapping; units: {}", values,
+                                UnitOption(*kind), UnitsOf(*kind))
+                  : fmt::format("has the unit \"{}\", which is not known; map it; units: {}",
+                                meaning.unit.substr(0, 40), UnitsOf(*kind))});
+}
+
+}  // namespace
+
+UnderstoodFile Understand(std::string_view bytes, const std::string& file, const Mapping& mapping,
+                          const std::string& mapping_file, const ImportOptions& options,
+                          config::FaultList& faults) {
+  DecodedText decoded = DecodedFromBytes(bytes);
+  UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, mapping.layout), {}};
+  understood.meanings = MeaningsWith(mapping, understood.layout, mapping_file, faults);
+  std::vector<ColumnMeaning>& meanings = understood.meanings;
+  if (meanings.size() == 1 && meanings[0].target.empty() && mapping.columns.empty()) {
+    meanings[0] = {"gauge_mm", "mm", "a single column: readings of a gauge in mm"};
+  }
+  for (std::size_t i = 0; i < meanings.size(); ++i) {
+    CompleteUnit(understood, i, options, meanings[i], faults);
+  }
+  return understood;
+}
+
+}  // namespace plumbline::imports

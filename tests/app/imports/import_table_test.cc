@@ -1,0 +1,168 @@
+// Exports as measured.csv, read back by the product's own reader.
+#include "app/imports/import_table.h"
+
+#include <catch2/catch.hpp>
+
+#include "app/table/csv.h"
+
+namespace plumbline::import_table_test {
+
+using namespace plumbline::imports;
+
+namespace {
+
+/// The layout of a Leica export: Latin-1, CRLF, double blanks, apostrophe before the time.
+const std::string kTracker =
+    "X  [mm],Y  [mm],Z  [mm],U(95)  [mm],U(95) X  [mm],U(95) Y  [mm],U(95) Z  [mm],Tilt  [deg],"
+    "Temperature  [C],Image RMS  [\xB5m],Time Stamp,Delete\r\n"
+    "1000.5,-20.25,300.125,0.01,0.002,0.004,0.006,1,21.5,3,'08.11.2022 16:17:28.353,\r\n"
+    "1001.5,-21.25,301.125,0.01,0.002,0.004,0.006,1,21.6,3,'08.11.2022 16:17:38.853,1\r\n"
+    "1002.5,???,302.125,0.01,0.002,0.004,0.006,1,21.7,3,'08.11.2022 16:17:48.353,\r\n";
+const std::string kJoints = "j1;j2;j3\n0,1;-0,2;0,35\n0,2;-0,3;0,45\n0,3;-0,4;0,5\n";
+
+UnderstoodFile Understood(const std::string& text, const ImportOptions& options = {},
+                          const std::string& mapping = "") {
+  config::FaultList faults;
+  Mapping read;
+  if (!mapping.empty()) read = *MappingFromText(mapping, "m.toml", faults);
+  const UnderstoodFile file = Understand(text, "f.csv", read, "m.toml", options, faults);
+  INFO(config::FaultsText(faults));
+  REQUIRE_FALSE(faults.HasFaults());
+  return file;
+}
+
+std::string UnderstandFaults(const std::string& text) {
+  config::FaultList faults;
+  Understand(text, "f.csv", {}, "", {}, faults);
+  return config::FaultsText(faults);
+}
+
+}  // namespace
+
+TEST_CASE("a tracker's export and the robot's joints become measured.csv") {
+  ImportOptions options;
+  options.angle_unit = "rad";
+  const ImportedTable measured = RowsOf(Understood(kTracker), options);
+  config::FaultList faults;
+  const ImportedTable rows =
+      WithJoints(measured, RowsOf(Understood(kJoints, options), options), "joints.csv", faults);
+  REQUIRE_FALSE(faults.HasFaults());
+  REQUIRE(rows.rejected.size() == 2);
+  CHECK(rows.rejected[0].line == 3);
+  CHECK(rows.rejected[0].reason == "is marked as deleted");
+  CHECK(rows.rejected[1].reason == "y_mm is \"???\", which is not a number with a decimal point");
+
+  const std::vector<model::Joint> joints(3);
+  const auto table = table::TableFromCsv(MeasuredCsv(rows), "measured.csv", joints, faults);
+  INFO(config::FaultsText(faults));
+  REQUIRE(table);
+  REQUIRE(table->rows.size() == 1);
+  CHECK(table->unmeasured.size() == 2);  // the robot was there
+  const table::MeasuredRow& row = table->rows[0];
+  CHECK((row.p_WT - Vec3(1.0005, -0.02025, 0.300125)).norm() < 1e-12);
+  CHECK((row.q - Eigen::Vector3d(0.1, -0.2, 0.35)).norm() < 1e-8);
+  CHECK(row.temp_C == 21.5);
+  // Root mean square of U/2 over the axes: sqrt((1 + 4 + 9) / 3) um.
+  CHECK(row.sigma_m == Approx(1e-6 * std::sqrt(14.0 / 3)));
+  CHECK(table->unmeasured[0].t_s == Approx(10.5));
+}
+
+TEST_CASE("a permissible error is added to the scatter") {
+  ImportOptions options;
+  options.permissible_error = PermissibleError{0.015, 0.006};
+  const ImportedTable table =
+      RowsOf(Understood("x [mm],y [mm],z [mm]\n3000,0,0\n", options), options);
+  CHECK(table.rows[0].numbers.at("sigma_mm") == Approx(0.033 / std::sqrt(3.0)));
+  const ImportedTable radius = RowsOf(Understood("x_mm,y_mm,z_mm,U95 [um]\n3000,0,0,27.95\n"), {});
+  CHECK(radius.rows[0].numbers.at("sigma_mm") == Approx(0.01));
+}
+
+TEST_CASE("units that nobody states are asked for, not guessed") {
+  using Catch::Contains;
+  CHECK_THAT(UnderstandFaults("x,y,z\n0.1,0.2,0.93\n"),
+             Contains("f.csv:1 column \"x\": states no unit (values from 0.1 to 0.1)") &&
+                 Contains("--length-unit"));
+  CHECK_THAT(UnderstandFaults("j1,j2\n0.1,0.2\n"), Contains("--angle-unit"));
+  CHECK_THAT(UnderstandFaults("x [furlong],y\n1,2\n"), Contains("\"furlong\", which is not known"));
+}
+
+TEST_CASE("joints are matched by number where both files have it") {
+  const std::string measured = "no,x_mm,y_mm,z_mm\n2,1,2,3\n2,1.1,2,3\n1,4,5,6\n9,7,8,9\n";
+  const std::string joints = "pose,q1_deg\n1,10\n2,20\n3,30\n";
+  config::FaultList faults;
+  const ImportedTable rows =
+      WithJoints(RowsOf(Understood(measured), {}), RowsOf(Understood(joints), {}), "j.csv", faults);
+  REQUIRE(rows.rows.size() == 4);
+  CHECK(rows.rows[0].numbers.at("x_mm") == 4);
+  CHECK(rows.rows[2].numbers.at("x_mm") == 1.1);
+  CHECK(rows.rows[2].numbers.at("q1_deg") == 20);
+  CHECK_FALSE(rows.rows[3].numbers.contains("x_mm"));
+  REQUIRE(rows.rejected.size() == 1);
+  CHECK(rows.rejected[0].reason == "number 9 is not in the file of the joints");
+  // Without numbers, both must have equally many rows.
+  WithJoints(RowsOf(Understood("x_mm,y_mm,z_mm\n1,2,3\n"), {}),
+             RowsOf(Understood("q1_deg,q2_deg\n1,1\n2,2\n"), {}), "j.csv", faults);
+  CHECK_THAT(config::FaultsText(faults), Catch::Contains("has 2 rows, but 1 were measured"));
+}
+
+TEST_CASE("readings of a Keyence gauge, one a line") {
+  ImportOptions options;
+  options.artefact = "dial";
+  const ImportedTable table =
+      RowsOf(Understood("+01.2345\nXXXXXXXX\n-FFFF.FF\n-00.0100\n", options), options);
+  REQUIRE(table.rows.size() == 4);
+  CHECK(table.rows[0].numbers.at("gauge_mm") == 1.2345);
+  CHECK(table.rows[0].texts.at("artefact") == "dial");
+  CHECK(table.rejected.size() == 2);
+  CHECK_THAT(table.rejected[0].reason, Catch::Contains("the gauge had no value"));
+}
+
+TEST_CASE("a mapping names columns by name or number") {
+  const std::string mapping = R"(schema = 1
+separator = "blanks"
+header_line = 0
+[[column]]
+number = 2
+to = "x_mm"
+unit = "m"
+[[column]]
+number = 3
+to = "y_mm"
+unit = "m"
+[[column]]
+number = 4
+to = "z_mm"
+unit = "m"
+)";
+  const ImportedTable table = RowsOf(Understood("1 0.5 0.25 -0.125\n", {}, mapping), {});
+  CHECK(table.rows[0].numbers.at("z_mm") == -125);
+  config::FaultList faults;
+  CHECK(TextOfMapping(*MappingFromText(mapping, "m", faults)).find("number = 4") !=
+        std::string::npos);
+  const auto faults_of = [](const std::string& text) {
+    config::FaultList own;
+    CHECK_FALSE(MappingFromText(text, "m.toml", own));
+    return config::FaultsText(own);
+  };
+  using Catch::Contains;
+  CHECK_THAT(faults_of("schema = 1\n[[column]]\nfrom = \"a\"\nto = \"length\"\n"),
+             Contains("m.toml:4") && Contains("\"length\" is neither"));
+  CHECK_THAT(faults_of("schema = 1\n[[column]]\nfrom = \"a\"\nto = \"x_mm\"\nunit = \"deg\"\n"),
+             Contains("is not a unit of x_mm; allowed: mm"));
+  CHECK_THAT(faults_of("schema = 1\ndecimal = \"dot\"\n"), Contains("decimal"));
+}
+
+TEST_CASE("rows that cannot be read are rejected with their reason") {
+  const std::string text =
+      "x_mm,y_mm,z_mm,qw,qx,qy,qz\n1,2,3,1,0,0,0\n1,2,,1,0,0,0\n1,2,3,2,0,0,0\n1,2,3,1,0,0,0,5\n"
+      "1,2,3,1,0\n1,2,nan,1,0,0,0\n";
+  const ImportedTable table = RowsOf(Understood(text), {});
+  REQUIRE(table.rejected.size() == 5);
+  CHECK(table.rejected[0].reason == "x, y and z are not all given");
+  CHECK(table.rejected[1].reason == "the quaternion has the length 2, not 1");
+  CHECK(table.rejected[2].reason == "has 8 fields instead of 7");
+  CHECK(table.rejected[3].reason == "has 5 fields instead of 7");
+  CHECK_THAT(table.rejected[4].reason, Catch::Contains("\"nan\""));
+}
+
+}  // namespace plumbline::import_table_test
