@@ -148,9 +148,6 @@ class Machine {
   /// @param p_TP  the tool point in the tip's frame [m]
   void StateUncertainty(const loads::Payload& payload, const Vec3& p_TP,
                         correction::Correction& correction);
-  /// Executes a probe command: the result holds the predicted tip pose, and its correction is
-  /// measured - predicted. A quarantined probe is handled in the same way, but its result is not
-  /// valid.
   /// The loaded tip at the time of a probe.
   struct Prediction {
     loads::Payload payload;
@@ -159,9 +156,13 @@ class Machine {
   /// Checks that the robot's state allows a probe, and predicts the tip.
   correction::CorrectionCode PredictProbe(const MachineInput& input, const Vec3& measured_W,
                                           Prediction& at);
-  /// Fills the probe and the command's result, without a measurement.
+  /// Fills the probe, without a measurement, and the command's result: the predicted tip pose.
   void TakeProbe(const MachineInput& input, const Prediction& at);
+  /// Records a touch of an artefact, or a reading against it.
   correction::CorrectionCode RecordProbeOnArtefact(const MachineInput& input);
+  /// Executes a probe command: the result holds the predicted tip pose, and its correction is
+  /// measured - predicted. A quarantined probe is handled in the same way, but its result is not
+  /// valid.
   correction::CorrectionCode RecordProbe(const MachineInput& input,
                                          const std::optional<Vec3>& measured_W);
   /// kOk if a probe can be recorded now, otherwise why it cannot.

@@ -1,5 +1,6 @@
 // Execution of PLC commands: corrected points and poses, probes, lens calibration.
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "firmware-like/deflection/uncertainty.h"
@@ -19,6 +20,17 @@ bool IsCorrection(model::PlcCommandCode code) {
   return code == model::PlcCommandCode::kCorrectPoint ||
          code == model::PlcCommandCode::kCorrectPose ||
          code == model::PlcCommandCode::kCorrectPoseScaled;
+}
+
+/// True if a probe of this code, with its reading, is possible on an artefact of this kind.
+bool Fits(const model::PlcCommand& command, model::ArtefactKind kind) {
+  constexpr double kMaxGauge_m = 0.5, kMaxRange_m = 100;  // judgements, beyond any such instrument
+  const bool gauge = kind == model::ArtefactKind::kGauge;
+  if (command.code == model::PlcCommandCode::kProbeTouch) return !gauge;
+  if (!command.reading_m) return false;
+  if (gauge) return std::abs(*command.reading_m) <= kMaxGauge_m;
+  return kind == model::ArtefactKind::kPoint && *command.reading_m > 0 &&
+         *command.reading_m <= kMaxRange_m;
 }
 
 /// True if the command refers to camera k.
@@ -76,7 +88,9 @@ void Machine::Execute(const MachineInput& input) {
     return;
   }
 
-  if (command.code == model::PlcCommandCode::kProbeArtefact) {
+  if (command.code == model::PlcCommandCode::kProbeTouch ||
+      command.code == model::PlcCommandCode::kProbeReading) {
+    result.point_id = command.point_id;
     result.code = RecordProbeOnArtefact(input);
     result.valid = result.code == correction::CorrectionCode::kOk;
     return;
@@ -279,20 +293,20 @@ correction::CorrectionCode Machine::RecordProbeOnArtefact(const MachineInput& in
   if (const correction::CorrectionCode code = ProbeRecordingCode(input);
       code != correction::CorrectionCode::kOk)
     return code;
-  if (command.point_id == 0 || command.point_id > artefacts.size() || !command.reading_m) {
+  if (command.point_id == 0 || command.point_id > artefacts.size() ||
+      !Fits(command, artefacts[command.point_id - 1U].kind)) {
     return correction::CorrectionCode::kBadCommand;
   }
-  const model::ArtefactKind kind = artefacts[command.point_id - 1U].kind;
-  const bool gauge = kind == model::ArtefactKind::kGauge;
-  const bool range = kind == model::ArtefactKind::kPoint && *command.reading_m > 0;
-  if (!gauge && !range && *command.reading_m != 0) return correction::CorrectionCode::kBadCommand;
   Prediction at;
   const correction::CorrectionCode code = PredictProbe(input, Vec3::Zero(), at);
   if (code != correction::CorrectionCode::kOk) return code;
   TakeProbe(input, at);
-  snapshot_.probe.artefact = command.point_id;
-  if (gauge) snapshot_.probe.gauge_m = command.reading_m;
-  if (range) snapshot_.probe.range_m = command.reading_m;
+  Probe& probe = snapshot_.probe;
+  probe.artefact = command.point_id;
+  if (command.code == model::PlcCommandCode::kProbeReading) {
+    const bool gauge = artefacts[command.point_id - 1U].kind == model::ArtefactKind::kGauge;
+    (gauge ? probe.gauge_m : probe.range_m) = command.reading_m;
+  }
   return correction::CorrectionCode::kOk;
 }
 

@@ -38,6 +38,11 @@ model::Artefact ArtefactFromToml(const TomlTable& table) {
   using Kind = model::ArtefactKind;
   model::Artefact artefact;
   artefact.name = table.RequiredString("name").value_or("");
+  if (artefact.name.find_first_of(",\"\n\r") != std::string::npos) {
+    table.AddFault("name", "must not contain a comma, a quote or a line break");
+  } else if (table.Has("name") && artefact.name.empty()) {
+    table.AddFault("name", "must not be empty");
+  }
   const auto kind = table.RequiredOneOf<Kind>("kind", {{"point", Kind::kPoint},
                                                        {"sphere", Kind::kSphere},
                                                        {"plane", Kind::kPlane},

@@ -135,6 +135,10 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
   answer["remainder"] = answer["discrepancy_model"];  // its previous name
   answer["checks"] = Json::array();
   for (const ExplanationCheck& check : diagnosis.checks) answer["checks"].push_back(JsonOf(check));
+  answer["set_aside"] = Json::array();
+  for (const Contradiction& one : diagnosis.references.set_aside) {
+    answer["set_aside"].push_back(one.sentence);
+  }
   answer["doubts"] = Json::array();
   for (const Doubt& doubt : diagnosis.doubts) {
     answer["doubts"].push_back(

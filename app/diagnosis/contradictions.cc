@@ -17,25 +17,52 @@ constexpr double kChance = 1e-3;  // of a contradiction by noise, for all equati
 constexpr double kMinIndependence = 1e-6;  // 1 - h; less is not tested
 constexpr double kMaxShareSetAside = 0.25;
 
-/// Orthonormal basis of the columns of the named effects, nuisances projected out.
-Eigen::MatrixXd BasisOfEffects(const Identified& found, const LinearProblem& problem) {
-  Eigen::MatrixXd columns(problem.response().size(), 0);
-  for (const BlockIndex block : found.best.blocks) {
-    const Eigen::MatrixXd own = problem.Columns(found.candidate_set->blocks()[block], true);
-    columns.conservativeResize(Eigen::NoChange, columns.cols() + own.cols());
-    columns.rightCols(own.cols()) = own;
+/// Orthonormal basis of the selected columns, which are well conditioned (CandidateSet).
+Eigen::MatrixXd BasisOfEffects(const Identified& found) {
+  const Eigen::MatrixXd& columns = found.candidate_set->columns();
+  Eigen::MatrixXd selected(columns.rows(), static_cast<Eigen::Index>(found.best.columns.size()));
+  Eigen::Index at = 0;
+  for (const ColumnIndex column : found.best.columns) {
+    selected.col(at++) = columns.col(column.value());
   }
-  if (columns.cols() == 0) return columns;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-  return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank());
+  if (at == 0) return selected;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(selected);
+  return qr.householderQ() * Eigen::MatrixXd::Identity(selected.rows(), at);
 }
 
-std::string DifferenceInWords(const Equation& equation, double difference_m) {
-  if (equation.of.distance) {
-    return fmt::format("declared as {:.6g} mm, is {:.6g} mm", 1e3 * equation.declared_m,
-                       1e3 * (equation.declared_m - difference_m));
+/// A tested equation: its reference, z, and declared minus predicted [m].
+struct Tested {
+  const Equation* equation = nullptr;
+  double z = 0, difference_m = 0;
+};
+
+/// The equations that something else determines, too.
+std::vector<Tested> TestsOf(const Identified& found, const std::vector<Equation>& equations) {
+  const Eigen::MatrixXd basis = BasisOfEffects(found);
+  const Eigen::VectorXd residual = found.candidate_set->Residual(found.best);
+  const Eigen::MatrixXd& frames = found.problem->frames();
+  const Eigen::Index first = residual.size() - static_cast<Eigen::Index>(equations.size());
+  std::vector<Tested> tested;
+  for (std::size_t k = 0; k < equations.size(); ++k) {
+    const Eigen::Index at = first + static_cast<Eigen::Index>(k);
+    const double independence = 1 - frames.row(at).squaredNorm() - basis.row(at).squaredNorm();
+    if (independence < kMinIndependence) continue;
+    tested.push_back({&equations[k], std::abs(residual[at]) / std::sqrt(independence),
+                      equations[k].sd_m * residual[at] / independence});
   }
-  return fmt::format("differ by {:.3g} mm", 1e3 * std::abs(difference_m));
+  return tested;
+}
+
+std::string SentenceOf(const Tested& test, const model::CellModel& cell) {
+  const Equation& equation = *test.equation;
+  const std::string name = NameOf(equation.of, cell);
+  const std::string size = fmt::format("{:.0f} standard deviations", test.z);
+  return equation.of.distance
+             ? fmt::format("{} is declared as {:.6g} mm, but is {:.6g} mm by all other data ({})",
+                           name, 1e3 * equation.declared_m,
+                           1e3 * (equation.declared_m - test.difference_m), size)
+             : fmt::format("{} are {:.3g} mm away from where all other data put it ({})", name,
+                           1e3 * std::abs(test.difference_m), size);
 }
 
 /// "a (.. standard deviations); b (..)"
@@ -47,93 +74,91 @@ std::string Sentences(const std::vector<Contradiction>& contradictions) {
 
 }  // namespace
 
-std::vector<Contradiction> ContradictionsIn(const Identified& found) {
-  const Dataset& data = found.fit.data;
-  const std::vector<Equation> equations = Nuisances(data).EquationsAt(found.model);
-  if (equations.empty()) return {};
-  const LinearProblem problem(found.fit, found.linear, found.model);
-  const Eigen::MatrixXd basis = BasisOfEffects(found, problem);
-  const Eigen::VectorXd residual =
-      problem.response() - basis * (basis.transpose() * problem.response());
-  const double limit =
-      std::sqrt(statistics::ChiSquareQuantile(kChance / static_cast<double>(equations.size()), 1));
-  const Eigen::Index first = residual.size() - static_cast<Eigen::Index>(equations.size());
-  std::vector<Contradiction> contradictions;
-  for (std::size_t k = 0; k < equations.size(); ++k) {
-    const Eigen::Index at = first + static_cast<Eigen::Index>(k);
-    const double independence =
-        1 - problem.frames().row(at).squaredNorm() - basis.row(at).squaredNorm();
-    if (independence < kMinIndependence) continue;
-    const double z = std::abs(residual[at]) / std::sqrt(independence);
-    if (z < limit) continue;
-    const Equation& equation = equations[k];
-    Contradiction one{equation.of, z, ""};
-    one.sentence = fmt::format(
-        "{}, {} according to the rows and the other references ({:.2g} standard deviations)",
-        NameOf(equation.of, data.cell),
-        DifferenceInWords(equation, equation.sd_m * residual[at] / independence), z);
-    const auto same =
-        std::find_if(contradictions.begin(), contradictions.end(),
-                     [&](const Contradiction& other) { return other.reference == equation.of; });
-    if (same == contradictions.end()) {
-      contradictions.push_back(std::move(one));
-    } else if (same->z < z) {
-      *same = std::move(one);
-    }
+References TestReferences(const Identified& found) {
+  References references;
+  const std::vector<Equation> equations = Nuisances(found.fit.data).EquationsAt(found.model);
+  if (equations.empty()) return references;
+  const std::vector<Tested> tested = TestsOf(found, equations);
+  const double limit = std::sqrt(statistics::ChiSquareQuantile(
+      kChance / static_cast<double>(std::max<std::size_t>(1, tested.size())), 1));
+  std::map<Reference, Tested> largest;
+  for (const Tested& test : tested) {
+    Tested& of_reference = largest[test.equation->of];
+    if (of_reference.equation == nullptr || of_reference.z < test.z) of_reference = test;
   }
-  std::stable_sort(contradictions.begin(), contradictions.end(),
+  references.tested = static_cast<int>(largest.size());
+  for (const auto& [reference, test] : largest) {
+    if (test.z < limit) continue;
+    references.contradicting.push_back({reference, test.z, SentenceOf(test, found.fit.data.cell)});
+  }
+  std::stable_sort(references.contradicting.begin(), references.contradicting.end(),
                    [](const Contradiction& a, const Contradiction& b) { return a.z > b.z; });
-  return contradictions;
+  return references;
 }
 
 void CheckContradictions(const Identified& found, Diagnosis& diagnosis) {
-  diagnosis.references = static_cast<int>(ReferencesOf(found.fit.data).size());
-  if (diagnosis.references == 0) return;
-  diagnosis.contradictions = ContradictionsIn(found);
+  diagnosis.references = TestReferences(found);
+  const std::vector<Contradiction>& contradicting = diagnosis.references.contradicting;
+  if (diagnosis.references.tested == 0) return;
   ExplanationCheck check;
   check.name = "contradictions";
-  check.figure = static_cast<double>(diagnosis.contradictions.size());
-  check.passed = diagnosis.contradictions.empty();
-  check.sentence = check.passed ? "the rows agree with every declared distance and place"
-                                : Sentences(diagnosis.contradictions);
-  for (const Finding& finding : diagnosis.findings) {
-    if (check.passed || !finding.effect.term.drivers.empty()) continue;
-    diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term),
-                                "with it, the rows contradict " + check.sentence});
+  check.figure = static_cast<double>(contradicting.size());
+  check.passed = contradicting.empty();
+  check.sentence = check.passed
+                       ? fmt::format(
+                             "all {} declared distances and places in use that other data can "
+                             "test agree with it",
+                             diagnosis.references.tested)
+                       : Sentences(contradicting);
+  diagnosis.checks.push_back(check);
+  if (check.passed) return;
+  const std::string advice = "; measure it again; if it is right, the model lacks something";
+  if (diagnosis.findings.empty()) {
+    diagnosis.verdict = Verdict::kUnknown;
+    return;
   }
-  diagnosis.checks.push_back(std::move(check));
+  for (const Finding& finding : diagnosis.findings) {
+    if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
+    diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term),
+                                "a declared value contradicts the model: " + check.sentence});
+  }
+  if (diagnosis.withheld.empty()) {
+    diagnosis.withheld = "a declared value contradicts the model: " + check.sentence + advice;
+  }
 }
 
 Result<Diagnosis> SetAsideContradictions(
     const model::CellModel& cell,
     const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt) {
   Result<Diagnosis> first = attempt(cell);
-  if (!first || first->contradictions.empty()) return first;
+  if (!first || first->references.contradicting.empty()) return first;
   Diagnosis with_all = std::move(first).value();
-  const auto most = static_cast<std::size_t>(kMaxShareSetAside * with_all.references);
+  const auto most = static_cast<std::size_t>(kMaxShareSetAside * with_all.references.tested);
   std::vector<Contradiction> set_aside;
   model::CellModel left = cell;
-  Contradiction worst = with_all.contradictions.front();
+  Contradiction worst = with_all.references.contradicting.front();
   while (set_aside.size() < most) {
     left = Without(worst.reference, left);
     set_aside.push_back(worst);
     Result<Diagnosis> next = attempt(left);
-    if (!next) break;
+    if (!next) return next;
     Diagnosis without = std::move(next).value();
-    if (without.contradictions.empty() && without.verdict == Verdict::kUnknown) break;
-    if (without.contradictions.empty()) {
+    if (without.references.contradicting.empty()) {
+      if (without.verdict == Verdict::kUnknown) break;
       without.notes.push_back(
-          fmt::format("set aside, since the rest of the data contradicts it: {}. Measure it again "
-                      "and correct the cell",
+          fmt::format("set aside, because all other data contradict: {}. "
+                      "Measure again and correct the cell",
                       Sentences(set_aside)));
+      without.references.set_aside = std::move(set_aside);
       return without;
     }
-    worst = without.contradictions.front();
+    worst = without.references.contradicting.front();
   }
-  with_all.notes.push_back(fmt::format(
-      "{} of {} declared distances and places contradict the rows: {}. Measure them "
-      "again; if they are right, the model lacks something",
-      with_all.contradictions.size(), with_all.references, Sentences(with_all.contradictions)));
+  with_all.notes.push_back(
+      fmt::format("{} of {} declared distances and places contradict the rest of the data: {}. "
+                  "Measure again; if they are right, the model lacks something",
+                  with_all.references.contradicting.size(), with_all.references.tested,
+                  Sentences(with_all.references.contradicting)));
   return with_all;
 }
 

@@ -155,14 +155,18 @@ double MedianOwnSigma(const Dataset& data) {
 }
 
 /// Sets the covariances of rows with their own standard deviation, and of orientations, relative to
-/// the noise of the data set.
-void SetCovariances(Dataset& data) {
+/// the noise of the data set. The part of that noise that the instrument does not cause, the joint
+/// resolution, is the same for every row.
+/// @param of_instrument_m  standard deviation of the instrument alone
+void SetCovariances(Dataset& data, double of_instrument_m) {
+  const double added_m2 = data.sigma_m * data.sigma_m - of_instrument_m * of_instrument_m;
   for (const RowIndex row : data.row_indices()) {
     RowNumbers& numbers = data.numbers[row];
     const double own_m = data.measured(row).sigma_m;
-    const double ratio = own_m > 0 ? own_m / data.sigma_m : 1;
-    if (ratio == 1 && numbers.count <= kMaxLengths) continue;
-    numbers.covariance = ratio * ratio * Eigen::MatrixXd::Identity(numbers.count, numbers.count);
+    if (own_m <= 0 && numbers.count <= kMaxLengths) continue;
+    const double variance_m2 = own_m > 0 ? own_m * own_m + added_m2 : data.sigma_m * data.sigma_m;
+    numbers.covariance = variance_m2 / (data.sigma_m * data.sigma_m) *
+                         Eigen::MatrixXd::Identity(numbers.count, numbers.count);
     if (numbers.count <= kMaxLengths) continue;
     const double turn = data.cell.measurement.sigma_rad.value() / data.sigma_m;
     numbers.covariance.bottomRightCorner<3, 3>() = turn * turn * Mat3::Identity();
@@ -186,12 +190,13 @@ void SetNoise(Dataset& data) {
   } else {
     data.sigma_origin = "residual";
   }
-  if (data.sigma_m > 0) SetCovariances(data);
+  const double of_instrument_m = data.sigma_m;
   if (data.table.recorded.q_step) {
     AddReadingError(data);
   } else {
     NoteUndeclaredStep(data);
   }
+  if (data.sigma_m > 0) SetCovariances(data, of_instrument_m);
 }
 
 }  // namespace plumbline::diagnosis

@@ -324,7 +324,7 @@ Result<CorrectedModel> Validated(const Task& task, const Identified& found, cons
   AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.errors, fit.problem.weights)),
            corrected.validation);
   AddHeldOutErrors(corrected.validation, diagnosis);
-  if (!diagnosis.findings.empty()) {
+  if (!diagnosis.findings.empty() && diagnosis.withheld.empty()) {
     diagnosis.withheld = ReasonToWithhold(corrected.validation, HasEmpiricalTerm(diagnosis));
   }
   if (!admitted || !diagnosis.withheld.empty()) return corrected;
@@ -490,13 +490,13 @@ Result<Diagnosis> DiagnoseWith(const model::CellModel& cell, table::MeasuredTabl
   AddNoise(task, *found, declared->errors, *fit, diagnosis);
   Explain(task, *found, *fit, diagnosis);
   if (task.Interrupted()) return Task::InterruptedError();
-  Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
-  if (!validated) return Error{validated.error()};
-  CorrectedModel& corrected = validated.value();
   if (auto checked = CheckReferences(*found, options.threads, diagnosis); !checked) {
     return Error{checked.error()};
   }
   CheckContradictions(*found, diagnosis);
+  Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
+  if (!validated) return Error{validated.error()};
+  CorrectedModel& corrected = validated.value();
   CheckExplanation({found->fit, corrected.validation.schemes.front(),
                     static_cast<double>(found->best.columns.size()),
                     RmsBetween(fit->errors, corrected.errors, fit->problem.weights),

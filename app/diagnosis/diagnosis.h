@@ -164,6 +164,13 @@ struct Contradiction {
   std::string sentence;  ///< declared and predicted value
 };
 
+/// Declared distances and places (references.h), as the data test them.
+struct References {
+  int tested = 0;
+  std::vector<Contradiction> contradicting;  ///< in use, the largest first
+  std::vector<Contradiction> set_aside;      ///< not used
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::kNoEffect;
   std::vector<Finding> findings;
@@ -176,8 +183,7 @@ struct Diagnosis {
   std::vector<Rival> rivals;
   std::vector<ExplanationCheck> checks;
   std::vector<Doubt> doubts;
-  int references = 0;                         ///< declared distances and places that the rows use
-  std::vector<Contradiction> contradictions;  ///< of references in use, the largest first
+  References references;
   std::string withheld;              ///< empty, or why the corrected model carries no correction
   std::vector<std::string> drivers;  ///< columns that the unknown cause follows
   /// Alternative drivers of an empirical term; each is among the rivals.

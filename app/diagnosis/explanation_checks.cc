@@ -17,19 +17,10 @@ EffectKey KeyOfFinding(const Finding& finding) {
           std::string(finding.effect.term.word)};
 }
 
-namespace {
-
-constexpr double kLargestReported = 1000;  // stands for infinity, which JSON cannot represent
-constexpr double kTrainingShare = 0.8;     // of the rows, with five folds
-
-bool IsOf(const SelectedEffect& selected, const Finding& finding) {
-  return selected.key == KeyOfFinding(finding);
-}
-
-/// True if a fold's search selected the effect with all of its joints.
 bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& finding) {
-  const auto selected = std::find_if(fold.begin(), fold.end(),
-                                     [&](const SelectedEffect& one) { return IsOf(one, finding); });
+  const auto selected = std::find_if(
+      fold.begin(), fold.end(),
+      [key = KeyOfFinding(finding)](const SelectedEffect& one) { return one.key == key; });
   if (selected == fold.end()) return false;
   const auto& parameters = finding.effect.term.parameters;
   return std::all_of(parameters.begin(), parameters.end(),
@@ -37,6 +28,11 @@ bool SelectedWhole(const std::vector<SelectedEffect>& fold, const Finding& findi
                        return parameter.joint < 0 || selected->joints.contains(parameter.joint);
                      });
 }
+
+namespace {
+
+constexpr double kLargestReported = 1000;  // stands for infinity, which JSON cannot represent
+constexpr double kTrainingShare = 0.8;     // of the rows, with five folds
 
 ExplanationCheck PValueCheck(const Finding& finding) {
   ExplanationCheck check;
@@ -139,7 +135,7 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   ExplanationCheck check;
   check.name = "discrepancy_model";
   check.figure = 1e3 * evidence.discrepancy_rms_m;
-  check.limit = 1e3 * sigma_m * std::sqrt(data.lengths_per_row());
+  check.limit = 1e3 * sigma_m * std::sqrt(data.noise_per_row());
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
       "the discrepancy model corrects {:.3g} mm beyond the named effects, without a physical "
@@ -229,11 +225,12 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
     if (!agree.empty() && !agree[static_cast<std::size_t>(evidence.held_out.fold_of[row])])
       continue;
     Sum& of = clusters[problem.data.cluster_of[row]];
-    const double variance =
-        problem.sigma_m * problem.sigma_m * problem.data.numbers[row].LengthVariance();
+    const RowNumbers& numbers = problem.data.numbers[row];
+    const double variance = problem.sigma_m * problem.sigma_m * numbers.LengthVariance();
+    const double lengths = weight * numbers.lengths();
     for (Sum* sum : {&of, &total}) {
-      sum->square += weight * evidence.held_out.after[row].squaredNorm() / variance;
-      sum->weight += weight;
+      sum->square += lengths * evidence.held_out.after[row].squaredNorm() / variance;
+      sum->weight += lengths;
     }
   }
   HeldOutRatio found;

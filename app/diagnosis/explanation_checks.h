@@ -15,11 +15,12 @@ struct ExplanationEvidence {
   double residual_sigma_m = 0;   ///< robust standard deviation of the residual, one axis [m]
 };
 
-/// Mean of the squared held-out residuals over the variance of each row, and its upper limit under
-/// noise alone: the upper 0.1 % quantile of chi2 per degree of freedom, with one degree of freedom
-/// for each length measured by an independent cluster, times 1 + p / n for the p parameters
-/// estimated from the n lengths of the training folds. Only folds whose own search selected all
-/// findings are evaluated, or all folds if there is none.
+/// Mean of the squared held-out residuals over the variance of each row, weighted by the row's
+/// number of lengths, and its upper limit under noise alone: the upper 0.1 % quantile of chi2 per
+/// degree of freedom, with one degree of freedom for each length measured by an independent
+/// cluster, times 1 + p / n for the p parameters estimated from the n lengths of the training
+/// folds. Only folds whose own search selected all findings are evaluated, or all folds if there is
+/// none.
 struct HeldOutRatio {
   double ratio = 0, limit = 0;
   int clusters = 0;  ///< evaluated
@@ -29,6 +30,9 @@ HeldOutRatio HeldOutOverNoise(const ExplanationEvidence& evidence,
 
 /// Id and variant of a finding.
 EffectKey KeyOfFinding(const Finding& finding);
+
+/// True if a search selected the finding's effect with all of its joints.
+bool SelectedWhole(const std::vector<SelectedEffect>& selected, const Finding& finding);
 
 /// Share (0..1) of the folds whose own search selected an effect with all of its joints; nullopt if
 /// no fold was searched.

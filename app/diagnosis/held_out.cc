@@ -131,6 +131,8 @@ PerRow<bool> UndeterminedRows(const CandidateSet& candidate_set, const Explanati
   return undetermined;
 }
 
+}  // namespace
+
 std::vector<SelectedEffect> SelectedEffects(const CandidateSet& candidate_set,
                                             const Explanation& explanation) {
   std::map<EffectKey, std::set<int>> joints;
@@ -144,6 +146,8 @@ std::vector<SelectedEffect> SelectedEffects(const CandidateSet& candidate_set,
   for (auto& [key, of_effect] : joints) selected.push_back({key, std::move(of_effect)});
   return selected;
 }
+
+namespace {
 
 void SearchFold(const HeldOutInput& input, const PerRow<RowResidual>& y, Fold& fold) {
   FitProblem training = input.problem.WithRows(fold.training);

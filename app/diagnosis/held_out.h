@@ -34,6 +34,10 @@ struct SelectedEffect {
   std::set<int> joints;
 };
 
+/// The effects of an explanation with their joints.
+std::vector<SelectedEffect> SelectedEffects(const CandidateSet& candidate_set,
+                                            const Explanation& explanation);
+
 /// Residuals of each row from models chosen and fitted without its fold.
 struct HeldOut {
   std::string by;

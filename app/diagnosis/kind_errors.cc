@@ -62,13 +62,13 @@ void AddKindErrors(const Dataset& data, Diagnosis& diagnosis) {
   diagnosis.rms_before_m = most.before_m;
   diagnosis.rms_after_m = most.after_m;
   diagnosis.noise_floor_m = most.noise_floor_m;
-  if (!most.before_held_out_m) {
-    diagnosis.held_out = {};
-    diagnosis.held_out_by.clear();
-    return;
-  }
-  diagnosis.held_out.before_m = *most.before_held_out_m;
-  diagnosis.held_out.after_m = *most.after_held_out_m;
+  // The most frequent kind of which rows were held out.
+  const auto held_out =
+      std::find_if(diagnosis.rms_by_kind.begin(), diagnosis.rms_by_kind.end(),
+                   [](const KindError& of) { return of.before_held_out_m.has_value(); });
+  if (held_out == diagnosis.rms_by_kind.end()) return;
+  diagnosis.held_out.before_m = *held_out->before_held_out_m;
+  diagnosis.held_out.after_m = *held_out->after_held_out_m;
 }
 
 }  // namespace plumbline::diagnosis

@@ -43,12 +43,15 @@ Eigen::Matrix3Xd Turns(const std::vector<Quaternion>& orientations,
 /// rotation between the two tool frames, by least squares.
 double MedianDifference(const std::vector<Quaternion>& measured,
                         const std::vector<Quaternion>& predicted,
+                        const std::vector<SessionIndex>& sessions,
                         Quaternion (*undo)(const Quaternion&)) {
   const Eigen::Matrix3Xd of_measured = Turns(measured, undo);
   const Eigen::Matrix3Xd of_predicted = Turns(predicted, AsWritten);
   std::vector<Eigen::Index> clear;  // turns near 180 deg may have either sign
   for (Eigen::Index k = 0; k < of_predicted.cols(); ++k) {
-    if (of_predicted.col(k).norm() < kLargestTurn_rad) clear.push_back(k);
+    const auto row = static_cast<std::size_t>(k);
+    const bool same_session = sessions[row] == sessions[row + 1];
+    if (same_session && of_predicted.col(k).norm() < kLargestTurn_rad) clear.push_back(k);
   }
   if (clear.size() < kMinTurns) return HUGE_VAL;
   const Eigen::Matrix3Xd from = of_predicted(Eigen::all, clear);
@@ -67,25 +70,29 @@ double MedianDifference(const std::vector<Quaternion>& measured,
 }  // namespace
 
 std::optional<std::string> QuaternionsInOtherOrder(const Dataset& data) {
-  if (!data.table.recorded.orientation) return std::nullopt;
   const deflection::LoadedArm arm(data.cell);
   std::vector<Quaternion> measured, predicted;
+  std::vector<SessionIndex> sessions;
   for (const RowIndex row : data.row_indices()) {
-    if (!data.measured(row).has_orientation) continue;
+    if (data.observations[row].kind != ObservationKind::kPose) continue;
+    sessions.push_back(data.session_of[row]);
     deflection::LoadedState state;
     arm.AtActual(data.measured(row).q, data.payloads[row], data.conditions[row], state);
     measured.push_back(data.measured(row).q_WT);
     predicted.emplace_back(state.X_WT.R);
   }
   if (measured.size() <= kMinTurns) return std::nullopt;
-  const double before = MedianDifference(measured, predicted, AsWritten);
+  const double before = MedianDifference(measured, predicted, sessions, AsWritten);
   if (before < kWrong_rad || !std::isfinite(before)) return std::nullopt;
-  const double after = MedianDifference(measured, predicted, Inverse);
+  const double after = MedianDifference(measured, predicted, sessions, Inverse);
   if (after > kRight_rad) return std::nullopt;
   return fmt::format(
-      "from row to row, the quaternions turn differently from the joints, by {:.0f} deg (median), "
-      "but only by {:.2g} deg if the columns hold x, y, z, w (then write the header as qx, qy, qz, "
-      "qw) or the inverse, the measurement frame in the TCP frame (then negate qx, qy, qz)",
+      "the rotations between successive rows differ by {:.0f} deg (median) from those of the "
+      "joints, "
+      "but only by {:.2g} deg if the quaternions are in the order x, y, z, w or inverted. If the "
+      "order is x, y, z, w, write the header as qx, qy, qz, qw; if they are inverted, negate qx, "
+      "qy, "
+      "qz",
       before / kRadPerDeg, after / kRadPerDeg);
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/references.h"
@@ -12,8 +11,8 @@ namespace plumbline::diagnosis {
 namespace {
 
 /// The effects of the answer that are still worth their cost with this reference unknown.
-Result<std::set<EffectKey>> EffectsWithout(const Identified& found, const Reference& reference,
-                                           int threads) {
+Result<std::vector<SelectedEffect>> EffectsWithout(const Identified& found,
+                                                   const Reference& reference, int threads) {
   Dataset data = found.fit.data;
   data.cell = Without(reference, std::move(data.cell));
   // Declared values of an artefact determine which of its constants are free.
@@ -29,11 +28,7 @@ Result<std::set<EffectKey>> EffectsWithout(const Identified& found, const Refere
   for (const BlockIndex block : found.best.blocks) {
     support.push_back(candidate_set.Add(found.candidate_set->blocks()[block]));
   }
-  std::set<EffectKey> kept;
-  for (const BlockIndex block : candidate_set.Evaluate(support).blocks) {
-    kept.insert(KeyOf(candidate_set.blocks()[block]));
-  }
-  return kept;
+  return SelectedEffects(candidate_set, candidate_set.Evaluate(support));
 }
 
 }  // namespace
@@ -42,9 +37,9 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
   if (diagnosis.findings.empty()) return {};
   const std::vector<Reference> references = ReferencesOf(found.fit.data);
   if (references.empty()) return {};
-  std::vector<std::set<EffectKey>> kept;
+  std::vector<std::vector<SelectedEffect>> kept;
   for (const Reference& reference : references) {
-    Result<std::set<EffectKey>> effects = EffectsWithout(found, reference, threads);
+    Result<std::vector<SelectedEffect>> effects = EffectsWithout(found, reference, threads);
     if (!effects) return effects.failure();
     kept.push_back(std::move(effects).value());
   }
@@ -54,7 +49,8 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     const EffectKey key = KeyOfFinding(finding);
     std::vector<std::string> needed;
     for (std::size_t k = 0; k < references.size(); ++k) {
-      if (!kept[k].contains(key)) needed.push_back(NameOf(references[k], found.fit.data.cell));
+      if (!SelectedWhole(kept[k], finding))
+        needed.push_back(NameOf(references[k], found.fit.data.cell));
     }
     ExplanationCheck check;
     check.name = "references";
@@ -62,11 +58,12 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     check.figure = static_cast<double>(needed.size());
     check.passed = needed.empty();
     check.sentence =
-        needed.empty() ? "the rows show this effect without any single declared distance or place"
-                       : fmt::format(
-                             "rests on {}: without it the rows do not show this effect, so a wrong "
-                             "value there has the same consequence",
-                             fmt::join(needed, ", or on "));
+        needed.empty()
+            ? "the rows show this effect without any single declared distance or place"
+            : fmt::format(
+                  "rests on {}: with it unknown, the rows do not show this effect in all "
+                  "of its joints, so a wrong value there has the same consequence",
+                  fmt::join(needed, ", and on "));
     diagnosis.checks.push_back(check);
     if (check.passed) continue;
     diagnosis.doubts.push_back({key.id, ScopeOf(term), check.sentence});

@@ -1,4 +1,4 @@
-// Declared lengths that rows on artefacts rely on.
+// References: declared distances, places, directions and radii that rows on artefacts rely on.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct Reference {
   std::optional<int> distance;  ///< position in `distances` of the cell
   std::optional<ArtefactIndex> artefact;
 
-  friend bool operator==(const Reference&, const Reference&) = default;
+  friend auto operator<=>(const Reference&, const Reference&) = default;
 };
 
 /// The references between and of artefacts that the rows use.

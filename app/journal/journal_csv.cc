@@ -165,11 +165,16 @@ Kind KindOf(const JournalRow& row) {
   return row.range_m ? Kind::kRange : Kind::kNothing;
 }
 
+/// A measured position outranks the artefact that the row names, as in the diagnosis.
+bool IsOnArtefact(const JournalRow& row) {
+  return !row.artefact.empty() && !row.measured_W;
+}
+
 /// The kind of measured point that most rows without an artefact have; a pose serves as a position.
 Kind KindOfMost(const std::vector<JournalRow>& rows) {
   std::size_t positions = 0, poses = 0, ranges = 0;
   for (const JournalRow& row : rows) {
-    if (!row.artefact.empty()) continue;
+    if (IsOnArtefact(row)) continue;
     const Kind kind = KindOf(row);
     positions += kind == Kind::kPosition || kind == Kind::kPose ? 1 : 0;
     poses += kind == Kind::kPose ? 1 : 0;
@@ -217,7 +222,7 @@ void AddArtefacts(std::vector<CsvColumn>& columns, std::size_t first_measured, K
                        },
                        "", true});
     const auto ranges = [](const JournalRow& row) {
-      return !row.artefact.empty() && row.range_m.has_value();
+      return IsOnArtefact(row) && row.range_m.has_value();
     };
     if (kind != Kind::kRange && any(ranges)) {
       columns.push_back({"range_mm",
@@ -260,7 +265,7 @@ ExportedCsv CsvFromJournal(const std::vector<JournalRow>& all_rows,
   std::vector<const JournalRow*> rows;
   std::vector<std::int64_t> without_point;
   for (const JournalRow& row : all_rows) {
-    const bool fits = !row.artefact.empty() ||
+    const bool fits = IsOnArtefact(row) ||
                       (kind == Kind::kRange ? row.range_m.has_value() : row.measured_W.has_value());
     if (fits) {
       rows.push_back(&row);

@@ -1,5 +1,7 @@
 #include "app/journal/journal_schema.h"
 
+#include <iterator>
+
 namespace plumbline::journal {
 namespace {
 
@@ -87,6 +89,7 @@ PRAGMA user_version = 6;
 /// Conversions in order: the n-th from schema n + 1.
 constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3, kFromSchema4,
                                         kFromSchema5};
+static_assert(std::size(kConversions) == kJournalSchema - 1);
 
 }  // namespace
 

@@ -58,7 +58,7 @@ void ReadPose(const CommandWindow& window, const PlcConvention& convention,
   if (command.code == model::PlcCommandCode::kProbe && position_m.allFinite()) {
     command.probe_W = position_m;
   }
-  if (command.code == model::PlcCommandCode::kProbeArtefact && std::isfinite(position_m.x())) {
+  if (command.code == model::PlcCommandCode::kProbeReading && std::isfinite(position_m.x())) {
     command.reading_m = position_m.x();
   }
 }

@@ -16,16 +16,17 @@ inline constexpr std::array kCommandFields = {
         "1020-1025, 4 predict where the tip lands for the command pose in 1002-1013, 5 "
         "acknowledge, 6 record a probe (measured tip in 1002-1007, measurement frame), 7 record a "
         "probe (measured tip in 1032-1037, measurement frame), 8 restart the drift monitor, 9 "
-        "start a lens calibration, 10 cancel it, 11 record a probe measured by camera, 12 record a "
-        "probe on the artefact in 1001"},
-    CommandField{
-        1001, FieldType::kU16, "command_point", "",
-        "id of the configured point, for code 1; for code 12 the number of the [[artefact]] "
-        "in the cell, from 1"},
+        "start a lens calibration, 10 cancel it, 11 record a probe measured by camera, 12 record "
+        "that the tip is on the artefact in 1001, 13 record a reading (1002-1003) of the dial "
+        "gauge "
+        "in 1001, or the distance from the point in 1001"},
+    CommandField{1001, FieldType::kU16, "command_point", "",
+                 "id of the configured point, for code 1; for codes 12 and 13 the number of the "
+                 "[[artefact]] in the cell, from 1"},
     CommandField{1002, FieldType::kFloat, "command_x", "mm",
                  "target pose of the TCP, robot base frame (code 4: command pose; code 6: measured "
-                 "tip, measurement frame; code 12: reading of the dial gauge, or distance from a "
-                 "point, else 0); NaN or infinity gives result code 10"},
+                 "tip, measurement frame; code 13: reading or distance); NaN or infinity gives "
+                 "result code 10"},
     CommandField{1004, FieldType::kFloat, "command_y", "mm", ""},
     CommandField{1006, FieldType::kFloat, "command_z", "mm", ""},
     CommandField{1008, FieldType::kFloat, "command_rx", "deg",

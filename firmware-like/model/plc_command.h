@@ -25,21 +25,22 @@ enum class PlcCommandCode : std::uint16_t {
   kStartCalibration = 9,   ///< start lens calibration: the board is being shown
   kCancelCalibration = 10,
   kProbeByCamera = 11,  ///< as kProbe, with the tip measured by the cameras
-  kProbeArtefact = 12,  ///< record that the tip is on, or was measured against, an artefact
+  kProbeTouch = 12,     ///< record that the tip is on an artefact: point, sphere or plane
+  kProbeReading = 13,   ///< record the reading of a dial gauge, or the distance from a point
 };
 
 /// One command; it is executed once when its sequence number changes.
 struct PlcCommand {
   std::uint16_t sequence = 0;
   PlcCommandCode code = PlcCommandCode::kNone;
-  std::uint16_t point_id = 0;  ///< for kProbeArtefact: number of the artefact from 1
+  std::uint16_t point_id = 0;  ///< for kProbeTouch and kProbeReading: artefact, from 1
   /// For kStartCalibration, kCancelCalibration and kProbeByCamera: camera number from 1; 0: not
   /// specified, see Machine.
   std::uint16_t camera = 0;
   bool pose_valid = false;           ///< every number of the pose is finite
   Pose X_BP;                         ///< for kCorrectPose*, kPredictLanding: tool point in B
   std::optional<Vec3> probe_W;       ///< for kProbe*: measured tip in W [m]; absent: not finite
-  std::optional<double> reading_m;   ///< for kProbeArtefact: of the gauge, or a distance
+  std::optional<double> reading_m;   ///< for kProbeReading; absent: not finite
   std::optional<double> payload_kg;  ///< overrides the payload carried by the robot
   bool acknowledge = false;          ///< a rising edge releases the result, like kAcknowledge
   std::uint16_t heartbeat = 0;       ///< any change shows that the PLC is running

@@ -936,32 +936,43 @@ TEST_CASE("a probe on an artefact is recorded without a measured tip") {
   cell.input.probes_recorded = true;
   cell.Running();
   model::PlcCommand& command = cell.input.command;
-  command.code = model::PlcCommandCode::kProbeArtefact;
-  const auto probe = [&](std::uint16_t artefact,
+  const auto probe = [&](model::PlcCommandCode code, std::uint16_t artefact,
                          std::optional<double> reading_m) -> const Snapshot& {
+    command.code = code;
     command.point_id = artefact;
     command.reading_m = reading_m;
     ++command.sequence;
     return cell.Next();
   };
-  const Snapshot touch = probe(2, 0.0);
-  REQUIRE(touch.probe_taken);
-  CHECK(touch.result.valid);
-  CHECK(touch.probe.artefact == 2);
-  CHECK(touch.probe.q == cell.taught);
-  CHECK_FALSE(touch.probe.measured_W);
-  CHECK_FALSE(touch.probe.gauge_m);
-  CHECK_FALSE(touch.probe.range_m);
-  CHECK(probe(1, 0.8).probe.range_m == 0.8);
-  CHECK(probe(3, -1.5e-4).probe.gauge_m == -1.5e-4);
+  const auto touch = model::PlcCommandCode::kProbeTouch;
+  const auto reading = model::PlcCommandCode::kProbeReading;
+  const Snapshot touched = probe(touch, 2, {});
+  REQUIRE(touched.probe_taken);
+  CHECK(touched.result.valid);
+  CHECK(touched.result.point_id == 2);
+  CHECK(touched.probe.artefact == 2);
+  CHECK(touched.probe.q == cell.taught);
+  CHECK_FALSE(touched.probe.measured_W);
+  CHECK_FALSE(touched.probe.gauge_m);
+  CHECK_FALSE(touched.probe.range_m);
+  CHECK(probe(reading, 1, 0.8).probe.range_m == 0.8);
+  CHECK(probe(reading, 3, -1.5e-4).probe.gauge_m == -1.5e-4);
   CHECK_FALSE(cell.Next().probe_taken);  // the same sequence number
   struct Refusal {
+    model::PlcCommandCode code;
     std::uint16_t artefact;
     std::optional<double> reading_m;
   };
-  for (const Refusal& refused : {Refusal{0, 0.0}, {4, 0.0}, {2, 0.1}, {1, -0.8}, {3, {}}}) {
-    CAPTURE(refused.artefact);
-    const Snapshot& snapshot = probe(refused.artefact, refused.reading_m);
+  for (const Refusal& refused : {Refusal{touch, 0, {}},
+                                 {touch, 4, {}},
+                                 {touch, 3, {}},
+                                 {reading, 2, 0.1},
+                                 {reading, 1, 0.0},
+                                 {reading, 1, -0.8},
+                                 {reading, 3, {}},
+                                 {reading, 3, 1.2}}) {
+    CAPTURE(refused.artefact, refused.reading_m.value_or(-1));
+    const Snapshot& snapshot = probe(refused.code, refused.artefact, refused.reading_m);
     CHECK_FALSE(snapshot.probe_taken);
     CHECK(snapshot.result.code == correction::CorrectionCode::kBadCommand);
   }

@@ -652,7 +652,7 @@ TEST_CASE("two masters in the command window are reported, to both and in the lo
 TEST_CASE(
     "a probe on an artefact is journalled with its name, and does not move the drift monitor") {
   Station station({.loop = "diagnose = false\n", .artefacts = true});
-  std::vector<std::uint16_t> words = {12, 2};
+  std::vector<std::uint16_t> words = {13, 2};
   for (const std::uint16_t word : virtual_cell::WordsFromFloats({-0.125})) words.push_back(word);
   CHECK(station.Command(words) == 0);
   words[1] = 1;

@@ -239,8 +239,8 @@ TEST_CASE("a known distance that the others contradict is named and set aside") 
   REQUIRE(diagnosis->findings.size() == 1);
   CHECK(diagnosis->findings[0].effect.term.effect->traits().id == "gear_ratio");
   CHECK(AnyContains(diagnosis->notes,
-                    "set aside, since the rest of the data contradicts it: the distance between "
-                    "tool2_0 and tool2_1, declared as 50.6 mm"));
+                    "set aside, because all other data contradict: the distance between tool2_0 "
+                    "and tool2_1 is declared as 50.6 mm, but is"));
 }
 
 TEST_CASE("an effect that a single known distance makes is not called explained") {
@@ -285,7 +285,7 @@ TEST_CASE("quaternions in another order are refused, with the order that fits th
   DatasetOf(data);
   written_as(
       [](const Eigen::Quaterniond& q) { return Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w()); });
-  const std::string remedy = "if the columns hold x, y, z, w (then write the header as qx, qy, ";
+  const std::string remedy = "if the quaternions are in the order x, y, z, w or inverted";
   CHECK(ErrorOf(data).find(remedy) != std::string::npos);
   written_as([](const Eigen::Quaterniond& q) { return q.conjugate(); });
   CHECK(ErrorOf(data).find(remedy) != std::string::npos);
