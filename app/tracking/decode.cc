@@ -1,6 +1,7 @@
 #include "app/tracking/decode.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "app/tracking/luma_sampling.h"
@@ -11,7 +12,8 @@ namespace {
 constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
 constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since blur mixes neighbours
 constexpr double kSharpening = 0.25;
-constexpr int kMaxCells = 11;  // per side, including the surrounding ring
+constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
+constexpr int kMaxCells = 11;          // per side, including the surrounding ring
 
 /// Grey levels of all cells and of a ring around them.
 class Cells {
@@ -105,6 +107,7 @@ std::optional<DecodedTag> DecodeCells(const image::LumaView& image, const TagFam
   const bool small = std::sqrt(area) < kSmallCell_px * n;
   int bright_border = 0, border = 0, dark_around = 0, around = 0;
   std::uint64_t read = 0;
+  double margin = contrast;  // smallest distance of a data cell from its threshold
   for (int r = -1; r <= n; ++r) {
     for (int c = -1; c <= n; ++c) {
       const double level = threshold.dot(Vec3(1, c, r));
@@ -117,10 +120,15 @@ std::optional<DecodedTag> DecodeCells(const image::LumaView& image, const TagFam
       } else {
         const double grey = small ? cells.Sharpened(r, c) : cells.At(r, c);
         read = (read << 1) | (grey > level ? 1 : 0);
+        margin = std::min(margin, std::abs(grey - level));
       }
     }
   }
   if (14 * bright_border > border || 6 * dark_around > around) return std::nullopt;
+  if (family.strict &&
+      (bright_border > 0 || dark_around > 0 || margin < kStrictMargin * contrast)) {
+    return std::nullopt;
+  }
   const auto code = NearestTag(family, read);
   if (!code) return std::nullopt;
   return DecodedTag{*code, contrast};

@@ -25,7 +25,9 @@ struct DecodedTag {
 
 /// Reads the cells. The dark level is a plane fitted to the grey levels of the border's cells, the
 /// bright level one fitted just outside of them; a cell's threshold is halfway between. At most one
-/// in 14 border cells may be bright, and one in 6 of the surrounding samples dark.
+/// in 14 border cells may be bright, and one in 6 of the surrounding samples dark. For a strict
+/// family none may be, and each data cell must differ from its threshold by a fifth of the
+/// contrast.
 /// @param min_contrast  [grey levels]
 /// @return              nullopt if the quadrilateral is not a tag of the family
 std::optional<DecodedTag> DecodeCells(const image::LumaView& image, const TagFamily& family,
