@@ -25,14 +25,20 @@ bool SameTag(const SeenTag& a, const SeenTag& b) {
   return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
 }
 
-/// The corners in the tag's own order: clockwise from its top left.
-Corners InTagOrder(const Corners& corners, int turns) {
-  Corners turned;
-  for (int k = 0; k < 4; ++k) turned[k] = corners[(k + turns) % 4];
+}  // namespace
+
+SeenTag Turned(const SeenTag& tag, int quarters) {
+  SeenTag turned = tag;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const Eigen::Index from = (i + quarters) % 4;
+    turned.corners_px[i] = tag.corners_px[from];
+    for (Eigen::Index j = 0; j < 4; ++j) {
+      turned.covariance.block<2, 2>(2 * i, 2 * j) =
+          tag.covariance.block<2, 2>(2 * from, 2 * ((j + quarters) % 4));
+    }
+  }
   return turned;
 }
-
-}  // namespace
 
 TagDetector::TagDetector(TagFamily family, const DetectorSettings& settings)
     : family_(std::move(family)),
@@ -60,16 +66,9 @@ void TagDetector::Search(const image::LumaView& image, const Part& part, bool wh
     if (!read) continue;
     const auto refined = RefineCorners(image, corners, family_.cells(), lens);
     if (!refined) continue;
-    SeenTag tag{read->code.id, read->code.wrong_bits, refined->corners, refined->covariance,
-                read->contrast};
-    const int turns = read->code.turns;
-    tag.corners_px = InTagOrder(refined->corners, turns);
-    for (Eigen::Index i = 0; i < 4; ++i) {
-      for (Eigen::Index j = 0; j < 4; ++j) {
-        tag.covariance.block<2, 2>(2 * i, 2 * j) =
-            refined->covariance.block<2, 2>(2 * ((i + turns) % 4), 2 * ((j + turns) % 4));
-      }
-    }
+    const SeenTag tag = Turned({read->code.id, read->code.wrong_bits, refined->corners,
+                                refined->covariance, read->contrast},
+                               read->code.turns);
     const auto same = std::find_if(seen.tags.begin(), seen.tags.end(),
                                    [&](const SeenTag& other) { return SameTag(tag, other); });
     if (same == seen.tags.end()) {

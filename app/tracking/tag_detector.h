@@ -19,6 +19,10 @@ struct SeenTag {
   double contrast = 0;           ///< bright minus dark [grey levels]
 };
 
+/// The same tag if its print is rotated clockwise by `quarters` quarter turns: the corners in the
+/// order of that print.
+SeenTag Turned(const SeenTag& tag, int quarters);
+
 struct DetectorSettings {
   std::optional<int> threshold = {};  ///< fixed, 0..255; nullopt: adaptive
   bool small_tags = false;  ///< also search at full resolution: down to 18 px, 5x the time

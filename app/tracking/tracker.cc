@@ -68,6 +68,17 @@ bool Tracker::SearchPredicted(const image::LumaView& image, double time_s, const
   });
 }
 
+/// Orders the corners of tags that OpenCV drew as those drawings are upright.
+void Tracker::ApplyPrintOrigins() {
+  if (!OpenCvTurns(detector_.family())) return;
+  for (SeenTag& tag : seen_.tags) {
+    const DrawnBy drawn_by = database_.DrawnByOf(tag.id);
+    if (drawn_by == DrawnBy::kOpenCv || (drawn_by == DrawnBy::kUnspecified && opencv_prints_)) {
+      tag = Turned(tag, 2);
+    }
+  }
+}
+
 void Tracker::UpdateTracks(double time_s) {
   std::vector<Track> tracks;
   for (const SeenTag& tag : seen_.tags) {
@@ -120,13 +131,17 @@ void Tracker::LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& l
 }
 
 void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
+  std::vector<SeenTag> tags = seen_.tags;
+  std::erase_if(tags, [this](const SeenTag& tag) {
+    return std::find(set_aside_.begin(), set_aside_.end(), tag.id) != set_aside_.end();
+  });
   for (const Body& body : database_.bodies) {
     std::optional<Pose> previous;
     const auto last = last_body_.find(body.name);
     const bool recent =
         last != last_body_.end() && time_s - last->second.time_s <= settings_.pose_memory_s;
     if (recent) previous = last->second.X;
-    auto seen = LocateBody(lens, body, seen_.tags, previous);
+    auto seen = LocateBody(lens, body, tags, previous);
     if (!seen) continue;
     if (seen->ambiguous && recent) seen->ambiguous = last->second.ambiguous;
     last_body_[body.name] = {seen->estimate.X_CK, seen->ambiguous, time_s};
@@ -148,6 +163,7 @@ const TrackedFrame& Tracker::Update(const image::LumaView& image, double time_s,
     frames_since_full_search_ = 0;
   }
   frame_.limited = seen_.limited;
+  ApplyPrintOrigins();
   UpdateTracks(time_s);
   for (const SeenTag& tag : seen_.tags) {
     frame_.tags.push_back({tag, database_.SideOf(tag.id).value_or(0), std::nullopt, false});
