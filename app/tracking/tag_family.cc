@@ -78,8 +78,9 @@ std::string TagFamilyNames() {
   return names;
 }
 
-std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
-  TagCode best{0, family.correctable_bits + 1, 0};
+std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read,
+                                  int most_wrong_bits) {
+  TagCode best{0, most_wrong_bits + 1, 0};
   // A tag rotated clockwise by k quarter turns is upright after 4 - k more.
   for (int turns = 4; turns >= 1; --turns) {
     for (std::size_t id = 0; id < family.codes.size(); ++id) {
@@ -88,7 +89,7 @@ std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
     }
     read = RotatedClockwise(read, family.data_cells);
   }
-  if (best.wrong_bits > family.correctable_bits) return std::nullopt;
+  if (best.wrong_bits > most_wrong_bits) return std::nullopt;
   return best;
 }
 

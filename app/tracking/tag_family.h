@@ -46,8 +46,13 @@ struct TagCode {
 };
 
 /// The tag whose code is nearest to the bits read, in any of four orientations.
-/// @return  nullopt if more cells differ than the family corrects
-std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read);
+/// @return  nullopt if more cells differ than `most_wrong_bits`
+std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read, int most_wrong_bits);
+
+/// The same; nullopt if more cells differ than the family corrects.
+inline std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
+  return NearestTag(family, read, family.correctable_bits);
+}
 
 /// The bits read from a tag that is rotated clockwise by a quarter turn.
 std::uint64_t RotatedClockwise(std::uint64_t code, int data_cells);

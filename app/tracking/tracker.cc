@@ -8,6 +8,7 @@ namespace plumbline::tracking {
 namespace {
 
 constexpr double kSmallTag_px = 60;  // smaller tags are searched at full resolution
+constexpr double kTinyTag_px = 26;   // and these without smoothing
 constexpr double kMinMargin_px = 12;
 
 double LongestSide(const Corners& corners) {
@@ -29,6 +30,12 @@ ImageBox BoxAround(const Corners& corners, double margin) {
           whole(high.y() + margin) + 1};
 }
 
+/// A tracker looks for single tags anywhere in the image.
+DetectorSettings Strict(DetectorSettings settings) {
+  settings.strict = true;
+  return settings;
+}
+
 lens::Vec2 CentreOf(const Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
@@ -38,7 +45,7 @@ lens::Vec2 CentreOf(const Corners& corners) {
 Tracker::Tracker(TagFamily family, TagDatabase database, const TrackerSettings& settings)
     : database_(std::move(database)),
       settings_(settings),
-      detector_(std::move(family), settings.detector) {}
+      detector_(std::move(family), Strict(settings.detector)) {}
 
 void Tracker::Forget() {
   tracks_.clear();
@@ -59,7 +66,9 @@ bool Tracker::SearchPredicted(const image::LumaView& image, double time_s, const
     const double side = LongestSide(corners);
     const double moved = (CentreOf(corners) - CentreOf(track.corners)).norm();
     const double margin = std::max(kMinMargin_px, 0.5 * side) + 0.5 * moved;
-    parts_.push_back({BoxAround(corners, margin), side < kSmallTag_px ? 1 : 2});
+    parts_.push_back({BoxAround(corners, margin), side < kTinyTag_px    ? Reduction::kNone
+                                                  : side < kSmallTag_px ? Reduction::kSmooth
+                                                                        : Reduction::kHalf});
   }
   detector_.DetectIn(image, parts_, lens, seen_);
   return std::all_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
