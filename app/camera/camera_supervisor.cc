@@ -19,6 +19,8 @@ namespace {
 
 constexpr double kFrameTimeout_s = 0.1;
 constexpr double kBoardSearchInterval_s = 0.3;
+/// Consecutive searches without a board after which a refused one has left the view.
+constexpr int kSearchesToLeave = 3;
 constexpr int kImageThreadNice = 5;  ///< the control cycle has priority
 /// Dead band of a lens, as a relative change of its focal length: this moves the corner of a 1080p
 /// image by 0.3 px. It is converted to zoom counts by the slope of the lens curve.
@@ -39,6 +41,10 @@ LensSupervisorSettings SettingsFrom(const config::CameraConfig& camera,
       std::max(settings.cell.place_sd_m.value_or(tags.place_sd_m), kMinPlaceSd_m);
   for (const tracking::Body& body : tags.database.bodies) settings.bodies.push_back(body.name);
   settings.X_WK = tags.X_WK;
+  settings.family = tags.family;
+  if (const auto family = tracking::TagFamilyOfName(tags.family)) {
+    settings.opencv_turns = OpenCvTurns(*family);
+  }
   settings.tool = tags.tool;
   settings.tip_T = tags.tip_T;
   return settings;
@@ -196,6 +202,7 @@ void CameraSupervisor::TakeFrame(const CameraFrame& frame) {
   waiting_since_s_.reset();
   const FrameContext context = CurrentContext();
   if (context.standstill != standstill_) devices_.tracker->Forget();
+  if (context.standstill != standstill_) refused_board_in_view_ = false;
   standstill_ = context.standstill;
   if (context.state == lens::ZoomState::kCalibrating) {
     if (show_) show_(*devices_.camera, frame, {}, nullptr);
@@ -220,6 +227,8 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
                lens->known.size.height)});
   }
   size_mismatch_ = lens != nullptr && !fits;
+  devices_.tracker->AssumeOpenCvPrints(context.opencv_prints);
+  devices_.tracker->SetAside(context.set_aside);
   const tracking::TrackedFrame& tracked =
       devices_.tracker->Update(frame.luma, frame.time_s, fits ? &lens->known : nullptr);
   if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known.lens : nullptr);
@@ -232,12 +241,25 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
   const LensSupervisorSettings& settings = supervisor_.settings();
   const TagCheck check = CheckReferenceTags(*lens, context.baseline.get(), settings.cell, tags,
                                             settings.acceptable_px, settings.tag_check);
+  bool contradicted = false;
   const bool changed = WithSupervisor([&](LensSupervisor& supervisor) {
     const bool baseline = supervisor.OnTagCheck(check, context, frame.time_s, MonotonicSeconds());
     supervisor.OnBodies(tracked.bodies, context, frame.time_s);
+    contradicted = supervisor.contradicted();
     return baseline;
   });
   if (changed && check.baseline) StoreBaseline(context, *check.baseline);
+  if (contradicted) StoreContradiction(context);
+}
+
+/// The lens is contradicted by the tags: without a change of their declaration it is so after a
+/// restart, too.
+void CameraSupervisor::StoreContradiction(const FrameContext& context) {
+  const std::int64_t id = context.lens->id;
+  if (id == 0 || stores_.baselines.IsContradicted(id)) return;
+  if (const auto kept = stores_.baselines.StoreContradiction(id); !kept) {
+    sink_({log::Event::kTagFileFault, "reference tags: not saved: " + kept.error()});
+  }
 }
 
 void CameraSupervisor::StoreBaseline(const FrameContext& context, const TagBaseline& baseline) {
@@ -275,7 +297,10 @@ void CameraSupervisor::LookUpLens(const FrameContext& context) {
           std::min(lens::DeadBandCounts(*entry.log_focal_per_count, kRelativeFocalBand),
                    kMaxBands * std::max(1, zoom_.supervision.zoom_band_counts));
     }
-    if (lens->calibrated) baseline = stores_.baselines.Find(lens->id);
+    if (lens->calibrated) {
+      baseline = stores_.baselines.Find(lens->id);
+      lens->contradicted = stores_.baselines.IsContradicted(lens->id);
+    }
   }
   WithSupervisor([&](LensSupervisor& supervisor) {
     supervisor.OnLensLookup(lens, baseline, context, lookup_time_s, MonotonicSeconds());
@@ -283,7 +308,12 @@ void CameraSupervisor::LookUpLens(const FrameContext& context) {
 }
 
 void CameraSupervisor::LookForBoard(const CameraFrame& frame) {
-  if (const auto answer = worker_->Poll(); answer && *answer && search_standstill_ == standstill_) {
+  const auto answer = worker_->Poll();
+  if (answer && search_standstill_ == standstill_) {
+    searches_without_board_ = *answer ? 0 : searches_without_board_ + 1;
+    if (searches_without_board_ >= kSearchesToLeave) refused_board_in_view_ = false;
+  }
+  if (answer && *answer && !refused_board_in_view_ && search_standstill_ == standstill_) {
     const bool started = WithSupervisor(
         [&](LensSupervisor& supervisor) { return supervisor.StartBoard(MonotonicSeconds()); });
     if (started) sink_({log::Event::kBoardSeen, "camera: the board is in view; capture started"});
@@ -328,6 +358,8 @@ void CameraSupervisor::FinishBoard() {
   const BoardSession session = std::move(*session_);
   session_.reset();
   if (session.state() == BoardSession::State::kRefused) {
+    refused_board_in_view_ = true;
+    searches_without_board_ = 0;
     WithSupervisor([&](LensSupervisor& supervisor) {
       supervisor.OnBoardRefused(session.reasons(), MonotonicSeconds());
     });

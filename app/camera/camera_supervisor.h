@@ -63,6 +63,7 @@ class CameraSupervisor {
   void FinishBoard();
   void StoreLens(const BoardSession& session, const FrameContext& context);
   void StoreBaseline(const FrameContext& context, const TagBaseline& baseline);
+  void StoreContradiction(const FrameContext& context);
   void Pause(double seconds);
   FrameContext CurrentContext();
   /// Calls `function` with the LensSupervisor under the mutex, then publishes its status.
@@ -101,7 +102,10 @@ class CameraSupervisor {
   std::optional<double> waiting_since_s_;  ///< start of a capture that has not had a frame yet
   bool size_mismatch_ = false;             ///< that image and lens differ in size has been logged
   double worker_image_s_ = 0;  ///< time of the capture frame the worker is processing; 0: none
-  double searched_s_ = -1e9;   ///< last time the worker was given a frame to search for a board
+  /// A calibration was refused, and its board has not left the view since: it starts no other one.
+  bool refused_board_in_view_ = false;
+  int searches_without_board_ = 0;
+  double searched_s_ = -1e9;  ///< last time the worker was given a frame to search for a board
   /// The standstill during which that search frame was taken; nullopt while a capture uses the
   /// worker.
   std::optional<std::uint64_t> search_standstill_;

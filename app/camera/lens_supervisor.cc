@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "app/printed_digits.h"
 #include "firmware-like/statistics/containment_radius.h"
 
@@ -87,7 +89,7 @@ void LensSupervisor::DropLens() {
   looked_up_ = false;
   failed_checks_ = 0;
   check_message_.clear();
-  tag_moved_ = false;
+  contradicting_.clear();
 }
 
 void LensSupervisor::InvalidateBodies() {
@@ -153,6 +155,10 @@ FrameContext LensSupervisor::frame_context() const {
   context.focus_counts = standstill_focus_;
   context.lens = lens_;
   context.baseline = baseline_;
+  context.opencv_prints = opencv_prints_;
+  if (state() == lens::ZoomState::kValid || state() == lens::ZoomState::kVerifying) {
+    context.set_aside = contradicting_;
+  }
   context.standstill = standstill_;
   return context;
 }
@@ -167,6 +173,7 @@ void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
   if (lens) {
     event.kind = lens::ZoomEvent::Kind::kLensKnown;
     event.zoom_band_counts = lens->band_counts;
+    event.contradicted = lens->contradicted;
     sink_({log::Event::kLensFound, lens->calibrated
                                        ? fmt::format("camera: lens {} from the store, f {:.1f} px",
                                                      lens->id, lens->known.lens.fx)
@@ -179,6 +186,41 @@ void LensSupervisor::OnLensLookup(std::shared_ptr<const ActiveLens> lens,
   baseline_ = lens_ ? std::move(baseline) : nullptr;
   failed_checks_ = 0;
   Take(event);
+}
+
+/// Reads the tags as OpenCV draws them, or no longer so, if the check has shown that. Only tags
+/// whose origin is not named are affected; otherwise the check remains bad.
+/// @return  whether the reading has changed
+bool LensSupervisor::AdoptPrints(const TagCheck& check) {
+  if (!check.all_turned || !settings_.opencv_turns) return false;
+  const bool named = std::all_of(
+      settings_.cell.tags.begin(), settings_.cell.tags.end(),
+      [](const tracking::BodyTag& tag) { return tag.drawn_by != tracking::DrawnBy::kUnspecified; });
+  if (named) return false;
+  opencv_prints_ = !opencv_prints_;
+  failed_checks_ = 0;
+  const char* const library = opencv_prints_ ? "OpenCV" : "the AprilTag library";
+  const char* const word = opencv_prints_ ? "opencv" : "apriltag";
+  sink_({log::Event::kTagsContradict,
+         fmt::format("camera: the reference tags are {} as {} draws them, rotated by half a turn; "
+                     "all tags whose drawn_by is not given are now read so. Set drawn_by = \"{}\" "
+                     "in the tag file.",
+                     settings_.family, library, word)});
+  return true;
+}
+
+/// Names the tags once if they contradict a calibration since it was accepted.
+void LensSupervisor::ReportContradiction(const TagCheck& check) {
+  std::string what = check.message;
+  if (!check.unresolved.empty()) {
+    what = fmt::format("reference tags {} contradict each other, and no majority of them agrees",
+                       fmt::join(check.unresolved, ", "));
+  }
+  sink_({log::Event::kTagsContradict,
+         fmt::format("camera: {}. The lens was calibrated with these tags in place, so another "
+                     "calibration is not requested. Check the tags' places and drawn_by in the "
+                     "tag file; command 9 calibrates again.",
+                     what)});
 }
 
 bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& context, double image_s,
@@ -196,16 +238,18 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
   } else {
     tip_.Reset();
     if (++failed_checks_ < kChecksToReject) return false;
+    if (AdoptPrints(check)) return false;
     event.kind = check.verdict == TagTestOutcome::kBad ? lens::ZoomEvent::Kind::kTagsBad
                                                        : lens::ZoomEvent::Kind::kTagsGood;
     failed_checks_ = check.verdict == TagTestOutcome::kBad ? kChecksToReject : 0;
   }
-  tag_moved_ = !check.excluded.empty();
+  contradicting_ = check.excluded;
   if (check.message != check_message_) {
     check_message_ = check.message;
     // A bad lens is logged with the change of state.
     if (!check.message.empty() && check.verdict != TagTestOutcome::kBad) {
-      sink_({good && !tag_moved_ ? log::Event::kZoomDriftRefined : log::Event::kTagsContradict,
+      sink_({good && contradicting_.empty() ? log::Event::kZoomDriftRefined
+                                            : log::Event::kTagsContradict,
              "camera: " + check.message});
     }
   }
@@ -218,7 +262,12 @@ bool LensSupervisor::OnTagCheck(const TagCheck& check, const FrameContext& conte
     baseline_ = std::make_shared<TagBaseline>(*check.baseline);
     changed = true;
   }
+  const bool contradicted_before = contradicted();
   Take(event);
+  if (contradicted()) {
+    contradicting_ = check.unresolved;
+    if (!contradicted_before) ReportContradiction(check);
+  }
   return changed;
 }
 
@@ -336,7 +385,12 @@ status::CameraStatus LensSupervisor::Status() const {
   status.zoom_unknown = state() == lens::ZoomState::kUnknown;
   status.board_wanted = supervision_.request() == lens::ZoomRequest::kBoard;
   status.fiducials_hidden = status.reason == lens::ZoomReason::kTagsNotVisible;
-  status.fiducial_moved = tag_moved_;
+  status.fiducial_moved = !contradicting_.empty();
+  status.opencv_prints = opencv_prints_;
+  for (const int id : contradicting_) {
+    if (status.contradicting_count == status.contradicting_tags.size()) break;
+    status.contradicting_tags[status.contradicting_count++] = id;
+  }
   status.store_fault = !store_fault_.empty();
   status.prompt = prompt_;
   if (status.prompt == lens::BoardPrompt::kNone && status.board_wanted) {

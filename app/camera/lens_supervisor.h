@@ -26,6 +26,8 @@ struct LensSupervisorSettings {
   TagCheckSettings tag_check;
   double acceptable_px = 0.5;       ///< largest acceptable projection uncertainty (1 sd)
   tracking::Body cell;              ///< the reference tags
+  std::string family;               ///< of all tags
+  bool opencv_turns = false;        ///< OpenCV draws that family rotated by half a turn
   Pose X_WK;                        ///< the cell's body in the measurement frame
   std::string tool;                 ///< name of the body that carries the tip; empty: none
   Vec3 tip_T = Vec3::Zero();        ///< on that body [m]
@@ -41,6 +43,8 @@ struct FrameContext {
   std::optional<std::int32_t> zoom_counts, focus_counts;  ///< at this standstill
   std::shared_ptr<const ActiveLens> lens;                 ///< null: none for this zoom
   std::shared_ptr<const TagBaseline> baseline;            ///< of that lens
+  bool opencv_prints = false;                             ///< see Tracker::AssumeOpenCvPrints
+  std::vector<int> set_aside;    ///< reference tags that contradict the others
   std::uint64_t standstill = 0;  ///< incremented when the zoom moves or becomes unknown
 };
 
@@ -82,6 +86,8 @@ class LensSupervisor {
   void OnStoreFault(const std::string& fault);  ///< empty: the store works
 
   lens::ZoomState state() const { return supervision_.state(); }
+  /// Whether the tags contradict the calibration in use since it was accepted.
+  bool contradicted() const { return supervision_.reason() == lens::ZoomReason::kTagsContradict; }
   const LensSupervisorSettings& settings() const { return settings_; }  ///< constant: any thread
   status::CameraStatus Status() const;
 
@@ -91,6 +97,8 @@ class LensSupervisor {
   void DropLens();
   void InvalidateBodies();
   bool IsCurrent(const FrameContext& context) const;
+  bool AdoptPrints(const TagCheck& check);
+  void ReportContradiction(const TagCheck& check);
 
   const LensSupervisorSettings settings_;
   log::LogSink sink_;
@@ -104,7 +112,8 @@ class LensSupervisor {
   std::shared_ptr<const TagBaseline> baseline_;
   int failed_checks_ = 0;  ///< consecutive tag checks that were not good
   std::string check_message_;
-  bool tag_moved_ = false;
+  bool opencv_prints_ = false;
+  std::vector<int> contradicting_;  ///< reference tags that contradict the others, or each other
   lens::BoardPrompt prompt_ = lens::BoardPrompt::kNone;
   std::size_t board_views_ = 0;
   std::array<status::CameraStatus::Body, status::CameraStatus::kMaxBodies> bodies_;

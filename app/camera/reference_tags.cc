@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "app/camera/tag_fit.h"
 #include "firmware-like/statistics/chi_square.h"
@@ -11,6 +12,7 @@ namespace plumbline::camera {
 namespace {
 
 constexpr std::size_t kMinTagsForPose = 2, kMinTagsToExclude = 3;
+constexpr int kCoordinatesOfTag = 8;
 
 bool IsAccepted(const std::optional<TagFit>& fit) {
   return fit && statistics::ChiSquareTail(fit->chi2, std::max(1, fit->degrees_of_freedom)) >=
@@ -56,6 +58,130 @@ bool OneTagMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
   return true;
 }
 
+bool IsMajority(std::size_t members, std::size_t all) {
+  return members >= kMinTagsForPose && 2 * members > all;
+}
+
+/// The observations at `members`, which are in ascending order.
+TagFitProblem Only(const TagFitProblem& problem, const std::vector<std::size_t>& members) {
+  TagFitProblem some = problem;
+  for (std::size_t i = problem.observations.size(); i-- > 0;) {
+    if (!std::binary_search(members.begin(), members.end(), i)) some = some.Without(i);
+  }
+  return some;
+}
+
+std::vector<int> IdsExcept(const TagFitProblem& problem, const std::vector<std::size_t>& members) {
+  std::vector<int> ids;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (!std::binary_search(members.begin(), members.end(), i)) {
+      ids.push_back(problem.observations[i].id);
+    }
+  }
+  return ids;
+}
+
+/// Whether the tag at `index` agrees with the tags at `members`: the increase of chi^2 is that of
+/// its coordinates' noise.
+bool Joins(const lens::KnownLens& lens, const TagFitProblem& problem,
+           const std::vector<std::size_t>& members, const TagFit& fit_of_members,
+           std::size_t index) {
+  std::vector<std::size_t> joined = members;
+  joined.insert(std::upper_bound(joined.begin(), joined.end(), index), index);
+  TagFitProblem with = Only(problem, joined);
+  with.start = fit_of_members.X_CK;
+  const auto fit = FitTags(lens.lens, with, {.pose = true});
+  return fit && statistics::ChiSquareTail(std::max(0.0, fit->chi2 - fit_of_members.chi2),
+                                          kCoordinatesOfTag) >= kSignificance;
+}
+
+/// A majority of the tags that agree with each other, with the camera's pose free.
+struct Majority {
+  std::vector<std::size_t> members;
+  TagFit fit;
+};
+
+/// Starts from the tags that agree with the problem's start and removes the worst until the rest
+/// agree; then adds those that agree with the rest.
+std::optional<Majority> FindMajority(const lens::KnownLens& lens, const TagFitProblem& problem) {
+  const std::size_t all = problem.observations.size();
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < all; ++i) {
+    const auto alone = FitTags(lens.lens, Only(problem, {i}), {});
+    if (IsAccepted(alone)) members.push_back(i);
+  }
+  if (!IsMajority(members.size(), all)) {
+    members.resize(all);
+    std::iota(members.begin(), members.end(), std::size_t{0});
+  }
+  std::optional<TagFit> fit = FitTags(lens.lens, Only(problem, members), {.pose = true});
+  while (!IsAccepted(fit) && IsMajority(members.size() - 1, all)) {
+    std::optional<TagFit> best;
+    std::size_t worst = 0;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      std::vector<std::size_t> others = members;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      const auto without = FitTags(lens.lens, Only(problem, others), {.pose = true});
+      if (without && (!best || without->chi2 < best->chi2)) best = without, worst = k;
+    }
+    if (!best) return std::nullopt;
+    members.erase(members.begin() + static_cast<std::ptrdiff_t>(worst));
+    fit = best;
+  }
+  if (!IsAccepted(fit) || !IsMajority(members.size(), all)) return std::nullopt;
+  Majority majority{members, *fit};
+  for (std::size_t i = 0; i < all; ++i) {
+    if (std::binary_search(members.begin(), members.end(), i)) continue;
+    if (!Joins(lens, problem, members, *fit, i)) continue;
+    majority.members.insert(std::upper_bound(majority.members.begin(), majority.members.end(), i),
+                            i);
+  }
+  const auto joined = FitTags(lens.lens, Only(problem, majority.members), {.pose = true});
+  if (IsAccepted(joined)) {
+    majority.fit = *joined;
+  } else {
+    majority.members = members;
+  }
+  return majority;
+}
+
+/// For each excluded tag: the quarter turns about its centre with which it joins the majority.
+void FindQuarterTurns(const lens::KnownLens& lens, const TagFitProblem& problem,
+                      const Majority& majority, TagTestResult& judgement) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (std::binary_search(majority.members.begin(), majority.members.end(), i)) continue;
+    for (const int quarters : {2, 1, 3}) {
+      TagFitProblem turned = problem;
+      for (std::size_t k = 0; k < 4; ++k) {
+        turned.observations[i].pixels[k] = problem.observations[i].pixels[(k + quarters) % 4];
+      }
+      if (!Joins(lens, turned, majority.members, majority.fit, i)) continue;
+      judgement.quarter_turns[problem.observations[i].id] = quarters;
+      break;
+    }
+  }
+}
+
+/// Tests whether a majority of the tags did not move. Each tag is tested on its own, since the
+/// camera's pose is known.
+bool SomeTagsMoved(const lens::KnownLens& lens, const TagFitProblem& problem,
+                   TagTestResult& judgement) {
+  std::vector<std::size_t> members;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (IsAccepted(FitTags(lens.lens, Only(problem, {i}), {}))) members.push_back(i);
+  }
+  if (!IsMajority(members.size(), problem.observations.size())) return false;
+  const auto fit = FitTags(lens.lens, Only(problem, members), {});
+  if (!IsAccepted(fit)) return false;
+  Accept(*fit, TagTestOutcome::kGood, judgement);
+  judgement.excluded = IdsExcept(problem, members);
+  return true;
+}
+
+std::vector<int> IdsOf(const TagFitProblem& problem) {
+  return IdsExcept(problem, {});
+}
+
 TagTestResult JudgeAgainstBaseline(const lens::KnownLens& lens, const TagFitProblem& problem) {
   TagTestResult judgement;
   const auto still = FitTags(lens.lens, problem, {});
@@ -70,9 +196,12 @@ TagTestResult JudgeAgainstBaseline(const lens::KnownLens& lens, const TagFitProb
     judgement.log_focal_sd = zoomed->log_focal_sd;
     return judgement;
   }
-  if (CameraMoved(lens, problem, judgement) || OneTagMoved(lens, problem, {}, judgement))
+  if (CameraMoved(lens, problem, judgement) || OneTagMoved(lens, problem, {}, judgement) ||
+      SomeTagsMoved(lens, problem, judgement)) {
     return judgement;
+  }
   judgement.verdict = TagTestOutcome::kBad;
+  judgement.unresolved = IdsOf(problem);
   return judgement;
 }
 
@@ -86,8 +215,71 @@ TagTestResult JudgeWithoutBaseline(const lens::KnownLens& lens, const TagFitProb
   }
   judgement.rms_px = fit->rms_px;
   Accept(*fit, TagTestOutcome::kGood, judgement);
-  if (IsAccepted(fit) || OneTagMoved(lens, problem, {.pose = true}, judgement)) return judgement;
+  if (IsAccepted(fit)) return judgement;
+  // If another focal length explains all tags, the lens is wrong and not the tags.
+  const bool zoomed = IsAccepted(FitTags(lens.lens, problem, {.pose = true, .focal = true}));
+  const auto majority = zoomed ? std::nullopt : FindMajority(lens, problem);
+  if (majority) {
+    Accept(majority->fit, TagTestOutcome::kGood, judgement);
+    judgement.rms_px = majority->fit.rms_px;
+    judgement.excluded = IdsExcept(problem, majority->members);
+    FindQuarterTurns(lens, problem, *majority, judgement);
+    return judgement;
+  }
   judgement.verdict = TagTestOutcome::kBad;
+  judgement.unresolved = IdsOf(problem);
+  return judgement;
+}
+
+/// Tests the visible tags that are not in the baseline against those that are.
+void JudgeTagsOutsideBaseline(const lens::KnownLens& lens, const tracking::Body& cell,
+                              const std::vector<tracking::SeenTag>& seen,
+                              const TagBaseline& baseline, const TagCheckSettings& settings,
+                              TagTestResult& judgement) {
+  const std::vector<TagObservation> observations = ObservedReferenceTags(cell, seen);
+  const auto in_baseline = [&](const TagObservation& one) {
+    return baseline.tags.count(one.id) > 0 &&
+           std::find(judgement.excluded.begin(), judgement.excluded.end(), one.id) ==
+               judgement.excluded.end();
+  };
+  const auto trusted = std::count_if(observations.begin(), observations.end(), in_baseline);
+  const bool some_are_new =
+      std::any_of(observations.begin(), observations.end(),
+                  [&](const TagObservation& one) { return baseline.tags.count(one.id) == 0; });
+  if (!some_are_new || trusted < static_cast<std::ptrdiff_t>(kMinTagsForPose)) return;
+  auto problem = ProblemWithoutBaseline(lens, lens.covariance, cell, seen, settings);
+  if (!problem) return;
+  problem->start = judgement.X_CK;
+  Majority majority;
+  for (std::size_t i = 0; i < problem->observations.size(); ++i) {
+    if (in_baseline(problem->observations[i])) majority.members.push_back(i);
+  }
+  const auto fit = FitTags(lens.lens, Only(*problem, majority.members), {.pose = true});
+  if (!IsAccepted(fit)) return;
+  majority.fit = *fit;
+  for (std::size_t i = 0; i < problem->observations.size(); ++i) {
+    const int id = problem->observations[i].id;
+    if (baseline.tags.count(id) == 0 && !Joins(lens, *problem, majority.members, *fit, i)) {
+      judgement.excluded.push_back(id);
+    }
+  }
+  std::sort(judgement.excluded.begin(), judgement.excluded.end());
+  if (!judgement.excluded.empty()) FindQuarterTurns(lens, *problem, majority, judgement);
+}
+
+TagTestResult TestAsSeen(const lens::KnownLens& lens, const tracking::Body& cell,
+                         const std::vector<tracking::SeenTag>& seen, const TagBaseline* baseline,
+                         const TagCheckSettings& settings) {
+  if (baseline == nullptr) {
+    const auto problem = ProblemWithoutBaseline(lens, lens.covariance, cell, seen, settings);
+    return problem ? JudgeWithoutBaseline(lens, *problem) : TagTestResult{};
+  }
+  const TagFitProblem problem = ProblemAgainstBaseline(cell, seen, *baseline, settings);
+  if (problem.observations.empty()) return {};
+  TagTestResult judgement = JudgeAgainstBaseline(lens, problem);
+  if (judgement.verdict == TagTestOutcome::kGood) {
+    JudgeTagsOutsideBaseline(lens, cell, seen, *baseline, settings, judgement);
+  }
   return judgement;
 }
 
@@ -96,12 +288,22 @@ TagTestResult JudgeWithoutBaseline(const lens::KnownLens& lens, const TagFitProb
 TagTestResult TestReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
                                 const std::vector<tracking::SeenTag>& seen,
                                 const TagBaseline* baseline, const TagCheckSettings& settings) {
-  if (baseline != nullptr) {
-    const TagFitProblem problem = ProblemAgainstBaseline(cell, seen, *baseline, settings);
-    return problem.observations.empty() ? TagTestResult{} : JudgeAgainstBaseline(lens, problem);
+  TagTestResult judgement = TestAsSeen(lens, cell, seen, baseline, settings);
+  const std::size_t tags = ObservedReferenceTags(cell, seen).size();
+  const bool bad = judgement.verdict == TagTestOutcome::kBad;
+  const bool mostly_turned = 2 * judgement.excluded.size() > tags;
+  if (tags < kMinTagsForPose || (!bad && !mostly_turned)) return judgement;
+  std::vector<tracking::SeenTag> turned = seen;
+  for (tracking::SeenTag& tag : turned) tag = tracking::Turned(tag, 2);
+  const TagTestResult other = TestAsSeen(lens, cell, turned, baseline, settings);
+  if (other.verdict != TagTestOutcome::kGood || !IsMajority(tags - other.excluded.size(), tags)) {
+    return judgement;
   }
-  const auto problem = ProblemWithoutBaseline(lens, lens.covariance, cell, seen, settings);
-  return problem ? JudgeWithoutBaseline(lens, *problem) : TagTestResult{};
+  judgement = {};
+  judgement.verdict = TagTestOutcome::kBad;
+  judgement.all_turned = true;
+  judgement.rms_px = other.rms_px;
+  return judgement;
 }
 
 TagBaseline BaselineAt(const lens::KnownLens& lens, const tracking::Body& cell,

@@ -45,19 +45,27 @@ struct TagTestResult {
   Pose X_CK;          ///< the camera's pose under that hypothesis
   double log_focal = 0, log_focal_sd = 0;  ///< for kZoomDrifted: ln(f now / f of the lens)
   double moved_m = 0, turned_rad = 0;      ///< for kCameraMoved: motion of the camera
-  std::vector<int> excluded;               ///< tags that moved while the others agree
+  std::vector<int> excluded;               ///< tags that contradict the majority of the others
+  std::vector<int> unresolved;  ///< for kBad: the tags seen, if no majority of them agrees
+  /// Clockwise quarter turns about their centres with which excluded tags would agree, by id.
+  std::map<int, int> quarter_turns;
+  bool all_turned = false;  ///< for kBad: the tags agree if each is turned by half a turn
 };
 
 /// Tests four hypotheses about the corners, in this order, and returns the first whose chi^2 is not
 /// rejected at kSignificance:
 ///   1. nothing moved; 2. the focal length changed (ln f free); 3. the camera moved (pose free);
-///   4. one tag moved (the others as in 1; needs at least three tags).
+///   4. some tags moved (the others, a majority of at least two, as in 1).
 /// Hypothesis 3 is rejected if freeing the focal length as well lowers chi^2 by more than
 /// kFocalChi2Gain: a camera step along the optical axis looks like a zoom drift. The verdict may
 /// then be kBad.
 ///
 /// Without a baseline the pose is always free, and the covariance also includes the errors of the
-/// tags' positions and of the lens.
+/// tags' positions and of the lens. Tags that are not in the baseline are tested against the others
+/// in that way, so that a tag that was set aside remains so until it is put right.
+///
+/// If some tags contradict, all hypotheses are tested again with each tag turned by half a turn:
+/// this is how OpenCV draws the AprilTag families.
 /// @param baseline  null if the lens was never verified
 TagTestResult TestReferenceTags(const lens::KnownLens& lens, const tracking::Body& cell,
                                 const std::vector<tracking::SeenTag>& seen,

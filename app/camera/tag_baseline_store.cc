@@ -43,7 +43,11 @@ void Read(const Json& array, Matrix& matrix) {
 Json Declared(const tracking::Body& cell) {
   Json tags = Json::array();
   for (const tracking::BodyTag& tag : cell.tags) {
-    tags.push_back({tag.id, tag.side_m, NumbersOf(tag.X_KM.R), NumbersOf(tag.X_KM.p)});
+    Json declared = {tag.id, tag.side_m, NumbersOf(tag.X_KM.R), NumbersOf(tag.X_KM.p)};
+    if (tag.drawn_by != tracking::DrawnBy::kUnspecified) {
+      declared.push_back(static_cast<int>(tag.drawn_by));
+    }
+    tags.push_back(std::move(declared));
   }
   return tags;
 }
@@ -73,10 +77,9 @@ TagBaseline BaselineFrom(const Json& json) {
 
 }  // namespace
 
-std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
-                             const tracking::Body& cell) {
+std::string TagBaselinesJson(const TagBaselines& baselines, const tracking::Body& cell) {
   Json lenses = Json::object();
-  for (const auto& [id, baseline] : baselines) {
+  for (const auto& [id, baseline] : baselines.by_lens) {
     Json tags = Json::object();
     for (const auto& [tag_id, tag] : baseline.tags) {
       Eigen::Matrix<double, 4, 2> residual;
@@ -89,13 +92,13 @@ std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baseline
     lenses[std::to_string(id)] = {
         {"R", NumbersOf(baseline.X_CK.R)}, {"p_m", NumbersOf(baseline.X_CK.p)}, {"tags", tags}};
   }
-  return text::JsonText(Json{{"schema", kSchema}, {"marks", Declared(cell)}, {"lenses", lenses}}) +
-         "\n";
+  Json json = {{"schema", kSchema}, {"marks", Declared(cell)}, {"lenses", lenses}};
+  if (!baselines.contradicted.empty()) json["contradicted"] = baselines.contradicted;
+  return text::JsonText(json) + "\n";
 }
 
-Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
-                                                                 const tracking::Body& cell) {
-  std::map<std::int64_t, TagBaseline> baselines;
+Result<TagBaselines> TagBaselinesFromJson(const std::string& text, const tracking::Body& cell) {
+  TagBaselines baselines;
   try {
     const Result<Json> read = text::JsonFromText(text);
     if (!read) return read.failure();
@@ -105,7 +108,10 @@ Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::stri
     }
     if (json.at("marks") != text::JsonOrNull(text::JsonText(Declared(cell)))) return baselines;
     for (const auto& [id, baseline] : json.at("lenses").items()) {
-      baselines[std::stoll(id)] = BaselineFrom(baseline);
+      baselines.by_lens[std::stoll(id)] = BaselineFrom(baseline);
+    }
+    if (const auto ids = json.find("contradicted"); ids != json.end()) {
+      baselines.contradicted = ids->get<std::set<std::int64_t>>();
     }
   } catch (const std::exception& error) {
     return Error{error.what()};
@@ -132,13 +138,29 @@ TagBaselineStore::TagBaselineStore(std::string path, tracking::Body cell, std::s
 
 std::shared_ptr<const TagBaseline> TagBaselineStore::Find(std::int64_t lens_id) const {
   const std::lock_guard lock(mutex_);
-  const auto found = baselines_.find(lens_id);
-  return found == baselines_.end() ? nullptr : std::make_shared<TagBaseline>(found->second);
+  const auto found = baselines_.by_lens.find(lens_id);
+  return found == baselines_.by_lens.end() ? nullptr : std::make_shared<TagBaseline>(found->second);
 }
 
 Result<void> TagBaselineStore::Store(std::int64_t lens_id, const TagBaseline& baseline) {
   const std::lock_guard lock(mutex_);
-  baselines_[lens_id] = baseline;
+  baselines_.by_lens[lens_id] = baseline;
+  baselines_.contradicted.erase(lens_id);
+  return Write();
+}
+
+Result<void> TagBaselineStore::StoreContradiction(std::int64_t lens_id) {
+  const std::lock_guard lock(mutex_);
+  baselines_.contradicted.insert(lens_id);
+  return Write();
+}
+
+bool TagBaselineStore::IsContradicted(std::int64_t lens_id) const {
+  const std::lock_guard lock(mutex_);
+  return baselines_.contradicted.count(lens_id) > 0;
+}
+
+Result<void> TagBaselineStore::Write() {
   std::error_code not_moved;  // the write below then fails and is reported
   if (std::exchange(unreadable_, false)) fs::rename(path_, path_ + ".unread", not_moved);
   return files::ReplaceFileDurably(path_, TagBaselinesJson(baselines_, cell_));

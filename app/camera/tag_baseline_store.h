@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "app/camera/reference_tags.h"
@@ -11,12 +12,16 @@
 
 namespace plumbline::camera {
 
-/// @param baselines  by the id of the lens
-std::string TagBaselinesJson(const std::map<std::int64_t, TagBaseline>& baselines,
-                             const tracking::Body& cell);
-/// @return  an empty map if the declared tags have changed since the text was written
-Result<std::map<std::int64_t, TagBaseline>> TagBaselinesFromJson(const std::string& text,
-                                                                 const tracking::Body& cell);
+/// What is known about the reference tags through each lens, by the id of the lens.
+struct TagBaselines {
+  std::map<std::int64_t, TagBaseline> by_lens;
+  std::set<std::int64_t>
+      contradicted;  ///< lenses that the tags contradict since they were accepted
+};
+
+std::string TagBaselinesJson(const TagBaselines& baselines, const tracking::Body& cell);
+/// @return  empty if the declared tags have changed since the text was written
+Result<TagBaselines> TagBaselinesFromJson(const std::string& text, const tracking::Body& cell);
 
 /// One JSON file, replaced as a whole at each change. The key is the id in the lens store, which is
 /// unique across cameras. Thread-safe.
@@ -31,13 +36,18 @@ class TagBaselineStore {
   std::shared_ptr<const TagBaseline> Find(std::int64_t lens_id) const;
   /// @return  an error if the file cannot be written; the baseline is then only in memory
   Result<void> Store(std::int64_t lens_id, const TagBaseline& baseline);
+  /// Until a baseline of this lens is stored.
+  Result<void> StoreContradiction(std::int64_t lens_id);
+  bool IsContradicted(std::int64_t lens_id) const;
 
  private:
+  Result<void> Write();
+
   const std::string path_;
   const tracking::Body cell_;
   mutable std::mutex mutex_;
   bool unreadable_ = false;  ///< the existing file could not be read and has not been renamed yet
-  std::map<std::int64_t, TagBaseline> baselines_;
+  TagBaselines baselines_;
 };
 
 }  // namespace plumbline::camera

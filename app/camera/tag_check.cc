@@ -12,12 +12,33 @@
 namespace plumbline::camera {
 namespace {
 
-std::string ExclusionMessage(const std::vector<int>& ids) {
+std::string ExclusionMessage(const TagTestResult& judgement) {
+  const std::vector<int>& ids = judgement.excluded;
   if (ids.empty()) return {};
-  return fmt::format(
-      "reference tag {} is not where the other tags imply; put it back, or measure its "
-      "place again",
-      fmt::join(ids, ", "));
+  std::string message = fmt::format("reference tag {} {} not where the other tags imply",
+                                    fmt::join(ids, ", "), ids.size() == 1 ? "is" : "are");
+  for (const auto& [id, quarters] : judgement.quarter_turns) {
+    message += fmt::format(
+        "; tag {} is turned by {} deg{}", id, 90 * quarters,
+        quarters == 2 ? ", as if OpenCV had drawn it: turn it, or set its drawn_by" : ": turn it");
+  }
+  return message + fmt::format("; {} set aside: put {} back, or measure {} again",
+                               ids.size() == 1 ? "it is" : "they are",
+                               ids.size() == 1 ? "it" : "them",
+                               ids.size() == 1 ? "its place" : "their places");
+}
+
+/// Copies what both kinds of check report alike.
+TagCheck CheckFrom(const TagTestResult& judgement) {
+  TagCheck check;
+  check.verdict = judgement.verdict;
+  check.excluded = judgement.excluded;
+  check.unresolved = judgement.unresolved;
+  check.all_turned = judgement.all_turned;
+  if (judgement.all_turned) {
+    check.message = "every reference tag is turned by half a turn against its declaration";
+  }
+  return check;
 }
 
 /// Tests a calibrated lens as it is, an interpolated one with its focal length refined.
@@ -32,9 +53,8 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const tracking::Body& cell
     used = *refined;
   }
   const TagTestResult judgement = TestReferenceTags(used, cell, seen, nullptr, settings);
-  check.verdict = judgement.verdict;
-  check.excluded = judgement.excluded;
-  if (judgement.verdict == TagTestOutcome::kBad) {
+  check = CheckFrom(judgement);
+  if (judgement.verdict == TagTestOutcome::kBad && !judgement.all_turned) {
     check.message = fmt::format(
         "the reference tags do not fit the lens: {:.2f} px, chi^2 {:.0f} with {} degrees of "
         "freedom",
@@ -57,7 +77,7 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const tracking::Body& cell
         fmt::format("interpolated lens in use; its focal length is {:.1f} px by the reference tags",
                     used.lens.fx);
   }
-  if (!judgement.excluded.empty()) check.message = ExclusionMessage(judgement.excluded);
+  if (!judgement.excluded.empty()) check.message = ExclusionMessage(judgement);
   check.baseline = BaselineAt(used, cell, seen, judgement.X_CK);
   for (const int id : judgement.excluded) check.baseline->tags.erase(id);
   return check;
@@ -69,15 +89,13 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
                             const tracking::Body& cell, const std::vector<tracking::SeenTag>& seen,
                             double acceptable_px, const TagCheckSettings& settings) {
   if (baseline == nullptr) return CheckWithoutBaseline(lens, cell, seen, acceptable_px, settings);
-  TagCheck check;
   const TagTestResult judgement = TestReferenceTags(lens.known, cell, seen, baseline, settings);
-  check.verdict = judgement.verdict;
-  check.excluded = judgement.excluded;
+  TagCheck check = CheckFrom(judgement);
   switch (judgement.verdict) {
     case TagTestOutcome::kNotVisible:
       break;
     case TagTestOutcome::kGood:
-      check.message = ExclusionMessage(judgement.excluded);
+      check.message = ExclusionMessage(judgement);
       break;
     case TagTestOutcome::kCameraMoved:
       check.baseline = BaselineAt(lens.known, cell, seen, judgement.X_CK);
@@ -107,6 +125,7 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
       break;
     }
     case TagTestOutcome::kBad:
+      if (judgement.all_turned) break;
       check.message = fmt::format(
           "the reference tags are off by {:.2f} px, which neither a drift of the zoom nor a moved "
           "camera explains (chi^2 {:.0f} with {} degrees of freedom)",

@@ -12,9 +12,10 @@ namespace plumbline::camera {
 /// The lens used to evaluate frames.
 struct ActiveLens {
   lens::KnownLens known;
-  std::int64_t id = 0;      ///< in the lens store; 0: not stored
-  bool calibrated = false;  ///< at this zoom; false: interpolated, only a starting point
-  double log_focal_sd = 0;  ///< of ln f, for an interpolated lens
+  std::int64_t id = 0;        ///< in the lens store; 0: not stored
+  bool calibrated = false;    ///< at this zoom; false: interpolated, only a starting point
+  double log_focal_sd = 0;    ///< of ln f, for an interpolated lens
+  bool contradicted = false;  ///< the tags have contradicted this calibration since it was accepted
   std::optional<std::int32_t> band_counts;  ///< zoom range within which this lens is valid
 };
 
@@ -23,7 +24,9 @@ struct TagCheck {
   std::string message;                  ///< for the log; empty: nothing new
   std::optional<lens::KnownLens> lens;  ///< replaces the active lens
   std::optional<TagBaseline> baseline;  ///< replaces the previous baseline
-  std::vector<int> excluded;            ///< tags that moved
+  std::vector<int> excluded;            ///< tags that contradict the others
+  std::vector<int> unresolved;          ///< tags that contradict each other without a majority
+  bool all_turned = false;              ///< see TagTestResult
 };
 
 /// Judges the reference tags and prepares the consequences: a drifted lens is refined, the pose of

@@ -134,6 +134,7 @@ int PrintTags(const PrintTagOptions& options) {
   for (const int id : *ids) {
     std::cout << '\n';
     for (const std::string& line : print::TagLines(id, options.size_mm)) std::cout << line << '\n';
+    if (const auto drawn_by = print::DrawnByLine(*family)) std::cout << *drawn_by << '\n';
   }
   if (options.family != PrintTagOptions().family) {
     std::cout << fmt::format("\nIn [tags] of plumbline.toml:\n\nfamily = \"{}\"\n", options.family);
@@ -192,7 +193,7 @@ void AddPrintTagCommand(CLI::App& app, int& exit_code) {
       ->check(NumberWithin(kMinTagSize_mm, kMaxTagSize_mm));
   AddSheetOptions(*command, options->sheet);
   command->footer(
-      "Draws the tags upright, 36h11 as the AprilTag library does, with their white border, "
+      "Draws the tags upright, AprilTag families as their library does, with their white border, "
       "two\n"
       "rulers of 100 mm to check the scale of the printer, and the lines for bodies.toml, which "
       "are\n"

@@ -159,8 +159,7 @@ std::string BitsAndCodes() {
          CodeTable("Input faults (register 301)", 0, static_cast<int>(InputFault::kTcpMismatch),
                    [](int code) { return Describe(static_cast<InputFault>(code)); }) +
          CodeTable(
-             "Camera reasons (registers 501 and 701)", 0,
-             static_cast<int>(lens::ZoomReason::kBoardCancelled),
+             "Camera reasons (registers 501 and 701)", 0, static_cast<int>(lens::kLastZoomReason),
              [](int code) { return lens::ZoomReasonText(static_cast<lens::ZoomReason>(code)); }) +
          CodeTable(
              "Board prompts (registers 503 and 703)", 0, lens::kBoardPrompts - 1, [](int code) {

@@ -163,6 +163,11 @@ void PrintCamera(const DaemonRegisters& daemon, int camera) {
   if (const int bits = number("camera_bits"); bits != 0) {
     line("", WordText(bits, plc::registers::CameraBits()));
   }
+  if (const int tags = number("contradicting_tags"); tags > 0) {
+    line("", fmt::format("reference tag {}{} contradicts the others; the log names each",
+                         number("contradicting_tag"),
+                         tags > 1 ? fmt::format(" and {} more", tags - 1) : ""));
+  }
   if (const int prompt = number("board_prompt"); prompt > 0) {
     line("board",
          fmt::format("{} ({} views)", lens::BoardPromptText(static_cast<lens::BoardPrompt>(prompt)),

@@ -160,7 +160,6 @@ int Run(const TrackOptions& options) {
   const auto database = ReadDatabase(options);
   if (!lens || !database || !AllInFamily(options, *database, *family)) return kExitFault;
   tracking::TrackerSettings settings;
-  settings.detector.small_tags = options.live.camera.empty();  // too slow for a live camera
   if (options.threshold >= 0) settings.detector.threshold = options.threshold;
   tracking::Tracker tracker(std::move(family).value(), *database, settings);
   if (!lens->accepted) {

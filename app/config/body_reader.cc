@@ -16,6 +16,14 @@ constexpr int kMaxId = 100000;
 constexpr NumberRange kSize{1, 2000, kMetrePerMm};
 constexpr NumberRange kPlaceSd{0, 100, kMetrePerMm};
 
+/// The key drawn_by of a table, or what the surrounding table says.
+tracking::DrawnBy DrawnByFrom(const TomlTable& table, tracking::DrawnBy surrounding) {
+  using tracking::DrawnBy;
+  return table
+      .OneOf<DrawnBy>("drawn_by", {{"apriltag", DrawnBy::kAprilTag}, {"opencv", DrawnBy::kOpenCv}})
+      .value_or(surrounding);
+}
+
 class Reader {
  public:
   /// Reads the id of a tag; an id that appeared earlier in the file is a fault.
@@ -28,17 +36,19 @@ class Reader {
   }
 
   std::optional<tracking::BodyTag> TagOfBody(const TomlTable& table,
-                                             std::optional<double> body_size_m) {
+                                             std::optional<double> body_size_m,
+                                             tracking::DrawnBy drawn_by) {
     const auto id = NewId(table);
     const auto size =
         body_size_m && !table.Has("size_mm") ? body_size_m : table.RequiredNumber("size_mm", kSize);
     const auto p = table.RequiredVector3("xyz_mm", kPlaceRange);
     const Vec3 rpy = table.Vector3("rpy_deg", kTurnRange).value_or(Vec3::Zero());
+    drawn_by = DrawnByFrom(table, drawn_by);
     if (!id || !size || !p) return std::nullopt;
-    return tracking::BodyTag{*id, *size, {RotationFromRollPitchYaw(rpy), *p}};
+    return tracking::BodyTag{*id, *size, {RotationFromRollPitchYaw(rpy), *p}, drawn_by};
   }
 
-  std::optional<tracking::Body> BodyFrom(const TomlTable& table) {
+  std::optional<tracking::Body> BodyFrom(const TomlTable& table, tracking::DrawnBy drawn_by) {
     tracking::Body body;
     body.name = table.RequiredString("name").value_or("");
     if (!body.name.empty() && !names_.insert(body.name).second) {
@@ -46,10 +56,11 @@ class Reader {
     }
     const auto size = table.Number("size_mm", kSize);
     body.place_sd_m = table.Number("place_sd_mm", kPlaceSd);
+    drawn_by = DrawnByFrom(table, drawn_by);
     const std::vector<TomlTable> tags = table.Tables("tag");
     if (tags.empty()) table.AddMissing("tag", "at least one [[body.tag]]");
     for (const TomlTable& tag : tags) {
-      if (const auto read = TagOfBody(tag, size)) body.tags.push_back(*read);
+      if (const auto read = TagOfBody(tag, size, drawn_by)) body.tags.push_back(*read);
     }
     return body;
   }
@@ -71,13 +82,16 @@ std::optional<tracking::TagDatabase> TagDatabaseFromText(std::string_view text,
     Reader reader;
     const TomlTable root = document.Root();
     root.RequiredInteger("schema", 1, 1);
+    database.drawn_by = DrawnByFrom(root, tracking::DrawnBy::kUnspecified);
     for (const TomlTable& tag : root.Tables("tag")) {
       const auto id = reader.NewId(tag);
       const auto size = tag.RequiredNumber("size_mm", kSize);
-      if (id && size) database.tags.push_back({*id, *size});
+      const tracking::DrawnBy drawn_by = DrawnByFrom(tag, database.drawn_by);
+      if (id && size) database.tags.push_back({*id, *size, drawn_by});
     }
     for (const TomlTable& body : root.Tables("body")) {
-      if (auto read = reader.BodyFrom(body)) database.bodies.push_back(std::move(*read));
+      if (auto read = reader.BodyFrom(body, database.drawn_by))
+        database.bodies.push_back(std::move(*read));
     }
     document.ReportUnknownKeys();
   }

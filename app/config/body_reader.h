@@ -13,6 +13,9 @@ namespace plumbline::config {
 /// Reads a tag database:
 ///
 ///   schema = 1
+///   drawn_by = "opencv"          # optional, also in [[body]], [[body.tag]] and [[tag]]: the
+///   library
+///                                # whose pictures were printed, "apriltag" or "opencv"
 ///   [[tag]]                      # a tag on its own
 ///   id = 17
 ///   size_mm = 80.0               # side of the black square

@@ -52,11 +52,16 @@ constexpr EventEntry kCameraEntries[] = {
      "nothing; if it recurs, the lens is loose or its encoder slips"},
     {Event::kTagsContradict, "marks-doubted", LogLevel::kWarning,
      "c43d39d0cee144b7afeeabd7c841fae5", "camera",
-     "camera: the camera was moved by ..., reference tag N is not where ..., interpolated lens in "
+     "camera: the camera was moved by ..., reference tag N is not where ..., the reference tags "
+     "are "
+     "36h11 as OpenCV draws them, reference tags N, M contradict each other, interpolated lens in "
      "use",
-     "all tags shifted together (the lens is kept), one tag contradicts all others (it is "
-     "ignored), or the tags alone do not determine the focal length",
-     "fix the camera mount; put the tag back, or measure its position again; show the board"},
+     "all tags shifted together (the lens is kept), some tags contradict the majority (they are "
+     "set "
+     "aside), every tag is turned by half a turn, the tags contradict a calibration since it was "
+     "accepted, or the tags alone do not determine the focal length",
+     "fix the camera mount; put the tag back, or measure its position again; set `drawn_by` in the "
+     "tag file; show the board"},
     {Event::kTagFileFault, "marks-file", LogLevel::kWarning, "8f0ae0d3b5b34a07b2842a86ce21e4fc",
      "camera", "reference tags: ...", "`fixed_marks.json` cannot be read or written",
      "check permissions; the tags are observed afresh"},

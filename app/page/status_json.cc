@@ -116,7 +116,10 @@ Json CamerasJson(const view::DisplayStatus& now, double now_s) {
   for (const CameraFacts& facts : CamerasOf(now)) {
     const view_link::ViewCamera& camera = *facts.camera;
     const status::CameraStatus& status = camera.status;
-    Json tags = Json::array();
+    Json tags = Json::array(), contradicting = Json::array();
+    for (std::size_t k = 0; k < status.contradicting_count; ++k) {
+      contradicting.push_back(status.contradicting_tags[k]);
+    }
     for (const view_link::ViewTag& tag : camera.tags) tags.push_back(tag.id);
     Json entry = {{"name", facts.name},
                   {"serial", camera.serial},
@@ -132,7 +135,9 @@ Json CamerasJson(const view::DisplayStatus& now, double now_s) {
                   {"board_views", status.board_views},
                   {"zoom_counts", KnownJson(status.zoom_counts)},
                   {"focus_counts", KnownJson(status.focus_counts)},
-                  {"tags", tags}};
+                  {"tags", tags},
+                  {"contradicting_tags", contradicting},
+                  {"opencv_prints", status.opencv_prints}};
     if (camera.image) {
       entry["width"] = camera.image->width;
       entry["height"] = camera.image->height;

@@ -123,10 +123,18 @@ FrameTexts TextsOf(const tracking::TagFamily& family, const std::vector<int>& id
     }
     texts.blocks.push_back(TagLines(id, side_mm));
   }
+  if (const auto drawn_by = DrawnByLine(family); drawn_by && texts.blocks.size() == 1) {
+    texts.blocks[0].push_back(*drawn_by);
+  }
   return texts;
 }
 
 }  // namespace
+
+std::optional<std::string> DrawnByLine(const tracking::TagFamily& family) {
+  if (!tracking::OpenCvTurns(family)) return std::nullopt;
+  return "drawn_by = \"apriltag\"";
+}
 
 std::vector<std::string> TagLines(int id, double side_mm) {
   return {"[[tag]]", fmt::format("id = {}", id), "size_mm = " + TomlMm(side_mm)};

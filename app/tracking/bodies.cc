@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace plumbline::tracking {
 namespace {
 
-constexpr std::size_t kMaxStartTags = 3;
+constexpr std::size_t kMaxStartTags = 3, kMaxPairTags = 10;
 constexpr double kOutlier_px = 0.5, kOutlier_sd = 6, kOutlierPlace_sd = 4;
 
 /// A tag of the body with its detection.
@@ -45,20 +46,26 @@ std::vector<CornerSet> SetsOf(const std::vector<Observation>& observations) {
   return sets;
 }
 
-/// Whether the corners of some tag are too far from their projections.
-bool HasOutlier(const lens::KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
-                double place_sd_m) {
-  return std::any_of(sets.begin(), sets.end(), [&](const CornerSet& set) {
-    double square = 0;
-    for (int k = 0; k < 4; ++k) {
-      square +=
-          0.25 * (Project<double>(lens.lens, X_CK * set.p_K[k]) - set.pixels[k]).squaredNorm();
-    }
-    const double sd = std::sqrt(set.covariance.trace() / 4);
-    const double place_sd_px = lens.lens.fx / (X_CK * set.p_K[0]).z() * place_sd_m;
-    return std::sqrt(square) >
-           std::max({kOutlier_px, kOutlier_sd * sd, kOutlierPlace_sd * place_sd_px});
-  });
+/// Whether the corners of a tag are near their projections.
+bool Agrees(const lens::KnownLens& lens, const Pose& X_CK, const CornerSet& set,
+            double place_sd_m) {
+  double square = 0;
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 p = X_CK * set.p_K[k];
+    if (!(p.z() > 0)) return false;
+    square += 0.25 * (Project<double>(lens.lens, p) - set.pixels[k]).squaredNorm();
+  }
+  const double sd = std::sqrt(set.covariance.trace() / 4);
+  const double place_sd_px = lens.lens.fx / (X_CK * set.p_K[0]).z() * place_sd_m;
+  return std::sqrt(square) <=
+         std::max({kOutlier_px, kOutlier_sd * sd, kOutlierPlace_sd * place_sd_px});
+}
+
+int CountAgreeing(const lens::KnownLens& lens, const Pose& X_CK, const std::vector<CornerSet>& sets,
+                  double place_sd_m) {
+  return static_cast<int>(std::count_if(sets.begin(), sets.end(), [&](const CornerSet& set) {
+    return Agrees(lens, X_CK, set, place_sd_m);
+  }));
 }
 
 /// Index of the tag without which the others agree best.
@@ -89,6 +96,47 @@ std::vector<Pose> StartsOf(const lens::KnownLens& lens,
   return starts;
 }
 
+/// The tags that agree with the pose of some pair of tags: those of the pair that most agree with.
+/// @param observations  the largest tags first
+/// @return              indices in ascending order; empty if no pair has a pose that half of all
+///                      tags agree with
+std::vector<std::size_t> LargestAgreement(const lens::KnownLens& lens,
+                                          const std::vector<Observation>& observations,
+                                          double place_sd_m) {
+  const std::vector<CornerSet> sets = SetsOf(observations);
+  std::optional<Pose> best;
+  int most = static_cast<int>(sets.size()) / 2;
+  const std::size_t count = std::min(sets.size(), kMaxPairTags);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = i + 1; j < count; ++j) {
+      const std::vector<Observation> pair = {observations[i], observations[j]};
+      const auto poses = BestPoses(lens, SetsOf(pair), StartsOf(lens, pair));
+      if (!poses) continue;
+      const int agreeing = CountAgreeing(lens, poses->best.X_CK, sets, place_sd_m);
+      if (agreeing > most) most = agreeing, best = poses->best.X_CK;
+    }
+  }
+  std::vector<std::size_t> members;
+  for (std::size_t k = 0; best && k < sets.size(); ++k) {
+    if (Agrees(lens, *best, sets[k], place_sd_m)) members.push_back(k);
+  }
+  return members;
+}
+
+/// Keeps the observations at `members`; the ids of the others are appended to `left_out`.
+void Keep(const std::vector<std::size_t>& members, std::vector<Observation>& observations,
+          std::vector<int>& left_out) {
+  std::vector<Observation> kept;
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    if (std::binary_search(members.begin(), members.end(), k)) {
+      kept.push_back(observations[k]);
+    } else {
+      left_out.push_back(observations[k].on_body->id);
+    }
+  }
+  observations = std::move(kept);
+}
+
 }  // namespace
 
 std::optional<double> TagDatabase::SideOf(int id) const {
@@ -101,6 +149,18 @@ std::optional<double> TagDatabase::SideOf(int id) const {
     }
   }
   return default_side_m;
+}
+
+DrawnBy TagDatabase::DrawnByOf(int id) const {
+  for (const StandaloneTag& tag : tags) {
+    if (tag.id == id) return tag.drawn_by;
+  }
+  for (const Body& body : bodies) {
+    for (const BodyTag& tag : body.tags) {
+      if (tag.id == id) return tag.drawn_by;
+    }
+  }
+  return drawn_by;
 }
 
 const Body* TagDatabase::BodyOf(int id) const {
@@ -119,15 +179,23 @@ std::optional<SeenBody> LocateBody(const lens::KnownLens& lens, const Body& body
   SeenBody seen;
   seen.body = &body;
   std::optional<PosePair> poses;
+  const double place_sd_m = body.place_sd_m.value_or(0);
+  bool tried_pairs = false;
   while (!observations.empty()) {
     const std::vector<CornerSet> sets = SetsOf(observations);
     std::vector<Pose> starts = StartsOf(lens, observations);
     if (previous) starts.push_back(*previous);
     poses = BestPoses(lens, sets, starts);
     if (!poses) return std::nullopt;
-    if (observations.size() <= 2 ||
-        !HasOutlier(lens, poses->best.X_CK, sets, body.place_sd_m.value_or(0)))
-      break;
+    const std::size_t agreeing = CountAgreeing(lens, poses->best.X_CK, sets, place_sd_m);
+    if (observations.size() <= 2 || agreeing == observations.size()) break;
+    if (!std::exchange(tried_pairs, true) && 2 * agreeing <= observations.size()) {
+      const auto members = LargestAgreement(lens, observations, place_sd_m);
+      if (!members.empty()) {
+        Keep(members, observations, seen.left_out);
+        continue;
+      }
+    }
     const std::size_t outlier = FindOutlier(lens, sets, poses->best.X_CK);
     seen.left_out.push_back(observations[outlier].on_body->id);
     observations.erase(observations.begin() + static_cast<long>(outlier));

@@ -1,6 +1,7 @@
 #include "app/tracking/decode.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "app/tracking/luma_sampling.h"
@@ -10,26 +11,27 @@ namespace {
 
 constexpr double kSampleOffset = 0.22;  // of a cell: position of the samples in it
 constexpr double kSmallCell_px = 3.5;   // smaller cells are sharpened, since blur mixes neighbours
-constexpr double kSharpening = 0.25;
-constexpr int kMaxCells = 11;  // per side, including the surrounding ring
+constexpr double kTinyCell_px = 1.9;    // and even smaller ones twice as much
+constexpr double kSharpening = 0.25, kTinySharpening = 0.5;
+constexpr double kStrictMargin = 0.2;  // of the contrast: data cell to threshold, strict families
+constexpr int kMaxCells = 11;          // per side, including the surrounding ring
 
 /// Grey levels of all cells and of a ring around them.
 class Cells {
  public:
-  Cells(const image::LumaView& image, const Corners& corners, int cells) : cells_(cells) {
-    const Mat3 map = MapOfUnitSquare(corners);
-    const auto grey_at = [&](double x, double y) {
-      const lens::Vec2 p = Mapped(map, lens::Vec2(x, y) / cells);
-      return GreyAt(image, p.x(), p.y());
-    };
+  /// Samples the border and the ring around it.
+  Cells(const image::LumaView& image, const Corners& corners, int cells)
+      : image_(image), map_(MapOfUnitSquare(corners)), cells_(cells) {
     for (int r = -1; r <= cells; ++r) {
+      const bool whole_row = r <= 0 || r >= cells - 1;
       for (int c = -1; c <= cells; ++c) {
-        const double x = c + 0.5, y = r + 0.5;
-        At(r, c) = 0.2 * (grey_at(x, y) + grey_at(x - kSampleOffset, y - kSampleOffset) +
-                          grey_at(x + kSampleOffset, y - kSampleOffset) +
-                          grey_at(x - kSampleOffset, y + kSampleOffset) +
-                          grey_at(x + kSampleOffset, y + kSampleOffset));
+        if (whole_row || c <= 0 || c >= cells - 1) Sample(r, c);
       }
+    }
+  }
+  void SampleData() {
+    for (int r = 1; r < cells_ - 1; ++r) {
+      for (int c = 1; c < cells_ - 1; ++c) Sample(r, c);
     }
   }
   double& At(int r, int c) { return grey_[static_cast<std::size_t>(r + 1) * kMaxCells + c + 1]; }
@@ -60,12 +62,26 @@ class Cells {
   }
 
   /// Grey level of a data cell with the blur from its neighbours removed.
-  double Sharpened(int r, int c) const {
+  double Sharpened(int r, int c, double sharpening) const {
     const double around = At(r - 1, c) + At(r + 1, c) + At(r, c - 1) + At(r, c + 1);
-    return At(r, c) + kSharpening * (4 * At(r, c) - around);
+    return At(r, c) + sharpening * (4 * At(r, c) - around);
   }
 
  private:
+  double GreyOnTag(double x, double y) const {
+    const lens::Vec2 p = Mapped(map_, lens::Vec2(x, y) / cells_);
+    return GreyAt(image_, p.x(), p.y());
+  }
+  void Sample(int r, int c) {
+    const double x = c + 0.5, y = r + 0.5;
+    At(r, c) = 0.2 * (GreyOnTag(x, y) + GreyOnTag(x - kSampleOffset, y - kSampleOffset) +
+                      GreyOnTag(x + kSampleOffset, y - kSampleOffset) +
+                      GreyOnTag(x - kSampleOffset, y + kSampleOffset) +
+                      GreyOnTag(x + kSampleOffset, y + kSampleOffset));
+  }
+
+  const image::LumaView& image_;
+  const Mat3 map_;
   int cells_;
   std::array<double, std::size_t{kMaxCells} * kMaxCells> grey_{};
 };
@@ -90,40 +106,49 @@ lens::Vec2 Mapped(const Mat3& map, const lens::Vec2& point) {
   return {q.x() / q.z(), q.y() / q.z()};
 }
 
-std::optional<DecodedTag> DecodeCells(const image::LumaView& image, const TagFamily& family,
-                                      const Corners& corners, double min_contrast) {
+std::optional<CellReading> ReadCells(const image::LumaView& image, const TagFamily& family,
+                                     const Corners& corners, double min_contrast) {
   const int n = family.cells();
-  const Cells cells(image, corners, n);
+  Cells cells(image, corners, n);
   const Vec3 dark = cells.PlaneOfRing(0), bright = cells.PlaneOfRing(-1);
   const Vec3 middle(1, 0.5 * (n - 1), 0.5 * (n - 1));
-  const double contrast = (bright - dark).dot(middle);
-  if (!(contrast >= min_contrast)) return std::nullopt;
+  CellReading reading;
+  reading.contrast = (bright - dark).dot(middle);
+  if (!(reading.contrast >= min_contrast)) return std::nullopt;
 
   const Vec3 threshold = 0.5 * (dark + bright);
   const double area = 0.5 * std::abs((corners[2] - corners[0]).x() * (corners[3] - corners[1]).y() -
                                      (corners[2] - corners[0]).y() * (corners[3] - corners[1]).x());
-  const bool small = std::sqrt(area) < kSmallCell_px * n;
+  const double cell_px = std::sqrt(area) / n;
+  const double sharpening = cell_px < kTinyCell_px    ? kTinySharpening
+                            : cell_px < kSmallCell_px ? kSharpening
+                                                      : 0;
   int bright_border = 0, border = 0, dark_around = 0, around = 0;
-  std::uint64_t read = 0;
+  const auto level_at = [&](int r, int c) { return threshold.dot(Vec3(1, c, r)); };
   for (int r = -1; r <= n; ++r) {
     for (int c = -1; c <= n; ++c) {
-      const double level = threshold.dot(Vec3(1, c, r));
       if (cells.OnRing(r, c, -1)) {
         ++around;
-        dark_around += cells.At(r, c) < level ? 1 : 0;
+        dark_around += cells.At(r, c) < level_at(r, c) ? 1 : 0;
       } else if (cells.OnRing(r, c, 0)) {
         ++border;
-        bright_border += cells.At(r, c) > level ? 1 : 0;
-      } else {
-        const double grey = small ? cells.Sharpened(r, c) : cells.At(r, c);
-        read = (read << 1) | (grey > level ? 1 : 0);
+        bright_border += cells.At(r, c) > level_at(r, c) ? 1 : 0;
       }
     }
   }
   if (14 * bright_border > border || 6 * dark_around > around) return std::nullopt;
-  const auto code = NearestTag(family, read);
-  if (!code) return std::nullopt;
-  return DecodedTag{*code, contrast};
+  if (family.strict && (bright_border > 0 || dark_around > 0)) return std::nullopt;
+  cells.SampleData();
+  double margin = reading.contrast;  // smallest distance of a data cell from its threshold
+  for (int r = 1; r < n - 1; ++r) {
+    for (int c = 1; c < n - 1; ++c) {
+      const double grey = sharpening > 0 ? cells.Sharpened(r, c, sharpening) : cells.At(r, c);
+      reading.bits = (reading.bits << 1) | (grey > level_at(r, c) ? 1 : 0);
+      margin = std::min(margin, std::abs(grey - level_at(r, c)));
+    }
+  }
+  if (family.strict && margin < kStrictMargin * reading.contrast) return std::nullopt;
+  return reading;
 }
 
 }  // namespace plumbline::tracking

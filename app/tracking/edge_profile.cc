@@ -11,7 +11,10 @@ namespace plumbline::tracking {
 namespace {
 
 constexpr int kParameters = 7;           // d0, d1, log sigma, B, b, A, a
-constexpr std::size_t kMinSamples = 21;  // three per parameter
+constexpr std::size_t kMinSamples = 12;  // three for each of d0, d1, B, A
+constexpr std::size_t kFewSamples = 36;  // below, the other parameters are tied to typical values
+constexpr double kLogBlurSd = 0.3;       // of log sigma about that of kTypicalBlur_px
+constexpr double kSlopeSd = 0.1;         // of the slopes b and a, as a share of A
 constexpr int kMaxSteps = 6;
 constexpr double kConverged_px = 2e-3;
 constexpr double kTypicalBlur_px = 0.9;
@@ -141,6 +144,20 @@ Sum Accumulate(const std::vector<Sample>& samples, const Parameters& x, Normal& 
   return sum;
 }
 
+/// Ties log sigma, b and a to their typical values, weighted by the noise of the grey levels.
+void AddPrior(const Sum& sum, const Parameters& x, Normal& JtJ, Parameters& Jtr) {
+  const double variance = std::max(1.0, sum.squares / std::max(1, sum.count));
+  const double slope_sd = kSlopeSd * std::max(1.0, std::abs(x[5]));
+  const auto tie = [&](int i, double value, double sd) {
+    const double weight = variance / (sd * sd);
+    JtJ(i, i) += weight;
+    Jtr[i] += weight * (value - x[i]);
+  };
+  tie(2, std::log(kTypicalBlur_px), kLogBlurSd);
+  tie(4, 0, slope_sd);
+  tie(6, 0, slope_sd);
+}
+
 /// Fits one selection of pixels. @param x  initial values on input, the solution on output
 std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters& x) {
   if (samples.size() < kMinSamples) return std::nullopt;
@@ -149,6 +166,7 @@ std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters
   Sum sum;
   for (int step = 0; step < kMaxSteps; ++step) {
     sum = Accumulate(samples, x, JtJ, Jtr);
+    if (samples.size() < kFewSamples) AddPrior(sum, x, JtJ, Jtr);
     // Weak prior on blur and slopes, in case the pixels do not determine them.
     const double held = 1e-6 * JtJ.diagonal().maxCoeff();
     for (int i = 0; i < kParameters; ++i) JtJ(i, i) += held;
@@ -160,7 +178,7 @@ std::optional<EdgeFit> FitSamples(const std::vector<Sample>& samples, Parameters
     if (std::abs(change[0]) < kConverged_px && std::abs(change[1]) < kConverged_px) break;
   }
   if (!(x[5] + 0.5 * x[6] > 0) || sum.count < static_cast<int>(kMinSamples)) return std::nullopt;
-  const double variance = sum.squares / (sum.count - kParameters);
+  const double variance = sum.squares / std::max(1, sum.count - kParameters);
   const Normal covariance =
       variance * JtJ.selfadjointView<Eigen::Lower>().ldlt().solve(Normal::Identity());
   return EdgeFit{x[0], x[1], covariance.topLeftCorner<2, 2>(), std::exp(x[2]), std::sqrt(variance)};

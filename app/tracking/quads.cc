@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace plumbline::tracking {
 namespace {
@@ -17,6 +18,12 @@ double Cross(const lens::Vec2& a, const lens::Vec2& b) {
 /// Twice the area of a triangle, positive if a, b, c run clockwise as seen (v downwards).
 double Area2(const lens::Vec2& a, const lens::Vec2& b, const lens::Vec2& c) {
   return Cross(b - a, c - a);
+}
+
+/// std::find for bytes; memchr() compares many at once.
+const std::uint8_t* FirstOf(const std::uint8_t* from, const std::uint8_t* end, int value) {
+  const void* const found = std::memchr(from, value, static_cast<std::size_t>(end - from));
+  return found != nullptr ? static_cast<const std::uint8_t*>(found) : end;
 }
 
 /// Adds a point to a hull chain that turns clockwise (sign 1) or counter-clockwise (-1).
@@ -44,8 +51,8 @@ void QuadFinder::FindRuns(const SearchImage& search) {
     const std::uint8_t* row = &search.dark[static_cast<std::size_t>(y) * search.width];
     const std::uint8_t* const end = row + search.width;
     const std::size_t first = runs_.size();
-    for (const std::uint8_t* p = row; (p = std::find(p, end, 1)) != end;) {
-      const std::uint8_t* const stop = std::find(p, end, 0);
+    for (const std::uint8_t* p = row; (p = FirstOf(p, end, 1)) != end;) {
+      const std::uint8_t* const stop = FirstOf(p, end, 0);
       const int index = static_cast<int>(runs_.size());
       const int x0 = static_cast<int>(p - row), x1 = static_cast<int>(stop - row);
       runs_.push_back({y, x0, x1, index, -1});
@@ -62,7 +69,7 @@ void QuadFinder::FindRuns(const SearchImage& search) {
   }
 }
 
-void QuadFinder::SelectRegions() {
+void QuadFinder::SelectRegions(const Limits& limits) {
   regions_.clear();
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     const Run run = runs_[i];
@@ -79,16 +86,17 @@ void QuadFinder::SelectRegions() {
   }
   for (const Region& region : regions_) runs_[region.root].region = -1;
   std::erase_if(regions_, [&](const Region& r) {
-    return std::min(r.x1 - r.x0, r.y1 - r.y0) < limits_.min_side;
+    return std::min(r.x1 - r.x0, r.y1 - r.y0) < limits.min_side ||
+           std::max(r.x1 - r.x0, r.y1 - r.y0) > limits.max_side;
   });
-  limited_ = static_cast<int>(regions_.size()) > limits_.max_regions;
+  limited_ = static_cast<int>(regions_.size()) > limits.max_regions;
   if (limited_) {
     const auto size = [](const Region& r) { return (r.x1 - r.x0) + (r.y1 - r.y0); };
-    std::nth_element(regions_.begin(), regions_.begin() + limits_.max_regions, regions_.end(),
+    std::nth_element(regions_.begin(), regions_.begin() + limits.max_regions, regions_.end(),
                      [&](const Region& a, const Region& b) {
                        return size(a) != size(b) ? size(a) > size(b) : a.root < b.root;
                      });
-    regions_.resize(limits_.max_regions);
+    regions_.resize(limits.max_regions);
   }
 }
 
@@ -164,9 +172,10 @@ bool QuadFinder::LargestQuad(Corners& quad) const {
   return true;
 }
 
-void QuadFinder::Find(const SearchImage& search, std::vector<Corners>& quads) {
+void QuadFinder::Find(const SearchImage& search, const Limits& limits,
+                      std::vector<Corners>& quads) {
   FindRuns(search);
-  SelectRegions();
+  SelectRegions(limits);
   CollectRows();
   for (const Region& region : regions_) {
     HullOf(region);

@@ -18,13 +18,17 @@ class QuadFinder {
  public:
   struct Limits {
     int min_side = 5;        ///< of a region's bounding box [px of the search image]
+    int max_side = 1 << 20;  ///< likewise
     int max_regions = 1500;  ///< only the largest ones are examined
   };
 
   explicit QuadFinder(const Limits& limits) : limits_(limits) {}
 
   /// Appends the quadrilaterals, in pixels of the whole image.
-  void Find(const SearchImage& search, std::vector<Corners>& quads);
+  void Find(const SearchImage& search, std::vector<Corners>& quads) {
+    Find(search, limits_, quads);
+  }
+  void Find(const SearchImage& search, const Limits& limits, std::vector<Corners>& quads);
 
   /// Whether the last image had more than max_regions regions, so that the smaller ones were
   /// skipped.
@@ -47,7 +51,7 @@ class QuadFinder {
 
   int RootOf(int run);
   void FindRuns(const SearchImage& search);
-  void SelectRegions();
+  void SelectRegions(const Limits& limits);
   void CollectRows();
   void HullOf(const Region& region);
   bool LargestQuad(Corners& quad) const;

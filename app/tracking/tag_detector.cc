@@ -10,6 +10,17 @@ namespace plumbline::tracking {
 namespace {
 
 constexpr int kMinImage_px = 12;
+// Bounding box of the tags that are searched at full resolution.
+constexpr int kMinSmallTag_px = 9, kMaxSmallTag_px = 44;
+/// Side of a cell below which the corners are refined before the tag is given up as unreadable.
+constexpr double kFewPixels = 3.25;
+/// Largest number of wrong cells that more exact corners may correct; 8 % of random cells of 36h11
+/// have no more.
+constexpr int kMostWrongBits = 6;
+constexpr double kSnapped_px = 0.35;  // standard deviation of the corners after SnapToEdges()
+/// Smallest range that counts as an edge at half the resolution, above which the image is so noisy
+/// that the search at full resolution needs a smoothed one [grey levels].
+constexpr int kNoisyRange = 13;
 
 double ShortestSide(const Corners& corners) {
   double least = (corners[1] - corners[0]).norm();
@@ -25,57 +36,84 @@ bool SameTag(const SeenTag& a, const SeenTag& b) {
   return a.id == b.id && between.norm() < 0.5 * ShortestSide(a.corners_px);
 }
 
-/// The corners in the tag's own order: clockwise from its top left.
-Corners InTagOrder(const Corners& corners, int turns) {
-  Corners turned;
-  for (int k = 0; k < 4; ++k) turned[k] = corners[(k + turns) % 4];
+}  // namespace
+
+SeenTag Turned(const SeenTag& tag, int quarters) {
+  SeenTag turned = tag;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const Eigen::Index from = (i + quarters) % 4;
+    turned.corners_px[i] = tag.corners_px[from];
+    for (Eigen::Index j = 0; j < 4; ++j) {
+      turned.covariance.block<2, 2>(2 * i, 2 * j) =
+          tag.covariance.block<2, 2>(2 * from, 2 * ((j + quarters) % 4));
+    }
+  }
   return turned;
 }
-
-}  // namespace
 
 TagDetector::TagDetector(TagFamily family, const DetectorSettings& settings)
     : family_(std::move(family)),
       settings_(settings),
       threshold_(settings.threshold),
-      quads_({.max_regions = settings.max_regions}) {}
+      quads_({.max_regions = settings.max_regions}) {
+  family_.strict &= settings.strict;
+}
+
+/// Verifies and decodes one quadrilateral.
+std::optional<SeenTag> TagDetector::TagAt(const image::LumaView& image, double reach_px,
+                                          Corners corners, const lens::Lens* lens) const {
+  EdgeSearch edges;
+  edges.min_step = 0.4 * threshold_.min_range();
+  edges.reach_px = reach_px;
+  if (!SnapToEdges(image, edges, corners)) return std::nullopt;
+  const bool small = ShortestSide(corners) < kFewPixels * family_.cells();
+  const double contrast = threshold_.min_range();
+  auto cells = ReadCells(image, family_, corners, contrast);
+  if (!cells) return std::nullopt;
+  auto code = NearestTag(family_, cells->bits);
+  if (!code && !(small && NearestTag(family_, cells->bits, kMostWrongBits))) return std::nullopt;
+  auto refined = RefineCorners(image, corners, family_.cells(), lens);
+  if (!refined) {
+    if (!small || !code) return std::nullopt;
+    // A small tag may have too few pixels for the fit.
+    refined = RefinedCorners{corners, kSnapped_px * kSnapped_px * CornersCovariance::Identity()};
+  }
+  if (!code) {
+    cells = ReadCells(image, family_, refined->corners, contrast);
+    if (cells) code = NearestTag(family_, cells->bits);
+  }
+  if (!code) return std::nullopt;
+  return Turned(
+      {code->id, code->wrong_bits, refined->corners, refined->covariance, cells->contrast},
+      code->turns);
+}
 
 void TagDetector::Search(const image::LumaView& image, const Part& part, bool whole,
                          const lens::Lens* lens, SeenTags& seen) {
   const ImageBox box = WithinImage(part.box, image.size());
   if (std::min(box.width(), box.height()) < kMinImage_px) return;
-  MakeSearchImage(image, box, part.shrink, search_);
+  MakeSearchImage(image, box, part.reduction, search_);
   threshold_.Apply(search_, whole);
   found_.clear();
-  quads_.Find(search_, found_);
+  QuadFinder::Limits limits{.max_regions = settings_.max_regions};
+  if (whole && search_.shrink == 1) {  // larger ones are found at half the resolution
+    limits.min_side = kMinSmallTag_px;
+    limits.max_side = kMaxSmallTag_px;
+  }
+  quads_.Find(search_, limits, found_);
   seen.limited |= quads_.limited();
-  EdgeSearch edges;
-  edges.min_step = 0.4 * threshold_.min_range();
-  for (Corners& corners : found_) {
+  for (const Corners& corners : found_) {
     // Stay within the border: the edges of the data cells are a cell further in.
-    edges.reach_px =
-        std::clamp(0.8 * ShortestSide(corners) / family_.cells(), 2.0, 2.0 * part.shrink);
-    if (!SnapToEdges(image, edges, corners)) continue;
-    const auto read = DecodeCells(image, family_, corners, threshold_.min_range());
-    if (!read) continue;
-    const auto refined = RefineCorners(image, corners, family_.cells(), lens);
-    if (!refined) continue;
-    SeenTag tag{read->code.id, read->code.wrong_bits, refined->corners, refined->covariance,
-                read->contrast};
-    const int turns = read->code.turns;
-    tag.corners_px = InTagOrder(refined->corners, turns);
-    for (Eigen::Index i = 0; i < 4; ++i) {
-      for (Eigen::Index j = 0; j < 4; ++j) {
-        tag.covariance.block<2, 2>(2 * i, 2 * j) =
-            refined->covariance.block<2, 2>(2 * ((i + turns) % 4), 2 * ((j + turns) % 4));
-      }
-    }
+    const double reach_px =
+        std::clamp(0.8 * ShortestSide(corners) / family_.cells(), 2.0, 2.0 * search_.shrink);
+    const auto tag = TagAt(image, reach_px, corners, lens);
+    if (!tag) continue;
     const auto same = std::find_if(seen.tags.begin(), seen.tags.end(),
-                                   [&](const SeenTag& other) { return SameTag(tag, other); });
+                                   [&](const SeenTag& other) { return SameTag(*tag, other); });
     if (same == seen.tags.end()) {
-      seen.tags.push_back(tag);
-    } else if (tag.wrong_bits < same->wrong_bits) {
-      *same = tag;
+      seen.tags.push_back(*tag);
+    } else if (tag->wrong_bits < same->wrong_bits) {
+      *same = *tag;
     }
   }
 }
@@ -84,8 +122,11 @@ void TagDetector::Detect(const image::LumaView& image, const lens::Lens* lens, S
   seen.tags.clear();
   seen.limited = false;
   const ImageBox whole{0, 0, image.width, image.height};
-  Search(image, {whole, 2}, true, lens, seen);
-  if (settings_.small_tags) Search(image, {whole, 1}, true, lens, seen);
+  Search(image, {whole, Reduction::kHalf}, true, lens, seen);
+  if (settings_.small_tags) {
+    const bool noisy = threshold_.min_range() >= kNoisyRange;
+    Search(image, {whole, noisy ? Reduction::kSmooth : Reduction::kNone}, true, lens, seen);
+  }
   std::stable_sort(seen.tags.begin(), seen.tags.end(),
                    [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
 }

@@ -19,10 +19,17 @@ struct SeenTag {
   double contrast = 0;           ///< bright minus dark [grey levels]
 };
 
+/// The same tag if its print is rotated clockwise by `quarters` quarter turns: the corners in the
+/// order of that print.
+SeenTag Turned(const SeenTag& tag, int quarters);
+
 struct DetectorSettings {
   std::optional<int> threshold = {};  ///< fixed, 0..255; nullopt: adaptive
-  bool small_tags = false;  ///< also search at full resolution: down to 18 px, 5x the time
-  int max_regions = 1500;   ///< limit on dark regions examined; bounds the time per frame
+  bool small_tags = true;  ///< also search at full resolution: down to 14 px, twice the time
+  /// Demand a clean print of families in which random cells often match (TagFamily::strict). Not
+  /// needed where the layout of the tags is known, as on a board.
+  bool strict = false;
+  int max_regions = 1500;  ///< limit on dark regions examined; bounds the time per frame
 };
 
 struct SeenTags {
@@ -39,10 +46,10 @@ class TagDetector {
   /// Searches the whole image. @param lens  null if unknown; see RefineCorners
   void Detect(const image::LumaView& image, const lens::Lens* lens, SeenTags& seen);
 
-  /// A part of the image to search, and the reduction factor for it: 1 or 2.
+  /// A part of the image to search, and how it is prepared.
   struct Part {
     ImageBox box;
-    int shrink = 2;
+    Reduction reduction = Reduction::kHalf;
   };
   /// Searches only the given parts.
   void DetectIn(const image::LumaView& image, const std::vector<Part>& parts,
@@ -53,6 +60,8 @@ class TagDetector {
  private:
   void Search(const image::LumaView& image, const Part& part, bool whole, const lens::Lens* lens,
               SeenTags& seen);
+  std::optional<SeenTag> TagAt(const image::LumaView& image, double reach_px, Corners corners,
+                               const lens::Lens* lens) const;
 
   TagFamily family_;
   DetectorSettings settings_;

@@ -15,6 +15,11 @@ namespace {
 // limits the number of corrected bits.
 constexpr double kMaxFalseTags = 3e-5;
 
+/// Probability that a square of random cells is a code in one of four orientations.
+double FalseTagsWithoutCorrection(std::size_t codes, int bits) {
+  return 4 * static_cast<double>(codes) / std::exp2(bits);
+}
+
 /// The largest h <= most with 4 N sum_{k <= h} C(n, k) / 2^n below kMaxFalseTags; 0 at least.
 int CorrectableBits(std::size_t codes, int bits, int most) {
   double ways = 1, sum = 1;
@@ -22,7 +27,7 @@ int CorrectableBits(std::size_t codes, int bits, int most) {
   for (int k = 1; k <= most; ++k) {
     ways *= static_cast<double>(bits - k + 1) / k;
     sum += ways;
-    if (4 * static_cast<double>(codes) * sum / std::exp2(bits) > kMaxFalseTags) break;
+    if (FalseTagsWithoutCorrection(codes, bits) * sum > kMaxFalseTags) break;
     correctable = k;
   }
   return correctable;
@@ -53,9 +58,15 @@ Result<TagFamily> TagFamilyOfName(std::string_view name) {
   family.name = name;
   family.data_cells = named->data_cells;
   family.codes.assign(named->codes.begin(), named->codes.end());
-  family.correctable_bits = CorrectableBits(
-      family.codes.size(), family.data_cells * family.data_cells, named->most_correctable_bits);
+  const int bits = family.data_cells * family.data_cells;
+  family.correctable_bits =
+      CorrectableBits(family.codes.size(), bits, named->most_correctable_bits);
+  family.strict = FalseTagsWithoutCorrection(family.codes.size(), bits) > kMaxFalseTags;
   return family;
+}
+
+bool OpenCvTurns(const TagFamily& family) {
+  return !family.name.starts_with("aruco");
 }
 
 std::string TagFamilyNames() {
@@ -67,8 +78,9 @@ std::string TagFamilyNames() {
   return names;
 }
 
-std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
-  TagCode best{0, family.correctable_bits + 1, 0};
+std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read,
+                                  int most_wrong_bits) {
+  TagCode best{0, most_wrong_bits + 1, 0};
   // A tag rotated clockwise by k quarter turns is upright after 4 - k more.
   for (int turns = 4; turns >= 1; --turns) {
     for (std::size_t id = 0; id < family.codes.size(); ++id) {
@@ -77,7 +89,7 @@ std::optional<TagCode> NearestTag(const TagFamily& family, std::uint64_t read) {
     }
     read = RotatedClockwise(read, family.data_cells);
   }
-  if (best.wrong_bits > family.correctable_bits) return std::nullopt;
+  if (best.wrong_bits > most_wrong_bits) return std::nullopt;
   return best;
 }
 

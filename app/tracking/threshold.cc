@@ -25,20 +25,30 @@ void Halve(const image::LumaView& image, const ImageBox& box, SearchImage& searc
 }
 
 void Smooth(const image::LumaView& image, const ImageBox& box, SearchImage& search) {
-  std::vector<std::uint16_t> column(static_cast<std::size_t>(search.width) + 2);
+  const auto width = static_cast<std::size_t>(search.width);
+  std::vector<std::uint16_t> column(width + 2);  // from one pixel left of the box
   for (int y = 0; y < search.height; ++y) {
     const int v = box.v0 + y;
-    const std::uint8_t* above = image.row(std::max(v - 1, 0));
-    const std::uint8_t* here = image.row(v);
-    const std::uint8_t* below = image.row(std::min(v + 1, image.height - 1));
-    for (int x = -1; x <= search.width; ++x) {
-      const int u = std::clamp(box.u0 + x, 0, image.width - 1);
-      column[x + 1] = static_cast<std::uint16_t>(above[u] + 2 * here[u] + below[u]);
-    }
-    std::uint8_t* out = &search.grey[static_cast<std::size_t>(y) * search.width];
-    for (int x = 0; x < search.width; ++x) {
+    const std::uint8_t* above = image.row(std::max(v - 1, 0)) + box.u0;
+    const std::uint8_t* here = image.row(v) + box.u0;
+    const std::uint8_t* below = image.row(std::min(v + 1, image.height - 1)) + box.u0;
+    const auto sum_at = [&](std::ptrdiff_t x) {
+      return static_cast<std::uint16_t>(above[x] + 2 * here[x] + below[x]);
+    };
+    for (std::size_t x = 0; x < width; ++x) column[x + 1] = sum_at(static_cast<std::ptrdiff_t>(x));
+    column[0] = box.u0 > 0 ? sum_at(-1) : column[1];
+    column[width + 1] = box.u0 + search.width < image.width ? sum_at(search.width) : column[width];
+    std::uint8_t* out = &search.grey[static_cast<std::size_t>(y) * width];
+    for (std::size_t x = 0; x < width; ++x) {
       out[x] = static_cast<std::uint8_t>((column[x] + 2 * column[x + 1] + column[x + 2] + 8) / 16);
     }
+  }
+}
+
+void Copy(const image::LumaView& image, const ImageBox& box, SearchImage& search) {
+  for (int y = 0; y < search.height; ++y) {
+    const std::uint8_t* from = image.row(box.v0 + y) + box.u0;
+    std::copy_n(from, search.width, &search.grey[static_cast<std::size_t>(y) * search.width]);
   }
 }
 
@@ -51,18 +61,22 @@ ImageBox WithinImage(const ImageBox& box, image::ImageSize size) {
   return within;
 }
 
-void MakeSearchImage(const image::LumaView& image, const ImageBox& box, int shrink,
+void MakeSearchImage(const image::LumaView& image, const ImageBox& box, Reduction reduction,
                      SearchImage& search) {
+  const int shrink = reduction == Reduction::kHalf ? 2 : 1;
   search.shrink = shrink;
   search.u0 = box.u0;
   search.v0 = box.v0;
   search.width = box.width() / shrink;
   search.height = box.height() / shrink;
   search.grey.resize(static_cast<std::size_t>(search.width) * search.height);
-  if (shrink == 2) {
-    Halve(image, box, search);
-  } else {
-    Smooth(image, box, search);
+  switch (reduction) {
+    case Reduction::kHalf:
+      return Halve(image, box, search);
+    case Reduction::kSmooth:
+      return Smooth(image, box, search);
+    case Reduction::kNone:
+      return Copy(image, box, search);
   }
 }
 
@@ -70,15 +84,31 @@ void Threshold::MeasureTiles(const SearchImage& search) {
   columns_ = (search.width + kTile - 1) / kTile;
   rows_ = (search.height + kTile - 1) / kTile;
   const std::size_t tiles = static_cast<std::size_t>(columns_) * rows_;
-  lowest_.assign(tiles, 255);
-  highest_.assign(tiles, 0);
-  for (int y = 0; y < search.height; ++y) {
-    const std::uint8_t* row = &search.grey[static_cast<std::size_t>(y) * search.width];
-    std::uint8_t* low = &lowest_[static_cast<std::size_t>(y / kTile) * columns_];
-    std::uint8_t* high = &highest_[static_cast<std::size_t>(y / kTile) * columns_];
-    for (int x = 0; x < search.width; ++x) {
-      low[x / kTile] = std::min(low[x / kTile], row[x]);
-      high[x / kTile] = std::max(high[x / kTile], row[x]);
+  lowest_.resize(tiles);
+  highest_.resize(tiles);
+  const auto width = static_cast<std::size_t>(search.width);
+  // Padded to whole tiles; the padding does not change the extremes.
+  low_row_.assign(static_cast<std::size_t>(columns_) * kTile, 255);
+  high_row_.assign(static_cast<std::size_t>(columns_) * kTile, 0);
+  std::uint8_t* const low = low_row_.data();
+  std::uint8_t* const high = high_row_.data();
+  for (int tile_row = 0; tile_row < rows_; ++tile_row) {
+    const int first = tile_row * kTile, end = std::min(first + kTile, search.height);
+    const std::uint8_t* row = &search.grey[static_cast<std::size_t>(first) * width];
+    std::copy_n(row, width, low);
+    std::copy_n(row, width, high);
+    for (int y = first + 1; y < end; ++y) {
+      row += width;
+      for (std::size_t x = 0; x < width; ++x) {
+        low[x] = std::min(low[x], row[x]);
+        high[x] = std::max(high[x], row[x]);
+      }
+    }
+    const std::size_t start = static_cast<std::size_t>(tile_row) * columns_;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(columns_); ++c) {
+      const std::uint8_t *l = low + kTile * c, *h = high + kTile * c;
+      lowest_[start + c] = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+      highest_[start + c] = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
     }
   }
 }
@@ -104,26 +134,37 @@ void Threshold::Apply(SearchImage& search, bool whole_image) {
   }
   MeasureTiles(search);
   min_range_ = whole_image ? MinRange() : std::min(min_range_, MinRange());
-  level_.resize(static_cast<std::size_t>(columns_) + 1);
+  levels_.resize(static_cast<std::size_t>(columns_) * kTile);
   for (int tile_row = 0; tile_row < rows_; ++tile_row) {
-    for (int column = 0; column < columns_; ++column) {
-      int low = 255, high = 0;
-      for (int r = std::max(tile_row - 1, 0); r <= std::min(tile_row + 1, rows_ - 1); ++r) {
-        for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns_ - 1); ++c) {
-          low = std::min<int>(low, lowest_[static_cast<std::size_t>(r) * columns_ + c]);
-          high = std::max<int>(high, highest_[static_cast<std::size_t>(r) * columns_ + c]);
-        }
-      }
-      // Level 0 marks no pixel as dark: the grey levels hardly vary here.
-      level_[column] = high - low < min_range_ ? std::uint8_t{0}
-                                               : static_cast<std::uint8_t>((low + high + 1) / 2);
-    }
+    SetLevels(tile_row);
+    const auto width = static_cast<std::size_t>(search.width);
+    const std::uint8_t* const levels = levels_.data();
     for (int y = tile_row * kTile; y < std::min((tile_row + 1) * kTile, search.height); ++y) {
-      const std::size_t start = static_cast<std::size_t>(y) * search.width;
-      for (int x = 0; x < search.width; ++x) {
-        search.dark[start + x] = search.grey[start + x] < level_[x / kTile];
-      }
+      const std::uint8_t* const grey = &search.grey[static_cast<std::size_t>(y) * width];
+      std::uint8_t* const dark = &search.dark[static_cast<std::size_t>(y) * width];
+      for (std::size_t x = 0; x < width; ++x) dark[x] = grey[x] < levels[x] ? 1 : 0;
     }
+  }
+}
+
+/// The threshold of each column in a row of tiles: halfway between the extremes of three by three
+/// tiles. Level 0 marks no pixel as dark: the grey levels hardly vary there.
+void Threshold::SetLevels(int tile_row) {
+  const auto columns = static_cast<std::size_t>(columns_);
+  const std::size_t here = static_cast<std::size_t>(tile_row) * columns;
+  const std::size_t above = tile_row > 0 ? here - columns : here;
+  const std::size_t below = tile_row + 1 < rows_ ? here + columns : here;
+  for (std::size_t c = 0; c < columns; ++c) {
+    low_row_[c] = std::min({lowest_[above + c], lowest_[here + c], lowest_[below + c]});
+    high_row_[c] = std::max({highest_[above + c], highest_[here + c], highest_[below + c]});
+  }
+  for (std::size_t c = 0; c < columns; ++c) {
+    const std::size_t left = c > 0 ? c - 1 : c, right = std::min(c + 1, columns - 1);
+    const int low = std::min({low_row_[left], low_row_[c], low_row_[right]});
+    const int high = std::max({high_row_[left], high_row_[c], high_row_[right]});
+    const auto level =
+        high - low < min_range_ ? std::uint8_t{0} : static_cast<std::uint8_t>((low + high + 1) / 2);
+    std::fill_n(&levels_[kTile * c], kTile, level);
   }
 }
 

@@ -21,8 +21,14 @@ struct ImageBox {
 /// The intersection of `box` with an image of that size.
 ImageBox WithinImage(const ImageBox& box, image::ImageSize size);
 
-/// A noise-reduced part of the image: means of 2 x 2 pixels (shrink 2), or full resolution with a
-/// binomial 1-2-1 filter in both directions (shrink 1).
+/// How a part of the image is prepared for the search.
+enum class Reduction : std::uint8_t {
+  kHalf,    ///< means of 2 x 2 pixels
+  kSmooth,  ///< full resolution, with a binomial 1-2-1 filter in both directions: for noisy images
+  kNone,    ///< the pixels themselves: for tags whose cells are hardly larger than a pixel
+};
+
+/// A part of the image at half (shrink 2) or full resolution (shrink 1).
 struct SearchImage {
   int width = 0, height = 0;
   int shrink = 2;
@@ -38,7 +44,7 @@ struct SearchImage {
 };
 
 /// Fills `search` with a part of the image.
-void MakeSearchImage(const image::LumaView& image, const ImageBox& box, int shrink,
+void MakeSearchImage(const image::LumaView& image, const ImageBox& box, Reduction reduction,
                      SearchImage& search);
 
 /// Classifies pixels as dark or bright.
@@ -60,12 +66,14 @@ class Threshold {
 
  private:
   void MeasureTiles(const SearchImage& search);
+  void SetLevels(int tile_row);
   int MinRange() const;
 
   std::optional<int> fixed_;
   int columns_ = 0, rows_ = 0;
   int min_range_ = 255;
-  std::vector<std::uint8_t> lowest_, highest_, level_;  ///< by tile
+  std::vector<std::uint8_t> lowest_, highest_;             ///< by tile
+  std::vector<std::uint8_t> low_row_, high_row_, levels_;  ///< of one row of tiles, by column
 };
 
 }  // namespace plumbline::tracking

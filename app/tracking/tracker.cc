@@ -8,6 +8,7 @@ namespace plumbline::tracking {
 namespace {
 
 constexpr double kSmallTag_px = 60;  // smaller tags are searched at full resolution
+constexpr double kTinyTag_px = 26;   // and these without smoothing
 constexpr double kMinMargin_px = 12;
 
 double LongestSide(const Corners& corners) {
@@ -29,6 +30,12 @@ ImageBox BoxAround(const Corners& corners, double margin) {
           whole(high.y() + margin) + 1};
 }
 
+/// A tracker looks for single tags anywhere in the image.
+DetectorSettings Strict(DetectorSettings settings) {
+  settings.strict = true;
+  return settings;
+}
+
 lens::Vec2 CentreOf(const Corners& corners) {
   return 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
 }
@@ -38,7 +45,7 @@ lens::Vec2 CentreOf(const Corners& corners) {
 Tracker::Tracker(TagFamily family, TagDatabase database, const TrackerSettings& settings)
     : database_(std::move(database)),
       settings_(settings),
-      detector_(std::move(family), settings.detector) {}
+      detector_(std::move(family), Strict(settings.detector)) {}
 
 void Tracker::Forget() {
   tracks_.clear();
@@ -59,13 +66,26 @@ bool Tracker::SearchPredicted(const image::LumaView& image, double time_s, const
     const double side = LongestSide(corners);
     const double moved = (CentreOf(corners) - CentreOf(track.corners)).norm();
     const double margin = std::max(kMinMargin_px, 0.5 * side) + 0.5 * moved;
-    parts_.push_back({BoxAround(corners, margin), side < kSmallTag_px ? 1 : 2});
+    parts_.push_back({BoxAround(corners, margin), side < kTinyTag_px    ? Reduction::kNone
+                                                  : side < kSmallTag_px ? Reduction::kSmooth
+                                                                        : Reduction::kHalf});
   }
   detector_.DetectIn(image, parts_, lens, seen_);
   return std::all_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
     return std::any_of(seen_.tags.begin(), seen_.tags.end(),
                        [&](const SeenTag& tag) { return tag.id == track.id; });
   });
+}
+
+/// Orders the corners of tags that OpenCV drew as those drawings are upright.
+void Tracker::ApplyPrintOrigins() {
+  if (!OpenCvTurns(detector_.family())) return;
+  for (SeenTag& tag : seen_.tags) {
+    const DrawnBy drawn_by = database_.DrawnByOf(tag.id);
+    if (drawn_by == DrawnBy::kOpenCv || (drawn_by == DrawnBy::kUnspecified && opencv_prints_)) {
+      tag = Turned(tag, 2);
+    }
+  }
 }
 
 void Tracker::UpdateTracks(double time_s) {
@@ -120,13 +140,17 @@ void Tracker::LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& l
 }
 
 void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
+  std::vector<SeenTag> tags = seen_.tags;
+  std::erase_if(tags, [this](const SeenTag& tag) {
+    return std::find(set_aside_.begin(), set_aside_.end(), tag.id) != set_aside_.end();
+  });
   for (const Body& body : database_.bodies) {
     std::optional<Pose> previous;
     const auto last = last_body_.find(body.name);
     const bool recent =
         last != last_body_.end() && time_s - last->second.time_s <= settings_.pose_memory_s;
     if (recent) previous = last->second.X;
-    auto seen = LocateBody(lens, body, seen_.tags, previous);
+    auto seen = LocateBody(lens, body, tags, previous);
     if (!seen) continue;
     if (seen->ambiguous && recent) seen->ambiguous = last->second.ambiguous;
     last_body_[body.name] = {seen->estimate.X_CK, seen->ambiguous, time_s};
@@ -148,6 +172,7 @@ const TrackedFrame& Tracker::Update(const image::LumaView& image, double time_s,
     frames_since_full_search_ = 0;
   }
   frame_.limited = seen_.limited;
+  ApplyPrintOrigins();
   UpdateTracks(time_s);
   for (const SeenTag& tag : seen_.tags) {
     frame_.tags.push_back({tag, database_.SideOf(tag.id).value_or(0), std::nullopt, false});

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/tracking/bodies.h"
@@ -50,6 +51,12 @@ class Tracker {
   const TrackedFrame& Update(const image::LumaView& image, double time_s,
                              const lens::KnownLens* lens);
 
+  /// Whether tags whose `drawn_by` is unspecified are read as OpenCV draws them; initially they are
+  /// read as the AprilTag library draws them. Without effect on ArUco families.
+  void AssumeOpenCvPrints(bool assume) { opencv_prints_ = assume; }
+  /// Tags that do not contribute to the pose of their body.
+  void SetAside(std::vector<int> ids) { set_aside_ = std::move(ids); }
+
   /// Discards all predictions: after a cut in a recording, or when the camera reconnects.
   void Forget();
 
@@ -71,6 +78,7 @@ class Tracker {
 
   Corners Predicted(const Track& track, double time_s) const;
   bool SearchPredicted(const image::LumaView& image, double time_s, const lens::Lens* lens);
+  void ApplyPrintOrigins();
   void UpdateTracks(double time_s);
   void Locate(double time_s, const lens::KnownLens& lens);
   void LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& lens);
@@ -78,6 +86,8 @@ class Tracker {
   TagDatabase database_;
   TrackerSettings settings_;
   TagDetector detector_;
+  bool opencv_prints_ = false;
+  std::vector<int> set_aside_;
   SeenTags seen_;
   TrackedFrame frame_;
   std::vector<Track> tracks_;

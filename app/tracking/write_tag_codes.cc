@@ -10,10 +10,16 @@ namespace {
 struct NamedDictionary {
   const char* name;
   cv::aruco::PREDEFINED_DICTIONARY_NAME dictionary;
+  /// Of an AprilTag family, which OpenCV draws rotated by half a turn: the wrong bits that the
+  /// distance of its codes allows to correct, (distance - 1) / 2. -1: an ArUco dictionary.
+  int apriltag_bits = -1;
 };
 
 constexpr NamedDictionary kDictionaries[] = {
-    {"36h11", cv::aruco::DICT_APRILTAG_36h11},
+    {"36h11", cv::aruco::DICT_APRILTAG_36h11, 5},
+    {"36h10", cv::aruco::DICT_APRILTAG_36h10, 4},
+    {"25h9", cv::aruco::DICT_APRILTAG_25h9, 4},
+    {"16h5", cv::aruco::DICT_APRILTAG_16h5, 2},
     {"aruco-4x4-50", cv::aruco::DICT_4X4_50},
     {"aruco-4x4-100", cv::aruco::DICT_4X4_100},
     {"aruco-4x4-250", cv::aruco::DICT_4X4_250},
@@ -32,7 +38,6 @@ constexpr NamedDictionary kDictionaries[] = {
     {"aruco-7x7-1000", cv::aruco::DICT_7X7_1000},
     {"aruco-original", cv::aruco::DICT_ARUCO_ORIGINAL},
 };
-constexpr int kCorrectable36h11 = 5;  // its codes differ by at least 11 bits
 
 /// The data cells row by row from the top left, most significant bit first, 1 is white.
 /// @param turned  rotate by half a turn
@@ -55,22 +60,21 @@ int main() {
   std::puts("struct Dictionary {\n  std::string_view name;\n  int data_cells;");
   std::puts("  int most_correctable_bits;\n  std::span<const std::uint64_t> codes;\n};\n");
   int number = 0;
-  for (const auto& [name, key] : kDictionaries) {
+  for (const auto& [name, key, apriltag_bits] : kDictionaries) {
     const auto dictionary = cv::aruco::getPredefinedDictionary(key);
     std::printf("inline constexpr std::uint64_t kCodes%d[] = {", number++);
     for (int id = 0; id < dictionary->bytesList.rows; ++id) {
-      const std::uint64_t code = CodeOf(*dictionary, id, key == cv::aruco::DICT_APRILTAG_36h11);
+      const std::uint64_t code = CodeOf(*dictionary, id, apriltag_bits >= 0);
       std::printf("%s0x%llx", id == 0 ? "" : ",", static_cast<unsigned long long>(code));
     }
     std::puts("};");
   }
   std::puts("\ninline constexpr Dictionary kDictionaries[] = {");
   number = 0;
-  for (const auto& [name, key] : kDictionaries) {
+  for (const auto& [name, key, apriltag_bits] : kDictionaries) {
     const auto dictionary = cv::aruco::getPredefinedDictionary(key);
-    const bool apriltag = key == cv::aruco::DICT_APRILTAG_36h11;
     std::printf("    {\"%s\", %d, %d, kCodes%d},\n", name, dictionary->markerSize,
-                apriltag ? kCorrectable36h11 : std::max(0, dictionary->maxCorrectionBits),
+                apriltag_bits >= 0 ? apriltag_bits : std::max(0, dictionary->maxCorrectionBits),
                 number++);
   }
   std::puts("};\n\n}  // namespace plumbline::tag_codes");

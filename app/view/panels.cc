@@ -1,6 +1,7 @@
 #include "app/view/panels.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -87,6 +88,18 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
     lines.push_back({"cell tags not visible", Tone::kAttention});
   } else {
     lines.push_back({"cell tags visible", Tone::kGood});
+  }
+  const status::CameraStatus& status = facts.state->cameras[k].status;
+  if (status.contradicting_count > 0) {
+    const std::vector<std::int32_t> ids(
+        status.contradicting_tags.begin(),
+        status.contradicting_tags.begin() +
+            static_cast<std::ptrdiff_t>(status.contradicting_count));
+    lines.push_back({fmt::format("cell tag {} contradicts the others", fmt::join(ids, ", ")),
+                     Tone::kAttention});
+  }
+  if (status.opencv_prints) {
+    lines.push_back({"tags drawn by OpenCV: set drawn_by", Tone::kAttention});
   }
   for (const auto& [name, placed] : carriers.bodies) {
     lines.push_back({fmt::format("{}: {:.3f} m away{}", name, placed.X_CK.p.norm(),

@@ -152,6 +152,7 @@ constexpr std::array kCameraFlags = {
     Flag<status::CameraStatus>{"fiducials_hidden", &status::CameraStatus::fiducials_hidden},
     Flag<status::CameraStatus>{"fiducial_moved", &status::CameraStatus::fiducial_moved},
     Flag<status::CameraStatus>{"store_fault", &status::CameraStatus::store_fault},
+    Flag<status::CameraStatus>{"opencv_prints", &status::CameraStatus::opencv_prints},
     Flag<status::CameraStatus>{"tip_valid", &status::CameraStatus::tip_valid},
 };
 constexpr std::array kMonitoringFlags = {
@@ -193,6 +194,10 @@ Json CameraStatusJson(const status::CameraStatus& status) {
        VectorJson((status.tip_covariance_W + status.tip_tag_covariance_W).eval().reshaped())},
       {"tip_time_s", NumberJson(status.tip_time_s)}};
   AddFlags(status, kCameraFlags, json);
+  json["contradicting_tags"] = Json::array();
+  for (std::size_t k = 0; k < status.contradicting_count; ++k) {
+    json["contradicting_tags"].push_back(status.contradicting_tags[k]);
+  }
   return json;
 }
 
@@ -201,7 +206,7 @@ status::CameraStatus CameraStatusOf(const Json& json) {
   status.configured = json.at("configured").get<bool>();
   status.name = EnumOf(json.at("name"), status::CameraName::kTop);
   status.state = EnumOf(json.at("state"), lens::ZoomState::kRefused);
-  status.reason = EnumOf(json.at("reason"), lens::ZoomReason::kBoardCancelled);
+  status.reason = EnumOf(json.at("reason"), lens::kLastZoomReason);
   status.prompt = EnumOf(json.at("prompt"), lens::BoardPrompt::kFarther);
   status.board_views = config::IntegerFromJson<std::uint16_t>(json.at("board_views"));
   status.zoom_counts = OptionalOf<std::int32_t>(json.at("zoom_counts"));
@@ -210,6 +215,13 @@ status::CameraStatus CameraStatusOf(const Json& json) {
   status.zoom_time_s = NumberOf(json.at("zoom_time_s"));
   status.frame_time_s = NumberOf(json.at("frame_time_s"));
   ReadFlags(json, kCameraFlags, status);
+  for (const Json& id : json.at("contradicting_tags")) {
+    if (status.contradicting_count == status.contradicting_tags.size()) {
+      throw std::out_of_range("too many contradicting tags");
+    }
+    status.contradicting_tags[status.contradicting_count++] =
+        config::IntegerFromJson<std::int32_t>(id);
+  }
   status.tip_W = Vec3Of(json.at("tip_W_m"));
   Eigen::Matrix<double, 9, 1> covariance;
   ReadVector(json.at("tip_covariance_W_m2"), covariance);

@@ -1,5 +1,6 @@
 // Registers 500..635, repeated 200 registers further for the second camera: lens, tip and tracked
 // bodies.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -13,6 +14,7 @@ namespace {
 
 using Source = const MapSource&;
 
+constexpr std::int32_t kNoTag = 65535;
 constexpr double kMaxAge_ms = 65535;  // also reported when the event never happened
 using enum FieldType;
 
@@ -91,6 +93,15 @@ const std::array kCameraFields = {
              [](Source s) -> double { return Camera(s).tip_valid ? registers::kValid : 0; }},
     MapField{524, kU16, "camera_name", "code", "0 none, 1 side, 2 rear, 3 front, 4 top",
              [](Source s) { return static_cast<double>(Camera(s).name); }},
+    MapField{525, kU16, "contradicting_tags", "",
+             "number of reference tags that contradict the others, or each other",
+             [](Source s) { return static_cast<double>(Camera(s).contradicting_count); }},
+    MapField{526, kU16, "contradicting_tag", "", "id of the first of them; 65535: none",
+             [](Source s) -> double {
+               return Camera(s).contradicting_count > 0
+                          ? std::min(Camera(s).contradicting_tags[0], kNoTag)
+                          : kNoTag;
+             }},
 };
 
 const std::array kBodyFields = {
@@ -128,6 +139,8 @@ constexpr std::array kCameraFlags = {
     CameraBit{{1 << 4, "reference tags not visible"}, &status::CameraStatus::fiducials_hidden},
     CameraBit{{1 << 5, "a reference tag has moved"}, &status::CameraStatus::fiducial_moved},
     CameraBit{{1 << 6, "lenses cannot be stored"}, &status::CameraStatus::store_fault},
+    CameraBit{{1 << 7, "tags are read as drawn by OpenCV: set drawn_by in bodies.toml"},
+              &status::CameraStatus::opencv_prints},
 };
 constexpr auto kCameraBits = [] {
   std::array<BitMeaning, kCameraFlags.size()> bits{};

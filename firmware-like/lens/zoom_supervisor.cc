@@ -72,6 +72,7 @@ void ZoomSupervisor::SetState(ZoomState state, ZoomReason reason, ZoomRequest re
 void ZoomSupervisor::Invalidate() {
   trusted_from_s_ = kNever;
   lens_known_ = false;
+  unconfirmed_ = false;
   zoom_band_counts_ = settings_.zoom_band_counts;
 }
 
@@ -146,6 +147,7 @@ void ZoomSupervisor::OnLens(const ZoomEvent& event) {
   if (lens_known_) {
     trusted_from_s_ = now_s_;  // tags must be checked with this lens
     zoom_band_counts_ = event.zoom_band_counts.value_or(settings_.zoom_band_counts);
+    unconfirmed_ = event.contradicted;
   }
   if (state_ == ZoomState::kCalibrating) return;
   if (lens_known_) {
@@ -159,13 +161,18 @@ void ZoomSupervisor::OnTags(const ZoomEvent& event) {
   if (!IsCurrent(event) || !lens_known_ || state_ == ZoomState::kCalibrating) return;
   switch (event.kind) {
     case ZoomEvent::Kind::kTagsGood:
+      unconfirmed_ = false;
       if (state_ != ZoomState::kValid) {
         SetState(ZoomState::kValid, ZoomReason::kTagsGood, ZoomRequest::kNothing);
       }
       break;
     case ZoomEvent::Kind::kTagsBad:
       trusted_from_s_ = now_s_;  // an older image must not make the lens valid again
-      SetState(ZoomState::kStale, ZoomReason::kTagsBad, ZoomRequest::kBoard);
+      if (unconfirmed_) {
+        SetState(ZoomState::kStale, ZoomReason::kTagsContradict, ZoomRequest::kNothing);
+      } else {
+        SetState(ZoomState::kStale, ZoomReason::kTagsBad, ZoomRequest::kBoard);
+      }
       break;
     default:  // not visible: neither invalidates nor confirms the lens
       if (state_ == ZoomState::kVerifying) {
@@ -187,7 +194,7 @@ void ZoomSupervisor::OnBoard(const ZoomEvent& event) {
   switch (event.kind) {
     case ZoomEvent::Kind::kBoardAccepted:
       if (current) {
-        lens_known_ = true;
+        lens_known_ = unconfirmed_ = true;
         SetState(ZoomState::kValid, ZoomReason::kBoardAccepted, ZoomRequest::kNothing);
       } else {
         SetState(ZoomState::kRefused, ZoomReason::kImagesTooOld, ZoomRequest::kBoard);
@@ -266,6 +273,8 @@ std::string_view ZoomReasonText(ZoomReason reason) {
       return "the images of the board are older than the last motion; show the board again";
     case ZoomReason::kBoardCancelled:
       return "the calibration was cancelled";
+    case ZoomReason::kTagsContradict:
+      return "the reference tags contradict the accepted calibration; check bodies.toml";
   }
   return "?";
 }

@@ -43,7 +43,9 @@ enum class ZoomReason : std::uint8_t {
   kBoardRefused,  ///< the calibration was not good enough; show the board again
   kImagesTooOld,  ///< images of the calibration are older than the last motion
   kBoardCancelled,
+  kTagsContradict,  ///< the tags contradict the calibration just accepted: check their declaration
 };
+inline constexpr ZoomReason kLastZoomReason = ZoomReason::kTagsContradict;
 
 /// Action that the supervisor requests from its caller.
 enum class ZoomRequest : std::uint8_t {
@@ -75,6 +77,8 @@ struct ZoomEvent {
   /// the time when the lens was looked up, or when the (oldest) image was taken.
   double observed_s = -std::numeric_limits<double>::infinity();
   std::optional<std::int32_t> zoom_band_counts;  ///< for kLensKnown: DeadBandCounts() at this zoom
+  /// For kLensKnown: this calibration was accepted, and the tags have contradicted it ever since.
+  bool contradicted = false;
 };
 
 /// Change of state or reason.
@@ -109,6 +113,9 @@ std::int32_t DeadBandCounts(double log_focal_per_count, double tolerance);
 /// - kCalibrating is entered only while the lens is stationary, and left on any motion.
 /// - With digital zoom the state is kRefused, and no calibration starts.
 /// - Without a reading for lost_after_s the state is kUnknown.
+/// - A calibration that the tags contradict from the start does not request another one: a second
+///   calibration of the same lens cannot make tags agree that are declared wrongly. The board is
+///   requested again after a motion, or if the tags have agreed in the meantime.
 /// The position is compared with the rest position, never with the previous reading, so slow creep
 /// is detected. The first reading after a sensor loss only reports that loss; the next one is
 /// evaluated.
@@ -152,6 +159,7 @@ class ZoomSupervisor {
   double trusted_from_s_ = std::numeric_limits<double>::infinity();
   bool digital_ = false;
   bool lens_known_ = false;
+  bool unconfirmed_ = false;  ///< the lens was calibrated here, and the tags have not agreed since
   std::int32_t zoom_band_counts_;
 };
 

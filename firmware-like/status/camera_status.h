@@ -22,7 +22,7 @@ inline const char* CameraNameText(CameraName name) {
 /// Status of one camera, written by its worker and read by registers, pages and displays. Times are
 /// monotonic [s]; kNever if the event has not occurred.
 struct CameraStatus {
-  static constexpr std::size_t kMaxBodies = 6;
+  static constexpr std::size_t kMaxBodies = 6, kMaxContradictingTags = 8;
   static constexpr double kNever = -std::numeric_limits<double>::infinity();
   struct Body {
     bool valid = false, ambiguous = false;
@@ -42,6 +42,11 @@ struct CameraStatus {
   bool fiducials_hidden = false;  ///< the reference tags are not visible
   bool fiducial_moved = false;    ///< a reference tag is not where it was declared; see the log
   bool store_fault = false;       ///< lenses cannot be stored; see the log
+  bool opencv_prints = false;     ///< tags are read as OpenCV draws them; the file does not say so
+  /// Ids of reference tags that contradict the others, or each other; the first ones if there are
+  /// more.
+  std::array<std::int32_t, kMaxContradictingTags> contradicting_tags{};
+  std::size_t contradicting_count = 0;
   lens::BoardPrompt prompt = lens::BoardPrompt::kNone;
   std::uint16_t board_views = 0;  ///< board views accepted in this capture
   std::optional<std::int32_t> zoom_counts, focus_counts;

@@ -1,5 +1,5 @@
 // Benchmark of tag tracking in rendered scenes: time, corners and poses, against AprilTag (decimate
-// 2) and OpenCV's ArUco on the same images in the same run. One CPU core.
+// 2, and 1 for small tags) and OpenCV's ArUco on the same images in the same run. One CPU core.
 extern "C" {
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
@@ -16,6 +16,7 @@ extern "C" {
 
 #include "app/tracking/bodies.h"
 #include "app/tracking/tracker.h"
+#include "tests/app/tracking/natural_image.h"
 #include "tests/app/tracking/tag_scene.h"
 
 using namespace plumbline;
@@ -69,9 +70,9 @@ struct Peers {
       cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
   cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
 
-  Peers() {
+  explicit Peers(float decimate = 2) {
     apriltag_detector_add_family(detector, tags);
-    detector->quad_decimate = 2;
+    detector->quad_decimate = decimate;
     detector->nthreads = 1;
     parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_SUBPIX;
     cv::setNumThreads(1);
@@ -157,6 +158,73 @@ void SixTagScenes(const char* name, const renderer::Conditions& light, double si
              tracked.mean_ms(), tracked.mean_ms() / april.mean_ms());
   row("AprilTag, decimate 2", april);
   row("OpenCV ArUco, sub-pixel", aruco);
+}
+
+/// Small tags, tilted by up to 0.6 rad, against AprilTag without decimation.
+void SmallTags(int scenes, int times) {
+  static const Peers peers(1);
+  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+  tracking::TagDetector detector(family, {.strict = true});
+  fmt::print(
+      "\nSmall tags, whole frame; AprilTag without decimation\n\n"
+      "| side px | found | AprilTag | ratio | corner RMSE px | AprilTag | ms | AprilTag | ratio |\n"
+      "|---|---|---|---|---|---|---|---|---|\n");
+  for (const double side_px : {30, 24, 20, 18, 16, 14, 12}) {
+    Score ours, april;
+    for (int s = 0; s < scenes; ++s) {
+      const test::TagScene scene =
+          test::SixTags(family, renderer::ZoomLens(1500 + 400 * (s % 10)), side_px, 0.6, 3000 + s);
+      renderer::Image image = renderer::Render(scene.camera, scene.sheets, {}, s);
+      const lens::Lens lens = test::LensOfCamera(scene.camera);
+      tracking::SeenTags seen;
+      ours.ms += Median_ms(times, [&] { detector.Detect(test::ViewOf(image), &lens, seen); });
+      ours.Add(scene, SeenBy(seen));
+      Seen by;
+      april.ms += Median_ms(1, [&] { by = peers.April(image); });
+      april.Add(scene, by);
+      ++ours.scenes, ++april.scenes;
+    }
+    fmt::print("| {:.0f} | {} of {} | {} | {:.2f} | {:.3f} | {:.3f} | {:.1f} | {:.0f} | {:.2f} |\n",
+               side_px, ours.found, ours.tags, april.found,
+               static_cast<double>(ours.found) / std::max(1, april.found), ours.rmse(),
+               april.rmse(), ours.mean_ms(), april.mean_ms(), ours.mean_ms() / april.mean_ms());
+  }
+}
+
+/// False tags in images without tags, by family; AprilTag without decimation on the same images.
+void NaturalImages(int images) {
+  static const Peers peers(1);
+  constexpr const char* kFamilies[] = {"36h11",        "36h10",         "25h9",         "16h5",
+                                       "aruco-4x4-50", "aruco-5x5-100", "aruco-6x6-250"};
+  std::vector<tracking::TagDetector> detectors;
+  for (const char* family : kFamilies) {
+    detectors.emplace_back(*tracking::TagFamilyOfName(family),
+                           tracking::DetectorSettings{.strict = true});
+  }
+  std::vector<int> wrong(detectors.size());
+  int april = 0;
+  double ms = 0, worst_ms = 0, april_ms = 0;
+  for (int k = 0; k < images; ++k) {
+    renderer::Image image;
+    image.width = 1920, image.height = 1080;
+    image.grey = test::NaturalImage(1920, 1080, 500 + 400 * (k % 6), 100 + k);
+    for (std::size_t f = 0; f < detectors.size(); ++f) {
+      tracking::SeenTags seen;
+      const double took_ms =
+          Median_ms(1, [&] { detectors[f].Detect(test::ViewOf(image), nullptr, seen); });
+      if (f == 0) ms += took_ms, worst_ms = std::max(worst_ms, took_ms);
+      wrong[f] += static_cast<int>(seen.tags.size());
+    }
+    april_ms += Median_ms(1, [&] { april += static_cast<int>(peers.April(image).size()); });
+  }
+  fmt::print("\nImages like photographs, without tags, {}: false tags", images);
+  for (std::size_t f = 0; f < detectors.size(); ++f) {
+    fmt::print(" {} {}{}", kFamilies[f], wrong[f], f + 1 < detectors.size() ? "," : "");
+  }
+  fmt::print(
+      " (0); AprilTag 36h11 {}. Whole frame {:.1f} ms, worst {:.1f} ms (12); AprilTag {:.0f} ms, "
+      "ratio {:.2f}\n",
+      april, ms / images, worst_ms, april_ms / images, ms / april_ms);
 }
 
 lens::Vec2 Middle(const tracking::Corners& corners) {
@@ -303,6 +371,8 @@ int main(int argc, char** argv) {
   dim.background = 108;
   SixTagScenes("contrast 0.08, noise", dim, 90, scenes, times);
   SixTagScenes("small, 30 px", {}, 30, scenes, times);
+  SmallTags(quick ? 4 : 20, times);
+  NaturalImages(quick ? 6 : 200);
   TipOfBody(quick ? 40 : 200);
   SingleTags(quick ? 10 : 100);
   SlowFrames(quick ? 40 : 1000);

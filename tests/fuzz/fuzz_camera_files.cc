@@ -65,7 +65,7 @@ void Marks(std::string_view text) {
                             {{3, 0.06, {}}, {4, 0.06, {Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
   const auto memories = camera::TagBaselinesFromJson(std::string(text), cell);
   if (!memories) return Require(!memories.error().empty());
-  for (const auto& [lens, memory] : *memories) {
+  for (const auto& [lens, memory] : memories->by_lens) {
     Require(IsRotation(memory.X_CK.R) && memory.X_CK.p.allFinite());
     for (const auto& [id, tag] : memory.tags) {
       for (const lens::Vec2& residual : tag.residual_px) Require(residual.allFinite());
@@ -73,7 +73,8 @@ void Marks(std::string_view text) {
     }
   }
   const auto again = camera::TagBaselinesFromJson(camera::TagBaselinesJson(*memories, cell), cell);
-  Require(again.ok() && again->size() == memories->size());
+  Require(again.ok() && again->by_lens.size() == memories->by_lens.size() &&
+          again->contradicted == memories->contradicted);
 }
 
 }  // namespace

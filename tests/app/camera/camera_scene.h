@@ -33,15 +33,18 @@ inline Pose GripperInCamera() {
   return {RotationFromRollPitchYaw(Vec3(-0.1, 0.15, 0.3)), Vec3(0.02, 0.03, 1.4)};
 }
 
-inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK,
-                                const Pose& X_CT) {
+/// @param turned_rad  by which each tag is turned about its centre: pi as OpenCV draws it
+/// @param cell        where the reference tags are
+inline renderer::Image DrawCell(const renderer::Camera& camera, const Pose& X_CK, const Pose& X_CT,
+                                double turned_rad = 0, const tracking::Body& cell = CellTags()) {
   const tracking::TagFamily family = tracking::TagFamilyOfName("36h11").value();
+  const Pose turned{RotationFromVector(Vec3(0, 0, turned_rad)), Vec3::Zero()};
   std::vector<renderer::Sheet> sheets;
-  for (const tracking::BodyTag& tag : CellTags().tags) {
-    sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CK * tag.X_KM)));
+  for (const tracking::BodyTag& tag : cell.tags) {
+    sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CK * tag.X_KM * turned)));
   }
   for (const tracking::BodyTag& tag : GripperBody().tags) {
-    sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CT * tag.X_KM)));
+    sheets.push_back(TagSheet(family, tag.id, tag.side_m, IsometryOf(X_CT * tag.X_KM * turned)));
   }
   return renderer::Render(camera, sheets, {}, 1);
 }

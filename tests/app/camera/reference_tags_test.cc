@@ -127,6 +127,68 @@ TEST_CASE("one displaced tag is excluded and named") {
   }
 }
 
+TEST_CASE("several displaced tags are excluded and named, as long as a majority agrees") {
+  for (int seed = 1; seed <= 20; ++seed) {
+    Scene scene(seed);
+    scene.real.tags[1].X_KM.p += Vec3(-0.05, 0.02, 0);
+    scene.real.tags[3].X_KM.p += Vec3(0.004, -0.002, 0.01);
+    const auto seen = scene.See(scene.lens.lens, scene.X_CK, 2);
+    for (const bool known : {false, true}) {
+      const TagTestResult judgement = TestReferenceTags(
+          scene.lens, scene.declared, seen, known ? &scene.baseline : nullptr, kNoFloor);
+      CHECK(judgement.verdict == TagTestOutcome::kGood);
+      CHECK(judgement.excluded == std::vector<int>{1, 3});
+    }
+    scene.real.tags[2].X_KM.p += Vec3(0.02, 0.03, 0);
+    const TagTestResult judgement = TestReferenceTags(
+        scene.lens, scene.declared, scene.See(scene.lens.lens, scene.X_CK, 3), nullptr, kNoFloor);
+    CHECK(judgement.verdict == TagTestOutcome::kBad);
+    CHECK(judgement.unresolved == std::vector<int>{0, 1, 2, 3, 4});
+  }
+}
+
+TEST_CASE("a tag that was excluded from the baseline remains excluded until it is put back") {
+  Scene scene(7);
+  const tracking::Body right = scene.real;
+  scene.real.tags[3].X_KM.p += Vec3(0.03, 0, 0);
+  const auto first = scene.See(scene.lens.lens, scene.X_CK, 2);
+  const TagTestResult start =
+      TestReferenceTags(scene.lens, scene.declared, first, nullptr, kNoFloor);
+  REQUIRE(start.excluded == std::vector<int>{3});
+  scene.baseline = BaselineAt(scene.lens, scene.declared, first, start.X_CK);
+  scene.baseline.tags.erase(3);
+  const TagTestResult later = scene.Judge(scene.See(scene.lens.lens, scene.X_CK, 3));
+  CHECK(later.verdict == TagTestOutcome::kGood);
+  CHECK(later.excluded == std::vector<int>{3});
+  scene.real = right;
+  CHECK(scene.Judge(scene.See(scene.lens.lens, scene.X_CK, 4)).excluded.empty());
+}
+
+TEST_CASE("tags turned by half a turn, as OpenCV draws 36h11, are recognized") {
+  for (int seed = 1; seed <= 20; ++seed) {
+    const Scene scene(seed);
+    const auto upright = scene.See(scene.lens.lens, scene.X_CK, 2);
+    auto turned = upright;
+    for (tracking::SeenTag& tag : turned) tag = Turned(tag, 2);
+    for (const bool known : {false, true}) {
+      const TagTestResult all = TestReferenceTags(scene.lens, scene.declared, turned,
+                                                  known ? &scene.baseline : nullptr, kNoFloor);
+      CHECK(all.verdict == TagTestOutcome::kBad);
+      CHECK(all.all_turned);
+    }
+    const TagTestResult two =
+        TestReferenceTags(scene.lens, scene.declared, {turned[0], turned[3]}, nullptr, kNoFloor);
+    CHECK(two.all_turned);
+    auto one = upright;
+    one[2] = turned[2];
+    const TagTestResult single =
+        TestReferenceTags(scene.lens, scene.declared, one, nullptr, kNoFloor);
+    CHECK(single.verdict == TagTestOutcome::kGood);
+    CHECK(single.excluded == std::vector<int>{2});
+    CHECK(single.quarter_turns == std::map<int, int>{{2, 2}});
+  }
+}
+
 TEST_CASE("tags that are not visible") {
   const Scene scene(1);
   auto seen = scene.See(scene.lens.lens, scene.X_CK, 2);

@@ -26,6 +26,9 @@ TEST_CASE("baselines survive a restart exactly") {
     CHECK_FALSE(store.Find(7));
     CHECK(store.Store(7, baseline));
     CHECK(store.Store(8, baseline));
+    CHECK(store.StoreContradiction(8));
+    CHECK(store.StoreContradiction(9));
+    CHECK(store.Store(8, baseline));  // the tags agree after all
   }
   const TagBaselineStore again(path, cell, problem);
   CHECK(problem.empty());
@@ -37,12 +40,14 @@ TEST_CASE("baselines survive a restart exactly") {
   CHECK(read->tags.at(2).residual_px[3] == baseline.tags.at(2).residual_px[3]);
   CHECK(read->tags.at(4).covariance == baseline.tags.at(4).covariance);
   CHECK(again.Find(8));
+  CHECK_FALSE(again.IsContradicted(8));
+  CHECK(again.IsContradicted(9));
   TagBaseline bent = baseline;  // as in a file edited by hand
   bent.X_CK.R *= 1.1;
-  CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{7, bent}}, cell), cell).ok());
+  CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{{7, bent}}, {}}, cell), cell).ok());
   bent = baseline;
   bent.tags.at(2).covariance(3, 3) = -1;
-  CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{7, bent}}, cell), cell).ok());
+  CHECK_FALSE(TagBaselinesFromJson(TagBaselinesJson({{{7, bent}}, {}}, cell), cell).ok());
 
   tracking::Body other = cell;
   other.tags[1].X_KM.p.x() += 1e-4;  // declared otherwise: what was left then means nothing now

@@ -37,6 +37,38 @@ xyz_mm = [0.0, 0.0, 0.0]
   CHECK_FALSE(database->BodyOf(3)->place_sd_m);
   const Pose X = database->BodyOf(3)->tags[0].X_KM;
   CHECK((X * Vec3(1, 0, 0) - Vec3(0.001, 1.002, 0.003)).norm() < 1e-12);
+  CHECK(database->DrawnByOf(3) == tracking::DrawnBy::kUnspecified);
+}
+
+TEST_CASE("drawn_by holds for the file, a body or a tag, the inner one first") {
+  FaultList faults;
+  const auto database = TagDatabaseFromText(R"(schema = 1
+drawn_by = "opencv"
+[[tag]]
+id = 17
+size_mm = 50.0
+[[body]]
+name = "gripper"
+size_mm = 80.0
+drawn_by = "apriltag"
+[[body.tag]]
+id = 3
+xyz_mm = [1.0, 2.0, 3.0]
+[[body.tag]]
+id = 4
+drawn_by = "opencv"
+xyz_mm = [0.0, 0.0, 0.0]
+)",
+                                            "bodies.toml", faults);
+  INFO(FaultsText(faults));
+  REQUIRE(database);
+  CHECK(database->DrawnByOf(17) == tracking::DrawnBy::kOpenCv);
+  CHECK(database->DrawnByOf(3) == tracking::DrawnBy::kAprilTag);
+  CHECK(database->DrawnByOf(4) == tracking::DrawnBy::kOpenCv);
+  CHECK(database->DrawnByOf(99) == tracking::DrawnBy::kOpenCv);
+  FaultList wrong;
+  CHECK_FALSE(TagDatabaseFromText("schema = 1\ndrawn_by = \"aruco\"\n", "bodies.toml", wrong));
+  CHECK_THAT(FaultsText(wrong), Catch::Contains("bodies.toml:2 drawn_by"));
 }
 
 TEST_CASE("All faults of the file are reported at once") {

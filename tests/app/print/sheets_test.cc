@@ -88,6 +88,7 @@ TEST_CASE("a tag covers its black cells exactly, at the size given") {
   CHECK(Mentions(sheet, "36h11, id 7: 80 mm"));
   CHECK(Mentions(sheet, "up"));
   CHECK(Mentions(sheet, "size_mm = 80.0"));
+  CHECK(Mentions(sheet, "drawn_by = \"apriltag\""));
   CHECK(LiesOnPaper(sheet, document->size));
 }
 
@@ -178,6 +179,7 @@ TEST_CASE("the lines for bodies.toml are read back as the tag that was printed")
   std::string text = "schema = 1\n";
   for (const int id : {7, 12}) {
     for (const std::string& line : TagLines(id, 62.5)) text += line + "\n";
+    text += DrawnByLine(AprilTags()).value() + "\n";
   }
   config::FaultList faults;
   const auto read = config::TagDatabaseFromText(text, "bodies.toml", faults);
@@ -185,6 +187,8 @@ TEST_CASE("the lines for bodies.toml are read back as the tag that was printed")
   REQUIRE(read->tags.size() == 2);
   CHECK(read->tags[1].id == 12);
   CHECK(read->tags[1].side_m == Approx(0.0625));
+  CHECK(read->tags[1].drawn_by == tracking::DrawnBy::kAprilTag);
+  CHECK_FALSE(DrawnByLine(tracking::TagFamilyOfName("aruco-4x4-50").value()));
 }
 
 }  // namespace plumbline::sheets_test

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "app/tracking/tag_detector.h"
+#include "tests/app/tracking/natural_image.h"
 
 namespace plumbline::tag_clutter_test {
 
@@ -72,6 +73,22 @@ TEST_CASE("No tag is detected in 200 frames of clutter without tags") {
     tags += static_cast<int>(seen.tags.size());
   }
   CHECK(tags == 0);
+}
+
+TEST_CASE("No tag of any family is detected in images like photographs") {
+  std::vector<TagDetector> detectors;
+  for (const char* family : {"36h11", "25h9", "16h5", "aruco-4x4-50", "aruco-6x6-250"}) {
+    detectors.emplace_back(*TagFamilyOfName(family), DetectorSettings{.strict = true});
+  }
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const std::vector<std::uint8_t> grey = test::NaturalImage(960, 540, 700, seed);
+    for (TagDetector& detector : detectors) {
+      CAPTURE(detector.family().name, seed);
+      SeenTags seen;
+      detector.Detect({grey.data(), 960, 540, 960}, nullptr, seen);
+      CHECK(seen.tags.empty());
+    }
+  }
 }
 
 TEST_CASE("Images of any content and size are processed safely") {

@@ -170,9 +170,27 @@ TEST_CASE("Tilted by up to 60 degrees; small ones at full size") {
   CHECK(small.rmse() < 0.08);
 }
 
-TEST_CASE("ArUco tags") {
+TEST_CASE("Small tags: most of 16 px and of 14 px are found, with honest covariances") {
   Look look;
-  for (const char* family : {"aruco-4x4-50", "aruco-5x5-250", "aruco-7x7-1000"}) {
+  look.most_tilt = 0.5;
+  look.focal_px = 2500;
+  look.side_px = 16;
+  const Score found_16 = Scored(look, 3);
+  CHECK(found_16.found >= found_16.tags - 2);
+  CHECK(found_16.rmse() < 0.25);
+  CHECK(found_16.z() < 2.5);
+  look.side_px = 14;
+  const Score found_14 = Scored(look, 3);
+  CHECK(found_14.found >= found_14.tags - 5);
+  CHECK(found_14.rmse() < 0.35);
+  CHECK(found_16.strange + found_14.strange == 0);
+}
+
+TEST_CASE("Other families") {
+  Look look;
+  look.settings.strict = true;
+  for (const char* family :
+       {"25h9", "16h5", "36h10", "aruco-4x4-50", "aruco-5x5-250", "aruco-7x7-1000"}) {
     look.family = family;
     const Score score = Scored(look, 1);
     CHECK(score.found == score.tags);

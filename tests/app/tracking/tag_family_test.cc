@@ -3,6 +3,9 @@
 
 extern "C" {
 #include <apriltag/apriltag.h>
+#include <apriltag/tag16h5.h>
+#include <apriltag/tag25h9.h>
+#include <apriltag/tag36h10.h>
 #include <apriltag/tag36h11.h>
 }
 
@@ -26,26 +29,52 @@ bool CodeBit(const TagFamily& family, int id, int r, int c) {
 
 }  // namespace
 
-TEST_CASE("36h11: every tag matches the AprilTag library") {
-  const auto family = TagFamilyOfName("36h11");
+TEST_CASE("AprilTag families: every tag matches the AprilTag library") {
+  struct Named {
+    const char* name;
+    apriltag_family_t* (*create)();
+    void (*destroy)(apriltag_family_t*);
+    int ids, cells;
+  };
+  const auto named = GENERATE(Named{"36h11", tag36h11_create, tag36h11_destroy, 587, 6},
+                              Named{"36h10", tag36h10_create, tag36h10_destroy, 2320, 6},
+                              Named{"25h9", tag25h9_create, tag25h9_destroy, 35, 5},
+                              Named{"16h5", tag16h5_create, tag16h5_destroy, 30, 4});
+  CAPTURE(named.name);
+  const auto family = TagFamilyOfName(named.name);
   REQUIRE(family.ok());
-  const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> printed(tag36h11_create(),
-                                                                                 tag36h11_destroy);
+  CHECK(OpenCvTurns(*family));
+  const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> printed(named.create(),
+                                                                                 named.destroy);
   REQUIRE(family->codes.size() == printed->ncodes);
-  CHECK(family->codes.size() == 587);
-  CHECK(family->data_cells == 6);
-  for (int id = 0; id < 587; ++id) {
+  REQUIRE(static_cast<int>(family->codes.size()) == named.ids);
+  REQUIRE(family->data_cells == named.cells);
+  int wrong = 0;
+  for (int id = 0; id < named.ids; ++id) {
     image_u8_t* const image = apriltag_to_image(printed.get(), id);
-    int wrong = 0;
-    for (int r = 0; r < 6; ++r) {
-      for (int c = 0; c < 6; ++c) {  // a white margin and the black border before the data
+    for (int r = 0; r < named.cells; ++r) {
+      for (int c = 0; c < named.cells;
+           ++c) {  // a white margin and the black border before the data
         wrong += CodeBit(*family, id, r, c) != (image->buf[(r + 2) * image->stride + c + 2] != 0);
       }
     }
     std::free(image->buf);  // Debian's library does not export image_u8_destroy
     std::free(image);
-    CHECK(wrong == 0);
   }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("the fewer bits a family has, the fewer are corrected; the smallest ones are strict") {
+  const auto corrected = [](const char* name) { return TagFamilyOfName(name)->correctable_bits; };
+  CHECK(corrected("36h11") == 2);
+  CHECK(corrected("36h10") == 1);
+  CHECK(corrected("25h9") == 0);
+  CHECK(corrected("16h5") == 0);
+  CHECK(corrected("aruco-4x4-50") == 0);
+  CHECK_FALSE(TagFamilyOfName("36h11")->strict);
+  CHECK_FALSE(TagFamilyOfName("25h9")->strict);
+  CHECK(TagFamilyOfName("16h5")->strict);
+  CHECK(TagFamilyOfName("aruco-4x4-50")->strict);
 }
 
 TEST_CASE("ArUco: every tag matches OpenCV's drawing") {
@@ -81,7 +110,7 @@ TEST_CASE("ArUco: every tag matches OpenCV's drawing") {
 TEST_CASE(
     "A tag is decoded in every orientation, with up to the correctable number of wrong cells") {
   std::mt19937_64 random(1);
-  for (const char* name : {"36h11", "aruco-6x6-250", "aruco-4x4-50"}) {
+  for (const char* name : {"36h11", "25h9", "16h5", "aruco-6x6-250", "aruco-4x4-50"}) {
     const auto family = TagFamilyOfName(name);
     REQUIRE(family.ok());
     const int bits = family->data_cells * family->data_cells;

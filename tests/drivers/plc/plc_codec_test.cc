@@ -235,6 +235,10 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   camera.state = lens::ZoomState::kValid;
   camera.reason = lens::ZoomReason::kTagsGood;
   camera.fiducial_moved = true;
+  camera.opencv_prints = true;
+  camera.contradicting_tags[0] = 7;
+  camera.contradicting_tags[1] = 11;
+  camera.contradicting_count = 2;
   camera.prompt = lens::BoardPrompt::kTiltLeft;
   camera.zoom_counts = -70000;
   camera.lens_id = 70001;
@@ -259,7 +263,9 @@ TEST_CASE("the camera's registers: state, ages, tip and bodies") {
   };
   CHECK(read("camera_state") == 4);
   CHECK(read("camera_reason") == static_cast<int>(lens::ZoomReason::kTagsGood));
-  CHECK(read("camera_bits") == 32);
+  CHECK(read("camera_bits") == 32 + 128);
+  CHECK(read("contradicting_tags") == 2);
+  CHECK(read("contradicting_tag") == 7);
   CHECK(read("board_prompt") == 3);
   CHECK(read("zoom") == -70000);
   CHECK(read("lens") == 70001);
@@ -301,6 +307,8 @@ TEST_CASE("the second camera has the same blocks 200 registers further, independ
   CHECK(image[711] == 12);
   CHECK(image[524] == 1);
   CHECK(image[724] == 2);
+  CHECK(image[525] == 0);
+  CHECK(image[726] == 65535);
   CHECK(ValueOfField(FieldType::kFloat, image, 540 + 80 + 2, false) == 1000);
   CHECK(ValueOfField(FieldType::kFloat, image, 740 + 80 + 2, false) == 2000);
   CHECK(image[640] == 0);  // the virtual objects lie between the two

@@ -207,6 +207,51 @@ TEST_CASE("a failed tag check requests the board; a later good one makes the len
   CHECK(bench.Send(Kind::kTagsGood)->to == ZoomState::kValid);
 }
 
+TEST_CASE("a calibration that the tags contradict from the start does not request another one") {
+  Bench bench;
+  bench.Settle(100);
+  bench.Send(Kind::kLensUnknown);
+  CHECK(bench.machine.request() == ZoomRequest::kBoard);
+  bench.Send(Kind::kBoardStarted);
+  CHECK(bench.Send(Kind::kBoardAccepted)->to == ZoomState::kValid);
+  const auto bad = bench.Send(Kind::kTagsBad);
+  CHECK(bad->to == ZoomState::kStale);
+  CHECK(bad->why == ZoomReason::kTagsContradict);
+  for (int i = 0; i < 100; ++i) {
+    bench.Read(100);
+    bench.Send(i % 3 == 0 ? Kind::kTagsNotVisible : Kind::kTagsBad);
+    CHECK(bench.machine.request() == ZoomRequest::kNothing);
+    CHECK(bench.machine.state() == ZoomState::kStale);
+  }
+  SECTION("until the tags have agreed") {
+    CHECK(bench.Send(Kind::kTagsGood)->to == ZoomState::kValid);
+    CHECK(bench.Send(Kind::kTagsBad)->why == ZoomReason::kTagsBad);
+    CHECK(bench.machine.request() == ZoomRequest::kBoard);
+  }
+  SECTION("until the zoom moves") {
+    bench.Settle(200);
+    bench.Send(Kind::kLensKnown);
+    CHECK(bench.Send(Kind::kTagsBad)->why == ZoomReason::kTagsBad);
+    CHECK(bench.machine.request() == ZoomRequest::kBoard);
+  }
+  SECTION("but the operator can start one") {
+    CHECK(bench.Send(Kind::kBoardStarted)->to == ZoomState::kCalibrating);
+    CHECK(bench.Send(Kind::kBoardAccepted)->to == ZoomState::kValid);
+    CHECK(bench.Send(Kind::kTagsBad)->why == ZoomReason::kTagsContradict);
+  }
+  SECTION("nor after a restart, if the contradiction is known") {
+    Bench restarted;
+    restarted.Settle(100);
+    ZoomEvent known;
+    known.kind = Kind::kLensKnown;
+    known.time_s = known.observed_s = restarted.now_s;
+    known.contradicted = true;
+    restarted.machine.Handle(known);
+    CHECK(restarted.Send(Kind::kTagsBad)->why == ZoomReason::kTagsContradict);
+    CHECK(restarted.machine.request() == ZoomRequest::kNothing);
+  }
+}
+
 TEST_CASE("unanswered tag checks and hidden tags lead to a request for the board") {
   for (const bool hidden : {false, true}) {
     Bench bench;
