@@ -172,7 +172,7 @@ void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
       "a URDF has no place for is listed, with the error that is left without it.\n\n"
       "Examples:\n"
       "  plumbline export-urdf corrected.toml robot.urdf --out corrected.urdf\n"
-      "  plumbline export-urdf corrected.toml robot.urdf --tip flange --out corrected.urdf\n\n"
+      "  plumbline export-urdf corrected.toml arm.urdf --tip flange --out new.urdf\n\n"
       "Exit codes: 0 the URDF was written, 1 faults in a file, or the cell is not of this URDF,\n"
       "2 wrong arguments or unwritable output.");
   command->callback([options, &exit_code] { exit_code = RunExportUrdf(*options); });

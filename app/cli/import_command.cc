@@ -47,8 +47,12 @@ std::optional<imports::PermissibleError> PermissibleErrorOf(const std::string& t
 /// understood, and kept in that file. Nothing is kept for a preview.
 class MappedFile {
  public:
-  MappedFile(const ImportCommandOptions& options, std::string path, std::string mapping_path)
-      : options_(options), path_(std::move(path)), mapping_path_(std::move(mapping_path)) {}
+  MappedFile(const ImportCommandOptions& options, imports::FileRole role)
+      : options_(options),
+        role_(role),
+        path_(role == imports::FileRole::kJoints ? options.joints : options.file),
+        mapping_path_(role == imports::FileRole::kJoints ? options.joints_mapping
+                                                         : options.mapping) {}
 
   /// @return nullopt after a fault
   std::optional<imports::UnderstoodFile> Read(config::FaultList& faults) {
@@ -64,11 +68,13 @@ class MappedFile {
       mapping = *read;
     }
     config::FaultList own;
-    auto file = imports::Understand(*bytes, path_, mapping, mapping_path_, options_.units, own);
+    auto file =
+        imports::Understand(*bytes, path_, role_, mapping, mapping_path_, options_.units, own);
     if (!known && !mapping_path_.empty() && !options_.preview) {
       if (const auto asked = Asked(file)) {
         own = {};
-        file = imports::Understand(*bytes, path_, *asked, mapping_path_, options_.units, own);
+        file =
+            imports::Understand(*bytes, path_, role_, *asked, mapping_path_, options_.units, own);
         Keep(*asked);
       }
     }
@@ -90,6 +96,7 @@ class MappedFile {
   }
 
   const ImportCommandOptions& options_;
+  imports::FileRole role_;
   std::string path_, mapping_path_;
 };
 
@@ -177,10 +184,10 @@ int RunImport(ImportCommandOptions options) {
     return PreviewYaml(options);
   }
   config::FaultList faults;
-  const auto file = MappedFile(options, options.file, options.mapping).Read(faults);
+  const auto file = MappedFile(options, imports::FileRole::kMeasured).Read(faults);
   std::optional<imports::UnderstoodFile> joints;
   if (!options.joints.empty()) {
-    joints = MappedFile(options, options.joints, options.joints_mapping).Read(faults);
+    joints = MappedFile(options, imports::FileRole::kJoints).Read(faults);
   }
   if (!file || (!options.joints.empty() && !joints)) {
     std::cerr << config::FaultsText(faults);

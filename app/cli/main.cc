@@ -26,6 +26,7 @@
 #include "app/cli/log_command.h"
 #include "app/cli/mesh_command.h"
 #include "app/cli/model_command.h"
+#include "app/cli/plan_command.h"
 #include "app/cli/predict_command.h"
 #include "app/cli/print_command.h"
 #include "app/cli/registers_command.h"
@@ -145,6 +146,7 @@ int main(int argc, char** argv) {
   AddCheckCommand(app, exit_code);
   AddPredictCommand(app, exit_code);
   AddDiagnoseCommand(app, exit_code);
+  AddPlanCommand(app, exit_code);
   AddImportCommand(app, exit_code);
   AddImportUrdfCommand(app, exit_code);
   AddExportUrdfCommand(app, exit_code);

@@ -24,6 +24,9 @@ struct ImportOptions {
   std::optional<PermissibleError> permissible_error;
 };
 
+/// What a file is expected to hold; decides the meaning of columns without names.
+enum class FileRole { kMeasured, kJoints };
+
 /// A file as it was understood, before its rows are read.
 struct UnderstoodFile {
   std::string file;
@@ -54,12 +57,14 @@ struct ImportedTable {
 };
 
 /// Decodes a file and finds its layout and the meaning of its columns. Pure.
-/// A file with one unnamed column holds readings of a gauge in mm (Keyence LK-G).
+/// Without column names, one column holds readings of a gauge in mm (Keyence LK-G), three are x, y,
+/// z, and those of a file of joints are the joints in order, after the number of the row if the
+/// first column counts 1, 2, 3 ..
 /// @param faults  receives faults of the mapping, and one for each column whose unit neither the
 ///                file nor the options nor the mapping state
-UnderstoodFile Understand(std::string_view bytes, const std::string& file, const Mapping& mapping,
-                          const std::string& mapping_file, const ImportOptions& options,
-                          config::FaultList& faults);
+UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
+                          const Mapping& mapping, const std::string& mapping_file,
+                          const ImportOptions& options, config::FaultList& faults);
 
 /// Reads the rows. A row with a fault keeps its joints, since the robot was there, but loses its
 /// measurement: an unreadable or incomplete value, a row marked as deleted, a quaternion that is

@@ -35,8 +35,13 @@ void ReadColumn(const config::TomlTable& table, std::vector<MappedColumn>& colum
   columns.push_back(std::move(column));
 }
 
+/// As a basic string of TOML, whose escapes are those of JSON; it also forbids the character DEL.
 std::string Quoted(const std::string& text) {
-  return text::JsonText(nlohmann::json(text));
+  std::string quoted = text::JsonText(nlohmann::json(text));
+  for (auto at = quoted.find('\x7f'); at != std::string::npos; at = quoted.find('\x7f')) {
+    quoted.replace(at, 1, "\\u007F");
+  }
+  return quoted;
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "app/imports/import_table.h"
 #include "app/imports/text_encoding.h"
+#include "firmware-like/model/cell_model.h"
 
 namespace plumbline::imports {
 namespace {
@@ -65,17 +67,47 @@ void CompleteUnit(const UnderstoodFile& understood, std::size_t column,
                                 meaning.unit.substr(0, 40), UnitsOf(*kind))});
 }
 
+/// True if the first column counts the rows from 1.
+bool CountsRows(const DelimitedText& layout) {
+  double expected = 0;
+  for (const Record& record : layout.records) {
+    if (record.fields.empty() || NumberIn(record.fields[0], layout.decimal) != ++expected) {
+      return false;
+    }
+  }
+  return layout.records.size() > 1;
+}
+
+/// Meanings of columns without names, by their order.
+void NameInOrder(const DelimitedText& layout, FileRole role, std::vector<ColumnMeaning>& meanings) {
+  if (role == FileRole::kMeasured && meanings.size() == 1) {
+    meanings[0] = {"gauge_mm", "mm", "a single column: readings of a gauge in mm"};
+  }
+  if (role == FileRole::kMeasured && meanings.size() == 3) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      meanings[i] = {std::array{"x_mm", "y_mm", "z_mm"}[i], "", "assumed: three columns, no names"};
+    }
+  }
+  if (role != FileRole::kJoints) return;
+  const std::size_t first = CountsRows(layout) ? 1 : 0;
+  if (meanings.size() - first > static_cast<std::size_t>(model::kMaxJoints)) return;
+  if (first == 1) meanings[0] = {"number", "", "assumed: counts the rows"};
+  for (std::size_t i = first; i < meanings.size(); ++i) {
+    meanings[i] = {fmt::format("q{}_deg", i - first + 1), "", "assumed: joints in order, no names"};
+  }
+}
+
 }  // namespace
 
-UnderstoodFile Understand(std::string_view bytes, const std::string& file, const Mapping& mapping,
-                          const std::string& mapping_file, const ImportOptions& options,
-                          config::FaultList& faults) {
+UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileRole role,
+                          const Mapping& mapping, const std::string& mapping_file,
+                          const ImportOptions& options, config::FaultList& faults) {
   DecodedText decoded = DecodedFromBytes(bytes);
   UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, mapping.layout), {}};
   understood.meanings = MeaningsWith(mapping, understood.layout, mapping_file, faults);
   std::vector<ColumnMeaning>& meanings = understood.meanings;
-  if (meanings.size() == 1 && meanings[0].target.empty() && mapping.columns.empty()) {
-    meanings[0] = {"gauge_mm", "mm", "a single column: readings of a gauge in mm"};
+  if (understood.layout.header_line == 0 && mapping.columns.empty()) {
+    NameInOrder(understood.layout, role, meanings);
   }
   for (std::size_t i = 0; i < meanings.size(); ++i) {
     CompleteUnit(understood, i, options, meanings[i], faults);

@@ -62,6 +62,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (chain.has_value() == faults.HasFaults()) std::abort();
   if (!chain) return 0;
   CheckCell(*chain);
-  CheckExport(*file, *chain, text);
+  if (size % 8 == 0) CheckExport(*file, *chain, text);  // compares 1000 postures
   return 0;
 }

@@ -10,7 +10,7 @@ using namespace plumbline::imports;
 TEST_CASE("questions about a table are answered once and kept") {
   const std::string text = "alpha,beta,range\n0.1,5,1\n0.2,6,2\n";
   config::FaultList faults;
-  const UnderstoodFile file = Understand(text, "f.csv", {}, "", {}, faults);
+  const UnderstoodFile file = Understand(text, "f.csv", FileRole::kMeasured, {}, "", {}, faults);
   std::istringstream answers("length\nq1_deg\nrad\n\nm\n");
   std::ostringstream questions;
   const auto mapping = AskMapping(file, answers, questions);
@@ -22,7 +22,8 @@ TEST_CASE("questions about a table are answered once and kept") {
   const auto kept = MappingFromText(TextOfMapping(*mapping), "m.toml", faults);
   INFO(config::FaultsText(faults));
   REQUIRE(kept);
-  const UnderstoodFile again = Understand(text, "f.csv", *kept, "m.toml", {}, faults);
+  const UnderstoodFile again =
+      Understand(text, "f.csv", FileRole::kMeasured, *kept, "m.toml", {}, faults);
   CHECK_FALSE(faults.HasFaults());
   CHECK(again.meanings[0].unit == "rad");
   CHECK(again.meanings[1].target.empty());

@@ -25,7 +25,8 @@ UnderstoodFile Understood(const std::string& text, const ImportOptions& options 
   config::FaultList faults;
   Mapping read;
   if (!mapping.empty()) read = *MappingFromText(mapping, "m.toml", faults);
-  const UnderstoodFile file = Understand(text, "f.csv", read, "m.toml", options, faults);
+  const UnderstoodFile file =
+      Understand(text, "f.csv", FileRole::kMeasured, read, "m.toml", options, faults);
   INFO(config::FaultsText(faults));
   REQUIRE_FALSE(faults.HasFaults());
   return file;
@@ -33,7 +34,7 @@ UnderstoodFile Understood(const std::string& text, const ImportOptions& options 
 
 std::string UnderstandFaults(const std::string& text) {
   config::FaultList faults;
-  Understand(text, "f.csv", {}, "", {}, faults);
+  Understand(text, "f.csv", FileRole::kMeasured, {}, "", {}, faults);
   return config::FaultsText(faults);
 }
 
@@ -117,6 +118,24 @@ TEST_CASE("readings of a Keyence gauge, one a line") {
   CHECK_THAT(table.rejected[0].reason, Catch::Contains("the gauge had no value"));
 }
 
+TEST_CASE("columns without names: three are a position, those of a file of joints the joints") {
+  config::FaultList faults;
+  ImportOptions options;
+  options.length_unit = "m";
+  options.angle_unit = "rad";
+  const UnderstoodFile position = Understand("  0.5   0.25  -1\n  1.5   0.25  -1\n", "p",
+                                             FileRole::kMeasured, {}, "", options, faults);
+  const UnderstoodFile joints =
+      Understand("1,-0.15,-0.2,1\n2,0.1,0.2,1\n", "j", FileRole::kJoints, {}, "", options, faults);
+  const ImportedTable rows =
+      WithJoints(RowsOf(position, options), RowsOf(joints, options), "j", faults);
+  CHECK_FALSE(faults.HasFaults());
+  CHECK(rows.rows[1].numbers.at("x_mm") == 1500);
+  CHECK(rows.rows[0].numbers.at("q1_deg") == Approx(-8.5943669));
+  CHECK(rows.rows[0].numbers.contains("q3_deg"));
+  CHECK(rows.rows[0].texts.at("number") == "1");
+}
+
 TEST_CASE("a mapping names columns by name or number") {
   const std::string mapping = R"(schema = 1
 separator = "blanks"
@@ -150,6 +169,17 @@ unit = "m"
   CHECK_THAT(faults_of("schema = 1\n[[column]]\nfrom = \"a\"\nto = \"x_mm\"\nunit = \"deg\"\n"),
              Contains("is not a unit of x_mm; allowed: mm"));
   CHECK_THAT(faults_of("schema = 1\ndecimal = \"dot\"\n"), Contains("decimal"));
+}
+
+TEST_CASE("names of columns with control characters survive in a mapping file") {
+  // tests/fuzz/corpus/import/control_characters
+  const UnderstoodFile file = Understood("a\x7f\x01;x_mm\n1;2\n");
+  config::FaultList faults;
+  const auto kept = MappingFromText(TextOfMapping({{}, {{file.layout.names[0], 0, "t_s", "s"}}}),
+                                    "m.toml", faults);
+  INFO(config::FaultsText(faults));
+  REQUIRE(kept);
+  CHECK(kept->columns[0].from == file.layout.names[0]);
 }
 
 TEST_CASE("rows that cannot be read are rejected with their reason") {

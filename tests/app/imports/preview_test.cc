@@ -10,7 +10,7 @@ TEST_CASE("the preview shows layout, columns and rejected lines") {
   config::FaultList faults;
   const UnderstoodFile file =
       Understand("Job 7\nX [mm];Y [mm];Z [mm];Humidity [%]\n1,5;2,5;3,5;40\n1,5;;3,5;40\n", "f.csv",
-                 {}, "", {}, faults);
+                 FileRole::kMeasured, {}, "", {}, faults);
   const std::string text = PreviewText(file, RowsOf(file, {}));
   using Catch::Contains;
   CHECK_THAT(text, Contains("separator semicolon, decimal comma, column names in line 2"));

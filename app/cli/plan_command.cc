@@ -1,0 +1,131 @@
+#include "app/cli/plan_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "app/cli/exit_codes.h"
+#include "app/cli/number_option.h"
+#include "app/config/cell_reader.h"
+#include "app/config/text_file.h"
+#include "app/plan/plan_text.h"
+#include "firmware-like/geometry/length.h"
+
+namespace plumbline::cli {
+namespace {
+
+struct PlanOptions {
+  std::string cell, csv, svg, urscript, points;
+  plan::PlanTask task;
+  double sigma_mm = 0.05, floor_mm = 0, link_radius_mm = 0;
+};
+
+bool WritePlanFile(const std::string& path, const std::string& text) {
+  if (path.empty()) return true;
+  const auto written = config::WriteTextFile(path, text);
+  if (!written) {
+    std::cerr << fmt::format("{}: cannot be written: {}; choose another file\n", path,
+                             written.error());
+  }
+  return written.ok();
+}
+
+void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan) {
+  std::cerr << fmt::format(
+      "{}: {} rows chosen from {} safe postures; the geometric mean information about a parameter "
+      "is {:.2f} times that of random postures\n",
+      options.cell, plan.rows.size(), plan.candidates, plan.efficiency);
+  std::cerr << "effect                  parameters  planned  random   (deviation after / before)\n";
+  for (const plan::EffectDetermination& effect : plan.effects) {
+    std::cerr << fmt::format("  {:<24}{:>6}   {:8.3f} {:8.3f}\n", effect.id, effect.parameters,
+                             effect.planned, effect.random);
+  }
+  for (const std::string& one : plan.excluded) std::cerr << "  not shown: " << one << '\n';
+  int unchecked = 0;
+  for (const plan::PlannedRow& row : plan.rows) unchecked += row.move_checked ? 0 : 1;
+  if (unchecked > 0) {
+    std::cerr << fmt::format(
+        "{} moves have no straight joint move that is free of collisions: guide the robot there, "
+        "or add via points\n",
+        unchecked);
+  }
+  std::cerr << "Only what the cell declares was checked for collisions. Run the program at reduced "
+               "speed first.\n";
+}
+
+int RunPlan(PlanOptions options) {
+  if (options.csv.empty() && options.svg.empty() && options.urscript.empty() &&
+      options.points.empty()) {
+    std::cerr << "plumbline plan: give --out, --svg, --urscript or --points\n";
+    return kExitUsage;
+  }
+  config::FaultList faults;
+  const auto cell = config::ReadCell(options.cell, faults);
+  std::cerr << config::FaultsText(faults);
+  if (!cell) return kExitFault;
+  options.task.sigma_m = kMetrePerMm * options.sigma_mm;
+  options.task.rules.floor_m = kMetrePerMm * options.floor_mm;
+  options.task.rules.link_radius_m = kMetrePerMm * options.link_radius_mm;
+  const auto plan = plan::PlanMeasurements(*cell, options.task);
+  if (!plan) {
+    std::cerr << options.cell << ": " << plan.error() << '\n';
+    return kExitFault;
+  }
+  const std::vector<model::Joint>& joints = cell->robot.joints;
+  if (!WritePlanFile(options.csv, PlanCsv(*plan, joints)) ||
+      !WritePlanFile(options.svg, PlanSvg(*plan, *cell)) ||
+      !WritePlanFile(options.urscript, UrScript(*plan)) ||
+      !WritePlanFile(options.points, PointList(*plan, joints))) {
+    return kExitUsage;
+  }
+  PrintPlan(options, *plan);
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddPlanCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<PlanOptions>();
+  CLI::App* command = app.add_subcommand("plan", "Choose the postures to be measured first");
+  command->add_option("cell", options->cell, "Model of the cell, CELL.toml")->required();
+  command->add_option("--rows", options->task.rows, "Number of rows")
+      ->capture_default_str()
+      ->check(CLI::Range(3, 500));
+  command->add_option("--artefacts", options->task.artefacts,
+                      "[[artefact]] of the cell to touch, one or more; without it, positions are "
+                      "measured");
+  command->add_option("--payloads-kg", options->task.payloads_kg, "Payloads that can be carried")
+      ->check(NumberWithin(0, 5000));
+  command
+      ->add_option("--sigma-mm", options->sigma_mm,
+                   "Standard deviation of the instrument, if the cell declares none")
+      ->capture_default_str()
+      ->check(NumberWithin(1e-5, 100));
+  command->add_option("--floor-mm", options->floor_mm, "Lowest height of the arm above its base")
+      ->capture_default_str()
+      ->check(NumberWithin(-100000, 100000));
+  command
+      ->add_option("--link-radius-mm", options->link_radius_mm,
+                   "Radius of the links for the collision check; 0: a twentieth of the reach")
+      ->check(NumberWithin(0, 10000));
+  command->add_option("--candidates", options->task.candidates, "Postures to choose from")
+      ->capture_default_str()
+      ->check(CLI::Range(50, 5000));
+  command->add_option("--out,--output", options->csv, "Table of the rows, CSV");
+  command->add_option("--svg", options->svg, "Picture of the tips");
+  command->add_option("--urscript", options->urscript, "Program for Universal Robots");
+  command->add_option("--points", options->points, "Tab-separated points for other controllers");
+  command->footer(
+      "The rows are D-optimal for all effects of the catalogue that such rows can show. Postures\n"
+      "are within the joint limits, away from singularities, and free of collisions with the arm\n"
+      "itself, the floor and the planes of the cell.\n\n"
+      "Examples:\n"
+      "  plumbline plan config/cells/ur10.toml --rows 30 --out plan.csv --svg plan.svg\n"
+      "  plumbline plan cell.toml --artefacts left_0 left_1 --urscript plan.script\n\n"
+      "Exit codes: 0 the files were written, 1 faults in the cell, or no such postures, 2 wrong\n"
+      "arguments or unwritable output.");
+  command->callback([options, &exit_code] { exit_code = RunPlan(*options); });
+}
+
+}  // namespace plumbline::cli

@@ -1,0 +1,271 @@
+#include "app/plan/measurement_plan.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "app/diagnosis/candidates.h"
+#include "app/diagnosis/linearisation.h"
+#include "app/diagnosis/nuisances.h"
+#include "app/diagnosis/whitener.h"
+#include "app/plan/d_optimal.h"
+#include "firmware-like/statistics/random_sequence.h"
+
+namespace plumbline::plan {
+namespace {
+
+constexpr int kTriesPerCandidate = 60;
+constexpr int kExchangePasses = 4;
+constexpr double kLargestScale = 1e6;  // sizes without a plausible range are not planned for
+
+/// Draws safe postures, on the artefacts in turn or anywhere.
+class CandidatePostures {
+ public:
+  CandidatePostures(const model::CellModel& cell, const PlanTask& task, const PostureCheck& check)
+      : cell_(cell), task_(task), check_(check) {}
+
+  std::vector<PlannedRow> Draw() {
+    std::vector<PlannedRow> rows;
+    for (int tries = task_.candidates * kTriesPerCandidate; tries > 0; --tries) {
+      if (static_cast<int>(rows.size()) >= task_.candidates) break;
+      PlannedRow row;
+      row.q = RandomPosture();
+      if (!task_.artefacts.empty()) {
+        row.artefact = task_.artefacts[rows.size() % task_.artefacts.size()];
+        if (!Touch(row)) continue;
+      } else if (!check_.IsSafe(row.q)) {
+        continue;
+      }
+      if (!task_.payloads_kg.empty()) {
+        row.payload_kg = task_.payloads_kg[random_.Below(task_.payloads_kg.size())];
+      }
+      row.X_WT = cell_.robot.X_WB * check_.arm().UnloadedTip(row.q);
+      rows.push_back(std::move(row));
+    }
+    return rows;
+  }
+
+ private:
+  model::JointVector RandomPosture() {
+    model::JointVector u(cell_.robot.size());
+    for (double& value : u) value = random_.Uniform();
+    return check_.FromUnit(u);
+  }
+
+  /// Moves the tip onto the artefact of the row.
+  bool Touch(PlannedRow& row) const {
+    const auto artefact =
+        std::find_if(cell_.artefacts.begin(), cell_.artefacts.end(),
+                     [&](const model::Artefact& one) { return one.name == row.artefact; });
+    const Pose X_WA = artefact->in_base ? cell_.robot.X_WB : Pose();
+    const Vec3 place = X_WA * *artefact->place;
+    if (artefact->kind == model::ArtefactKind::kPlane) {
+      return check_.MoveTipTo(place, X_WA.R * *artefact->direction, row.q);
+    }
+    Vec3 target = place;
+    if (artefact->kind == model::ArtefactKind::kSphere) {
+      // The point of the sphere towards the tip of the random posture.
+      const Vec3 tip = cell_.robot.X_WB * check_.arm().UnloadedTip(row.q).p;
+      target += artefact->radius_m.value_or(0) * (tip - place).normalized();
+    }
+    return check_.MoveTipTo(target, Mat3::Identity(), row.q);
+  }
+
+  const model::CellModel& cell_;
+  const PlanTask& task_;
+  const PostureCheck& check_;
+  statistics::RandomSequence random_{1};
+};
+
+/// The artefacts of the task exist and can be reached for.
+std::optional<Error> ArtefactProblem(const model::CellModel& cell, const PlanTask& task) {
+  for (const std::string& name : task.artefacts) {
+    const auto found = std::find_if(cell.artefacts.begin(), cell.artefacts.end(),
+                                    [&](const model::Artefact& one) { return one.name == name; });
+    if (found == cell.artefacts.end()) {
+      return Error{
+          fmt::format("has no [[artefact]] \"{}\"; declare it or correct --artefacts", name)};
+    }
+    if (!found->place || (found->kind == model::ArtefactKind::kPlane && !found->direction)) {
+      return Error{fmt::format(
+          "artefact \"{}\": its place is unknown, so no posture can be planned on it; give its "
+          "approximate xyz_mm (a plane: and normal) with sd_mm",
+          name)};
+    }
+  }
+  return std::nullopt;
+}
+
+table::MeasuredTable TableOf(const model::CellModel& cell, const std::vector<PlannedRow>& rows,
+                             const PlanTask& task) {
+  table::MeasuredTable table;
+  table.recorded.position = task.artefacts.empty();
+  table.recorded.artefact = !task.artefacts.empty();
+  table.recorded.payload = !task.payloads_kg.empty();
+  table.recorded.order = false;  // the order of a plan is chosen afterwards
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    table::MeasuredRow& row = table.rows.emplace_back();
+    row.line = static_cast<int>(i) + 2;
+    row.q = rows[i].q;
+    row.payload_kg = rows[i].payload_kg;
+    row.p_WT = rows[i].X_WT.p;
+    row.artefact = rows[i].artefact;
+    row.has_point = task.artefacts.empty();
+    row.has_range = row.has_orientation = row.has_gauge = false;
+    const bool gauge =
+        std::any_of(cell.artefacts.begin(), cell.artefacts.end(), [&](const model::Artefact& one) {
+          return one.name == row.artefact && one.kind == model::ArtefactKind::kGauge;
+        });
+    if (gauge) row.has_gauge = table.recorded.gauge = true;
+  }
+  return table;
+}
+
+/// One parameter of an effect, and the size by which its column is scaled.
+struct PlannedParameter {
+  std::size_t block = 0;
+  double scale = 0;
+};
+
+/// The whitened columns of every candidate: parameters of the effects, then nuisances.
+struct Columns {
+  std::vector<diagnosis::Block> blocks;
+  std::vector<PlannedParameter> parameters;
+  std::vector<Eigen::MatrixXd> rows;
+};
+
+Columns ColumnsOf(const diagnosis::Dataset& data, const diagnosis::Linearisation& linear,
+                  double sigma_m) {
+  Columns columns;
+  columns.blocks = diagnosis::CandidatesFor(data).blocks;
+  std::vector<double> scales;
+  for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
+    for (const diagnosis::BlockColumn& column : columns.blocks[b].columns) {
+      const double scale = column.Largest() < kLargestScale ? column.Largest() : 0;
+      columns.parameters.push_back({b, scale});
+      scales.push_back(scale);
+    }
+  }
+  const Eigen::VectorXd scale =
+      Eigen::Map<const Eigen::VectorXd>(scales.data(), static_cast<Eigen::Index>(scales.size()));
+  const diagnosis::Nuisances nuisances(data);
+  for (const diagnosis::RowIndex row : data.row_indices()) {
+    const int count = linear.layout.count(row);
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(count, scale.size() + nuisances.size());
+    Eigen::Index at = 0;
+    for (const diagnosis::Block& block : columns.blocks) {
+      Eigen::MatrixXd own(count, block.columns.count());
+      ColumnsAt(data, linear, block, row, own);
+      X.middleCols(at, own.cols()) = own;
+      at += own.cols();
+    }
+    X.leftCols(scale.size()) *= scale.asDiagonal();
+    nuisances.Fill(linear.rows[row], row, X.rightCols(nuisances.size()));
+    const diagnosis::RowWhitening whitening(data.numbers[row], 1 / sigma_m);
+    whitening.Apply(X.eval(), X);
+    columns.rows.push_back(std::move(X));
+  }
+  return columns;
+}
+
+/// Standard deviations of all parameters after the selected rows; before them they are 1.
+Eigen::VectorXd DeviationsAfter(const Columns& columns, const std::vector<int>& selected) {
+  const Eigen::MatrixXd H = Information(columns.rows, selected);
+  return H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols())).diagonal().cwiseSqrt();
+}
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return 1;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<EffectDetermination> Determinations(const Columns& columns,
+                                                const std::vector<int>& planned,
+                                                const std::vector<int>& random) {
+  const Eigen::VectorXd of_plan = DeviationsAfter(columns, planned);
+  const Eigen::VectorXd of_random = DeviationsAfter(columns, random);
+  std::vector<EffectDetermination> all;
+  for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
+    std::vector<double> after_plan, after_random;
+    for (std::size_t k = 0; k < columns.parameters.size(); ++k) {
+      const PlannedParameter& parameter = columns.parameters[k];
+      if (parameter.block != b || parameter.scale == 0) continue;
+      after_plan.push_back(of_plan[static_cast<Eigen::Index>(k)]);
+      after_random.push_back(of_random[static_cast<Eigen::Index>(k)]);
+    }
+    if (after_plan.empty()) continue;
+    all.push_back({columns.blocks[b].id, static_cast<int>(after_plan.size()), MedianOf(after_plan),
+                   MedianOf(after_random)});
+  }
+  return all;
+}
+
+/// The rows in an order of short moves, each free of collisions if there is such a next row.
+std::vector<PlannedRow> InOrder(std::vector<PlannedRow> rows, const PostureCheck& check) {
+  std::vector<PlannedRow> ordered;
+  while (!rows.empty()) {
+    std::size_t best = 0;
+    if (!ordered.empty()) {
+      std::vector<std::pair<double, std::size_t>> near;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        near.emplace_back((rows[i].q - ordered.back().q).cwiseAbs().maxCoeff(), i);
+      }
+      std::sort(near.begin(), near.end());
+      const auto free = std::find_if(near.begin(), near.end(), [&](const auto& one) {
+        return check.IsMoveFree(ordered.back().q, rows[one.second].q);
+      });
+      best = free == near.end() ? near.front().second : free->second;
+      rows[best].move_checked = free != near.end();
+    }
+    ordered.push_back(rows[best]);
+    rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(best));
+  }
+  return ordered;
+}
+
+}  // namespace
+
+Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const PlanTask& task) {
+  if (const auto problem = ArtefactProblem(declared, task)) return *problem;
+  model::CellModel cell = declared;
+  if (!cell.measurement.sigma_m) cell.measurement.sigma_m = task.sigma_m;
+  const PostureCheck check(cell, task.rules);
+  const std::vector<PlannedRow> candidates = CandidatePostures(cell, task, check).Draw();
+  if (static_cast<int>(candidates.size()) < 2 * task.rows) {
+    return Error{fmt::format(
+        "only {} safe postures were found for {} rows; relax the floor, the link radius or the "
+        "joint limits, or move the artefacts into reach",
+        candidates.size(), task.rows)};
+  }
+  const Result<diagnosis::Dataset> data =
+      diagnosis::DatasetFrom(cell, TableOf(cell, candidates, task));
+  if (!data) return data.failure();
+  const auto linear =
+      diagnosis::Linearise(*data, diagnosis::Model::Declared(*data), true, task.threads);
+  if (!linear) return linear.failure();
+  const Columns columns = ColumnsOf(*data, *linear, *cell.measurement.sigma_m);
+  const std::vector<int> selected = DOptimalRows(columns.rows, task.rows, kExchangePasses);
+  std::vector<int> random;  // candidates are in random order
+  for (int i = 0; i < task.rows; ++i) random.push_back(i);
+
+  MeasurementPlan plan;
+  plan.candidates = static_cast<int>(candidates.size());
+  std::vector<PlannedRow> rows;
+  for (const int i : selected) rows.push_back(candidates[static_cast<std::size_t>(i)]);
+  plan.rows = InOrder(std::move(rows), check);
+  plan.effects = Determinations(columns, selected, random);
+  const double gained = LogDeterminant(Information(columns.rows, selected)) -
+                        LogDeterminant(Information(columns.rows, random));
+  plan.efficiency = std::exp(gained / static_cast<double>(columns.rows.front().cols()));
+  for (const diagnosis::ExcludedCandidate& one : diagnosis::CandidatesFor(*data).excluded) {
+    plan.excluded.push_back(one.id + ": " + one.reason);
+  }
+  return plan;
+}
+
+}  // namespace plumbline::plan

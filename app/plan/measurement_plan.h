@@ -1,0 +1,61 @@
+// Postures to be measured first, chosen so that they identify the catalogue's effects best.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/plan/safe_postures.h"
+#include "firmware-like/result.h"
+
+namespace plumbline::plan {
+
+struct PlanTask {
+  int rows = 30;
+  int candidates = 500;  ///< postures to choose from
+  std::vector<std::string>
+      artefacts;                    ///< of the cell, to be touched; empty: positions are measured
+  std::vector<double> payloads_kg;  ///< empty: without payload
+  double sigma_m = 5e-5;            ///< of a measurement, if the cell declares none
+  SafetyRules rules;
+  int threads = 2;
+};
+
+struct PlannedRow {
+  model::JointVector q;
+  double payload_kg = 0;
+  std::string artefact;  ///< empty: the position is measured
+  Pose X_WT;             ///< expected tip, without deflection
+  bool move_checked =
+      true;  ///< the straight joint move from the previous row is free of collisions
+};
+
+/// What the rows show of one effect: the median over its parameters of the standard deviation after
+/// the measurement relative to the one before it (its plausible size); 1: nothing.
+struct EffectDetermination {
+  std::string id;
+  int parameters = 0;
+  double planned = 1;
+  double random = 1;  ///< the same for as many random postures
+};
+
+struct MeasurementPlan {
+  std::vector<PlannedRow> rows;  ///< in an order with short moves
+  std::vector<EffectDetermination> effects;
+  /// D-efficiency of the plan against random postures of the same number: the ratio of the
+  /// geometric mean information about a parameter.
+  double efficiency = 1;
+  std::vector<std::string> excluded;  ///< effects that such rows cannot show, with the reason
+  int candidates = 0;                 ///< safe postures found
+};
+
+/// D-optimal selection [Fedorov 1972]: the rows maximise
+///   log det(P^-1 + sum_i X_i^T X_i)
+/// with X_i the whitened derivatives of row i with respect to all parameters of the effects that
+/// the rows can show, in units of their plausible sizes (prior P = 1), and to the nuisances (free
+/// frames, unknown places). Greedy choice, then exchanges of single rows until none gains. Effects
+/// of the order of moves, of time and of speed are not planned for.
+/// @return  an error if the cell has no such artefact or its place is unknown, or if too few safe
+///          postures are found
+Result<MeasurementPlan> PlanMeasurements(const model::CellModel& cell, const PlanTask& task);
+
+}  // namespace plumbline::plan

@@ -1,0 +1,111 @@
+// A plan for a ready cell: safe postures, on the artefacts, better than random ones.
+#include "app/plan/measurement_plan.h"
+
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "app/config/cell_reader.h"
+#include "app/plan/plan_text.h"
+
+namespace plumbline::measurement_plan_test {
+
+using namespace plumbline::plan;
+
+namespace {
+
+model::CellModel Ur10() {
+  config::FaultList faults;
+  const auto cell = config::ReadCell("config/cells/ur10.toml", faults);
+  REQUIRE(cell);
+  return *cell;
+}
+
+PlanTask Small() {
+  PlanTask task;
+  task.rows = 12;
+  task.candidates = 60;
+  return task;
+}
+
+model::Artefact Socket(const std::string& name, const Vec3& place) {
+  model::Artefact artefact;
+  artefact.name = name;
+  artefact.place = place;
+  artefact.sd_m = 1e-3;
+  return artefact;
+}
+
+}  // namespace
+
+TEST_CASE("a plan is safe and tells more than random postures") {
+  const model::CellModel cell = Ur10();
+  const PlanTask task = Small();
+  const auto plan = PlanMeasurements(cell, task);
+  INFO((plan ? "" : plan.error()));
+  REQUIRE(plan);
+  REQUIRE(plan->rows.size() == 12);
+  CHECK(plan->efficiency > 1.02);
+  CHECK_FALSE(plan->effects.empty());
+  const PostureCheck check(cell, task.rules);
+  for (const PlannedRow& row : plan->rows) {
+    CHECK(check.IsSafe(row.q));
+    CHECK(row.X_WT.p.z() >= 0);
+    CHECK(check.arm().chain().WithinLimits(row.q));
+  }
+  CHECK(PlanMeasurements(cell, task)->rows[5].q == plan->rows[5].q);  // deterministic
+}
+
+TEST_CASE("a plan on artefacts touches them") {
+  model::CellModel cell = Ur10();
+  cell.artefacts = {Socket("left", Vec3(0.6, 0.3, 0.3)), Socket("right", Vec3(0.5, -0.4, 0.4))};
+  PlanTask task = Small();
+  task.artefacts = {"left", "right"};
+  const auto plan = PlanMeasurements(cell, task);
+  INFO((plan ? "" : plan.error()));
+  REQUIRE(plan);
+  for (const PlannedRow& row : plan->rows) {
+    const Vec3& place = *cell.artefacts[row.artefact == "left" ? 0 : 1].place;
+    CHECK((row.X_WT.p - place).norm() < 1e-6);
+  }
+  task.artefacts = {"front"};
+  CHECK_THAT(PlanMeasurements(cell, task).error(), Catch::Contains("no [[artefact]] \"front\""));
+  cell.artefacts[0].place.reset();
+  task.artefacts = {"left"};
+  CHECK_THAT(PlanMeasurements(cell, task).error(), Catch::Contains("its place is unknown"));
+  cell.artefacts[0].place = Vec3(9, 0, 0);
+  CHECK_THAT(PlanMeasurements(cell, task).error(), Catch::Contains("only 0 safe postures"));
+}
+
+TEST_CASE("singular postures, the floor and the arm itself are avoided") {
+  const model::CellModel cell = Ur10();
+  const PostureCheck check(cell, {});
+  model::JointVector q(6);
+  q << 0, 0, 0, 0, 1, 0;  // stretched out
+  CHECK(check.Dexterity(q) < 0.03);
+  q << 0.3, 1.2, 0.4, -0.5, 1, 0;  // down through the floor
+  CHECK_FALSE(check.IsSafe(q));
+  q << 0, -1.5, 2.6, -1, 1.5, 0;  // folded
+  CHECK_FALSE(check.IsMoveFree(q, q + model::JointVector::Constant(6, 1.5)));
+}
+
+TEST_CASE("the plan as table, program, points and picture") {
+  const model::CellModel cell = Ur10();
+  MeasurementPlan plan;
+  PlannedRow row;
+  row.q = model::JointVector::Constant(6, 0.5);
+  row.X_WT.p = Vec3(0.1, 0.2, 0.3);
+  plan.rows = {row, row};
+  plan.rows[1].artefact = "left";
+  plan.rows[1].move_checked = false;
+  const std::string csv = PlanCsv(plan, cell.robot.joints);
+  CHECK_THAT(csv, Catch::Contains("q1_deg,q2_deg") && Catch::Contains("artefact\n28.64789"));
+  const std::string script = UrScript(plan);
+  CHECK_THAT(script, Catch::Contains("movej([0.500000, 0.500000") &&
+                         Catch::Contains("measure at left") && Catch::Contains("guide the robot"));
+  CHECK_THAT(PointList(plan, cell.robot.joints), Catch::Contains("\t100.000\t200.000\t300.000"));
+  const std::string svg = PlanSvg(plan, cell);
+  CHECK(svg.find("<svg") == 0);
+  CHECK(svg.find("nan") == std::string::npos);
+}
+
+}  // namespace plumbline::measurement_plan_test
