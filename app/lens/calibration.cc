@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "app/lens/capture_change.h"
+#include "app/lens/capture_diagnosis.h"
+#include "app/lens/view_consistency.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::lens {
@@ -21,7 +23,6 @@ constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
 constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
 constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
-constexpr double kMaxMisfitRatio = 3;       // times the median RMS of the views
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
 
 /// The views without those that are far more blurred than the others.
@@ -44,25 +45,18 @@ std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
   return sharp;
 }
 
-/// Removes views that the fit cannot reproduce. @return whether there were any
-bool RemoveMisfits(const LensFit& fit, std::vector<BoardView>& views,
-                   std::vector<RefusedFrame>& refused) {
-  std::vector<double> sizes = fit.view_rms_px;
-  const double limit = kMaxMisfitRatio * std::max(statistics::MedianOf(sizes), 0.01);
-  std::vector<BoardView> fitting;
+/// Removes the views with these indices, which are ascending.
+void RemoveViews(const std::vector<std::size_t>& indices, const std::string& why,
+                 std::vector<BoardView>& views, std::vector<RefusedFrame>& refused) {
+  std::vector<BoardView> remaining;
   for (std::size_t j = 0; j < views.size(); ++j) {
-    const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
-    const auto used = std::count(fit.used[j].begin(), fit.used[j].end(), true);
-    if (fit.view_rms_px[j] > limit || 2 * used < seen) {
-      refused.push_back(
-          {views[j].name, "does not fit the other views: moved, or detected wrongly"});
+    if (std::binary_search(indices.begin(), indices.end(), j)) {
+      refused.push_back({views[j].name, why});
     } else {
-      fitting.push_back(views[j]);
+      remaining.push_back(std::move(views[j]));
     }
   }
-  const bool any = fitting.size() < views.size();
-  views = fitting;
-  return any;
+  views = std::move(remaining);
 }
 
 double Coverage(std::span<const BoardView> views, image::ImageSize size) {
@@ -158,10 +152,11 @@ std::string Describe(const CaptureChange& change, const LensFit& fit,
                      1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
 }
 
-/// Refuses the calibration if the lens or the board changed; widens its covariance for changes that
-/// are too small to be detected.
-void JudgeCaptureChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
-                         LensCalibration& result) {
+/// Widens the covariance for changes that are too small to be detected.
+/// @return  what changed by more than chance: "the lens moved while the frames were taken: ..";
+///          empty: nothing
+std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
+                             LensCalibration& result) {
   CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
   result.covariance += test.undetected_covariance;
   auto& changes = test.changes;
@@ -177,17 +172,42 @@ void JudgeCaptureChanges(const LensFit& fit, std::span<const BoardView> views, d
     words += Describe(change, fit, views, result.board);
     lens_moved |= change.kind != CaptureChange::Kind::kBoard;
   }
-  if (words.empty()) return;
-  result.reasons.push_back(
-      fmt::format("the {} moved while the frames were taken: {}; let the zoom come to rest, fasten "
-                  "camera, lens and board, and repeat the capture",
-                  lens_moved ? "lens" : "board", words));
+  if (words.empty()) return words;
+  return fmt::format("the {} moved while the frames were taken: {}; let the zoom come to rest, "
+                     "fasten camera, lens and board, and repeat the capture",
+                     lens_moved ? "lens" : "board", words);
+}
+
+/// One reason for a capture that one lens and one board do not explain.
+std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
+  const auto& findings = diagnosis.findings;
+  if (findings.empty()) {
+    return "one lens and one flat board do not explain the frames, and the cause is not clear; "
+           "fasten camera and lens, use a flat board that is printed true to size, hold it still, "
+           "and repeat the capture";
+  }
+  const bool moved = findings[0].cause == CaptureCause::kFocalLength ||
+                     findings[0].cause == CaptureCause::kPrincipalPoint ||
+                     findings[0].cause == CaptureCause::kCameraVaries;
+  std::string reason = moved ? "the lens moved while the frames were taken: " : "";
+  if (!diagnosis.clear())
+    reason = "one lens and one flat board do not explain the frames, and the cause is not clear: ";
+  if (!diagnosis.clear() && findings.size() == 1) reason += "most likely ";
+  for (std::size_t k = 0; k < findings.size(); ++k)
+    reason += (k > 0 ? ", or " : "") + findings[k].words;
+  return reason + "; " + findings[0].remedy;
+}
+
+/// Largest error of the lens if one of the findings is true [px].
+double ErrorOf(const CaptureDiagnosis& diagnosis) {
+  double largest = 0;
+  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
+    largest = std::max(largest, finding.error_px);
+  return largest;
 }
 
 void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
                       const CalibrationOptions& options, LensCalibration& result) {
-  result.uncertainty =
-      ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
   if (result.uncertainty.max_px <= options.acceptable_px) return;
   std::string reason = fmt::format(
       "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
@@ -209,6 +229,111 @@ void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
   result.reasons.push_back(std::move(reason));
 }
 
+/// Fit of all views that were not detected wrongly, and their consistency.
+struct ConsistentFit {
+  LensFit fit;
+  ViewConsistency consistency;
+};
+
+std::string TooFewViews(std::size_t usable, std::size_t wrong) {
+  std::string reason = fmt::format("the board was found in {} usable frames; at least {} are "
+                                   "needed: hold the whole board in the image, well lit and still",
+                                   usable, kMinViews);
+  if (wrong > 0)
+    reason += fmt::format(
+        "; {} further frames do not fit the others, as if the board was detected wrongly", wrong);
+  return reason;
+}
+
+/// Removes views that were detected wrongly until none is left.
+Result<ConsistentFit> FitConsistentViews(const Board& board, image::ImageSize size,
+                                         std::vector<BoardView>& kept, LensCalibration& result) {
+  std::size_t wrong = 0;
+  while (kept.size() >= kMinViews) {
+    Result<LensFit> fit = FitLens(board, kept, size);
+    if (!fit) return Error{fit.error()};
+    ViewConsistency consistency = ConsistencyOf(board, *fit, kept);
+    if (consistency.wrong.empty()) return ConsistentFit{std::move(*fit), std::move(consistency)};
+    wrong += consistency.wrong.size();
+    RemoveViews(consistency.wrong, "does not fit the other views: moved, or detected wrongly", kept,
+                result.frames_refused);
+  }
+  return Error{TooFewViews(kept.size(), wrong)};
+}
+
+/// Names of the views after the last one that is used: nothing shows the state of the lens then.
+std::vector<std::string> UnusedAtTheEnd(std::span<const BoardView> views,
+                                        std::span<const BoardView> kept) {
+  std::vector<std::string> names;
+  for (auto view = views.rbegin(); view != views.rend(); ++view) {
+    const bool used = std::any_of(kept.begin(), kept.end(), [&](const BoardView& other) {
+      return other.name == view->name && other.time_s == view->time_s;
+    });
+    if (used) break;
+    names.insert(names.begin(), view->name);
+  }
+  return names;
+}
+
+/// Fills in the result and the reasons to refuse it.
+void Judge(const LensFit& fit, const ViewConsistency& consistency, std::span<const BoardView> kept,
+           std::span<const BoardView> views, const CalibrationOptions& options,
+           LensCalibration& result) {
+  result.lens = LensFromShared(fit.shared);
+  result.rms_px = fit.rms_px;
+  result.sigma_px = fit.sigma_px;
+  result.board_bow_m = LargestBow(fit.shared.segment<3>(kBowX), result.board);
+  result.coverage = Coverage(kept, result.size);
+  const double shared = SharedVariance(fit) / (fit.sigma_px * fit.sigma_px);
+  const double widening =
+      std::max({1.0, fit.dispersion, 1 + static_cast<double>(kept.size()) * shared});
+  result.covariance = widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+  const std::string change = CaptureChangesIn(fit, kept, widening, result);
+  const bool displaced = !consistency.displaced.empty();
+  const bool refused = displaced || !change.empty() || shared > kMaxSharedVariance;
+  const CaptureDiagnosis diagnosis =
+      DiagnoseCapture(result.board, kept, result.size, fit, consistency, refused);
+  result.uncertainty =
+      ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
+  const double claimed_px = result.uncertainty.max_px;
+  if (const double error_px = ErrorOf(diagnosis); error_px > 0) {
+    // The lens of the better explanation is as credible as the plain one.
+    const double more = error_px / std::max(1e-6, claimed_px);
+    if (std::isfinite(more)) result.covariance *= 1 + more * more;
+    result.uncertainty =
+        ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
+    if (!std::isfinite(more)) result.uncertainty.max_px = INFINITY;
+  }
+  const bool explained =
+      !diagnosis.findings.empty() && (refused || !(result.uncertainty.max_px <= options.acceptable_px));
+  if (explained || displaced) {
+    result.reasons.push_back(ReasonOf(diagnosis));
+    return;
+  }
+  if (!change.empty()) result.reasons.push_back(change);
+  if (shared > kMaxSharedVariance) {
+    result.reasons.push_back(fmt::format(
+        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
+        "same in all views; use a flat board that is printed true to size",
+        100 * shared));
+  }
+  const std::size_t not_fixable = result.reasons.size();
+  if (const auto unused = UnusedAtTheEnd(views, kept); !unused.empty()) {
+    result.reasons.push_back(fmt::format(
+        "the last {} ({}) cannot be used, so nothing shows that the lens is still the same; add "
+        "frames with the board held still",
+        unused.size() == 1 ? "frame" : fmt::format("{} frames", unused.size()), unused.front()));
+  }
+  JudgeUncertainty(fit, kept, options, result);
+  if (result.coverage < kMinCoverage) {
+    result.reasons.push_back(
+        fmt::format("the corners cover only {:.0f} % of the image; hold the board closer, and into "
+                    "the corners of the image",
+                    100 * result.coverage));
+  }
+  result.further_views_help = not_fixable == 0 && !result.reasons.empty();
+}
+
 }  // namespace
 
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,
@@ -217,55 +342,16 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   result.size = size;
   result.board = board;
   std::vector<BoardView> kept = RemoveBlurred(views, result.frames_refused);
-  std::optional<LensFit> fit;
-  for (int round = 0; round < 3; ++round) {
-    if (kept.size() < kMinViews) break;
-    const Result<LensFit> fitted = FitLens(board, kept, size);
-    if (!fitted) {
-      result.reasons.push_back(fitted.error());
-      result.further_views_help = true;
-      return result;
-    }
-    fit = *fitted;
-    if (!RemoveMisfits(*fit, kept, result.frames_refused)) break;
-    fit.reset();
-  }
-  if (!fit) {
-    result.reasons.push_back(fmt::format(
-        "the board was found in {} usable frames; at least {} are needed: hold the whole "
-        "board in the image, well lit and still",
-        kept.size(), kMinViews));
+  RemoveViews(RepeatedViews(kept), "repeats an earlier frame", kept, result.frames_refused);
+  const Result<ConsistentFit> fitted = FitConsistentViews(board, size, kept, result);
+  if (!fitted) {
+    result.reasons.push_back(fitted.error());
     result.further_views_help = true;
     return result;
   }
+  const auto& [fit, consistency] = *fitted;
   for (const BoardView& view : kept) result.frames_used.push_back(view.name);
-  result.lens = LensFromShared(fit->shared);
-  result.rms_px = fit->rms_px;
-  result.sigma_px = fit->sigma_px;
-  result.board_bow_m = LargestBow(fit->shared.segment<3>(kBowX), board);
-  result.coverage = Coverage(kept, size);
-  const double shared = SharedVariance(*fit) / (fit->sigma_px * fit->sigma_px);
-  const double widening =
-      std::max({1.0, fit->dispersion, 1 + static_cast<double>(kept.size()) * shared});
-  result.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  JudgeCaptureChanges(*fit, kept, widening, result);
-  std::size_t fixable = result.reasons.size();
-  JudgeUncertainty(*fit, kept, options, result);
-  fixable = result.reasons.size() - fixable;
-  if (shared > kMaxSharedVariance) {
-    result.reasons.push_back(fmt::format(
-        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
-        "same in all views; use a flat board that is printed true to size",
-        100 * shared));
-  }
-  if (result.coverage < kMinCoverage) {
-    result.reasons.push_back(
-        fmt::format("the corners cover only {:.0f} % of the image; hold the board closer, and into "
-                    "the corners of the image",
-                    100 * result.coverage));
-    ++fixable;
-  }
-  result.further_views_help = fixable > 0 && fixable == result.reasons.size();
+  Judge(fit, consistency, kept, views, options, result);
   result.accepted = result.reasons.empty();
   return result;
 }
