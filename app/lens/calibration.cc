@@ -341,8 +341,9 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   LensCalibration result;
   result.size = size;
   result.board = board;
-  std::vector<BoardView> kept = RemoveBlurred(views, result.frames_refused);
-  RemoveViews(RepeatedViews(kept), "repeats an earlier frame", kept, result.frames_refused);
+  std::vector<BoardView> distinct(views.begin(), views.end());
+  RemoveViews(RepeatedViews(views), "repeats an earlier frame", distinct, result.frames_refused);
+  std::vector<BoardView> kept = RemoveBlurred(distinct, result.frames_refused);
   const Result<ConsistentFit> fitted = FitConsistentViews(board, size, kept, result);
   if (!fitted) {
     result.reasons.push_back(fitted.error());
@@ -351,7 +352,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   }
   const auto& [fit, consistency] = *fitted;
   for (const BoardView& view : kept) result.frames_used.push_back(view.name);
-  Judge(fit, consistency, kept, views, options, result);
+  Judge(fit, consistency, kept, distinct, options, result);
   result.accepted = result.reasons.empty();
   return result;
 }

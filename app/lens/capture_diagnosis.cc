@@ -166,12 +166,42 @@ double LensDifference(const SharedVector& plain, const Rival& rival, const Rival
   return largest;
 }
 
+/// Weights of the views that separate two states of the camera: 0 for those in the state of the
+/// last view, -1 for the others. The zooms are split where that reduces their variance most.
+std::vector<double> TwoStates(const RivalResult& varying) {
+  std::vector<double> zooms;
+  for (const ExtraVector& local : varying.local) zooms.push_back(local[kZoom]);
+  std::vector<double> sorted = zooms;
+  std::sort(sorted.begin(), sorted.end());
+  const double n = static_cast<double>(sorted.size());
+  const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
+  double below = 0, best = -1, limit = sorted[0];
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    below += sorted[k - 1];
+    const double m = static_cast<double>(k);
+    const double between = below * below / m + (total - below) * (total - below) / (n - m);
+    if (between <= best) continue;
+    best = between;
+    limit = 0.5 * (sorted[k - 1] + sorted[k]);
+  }
+  std::vector<double> course;
+  for (const double zoom : zooms)
+    course.push_back((zoom > limit) == (zooms.back() > limit) ? 0 : -1);
+  return course;
+}
+
 double SpreadOf(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return *high - *low;
 }
 
-std::string LocalWords(const RivalResult& result) {
+std::string LocalWords(const Candidate& candidate, const RivalResult& result) {
+  if (!candidate.rival.changing.empty()) {
+    return fmt::format(
+        "the frames show two states of the camera, as if from two cameras or a lens that goes back "
+        "and forth: the focal length differs by {:.2f} %, the principal point by {:.1f} px",
+        100 * std::abs(result.extra[kZoom]), result.extra.segment<2>(kShiftX).norm());
+  }
   std::vector<double> zooms, shifts_x, shifts_y;
   for (const ExtraVector& local : result.local) {
     zooms.push_back(local[kZoom]);
@@ -214,7 +244,7 @@ void Describe(const Candidate& candidate, const RivalResult& result, const Rival
       finding.remedy = fmt::format("let the zoom come to rest, {}", fasten);
       break;
     case CaptureCause::kCameraVaries:
-      finding.words = LocalWords(result);
+      finding.words = LocalWords(candidate, result);
       finding.remedy = fmt::format("use the frames of one camera, {}", fasten);
       break;
     case CaptureCause::kBoardBends:
@@ -334,6 +364,20 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
     attempt.finding.cause = candidate.cause;
     Describe(candidate, attempt.result, problem.board(), attempt.finding);
     attempt.finding.error_px = LensDifference(fit.shared, candidate.rival, attempt.result, size);
+    attempts.push_back(std::move(attempt));
+  }
+  for (std::size_t k = 0, count = attempts.size(); k < count; ++k) {
+    if (attempts[k].finding.cause != CaptureCause::kCameraVaries) continue;
+    Candidate states{CaptureCause::kCameraVaries, {}, true};
+    states.rival.changing = {kZoom, kShiftX, kShiftY};
+    states.rival.course = TwoStates(attempts[k].result);
+    Attempt attempt;
+    attempt.result = problem.Fit(states.rival, plain);
+    if (!attempt.result.converged) continue;
+    attempt.result.prior_chi2 += 2 * std::log(2.0) * static_cast<double>(views.size());
+    attempt.finding.cause = states.cause;
+    Describe(states, attempt.result, problem.board(), attempt.finding);
+    attempt.finding.error_px = LensDifference(fit.shared, states.rival, attempt.result, size);
     attempts.push_back(std::move(attempt));
   }
   const CaptureChangeTest test = TestForCaptureChanges(problem.Linearized(plain), views, 1);

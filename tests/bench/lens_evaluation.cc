@@ -60,12 +60,15 @@ bool Names(const std::vector<std::string>& reasons, const std::string& words) {
 
 Counts RunKind(const Kind& kind, const Arguments& arguments) {
   Counts counts;
-  for (int run = 0; run < arguments.runs; ++run) {
+  // A rendered capture takes seconds.
+  const int runs = kind.rendered ? (arguments.runs + 9) / 10 : arguments.runs;
+  for (int run = 0; run < runs; ++run) {
     const std::uint64_t seed = arguments.seed * 100003 + static_cast<std::uint64_t>(run);
     Random random(seed ^ std::hash<std::string>{}(kind.name));
     Conditions conditions = GoodConditions(random);
     kind.prepare(conditions, random);
-    const SimulatedCapture capture = Simulate(conditions, random);
+    SimulatedCapture capture = Simulate(conditions, random);
+    if (kind.rendered) capture.views = Photograph(capture, kind.photo, random);
     const lens::LensCalibration c = lens::CalibrateLens(
         conditions.board, capture.views, {conditions.width, conditions.height});
     StatedLens stated;

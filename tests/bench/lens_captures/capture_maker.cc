@@ -1,8 +1,12 @@
 #include "tests/bench/lens_captures/capture_maker.h"
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
+
+#include "app/lens/board_detection.h"
+#include "tests/renderer/scene.h"
 
 namespace plumbline::lens_captures {
 namespace {
@@ -85,7 +89,7 @@ Conditions GoodConditions(Random& random) {
   constexpr std::pair<int, int> kBoards[] = {{17, 11}, {11, 8}, {9, 6}};
   Conditions c;
   std::tie(c.width, c.height) = kSizes[random() % 4];
-  const double f = c.width * std::exp(Uniform(random, std::log(0.7), std::log(4.0)));
+  const double f = c.width * std::exp(Uniform(random, std::log(0.7), std::log(2.5)));
   c.camera.fx = f;
   c.camera.fy = f * (1 + Uniform(random, -2e-4, 2e-4));
   c.camera.cx = 0.5 * c.width - 0.5 + 0.015 * c.width * Uniform(random, -1, 1);
@@ -97,15 +101,15 @@ Conditions GoodConditions(Random& random) {
   c.camera.p[1] = Uniform(random, -1, 1) * 4e-4;
   std::tie(c.board.columns, c.board.rows) = kBoards[random() % 3];
   c.board.square_m = 0.2 / c.board.columns;
-  c.views = 18 + static_cast<int>(random() % 15);
-  c.noise_px = std::exp(Uniform(random, std::log(0.02), std::log(0.08)));
+  c.views = 20 + static_cast<int>(random() % 13);
+  c.noise_px = std::exp(Uniform(random, std::log(0.02), std::log(0.06)));
   c.bow_per_m = 0.02;
   return c;
 }
 
 SimulatedCapture Simulate(const Conditions& c, Random& random) {
   std::normal_distribution<double> N(0, 1);
-  SimulatedCapture capture{c, {}};
+  SimulatedCapture capture{c, {}, {}};
   std::vector<Vector3d> print;
   for (int k = 0; k < c.board.corners(); ++k)
     print.emplace_back(c.print_noise_m * Vector3d(N(random), N(random), 0));
@@ -120,9 +124,13 @@ SimulatedCapture Simulate(const Conditions& c, Random& random) {
     frame.X_CK.linear() = Turned(c.max_tilt_rad * Uniform(random, -1, 1),
                                  c.max_tilt_rad * Uniform(random, -1, 1),
                                  c.max_roll_rad * Uniform(random, -1, 1));
-    const double x = c.spread * c.width * Uniform(random, -1, 1),
-                 y = c.spread * c.height * Uniform(random, -1, 1);
-    frame.X_CK.translation() = Vector3d(x / c.camera.fx * z, y / c.camera.fy * z, z);
+    // Every third view is held into a corner of the image, as far as the board stays inside.
+    const bool cornered = c.spread > 0.4 && j % 3 == 0;
+    const double x = cornered ? (j % 2 == 0 ? 1 : -1) : Uniform(random, -1, 1);
+    const double y = cornered ? (j / 3 % 2 == 0 ? 1 : -1) : Uniform(random, -1, 1);
+    const double reach = cornered ? Uniform(random, 0.25, 0.45) : c.spread;
+    frame.X_CK.translation() =
+        z * Vector3d(x * reach * c.width / c.camera.fx, y * reach * c.height / c.camera.fy, 1);
     if (c.change_camera) c.change_camera(j, frame.camera);
     if (c.velocity_of) frame.velocity = c.velocity_of(j);
     if (c.spin_of) frame.spin = c.spin_of(j);
@@ -132,9 +140,51 @@ SimulatedCapture Simulate(const Conditions& c, Random& random) {
     view.name = "view " + std::to_string(j + 1);
     view.time_s = j;
     capture.views.push_back(std::move(view));
+    capture.X_CK.push_back(frame.X_CK);
   }
   if (c.change_views) c.change_views(capture.views);
   return capture;
+}
+
+std::vector<lens::BoardView> Photograph(const SimulatedCapture& capture, const PhotoHooks& hooks,
+                                        Random& random) {
+  const Conditions& c = capture.conditions;
+  renderer::Camera camera;
+  camera.width = c.width;
+  camera.height = c.height;
+  std::tie(camera.fx, camera.fy, camera.cx, camera.cy) =
+      std::tuple(c.camera.fx, c.camera.fy, c.camera.cx, c.camera.cy);
+  const double distortion[5] = {c.camera.k[0], c.camera.k[1], c.camera.p[0], c.camera.p[1],
+                                c.camera.k[2]};
+  std::copy(std::begin(distortion), std::end(distortion), camera.distortion);
+  const lens::Vec2 centre = c.board.Centre();
+  renderer::Sheet sheet;
+  sheet.print = renderer::Chessboard(c.board.columns, c.board.rows, c.board.square_m);
+  sheet.centre_x_m = centre.x();
+  sheet.centre_y_m = centre.y();
+  sheet.half_width_m = centre.x() + 2 * c.board.square_m;
+  sheet.half_height_m = centre.y() + 2 * c.board.square_m;
+  std::vector<lens::BoardView> views;
+  for (std::size_t j = 0; j < capture.X_CK.size(); ++j) {
+    renderer::Conditions light;
+    double noise = light.noise;
+    if (hooks.before) hooks.before(static_cast<int>(j), light.blur_px, noise);
+    light.noise = 0;
+    sheet.X_CK = capture.X_CK[j] * Eigen::Translation3d(-centre.x(), -centre.y(), 0);
+    const renderer::Image image = renderer::Render(camera, {sheet}, light, random());
+    Photo photo{image.width, image.height, image.grey};
+    if (hooks.after) hooks.after(static_cast<int>(j), photo, random);
+    std::normal_distribution<double> N(0, noise);
+    for (std::uint8_t& grey : photo.grey)
+      grey = static_cast<std::uint8_t>(std::clamp(grey + N(random), 0.0, 255.0));
+    const auto view =
+        lens::DetectBoard({photo.grey.data(), photo.width, photo.height, photo.width}, c.board);
+    if (!view) continue;
+    views.push_back(*view);
+    views.back().name = "view " + std::to_string(j + 1);
+    views.back().time_s = static_cast<double>(j);
+  }
+  return views;
 }
 
 }  // namespace plumbline::lens_captures

@@ -52,8 +52,23 @@ Conditions GoodConditions(Random& random);
 struct SimulatedCapture {
   Conditions conditions;
   std::vector<lens::BoardView> views;
+  std::vector<Eigen::Isometry3d> X_CK;  ///< of the board's centre, per view
 };
 SimulatedCapture Simulate(const Conditions& conditions, Random& random);
+
+/// The same capture as rendered images in which the board is detected.
+/// @param degrade  changes the image of view j, or the renderer's conditions before it is rendered
+struct Photo {
+  int width, height;
+  std::vector<std::uint8_t> grey;
+};
+struct PhotoHooks {
+  std::function<void(int j, double& blur_px, double& noise)> before;
+  std::function<void(int j, Photo&, Random&)> after;  ///< noise is added after it
+};
+/// @return  the views found; conditions without change of camera, deformation or motion
+std::vector<lens::BoardView> Photograph(const SimulatedCapture& capture, const PhotoHooks& hooks,
+                                        Random& random);
 
 /// A kind of capture.
 struct Kind {
@@ -62,6 +77,8 @@ struct Kind {
   /// Words of which a reason must contain one to name the cause; separated by '|'.
   std::string words;
   std::function<void(Conditions&, Random&)> prepare;
+  PhotoHooks photo = {};
+  bool rendered = false;  ///< as images
 };
 std::vector<Kind> AllKinds();
 

@@ -7,6 +7,7 @@ namespace plumbline::lens_captures {
 
 void AddKindsOfLens(std::vector<Kind>& kinds);
 void AddKindsOfBoard(std::vector<Kind>& kinds);
+void AddKindsOfImage(std::vector<Kind>& kinds);
 void AddGoodKinds(std::vector<Kind>& kinds);
 
 }  // namespace plumbline::lens_captures

@@ -232,6 +232,7 @@ std::vector<Kind> AllKinds() {
   AddGoodKinds(kinds);
   AddKindsOfLens(kinds);
   AddKindsOfBoard(kinds);
+  AddKindsOfImage(kinds);
   return kinds;
 }
 

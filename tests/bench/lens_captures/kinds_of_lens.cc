@@ -145,10 +145,10 @@ Kind Rolling(const char* name, const std::function<Vector3d(int j, Random&)>& px
 
 void AddShutters(std::vector<Kind>& kinds) {
   kinds.push_back(Rolling("rolling shutter, board moves down", [](int, Random& random) {
-    return Vector3d(0, Uniform(random, 3, 9), 0);
+    return Vector3d(0, std::exp(Uniform(random, -0.5, 2.2)), 0);
   }));
   kinds.push_back(Rolling("rolling shutter, board moves up", [](int, Random& random) {
-    return Vector3d(0, -Uniform(random, 3, 9), 0);
+    return Vector3d(0, -std::exp(Uniform(random, 0.5, 2.2)), 0);
   }));
   kinds.push_back(Rolling("rolling shutter, board moves sideways", [](int, Random& random) {
     return Vector3d(EitherSign(random, 3, 9), 0, 0);
@@ -158,8 +158,9 @@ void AddShutters(std::vector<Kind>& kinds) {
     return Vector3d(Uniform(own, -6, 6), Uniform(own, -6, 6), 0);
   }));
   kinds.push_back(Rolling("rolling shutter, down at several speeds", [](int j, Random& random) {
+    const double fastest = std::exp(Uniform(random, -0.5, 2.2));
     Random own(random() + static_cast<std::uint64_t>(j));
-    return Vector3d(0, Uniform(own, 1, 9), 0);
+    return Vector3d(0, fastest * Uniform(own, 0.3, 1), 0);
   }));
   kinds.push_back(Rolling("rolling shutter, board comes closer", [](int, Random& random) {
     return Vector3d(0, 0, -Uniform(random, 10, 30));
