@@ -24,6 +24,8 @@ constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
 constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
 constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
+constexpr double kMinShareOfNoise = 0.5;    // of the uncertainty; below, other causes dominate
+constexpr const char* kDoesNotFit = "does not fit the other views: moved, or detected wrongly";
 
 /// The views without those that are far more blurred than the others.
 std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
@@ -206,27 +208,34 @@ double ErrorOf(const CaptureDiagnosis& diagnosis) {
   return largest;
 }
 
-void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
-                      const CalibrationOptions& options, LensCalibration& result) {
-  if (result.uncertainty.max_px <= options.acceptable_px) return;
-  std::string reason = fmt::format(
-      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
-      "{:.2g} px is acceptable: ",
-      result.uncertainty.max_px, options.acceptable_px);
-  const double reach = ReachOf(fit, views, result.size);
+/// Advice on views that would determine the lens better.
+std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
+                          image::ImageSize size) {
+  const double reach = ReachOf(fit, views, size);
   if (TiltSpread(fit) < kMinTilt_rad) {
-    reason +=
-        "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the right, "
-        "up and down";
-  } else if (reach < kSufficientReach) {
-    reason += fmt::format(
+    return "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the "
+           "right, up and down";
+  }
+  if (reach < kSufficientReach) {
+    return fmt::format(
         "the board was seen only up to {:.0f} % of the way from the centre to the corners of the "
         "image, and the lens is unknown beyond; hold the board into the corners",
         100 * reach);
-  } else {
-    reason += "take more views, tilted and close to the corners of the image";
   }
-  result.reasons.push_back(std::move(reason));
+  return "take more views, tilted and close to the corners of the image";
+}
+
+std::string UncertaintyReason(const LensCalibration& result, const CalibrationOptions& options,
+                              const std::string& advice) {
+  return fmt::format(
+      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
+      "{:.2g} px is acceptable: {}",
+      result.uncertainty.max_px, options.acceptable_px, advice);
+}
+
+/// Share of the corners' noise in the residuals: 1 if nothing else is in them.
+double NoiseShare(const LensFit& fit, const ViewConsistency& consistency) {
+  return std::min(1.0, consistency.noise_px / fit.sigma_px);
 }
 
 /// Fit of all views that were not detected wrongly, and their consistency.
@@ -235,30 +244,32 @@ struct ConsistentFit {
   ViewConsistency consistency;
 };
 
-std::string TooFewViews(std::size_t usable, std::size_t wrong) {
+std::string TooFewViews(std::size_t usable, const std::vector<RefusedFrame>& refused) {
   std::string reason = fmt::format("the board was found in {} usable frames; at least {} are "
                                    "needed: hold the whole board in the image, well lit and still",
                                    usable, kMinViews);
-  if (wrong > 0)
+  const auto wrong = std::count_if(refused.begin(), refused.end(), [](const RefusedFrame& frame) {
+    return frame.reason == kDoesNotFit;
+  });
+  if (wrong > 0) {
     reason += fmt::format(
         "; {} further frames do not fit the others, as if the board was detected wrongly", wrong);
+  }
   return reason;
 }
 
 /// Removes views that were detected wrongly until none is left.
 Result<ConsistentFit> FitConsistentViews(const Board& board, image::ImageSize size,
-                                         std::vector<BoardView>& kept, LensCalibration& result) {
-  std::size_t wrong = 0;
+                                         std::vector<BoardView>& kept,
+                                         std::vector<RefusedFrame>& refused) {
   while (kept.size() >= kMinViews) {
     Result<LensFit> fit = FitLens(board, kept, size);
     if (!fit) return Error{fit.error()};
     ViewConsistency consistency = ConsistencyOf(board, *fit, kept);
     if (consistency.wrong.empty()) return ConsistentFit{std::move(*fit), std::move(consistency)};
-    wrong += consistency.wrong.size();
-    RemoveViews(consistency.wrong, "does not fit the other views: moved, or detected wrongly", kept,
-                result.frames_refused);
+    RemoveViews(consistency.wrong, kDoesNotFit, kept, refused);
   }
-  return Error{TooFewViews(kept.size(), wrong)};
+  return Error{TooFewViews(kept.size(), refused)};
 }
 
 /// Names of the views after the last one that is used: nothing shows the state of the lens then.
@@ -275,63 +286,119 @@ std::vector<std::string> UnusedAtTheEnd(std::span<const BoardView> views,
   return names;
 }
 
-/// Fills in the result and the reasons to refuse it.
-void Judge(const LensFit& fit, const ViewConsistency& consistency, std::span<const BoardView> kept,
-           std::span<const BoardView> views, const CalibrationOptions& options,
-           LensCalibration& result) {
+/// Numbers of the result; the covariance is widened for errors that all views share.
+/// @return  share of the corners' error variance that is the same in all views
+double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalibration& result,
+                  double& widening) {
   result.lens = LensFromShared(fit.shared);
   result.rms_px = fit.rms_px;
   result.sigma_px = fit.sigma_px;
   result.board_bow_m = LargestBow(fit.shared.segment<3>(kBowX), result.board);
   result.coverage = Coverage(kept, result.size);
+  result.frames_used.clear();
+  for (const BoardView& view : kept) result.frames_used.push_back(view.name);
   const double shared = SharedVariance(fit) / (fit.sigma_px * fit.sigma_px);
-  const double widening =
-      std::max({1.0, fit.dispersion, 1 + static_cast<double>(kept.size()) * shared});
+  widening = std::max({1.0, fit.dispersion, 1 + static_cast<double>(kept.size()) * shared});
   result.covariance = widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>();
-  const std::string change = CaptureChangesIn(fit, kept, widening, result);
-  const bool displaced = !consistency.displaced.empty();
-  const bool refused = displaced || !change.empty() || shared > kMaxSharedVariance;
-  const CaptureDiagnosis diagnosis =
-      DiagnoseCapture(result.board, kept, result.size, fit, consistency, refused);
-  result.uncertainty =
-      ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
-  const double claimed_px = result.uncertainty.max_px;
-  if (const double error_px = ErrorOf(diagnosis); error_px > 0) {
-    // The lens of the better explanation is as credible as the plain one.
-    const double more = error_px / std::max(1e-6, claimed_px);
-    if (std::isfinite(more)) result.covariance *= 1 + more * more;
+  return shared;
+}
+
+/// States the uncertainty, including that a finding of the diagnosis is true: its lens is then as
+/// credible as the plain one.
+void StateUncertainty(const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
+                      LensCalibration& result) {
+  const auto state = [&] {
     result.uncertainty =
         ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
-    if (!std::isfinite(more)) result.uncertainty.max_px = INFINITY;
+  };
+  state();
+  const double error_px = ErrorOf(diagnosis);
+  if (!(error_px > 0)) return;
+  const double more = error_px / std::max(1e-6, result.uncertainty.max_px);
+  if (std::isfinite(more)) {
+    result.covariance *= 1 + more * more;
+    state();
+  } else {
+    result.uncertainty.max_px = INFINITY;
   }
-  const bool explained =
-      !diagnosis.findings.empty() && (refused || !(result.uncertainty.max_px <= options.acceptable_px));
-  if (explained || displaced) {
-    result.reasons.push_back(ReasonOf(diagnosis));
-    return;
-  }
-  if (!change.empty()) result.reasons.push_back(change);
-  if (shared > kMaxSharedVariance) {
-    result.reasons.push_back(fmt::format(
-        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
-        "same in all views; use a flat board that is printed true to size",
-        100 * shared));
-  }
-  const std::size_t not_fixable = result.reasons.size();
+}
+
+/// What is wrong with the views as such: too few at the end, too similar, too far from the corners.
+void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
+                std::span<const BoardView> views, const CalibrationOptions& options,
+                LensCalibration& result) {
+  const auto& [fit, consistency] = fitted;
   if (const auto unused = UnusedAtTheEnd(views, kept); !unused.empty()) {
     result.reasons.push_back(fmt::format(
-        "the last {} ({}) cannot be used, so nothing shows that the lens is still the same; add "
-        "frames with the board held still",
+        "the last {} (from {}) cannot be used, so nothing shows that the lens is still the same; "
+        "add frames with the board held still",
         unused.size() == 1 ? "frame" : fmt::format("{} frames", unused.size()), unused.front()));
   }
-  JudgeUncertainty(fit, kept, options, result);
+  if (!(result.uncertainty.max_px <= options.acceptable_px)) {
+    // More views help only if the noise alone makes the lens uncertain.
+    const LensMatrix covariance = std::pow(NoiseShare(fit, consistency), 2) *
+                                  fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+    const double by_noise_px =
+        ProjectionUncertaintyOf(result.lens, covariance, result.size, options.distance_m).max_px;
+    const bool noise = kMinShareOfNoise * result.uncertainty.max_px < by_noise_px ||
+                       !(by_noise_px <= options.acceptable_px);
+    const std::string advice =
+        noise ? AdviceOnViews(fit, kept, result.size)
+              : fmt::format("one lens and one flat board explain the corners to {:.2f} px, but "
+                            "their noise is {:.2f} px, and the cause is not clear; use a stiff "
+                            "board printed true to size, avoid heat haze and vibration",
+                            fit.sigma_px, consistency.noise_px);
+    result.reasons.push_back(UncertaintyReason(result, options, advice));
+  }
   if (result.coverage < kMinCoverage) {
     result.reasons.push_back(
         fmt::format("the corners cover only {:.0f} % of the image; hold the board closer, and into "
                     "the corners of the image",
                     100 * result.coverage));
   }
-  result.further_views_help = not_fixable == 0 && !result.reasons.empty();
+}
+
+/// Fills in the result and the reasons to refuse it.
+/// @return  false: a few views fit no explanation and should be left out
+bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
+           std::span<const BoardView> views, const CalibrationOptions& options,
+           LensCalibration& result) {
+  const auto& [fit, consistency] = fitted;
+  double widening = 1;
+  const double shared = FillResult(fit, kept, result, widening);
+  const std::string change = CaptureChangesIn(fit, kept, widening, result);
+  const bool displaced = !consistency.displaced.empty();
+  const bool uneven = shared > kMaxSharedVariance;
+  const CaptureDiagnosis diagnosis = DiagnoseCapture(result.board, kept, result.size, fit,
+                                                     consistency, displaced || !change.empty());
+  StateUncertainty(diagnosis, options, result);
+  const bool uncertain = !(result.uncertainty.max_px <= options.acceptable_px);
+  const bool found = !diagnosis.findings.empty();
+  if (displaced && !found && 4 * consistency.displaced.size() <= kept.size()) return false;
+  if (displaced || (found && (uncertain || !change.empty()))) {
+    result.reasons.push_back(ReasonOf(diagnosis));
+  } else if (!change.empty()) {
+    result.reasons.push_back(change);
+  } else if (uneven && uncertain) {
+    result.reasons.push_back(fmt::format(
+        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
+        "same in all views; use a flat board that is printed true to size",
+        100 * shared));
+  }
+  const bool caused = !result.reasons.empty();
+  if (caused) {
+    // Advice on views only if better views are needed as well.
+    LensCalibration ideal = result;
+    ideal.covariance = std::pow(NoiseShare(fit, consistency), 2) *
+                       fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+    StateUncertainty({}, options, ideal);
+    if (!(ideal.uncertainty.max_px <= options.acceptable_px))
+      result.reasons.push_back(UncertaintyReason(ideal, options, "apart from this, " + AdviceOnViews(fit, kept, result.size)));
+    return true;
+  }
+  JudgeViews(fitted, kept, views, options, result);
+  result.further_views_help = !result.reasons.empty();
+  return true;
 }
 
 }  // namespace
@@ -343,16 +410,26 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   result.board = board;
   std::vector<BoardView> distinct(views.begin(), views.end());
   RemoveViews(RepeatedViews(views), "repeats an earlier frame", distinct, result.frames_refused);
+  const std::size_t repeated = views.size() - distinct.size();
   std::vector<BoardView> kept = RemoveBlurred(distinct, result.frames_refused);
-  const Result<ConsistentFit> fitted = FitConsistentViews(board, size, kept, result);
-  if (!fitted) {
-    result.reasons.push_back(fitted.error());
-    result.further_views_help = true;
-    return result;
+  for (bool judged = false; !judged;) {
+    const Result<ConsistentFit> fitted =
+        FitConsistentViews(board, size, kept, result.frames_refused);
+    if (!fitted) {
+      result.reasons.push_back(fitted.error());
+      result.further_views_help = true;
+      break;
+    }
+    judged = Judge(*fitted, kept, distinct, options, result);
+    if (!judged)
+      RemoveViews(fitted->consistency.displaced, kDoesNotFit, kept, result.frames_refused);
   }
-  const auto& [fit, consistency] = *fitted;
-  for (const BoardView& view : kept) result.frames_used.push_back(view.name);
-  Judge(fit, consistency, kept, distinct, options, result);
+  if (!result.reasons.empty() && 2 * repeated > views.size()) {
+    result.reasons.push_back(fmt::format(
+        "{} of {} frames repeat an earlier one and add nothing: the camera or its driver delivers "
+        "frames more than once",
+        repeated, views.size()));
+  }
   result.accepted = result.reasons.empty();
   return result;
 }

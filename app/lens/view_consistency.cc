@@ -13,6 +13,7 @@ constexpr double kNormalOfMedian = 1.4826;
 constexpr double kMinNoise_px = 1e-3;
 constexpr double kMaxOutlier = 6;       // second difference, in standard deviations
 constexpr double kMaxRoughness = 4;     // noise of a view, in units of the median
+constexpr double kMaxNoisy = 1.5;       // RMS of a view without displacement, in units of its noise
 constexpr double kMaxMisfitRatio = 3;   // RMS of a view, in units of the median
 
 /// Second differences r[a] - 2 r[b] + r[c] of neighbours in a row or column of the board, for each
@@ -39,6 +40,18 @@ struct Triples {
 
 Vec2 SecondDifference(const std::vector<Vec2>& residuals, const std::array<std::size_t, 3>& t) {
   return (residuals[t[0]] - 2 * residuals[t[1]] + residuals[t[2]]) / std::sqrt(6.0);
+}
+
+/// Per coordinate [px].
+double RmsOf(const std::vector<Vec2>& residuals, const std::vector<bool>& used) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < residuals.size(); ++k) {
+    if (!used[k]) continue;
+    sum += residuals[k].squaredNorm();
+    count += 2;
+  }
+  return count > 0 ? std::sqrt(sum / count) : INFINITY;
 }
 
 }  // namespace
@@ -77,6 +90,9 @@ ViewConsistency ConsistencyOf(const Board& board, const LensFit& fit,
     const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
     const auto fitted = std::count(fit.used[j].begin(), fit.used[j].end(), true);
     if (fit.view_rms_px[j] <= kMaxMisfitRatio * usual_px && 2 * fitted >= seen) continue;
+    if (RmsOf(fit.residuals_px[j], result.used[j]) < kMaxNoisy * noise_px &&
+        noise_px < kMaxRoughness * result.noise_px)
+      continue;  // noisier than the others, but not displaced
     const auto smooth = std::count(result.used[j].begin(), result.used[j].end(), true);
     const bool rough =
         result.view_noise_px[j] > kMaxRoughness * result.noise_px || 2 * smooth < seen;

@@ -54,6 +54,9 @@ void AddPrints(std::vector<Kind>& kinds) {
                            }));
   kinds.push_back({"corners printed with errors of 0.15 mm", Expected::kEither, "print|uneven|match",
                    [](Conditions& c, Random&) { c.print_noise_m = 1.5e-4; }});
+  kinds.push_back({"corners printed with errors of 0.02 mm", Expected::kEither,
+                   "print|uneven|match|views|corners",
+                   [](Conditions& c, Random&) { c.print_noise_m = 2e-5; }});
   for (const double scale : {0.97, 1.5}) {
     kinds.push_back(Deformed(scale < 1 ? "printed at 97 %" : "wrong size of squares",
                              Expected::kGood, "",
@@ -138,7 +141,7 @@ void AddPoorViews(std::vector<Kind>& kinds) {
                      };
                    }});
   kinds.push_back({"a third of the frames detected wrongly", Expected::kEither,
-                   "do not fit|detected|not clear", [](Conditions& c, Random& random) {
+                   "do not fit|detected|cannot be used", [](Conditions& c, Random& random) {
                      const auto seed = random();
                      c.change_views = [seed](Views& views) {
                        Random own(seed);
@@ -148,7 +151,7 @@ void AddPoorViews(std::vector<Kind>& kinds) {
                        }
                      };
                    }});
-  kinds.push_back({"heat haze", Expected::kEither, "", [](Conditions& c, Random& random) {
+  kinds.push_back({"heat haze", Expected::kEither, "haze", [](Conditions& c, Random& random) {
                      const auto seed = random();
                      c.change_views = [seed](Views& views) {
                        Random own(seed);
@@ -178,7 +181,6 @@ void AddGoodKinds(std::vector<Kind>& kinds) {
   }
   good("good, board bowed", [](Conditions& c, Random&) { c.bow_per_m = 0.3; });
   good("good, board always upright", [](Conditions& c, Random&) { c.max_roll_rad = 0.05; });
-  good("good, print errors of 0.02 mm", [](Conditions& c, Random&) { c.print_noise_m = 2e-5; });
   good("good, mirrored image", [](Conditions& c, Random&) {
     c.camera.cx = c.width - 1 - c.camera.cx;
     c.camera.p[1] = -c.camera.p[1];
