@@ -9,11 +9,11 @@
 namespace plumbline::lens {
 namespace {
 
-constexpr int kMinSamples = 45;             // of each colour: three per coefficient
-constexpr double kMinDistance_px = 3;       // of a sample from the edges
+constexpr int kMinSamples = 45;               // of each colour: three per coefficient
+constexpr double kMinDistance_px = 3;         // of a sample from the edges
 constexpr double kMinGradient_per_px = 2e-4;  // displaces a corner by about 0.001 px
-constexpr double kOutlyingSample = 4;       // in units of the median deviation
-constexpr double kMinContrastShare = 0.02;  // of that in the middle
+constexpr double kOutlyingSample = 4;         // in units of the median deviation
+constexpr double kMinContrastShare = 0.02;    // of that in the middle
 constexpr int kNodeSpacing_px = 16;
 
 double MeanAround(const cv::Mat& image, int u, int v) {
@@ -109,7 +109,8 @@ bool BoardShading::HasGradient() const {
   constexpr int kSteps = 8;
   for (int j = 0; j <= kSteps; ++j) {
     for (int i = 0; i <= kSteps; ++i) {
-      const Vec2 at = middle_ + half_.cwiseProduct(Vec2(2.0 * i / kSteps - 1, 2.0 * j / kSteps - 1));
+      const Vec2 at =
+          middle_ + half_.cwiseProduct(Vec2(2.0 * i / kSteps - 1, 2.0 * j / kSteps - 1));
       const Vec2 here = WhiteAndBlackAt(at);
       const Vec2 right = WhiteAndBlackAt(at + Vec2(1, 0)), below = WhiteAndBlackAt(at + Vec2(0, 1));
       const double contrast = here.x() - here.y();

@@ -18,6 +18,9 @@ constexpr std::size_t kMinViews = 6;
 // in a hundred is refused at this level.
 constexpr double kChangeSignificance = 1e-2;
 constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
+// A zoom by 1 % before the last view must exceed five standard deviations ..
+constexpr double kMaxLastViewFocalSd = 2e-3;
+constexpr double kMaxLastViewRatio = 2;  // .. unless no view of this capture would show it
 constexpr double kMinCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
@@ -157,10 +160,13 @@ std::string Describe(const CaptureChange& change, const LensFit& fit,
 /// Widens the covariance for changes that are too small to be detected.
 /// @return  what changed by more than chance: "the lens moved while the frames were taken: ..";
 ///          empty: nothing
+/// @param head_on  the last view would not show a zoom before it, unlike the others
 std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
-                             LensCalibration& result) {
+                             LensCalibration& result, bool& head_on) {
   CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
   result.covariance += test.undetected_covariance;
+  head_on = test.last_view_focal_sd >
+            std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
   auto& changes = test.changes;
   std::sort(changes.begin(), changes.end(),
             [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
@@ -175,9 +181,10 @@ std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> view
     lens_moved |= change.kind != CaptureChange::Kind::kBoard;
   }
   if (words.empty()) return words;
-  return fmt::format("the {} moved while the frames were taken: {}; let the zoom come to rest, "
-                     "fasten camera, lens and board, and repeat the capture",
-                     lens_moved ? "lens" : "board", words);
+  return fmt::format(
+      "the {} moved while the frames were taken: {}; let the zoom come to rest, "
+      "fasten camera, lens and board, and repeat the capture",
+      lens_moved ? "lens" : "board", words);
 }
 
 /// One reason for a capture that one lens and one board do not explain.
@@ -245,9 +252,10 @@ struct ConsistentFit {
 };
 
 std::string TooFewViews(std::size_t usable, const std::vector<RefusedFrame>& refused) {
-  std::string reason = fmt::format("the board was found in {} usable frames; at least {} are "
-                                   "needed: hold the whole board in the image, well lit and still",
-                                   usable, kMinViews);
+  std::string reason = fmt::format(
+      "the board was found in {} usable frames; at least {} are "
+      "needed: hold the whole board in the image, well lit and still",
+      usable, kMinViews);
   const auto wrong = std::count_if(refused.begin(), refused.end(), [](const RefusedFrame& frame) {
     return frame.reason == kDoesNotFit;
   });
@@ -344,10 +352,11 @@ void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
                        !(by_noise_px <= options.acceptable_px);
     const std::string advice =
         noise ? AdviceOnViews(fit, kept, result.size)
-              : fmt::format("one lens and one flat board explain the corners to {:.2f} px, but "
-                            "their noise is {:.2f} px, and the cause is not clear; use a stiff "
-                            "board printed true to size, avoid heat haze and vibration",
-                            fit.sigma_px, consistency.noise_px);
+              : fmt::format(
+                    "one lens and one flat board explain the corners to {:.2f} px, but "
+                    "their noise is {:.2f} px, and the cause is not clear; use a stiff "
+                    "board printed true to size, avoid heat haze and vibration",
+                    fit.sigma_px, consistency.noise_px);
     result.reasons.push_back(UncertaintyReason(result, options, advice));
   }
   if (result.coverage < kMinCoverage) {
@@ -366,7 +375,8 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const auto& [fit, consistency] = fitted;
   double widening = 1;
   const double shared = FillResult(fit, kept, result, widening);
-  const std::string change = CaptureChangesIn(fit, kept, widening, result);
+  bool head_on = false;
+  const std::string change = CaptureChangesIn(fit, kept, widening, result, head_on);
   const bool displaced = !consistency.displaced.empty();
   const bool uneven = shared > kMaxSharedVariance;
   const CaptureDiagnosis diagnosis = DiagnoseCapture(result.board, kept, result.size, fit,
@@ -393,8 +403,15 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
                        fit.covariance.topLeftCorner<kLensCount, kLensCount>();
     StateUncertainty({}, options, ideal);
     if (!(ideal.uncertainty.max_px <= options.acceptable_px))
-      result.reasons.push_back(UncertaintyReason(ideal, options, "apart from this, " + AdviceOnViews(fit, kept, result.size)));
+      result.reasons.push_back(UncertaintyReason(
+          ideal, options, "apart from this, " + AdviceOnViews(fit, kept, result.size)));
     return true;
+  }
+  if (head_on) {
+    result.reasons.push_back(fmt::format(
+        "{} is the last one and shows the board head-on, so that a zoom before it would look like "
+        "another distance; end with a frame that shows the board close and tilted",
+        kept.back().name));
   }
   JudgeViews(fitted, kept, views, options, result);
   result.further_views_help = !result.reasons.empty();

@@ -17,10 +17,10 @@ namespace {
 // Score test: a rival is fitted if its decrease exceeds the mean of chi^2 by this many standard
 // deviations.
 constexpr double kMaxScore = 6;
-constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. Methodol. 25 (1995)
-constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
-constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
-constexpr double kMinExplained = 0.9;    // .. unless it explains this share of the sum of squares
+constexpr double kMinEvidence = 10;    // "very strong": A. Raftery, Sociol. Methodol. 25 (1995)
+constexpr double kClearEvidence = 10;  // advantage of the best cause over another one
+constexpr double kMaxUnexplained = 9;  // variance of the best fit, in units of the noise
+constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
 constexpr int kGridColumns = 9, kGridRows = 7;
 
 struct Candidate {
@@ -61,8 +61,7 @@ std::vector<Candidate> ConstantCandidates() {
           {C::kRollingShutter, Global({kVelocityX, kVelocityY, kVelocityZ})},
           {C::kRollingShutter, Local({kVelocityX, kVelocityY})},
           {C::kRollingShutter, Local({kSpinX, kSpinY, kSpinZ})},
-          {C::kRollingShutter,
-           Local({kVelocityX, kVelocityY, kVelocityZ, kSpinX, kSpinY, kSpinZ})},
+          {C::kRollingShutter, Local({kVelocityX, kVelocityY, kVelocityZ, kSpinX, kSpinY, kSpinZ})},
           {C::kStretchedPrint, Global({kStretch, kSkew})},
           {C::kUnevenPrint, uneven_and_stretched},
           {C::kBoardNotFlat, Global(Range(kHeight, kHeightTerms))},
@@ -110,8 +109,7 @@ std::vector<ChangeCandidate> ChangeCandidates(const CaptureChangeTest& test,
   };
   add(CaptureCause::kFocalLength, test.changes[0], {kZoom});
   add(CaptureCause::kPrincipalPoint, test.changes[1], {kShiftX, kShiftY});
-  for (int k : {0, 1})
-    add(CaptureCause::kFocalLength, test.changes[k], {kZoom, kShiftX, kShiftY});
+  for (int k : {0, 1}) add(CaptureCause::kFocalLength, test.changes[k], {kZoom, kShiftX, kShiftY});
   add(CaptureCause::kBoardBends, test.changes[2], {kBendX, kBendY, kBendXY});
   return candidates;
 }
@@ -209,8 +207,8 @@ std::string LocalWords(const Candidate& candidate, const RivalResult& result) {
     shifts_y.push_back(local[kShiftY]);
   }
   const double shift_px = std::hypot(SpreadOf(shifts_x), SpreadOf(shifts_y));
-  std::string words = fmt::format("the focal length varies from frame to frame by {:.2f} %",
-                                  100 * SpreadOf(zooms));
+  std::string words =
+      fmt::format("the focal length varies from frame to frame by {:.2f} %", 100 * SpreadOf(zooms));
   if (shift_px > 0) words += fmt::format(" and the principal point by {:.1f} px", shift_px);
   return words;
 }
@@ -235,8 +233,9 @@ double MotionOf(const RivalResult& result) {
 
 void Describe(const Candidate& candidate, const RivalResult& result, const RivalBoard& board,
               CaptureDiagnosis::Finding& finding) {
-  const char* fasten = "fasten camera, lens and board, switch autofocus, digital zoom and image "
-                       "stabilisation off, and repeat the capture";
+  const char* fasten =
+      "fasten camera, lens and board, switch autofocus, digital zoom and image "
+      "stabilisation off, and repeat the capture";
   switch (candidate.cause) {
     case CaptureCause::kNone:
     case CaptureCause::kFocalLength:
@@ -259,8 +258,8 @@ void Describe(const Candidate& candidate, const RivalResult& result, const Rival
       finding.remedy = "hold the board still for each frame, or rest it";
       break;
     case CaptureCause::kPixelAspect:
-      finding.words = fmt::format(
-          "the pixels are not square: fy / fx is {:.4f}", result.shared[kFy] / result.shared[kFx]);
+      finding.words = fmt::format("the pixels are not square: fy / fx is {:.4f}",
+                                  result.shared[kFy] / result.shared[kFx]);
       finding.remedy = "use the sensor's own resolution, without scaling";
       break;
     case CaptureCause::kStretchedPrint:
@@ -305,8 +304,8 @@ std::string ChangeWords(const ChangeCandidate& candidate, const RivalResult& res
   const std::string when = WhenOf(candidate.change, views);
   switch (candidate.cause) {
     case CaptureCause::kFocalLength: {
-      std::string words = fmt::format("the focal length changed by {:.2f} % {}",
-                                      100 * result.extra[kZoom], when);
+      std::string words =
+          fmt::format("the focal length changed by {:.2f} % {}", 100 * result.extra[kZoom], when);
       const double shift_px = result.extra.segment<2>(kShiftX).norm();
       if (shift_px > 0) words += fmt::format(", the principal point by {:.1f} px", shift_px);
       return words;
@@ -346,8 +345,8 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   const std::vector<double> scores = problem.ScoreTests(rivals, plain);
   std::vector<std::size_t> significant;
   for (std::size_t k = 0; k < constant.size(); ++k) {
-    const double freedom = static_cast<double>(
-        rivals[k].global.size() + rivals[k].local.size() * views.size());
+    const double freedom =
+        static_cast<double>(rivals[k].global.size() + rivals[k].local.size() * views.size());
     const bool high = freedom > 0 && scores[k] > freedom + kMaxScore * std::sqrt(2 * freedom);
     if (high && !constant[k].always) significant.push_back(k);
     if (constant[k].cause == CaptureCause::kPixelAspect &&
@@ -408,9 +407,9 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   if (best < kMinEvidence) return diagnosis;
   for (const Attempt& attempt : attempts) {
     if (attempt.finding.evidence < std::max(kMinEvidence, best - kClearEvidence)) break;
-    const bool same = std::any_of(
-        diagnosis.findings.begin(), diagnosis.findings.end(),
-        [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
+    const bool same =
+        std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
+                    [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
     if (!same) diagnosis.findings.push_back(attempt.finding);
   }
   diagnosis.incomplete =

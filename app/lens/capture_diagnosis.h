@@ -33,7 +33,7 @@ struct CaptureDiagnosis {
   /// is the best.
   struct Finding {
     CaptureCause cause = CaptureCause::kNone;
-    std::string words;   ///< "the focal length changed by 0.21 % between view 4 and view 5"
+    std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
     std::string remedy;
     double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
     double error_px = 0;  ///< largest difference over the image between its lens and the plain one

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMaxPoints = 100;  // of a board
 constexpr int kMaxSteps = 25;
-constexpr double kConverged = 1e-5;    // relative decrease of the cost
+constexpr double kConverged = 1e-5;     // relative decrease of the cost
 constexpr double kSquareAspect = 3e-4;  // standard deviation of fx / fy of an unscaled sensor
 constexpr double kFreeAspect = 0.1;
 constexpr double kFisheyeDistortion = 0.3;
@@ -185,7 +185,9 @@ bool RivalProblem::Linearize(const Rival& rival, const RivalResult& at,
   return true;
 }
 
-RivalResult RivalProblem::Fit(const Rival& rival) const { return Fit(rival, start_); }
+RivalResult RivalProblem::Fit(const Rival& rival) const {
+  return Fit(rival, start_);
+}
 
 RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
   const Eigen::Index locals = static_cast<Eigen::Index>(rival.local.size());
@@ -345,8 +347,7 @@ LensFit RivalProblem::Linearized(const RivalResult& plain) const {
     ViewInformation view;
     view.information =
         weight * (block.common.transpose() * block.common - B.transpose() * A.solve(B));
-    view.pull =
-        weight * (B.transpose() * A.solve(a) - block.common.transpose() * block.residuals);
+    view.pull = weight * (B.transpose() * A.solve(a) - block.common.transpose() * block.residuals);
     information += view.information;
     fit.view_information.push_back(view);
   }

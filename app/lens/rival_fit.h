@@ -11,10 +11,10 @@ namespace plumbline::lens {
 
 /// One explanation of the residuals: which extra parameters are estimated, and how they vary.
 struct Rival {
-  std::vector<int> global;      ///< of Extra, equal in all views
-  std::vector<int> local;       ///< of Extra, different in each view
-  std::vector<int> changing;    ///< of Extra, times `course`
-  std::vector<double> course;   ///< weight of each view; 0 for the last one
+  std::vector<int> global;     ///< of Extra, equal in all views
+  std::vector<int> local;      ///< of Extra, different in each view
+  std::vector<int> changing;   ///< of Extra, times `course`
+  std::vector<double> course;  ///< weight of each view; 0 for the last one
   bool fisheye = false;
   bool free_aspect = false;  ///< fx / fy is estimated instead of almost 1
 };

@@ -64,8 +64,8 @@ Vec2 RivalPixelOf(bool fisheye, const SharedVector& s, const ExtraVector& e, con
     const double r2 = x * x + y * y, r4 = r2 * r2;
     const double radial = (1 + r2 * (s[kK1] + r2 * (s[kK2] + r2 * s[kK3]))) /
                           (1 + r2 * (e[kK4] + r2 * (e[kK5] + r2 * e[kK6])));
-    const double u = radial * x + 2 * s[kP1] * x * y + s[kP2] * (r2 + 2 * x * x) +
-                     e[kPrism1] * r2 + e[kPrism2] * r4;
+    const double u = radial * x + 2 * s[kP1] * x * y + s[kP2] * (r2 + 2 * x * x) + e[kPrism1] * r2 +
+                     e[kPrism2] * r4;
     y = radial * y + s[kP1] * (r2 + 2 * y * y) + 2 * s[kP2] * x * y + e[kPrism3] * r2 +
         e[kPrism4] * r4;
     x = u;

@@ -14,32 +14,32 @@ inline constexpr int kHeightTerms = 18, kPrintTerms = 12;
 
 /// Parameters beyond SharedVector; all zero: the lens and board of BoardPixels().
 enum Extra : int {
-  kZoom,                     ///< d ln f
+  kZoom,  ///< d ln f
   kShiftX,
-  kShiftY,                   ///< of the principal point [px]
+  kShiftY,  ///< of the principal point [px]
   kBendX,
   kBendY,
-  kBendXY,                   ///< added to the bow [1/m]
+  kBendXY,  ///< added to the bow [1/m]
   kVelocityX,
   kVelocityY,
-  kVelocityZ,                ///< of the board during the read-out of the image [m]
+  kVelocityZ,  ///< of the board during the read-out of the image [m]
   kSpinX,
   kSpinY,
-  kSpinZ,                    ///< likewise, about the board's centre, camera frame [rad]
-  kStretch,                  ///< of the print along its rows (1)
-  kSkew,                     ///< shear of the print (1)
+  kSpinZ,    ///< likewise, about the board's centre, camera frame [rad]
+  kStretch,  ///< of the print along its rows (1)
+  kSkew,     ///< shear of the print (1)
   kPaneX,
   kPaneY,
-  kPaneZ,                    ///< glass before the lens: normal times thickness [m]
-  kBoardGlass,               ///< thickness of the glass on the board [m]
+  kPaneZ,       ///< glass before the lens: normal times thickness [m]
+  kBoardGlass,  ///< thickness of the glass on the board [m]
   kK4,
   kK5,
-  kK6,                       ///< denominator of the rational model; of a fisheye only kK4 (1)
+  kK6,  ///< denominator of the rational model; of a fisheye only kK4 (1)
   kPrism1,
   kPrism2,
   kPrism3,
-  kPrism4,                   ///< s1..s4 of OpenCV's thin prism (1)
-  kHeight,                   ///< first of kHeightTerms [m]
+  kPrism4,                           ///< s1..s4 of OpenCV's thin prism (1)
+  kHeight,                           ///< first of kHeightTerms [m]
   kPrintX = kHeight + kHeightTerms,  ///< first of kPrintTerms [m]
   kPrintY = kPrintX + kPrintTerms,
   kExtraCount = kPrintY + kPrintTerms

@@ -11,10 +11,10 @@ namespace {
 
 constexpr double kNormalOfMedian = 1.4826;
 constexpr double kMinNoise_px = 1e-3;
-constexpr double kMaxOutlier = 6;       // second difference, in standard deviations
-constexpr double kMaxRoughness = 4;     // noise of a view, in units of the median
-constexpr double kMaxNoisy = 1.5;       // RMS of a view without displacement, in units of its noise
-constexpr double kMaxMisfitRatio = 3;   // RMS of a view, in units of the median
+constexpr double kMaxOutlier = 6;      // second difference, in standard deviations
+constexpr double kMaxRoughness = 4;    // noise of a view, in units of the median
+constexpr double kMaxNoisy = 1.5;      // RMS of a view without displacement, in units of its noise
+constexpr double kMaxMisfitRatio = 3;  // RMS of a view, in units of the median
 
 /// Second differences r[a] - 2 r[b] + r[c] of neighbours in a row or column of the board, for each
 /// corner those in which it takes part.
@@ -68,8 +68,8 @@ ViewConsistency ConsistencyOf(const Board& board, const LensFit& fit,
       sizes.push_back(std::abs(d.x()));
       sizes.push_back(std::abs(d.y()));
     }
-    result.view_noise_px.push_back(
-        sizes.empty() ? fit.sigma_px : kNormalOfMedian * statistics::MedianOf(sizes));
+    result.view_noise_px.push_back(sizes.empty() ? fit.sigma_px
+                                                 : kNormalOfMedian * statistics::MedianOf(sizes));
   }
   std::vector<double> noises = result.view_noise_px, sizes = fit.view_rms_px;  // reordered below
   result.noise_px = std::max(kMinNoise_px, statistics::MedianOf(noises));

@@ -1,5 +1,6 @@
 // Evaluation of the lens calibration on captures that go wrong in a known way: false acceptances,
-// good captures accepted, and causes named. lens_evaluation [--seed N] [--runs N] [--kind TEXT] [-v]
+// good captures accepted, and causes named. lens_evaluation [--seed N] [--runs N] [--kind TEXT]
+// [-v]
 #include <fmt/core.h>
 
 #include <cmath>
@@ -7,7 +8,7 @@
 #include <string>
 
 #include "app/lens/calibration.h"
-#include "tests/bench/lens_captures/capture_maker.h"
+#include "tests/lens_captures/capture_maker.h"
 
 using namespace plumbline;
 using namespace plumbline::lens_captures;
@@ -69,15 +70,14 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     kind.prepare(conditions, random);
     SimulatedCapture capture = Simulate(conditions, random);
     if (kind.rendered) capture.views = Photograph(capture, kind.photo, random);
-    const lens::LensCalibration c = lens::CalibrateLens(
-        conditions.board, capture.views, {conditions.width, conditions.height});
+    const lens::LensCalibration c =
+        lens::CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
     StatedLens stated;
     stated << c.lens.fx, c.lens.fy, c.lens.cx, c.lens.cy, c.lens.k1, c.lens.k2, c.lens.p1,
         c.lens.p2, c.lens.k3;
     const double error =
-        c.lens.fx > 0
-            ? LargestError(conditions.camera, stated, conditions.width, conditions.height)
-            : INFINITY;
+        c.lens.fx > 0 ? LargestError(conditions.camera, stated, conditions.width, conditions.height)
+                      : INFINITY;
     const double claimed = c.uncertainty.max_px;
     // At 0.3 px three claimed standard deviations are exceeded; below, five.
     const bool wrong = error > 5 * claimed || (error > 3 * claimed && error > 0.3);
@@ -93,11 +93,12 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
                          (!c.accepted && !named && kind.expected != Kind::Expected::kGood) ||
                          (!c.accepted && kind.expected == Kind::Expected::kGood);
     if (!arguments.verbose || !notable) continue;
-    fmt::print("  run {}: {} x {}, f {:.0f}, {} views, noise {:.3f} px, {} x {}: {}, error {:.3g}, "
-               "claimed {:.3g} px\n",
-               run, conditions.width, conditions.height, conditions.camera.fx,
-               capture.views.size(), conditions.noise_px, conditions.board.columns,
-               conditions.board.rows, c.accepted ? "ACCEPTED" : "refused", error, claimed);
+    fmt::print(
+        "  run {}: {} x {}, f {:.0f}, {} views, noise {:.3f} px, {} x {}: {}, error {:.3g}, "
+        "claimed {:.3g} px\n",
+        run, conditions.width, conditions.height, conditions.camera.fx, capture.views.size(),
+        conditions.noise_px, conditions.board.columns, conditions.board.rows,
+        c.accepted ? "ACCEPTED" : "refused", error, claimed);
     for (const std::string& reason : c.reasons) fmt::print("    {}\n", reason);
   }
   return counts;
@@ -124,10 +125,11 @@ int main(int argc, char** argv) {
     fmt::print("\n");
     std::fflush(stdout);
   }
-  fmt::print("{} bad kinds, seed {}\nfalse acceptances: {} of {} (goal 0 of 2000), of which good "
-             "kinds {} of {}\n",
-             kinds, arguments.seed, bad.falsely_accepted + good.falsely_accepted,
-             bad.runs + good.runs, good.falsely_accepted, good.runs);
+  fmt::print(
+      "{} bad kinds, seed {}\nfalse acceptances: {} of {} (goal 0 of 2000), of which good "
+      "kinds {} of {}\n",
+      kinds, arguments.seed, bad.falsely_accepted + good.falsely_accepted, bad.runs + good.runs,
+      good.falsely_accepted, good.runs);
   fmt::print("good captures accepted: {} of {} ({:.1f} %, goal 99 %)\n", good.accepted, good.runs,
              100.0 * good.accepted / std::max(1, good.runs));
   fmt::print("refused with the true cause: {} of {} ({:.1f} %, goal 90 %); cause not clear {}\n",

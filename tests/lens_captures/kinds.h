@@ -1,7 +1,7 @@
 // Parts of AllKinds().
 #pragma once
 
-#include "tests/bench/lens_captures/capture_maker.h"
+#include "tests/lens_captures/capture_maker.h"
 
 namespace plumbline::lens_captures {
 

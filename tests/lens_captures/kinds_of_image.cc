@@ -4,7 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "tests/bench/lens_captures/kinds.h"
+#include "tests/lens_captures/kinds.h"
 
 namespace plumbline::lens_captures {
 namespace {
@@ -53,7 +53,9 @@ void Map(Photo& photo, const std::function<double(double)>& curve) {
     grey = static_cast<std::uint8_t>(std::clamp(255 * curve(grey / 255.0) + 0.5, 0.0, 255.0));
 }
 
-cv::Mat MatOf(Photo& photo) { return {photo.height, photo.width, CV_8U, photo.grey.data()}; }
+cv::Mat MatOf(Photo& photo) {
+  return {photo.height, photo.width, CV_8U, photo.grey.data()};
+}
 
 }  // namespace
 
@@ -80,9 +82,8 @@ void AddKindsOfImage(std::vector<Kind>& kinds) {
   good("images, gamma", [](int, Photo& photo, Random&) {
     Map(photo, [](double x) { return std::pow(x, 1 / 2.2); });
   });
-  either("images, white clipped", "", [](int, Photo& photo, Random&) {
-    Map(photo, [](double x) { return 1.8 * x; });
-  });
+  either("images, white clipped", "",
+         [](int, Photo& photo, Random&) { Map(photo, [](double x) { return 1.8 * x; }); });
   either("images, JPEG of quality 30", "", [](int, Photo& photo, Random&) {
     std::vector<std::uint8_t> bytes;
     cv::imencode(".jpg", MatOf(photo), bytes, {cv::IMWRITE_JPEG_QUALITY, 30});
@@ -115,8 +116,9 @@ void AddKindsOfImage(std::vector<Kind>& kinds) {
          [](int j, double& blur_px, double&) {
            if (j >= 17) blur_px = 4;
          });
-  either("images, noise of 12 grey levels", "",
-         [](int, Photo&, Random&) {}, [](int, double&, double& noise) { noise = 12; });
+  either(
+      "images, noise of 12 grey levels", "", [](int, Photo&, Random&) {},
+      [](int, double&, double& noise) { noise = 12; });
 }
 
 }  // namespace plumbline::lens_captures

@@ -1,4 +1,4 @@
-#include "tests/bench/lens_captures/camera_model.h"
+#include "tests/lens_captures/camera_model.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -54,12 +54,12 @@ Vector2d CameraModel::PixelOfDirection(const Vector3d& d) const {
     x = scale * d.x();
     y = scale * d.y();
   } else {
-    radial = (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[2]))) /
-             (1 + r2 * (k[3] + r2 * (k[4] + r2 * k[5])));
-    const double u = radial * x + 2 * p[0] * x * y + p[1] * (r2 + 2 * x * x) + s[0] * r2 +
-                     s[1] * r2 * r2;
-    const double v = radial * y + p[0] * (r2 + 2 * y * y) + 2 * p[1] * x * y + s[2] * r2 +
-                     s[3] * r2 * r2;
+    radial =
+        (1 + r2 * (k[0] + r2 * (k[1] + r2 * k[2]))) / (1 + r2 * (k[3] + r2 * (k[4] + r2 * k[5])));
+    const double u =
+        radial * x + 2 * p[0] * x * y + p[1] * (r2 + 2 * x * x) + s[0] * r2 + s[1] * r2 * r2;
+    const double v =
+        radial * y + p[0] * (r2 + 2 * y * y) + 2 * p[1] * x * y + s[2] * r2 + s[3] * r2 * r2;
     x = u;
     y = v;
   }

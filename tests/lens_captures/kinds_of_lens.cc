@@ -2,7 +2,7 @@
 // five-parameter model does not describe.
 #include <cmath>
 
-#include "tests/bench/lens_captures/kinds.h"
+#include "tests/lens_captures/kinds.h"
 
 namespace plumbline::lens_captures {
 namespace {
@@ -72,6 +72,14 @@ Kind EachFrame(const char* name, Expected expected, const char* words,
 
 void AddLensChanges(std::vector<Kind>& kinds) {
   for (const int frames : {1, 2, 3}) kinds.push_back(ZoomBeforeLast(frames));
+  Kind head_on = ZoomBeforeLast(1);
+  head_on.name = "zoom jumps before a last frame seen head-on";
+  head_on.words = "focal length|head-on";
+  head_on.prepare = [prepare = head_on.prepare](Conditions& c, Random& random) {
+    prepare(c, random);
+    c.last_head_on = true;
+  };
+  kinds.push_back(head_on);
   for (const int frames : {1, 3}) kinds.push_back(ZoomAfterFirst(frames));
   kinds.push_back(Halfway("zoom jumps halfway", "focal length",
                           [](CameraModel& c, double size) { Zoom(c, 1 + 0.012 * size); }));
@@ -93,19 +101,17 @@ void AddLensChanges(std::vector<Kind>& kinds) {
                             c.cx += 15 * size;
                             c.cy += 10 * size;
                           }));
-  kinds.push_back(ZoomCourse("zoom creeps", [](double when, double size) {
-    return 1 + 0.01 * size * (when - 1);
-  }));
+  kinds.push_back(ZoomCourse(
+      "zoom creeps", [](double when, double size) { return 1 + 0.01 * size * (when - 1); }));
   kinds.push_back(ZoomCourse("zoom creeps in the last quarter", [](double when, double size) {
     return 1 + 0.03 * size * (std::max(when, 0.75) - 1);
   }));
   kinds.push_back(ZoomCourse("focus hunts back and forth", [](double when, double size) {
     return 1 + 0.006 * size * (std::cos(12.6 * when) - 1);
   }));
-  kinds.push_back(EachFrame("autofocus breathes", Expected::kBad, "focal length",
-                            [](CameraModel& c, Random& random) {
-                              Zoom(c, 1 + Uniform(random, -0.008, 0.008));
-                            }));
+  kinds.push_back(EachFrame(
+      "autofocus breathes", Expected::kBad, "focal length",
+      [](CameraModel& c, Random& random) { Zoom(c, 1 + Uniform(random, -0.008, 0.008)); }));
   kinds.push_back(EachFrame("image stabilisation shifts", Expected::kEither,
                             "principal point|camera changed", [](CameraModel& c, Random& random) {
                               c.cx += Uniform(random, -25, 25);
@@ -120,14 +126,14 @@ void AddLensChanges(std::vector<Kind>& kinds) {
                        camera.cx += 9;
                      };
                    }});
-  kinds.push_back({"zoom in and back", Expected::kBad, "focal length",
-                   [](Conditions& c, Random& random) {
-                     const double change = 1 + EitherSign(random, 0.006, 0.02);
-                     const int from = c.views / 3, to = 2 * c.views / 3;
-                     c.change_camera = [=](int j, CameraModel& camera) {
-                       if (j >= from && j < to) Zoom(camera, change);
-                     };
-                   }});
+  kinds.push_back(
+      {"zoom in and back", Expected::kBad, "focal length", [](Conditions& c, Random& random) {
+         const double change = 1 + EitherSign(random, 0.006, 0.02);
+         const int from = c.views / 3, to = 2 * c.views / 3;
+         c.change_camera = [=](int j, CameraModel& camera) {
+           if (j >= from && j < to) Zoom(camera, change);
+         };
+       }});
 }
 
 /// Motion during the read-out, in pixels per read-out of the whole sensor.
@@ -212,30 +218,27 @@ void AddLenses(std::vector<Kind>& kinds) {
                      c.camera.k[3] = 1.1;
                      c.camera.k[4] = 0.2;
                    }});
-  kinds.push_back({"thin prism", Expected::kEither, "distort",
-                   [](Conditions& c, Random& random) {
+  kinds.push_back({"thin prism", Expected::kEither, "distort", [](Conditions& c, Random& random) {
                      c.camera.s[0] = EitherSign(random, 0.004, 0.01);
                      c.camera.s[1] = EitherSign(random, 0.01, 0.03);
                      c.camera.s[2] = EitherSign(random, 0.004, 0.01);
                    }});
-  kinds.push_back({"anamorphic pixels", Expected::kEither, "square|aspect",
-                   [](Conditions& c, Random& random) {
-                     c.camera.fy *= 1 + EitherSign(random, 0.01, 0.06);
-                   }});
-  kinds.push_back({"tilted sensor", Expected::kEither, "distort|tilt",
-                   [](Conditions& c, Random& random) {
-                     c.camera.tilt = EitherSign(random, 0.01, 0.04);
-                   }});
+  kinds.push_back(
+      {"anamorphic pixels", Expected::kEither, "square|aspect",
+       [](Conditions& c, Random& random) { c.camera.fy *= 1 + EitherSign(random, 0.01, 0.06); }});
+  kinds.push_back(
+      {"tilted sensor", Expected::kEither, "distort|tilt",
+       [](Conditions& c, Random& random) { c.camera.tilt = EitherSign(random, 0.01, 0.04); }});
   kinds.push_back({"decentred lens", Expected::kEither, "distort|principal point",
                    [](Conditions& c, Random& random) {
                      c.camera.cx += 0.07 * c.width * (random() % 2 == 0 ? 1 : -1);
                      c.camera.p[1] = EitherSign(random, 0.002, 0.004);
                    }});
-  kinds.push_back({"window pane, tilted", Expected::kEither, "window|glass",
-                   [](Conditions& c, Random& random) {
-                     c.camera.pane.thickness_m = Uniform(random, 0.006, 0.012);
-                     c.camera.pane.normal = {EitherSign(random, 0.3, 0.6), 0.1, 1};
-                   }});
+  kinds.push_back(
+      {"window pane, tilted", Expected::kEither, "window|glass", [](Conditions& c, Random& random) {
+         c.camera.pane.thickness_m = Uniform(random, 0.006, 0.012);
+         c.camera.pane.normal = {EitherSign(random, 0.3, 0.6), 0.1, 1};
+       }});
   kinds.push_back({"window pane, parallel", Expected::kEither, "window|glass",
                    [](Conditions& c, Random& random) {
                      c.camera.pane.thickness_m = Uniform(random, 0.008, 0.015);

@@ -1,4 +1,4 @@
-#include "tests/bench/lens_captures/capture_maker.h"
+#include "tests/lens_captures/capture_maker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,15 +57,15 @@ lens::BoardView ViewOf(const Conditions& c, const Frame& frame, int j,
   const lens::Vec2 centre = c.board.Centre();
   for (int k = 0; k < c.board.corners(); ++k) {
     const lens::Vec2 xy = c.board.Corner(k) - centre;
-    Vector3d point(xy.x(), xy.y(),
-                   bow.x() * xy.x() * xy.x() + bow.y() * xy.y() * xy.y() +
-                       bow.z() * xy.x() * xy.y());
+    Vector3d point(
+        xy.x(), xy.y(),
+        bow.x() * xy.x() * xy.x() + bow.y() * xy.y() * xy.y() + bow.z() * xy.x() * xy.y());
     if (c.deform) point = c.deform(j, point);
     point += print[static_cast<std::size_t>(k)];
     const Vector3d seen = ThroughBoardGlass(c.board_glass, frame.X_CK, point);
     const Vector3d p_K = frame.X_CK.inverse() * seen;
-    view.corners_px.emplace_back(PixelDuringReadOut(frame.camera, frame.X_CK, p_K, frame.velocity,
-                                                    frame.spin, c.height));
+    view.corners_px.emplace_back(
+        PixelDuringReadOut(frame.camera, frame.X_CK, p_K, frame.velocity, frame.spin, c.height));
     view.seen.push_back(true);
   }
   view.blur_px = 0.9;
@@ -121,16 +121,20 @@ SimulatedCapture Simulate(const Conditions& c, Random& random) {
     const int j = static_cast<int>(capture.views.size());
     Frame frame{c.camera, Eigen::Isometry3d::Identity(), c.velocity_m, Vector3d::Zero()};
     const double z = half_width * (c.nearest + 0.5 * Uniform(random, 0, 1));
-    frame.X_CK.linear() = Turned(c.max_tilt_rad * Uniform(random, -1, 1),
-                                 c.max_tilt_rad * Uniform(random, -1, 1),
+    // The last frame is tilted, as the manual asks.
+    const double least = j + 1 == c.views && !c.last_head_on ? 0.6 : 0;
+    frame.X_CK.linear() = Turned(c.max_tilt_rad * EitherSign(random, least, 1),
+                                 c.max_tilt_rad * EitherSign(random, least, 1),
                                  c.max_roll_rad * Uniform(random, -1, 1));
     // Every third view is held into a corner of the image, as far as the board stays inside.
     const bool cornered = c.spread > 0.4 && j % 3 == 0;
     const double x = cornered ? (j % 2 == 0 ? 1 : -1) : Uniform(random, -1, 1);
     const double y = cornered ? (j / 3 % 2 == 0 ? 1 : -1) : Uniform(random, -1, 1);
-    const double reach = cornered ? Uniform(random, 0.25, 0.45) : c.spread;
+    const double reach = cornered ? Uniform(random, 0.1, 0.45) : c.spread;
     frame.X_CK.translation() =
         z * Vector3d(x * reach * c.width / c.camera.fx, y * reach * c.height / c.camera.fy, 1);
+    if (j + 1 == c.views && c.last_head_on)
+      frame.X_CK.linear() = Turned(0.03, -0.02, Uniform(random, -0.3, 0.3));
     if (c.change_camera) c.change_camera(j, frame.camera);
     if (c.velocity_of) frame.velocity = c.velocity_of(j);
     if (c.spin_of) frame.spin = c.spin_of(j);

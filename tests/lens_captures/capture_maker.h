@@ -8,7 +8,7 @@
 
 #include "app/lens/board.h"
 #include "firmware-like/image/image_size.h"
-#include "tests/bench/lens_captures/camera_model.h"
+#include "tests/lens_captures/camera_model.h"
 
 namespace plumbline::lens_captures {
 
@@ -30,18 +30,19 @@ struct Conditions {
   int views = 20;
   double noise_px = 0.04;
   double max_tilt_rad = 0.65, max_roll_rad = 0.5;
-  double spread = 0.5;            ///< of the board's centre over the image, share of its size
-  double nearest = 0.75;          ///< distance in units of that at which the board fills 1/2 width
-  Vector3d velocity_m{0, 0, 0};   ///< of the board, per read-out of the sensor
-  double print_noise_m = 5e-6;    ///< of each corner, the same in all views
-  double bow_per_m = 0;           ///< curvature, at most, along each axis
+  double spread = 0.5;           ///< of the board's centre over the image, share of its size
+  double nearest = 0.75;         ///< distance in units of that at which the board fills 1/2 width
+  Vector3d velocity_m{0, 0, 0};  ///< of the board, per read-out of the sensor
+  bool last_head_on = false;     ///< the last view is not tilted
+  double print_noise_m = 5e-6;   ///< of each corner, the same in all views
+  double bow_per_m = 0;          ///< curvature, at most, along each axis
 
   /// Changes of the camera in view j, of the board's point (x, y) from its centre in view j, of the
   /// velocities in view j, and of the finished views. Empty: none.
   std::function<void(int j, CameraModel&)> change_camera;
   std::function<Vector3d(int j, const Vector3d&)> deform;
-  std::function<Vector3d(int j)> velocity_of;   ///< [m per read-out]
-  std::function<Vector3d(int j)> spin_of;       ///< [rad per read-out]
+  std::function<Vector3d(int j)> velocity_of;  ///< [m per read-out]
+  std::function<Vector3d(int j)> spin_of;      ///< [rad per read-out]
   std::function<void(std::vector<lens::BoardView>&)> change_views;
   Plate board_glass;  ///< lies on the board
 };

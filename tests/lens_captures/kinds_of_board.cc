@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/bench/lens_captures/kinds.h"
+#include "tests/lens_captures/kinds.h"
 
 namespace plumbline::lens_captures {
 namespace {
@@ -52,8 +52,8 @@ void AddPrints(std::vector<Kind>& kinds) {
                              const double r2 = p.head<2>().squaredNorm() / (half * half);
                              return Vector3d(p * (1 + 0.006 * size * r2));
                            }));
-  kinds.push_back({"corners printed with errors of 0.15 mm", Expected::kEither, "print|uneven|match",
-                   [](Conditions& c, Random&) { c.print_noise_m = 1.5e-4; }});
+  kinds.push_back({"corners printed with errors of 0.15 mm", Expected::kEither,
+                   "print|uneven|match", [](Conditions& c, Random&) { c.print_noise_m = 1.5e-4; }});
   kinds.push_back({"corners printed with errors of 0.02 mm", Expected::kEither,
                    "print|uneven|match|views|corners",
                    [](Conditions& c, Random&) { c.print_noise_m = 2e-5; }});
@@ -66,19 +66,17 @@ void AddPrints(std::vector<Kind>& kinds) {
 
 /// Height over the plane, of an amplitude of 1 to 2.5 % of half the board's width.
 Kind Curved(const char* name, const std::function<double(double x, double y)>& height) {
-  return Deformed(name, Expected::kBad, "not flat|flat",
-                  [height](const Vector3d& p, double half, double size) {
-                    return Vector3d(p.x(), p.y(), 0.02 * half * size *
-                                                      height(p.x() / half, p.y() / half));
-                  });
+  return Deformed(
+      name, Expected::kBad, "not flat|flat", [height](const Vector3d& p, double half, double size) {
+        return Vector3d(p.x(), p.y(), 0.02 * half * size * height(p.x() / half, p.y() / half));
+      });
 }
 
 void AddShapes(std::vector<Kind>& kinds) {
   kinds.push_back(Curved("board S-shaped", [](double x, double) { return x * x * x - x; }));
   kinds.push_back(Curved("board wavy", [](double x, double) { return std::sin(5 * x + 0.5); }));
-  kinds.push_back(Curved("board wavy both ways", [](double x, double y) {
-    return std::sin(4 * x) * std::cos(5 * y);
-  }));
+  kinds.push_back(Curved("board wavy both ways",
+                         [](double x, double y) { return std::sin(4 * x) * std::cos(5 * y); }));
   kinds.push_back(Curved("board folded", [](double x, double) { return std::abs(x - 0.2); }));
   kinds.push_back(Curved("board's corner curled", [](double x, double y) {
     const double s = std::max(0.0, x + y - 0.6);
@@ -92,8 +90,7 @@ void AddShapes(std::vector<Kind>& kinds) {
                      const int at = static_cast<int>(c.views * Uniform(random, 0.3, 0.7));
                      const double bend = EitherSign(random, 0.15, 0.4);
                      c.deform = [=](int j, const Vector3d& p) {
-                       return j < at ? p
-                                     : Vector3d(p.x(), p.y(), p.z() + bend * p.x() * p.x());
+                       return j < at ? p : Vector3d(p.x(), p.y(), p.z() + bend * p.x() * p.x());
                      };
                    }});
   kinds.push_back({"paper held in the hand", Expected::kBad, "board bent|flexes|bends",
@@ -102,14 +99,13 @@ void AddShapes(std::vector<Kind>& kinds) {
                      c.deform = [=](int j, const Vector3d& p) {
                        Random own(seed + static_cast<std::uint64_t>(j));
                        const double a = Uniform(own, -0.6, 0.6), b = Uniform(own, -0.6, 0.6);
-                       return Vector3d(p.x(), p.y(),
-                                       p.z() + a * p.x() * p.x() + b * p.x() * p.y());
+                       return Vector3d(p.x(), p.y(), p.z() + a * p.x() * p.x() + b * p.x() * p.y());
                      };
                    }});
-  kinds.push_back({"glass on the board", Expected::kEither, "glass",
-                   [](Conditions& c, Random& random) {
-                     c.board_glass.thickness_m = Uniform(random, 0.003, 0.006);
-                   }});
+  kinds.push_back(
+      {"glass on the board", Expected::kEither, "glass", [](Conditions& c, Random& random) {
+         c.board_glass.thickness_m = Uniform(random, 0.003, 0.006);
+       }});
 }
 
 void AddPoorViews(std::vector<Kind>& kinds) {
@@ -120,13 +116,13 @@ void AddPoorViews(std::vector<Kind>& kinds) {
                      c.spread = 0.02;
                      c.nearest = 1.6;
                    }});
-  kinds.push_back({"board far away", Expected::kEither, "closer|corners|views",
-                   [](Conditions& c, Random&) {
-                     c.nearest = 3;
-                     c.views = 12;
-                   }});
-  kinds.push_back({"five views", Expected::kBad, "at least 6",
-                   [](Conditions& c, Random&) { c.views = 5; }});
+  kinds.push_back(
+      {"board far away", Expected::kEither, "closer|corners|views", [](Conditions& c, Random&) {
+         c.nearest = 3;
+         c.views = 12;
+       }});
+  kinds.push_back(
+      {"five views", Expected::kBad, "at least 6", [](Conditions& c, Random&) { c.views = 5; }});
   kinds.push_back({"the same frame repeated", Expected::kBad, "repeat|similar|same|tilt|at least 6",
                    [](Conditions& c, Random&) {
                      c.change_views = [](Views& views) {
@@ -158,7 +154,8 @@ void AddPoorViews(std::vector<Kind>& kinds) {
                        for (auto& view : views) {
                          const double a = Uniform(own, 0, 6), b = Uniform(own, 0, 6);
                          for (auto& p : view.corners_px)
-                           p += 0.15 * lens::Vec2(std::sin(a + p.y() / 60), std::sin(b + p.x() / 70));
+                           p += 0.15 *
+                                lens::Vec2(std::sin(a + p.y() / 60), std::sin(b + p.x() / 70));
                        }
                      };
                    }});
@@ -223,8 +220,8 @@ void AddGoodKinds(std::vector<Kind>& kinds) {
       for (auto& view : views) view.time_s = 0;
     };
   });
-  good("good, noise of 0.2 px", [](Conditions& c, Random&) {
-    c.noise_px = 0.2;
+  good("good, noise of 0.1 px", [](Conditions& c, Random&) {
+    c.noise_px = 0.1;
     c.views = 40;
   });
 }
