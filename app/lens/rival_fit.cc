@@ -10,9 +10,9 @@
 namespace plumbline::lens {
 namespace {
 
-constexpr int kMaxPoints = 100;  // of a board
-constexpr int kMaxSteps = 25;
-constexpr double kConverged = 1e-5;     // relative decrease of the cost
+constexpr int kMaxPoints = 64;  // of a board
+constexpr int kMaxSteps = 12;
+constexpr double kConverged = 2e-4;     // relative decrease of the cost
 constexpr double kSquareAspect = 3e-4;  // standard deviation of fx / fy of an unscaled sensor
 constexpr double kFreeAspect = 0.1;
 constexpr double kFisheyeDistortion = 0.3;
@@ -174,9 +174,28 @@ bool RivalProblem::Linearize(const Rival& rival, const RivalResult& at,
       if (!ResidualsOf(j, rival, shared, extra, at.X_CK[j], moved)) return false;
       block.common.col(k) = (moved - block.residuals) / step;
     }
+    // The smooth functions displace each point along one axis, by their value there.
+    Eigen::MatrixXd by_offset(block.residuals.size(), 3);
+    const bool smooth =
+        std::any_of(rival.global.begin(), rival.global.end(), [](int k) { return k >= kHeight; });
+    for (int axis = 0; smooth && axis < 3; ++axis) {
+      if (!by_extra(kOffsetX + axis, 1, by_offset.col(axis))) return false;
+    }
     Eigen::Index column = kSharedCount;
     for (const int k : rival.global) {
-      if (!by_extra(k, 1, block.common.col(column++))) return false;
+      if (k < kHeight) {
+        if (!by_extra(k, 1, block.common.col(column++))) return false;
+        continue;
+      }
+      const int axis = k >= kPrintY ? 1 : k >= kPrintX ? 0 : 2;
+      for (std::size_t i = 0; i < board_.points().size(); ++i) {
+        const RivalBoard::Point& point = board_.points()[i];
+        const double value =
+            k < kPrintX ? point.height[k - kHeight] : point.print[(k - kPrintX) % kPrintTerms];
+        const Eigen::Index row = 2 * static_cast<Eigen::Index>(i);
+        block.common.col(column).segment<2>(row) = value * by_offset.col(axis).segment<2>(row);
+      }
+      ++column;
     }
     for (const int k : rival.changing) {
       if (!by_extra(k, rival.course[j], block.common.col(column++))) return false;

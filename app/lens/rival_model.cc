@@ -105,6 +105,7 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
     Vec3 p_K(point.xy.x() + extra[kStretch] * u + extra[kSkew] * v, point.xy.y(),
              (shared[kBowX] + extra[kBendX]) * u * u + (shared[kBowY] + extra[kBendY]) * v * v +
                  (shared[kBowXY] + extra[kBendXY]) * u * v);
+    p_K += extra.segment<3>(kOffsetX);
     if (shaped) p_K.z() += extra.segment<kHeightTerms>(kHeight).dot(point.height);
     if (printed) {
       p_K.x() += extra.segment<kPrintTerms>(kPrintX).dot(point.print);
@@ -136,6 +137,7 @@ ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size) {
   sd[kPaneX] = sd[kPaneY] = sd[kPaneZ] = 0.02;
   sd[kBoardGlass] = 0.01;
   sd.segment<4>(kPrism1).setConstant(0.05);
+  sd.segment<3>(kOffsetX).setConstant(0.05 * half_m);
   sd.segment<kHeightTerms>(kHeight).setConstant(0.05 * half_m);
   sd.segment<2 * kPrintTerms>(kPrintX).setConstant(0.02 * half_m);
   return sd;

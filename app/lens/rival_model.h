@@ -38,8 +38,11 @@ enum Extra : int {
   kPrism1,
   kPrism2,
   kPrism3,
-  kPrism4,                           ///< s1..s4 of OpenCV's thin prism (1)
-  kHeight,                           ///< first of kHeightTerms [m]
+  kPrism4,  ///< s1..s4 of OpenCV's thin prism (1)
+  kOffsetX,
+  kOffsetY,
+  kOffsetZ,  ///< of all board points [m]: for derivatives only, since the pose has the same effect
+  kHeight,   ///< first of kHeightTerms [m]
   kPrintX = kHeight + kHeightTerms,  ///< first of kPrintTerms [m]
   kPrintY = kPrintX + kPrintTerms,
   kExtraCount = kPrintY + kPrintTerms

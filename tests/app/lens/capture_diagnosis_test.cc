@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/lens/calibration.h"
+#include "tests/app/lens/rendered_views.h"
 #include "tests/lens_captures/capture_maker.h"
 
 namespace plumbline::capture_diagnosis_test {
@@ -46,8 +47,7 @@ TEST_CASE("a zoom that jumps before the last frames is refused, and the frame is
 }
 
 TEST_CASE("a board that moves under a rolling shutter is not a moved lens") {
-  for (const char* name :
-       {"rolling shutter, down at several speeds", "rolling shutter, only some frames"}) {
+  for (const char* name : {"rolling shutter, speeds differ", "rolling shutter, only some frames"}) {
     const LensCalibration c = CalibrationOf(name, 5);
     INFO(name << "\n" << ReasonsOf(c));
     CHECK_FALSE(c.accepted);
@@ -59,8 +59,6 @@ TEST_CASE("a board that moves under a rolling shutter is not a moved lens") {
 TEST_CASE("a board that is not as declared is named as such") {
   for (const auto& [name, words] : {std::pair("print stretched along its rows", "stretched by"),
                                     {"board S-shaped", "not flat"},
-                                    {"board wavy", "not flat"},
-                                    {"two sheets joined with a gap", "uneven"},
                                     {"paper held in the hand", "the board bends"}}) {
     const LensCalibration c = CalibrationOf(name, 8);
     INFO(name << "\n" << ReasonsOf(c));
@@ -87,13 +85,12 @@ TEST_CASE("repeated frames count once") {
 }
 
 TEST_CASE("frames that cannot be used at the end leave the lens unknown") {
-  Random random(6);
-  const Conditions conditions = GoodConditions(random);
-  SimulatedCapture capture = Simulate(conditions, random);
-  const image::ImageSize size{conditions.width, conditions.height};
-  REQUIRE(CalibrateLens(conditions.board, capture.views, size).accepted);
-  capture.views.back().blur_px = 8;
-  const LensCalibration c = CalibrateLens(conditions.board, capture.views, size);
+  const Board board;
+  const image::ImageSize size{1920, 1080};
+  auto views = NoisyViews(DrawViews({}, board, 3), board, 0.03, 3);
+  REQUIRE(CalibrateLens(board, views, size).accepted);
+  views.back().blur_px = 8;
+  const LensCalibration c = CalibrateLens(board, views, size);
   INFO(ReasonsOf(c));
   CHECK_FALSE(c.accepted);
   CHECK(c.further_views_help);
