@@ -27,6 +27,7 @@ constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
 constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
 constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
+constexpr double kMostlyNoise = 0.7;        // noise in the residuals
 constexpr double kMinShareOfNoise = 0.5;    // of the uncertainty; below, other causes dominate
 constexpr const char* kDoesNotFit = "does not fit the other views: moved, or detected wrongly";
 
@@ -349,7 +350,8 @@ void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
     const double by_noise_px =
         ProjectionUncertaintyOf(result.lens, covariance, result.size, options.distance_m).max_px;
     const bool noise = kMinShareOfNoise * result.uncertainty.max_px < by_noise_px ||
-                       !(by_noise_px <= options.acceptable_px);
+                       !(by_noise_px <= options.acceptable_px) ||
+                       NoiseShare(fit, consistency) > kMostlyNoise;
     const std::string advice =
         noise ? AdviceOnViews(fit, kept, result.size)
               : fmt::format(

@@ -11,7 +11,7 @@ namespace plumbline::lens {
 namespace {
 
 constexpr int kMaxPoints = 64;  // of a board
-constexpr int kMaxSteps = 12;
+constexpr int kMaxSteps = 12, kMaxTrials = 6;
 constexpr double kConverged = 2e-4;     // relative decrease of the cost
 constexpr double kSquareAspect = 3e-4;  // standard deviation of fx / fy of an unscaled sensor
 constexpr double kFreeAspect = 0.1;
@@ -43,6 +43,13 @@ double SharedStep(int k, const SharedVector& shared) {
   if (k <= kFy) return 1e-6 * shared[kFx];
   if (k <= kCy) return 1e-3;
   return k >= kBowX ? 1e-5 : 1e-7;
+}
+
+/// Parameters that all views share.
+std::vector<int> CommonExtras(const Rival& rival) {
+  std::vector<int> extras = rival.global;
+  extras.insert(extras.end(), rival.changing.begin(), rival.changing.end());
+  return extras;
 }
 
 /// Extra parameters of view j.
@@ -138,11 +145,54 @@ bool RivalProblem::Evaluate(const Rival& rival, const RivalResult& at, double& c
   return std::isfinite(cost);
 }
 
+bool RivalProblem::LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
+                                   Blocks& block) const {
+  const ExtraVector extra = ExtraOf(rival, at, j);
+  Eigen::VectorXd moved;
+  const auto by_extra = [&](int parameter, double weight, Eigen::Ref<Eigen::VectorXd> column) {
+    const double step = 1e-5 * deviations_[parameter];
+    ExtraVector changed = extra;
+    changed[parameter] += step;
+    if (!ResidualsOf(j, rival, at.shared, changed, at.X_CK[j], moved)) return false;
+    column = weight * (moved - block.residuals) / step;
+    return true;
+  };
+  for (std::size_t k = 0; k < rival.local.size(); ++k) {
+    if (!by_extra(rival.local[k], 1, block.own.col(6 + k))) return false;
+  }
+  // The smooth functions displace each point along one axis, by their value there.
+  Eigen::MatrixXd by_offset(block.residuals.size(), 3);
+  const bool smooth =
+      std::any_of(rival.global.begin(), rival.global.end(), [](int k) { return k >= kHeight; });
+  for (int axis = 0; smooth && axis < 3; ++axis) {
+    if (!by_extra(kOffsetX + axis, 1, by_offset.col(axis))) return false;
+  }
+  Eigen::Index column = kSharedCount;
+  for (const int k : rival.global) {
+    if (k < kHeight) {
+      if (!by_extra(k, 1, block.common.col(column++))) return false;
+      continue;
+    }
+    const int axis = k >= kPrintY ? 1 : k >= kPrintX ? 0 : 2;
+    for (std::size_t i = 0; i < board_.points().size(); ++i) {
+      const RivalBoard::Point& point = board_.points()[i];
+      const double value =
+          k < kPrintX ? point.height[k - kHeight] : point.print[(k - kPrintX) % kPrintTerms];
+      const Eigen::Index row = 2 * static_cast<Eigen::Index>(i);
+      block.common.col(column).segment<2>(row) = value * by_offset.col(axis).segment<2>(row);
+    }
+    ++column;
+  }
+  for (const int k : rival.changing) {
+    if (!by_extra(k, rival.course[j], block.common.col(column++))) return false;
+  }
+  return true;
+}
+
 bool RivalProblem::Linearize(const Rival& rival, const RivalResult& at,
                              std::vector<Blocks>& blocks) const {
-  const Eigen::Index locals = static_cast<Eigen::Index>(rival.local.size());
-  const Eigen::Index globals =
-      static_cast<Eigen::Index>(rival.global.size() + rival.changing.size());
+  const auto locals = static_cast<Eigen::Index>(rival.local.size());
+  const auto globals = static_cast<Eigen::Index>(rival.global.size() + rival.changing.size());
   blocks.resize(views_.size());
   Eigen::VectorXd moved;
   for (std::size_t j = 0; j < views_.size(); ++j) {
@@ -157,49 +207,13 @@ bool RivalProblem::Linearize(const Rival& rival, const RivalResult& at,
       if (!ResidualsOf(j, rival, at.shared, extra, X_CK, moved)) return false;
       block.own.col(k) = (moved - block.residuals) / step;
     }
-    const auto by_extra = [&](int parameter, double weight, Eigen::Ref<Eigen::VectorXd> column) {
-      const double step = 1e-5 * deviations_[parameter];
-      ExtraVector changed = extra;
-      changed[parameter] += step;
-      if (!ResidualsOf(j, rival, at.shared, changed, at.X_CK[j], moved)) return false;
-      column = weight * (moved - block.residuals) / step;
-      return true;
-    };
-    for (Eigen::Index k = 0; k < locals; ++k) {
-      if (!by_extra(rival.local[k], 1, block.own.col(6 + k))) return false;
-    }
     for (int k = 0; k < kSharedCount; ++k) {
       const double step = SharedStep(k, at.shared);
       const SharedVector shared = at.shared + step * SharedVector::Unit(k);
       if (!ResidualsOf(j, rival, shared, extra, at.X_CK[j], moved)) return false;
       block.common.col(k) = (moved - block.residuals) / step;
     }
-    // The smooth functions displace each point along one axis, by their value there.
-    Eigen::MatrixXd by_offset(block.residuals.size(), 3);
-    const bool smooth =
-        std::any_of(rival.global.begin(), rival.global.end(), [](int k) { return k >= kHeight; });
-    for (int axis = 0; smooth && axis < 3; ++axis) {
-      if (!by_extra(kOffsetX + axis, 1, by_offset.col(axis))) return false;
-    }
-    Eigen::Index column = kSharedCount;
-    for (const int k : rival.global) {
-      if (k < kHeight) {
-        if (!by_extra(k, 1, block.common.col(column++))) return false;
-        continue;
-      }
-      const int axis = k >= kPrintY ? 1 : k >= kPrintX ? 0 : 2;
-      for (std::size_t i = 0; i < board_.points().size(); ++i) {
-        const RivalBoard::Point& point = board_.points()[i];
-        const double value =
-            k < kPrintX ? point.height[k - kHeight] : point.print[(k - kPrintX) % kPrintTerms];
-        const Eigen::Index row = 2 * static_cast<Eigen::Index>(i);
-        block.common.col(column).segment<2>(row) = value * by_offset.col(axis).segment<2>(row);
-      }
-      ++column;
-    }
-    for (const int k : rival.changing) {
-      if (!by_extra(k, rival.course[j], block.common.col(column++))) return false;
-    }
+    if (!LinearizeExtras(j, rival, at, block)) return false;
   }
   return true;
 }
@@ -208,89 +222,92 @@ RivalResult RivalProblem::Fit(const Rival& rival) const {
   return Fit(rival, start_);
 }
 
-RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
-  const Eigen::Index locals = static_cast<Eigen::Index>(rival.local.size());
-  std::vector<int> extras = rival.global;
-  extras.insert(extras.end(), rival.changing.begin(), rival.changing.end());
+RivalProblem::NormalEquations RivalProblem::NormalEquationsOf(
+    const Rival& rival, const RivalResult& at, const std::vector<Blocks>& blocks) const {
+  const std::vector<int> extras = CommonExtras(rival);
   const Eigen::Index common = kSharedCount + static_cast<Eigen::Index>(extras.size());
   const double noise2 = noise_px_ * noise_px_;
+  NormalEquations normal{Eigen::MatrixXd::Zero(common, common), Eigen::VectorXd::Zero(common), {}};
+  SharedVector mean;
+  const SharedMatrix information = PriorInformation(rival, at.shared, mean);
+  normal.H.topLeftCorner<kSharedCount, kSharedCount>() = noise2 * information;
+  normal.g.head<kSharedCount>() = noise2 * information * (at.shared - mean);
+  for (std::size_t k = 0; k < extras.size(); ++k) {
+    const double weight = noise2 / std::pow(deviations_[extras[k]], 2);
+    normal.H(kSharedCount + k, kSharedCount + k) += weight;
+    normal.g[kSharedCount + k] += weight * at.extra[extras[k]];
+  }
+  for (std::size_t j = 0; j < blocks.size(); ++j) {
+    const Blocks& block = blocks[j];
+    OwnEquations own{block.own.transpose() * block.own, block.own.transpose() * block.common,
+                     block.own.transpose() * block.residuals};
+    for (std::size_t k = 0; k < rival.local.size(); ++k) {
+      const double weight = noise2 / std::pow(deviations_[rival.local[k]], 2);
+      own.A(6 + k, 6 + k) += weight;
+      own.a[6 + k] += weight * at.local[j][rival.local[k]];
+    }
+    normal.H += block.common.transpose() * block.common;
+    normal.g += block.common.transpose() * block.residuals;
+    normal.own.push_back(std::move(own));
+  }
+  return normal;
+}
+
+RivalResult RivalProblem::Stepped(const Rival& rival, const RivalResult& at,
+                                  const NormalEquations& normal, double damping) const {
+  const std::vector<int> extras = CommonExtras(rival);
+  Eigen::MatrixXd S = normal.H;
+  Eigen::VectorXd s = normal.g;
+  S.diagonal() *= 1 + damping;
+  std::vector<Eigen::LDLT<Eigen::MatrixXd>> factors;
+  for (const OwnEquations& own : normal.own) {
+    Eigen::MatrixXd A = own.A;
+    A.diagonal() *= 1 + damping;
+    factors.emplace_back(A);
+    S -= own.B.transpose() * factors.back().solve(own.B);
+    s -= own.B.transpose() * factors.back().solve(own.a);
+  }
+  const Eigen::VectorXd d = -S.ldlt().solve(s);
+  RivalResult next = at;
+  next.shared += d.head<kSharedCount>();
+  for (std::size_t k = 0; k < extras.size(); ++k) next.extra[extras[k]] += d[kSharedCount + k];
+  for (std::size_t j = 0; j < normal.own.size(); ++j) {
+    const Eigen::VectorXd e = -factors[j].solve(normal.own[j].a + normal.own[j].B * d);
+    next.X_CK[j] = Moved(next.X_CK[j], e.head<6>());
+    for (std::size_t k = 0; k < rival.local.size(); ++k) next.local[j][rival.local[k]] += e[6 + k];
+  }
+  return next;
+}
+
+RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
+  at.converged = false;
   double cost = 0, damping = 1e-4;
   if (!Evaluate(rival, at, cost)) return at;
   std::vector<Blocks> blocks;
   for (int step = 0; step < kMaxSteps; ++step) {
     if (!Linearize(rival, at, blocks)) return at;
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(common, common);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(common);
-    SharedVector mean;
-    const SharedMatrix information = PriorInformation(rival, at.shared, mean);
-    H.topLeftCorner<kSharedCount, kSharedCount>() = noise2 * information;
-    g.head<kSharedCount>() = noise2 * information * (at.shared - mean);
-    for (std::size_t k = 0; k < extras.size(); ++k) {
-      const double weight = noise2 / std::pow(deviations_[extras[k]], 2);
-      H(kSharedCount + k, kSharedCount + k) += weight;
-      g[kSharedCount + k] += weight * at.extra[extras[k]];
-    }
-    struct Own {
-      Eigen::MatrixXd A, B;
-      Eigen::VectorXd a;
-    };
-    std::vector<Own> owns;
-    for (std::size_t j = 0; j < blocks.size(); ++j) {
-      const Blocks& block = blocks[j];
-      Own own{block.own.transpose() * block.own, block.own.transpose() * block.common,
-              block.own.transpose() * block.residuals};
-      for (Eigen::Index k = 0; k < locals; ++k) {
-        const double weight = noise2 / std::pow(deviations_[rival.local[k]], 2);
-        own.A(6 + k, 6 + k) += weight;
-        own.a[6 + k] += weight * at.local[j][rival.local[k]];
-      }
-      H += block.common.transpose() * block.common;
-      g += block.common.transpose() * block.residuals;
-      owns.push_back(std::move(own));
-    }
+    const NormalEquations normal = NormalEquationsOf(rival, at, blocks);
+    const double before = cost;
     bool better = false;
-    double before = cost;
-    for (int trial = 0; trial < 6 && !better; ++trial) {
-      Eigen::MatrixXd S = H;
-      Eigen::VectorXd s = g;
-      S.diagonal() *= 1 + damping;
-      std::vector<Eigen::LDLT<Eigen::MatrixXd>> factors;
-      for (const Own& own : owns) {
-        Eigen::MatrixXd A = own.A;
-        A.diagonal() *= 1 + damping;
-        factors.emplace_back(A);
-        S -= own.B.transpose() * factors.back().solve(own.B);
-        s -= own.B.transpose() * factors.back().solve(own.a);
-      }
-      const Eigen::VectorXd d = -S.ldlt().solve(s);
-      RivalResult next = at;
-      next.shared += d.head<kSharedCount>();
-      for (std::size_t k = 0; k < extras.size(); ++k) next.extra[extras[k]] += d[kSharedCount + k];
-      for (std::size_t j = 0; j < owns.size(); ++j) {
-        const Eigen::VectorXd e = -factors[j].solve(owns[j].a + owns[j].B * d);
-        next.X_CK[j] = Moved(next.X_CK[j], e.head<6>());
-        for (Eigen::Index k = 0; k < locals; ++k) next.local[j][rival.local[k]] += e[6 + k];
-      }
+    for (int trial = 0; trial < kMaxTrials && !better; ++trial) {
+      RivalResult next = Stepped(rival, at, normal, damping);
       double next_cost = 0;
-      if (d.allFinite() && next.shared[kFx] > 0 && Evaluate(rival, next, next_cost) &&
-          next_cost < cost) {
-        at = std::move(next);
-        cost = next_cost;
-        better = true;
-        damping = std::max(1e-9, 0.1 * damping);
-      } else {
-        damping *= 20;
-      }
+      better = next.shared.allFinite() && next.shared[kFx] > 0 &&
+               Evaluate(rival, next, next_cost) && next_cost < cost;
+      damping = better ? std::max(1e-9, 0.1 * damping) : 20 * damping;
+      if (!better) continue;
+      at = std::move(next);
+      cost = next_cost;
     }
     if (!better || before - cost < kConverged * before) break;
   }
   at.converged = true;
   at.prior_chi2 = PriorCost(rival, at);
-  at.square_sum_px2 = cost - noise2 * at.prior_chi2;
+  at.square_sum_px2 = cost - noise_px_ * noise_px_ * at.prior_chi2;
   at.observations = 0;
   for (const ViewData& view : views_)
     at.observations += 2 * static_cast<int>(std::count(view.used.begin(), view.used.end(), true));
-  at.parameters = static_cast<int>(extras.size() + rival.local.size() * views_.size());
+  at.parameters = static_cast<int>(CommonExtras(rival).size() + rival.local.size() * views_.size());
   return at;
 }
 

@@ -63,8 +63,24 @@ class RivalProblem {
     std::vector<bool> used;
   };
   struct Blocks;
+  /// J^T J and J^T r of one view: A of its own parameters, B of own and common ones.
+  struct OwnEquations {
+    Eigen::MatrixXd A, B;
+    Eigen::VectorXd a;
+  };
+  struct NormalEquations {
+    Eigen::MatrixXd H;  ///< of the common parameters
+    Eigen::VectorXd g;
+    std::vector<OwnEquations> own;
+  };
   bool Evaluate(const Rival& rival, const RivalResult& at, double& cost) const;
   bool Linearize(const Rival& rival, const RivalResult& at, std::vector<Blocks>& blocks) const;
+  bool LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
+                       Blocks& block) const;
+  NormalEquations NormalEquationsOf(const Rival& rival, const RivalResult& at,
+                                    const std::vector<Blocks>& blocks) const;
+  RivalResult Stepped(const Rival& rival, const RivalResult& at, const NormalEquations& normal,
+                      double damping) const;
   bool ResidualsOf(std::size_t j, const Rival& rival, const SharedVector& shared,
                    const ExtraVector& extra, const Pose& X_CK, Eigen::VectorXd& residuals) const;
   SharedMatrix PriorInformation(const Rival& rival, const SharedVector& shared,
