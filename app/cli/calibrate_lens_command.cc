@@ -41,6 +41,7 @@ struct Frames {
   std::vector<lens::BoardView> views;
   std::vector<lens::RefusedFrame> refused;
   image::ImageSize size;
+  std::string size_conflict;  ///< no size is the most frequent one; empty: none
 };
 
 /// Detects the board in every image. Images whose size differs from the most frequent one are
@@ -78,13 +79,22 @@ Frames ReadFrames(const CalibrateLensOptions& options, const std::vector<std::st
     most = count;
     frames.size = {size.first, size.second};
   }
+  std::string tied;
+  for (const auto& [size, count] : sizes) {
+    if (count == most)
+      tied += fmt::format("{}{} images are {} x {} px", tied.empty() ? "" : " and ", count,
+                          size.first, size.second);
+  }
+  if (tied.find(" and ") != std::string::npos)
+    frames.size_conflict = tied + ", but a lens belongs to one size; give images of one size";
   for (Found& one : found) {
     if (one.size == frames.size) {
       frames.views.push_back(std::move(one.view));
     } else {
       frames.refused.push_back(
-          {one.view.name, fmt::format("{} x {} px, but most images are {} x {}", one.size.width,
-                                      one.size.height, frames.size.width, frames.size.height)});
+          {one.view.name,
+           fmt::format("{} x {} px, but the lens is calibrated for {} x {}", one.size.width,
+                       one.size.height, frames.size.width, frames.size.height)});
     }
   }
   return frames;
@@ -222,6 +232,10 @@ int Run(const CalibrateLensOptions& options) {
   if (options.distance_mm > 0) criteria.distance_m = 1e-3 * options.distance_mm;
   lens::LensCalibration calibration =
       lens::CalibrateLens(board, frames.views, frames.size, criteria);
+  if (!frames.size_conflict.empty()) {
+    calibration.accepted = false;
+    calibration.reasons = {frames.size_conflict};
+  }
   if (frames.views.empty()) {
     const std::string hint = OtherBoardHint(options, *names, board);
     if (!hint.empty()) calibration.reasons.insert(calibration.reasons.begin(), hint);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/lens/board_shading.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::lens {
@@ -327,10 +328,12 @@ void RefineCorners(const image::LumaView& image, const std::vector<LatticeSteps>
                       static_cast<std::size_t>(image.stride));
   cv::Mat part, smooth;
   whole(cv::Rect(u0, v0, u1 - u0, v1 - v0)).convertTo(part, CV_32F);
+  const Vec2 origin(u0, v0);
+  if (const BoardShading shading(whole, steps, view, rim); shading.significant())
+    shading.Flatten(part, origin);
   const double smooth_px = rim < kWindow ? kSmoothAmongTags_px : kSmooth_px;
   const int taps = 6 * static_cast<int>(smooth_px) + 1;  // three standard deviations each way
   cv::GaussianBlur(part, smooth, {taps, taps}, smooth_px, smooth_px, cv::BORDER_REPLICATE);
-  const Vec2 origin(u0, v0);
   std::vector<double> widths;
   for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
     if (!view.seen[k]) continue;

@@ -18,10 +18,10 @@ struct LatticeSteps {
 ///   sum_q w(q) g(q) g(q)^T (c - q) = 0,   w = 1 / (|c - q|^2 + (8 px)^2)
 /// summed over the parallelogram of the four squares' inner halves and iterated; the weight
 /// accounts for an error that grows with distance. The second step is the intersection of two lines
-/// fitted to the edges. The image is smoothed by a Gaussian of 2 px first, which leaves straight
-/// edges in place and suppresses pixel noise. If the squares carry tags (ChArUco), only a cross
-/// along the edges is used: pixels within the tags' free margin on either side of an edge, less the
-/// reach of the smoothing.
+/// fitted to the edges. Uneven brightness is removed first (BoardShading). The image is smoothed by
+/// a Gaussian of 2 px first, which leaves straight edges in place and suppresses pixel noise. If
+/// the squares carry tags (ChArUco), only a cross along the edges is used: pixels within the tags'
+/// free margin on either side of an edge, less the reach of the smoothing.
 /// @param steps  of each corner
 /// @param rim    smallest distance of a tag from an edge, as a share of a step; 1/2 or more if
 ///               there are no tags

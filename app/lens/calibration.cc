@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "app/lens/capture_change.h"
+#include "app/lens/capture_diagnosis.h"
+#include "app/lens/view_consistency.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::lens {
@@ -16,13 +18,18 @@ constexpr std::size_t kMinViews = 6;
 // in a hundred is refused at this level.
 constexpr double kChangeSignificance = 1e-2;
 constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
+// A zoom by 1 % before the last view must exceed five standard deviations ..
+constexpr double kMaxLastViewFocalSd = 2e-3;
+constexpr double kMaxLastViewRatio = 2;  // .. unless no view of this capture would show it
 constexpr double kMinCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
 constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
 constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
-constexpr double kMaxMisfitRatio = 3;       // times the median RMS of the views
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
+constexpr double kMostlyNoise = 0.7;        // noise in the residuals
+constexpr double kMinShareOfNoise = 0.5;    // of the uncertainty; below, other causes dominate
+constexpr const char* kDoesNotFit = "does not fit the other views: moved, or detected wrongly";
 
 /// The views without those that are far more blurred than the others.
 std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
@@ -44,25 +51,18 @@ std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
   return sharp;
 }
 
-/// Removes views that the fit cannot reproduce. @return whether there were any
-bool RemoveMisfits(const LensFit& fit, std::vector<BoardView>& views,
-                   std::vector<RefusedFrame>& refused) {
-  std::vector<double> sizes = fit.view_rms_px;
-  const double limit = kMaxMisfitRatio * std::max(statistics::MedianOf(sizes), 0.01);
-  std::vector<BoardView> fitting;
+/// Removes the views with these indices, which are ascending.
+void RemoveViews(const std::vector<std::size_t>& indices, const std::string& why,
+                 std::vector<BoardView>& views, std::vector<RefusedFrame>& refused) {
+  std::vector<BoardView> remaining;
   for (std::size_t j = 0; j < views.size(); ++j) {
-    const auto seen = std::count(views[j].seen.begin(), views[j].seen.end(), true);
-    const auto used = std::count(fit.used[j].begin(), fit.used[j].end(), true);
-    if (fit.view_rms_px[j] > limit || 2 * used < seen) {
-      refused.push_back(
-          {views[j].name, "does not fit the other views: moved, or detected wrongly"});
+    if (std::binary_search(indices.begin(), indices.end(), j)) {
+      refused.push_back({views[j].name, why});
     } else {
-      fitting.push_back(views[j]);
+      remaining.push_back(std::move(views[j]));
     }
   }
-  const bool any = fitting.size() < views.size();
-  views = fitting;
-  return any;
+  views = std::move(remaining);
 }
 
 double Coverage(std::span<const BoardView> views, image::ImageSize size) {
@@ -158,12 +158,16 @@ std::string Describe(const CaptureChange& change, const LensFit& fit,
                      1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
 }
 
-/// Refuses the calibration if the lens or the board changed; widens its covariance for changes that
-/// are too small to be detected.
-void JudgeCaptureChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
-                         LensCalibration& result) {
+/// Widens the covariance for changes that are too small to be detected.
+/// @return  what changed by more than chance: "the lens moved while the frames were taken: ..";
+///          empty: nothing
+/// @param head_on  the last view would not show a zoom before it, unlike the others
+std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
+                             LensCalibration& result, bool& head_on) {
   CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
   result.covariance += test.undetected_covariance;
+  head_on = test.last_view_focal_sd >
+            std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
   auto& changes = test.changes;
   std::sort(changes.begin(), changes.end(),
             [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
@@ -177,36 +181,243 @@ void JudgeCaptureChanges(const LensFit& fit, std::span<const BoardView> views, d
     words += Describe(change, fit, views, result.board);
     lens_moved |= change.kind != CaptureChange::Kind::kBoard;
   }
-  if (words.empty()) return;
-  result.reasons.push_back(
-      fmt::format("the {} moved while the frames were taken: {}; let the zoom come to rest, fasten "
-                  "camera, lens and board, and repeat the capture",
-                  lens_moved ? "lens" : "board", words));
+  if (words.empty()) return words;
+  return fmt::format(
+      "the {} moved while the frames were taken: {}; let the zoom come to rest, "
+      "fasten camera, lens and board, and repeat the capture",
+      lens_moved ? "lens" : "board", words);
 }
 
-void JudgeUncertainty(const LensFit& fit, std::span<const BoardView> views,
-                      const CalibrationOptions& options, LensCalibration& result) {
-  result.uncertainty =
-      ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
-  if (result.uncertainty.max_px <= options.acceptable_px) return;
-  std::string reason = fmt::format(
-      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
-      "{:.2g} px is acceptable: ",
-      result.uncertainty.max_px, options.acceptable_px);
-  const double reach = ReachOf(fit, views, result.size);
+/// One reason for a capture that one lens and one board do not explain.
+std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
+  const auto& findings = diagnosis.findings;
+  if (findings.empty()) {
+    return "one lens and one flat board do not explain the frames, and the cause is not clear; "
+           "fasten camera and lens, use a flat board that is printed true to size, hold it still, "
+           "and repeat the capture";
+  }
+  const bool moved = findings[0].cause == CaptureCause::kFocalLength ||
+                     findings[0].cause == CaptureCause::kPrincipalPoint ||
+                     findings[0].cause == CaptureCause::kCameraVaries;
+  std::string reason = moved ? "the lens moved while the frames were taken: " : "";
+  if (!diagnosis.clear())
+    reason = "one lens and one flat board do not explain the frames, and the cause is not clear: ";
+  if (!diagnosis.clear() && findings.size() == 1) reason += "most likely ";
+  for (std::size_t k = 0; k < findings.size(); ++k)
+    reason += (k > 0 ? ", or " : "") + findings[k].words;
+  return reason + "; " + findings[0].remedy;
+}
+
+/// Largest error of the lens if one of the findings is true [px].
+double ErrorOf(const CaptureDiagnosis& diagnosis) {
+  double largest = 0;
+  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
+    largest = std::max(largest, finding.error_px);
+  return largest;
+}
+
+/// Advice on views that would determine the lens better.
+std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
+                          image::ImageSize size) {
+  const double reach = ReachOf(fit, views, size);
   if (TiltSpread(fit) < kMinTilt_rad) {
-    reason +=
-        "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the right, "
-        "up and down";
-  } else if (reach < kSufficientReach) {
-    reason += fmt::format(
+    return "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the "
+           "right, up and down";
+  }
+  if (reach < kSufficientReach) {
+    return fmt::format(
         "the board was seen only up to {:.0f} % of the way from the centre to the corners of the "
         "image, and the lens is unknown beyond; hold the board into the corners",
         100 * reach);
-  } else {
-    reason += "take more views, tilted and close to the corners of the image";
   }
-  result.reasons.push_back(std::move(reason));
+  return "take more views, tilted and close to the corners of the image";
+}
+
+std::string UncertaintyReason(const LensCalibration& result, const CalibrationOptions& options,
+                              const std::string& advice) {
+  return fmt::format(
+      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
+      "{:.2g} px is acceptable: {}",
+      result.uncertainty.max_px, options.acceptable_px, advice);
+}
+
+/// Share of the corners' noise in the residuals: 1 if nothing else is in them.
+double NoiseShare(const LensFit& fit, const ViewConsistency& consistency) {
+  return std::min(1.0, consistency.noise_px / fit.sigma_px);
+}
+
+/// Fit of all views that were not detected wrongly, and their consistency.
+struct ConsistentFit {
+  LensFit fit;
+  ViewConsistency consistency;
+};
+
+std::string TooFewViews(std::size_t usable, const std::vector<RefusedFrame>& refused) {
+  std::string reason = fmt::format(
+      "the board was found in {} usable frames; at least {} are "
+      "needed: hold the whole board in the image, well lit and still",
+      usable, kMinViews);
+  const auto wrong = std::count_if(refused.begin(), refused.end(), [](const RefusedFrame& frame) {
+    return frame.reason == kDoesNotFit;
+  });
+  if (wrong > 0) {
+    reason += fmt::format(
+        "; {} further frames do not fit the others, as if the board was detected wrongly", wrong);
+  }
+  return reason;
+}
+
+/// Removes views that were detected wrongly until none is left.
+Result<ConsistentFit> FitConsistentViews(const Board& board, image::ImageSize size,
+                                         std::vector<BoardView>& kept,
+                                         std::vector<RefusedFrame>& refused) {
+  while (kept.size() >= kMinViews) {
+    Result<LensFit> fit = FitLens(board, kept, size);
+    if (!fit) return Error{fit.error()};
+    ViewConsistency consistency = ConsistencyOf(board, *fit, kept);
+    if (consistency.wrong.empty()) return ConsistentFit{std::move(*fit), std::move(consistency)};
+    RemoveViews(consistency.wrong, kDoesNotFit, kept, refused);
+  }
+  return Error{TooFewViews(kept.size(), refused)};
+}
+
+/// Names of the views after the last one that is used: nothing shows the state of the lens then.
+std::vector<std::string> UnusedAtTheEnd(std::span<const BoardView> views,
+                                        std::span<const BoardView> kept) {
+  std::vector<std::string> names;
+  for (auto view = views.rbegin(); view != views.rend(); ++view) {
+    const bool used = std::any_of(kept.begin(), kept.end(), [&](const BoardView& other) {
+      return other.name == view->name && other.time_s == view->time_s;
+    });
+    if (used) break;
+    names.insert(names.begin(), view->name);
+  }
+  return names;
+}
+
+/// Numbers of the result; the covariance is widened for errors that all views share.
+/// @return  share of the corners' error variance that is the same in all views
+double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalibration& result,
+                  double& widening) {
+  result.lens = LensFromShared(fit.shared);
+  result.rms_px = fit.rms_px;
+  result.sigma_px = fit.sigma_px;
+  result.board_bow_m = LargestBow(fit.shared.segment<3>(kBowX), result.board);
+  result.coverage = Coverage(kept, result.size);
+  result.frames_used.clear();
+  for (const BoardView& view : kept) result.frames_used.push_back(view.name);
+  const double shared = SharedVariance(fit) / (fit.sigma_px * fit.sigma_px);
+  widening = std::max({1.0, fit.dispersion, 1 + static_cast<double>(kept.size()) * shared});
+  result.covariance = widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+  return shared;
+}
+
+/// States the uncertainty, including that a finding of the diagnosis is true: its lens is then as
+/// credible as the plain one.
+void StateUncertainty(const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
+                      LensCalibration& result) {
+  const auto state = [&] {
+    result.uncertainty =
+        ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
+  };
+  state();
+  const double error_px = ErrorOf(diagnosis);
+  if (!(error_px > 0)) return;
+  const double more = error_px / std::max(1e-6, result.uncertainty.max_px);
+  if (std::isfinite(more)) {
+    result.covariance *= 1 + more * more;
+    state();
+  } else {
+    result.uncertainty.max_px = INFINITY;
+  }
+}
+
+/// What is wrong with the views as such: too few at the end, too similar, too far from the corners.
+void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
+                std::span<const BoardView> views, const CalibrationOptions& options,
+                LensCalibration& result) {
+  const auto& [fit, consistency] = fitted;
+  if (const auto unused = UnusedAtTheEnd(views, kept); !unused.empty()) {
+    result.reasons.push_back(fmt::format(
+        "the last {} (from {}) cannot be used, so nothing shows that the lens is still the same; "
+        "add frames with the board held still",
+        unused.size() == 1 ? "frame" : fmt::format("{} frames", unused.size()), unused.front()));
+  }
+  if (!(result.uncertainty.max_px <= options.acceptable_px)) {
+    // More views help only if the noise alone makes the lens uncertain.
+    const LensMatrix covariance = std::pow(NoiseShare(fit, consistency), 2) *
+                                  fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+    const double by_noise_px =
+        ProjectionUncertaintyOf(result.lens, covariance, result.size, options.distance_m).max_px;
+    const bool noise = kMinShareOfNoise * result.uncertainty.max_px < by_noise_px ||
+                       !(by_noise_px <= options.acceptable_px) ||
+                       NoiseShare(fit, consistency) > kMostlyNoise;
+    const std::string advice =
+        noise ? AdviceOnViews(fit, kept, result.size)
+              : fmt::format(
+                    "one lens and one flat board explain the corners to {:.2f} px, but "
+                    "their noise is {:.2f} px, and the cause is not clear; use a stiff "
+                    "board printed true to size, avoid heat haze and vibration",
+                    fit.sigma_px, consistency.noise_px);
+    result.reasons.push_back(UncertaintyReason(result, options, advice));
+  }
+  if (result.coverage < kMinCoverage) {
+    result.reasons.push_back(
+        fmt::format("the corners cover only {:.0f} % of the image; hold the board closer, and into "
+                    "the corners of the image",
+                    100 * result.coverage));
+  }
+}
+
+/// Fills in the result and the reasons to refuse it.
+/// @return  false: a few views fit no explanation and should be left out
+bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
+           std::span<const BoardView> views, const CalibrationOptions& options,
+           LensCalibration& result) {
+  const auto& [fit, consistency] = fitted;
+  double widening = 1;
+  const double shared = FillResult(fit, kept, result, widening);
+  bool head_on = false;
+  const std::string change = CaptureChangesIn(fit, kept, widening, result, head_on);
+  const bool displaced = !consistency.displaced.empty();
+  const bool uneven = shared > kMaxSharedVariance;
+  const CaptureDiagnosis diagnosis = DiagnoseCapture(result.board, kept, result.size, fit,
+                                                     consistency, displaced || !change.empty());
+  StateUncertainty(diagnosis, options, result);
+  const bool uncertain = !(result.uncertainty.max_px <= options.acceptable_px);
+  const bool found = !diagnosis.findings.empty();
+  if (displaced && !found && 4 * consistency.displaced.size() <= kept.size()) return false;
+  if (displaced || (found && (uncertain || !change.empty()))) {
+    result.reasons.push_back(ReasonOf(diagnosis));
+  } else if (!change.empty()) {
+    result.reasons.push_back(change);
+  } else if (uneven && uncertain) {
+    result.reasons.push_back(fmt::format(
+        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
+        "same in all views; use a flat board that is printed true to size",
+        100 * shared));
+  }
+  const bool caused = !result.reasons.empty();
+  if (caused) {
+    // Advice on views only if better views are needed as well.
+    LensCalibration ideal = result;
+    ideal.covariance = std::pow(NoiseShare(fit, consistency), 2) *
+                       fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+    StateUncertainty({}, options, ideal);
+    if (!(ideal.uncertainty.max_px <= options.acceptable_px))
+      result.reasons.push_back(UncertaintyReason(
+          ideal, options, "apart from this, " + AdviceOnViews(fit, kept, result.size)));
+    return true;
+  }
+  if (head_on) {
+    result.reasons.push_back(fmt::format(
+        "{} is the last one and shows the board head-on, so that a zoom before it would look like "
+        "another distance; end with a frame that shows the board close and tilted",
+        kept.back().name));
+  }
+  JudgeViews(fitted, kept, views, options, result);
+  result.further_views_help = !result.reasons.empty();
+  return true;
 }
 
 }  // namespace
@@ -216,56 +427,28 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   LensCalibration result;
   result.size = size;
   result.board = board;
-  std::vector<BoardView> kept = RemoveBlurred(views, result.frames_refused);
-  std::optional<LensFit> fit;
-  for (int round = 0; round < 3; ++round) {
-    if (kept.size() < kMinViews) break;
-    const Result<LensFit> fitted = FitLens(board, kept, size);
+  std::vector<BoardView> distinct(views.begin(), views.end());
+  RemoveViews(RepeatedViews(views), "repeats an earlier frame", distinct, result.frames_refused);
+  const std::size_t repeated = views.size() - distinct.size();
+  std::vector<BoardView> kept = RemoveBlurred(distinct, result.frames_refused);
+  for (bool judged = false; !judged;) {
+    const Result<ConsistentFit> fitted =
+        FitConsistentViews(board, size, kept, result.frames_refused);
     if (!fitted) {
       result.reasons.push_back(fitted.error());
       result.further_views_help = true;
-      return result;
+      break;
     }
-    fit = *fitted;
-    if (!RemoveMisfits(*fit, kept, result.frames_refused)) break;
-    fit.reset();
+    judged = Judge(*fitted, kept, distinct, options, result);
+    if (!judged)
+      RemoveViews(fitted->consistency.displaced, kDoesNotFit, kept, result.frames_refused);
   }
-  if (!fit) {
+  if (!result.reasons.empty() && 2 * repeated > views.size()) {
     result.reasons.push_back(fmt::format(
-        "the board was found in {} usable frames; at least {} are needed: hold the whole "
-        "board in the image, well lit and still",
-        kept.size(), kMinViews));
-    result.further_views_help = true;
-    return result;
+        "{} of {} frames repeat an earlier one and add nothing: the camera or its driver delivers "
+        "frames more than once",
+        repeated, views.size()));
   }
-  for (const BoardView& view : kept) result.frames_used.push_back(view.name);
-  result.lens = LensFromShared(fit->shared);
-  result.rms_px = fit->rms_px;
-  result.sigma_px = fit->sigma_px;
-  result.board_bow_m = LargestBow(fit->shared.segment<3>(kBowX), board);
-  result.coverage = Coverage(kept, size);
-  const double shared = SharedVariance(*fit) / (fit->sigma_px * fit->sigma_px);
-  const double widening =
-      std::max({1.0, fit->dispersion, 1 + static_cast<double>(kept.size()) * shared});
-  result.covariance = widening * fit->covariance.topLeftCorner<kLensCount, kLensCount>();
-  JudgeCaptureChanges(*fit, kept, widening, result);
-  std::size_t fixable = result.reasons.size();
-  JudgeUncertainty(*fit, kept, options, result);
-  fixable = result.reasons.size() - fixable;
-  if (shared > kMaxSharedVariance) {
-    result.reasons.push_back(fmt::format(
-        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
-        "same in all views; use a flat board that is printed true to size",
-        100 * shared));
-  }
-  if (result.coverage < kMinCoverage) {
-    result.reasons.push_back(
-        fmt::format("the corners cover only {:.0f} % of the image; hold the board closer, and into "
-                    "the corners of the image",
-                    100 * result.coverage));
-    ++fixable;
-  }
-  result.further_views_help = fixable > 0 && fixable == result.reasons.size();
   result.accepted = result.reasons.empty();
   return result;
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "firmware-like/statistics/median.h"
+
 namespace plumbline::lens {
 namespace {
 
@@ -106,6 +108,20 @@ Trial Try(const LensFit& fit, const SharedMatrix& C, const ChangeProfile& profil
   return trial;
 }
 
+/// Standard deviation of a change of the focal length in view j only, for each view (1):
+///   V = D^T (H_j - H_j C H_j) D
+std::vector<double> SingleViewDeviations(const LensFit& fit, const SharedMatrix& C,
+                                         double widening) {
+  const Directions D = DirectionsOf(CaptureChange::Kind::kFocalLength, fit.shared);
+  std::vector<double> deviations;
+  for (const ViewInformation& view : fit.view_information) {
+    const SharedMatrix& H = view.information;
+    const double V = (D.transpose() * (H - H * C * H) * D)(0, 0);
+    deviations.push_back(std::sqrt(widening / std::max(V, 1e-300)));
+  }
+  return deviations;
+}
+
 }  // namespace
 
 CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const BoardView> views,
@@ -113,6 +129,9 @@ CaptureChangeTest TestForCaptureChanges(const LensFit& fit, std::span<const Boar
   CaptureChangeTest test;
   const SharedMatrix C = CovarianceWithDroppedFixed(fit);
   const std::vector<ChangeProfile> profiles = AllProfiles(views);
+  std::vector<double> single = SingleViewDeviations(fit, C, widening);
+  test.last_view_focal_sd = single.back();
+  test.typical_view_focal_sd = statistics::MedianOf(single);
   double largest_undetected = kExpectedChi2;
   for (std::size_t k = 0; k < test.changes.size(); ++k) {
     CaptureChange& change = test.changes[k];

@@ -35,6 +35,10 @@ struct CaptureChangeTest {
   /// the difference between the fitted lens and that of the first or last view, whichever is
   /// larger, scaled by the share of d^2 that exceeds what noise alone produces.
   LensMatrix undetected_covariance = LensMatrix::Zero();
+  /// Standard deviation of a change of the focal length in one view only (1): in the last view, and
+  /// the median of all. Large if the view shows the board head-on, where a zoom looks like another
+  /// distance.
+  double last_view_focal_sd = 0, typical_view_focal_sd = 0;
 };
 
 /// @param views     the views of `fit`, in order of time

@@ -70,6 +70,18 @@ TEST_CASE("Another board than requested is named, and the counts add up") {
   CHECK(right.out.find("4 images: 0 used, 1 refused, 3 valid but not used\n") != std::string::npos);
 }
 
+TEST_CASE("Images of two sizes, equally many, are refused and named") {
+  const Files files;
+  for (int k = 0; k < 4; ++k) {
+    renderer::WritePgm(files.Path("frames/other" + std::to_string(k) + ".pgm"),
+                       {320, 240, std::vector<std::uint8_t>(std::size_t{320} * 240, 'x')});
+  }
+  const test::Answer answer = files.Calibrate("--board 9x6");
+  INFO(answer.out);
+  CHECK(answer.out.find("4 images are 320 x 240 px and 4 images are 640 x 480 px") !=
+        std::string::npos);
+}
+
 TEST_CASE("A refused lens is marked in OpenCV's file too") {
   const Files files;
   CHECK(files.Calibrate("--board 17x11 --yaml " + files.Path("lens.yaml")).exit_code == 0);

@@ -1,0 +1,58 @@
+// Diagnosis of a capture that one lens and one board do not explain.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/lens/rival_fit.h"
+#include "app/lens/view_consistency.h"
+
+namespace plumbline::lens {
+
+/// What spoilt a capture.
+enum class CaptureCause {
+  kNone,
+  kFocalLength,     ///< changed at some view, or steadily
+  kPrincipalPoint,  ///< likewise
+  kCameraVaries,    ///< focal length, or also the principal point, differ from view to view
+  kBoardBends,      ///< at some view, or in every view
+  kRollingShutter,
+  kPixelAspect,
+  kStretchedPrint,
+  kUnevenPrint,
+  kBoardNotFlat,
+  kWindowPane,
+  kBoardGlass,
+  kOtherLensModel,  ///< fisheye, rational or thin prism
+};
+
+struct CaptureDiagnosis {
+  /// The best explanation, and others that the residuals do not exclude; empty if the plain model
+  /// is the best.
+  struct Finding {
+    CaptureCause cause = CaptureCause::kNone;
+    std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
+    std::string remedy;
+    double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
+    double error_px = 0;  ///< largest difference over the image between its lens and the plain one
+  };
+  std::vector<Finding> findings;
+  /// Even the best explanation leaves several times the corners' noise.
+  bool incomplete = false;
+  bool clear() const { return findings.size() == 1 && !incomplete; }
+};
+
+/// Fits the rivals that a score test finds significant, each to the same corners of all views, and
+/// ranks them by
+///   BIC = N / d ln(S / N) + chi^2 of the priors + p ln(N / d)
+/// with S the sum of squares, N the observations and d >= 1 the ratio of the best fit's variance to
+/// the corners' noise: unexplained smooth patterns are counted as correlated noise.
+/// [G. Schwarz, Ann. Stat. 6 (1978) 461]
+/// @param force  fit all rivals, because something else already refuses the capture
+CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
+                                 image::ImageSize size, const LensFit& fit,
+                                 const ViewConsistency& consistency, bool force);
+
+}  // namespace plumbline::lens

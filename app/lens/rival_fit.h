@@ -1,0 +1,99 @@
+// Least-squares fit of a lens together with one effect that may have spoilt the capture.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "app/lens/lens_fit.h"
+#include "app/lens/rival_model.h"
+
+namespace plumbline::lens {
+
+/// One explanation of the residuals: which extra parameters are estimated, and how they vary.
+struct Rival {
+  std::vector<int> global;     ///< of Extra, equal in all views
+  std::vector<int> local;      ///< of Extra, different in each view
+  std::vector<int> changing;   ///< of Extra, times `course`
+  std::vector<double> course;  ///< weight of each view; 0 for the last one
+  bool fisheye = false;
+  bool free_aspect = false;  ///< fx / fy is estimated instead of almost 1
+};
+
+struct RivalResult {
+  bool converged = false;
+  SharedVector shared = SharedVector::Zero();  ///< at the time of the last view
+  ExtraVector extra = ExtraVector::Zero();     ///< global and changing
+  std::vector<ExtraVector> local;              ///< per view
+  std::vector<Pose> X_CK;
+  double square_sum_px2 = 0;  ///< of the residuals of the used corners
+  double prior_chi2 = 0;
+  int observations = 0, parameters = 0;  ///< parameters beyond those of every fit
+
+  double rms_px() const { return std::sqrt(square_sum_px2 / std::max(1, observations)); }
+};
+
+/// The views of one capture, prepared for the fits of several rivals.
+class RivalProblem {
+ public:
+  /// @param fit       start
+  /// @param used      corners to use, per view; a board with many of them is thinned out
+  /// @param noise_px  standard deviation of a corner's coordinate: scale of the priors
+  RivalProblem(const Board& board, std::span<const BoardView> views, image::ImageSize size,
+               const LensFit& fit, const std::vector<std::vector<bool>>& used, double noise_px);
+
+  /// Levenberg and Marquardt with numerical derivatives; the poses and local parameters are
+  /// eliminated view by view.
+  RivalResult Fit(const Rival& rival) const;
+  /// The same from another start. @param start  `converged` is not needed
+  RivalResult Fit(const Rival& rival, RivalResult start) const;
+  /// Information and score of each view about a fit without extra parameters, for
+  /// TestForCaptureChanges(); nothing else of the result is set except `shared` and `covariance`.
+  LensFit Linearized(const RivalResult& plain) const;
+  /// Decrease of the sum of squares that each rival would bring, in units of noise_px^2, by one
+  /// linear step from a fit without extra parameters: a score test. Courses are ignored.
+  std::vector<double> ScoreTests(const std::vector<Rival>& rivals, const RivalResult& plain) const;
+  const RivalBoard& board() const { return board_; }
+  const RivalResult& start() const { return start_; }
+  double noise_px() const { return noise_px_; }
+
+ private:
+  struct ViewData {
+    std::vector<double> rows_px;
+    std::vector<Vec2> corners_px;
+    std::vector<bool> used;
+  };
+  struct Blocks;
+  /// J^T J and J^T r of one view: A of its own parameters, B of own and common ones.
+  struct OwnEquations {
+    Eigen::MatrixXd A, B;
+    Eigen::VectorXd a;
+  };
+  struct NormalEquations {
+    Eigen::MatrixXd H;  ///< of the common parameters
+    Eigen::VectorXd g;
+    std::vector<OwnEquations> own;
+  };
+  bool Evaluate(const Rival& rival, const RivalResult& at, double& cost) const;
+  bool Linearize(const Rival& rival, const RivalResult& at, std::vector<Blocks>& blocks) const;
+  bool LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
+                       Blocks& block) const;
+  NormalEquations NormalEquationsOf(const Rival& rival, const RivalResult& at,
+                                    const std::vector<Blocks>& blocks) const;
+  RivalResult Stepped(const Rival& rival, const RivalResult& at, const NormalEquations& normal,
+                      double damping) const;
+  bool ResidualsOf(std::size_t j, const Rival& rival, const SharedVector& shared,
+                   const ExtraVector& extra, const Pose& X_CK, Eigen::VectorXd& residuals) const;
+  SharedMatrix PriorInformation(const Rival& rival, const SharedVector& shared,
+                                SharedVector& mean) const;
+  double PriorCost(const Rival& rival, const RivalResult& at) const;
+
+  image::ImageSize size_;
+  Board declared_;
+  RivalBoard board_;
+  double noise_px_;
+  std::vector<ViewData> views_;
+  RivalResult start_;
+  ExtraVector deviations_;
+};
+
+}  // namespace plumbline::lens

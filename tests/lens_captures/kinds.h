@@ -1,0 +1,13 @@
+// Parts of AllKinds().
+#pragma once
+
+#include "tests/lens_captures/capture_maker.h"
+
+namespace plumbline::lens_captures {
+
+void AddKindsOfLens(std::vector<Kind>& kinds);
+void AddKindsOfBoard(std::vector<Kind>& kinds);
+void AddKindsOfImage(std::vector<Kind>& kinds);
+void AddGoodKinds(std::vector<Kind>& kinds);
+
+}  // namespace plumbline::lens_captures
