@@ -272,6 +272,26 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
   ExpectOneFaultEach(kGood, "cell.toml", cases, Reads);
 }
 
+TEST_CASE("beta_deg and gamma_deg complete a row of the table; gamma_deg is for dh only") {
+  std::string text(kGood);
+  const std::string key = "alpha_deg = -90.0\n";
+  REQUIRE(text.find(key) != std::string::npos);
+  text.insert(text.find(key) + key.size(), "beta_deg = 0.9\ngamma_deg = 30.0\n");
+  FaultList faults;
+  const auto cell = CellFromText(text, "cell.toml", faults);
+  CAPTURE(FaultsText(faults));
+  REQUIRE(cell);
+  CHECK(cell->robot.joints[0].beta_rad == Approx(0.005 * kPi));
+  CHECK(cell->robot.joints[0].gamma_rad == Approx(kPi / 6));
+  CHECK(cell->robot.joints[1].beta_rad == 0);
+  text.replace(text.find("\"dh\""), 4, "\"mdh\"");
+  CHECK_FALSE(Reads(text, faults));
+  CHECK_THAT(
+      FaultsText(faults),
+      Catch::Contains("robot.joint[1].gamma_deg: 30") &&
+          Catch::Contains("is allowed with convention = \"dh\" only; add it to theta_offset"));
+}
+
 TEST_CASE("The schema must be 1 or 2") {
   for (const auto& [schema, fault] : std::vector<std::pair<std::string, std::string>>{
            {"schema = 3",
