@@ -275,7 +275,8 @@ Result<ConsistentFit> FitConsistentViews(const Board& board, image::ImageSize si
     Result<LensFit> fit = FitLens(board, kept, size);
     if (!fit) return Error{fit.error()};
     ViewConsistency consistency = ConsistencyOf(board, *fit, kept);
-    if (consistency.wrong.empty()) return ConsistentFit{std::move(*fit), std::move(consistency)};
+    if (consistency.wrong.empty())
+      return ConsistentFit{std::move(fit.value()), std::move(consistency)};
     RemoveViews(consistency.wrong, kDoesNotFit, kept, refused);
   }
   return Error{TooFewViews(kept.size(), refused)};

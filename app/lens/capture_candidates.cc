@@ -72,6 +72,7 @@ std::string LocalWords(const Candidate& candidate, const RivalResult& result) {
 
 double HeightOf(const RivalBoard& board, const RivalResult& result) {
   std::vector<double> heights;
+  heights.reserve(board.points().size());
   for (const RivalBoard::Point& point : board.points())
     heights.push_back(result.extra.segment<kHeightTerms>(kHeight).dot(point.height));
   return SpreadOf(heights);
@@ -153,6 +154,7 @@ std::vector<double> TwoStates(const RivalResult& varying) {
     limit = 0.5 * (sorted[k - 1] + sorted[k]);
   }
   std::vector<double> course;
+  course.reserve(zooms.size());
   for (const double zoom : zooms)
     course.push_back((zoom > limit) == (zooms.back() > limit) ? 0 : -1);
   return course;
