@@ -61,8 +61,8 @@ void Bodies(std::string_view text) {
 }
 
 void Marks(std::string_view text) {
-  const tracking::Body cell{"cell",
-                            {{3, 0.06, {}}, {4, 0.06, {Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
+  const tracking::Body cell{
+      "cell", {{3, 0.06, Pose()}, {4, 0.06, Pose{Mat3::Identity(), Vec3(0.5, 0, 0)}}}};
   const auto memories = camera::TagBaselinesFromJson(std::string(text), cell);
   if (!memories) return Require(!memories.error().empty());
   for (const auto& [lens, memory] : memories->by_lens) {
