@@ -436,6 +436,11 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
     const Result<ConsistentFit> fitted =
         FitConsistentViews(board, size, kept, result.frames_refused);
     if (!fitted) {
+      LensCalibration none;  // without the lens of an earlier round
+      none.size = size;
+      none.board = board;
+      none.frames_refused = std::move(result.frames_refused);
+      result = std::move(none);
       result.reasons.push_back(fitted.error());
       result.further_views_help = true;
       break;

@@ -25,7 +25,7 @@ constexpr int kGridColumns = 9, kGridRows = 7;
 /// Largest difference over the image between the pixels of equal directions by the plain lens and
 /// by the rival's lens, after the best rotation [px].
 double LensDifference(const SharedVector& plain, const Rival& rival, const RivalResult& result,
-                      image::ImageSize size) {
+                      const ExtraVector& of_view, image::ImageSize size) {
   const Lens lens = LensFromShared(plain);
   std::vector<Vec3> directions;
   std::vector<Vec2> pixels;
@@ -39,7 +39,7 @@ double LensDifference(const SharedVector& plain, const Rival& rival, const Rival
       pixels.push_back(pixel);
     }
   }
-  ExtraVector extra = result.extra;
+  ExtraVector extra = result.extra + of_view;
   for (const int k : rival.changing) extra[k] = 0;  // at the last view
   Mat3 R = Mat3::Identity();
   double largest = 0;
@@ -79,8 +79,9 @@ struct Attempt {
 };
 
 double Criterion(const RivalResult& result, double dispersion) {
-  const double n = result.observations / dispersion;
-  return n * std::log(result.square_sum_px2 / result.observations) +
+  const double observations = std::max(1, result.observations);
+  const double n = observations / dispersion;
+  return n * std::log(std::max(1e-12, result.square_sum_px2) / observations) +
          result.prior_chi2 / dispersion + result.parameters * std::log(n);
 }
 
@@ -119,7 +120,7 @@ class Attempts {
     attempt.finding.cause = candidate.cause;
     if (words) attempt.finding.words = words(attempt.result);
     DescribeFinding(candidate, attempt.result, problem_.board(), attempt.finding);
-    attempt.finding.error_px = LensDifference(fit_.shared, candidate.rival, attempt.result, size_);
+    attempt.finding.error_px = LargestDifference(candidate.rival, attempt.result);
     all_.push_back(std::move(attempt));
   }
   /// Splits the views by each varying zoom that has been fitted; each assignment costs ln 2.
@@ -134,7 +135,9 @@ class Attempts {
   }
   /// Changes at their most likely time, which counts as a parameter.
   void AddChanges() {
-    const CaptureChangeTest test = TestForCaptureChanges(problem_.Linearized(plain_), views_, 1);
+    const LensFit linearized = problem_.Linearized(plain_);
+    if (linearized.view_information.empty()) return;
+    const CaptureChangeTest test = TestForCaptureChanges(linearized, views_, 1);
     for (const ChangeCandidate& candidate : ChangeCandidates(test, views_)) {
       Add(candidate, std::log(static_cast<double>(plain_.observations)),
           [&](const RivalResult& result) { return ChangeWords(candidate, result, views_); });
@@ -157,6 +160,19 @@ class Attempts {
   const std::vector<Attempt>& all() const { return all_; }
 
  private:
+  /// The largest difference over all views: a camera that varies has another lens at each.
+  double LargestDifference(const Rival& rival, const RivalResult& result) const {
+    const auto difference = [&](const ExtraVector& of_view) {
+      return LensDifference(fit_.shared, rival, result, of_view, size_);
+    };
+    double largest = difference(ExtraVector::Zero());
+    if (rival.local.empty()) return largest;
+    for (const ExtraVector& of_view : result.local) {
+      largest = std::max(largest, difference(of_view));
+    }
+    return largest;
+  }
+
   const RivalProblem& problem_;
   const RivalResult& plain_;
   const LensFit& fit_;

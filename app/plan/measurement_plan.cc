@@ -235,7 +235,9 @@ Result<MeasurementPlan> PlanMeasurements(const model::CellModel& declared, const
   model::CellModel cell = declared;
   if (!cell.measurement.sigma_m) cell.measurement.sigma_m = task.sigma_m;
   const PostureCheck check(cell, task.rules);
-  const std::vector<PlannedRow> candidates = CandidatePostures(cell, task, check).Draw();
+  PlanTask enough = task;
+  enough.candidates = std::max(task.candidates, 4 * task.rows);
+  const std::vector<PlannedRow> candidates = CandidatePostures(cell, enough, check).Draw();
   if (static_cast<int>(candidates.size()) < 2 * task.rows) {
     return Error{fmt::format(
         "only {} safe postures were found for {} rows; relax the floor, the link radius or the "

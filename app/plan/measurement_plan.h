@@ -25,8 +25,9 @@ struct PlannedRow {
   double payload_kg = 0;
   std::string artefact;  ///< empty: the position is measured
   Pose X_WT;             ///< expected tip, without deflection
-  bool move_checked =
-      true;  ///< the straight joint move from the previous row is free of collisions
+  /// The straight joint move from the previous row was found free of collisions; false for the
+  /// first row, to which the robot comes from anywhere.
+  bool move_checked = false;
 };
 
 /// What the rows show of one effect: the median over its parameters of the standard deviation after

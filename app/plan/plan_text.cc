@@ -94,15 +94,23 @@ std::string PlanCsv(const MeasurementPlan& plan, const std::vector<model::Joint>
 std::string UrScript(const MeasurementPlan& plan) {
   std::string text =
       "# Measurement plan of plumbline. Run it at reduced speed first: only what the cell file\n"
-      "# declares was checked for collisions.\n"
+      "# declares was checked for collisions. The program moves the robot only where the joint "
+      "move\n"
+      "# was found free and the tip ends in the air; otherwise it asks to guide the robot.\n"
       "def plumbline_plan():\n";
   for (std::size_t i = 0; i < plan.rows.size(); ++i) {
     const PlannedRow& row = plan.rows[i];
-    std::string angles;
-    for (const double q : row.q) angles += fmt::format("{}{:.6f}", angles.empty() ? "" : ", ", q);
-    if (!row.move_checked)
-      text += "  popup(\"The next move was not found free: guide the robot\", blocking=True)\n";
-    text += fmt::format("  movej([{}], a=0.5, v=0.3)\n  sleep(1.0)\n", angles);
+    std::string radians, degrees;
+    for (const double q : row.q) {
+      radians += fmt::format("{}{:.6f}", radians.empty() ? "" : ", ", q);
+      degrees += fmt::format("{}{:.1f}", degrees.empty() ? "" : ", ", kDegPerRad * q);
+    }
+    if (row.move_checked && row.artefact.empty()) {
+      text += fmt::format("  movej([{}], a=0.5, v=0.3)\n  sleep(1.0)\n", radians);
+    } else {
+      text += fmt::format("  popup(\"Guide the robot to {} deg{}\", blocking=True)\n", degrees,
+                          row.artefact.empty() ? "" : ", onto " + row.artefact);
+    }
     text += fmt::format("  popup(\"Pose {} of {}: measure{}, then continue\", blocking=True)\n",
                         i + 1, plan.rows.size(), row.artefact.empty() ? "" : " at " + row.artefact);
   }

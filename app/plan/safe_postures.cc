@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFreeTurn = std::numbers::pi;
 constexpr double kFreeTravel_m = 1;
-constexpr int kMoveSteps = 12;
+constexpr int kMinMoveSteps = 12;
 constexpr double kPlaneTolerance_m = 1e-4;  // a tip on the plane has not crossed it
 
 /// Distance between two segments [Ericson, Real-Time Collision Detection, 5.1.9].
@@ -94,8 +94,16 @@ bool PostureCheck::IsSafe(const model::JointVector& q) const {
 }
 
 bool PostureCheck::IsMoveFree(const model::JointVector& from, const model::JointVector& to) const {
-  for (int step = 1; step < kMoveSteps; ++step) {
-    const double share = static_cast<double>(step) / kMoveSteps;
+  // Between two checks no point of the arm moves farther than half a link's radius.
+  double travel_m = 0;
+  for (int i = 0; i < arm_.size(); ++i) {
+    const bool turns = arm_.chain().type(i) == model::JointType::kRevolute;
+    travel_m += std::abs(to[i] - from[i]) * (turns ? reach_m_ : 1);
+  }
+  const int steps =
+      std::max(kMinMoveSteps, static_cast<int>(std::ceil(2 * travel_m / rules_.link_radius_m)));
+  for (int step = 1; step < steps; ++step) {
+    const double share = static_cast<double>(step) / steps;
     if (!IsFree(from + share * (to - from))) return false;
   }
   return true;
@@ -106,9 +114,10 @@ model::JointVector PostureCheck::FromUnit(const model::JointVector& u) const {
   for (int i = 0; i < arm_.size(); ++i) {
     const bool turns = arm_.chain().type(i) == model::JointType::kRevolute;
     const double free = turns ? kFreeTurn : kFreeTravel_m;
+    const double lower = arm_.chain().lower()[i], upper = arm_.chain().upper()[i];
     // Readings beyond half a turn need no other posture.
-    const double low = std::max(arm_.chain().lower()[i], -free);
-    const double high = std::min(arm_.chain().upper()[i], free);
+    const double low = turns || !std::isfinite(lower) ? std::max(lower, -free) : lower;
+    const double high = turns || !std::isfinite(upper) ? std::min(upper, free) : upper;
     q[i] = low + (std::max(low, high) - low) * u[i];
   }
   return q;

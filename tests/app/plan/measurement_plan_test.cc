@@ -95,13 +95,16 @@ TEST_CASE("the plan as table, program, points and picture") {
   row.q = model::JointVector::Constant(6, 0.5);
   row.X_WT.p = Vec3(0.1, 0.2, 0.3);
   plan.rows = {row, row};
+  plan.rows[0].move_checked = true;
   plan.rows[1].artefact = "left";
-  plan.rows[1].move_checked = false;
   const std::string csv = PlanCsv(plan, cell.robot.joints);
   CHECK_THAT(csv, Catch::Contains("q1_deg,q2_deg") && Catch::Contains("artefact\n28.64789"));
   const std::string script = UrScript(plan);
   CHECK_THAT(script, Catch::Contains("movej([0.500000, 0.500000") &&
-                         Catch::Contains("measure at left") && Catch::Contains("guide the robot"));
+                         Catch::Contains("measure at left") &&
+                         Catch::Contains("Guide the robot to 28.6, 28.6, 28.6, 28.6, 28.6, 28.6 "
+                                         "deg, onto left"));
+  CHECK(script.find("movej") == script.rfind("movej"));
   CHECK_THAT(PointList(plan, cell.robot.joints), Catch::Contains("\t100.000\t200.000\t300.000"));
   const std::string svg = PlanSvg(plan, cell);
   CHECK(svg.find("<svg") == 0);
