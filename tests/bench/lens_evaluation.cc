@@ -47,9 +47,10 @@ struct Counts {
   }
 };
 
+/// Whether the reasons contain one of the words before their advice, which follows a semicolon.
 bool Names(const std::vector<std::string>& reasons, const std::string& words) {
   std::string all;
-  for (const std::string& reason : reasons) all += reason + "\n";
+  for (const std::string& reason : reasons) all += reason.substr(0, reason.find(';')) + "\n";
   std::size_t start = 0;
   while (start <= words.size()) {
     const std::size_t end = std::min(words.find('|', start), words.size());
@@ -84,8 +85,8 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     ++counts.runs;
     counts.accepted += c.accepted;
     counts.falsely_accepted += c.accepted && wrong;
-    const bool named = !c.accepted && Names(c.reasons, kind.words);
-    const bool unclear = !c.accepted && !named && Names(c.reasons, "not clear");
+    const bool unclear = !c.accepted && Names(c.reasons, "not clear");
+    const bool named = !c.accepted && !unclear && Names(c.reasons, kind.words);
     counts.refused_bad += !c.accepted;
     counts.named += named;
     counts.unclear += unclear;
@@ -135,4 +136,8 @@ int main(int argc, char** argv) {
   fmt::print("refused with the true cause: {} of {} ({:.1f} %, goal 90 %); cause not clear {}\n",
              bad.named, bad.refused_bad, 100.0 * bad.named / std::max(1, bad.refused_bad),
              bad.unclear);
+  if (kinds == 0 && good.runs == 0) {
+    fmt::print(stderr, "lens_evaluation: no kind contains \"{}\"\n", arguments.kind);
+    return 2;
+  }
 }
