@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -111,9 +112,21 @@ void CheckAgainstCell(const ImportCommandOptions& options, const std::string& cs
                       faults);
 }
 
+/// "; ignored columns: \"a\", \"b\"", for a file without measurements.
+std::string IgnoredText(const imports::UnderstoodFile& file) {
+  std::string text;
+  for (std::size_t i = 0; i < file.meanings.size(); ++i) {
+    if (!file.meanings[i].target.empty()) continue;
+    const std::string& name = file.layout.names[i];
+    text += (text.empty() ? "; ignored columns: " : ", ") +
+            (name.empty() ? fmt::format("{}", i + 1) : fmt::format("\"{}\"", name.substr(0, 40)));
+  }
+  return text.empty() ? "" : text + "; map those that hold measurements with --mapping";
+}
+
 /// Faults of a table that cannot be measured.csv.
-void CheckRows(const ImportCommandOptions& options, const imports::ImportedTable& rows,
-               config::FaultList& faults) {
+void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFile& file,
+               const imports::ImportedTable& rows, config::FaultList& faults) {
   const auto has = [&](auto&& test) {
     return std::any_of(rows.rows.begin(), rows.rows.end(), test);
   };
@@ -129,7 +142,12 @@ void CheckRows(const ImportCommandOptions& options, const imports::ImportedTable
     return row.numbers.contains("gauge_mm") && !row.texts.contains("artefact");
   });
   if (gauge) fault("holds gauge readings: name the [[artefact]] of the cell with --artefact");
-  if (rows.rows.size() == rows.rejected.size()) fault("has no row with a usable measurement");
+  if (!has([](const imports::ImportedRow& row) { return row.HasMeasurement(); })) {
+    fault(
+        "has no row with a usable measurement: a position, range, gauge reading, orientation or "
+        "touched artefact" +
+        IgnoredText(file));
+  }
 }
 
 int PreviewYaml(const ImportCommandOptions& options) {
@@ -144,6 +162,20 @@ int PreviewYaml(const ImportCommandOptions& options) {
   return options.preview ? kExitOk : kExitFault;
 }
 
+void PrintRejected(const imports::ImportedTable& rows) {
+  for (const imports::RejectedLine& line : rows.rejected) {
+    std::cerr << fmt::format("{}:{}: rejected: {}\n", line.file, line.line, line.reason);
+  }
+}
+
+std::string CountsText(const imports::ImportedTable& rows) {
+  const auto measured =
+      std::count_if(rows.rows.begin(), rows.rows.end(),
+                    [](const imports::ImportedRow& row) { return row.HasMeasurement(); });
+  return fmt::format("{} rows, {} with a measurement; {} lines rejected", rows.rows.size(),
+                     measured, rows.rejected.size());
+}
+
 int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
                 const std::string& csv) {
   if (options.out == "-") {
@@ -153,12 +185,9 @@ int WriteImport(const ImportCommandOptions& options, const imports::ImportedTabl
                              written.error());
     return kExitUsage;
   }
-  for (const imports::RejectedLine& line : rows.rejected) {
-    std::cerr << fmt::format("{}:{}: rejected: {}\n", options.file, line.line, line.reason);
-  }
+  PrintRejected(rows);
   for (const std::string& note : rows.notes) std::cerr << note << '\n';
-  std::cerr << fmt::format("{}: {} rows, {} rejected\n", options.out, rows.rows.size(),
-                           rows.rejected.size());
+  std::cerr << fmt::format("{}: {}\n", options.out, CountsText(rows));
   return kExitOk;
 }
 
@@ -200,12 +229,18 @@ int RunImport(ImportCommandOptions options) {
     if (options.preview) std::cout << PreviewText(*joints, postures);
     rows = WithJoints(rows, postures, options.joints, faults);
   }
-  if (!faults.HasFaults()) CheckRows(options, rows, faults);
+  const bool joints_given = std::any_of(rows.rows.begin(), rows.rows.end(),
+                                        [](const auto& row) { return row.HasJoints(); });
+  if (joints_given) RejectRowsWithoutJoints(rows);
+  if (!faults.HasFaults()) CheckRows(options, *file, rows, faults);
   const std::string csv = MeasuredCsv(rows);
   if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
   std::cerr << config::FaultsText(faults);
+  if (faults.HasFaults() || options.preview) PrintRejected(rows);
   if (faults.HasFaults()) return kExitFault;
-  return options.preview ? kExitOk : WriteImport(options, rows, csv);
+  if (!options.preview) return WriteImport(options, rows, csv);
+  std::cout << "measured.csv: " << CountsText(rows) << '\n';
+  return kExitOk;
 }
 
 }  // namespace

@@ -17,6 +17,8 @@ constexpr double kUnitLengthTolerance = 0.01;
 constexpr std::array kMeasuredColumns = {"x_mm", "y_mm", "z_mm", "range_mm", "gauge_mm",
                                          "qw",   "qx",   "qy",   "qz",       "sigma_mm"};
 
+constexpr std::array kReadings = {"x_mm", "range_mm", "gauge_mm", "qw"};
+
 std::string ShownField(const std::string& field) {
   return "\"" + field.substr(0, 40) + "\"";
 }
@@ -125,7 +127,7 @@ void RowReader::AddSigma(ImportedRow& row) const {
 }
 
 ImportedRow RowReader::Read(const Record& record, std::string& reason) {
-  ImportedRow row{record.line, {}, {}};
+  ImportedRow row{record.line, {}, {}, {}};
   const std::size_t columns = file_.meanings.size();
   // A missing last field is an empty one; further fields shift the columns.
   if (record.fields.size() > columns || record.fields.size() + 1 < columns) {
@@ -144,52 +146,6 @@ ImportedRow RowReader::Read(const Record& record, std::string& reason) {
   return row;
 }
 
-std::string Key(const ImportedRow& row, const char* column) {
-  const auto text = row.texts.find(column);
-  if (text == row.texts.end()) return "";
-  const auto number = NumberIn(text->second, '.');
-  return number && *number == std::round(*number) ? fmt::format("{:.0f}", *number) : text->second;
-}
-
-bool AllHave(const ImportedTable& table, const char* column) {
-  return !table.rows.empty() &&
-         std::all_of(table.rows.begin(), table.rows.end(),
-                     [&](const ImportedRow& row) { return !Key(row, column).empty(); });
-}
-
-void AddJoints(const ImportedRow& joints, ImportedRow& row) {
-  for (const auto& [name, value] : joints.numbers) row.numbers.emplace(name, value);
-  for (const auto& [name, value] : joints.texts) row.texts.emplace(name, value);
-}
-
-/// Postures in the order of the joints' file, each followed by its further measurements.
-ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& joints,
-                           const char* column) {
-  ImportedTable matched{{}, measured.rejected, measured.notes};
-  std::map<std::string, std::vector<const ImportedRow*>> by_key;
-  for (const ImportedRow& row : measured.rows) by_key[Key(row, column)].push_back(&row);
-  for (const ImportedRow& posture : joints.rows) {
-    const auto found = by_key.find(Key(posture, column));
-    if (found == by_key.end()) {
-      matched.rows.push_back(posture);
-      continue;
-    }
-    for (const ImportedRow* row : found->second) {
-      matched.rows.push_back(*row);
-      AddJoints(posture, matched.rows.back());
-    }
-    by_key.erase(found);
-  }
-  for (const auto& [key, rows] : by_key) {
-    for (const ImportedRow* row : rows) {
-      matched.rejected.push_back(
-          {row->line, fmt::format("{} {} is not in the file of the joints", column, key)});
-    }
-  }
-  matched.notes.push_back(fmt::format("joints matched by {}", column));
-  return matched;
-}
-
 }  // namespace
 
 ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
@@ -200,7 +156,8 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
   for (const Record& record : file.layout.records) {
     std::string reason;
     table.rows.push_back(reader.Read(record, reason));
-    if (!reason.empty()) table.rejected.push_back({record.line, reason});
+    table.rows.back().file = file.file;
+    if (!reason.empty()) table.rejected.push_back({record.line, reason, file.file});
     deviations |= table.rows.back().numbers.contains("sigma_mm");
   }
   if (from_u95 && deviations) {
@@ -213,24 +170,10 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
   return table;
 }
 
-ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
-                         const std::string& joints_file, config::FaultList& faults) {
-  for (const char* column : {"number", "name"}) {
-    if (AllHave(measured, column) && AllHave(joints, column)) {
-      return MatchedByKey(measured, joints, column);
-    }
-  }
-  ImportedTable matched = measured;
-  if (measured.rows.size() != joints.rows.size()) {
-    faults.Add({config::Fault::Severity::kFault, joints_file, 0, "",
-                fmt::format("has {} rows, but {} were measured, and no column numbers the rows of "
-                            "both files; number them, or remove the lines without a counterpart",
-                            joints.rows.size(), measured.rows.size())});
-    return matched;
-  }
-  for (std::size_t i = 0; i < matched.rows.size(); ++i) AddJoints(joints.rows[i], matched.rows[i]);
-  matched.notes.emplace_back("joints matched by row");
-  return matched;
+bool ImportedRow::HasMeasurement() const {
+  return std::any_of(kReadings.begin(), kReadings.end(),
+                     [&](const char* name) { return numbers.contains(name); }) ||
+         texts.contains("artefact");
 }
 
 std::string MeasuredCsv(const ImportedTable& table) {
@@ -250,7 +193,6 @@ std::string MeasuredCsv(const ImportedTable& table) {
   for (const std::string& column : columns) text += (text.empty() ? "" : ",") + column;
   text += '\n';
   for (const ImportedRow& row : table.rows) {
-    if (!row.HasJoints()) continue;
     std::string line;
     for (const std::string& column : columns) {
       if (&column != &columns.front()) line += ',';

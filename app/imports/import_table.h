@@ -39,6 +39,7 @@ struct UnderstoodFile {
 struct RejectedLine {
   int line = 0;
   std::string reason;
+  std::string file;  ///< that has the line
 };
 
 /// One row: numbers in the units of measured.csv and texts, by column.
@@ -46,8 +47,12 @@ struct ImportedRow {
   int line = 0;
   std::map<std::string, double> numbers;
   std::map<std::string, std::string> texts;
+  std::string file;  ///< that has the line
 
   bool HasJoints() const { return numbers.contains("q1_deg") || numbers.contains("q1_mm"); }
+  /// True if the row holds a position, a range, a gauge reading, an orientation, or the touch of an
+  /// artefact.
+  bool HasMeasurement() const;
 };
 
 struct ImportedTable {
@@ -76,10 +81,15 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
 
 /// Adds the joints of a second file to the rows of the first one: by number or name if both files
 /// have that column (several measured rows may share one posture), else by row, for which both
-/// files must have equally many.
-/// @param faults  receives the fault if the rows cannot be matched
+/// files must have equally many. The result has the rejected lines of both files.
+/// @param faults  receives the fault if the rows cannot be matched, and one for each number or name
+///                that two lines of the joints have
 ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
                          const std::string& joints_file, config::FaultList& faults);
+
+/// Moves rows that lack a joint to the rejected lines: measured.csv has no place for them. Required
+/// are all joint columns that any row has.
+void RejectRowsWithoutJoints(ImportedTable& table);
 
 /// The rows as measured.csv; columns without a value in any row are left out.
 std::string MeasuredCsv(const ImportedTable& table);
