@@ -159,7 +159,11 @@ int PreviewYaml(const ImportCommandOptions& options) {
   if (!shown) std::cerr << options.file << ": " << shown.error() << '\n';
   if (!shown) return kExitFault;
   std::cout << options.file << ": " << *shown;
-  return options.preview ? kExitOk : kExitFault;
+  if (options.preview) return kExitOk;
+  std::cerr << options.file
+            << ": holds results, not measurements; no file was written; use import-urdf "
+               "--apply-rising for the URDF written beside it\n";
+  return kExitFault;
 }
 
 void PrintRejected(const imports::ImportedTable& rows) {
@@ -191,27 +195,7 @@ int WriteImport(const ImportCommandOptions& options, const imports::ImportedTabl
   return kExitOk;
 }
 
-int RunImport(ImportCommandOptions options) {
-  if (options.preview != options.out.empty()) {
-    std::cerr << "plumbline import: give either --preview or --output FILE\n";
-    return kExitUsage;
-  }
-  for (const std::string& input : {options.file, options.joints, options.cell}) {
-    if (options.out.empty() || !SameFile(options.out, input)) continue;
-    std::cerr << "plumbline import: --output would overwrite the input " << input << '\n';
-    return kExitUsage;
-  }
-  if (!options.permissible_error.empty()) {
-    options.units.permissible_error = PermissibleErrorOf(options.permissible_error);
-    if (!options.units.permissible_error) {
-      std::cerr << "plumbline import: --permissible-error-um: " << options.permissible_error
-                << " is not of the form 15+6 (um + um/m)\n";
-      return kExitUsage;
-    }
-  }
-  if (options.file.ends_with(".yaml") || options.file.ends_with(".yml")) {
-    return PreviewYaml(options);
-  }
+int ImportFiles(const ImportCommandOptions& options) {
   config::FaultList faults;
   const auto file = MappedFile(options, imports::FileRole::kMeasured).Read(faults);
   std::optional<imports::UnderstoodFile> joints;
@@ -241,6 +225,42 @@ int RunImport(ImportCommandOptions options) {
   if (!options.preview) return WriteImport(options, rows, csv);
   std::cout << "measured.csv: " << CountsText(rows) << '\n';
   return kExitOk;
+}
+
+/// The files that are written: mapping files only if they do not exist.
+OutputPaths OutputsOf(const ImportCommandOptions& options) {
+  return {{"--mapping", std::filesystem::exists(options.mapping) ? "" : options.mapping},
+          {"--joints-mapping",
+           std::filesystem::exists(options.joints_mapping) ? "" : options.joints_mapping},
+          {"--output", options.out}};
+}
+
+std::vector<std::string> InputsOf(const ImportCommandOptions& options) {
+  std::vector<std::string> inputs = {options.file, options.joints, options.cell};
+  for (const std::string& mapping : {options.mapping, options.joints_mapping}) {
+    if (std::filesystem::exists(mapping)) inputs.push_back(mapping);
+  }
+  return inputs;
+}
+
+int RunImport(ImportCommandOptions options) {
+  if (options.preview != options.out.empty()) {
+    std::cerr << "plumbline import: give either --preview or --output FILE\n";
+    return kExitUsage;
+  }
+  if (OverwritesFile("import", OutputsOf(options), InputsOf(options), std::cerr)) {
+    return kExitUsage;
+  }
+  if (!options.permissible_error.empty()) {
+    options.units.permissible_error = PermissibleErrorOf(options.permissible_error);
+    if (!options.units.permissible_error) {
+      std::cerr << "plumbline import: --permissible-error-um: " << options.permissible_error
+                << " is not of the form 15+6 (um + um/m)\n";
+      return kExitUsage;
+    }
+  }
+  const bool yaml = options.file.ends_with(".yaml") || options.file.ends_with(".yml");
+  return yaml ? PreviewYaml(options) : ImportFiles(options);
 }
 
 }  // namespace

@@ -77,4 +77,61 @@ TEST_CASE("import names every row that is left out for its joints") {
   CHECK(folder.TextOf("m.csv") == "q1_deg,q2_deg,x_mm,y_mm,z_mm\n1,10,1,2,3\n");
 }
 
+TEST_CASE("import overwrites none of its inputs") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "q1_deg,x_mm,y_mm,z_mm\n1,1,2,3\n");
+  const std::string joints = folder.Write("j.csv", "q1_deg\n1\n");
+  const std::string mapping = folder.Write("m.toml", "schema = 1\n");
+  const std::string joints_mapping = folder.Write("n.toml", "schema = 1\n");
+  const std::string inputs = table + " --joints " + joints + " --mapping " + mapping +
+                             " --joints-mapping " + joints_mapping + " --output ";
+  for (const std::string& input : {table, joints, mapping, joints_mapping}) {
+    const std::string before = config::ReadTextFile(input).value();
+    const Answer answer = ImportFolder::Import(inputs + input);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Contains("--output would overwrite " + input));
+    CHECK(config::ReadTextFile(input).value() == before);
+  }
+  const std::string new_file = folder.At("new");
+  const Answer answer =
+      ImportFolder::Import(table + " --mapping " + new_file + " --output " + folder.At("./new"));
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("--output would overwrite " + new_file));
+  CHECK_FALSE(config::ReadTextFile(new_file));
+}
+
+TEST_CASE("export-urdf and plan overwrite none of their files") {
+  const ImportFolder folder;
+  const std::string cell = folder.Write("cell.toml", "a cell\n");
+  const std::string file = folder.Write("r.urdf", "a robot\n");
+  for (const std::string& out : {cell, file}) {
+    const Answer answer =
+        RunCommand(cli::AddExportUrdfCommand, "export-urdf " + cell + " " + file + " --out " + out);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Contains("--out would overwrite " + out));
+  }
+  for (const char* option : {"--out", "--svg", "--urscript", "--points"}) {
+    const Answer answer =
+        RunCommand(cli::AddPlanCommand, "plan " + cell + " " + option + " " + cell);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Contains(std::string(option) + " would overwrite " + cell));
+  }
+  const std::string both = folder.At("both");
+  const Answer answer =
+      RunCommand(cli::AddPlanCommand, "plan " + cell + " --svg " + both + " --points " + both);
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("--points would overwrite " + both));
+  CHECK(folder.TextOf("cell.toml") == "a cell\n");
+}
+
+TEST_CASE("import with --output says that a calibration holds no measurements") {
+  const ImportFolder folder;
+  const std::string yaml = folder.Write("calibration.yaml", "shoulder_pan_joint: 0.0123\n");
+  const Answer answer = ImportFolder::Import(yaml + " --output " + folder.At("m.csv"));
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err, Contains("holds results, not measurements; no file was written; use "
+                                  "import-urdf --apply-rising"));
+  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+}
+
 }  // namespace plumbline::import_command_test
