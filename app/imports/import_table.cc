@@ -108,22 +108,37 @@ void RowReader::Check(ImportedRow& row, std::string& reason) const {
   if (to_artefact && !options_.artefact.empty()) row.texts["artefact"] = options_.artefact;
 }
 
-void RowReader::AddSigma(ImportedRow& row) const {
-  double variance = 0;
-  const auto& n = row.numbers;
+/// Variance of the scatter [mm^2] from sigma_mm or U(95); 0 if neither is given.
+double ScatterVariance(const std::map<std::string, double>& n) {
+  if (n.contains("sigma_mm")) return std::pow(n.at("sigma_mm"), 2);
   if (n.contains("u95_x_mm") && n.contains("u95_y_mm") && n.contains("u95_z_mm")) {
+    double variance = 0;
     for (const char* axis : {"u95_x_mm", "u95_y_mm", "u95_z_mm"}) {
       variance += std::pow(n.at(axis) / kCoverage, 2) / 3;
     }
-  } else if (n.contains("u95_mm")) {
-    variance = std::pow(n.at("u95_mm") / kRadiusOfThreeAxes, 2);
+    return variance;
   }
-  if (const auto& mpe = options_.permissible_error; mpe && n.contains("x_mm")) {
-    const double distance_m =
-        1e-3 * std::hypot(n.at("x_mm"), std::hypot(n.at("y_mm"), n.at("z_mm")));
-    variance += std::pow(mpe->constant_mm + mpe->per_metre_mm * distance_m, 2) / 3;
+  return n.contains("u95_mm") ? std::pow(n.at("u95_mm") / kRadiusOfThreeAxes, 2) : 0;
+}
+
+/// The length that an instrument's permissible error refers to [m]: the distance of a position, a
+/// range, or a gauge's reading; nullopt if the row has none.
+std::optional<double> MeasuredLength(const std::map<std::string, double>& n) {
+  if (n.contains("x_mm")) {
+    return 1e-3 * std::hypot(n.at("x_mm"), std::hypot(n.at("y_mm"), n.at("z_mm")));
   }
-  if (variance > 0 && !n.contains("sigma_mm")) row.numbers["sigma_mm"] = std::sqrt(variance);
+  if (n.contains("range_mm")) return 1e-3 * std::abs(n.at("range_mm"));
+  if (n.contains("gauge_mm")) return 1e-3 * std::abs(n.at("gauge_mm"));
+  return std::nullopt;
+}
+
+void RowReader::AddSigma(ImportedRow& row) const {
+  double variance = ScatterVariance(row.numbers);
+  const auto length_m = MeasuredLength(row.numbers);
+  if (const auto& mpe = options_.permissible_error; mpe && length_m) {
+    variance += std::pow(mpe->constant_mm + mpe->per_metre_mm * *length_m, 2) / 3;
+  }
+  if (variance > 0) row.numbers["sigma_mm"] = std::sqrt(variance);
 }
 
 ImportedRow RowReader::Read(const Record& record, std::string& reason) {

@@ -62,8 +62,9 @@ struct ImportedTable {
 };
 
 /// Decodes a file and finds its layout and the meaning of its columns. Pure.
-/// Without column names, one column holds readings of a gauge in mm (Keyence LK-G), three are x, y,
-/// z, and those of a file of joints are the joints in order, after the number of the row if the
+/// Without column names, one column holds readings of a gauge; they are in mm if each has a sign or
+/// is a run of X or F, the layout of a Keyence LK-G, unless the options state a unit. Three are x,
+/// y, z, and those of a file of joints are the joints in order, after the number of the row if the
 /// first column counts 1, 2, 3 ..
 /// @param faults  receives faults of the mapping, and one for each column whose unit neither the
 ///                file nor the options nor the mapping state
@@ -75,8 +76,9 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
 /// measurement: an unreadable or incomplete value, a row marked as deleted, a quaternion that is
 /// not of unit length, a gauge without a value (runs of X or F). Standard deviations come from
 /// U(95): per axis U / 2 (k = 2), the root mean square of the axes; of a 3-D radius U / 2.795 (95 %
-/// of a chi distribution with 3 degrees of freedom). A permissible error is added as a rectangular
-/// distribution, MPE / sqrt(3).
+/// of a chi distribution with 3 degrees of freedom). A permissible error is added to it, or to
+/// the file's sigma_mm, as a rectangular distribution, MPE / sqrt(3); it refers to the distance of
+/// a position, a range, or a gauge's reading.
 ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
 
 /// Adds the joints of a second file to the rows of the first one: by number or name if both files
