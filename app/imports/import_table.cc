@@ -35,22 +35,63 @@ bool IsSet(std::string flag) {
   return !(flag.empty() || flag == "0" || flag == "false" || flag == "no" || flag == "n");
 }
 
+/// True for values without which a measurement is still usable.
+bool IsAuxiliary(const std::string& target) {
+  return target == "t_s" || target == "temp_C" || target == "sigma_mm" || target.starts_with("u95");
+}
+
+/// How the dates with slashes in the time stamps of a file are read.
+struct SlashDates {
+  int dates = 0, day_first = 0, month_first = 0;  ///< all; with only one valid order
+
+  DateOrder order() const {
+    return day_first > month_first ? DateOrder::kDayFirst : DateOrder::kMonthFirst;
+  }
+};
+
+SlashDates SlashDatesOf(const UnderstoodFile& file) {
+  SlashDates found;
+  for (std::size_t column = 0; column < file.meanings.size(); ++column) {
+    if (file.meanings[column].target != "t_s") continue;
+    for (const Record& record : file.layout.records) {
+      if (column >= record.fields.size() || !HasSlashDate(record.fields[column])) continue;
+      ++found.dates;
+      const std::string& field = record.fields[column];
+      if (!SecondsOfTimeStamp(field, DateOrder::kMonthFirst)) ++found.day_first;
+      if (!SecondsOfTimeStamp(field, DateOrder::kDayFirst)) ++found.month_first;
+    }
+  }
+  return found;
+}
+
 /// Reads one record; collects the first reason why its measurement cannot be used.
 class RowReader {
  public:
   RowReader(const UnderstoodFile& file, const ImportOptions& options)
-      : file_(file), options_(options) {}
+      : file_(file), options_(options), dates_(SlashDatesOf(file)) {}
 
   ImportedRow Read(const Record& record, std::string& reason);
+  std::optional<double> first_stamp_s() const { return first_stamp_s_; }
+  /// What was assumed about dates, and which values were left out.
+  void AddNotes(std::vector<std::string>& notes) const;
 
  private:
   void Value(std::size_t column, const std::string& field, ImportedRow& row, std::string& reason);
   void Check(ImportedRow& row, std::string& reason) const;
   void AddSigma(ImportedRow& row) const;
 
+  /// Unreadable values of a column that are left out.
+  struct LeftOut {
+    int count = 0;
+    int first_line = 0;
+    std::string first;
+  };
+
   const UnderstoodFile& file_;
   const ImportOptions& options_;
+  SlashDates dates_;
   std::optional<double> first_stamp_s_;
+  std::map<std::string, LeftOut> left_out_;
 };
 
 void Reject(std::string& reason, std::string why) {
@@ -67,7 +108,7 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
     return;
   }
   if (*kind == ValueKind::kTime) {
-    if (const auto stamp_s = SecondsOfTimeStamp(field)) {
+    if (const auto stamp_s = SecondsOfTimeStamp(field, dates_.order())) {
       if (!first_stamp_s_) first_stamp_s_ = *stamp_s;
       row.numbers["t_s"] = *stamp_s - *first_stamp_s_;
       return;
@@ -77,12 +118,31 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
   const auto scale = ScaleOf(*kind, meaning.unit);
   if (number && scale) {
     row.numbers[meaning.target] = *number * scale->factor + scale->offset;
+  } else if (IsAuxiliary(meaning.target)) {
+    LeftOut& left_out = left_out_[meaning.target];
+    if (++left_out.count == 1) left_out.first_line = row.line, left_out.first = field;
   } else if (IsRunOf(field, 'X') || IsRunOf(field, 'F')) {
     Reject(reason,
            fmt::format("{} is {}: the gauge had no value", meaning.target, ShownField(field)));
   } else {
     Reject(reason, fmt::format("{} is {}, which is not a number with a decimal {}", meaning.target,
                                ShownField(field), file_.layout.decimal == ',' ? "comma" : "point"));
+  }
+}
+
+void RowReader::AddNotes(std::vector<std::string>& notes) const {
+  if (dates_.dates > 0) {
+    notes.push_back(fmt::format(
+        "t_s: dates read as {}{}",
+        dates_.order() == DateOrder::kDayFirst ? "day/month/year" : "month/day/year",
+        dates_.day_first + dates_.month_first > 0
+            ? ""
+            : ": assumed, since no day is above 12; write them as year-month-day if it is wrong"));
+  }
+  for (const auto& [target, left_out] : left_out_) {
+    notes.push_back(fmt::format("{}: {} unreadable value{} left out, the first in line {}: {}",
+                                target, left_out.count, left_out.count == 1 ? "" : "s",
+                                left_out.first_line, ShownField(left_out.first)));
   }
 }
 
@@ -175,6 +235,8 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
     if (!reason.empty()) table.rejected.push_back({record.line, reason, file.file});
     deviations |= table.rows.back().numbers.contains("sigma_mm");
   }
+  table.first_stamp_s = reader.first_stamp_s();
+  reader.AddNotes(table.notes);
   if (from_u95 && deviations) {
     table.notes.emplace_back(
         options.permissible_error

@@ -59,6 +59,8 @@ struct ImportedTable {
   std::vector<ImportedRow> rows;       ///< in the order of the file, the rejected ones included
   std::vector<RejectedLine> rejected;  ///< whose measurement is left out
   std::vector<std::string> notes;      ///< what was assumed or derived
+  /// The time stamp from which t_s counts [s since 1970]; nullopt: t_s has no known origin.
+  std::optional<double> first_stamp_s;
 };
 
 /// Decodes a file and finds its layout and the meaning of its columns. Pure.
@@ -73,7 +75,8 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
                           const ImportOptions& options, config::FaultList& faults);
 
 /// Reads the rows. A row with a fault keeps its joints, since the robot was there, but loses its
-/// measurement: an unreadable or incomplete value, a row marked as deleted, a quaternion that is
+/// measurement: an unreadable or incomplete value (one of t_s, temp_C, sigma_mm or U(95) is left
+/// out alone), a row marked as deleted, a quaternion that is
 /// not of unit length, a gauge without a value (runs of X or F). Standard deviations come from
 /// U(95): per axis U / 2 (k = 2), the root mean square of the axes; of a 3-D radius U / 2.795 (95 %
 /// of a chi distribution with 3 degrees of freedom). A permissible error is added to it, or to
@@ -84,9 +87,11 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
 /// Adds the joints of a second file to the rows of the first one: by number or name if both files
 /// have that column (several measured rows may share one posture), else by row, for which both
 /// files must have equally many. The result has the rejected lines of both files.
+/// If both have t_s, it counts from the earlier of their first time stamps; without stamps in both,
+/// t_s of the joints is left out.
 /// @param faults  receives the fault if the rows cannot be matched, and one for each number or name
 ///                that two lines of the joints have
-ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
+ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,
                          const std::string& joints_file, config::FaultList& faults);
 
 /// Moves rows that lack a joint to the rejected lines: measured.csv has no place for them. Required

@@ -73,14 +73,42 @@ ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& j
   return matched;
 }
 
+bool HasTimes(const ImportedTable& table) {
+  return std::any_of(table.rows.begin(), table.rows.end(),
+                     [](const ImportedRow& row) { return row.numbers.contains("t_s"); });
+}
+
+void ShiftTimes(ImportedTable& table, double origin_s) {
+  for (ImportedRow& row : table.rows) {
+    const auto t_s = row.numbers.find("t_s");
+    if (t_s != row.numbers.end()) t_s->second += *table.first_stamp_s - origin_s;
+  }
+  table.first_stamp_s = origin_s;
+}
+
+/// Gives t_s of both files one origin, or leaves that of the joints out.
+void AlignTimes(ImportedTable& measured, ImportedTable& joints, const std::string& joints_file) {
+  if (!HasTimes(measured) || !HasTimes(joints)) return;
+  if (measured.first_stamp_s && joints.first_stamp_s) {
+    const double origin_s = std::min(*measured.first_stamp_s, *joints.first_stamp_s);
+    ShiftTimes(measured, origin_s);
+    ShiftTimes(joints, origin_s);
+    return;
+  }
+  for (ImportedRow& row : joints.rows) row.numbers.erase("t_s");
+  measured.notes.push_back(fmt::format(
+      "t_s of {} is left out: without dates in both files its origin is not known", joints_file));
+}
+
 bool IsJoint(const std::string& column) {
   return column.size() > 2 && column[0] == 'q' && column[1] >= '0' && column[1] <= '9';
 }
 
 }  // namespace
 
-ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
+ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,
                          const std::string& joints_file, config::FaultList& faults) {
+  AlignTimes(measured, joints, joints_file);
   ImportedTable matched = measured;
   const auto complete = [&] {
     matched.rejected.insert(matched.rejected.end(), joints.rejected.begin(), joints.rejected.end());

@@ -89,6 +89,11 @@ TEST_CASE("time stamps as seconds") {
   CHECK(*SecondsOfTimeStamp("2022-11-08T12:00:00") == noon);
   CHECK(*SecondsOfTimeStamp("11/08/2022 12:00:00 PM") == noon);
   CHECK(*SecondsOfTimeStamp("11/09/2022 12:00:00 AM") == noon + 43200);
+  CHECK(*SecondsOfTimeStamp("08/11/2022 12:00:00", DateOrder::kDayFirst) == noon);
+  CHECK_FALSE(SecondsOfTimeStamp("13/11/2022 12:00:00"));
+  CHECK(HasSlashDate("13/11/2022 12:00:00"));
+  CHECK_FALSE(HasSlashDate("13.11.2022 12:00:00"));
+  CHECK_FALSE(HasSlashDate("1/2"));
   for (const char* wrong : {"", "12.5", "31.02.2022 12:00:00", "08.11.2022", "a.b.c d:e:f"}) {
     CHECK_FALSE(SecondsOfTimeStamp(wrong));
   }

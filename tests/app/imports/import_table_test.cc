@@ -124,6 +124,47 @@ TEST_CASE("joints are matched by number where both files have it") {
   CHECK_THAT(config::FaultsText(faults), Catch::Contains("has 2 rows, but 1 were measured"));
 }
 
+TEST_CASE("day and month have one order in a column, which is stated") {
+  const std::string head = "x_mm,y_mm,z_mm,time\n";
+  const ImportedTable days =
+      RowsOf(Understood(head + "1,2,3,12/11/2022 10:00:00\n1,2,3,13/11/2022 10:00:00\n"), {});
+  CHECK(days.rows[1].numbers.at("t_s") == 86400);
+  CHECK(days.notes == std::vector<std::string>{"t_s: dates read as day/month/year"});
+  const ImportedTable unclear = RowsOf(Understood(head + "1,2,3,12/11/2022 10:00:00\n"), {});
+  REQUIRE(unclear.notes.size() == 1);
+  CHECK_THAT(unclear.notes[0], Catch::Contains("month/day/year: assumed"));
+}
+
+TEST_CASE("an unreadable time, temperature or uncertainty is left out alone") {
+  const ImportedTable table = RowsOf(
+      Understood("x_mm,y_mm,z_mm,temp_C,sigma_mm\n1,2,3,20,0.1\n1,2,3,---,n/a\n1,2,3,?,0.1\n"), {});
+  CHECK(table.rejected.empty());
+  CHECK(table.rows[1].numbers.at("x_mm") == 1);
+  CHECK_FALSE(table.rows[1].numbers.contains("temp_C"));
+  CHECK(table.notes == std::vector<std::string>{
+                           "sigma_mm: 1 unreadable value left out, the first in line 3: \"n/a\"",
+                           "temp_C: 2 unreadable values left out, the first in line 3: \"---\""});
+}
+
+TEST_CASE("times of two files count from one origin, or only those of the measurements are kept") {
+  const std::string measured = "no,x_mm,y_mm,z_mm,time\n1,1,2,3,2022-11-08T10:00:05\n";
+  const auto times = [&](const std::string& joints) {
+    config::FaultList faults;
+    const ImportedTable rows = WithJoints(RowsOf(Understood(measured), {}),
+                                          RowsOf(Understood(joints), {}), "j.csv", faults);
+    REQUIRE(rows.rows.size() == 2);
+    return rows;
+  };
+  const ImportedTable stamped =
+      times("no,q1_deg,time\n1,10,2022-11-08T10:00:00\n2,20,2022-11-08T10:00:09\n");
+  CHECK(stamped.rows[0].numbers.at("t_s") == 5);
+  CHECK(stamped.rows[1].numbers.at("t_s") == 9);
+  const ImportedTable counted = times("no,q1_deg,t_s\n1,10,100\n2,20,200\n");
+  CHECK(counted.rows[0].numbers.at("t_s") == 0);
+  CHECK_FALSE(counted.rows[1].numbers.contains("t_s"));
+  CHECK_THAT(counted.notes[0], Catch::Contains("t_s of j.csv is left out"));
+}
+
 TEST_CASE("readings of a Keyence gauge, one a line") {
   ImportOptions options;
   options.artefact = "dial";
