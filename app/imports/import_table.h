@@ -75,13 +75,15 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
                           const ImportOptions& options, config::FaultList& faults);
 
 /// Reads the rows. A row with a fault keeps its joints, since the robot was there, but loses its
-/// measurement: an unreadable or incomplete value (one of t_s, temp_C, sigma_mm or U(95) is left
-/// out alone), a row marked as deleted, a quaternion that is
-/// not of unit length, a gauge without a value (runs of X or F). Standard deviations come from
-/// U(95): per axis U / 2 (k = 2), the root mean square of the axes; of a 3-D radius U / 2.795 (95 %
-/// of a chi distribution with 3 degrees of freedom). A permissible error is added to it, or to
-/// the file's sigma_mm, as a rectangular distribution, MPE / sqrt(3); it refers to the distance of
-/// a position, a range, or a gauge's reading.
+/// measurement: an unreadable or incomplete value, a row marked as deleted, a quaternion that is
+/// not of unit length, a gauge without a value (runs of X or F). A line with too many fields loses
+/// its joints too, since its columns are shifted. An unreadable t_s, temp_C, sigma_mm or U(95) is
+/// left out alone. Dates with slashes have one order of day and month in the column, that of the
+/// dates which allow only one, else month first.
+/// Standard deviations come from U(95): per axis U / 2 (k = 2), the root mean square of the axes;
+/// of a 3-D radius U / 2.795 (95 % of a chi distribution with 3 degrees of freedom). A permissible
+/// error is added to it, or to the file's sigma_mm, as a rectangular distribution, MPE / sqrt(3);
+/// it refers to the distance of a position, to a range, or to a gauge's reading.
 ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options);
 
 /// Adds the joints of a second file to the rows of the first one: by number or name if both files

@@ -14,7 +14,7 @@ const std::string kIgnored = "ignore";
 
 void ReadColumn(const config::TomlTable& table, std::vector<MappedColumn>& columns) {
   MappedColumn column;
-  if (const auto number = table.Integer("number", 1, 1000)) {
+  if (const auto number = table.Integer("number", 1, 1000000)) {
     column.number = *number;
     if (table.Has("from")) table.AddFault("number", "is given beside from; keep one of them");
   } else {
