@@ -65,32 +65,15 @@ std::string NameForJson(const std::string& poses, const std::string& json) {
   return path.parent_path() == fs::path(json).parent_path() ? path.filename().string() : poses;
 }
 
-bool IsOrdinaryOrNew(const std::string& path) {
-  std::error_code unknown;
-  return !fs::exists(path, unknown) || fs::is_regular_file(path, unknown);
-}
-
 /// Checks that no output overwrites an input or another output and that all can be written; prints
 /// every violation.
 bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
-  const std::pair<const char*, std::string> outputs[] = {
-      {"--json", arguments.json},
-      {"--write-model", arguments.model},
-      {"--report", arguments.report},
-      {"--pdf", arguments.pdf},
-      {"--next-poses", NextPosesPath(arguments)}};
-  bool writable = true;
-  std::vector<std::string> others = {arguments.cell, arguments.measured};
-  for (const auto& [option, path] : outputs) {
-    if (path.empty() || path == "-") continue;
-    for (const std::string& other : others) {
-      if (!IsOrdinaryOrNew(path) || !SameFile(path, other)) continue;
-      err << fmt::format("plumbline diagnose: {} would overwrite {}; choose another file\n", option,
-                         other);
-      writable = false;
-    }
-    others.push_back(path);
-  }
+  const OutputPaths outputs = {{"--json", arguments.json},
+                               {"--write-model", arguments.model},
+                               {"--report", arguments.report},
+                               {"--pdf", arguments.pdf},
+                               {"--next-poses", NextPosesPath(arguments)}};
+  bool writable = !OverwritesFile("diagnose", outputs, {arguments.cell, arguments.measured}, err);
   for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
     if (path != arguments.next_poses && option == std::string_view("--next-poses"))

@@ -113,8 +113,8 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
 
 int RunExportUrdf(const ExportUrdfOptions& options) {
   const bool to_out = options.out == "-";
-  if (!to_out && SameFile(options.out, options.cell)) {
-    std::cerr << "plumbline export-urdf: --out would overwrite the cell; choose another file\n";
+  if (OverwritesFile("export-urdf", {{"--out", options.out}}, {options.cell, options.file},
+                     std::cerr)) {
     return kExitUsage;
   }
   config::FaultList faults;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -111,9 +112,21 @@ void CheckAgainstCell(const ImportCommandOptions& options, const std::string& cs
                       faults);
 }
 
+/// "; ignored columns: \"a\", \"b\"", for a file without measurements.
+std::string IgnoredText(const imports::UnderstoodFile& file) {
+  std::string text;
+  for (std::size_t i = 0; i < file.meanings.size(); ++i) {
+    if (!file.meanings[i].target.empty()) continue;
+    const std::string& name = file.layout.names[i];
+    text += (text.empty() ? "; ignored columns: " : ", ") +
+            (name.empty() ? fmt::format("{}", i + 1) : fmt::format("\"{}\"", name.substr(0, 40)));
+  }
+  return text.empty() ? "" : text + "; map those that hold measurements with --mapping";
+}
+
 /// Faults of a table that cannot be measured.csv.
-void CheckRows(const ImportCommandOptions& options, const imports::ImportedTable& rows,
-               config::FaultList& faults) {
+void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFile& file,
+               const imports::ImportedTable& rows, config::FaultList& faults) {
   const auto has = [&](auto&& test) {
     return std::any_of(rows.rows.begin(), rows.rows.end(), test);
   };
@@ -129,7 +142,12 @@ void CheckRows(const ImportCommandOptions& options, const imports::ImportedTable
     return row.numbers.contains("gauge_mm") && !row.texts.contains("artefact");
   });
   if (gauge) fault("holds gauge readings: name the [[artefact]] of the cell with --artefact");
-  if (rows.rows.size() == rows.rejected.size()) fault("has no row with a usable measurement");
+  if (!has([](const imports::ImportedRow& row) { return row.HasMeasurement(); })) {
+    fault(
+        "has no row with a usable measurement: a position, range, gauge reading, orientation or "
+        "touched artefact" +
+        IgnoredText(file));
+  }
 }
 
 int PreviewYaml(const ImportCommandOptions& options) {
@@ -141,7 +159,25 @@ int PreviewYaml(const ImportCommandOptions& options) {
   if (!shown) std::cerr << options.file << ": " << shown.error() << '\n';
   if (!shown) return kExitFault;
   std::cout << options.file << ": " << *shown;
-  return options.preview ? kExitOk : kExitFault;
+  if (options.preview) return kExitOk;
+  std::cerr << options.file
+            << ": holds results, not measurements; no file was written; use import-urdf "
+               "--apply-rising for the URDF written beside it\n";
+  return kExitFault;
+}
+
+void PrintRejected(const imports::ImportedTable& rows) {
+  for (const imports::RejectedLine& line : rows.rejected) {
+    std::cerr << fmt::format("{}:{}: rejected: {}\n", line.file, line.line, line.reason);
+  }
+}
+
+std::string CountsText(const imports::ImportedTable& rows) {
+  const auto measured =
+      std::count_if(rows.rows.begin(), rows.rows.end(),
+                    [](const imports::ImportedRow& row) { return row.HasMeasurement(); });
+  return fmt::format("{} rows, {} with a measurement; {} lines rejected", rows.rows.size(),
+                     measured, rows.rejected.size());
 }
 
 int WriteImport(const ImportCommandOptions& options, const imports::ImportedTable& rows,
@@ -153,36 +189,13 @@ int WriteImport(const ImportCommandOptions& options, const imports::ImportedTabl
                              written.error());
     return kExitUsage;
   }
-  for (const imports::RejectedLine& line : rows.rejected) {
-    std::cerr << fmt::format("{}:{}: rejected: {}\n", options.file, line.line, line.reason);
-  }
+  PrintRejected(rows);
   for (const std::string& note : rows.notes) std::cerr << note << '\n';
-  std::cerr << fmt::format("{}: {} rows, {} rejected\n", options.out, rows.rows.size(),
-                           rows.rejected.size());
+  std::cerr << fmt::format("{}: {}\n", options.out, CountsText(rows));
   return kExitOk;
 }
 
-int RunImport(ImportCommandOptions options) {
-  if (options.preview != options.out.empty()) {
-    std::cerr << "plumbline import: give either --preview or --output FILE\n";
-    return kExitUsage;
-  }
-  for (const std::string& input : {options.file, options.joints, options.cell}) {
-    if (options.out.empty() || !SameFile(options.out, input)) continue;
-    std::cerr << "plumbline import: --output would overwrite the input " << input << '\n';
-    return kExitUsage;
-  }
-  if (!options.permissible_error.empty()) {
-    options.units.permissible_error = PermissibleErrorOf(options.permissible_error);
-    if (!options.units.permissible_error) {
-      std::cerr << "plumbline import: --permissible-error-um: " << options.permissible_error
-                << " is not of the form 15+6 (um + um/m)\n";
-      return kExitUsage;
-    }
-  }
-  if (options.file.ends_with(".yaml") || options.file.ends_with(".yml")) {
-    return PreviewYaml(options);
-  }
+int ImportFiles(const ImportCommandOptions& options) {
   config::FaultList faults;
   const auto file = MappedFile(options, imports::FileRole::kMeasured).Read(faults);
   std::optional<imports::UnderstoodFile> joints;
@@ -200,12 +213,54 @@ int RunImport(ImportCommandOptions options) {
     if (options.preview) std::cout << PreviewText(*joints, postures);
     rows = WithJoints(rows, postures, options.joints, faults);
   }
-  if (!faults.HasFaults()) CheckRows(options, rows, faults);
+  const bool joints_given = std::any_of(rows.rows.begin(), rows.rows.end(),
+                                        [](const auto& row) { return row.HasJoints(); });
+  if (joints_given) RejectRowsWithoutJoints(rows);
+  if (!faults.HasFaults()) CheckRows(options, *file, rows, faults);
   const std::string csv = MeasuredCsv(rows);
   if (!faults.HasFaults()) CheckAgainstCell(options, csv, faults);
   std::cerr << config::FaultsText(faults);
+  if (faults.HasFaults() || options.preview) PrintRejected(rows);
   if (faults.HasFaults()) return kExitFault;
-  return options.preview ? kExitOk : WriteImport(options, rows, csv);
+  if (!options.preview) return WriteImport(options, rows, csv);
+  std::cout << "measured.csv: " << CountsText(rows) << '\n';
+  return kExitOk;
+}
+
+/// The files that are written: mapping files only if they do not exist.
+OutputPaths OutputsOf(const ImportCommandOptions& options) {
+  return {{"--mapping", std::filesystem::exists(options.mapping) ? "" : options.mapping},
+          {"--joints-mapping",
+           std::filesystem::exists(options.joints_mapping) ? "" : options.joints_mapping},
+          {"--output", options.out}};
+}
+
+std::vector<std::string> InputsOf(const ImportCommandOptions& options) {
+  std::vector<std::string> inputs = {options.file, options.joints, options.cell};
+  for (const std::string& mapping : {options.mapping, options.joints_mapping}) {
+    if (std::filesystem::exists(mapping)) inputs.push_back(mapping);
+  }
+  return inputs;
+}
+
+int RunImport(ImportCommandOptions options) {
+  if (options.preview != options.out.empty()) {
+    std::cerr << "plumbline import: give either --preview or --output FILE\n";
+    return kExitUsage;
+  }
+  if (OverwritesFile("import", OutputsOf(options), InputsOf(options), std::cerr)) {
+    return kExitUsage;
+  }
+  if (!options.permissible_error.empty()) {
+    options.units.permissible_error = PermissibleErrorOf(options.permissible_error);
+    if (!options.units.permissible_error) {
+      std::cerr << "plumbline import: --permissible-error-um: " << options.permissible_error
+                << " is not of the form 15+6 (um + um/m)\n";
+      return kExitUsage;
+    }
+  }
+  const bool yaml = options.file.ends_with(".yaml") || options.file.ends_with(".yml");
+  return yaml ? PreviewYaml(options) : ImportFiles(options);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "app/cli/exit_codes.h"
 #include "app/cli/number_option.h"
+#include "app/cli/same_file.h"
 #include "app/config/cell_reader.h"
 #include "app/config/text_file.h"
 #include "app/plan/plan_text.h"
@@ -60,6 +61,11 @@ int RunPlan(PlanOptions options) {
     std::cerr << "plumbline plan: give --out, --svg, --urscript or --points\n";
     return kExitUsage;
   }
+  const OutputPaths outputs = {{"--out", options.csv},
+                               {"--svg", options.svg},
+                               {"--urscript", options.urscript},
+                               {"--points", options.points}};
+  if (OverwritesFile("plan", outputs, {options.cell}, std::cerr)) return kExitUsage;
   config::FaultList faults;
   const auto cell = config::ReadCell(options.cell, faults);
   std::cerr << config::FaultsText(faults);

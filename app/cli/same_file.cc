@@ -1,6 +1,9 @@
 #include "app/cli/same_file.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
+#include <ostream>
 
 namespace plumbline::cli {
 
@@ -12,6 +15,25 @@ bool SameFile(const std::string& one, const std::string& other) {
   // weakly_canonical keeps the name of a new file relative: "a.x" and "./a.x" would differ.
   return fs::weakly_canonical(fs::absolute(one, missing), missing) ==
          fs::weakly_canonical(fs::absolute(other, missing), missing);
+}
+
+bool OverwritesFile(const char* command, const OutputPaths& outputs,
+                    std::vector<std::string> inputs, std::ostream& err) {
+  namespace fs = std::filesystem;
+  bool overwrites = false;
+  for (const auto& [option, path] : outputs) {
+    std::error_code unknown;
+    const bool special = fs::exists(path, unknown) && !fs::is_regular_file(path, unknown);
+    if (path.empty() || path == "-" || special) continue;
+    for (const std::string& other : inputs) {
+      if (!SameFile(path, other)) continue;
+      err << fmt::format("plumbline {}: {} would overwrite {}; choose another file\n", command,
+                         option, other);
+      overwrites = true;
+    }
+    inputs.push_back(path);
+  }
+  return overwrites;
 }
 
 }  // namespace plumbline::cli

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <istream>
 #include <ostream>
@@ -43,7 +44,11 @@ Mapping MappingOf(const UnderstoodFile& file) {
   mapping.layout = {file.layout.separator, file.layout.decimal, file.layout.header_line};
   for (std::size_t i = 0; i < file.meanings.size(); ++i) {
     MappedColumn column{file.layout.names[i], 0, file.meanings[i].target, file.meanings[i].unit};
-    if (column.from.empty()) column.number = static_cast<int>(i) + 1;
+    const auto& names = file.layout.names;
+    if (column.from.empty() || std::count(names.begin(), names.end(), column.from) > 1) {
+      column.from.clear();
+      column.number = static_cast<int>(i) + 1;
+    }
     if (column.to.empty()) column.unit.clear();
     mapping.columns.push_back(std::move(column));
   }

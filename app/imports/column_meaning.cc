@@ -223,6 +223,8 @@ std::string TargetOf(const NameAndUnit& part, bool quaternion) {
     const auto scale = ScaleOf(ValueKind::kLength, part.unit);
     return fmt::format("q{}_{}", *number, scale ? "mm" : "deg");
   }
+  // "t" without a unit, or in degrees, may be a temperature.
+  if (part.words == "t" && !part.unit.empty() && ScaleOf(ValueKind::kTime, part.unit)) return "t_s";
   for (const KnownName& known : kKnownNames) {
     if (part.words == known.words) return std::string(known.target);
   }

@@ -55,7 +55,8 @@ std::vector<std::string> Split(std::string_view line, char separator) {
     begin = i + 1;
   }
   // A separator at the end of the line begins no further column.
-  if (fields.size() > 2 && fields.back().empty()) fields.pop_back();
+  const std::size_t fewest = separator == '\t' ? 1 : 2;
+  if (fields.size() > fewest && fields.back().empty()) fields.pop_back();
   return fields;
 }
 
@@ -63,11 +64,11 @@ std::vector<std::string_view> LinesOf(std::string_view text) {
   std::vector<std::string_view> lines;
   while (!text.empty()) {
     const auto end = text.find('\n');
-    lines.push_back(TrimmedField(text.substr(0, end)));
-    // The trimming above would remove a leading tab, which separates an empty first field.
-    if (const auto raw = text.substr(0, end); !raw.empty() && raw.front() == '\t') {
-      lines.back() = raw.substr(0, raw.find_last_not_of(" \r") + 1);
-    }
+    // Tabs at either end stay: they may separate empty fields.
+    std::string_view line = text.substr(0, end);
+    if (TrimmedField(line).empty()) line = {};
+    line.remove_prefix(std::min(line.find_first_not_of(" \r"), line.size()));
+    lines.push_back(line.substr(0, line.find_last_not_of(" \r") + 1));
     if (end == std::string_view::npos) break;
     text.remove_prefix(end + 1);
   }

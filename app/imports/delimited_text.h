@@ -15,7 +15,7 @@ struct LayoutHints {
   std::optional<int> header_line;  ///< line of the column names, from 1; 0: none
 };
 
-/// One line of data, split into trimmed fields without quotes.
+/// One line of data, split into trimmed fields without quotes. A quoted field ends with its line.
 struct Record {
   int line = 0;  ///< from 1
   std::vector<std::string> fields;
@@ -36,7 +36,8 @@ struct DelimitedText {
 
 /// Splits a text. The separator is the one that gives most lines the same number of fields and most
 /// fields a number; the decimal sign follows from all fields, not from the separator. Quoted fields
-/// may contain the separator. Pure; every input gives a layout, if need be with one column.
+/// may contain the separator, unless it is blanks, and doubled quotes, but no line break. Pure;
+/// every input gives a layout, if need be with one column.
 DelimitedText LayoutOf(std::string_view text, const LayoutHints& hints);
 
 /// A number with the given decimal sign. Accepted: a sign, an exponent, groups of three digits

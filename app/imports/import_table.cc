@@ -17,6 +17,8 @@ constexpr double kUnitLengthTolerance = 0.01;
 constexpr std::array kMeasuredColumns = {"x_mm", "y_mm", "z_mm", "range_mm", "gauge_mm",
                                          "qw",   "qx",   "qy",   "qz",       "sigma_mm"};
 
+constexpr std::array kReadings = {"x_mm", "range_mm", "gauge_mm", "qw"};
+
 std::string ShownField(const std::string& field) {
   return "\"" + field.substr(0, 40) + "\"";
 }
@@ -33,22 +35,63 @@ bool IsSet(std::string flag) {
   return !(flag.empty() || flag == "0" || flag == "false" || flag == "no" || flag == "n");
 }
 
+/// True for values without which a measurement is still usable.
+bool IsAuxiliary(const std::string& target) {
+  return target == "t_s" || target == "temp_C" || target == "sigma_mm" || target.starts_with("u95");
+}
+
+/// How the dates with slashes in the time stamps of a file are read.
+struct SlashDates {
+  int dates = 0, day_first = 0, month_first = 0;  ///< all; with only one valid order
+
+  DateOrder order() const {
+    return day_first > month_first ? DateOrder::kDayFirst : DateOrder::kMonthFirst;
+  }
+};
+
+SlashDates SlashDatesOf(const UnderstoodFile& file) {
+  SlashDates found;
+  for (std::size_t column = 0; column < file.meanings.size(); ++column) {
+    if (file.meanings[column].target != "t_s") continue;
+    for (const Record& record : file.layout.records) {
+      if (column >= record.fields.size() || !HasSlashDate(record.fields[column])) continue;
+      ++found.dates;
+      const std::string& field = record.fields[column];
+      if (!SecondsOfTimeStamp(field, DateOrder::kMonthFirst)) ++found.day_first;
+      if (!SecondsOfTimeStamp(field, DateOrder::kDayFirst)) ++found.month_first;
+    }
+  }
+  return found;
+}
+
 /// Reads one record; collects the first reason why its measurement cannot be used.
 class RowReader {
  public:
   RowReader(const UnderstoodFile& file, const ImportOptions& options)
-      : file_(file), options_(options) {}
+      : file_(file), options_(options), dates_(SlashDatesOf(file)) {}
 
   ImportedRow Read(const Record& record, std::string& reason);
+  std::optional<double> first_stamp_s() const { return first_stamp_s_; }
+  /// What was assumed about dates, and which values were left out.
+  void AddNotes(std::vector<std::string>& notes) const;
 
  private:
   void Value(std::size_t column, const std::string& field, ImportedRow& row, std::string& reason);
   void Check(ImportedRow& row, std::string& reason) const;
   void AddSigma(ImportedRow& row) const;
 
+  /// Unreadable values of a column that are left out.
+  struct LeftOut {
+    int count = 0;
+    int first_line = 0;
+    std::string first;
+  };
+
   const UnderstoodFile& file_;
   const ImportOptions& options_;
+  SlashDates dates_;
   std::optional<double> first_stamp_s_;
+  std::map<std::string, LeftOut> left_out_;
 };
 
 void Reject(std::string& reason, std::string why) {
@@ -65,7 +108,7 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
     return;
   }
   if (*kind == ValueKind::kTime) {
-    if (const auto stamp_s = SecondsOfTimeStamp(field)) {
+    if (const auto stamp_s = SecondsOfTimeStamp(field, dates_.order())) {
       if (!first_stamp_s_) first_stamp_s_ = *stamp_s;
       row.numbers["t_s"] = *stamp_s - *first_stamp_s_;
       return;
@@ -75,12 +118,31 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
   const auto scale = ScaleOf(*kind, meaning.unit);
   if (number && scale) {
     row.numbers[meaning.target] = *number * scale->factor + scale->offset;
+  } else if (IsAuxiliary(meaning.target)) {
+    LeftOut& left_out = left_out_[meaning.target];
+    if (++left_out.count == 1) left_out.first_line = row.line, left_out.first = field;
   } else if (IsRunOf(field, 'X') || IsRunOf(field, 'F')) {
     Reject(reason,
            fmt::format("{} is {}: the gauge had no value", meaning.target, ShownField(field)));
   } else {
     Reject(reason, fmt::format("{} is {}, which is not a number with a decimal {}", meaning.target,
                                ShownField(field), file_.layout.decimal == ',' ? "comma" : "point"));
+  }
+}
+
+void RowReader::AddNotes(std::vector<std::string>& notes) const {
+  if (dates_.dates > 0) {
+    notes.push_back(fmt::format(
+        "t_s: dates read as {}{}",
+        dates_.order() == DateOrder::kDayFirst ? "day/month/year" : "month/day/year",
+        dates_.day_first + dates_.month_first > 0
+            ? ""
+            : ": assumed, since no day is above 12; write them as year-month-day if it is wrong"));
+  }
+  for (const auto& [target, left_out] : left_out_) {
+    notes.push_back(fmt::format("{}: {} unreadable value{} left out, the first in line {}: {}",
+                                target, left_out.count, left_out.count == 1 ? "" : "s",
+                                left_out.first_line, ShownField(left_out.first)));
   }
 }
 
@@ -106,26 +168,41 @@ void RowReader::Check(ImportedRow& row, std::string& reason) const {
   if (to_artefact && !options_.artefact.empty()) row.texts["artefact"] = options_.artefact;
 }
 
-void RowReader::AddSigma(ImportedRow& row) const {
-  double variance = 0;
-  const auto& n = row.numbers;
+/// Variance of the scatter [mm^2] from sigma_mm or U(95); 0 if neither is given.
+double ScatterVariance(const std::map<std::string, double>& n) {
+  if (n.contains("sigma_mm")) return std::pow(n.at("sigma_mm"), 2);
   if (n.contains("u95_x_mm") && n.contains("u95_y_mm") && n.contains("u95_z_mm")) {
+    double variance = 0;
     for (const char* axis : {"u95_x_mm", "u95_y_mm", "u95_z_mm"}) {
       variance += std::pow(n.at(axis) / kCoverage, 2) / 3;
     }
-  } else if (n.contains("u95_mm")) {
-    variance = std::pow(n.at("u95_mm") / kRadiusOfThreeAxes, 2);
+    return variance;
   }
-  if (const auto& mpe = options_.permissible_error; mpe && n.contains("x_mm")) {
-    const double distance_m =
-        1e-3 * std::hypot(n.at("x_mm"), std::hypot(n.at("y_mm"), n.at("z_mm")));
-    variance += std::pow(mpe->constant_mm + mpe->per_metre_mm * distance_m, 2) / 3;
+  return n.contains("u95_mm") ? std::pow(n.at("u95_mm") / kRadiusOfThreeAxes, 2) : 0;
+}
+
+/// The length that an instrument's permissible error refers to [m]: the distance of a position, a
+/// range, or a gauge's reading; nullopt if the row has none.
+std::optional<double> MeasuredLength(const std::map<std::string, double>& n) {
+  if (n.contains("x_mm")) {
+    return 1e-3 * std::hypot(n.at("x_mm"), std::hypot(n.at("y_mm"), n.at("z_mm")));
   }
-  if (variance > 0 && !n.contains("sigma_mm")) row.numbers["sigma_mm"] = std::sqrt(variance);
+  if (n.contains("range_mm")) return 1e-3 * std::abs(n.at("range_mm"));
+  if (n.contains("gauge_mm")) return 1e-3 * std::abs(n.at("gauge_mm"));
+  return std::nullopt;
+}
+
+void RowReader::AddSigma(ImportedRow& row) const {
+  double variance = ScatterVariance(row.numbers);
+  const auto length_m = MeasuredLength(row.numbers);
+  if (const auto& mpe = options_.permissible_error; mpe && length_m) {
+    variance += std::pow(mpe->constant_mm + mpe->per_metre_mm * *length_m, 2) / 3;
+  }
+  if (variance > 0) row.numbers["sigma_mm"] = std::sqrt(variance);
 }
 
 ImportedRow RowReader::Read(const Record& record, std::string& reason) {
-  ImportedRow row{record.line, {}, {}};
+  ImportedRow row{record.line, {}, {}, {}};
   const std::size_t columns = file_.meanings.size();
   // A missing last field is an empty one; further fields shift the columns.
   if (record.fields.size() > columns || record.fields.size() + 1 < columns) {
@@ -144,52 +221,6 @@ ImportedRow RowReader::Read(const Record& record, std::string& reason) {
   return row;
 }
 
-std::string Key(const ImportedRow& row, const char* column) {
-  const auto text = row.texts.find(column);
-  if (text == row.texts.end()) return "";
-  const auto number = NumberIn(text->second, '.');
-  return number && *number == std::round(*number) ? fmt::format("{:.0f}", *number) : text->second;
-}
-
-bool AllHave(const ImportedTable& table, const char* column) {
-  return !table.rows.empty() &&
-         std::all_of(table.rows.begin(), table.rows.end(),
-                     [&](const ImportedRow& row) { return !Key(row, column).empty(); });
-}
-
-void AddJoints(const ImportedRow& joints, ImportedRow& row) {
-  for (const auto& [name, value] : joints.numbers) row.numbers.emplace(name, value);
-  for (const auto& [name, value] : joints.texts) row.texts.emplace(name, value);
-}
-
-/// Postures in the order of the joints' file, each followed by its further measurements.
-ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& joints,
-                           const char* column) {
-  ImportedTable matched{{}, measured.rejected, measured.notes};
-  std::map<std::string, std::vector<const ImportedRow*>> by_key;
-  for (const ImportedRow& row : measured.rows) by_key[Key(row, column)].push_back(&row);
-  for (const ImportedRow& posture : joints.rows) {
-    const auto found = by_key.find(Key(posture, column));
-    if (found == by_key.end()) {
-      matched.rows.push_back(posture);
-      continue;
-    }
-    for (const ImportedRow* row : found->second) {
-      matched.rows.push_back(*row);
-      AddJoints(posture, matched.rows.back());
-    }
-    by_key.erase(found);
-  }
-  for (const auto& [key, rows] : by_key) {
-    for (const ImportedRow* row : rows) {
-      matched.rejected.push_back(
-          {row->line, fmt::format("{} {} is not in the file of the joints", column, key)});
-    }
-  }
-  matched.notes.push_back(fmt::format("joints matched by {}", column));
-  return matched;
-}
-
 }  // namespace
 
 ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
@@ -200,9 +231,12 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
   for (const Record& record : file.layout.records) {
     std::string reason;
     table.rows.push_back(reader.Read(record, reason));
-    if (!reason.empty()) table.rejected.push_back({record.line, reason});
+    table.rows.back().file = file.file;
+    if (!reason.empty()) table.rejected.push_back({record.line, reason, file.file});
     deviations |= table.rows.back().numbers.contains("sigma_mm");
   }
+  table.first_stamp_s = reader.first_stamp_s();
+  reader.AddNotes(table.notes);
   if (from_u95 && deviations) {
     table.notes.emplace_back(
         options.permissible_error
@@ -213,24 +247,10 @@ ImportedTable RowsOf(const UnderstoodFile& file, const ImportOptions& options) {
   return table;
 }
 
-ImportedTable WithJoints(const ImportedTable& measured, const ImportedTable& joints,
-                         const std::string& joints_file, config::FaultList& faults) {
-  for (const char* column : {"number", "name"}) {
-    if (AllHave(measured, column) && AllHave(joints, column)) {
-      return MatchedByKey(measured, joints, column);
-    }
-  }
-  ImportedTable matched = measured;
-  if (measured.rows.size() != joints.rows.size()) {
-    faults.Add({config::Fault::Severity::kFault, joints_file, 0, "",
-                fmt::format("has {} rows, but {} were measured, and no column numbers the rows of "
-                            "both files; number them, or remove the lines without a counterpart",
-                            joints.rows.size(), measured.rows.size())});
-    return matched;
-  }
-  for (std::size_t i = 0; i < matched.rows.size(); ++i) AddJoints(joints.rows[i], matched.rows[i]);
-  matched.notes.emplace_back("joints matched by row");
-  return matched;
+bool ImportedRow::HasMeasurement() const {
+  return std::any_of(kReadings.begin(), kReadings.end(),
+                     [&](const char* name) { return numbers.contains(name); }) ||
+         texts.contains("artefact");
 }
 
 std::string MeasuredCsv(const ImportedTable& table) {
@@ -250,7 +270,6 @@ std::string MeasuredCsv(const ImportedTable& table) {
   for (const std::string& column : columns) text += (text.empty() ? "" : ",") + column;
   text += '\n';
   for (const ImportedRow& row : table.rows) {
-    if (!row.HasJoints()) continue;
     std::string line;
     for (const std::string& column : columns) {
       if (&column != &columns.front()) line += ',';

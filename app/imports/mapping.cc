@@ -14,7 +14,7 @@ const std::string kIgnored = "ignore";
 
 void ReadColumn(const config::TomlTable& table, std::vector<MappedColumn>& columns) {
   MappedColumn column;
-  if (const auto number = table.Integer("number", 1, 1000)) {
+  if (const auto number = table.Integer("number", 1, 1000000)) {
     column.number = *number;
     if (table.Has("from")) table.AddFault("number", "is given beside from; keep one of them");
   } else {
@@ -90,31 +90,46 @@ std::string TextOfMapping(const Mapping& mapping) {
   return text;
 }
 
+namespace {
+
+/// Index of the column that an entry refers to; nullopt after a fault.
+std::optional<std::size_t> ColumnOf(const MappedColumn& column,
+                                    const std::vector<std::string>& names,
+                                    const std::string& mapping_file, config::FaultList& faults) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool numbered = static_cast<std::size_t>(column.number) == i + 1;
+    if (column.from.empty() ? numbered : names[i] == column.from) found.push_back(i);
+  }
+  if (found.size() == 1) return found.front();
+  const std::string entry =
+      column.from.empty() ? fmt::format("number {}", column.number) : "\"" + column.from + "\"";
+  faults.Add(
+      {config::Fault::Severity::kFault, mapping_file, 0, "column",
+       found.empty()
+           ? fmt::format("{} is not a column of the file, which has {}; correct or remove it",
+                         entry, names.size())
+           : fmt::format("{} is the name of {} columns; replace from by number = {} or {}", entry,
+                         found.size(), found[0] + 1, found[1] + 1)});
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const DelimitedText& layout,
                                         const std::string& mapping_file,
                                         config::FaultList& faults) {
   std::vector<ColumnMeaning> meanings = MeaningsOf(layout.names, layout.units);
   for (const MappedColumn& column : mapping.columns) {
-    auto at = static_cast<std::size_t>(std::max(0, column.number - 1));
-    if (!column.from.empty()) {
-      const auto named = std::find(layout.names.begin(), layout.names.end(), column.from);
-      at = static_cast<std::size_t>(named - layout.names.begin());
-    }
-    if (at >= meanings.size()) {
-      faults.Add({config::Fault::Severity::kFault, mapping_file, 0, "column",
-                  fmt::format("{} is not a column of the file, which has {}; correct or remove it",
-                              column.from.empty() ? fmt::format("number {}", column.number)
-                                                  : "\"" + column.from + "\"",
-                              layout.names.size())});
-      continue;
-    }
+    const auto at = ColumnOf(column, layout.names, mapping_file, faults);
+    if (!at) continue;
     // The person's choice outranks another column of the same meaning.
     for (ColumnMeaning& other : meanings) {
       if (!column.to.empty() && other.target == column.to) other.target.clear();
     }
-    meanings[at].target = column.to;
-    if (!column.unit.empty()) meanings[at].unit = column.unit;
-    meanings[at].because = "mapping";
+    meanings[*at].target = column.to;
+    if (!column.unit.empty()) meanings[*at].unit = column.unit;
+    meanings[*at].because = "mapping";
   }
   return meanings;
 }

@@ -13,7 +13,7 @@
 
 namespace plumbline::imports {
 
-/// One entry: a column of the file by name, or by number where it has no name.
+/// One entry: a column of the file by name, or by number where it has no name or shares it.
 struct MappedColumn {
   std::string from;  ///< empty: by number
   int number = 0;    ///< from 1
@@ -33,7 +33,7 @@ struct Mapping {
 ///   decimal = "comma"         # comma, point
 ///   header_line = 3           # line of the column names; 0: none
 ///   [[column]]
-///   from = "MX Coord."        # or its number, from 1
+///   from = "MX Coord."        # or number = 4, from 1; needed where two columns share a name
 ///   to = "x_mm"               # "ignore" leaves the column out
 ///   unit = "mm"
 /// Pure. @return nullopt if there is a fault
@@ -43,8 +43,8 @@ std::optional<Mapping> MappingFromText(std::string_view text, const std::string&
 /// The text of a mapping file.
 std::string TextOfMapping(const Mapping& mapping);
 
-/// Meanings of the columns of a file after the mapping. An entry whose column the file lacks is a
-/// fault.
+/// Meanings of the columns of a file after the mapping. An entry whose column the file lacks, or
+/// whose name several columns share, is a fault.
 std::vector<ColumnMeaning> MeaningsWith(const Mapping& mapping, const DelimitedText& layout,
                                         const std::string& mapping_file, config::FaultList& faults);
 

@@ -38,7 +38,7 @@ std::optional<StampParts> PartsOfStamp(std::string_view text) {
 
 }  // namespace
 
-std::optional<double> SecondsOfTimeStamp(std::string_view text) {
+std::optional<double> SecondsOfTimeStamp(std::string_view text, DateOrder slash_order) {
   while (!text.empty() && (text.front() == '\'' || text.front() == ' ')) text.remove_prefix(1);
   const bool afternoon = text.ends_with("PM"), morning = text.ends_with("AM");
   const auto parts = PartsOfStamp(text);
@@ -48,7 +48,7 @@ std::optional<double> SecondsOfTimeStamp(std::string_view text) {
   const char date_sign = parts->after[0];
   double year = n[2], month = n[1], day = n[0];
   if (date_sign == '-' && n[0] > 31) year = n[0], day = n[2];
-  if (date_sign == '/' && n[0] <= 12) std::swap(month, day);
+  if (date_sign == '/' && slash_order == DateOrder::kMonthFirst) std::swap(month, day);
   if (date_sign != '.' && date_sign != '-' && date_sign != '/') return std::nullopt;
   if (afternoon && n[3] < 12) n[3] += 12;
   if (morning && n[3] == 12) n[3] = 0;
@@ -60,6 +60,13 @@ std::optional<double> SecondsOfTimeStamp(std::string_view text) {
   }
   const auto days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
   return 86400 * days + 3600 * n[3] + 60 * n[4] + n[5] + n[6];
+}
+
+bool HasSlashDate(std::string_view text) {
+  while (!text.empty() && (text.front() == '\'' || text.front() == ' ')) text.remove_prefix(1);
+  return text.substr(0, text.find_first_of(" T")).find('/') != std::string_view::npos &&
+         (SecondsOfTimeStamp(text, DateOrder::kMonthFirst) ||
+          SecondsOfTimeStamp(text, DateOrder::kDayFirst));
 }
 
 }  // namespace plumbline::imports

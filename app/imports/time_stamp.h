@@ -6,9 +6,16 @@
 
 namespace plumbline::imports {
 
+/// Order of day and month in dates with slashes.
+enum class DateOrder { kMonthFirst, kDayFirst };
+
 /// Seconds since 1970, for differences only (no time zone): "08.11.2022 16:17:28.353",
-/// "2022-11-08T16:17:28", "11/08/2022 04:17:28 PM" (month first unless it cannot be), each with or
-/// without a leading apostrophe. nullopt if it is no such stamp.
-std::optional<double> SecondsOfTimeStamp(std::string_view text);
+/// "2022-11-08T16:17:28", "11/08/2022 04:17:28 PM" (`slash_order`), each with or without a leading
+/// apostrophe. nullopt if it is no such stamp.
+std::optional<double> SecondsOfTimeStamp(std::string_view text,
+                                         DateOrder slash_order = DateOrder::kMonthFirst);
+
+/// True if the text is a time stamp whose date has slashes, in either order.
+bool HasSlashDate(std::string_view text);
 
 }  // namespace plumbline::imports

@@ -78,10 +78,26 @@ bool CountsRows(const DelimitedText& layout) {
   return layout.records.size() > 1;
 }
 
+/// True if every field is as a Keyence LK-G sends it over RS-232: a sign and a number in mm, or a
+/// run of X or F without a value.
+bool IsKeyence(const DelimitedText& layout) {
+  const auto matches = [&](const Record& record) {
+    if (record.fields.size() != 1) return false;
+    const std::string& field = record.fields[0];
+    if (field.find_first_not_of("+-XF.") == std::string::npos) return true;
+    return field.find_first_of("+-") == 0 && NumberIn(field, layout.decimal).has_value();
+  };
+  return std::all_of(layout.records.begin(), layout.records.end(), matches);
+}
+
 /// Meanings of columns without names, by their order.
-void NameInOrder(const DelimitedText& layout, FileRole role, std::vector<ColumnMeaning>& meanings) {
+void NameInOrder(const DelimitedText& layout, FileRole role, const std::string& length_unit,
+                 std::vector<ColumnMeaning>& meanings) {
   if (role == FileRole::kMeasured && meanings.size() == 1) {
-    meanings[0] = {"gauge_mm", "mm", "a single column: readings of a gauge in mm"};
+    meanings[0] = {"gauge_mm", "", "assumed: a single column, readings of a gauge"};
+    if (length_unit.empty() && IsKeyence(layout)) {
+      meanings[0] = {"gauge_mm", "mm", "a single column with signs: Keyence LK-G, in mm"};
+    }
   }
   if (role == FileRole::kMeasured && meanings.size() == 3) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -107,7 +123,7 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
   understood.meanings = MeaningsWith(mapping, understood.layout, mapping_file, faults);
   std::vector<ColumnMeaning>& meanings = understood.meanings;
   if (understood.layout.header_line == 0 && mapping.columns.empty()) {
-    NameInOrder(understood.layout, role, meanings);
+    NameInOrder(understood.layout, role, options.length_unit, meanings);
   }
   for (std::size_t i = 0; i < meanings.size(); ++i) {
     CompleteUnit(understood, i, options, meanings[i], faults);

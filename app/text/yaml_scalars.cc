@@ -21,6 +21,13 @@ class ScalarCollector {
           fmt::format("line {}: is nested more than {} deep or holds more than {} values",
                       node.Mark().line + 1, kMaxYamlDepth, kMaxYamlScalars));
     }
+    bytes_ += path.size() + (node.IsScalar() ? node.Scalar().size() : 0);
+    if (bytes_ > kMaxYamlBytes) {
+      throw TooLarge(fmt::format(
+          "line {}: the values and their names have more than {} MiB, aliases expanded; shorten "
+          "them",
+          node.Mark().line + 1, kMaxYamlBytes >> 20U));
+    }
     if (node.IsScalar()) scalars_.push_back({path, node.Scalar(), node.Mark().line + 1});
     if (node.IsSequence()) {
       std::size_t count = 0;
@@ -40,6 +47,7 @@ class ScalarCollector {
   static constexpr std::size_t kMaxNodes = 2 * kMaxYamlScalars;
   std::vector<YamlScalar> scalars_;
   std::size_t nodes_ = 0;
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace

@@ -16,9 +16,10 @@ struct YamlScalar {
   int line = 0;  ///< from 1
 };
 
-/// Largest number of scalars and depth of a text. Aliases are followed, so the number also bounds
-/// what a few lines of nested aliases may expand to.
+/// Largest number of scalars, bytes of their values and paths together, and depth of a text.
+/// Aliases are followed, so these also bound what a few lines of nested aliases may expand to.
 inline constexpr std::size_t kMaxYamlScalars = 200000;
+inline constexpr std::size_t kMaxYamlBytes = 64U << 20U;
 inline constexpr int kMaxYamlDepth = 16;
 
 /// Every scalar of the first document, in the order of the text. Nulls are left out.

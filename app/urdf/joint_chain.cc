@@ -9,6 +9,9 @@
 namespace plumbline::urdf {
 namespace {
 
+/// Largest number of links: the search for rings walks from each link to its root.
+constexpr std::size_t kMaxLinks = 2000;
+
 /// Joints by the links they connect.
 struct Tree {
   explicit Tree(const UrdfFile& urdf) {
@@ -41,6 +44,12 @@ class ChainBuilder {
       : urdf_(urdf), tree_(urdf), file_(std::move(file)), rising_(rising), faults_(faults) {}
 
   std::optional<JointChain> Build(const std::string& base, const std::string& tip) {
+    if (urdf_.links.size() > kMaxLinks) {
+      Fault(urdf_.links[kMaxLinks].line, "link " + urdf_.links[kMaxLinks].name,
+            fmt::format("the file has {} links; allowed are {}; keep the arm and remove the rest",
+                        urdf_.links.size(), kMaxLinks));
+      return std::nullopt;
+    }
     for (const UrdfLink& link : urdf_.links) {
       if (MovingAbove(tree_, link.name)) continue;
       Fault(link.line, "link " + link.name,

@@ -32,4 +32,23 @@ TEST_CASE("questions about a table are answered once and kept") {
   CHECK_FALSE(AskMapping(file, silent, questions));
 }
 
+TEST_CASE("columns that share a name are kept by number, and refused by name") {
+  const std::string text = "x_mm,value,y_mm,value,z_mm\n1,20,2,30,3\n4,21,5,31,6\n";
+  config::FaultList faults;
+  const UnderstoodFile file = Understand(text, "f.csv", FileRole::kMeasured, {}, "", {}, faults);
+  Mapping mapping = MappingOf(file);
+  CHECK(mapping.columns[0].from == "x_mm");
+  CHECK(mapping.columns[1].from.empty());
+  CHECK(mapping.columns[3].number == 4);
+  mapping.columns[3] = {"", 4, "temp_C", "C"};
+  const UnderstoodFile again =
+      Understand(text, "f.csv", FileRole::kMeasured, mapping, "m.toml", {}, faults);
+  REQUIRE_FALSE(faults.HasFaults());
+  CHECK(RowsOf(again, {}).rows[1].numbers.at("temp_C") == 31);
+  Understand(text, "f.csv", FileRole::kMeasured, {{}, {{"value", 0, "temp_C", "C"}}}, "m.toml", {},
+             faults);
+  CHECK_THAT(config::FaultsText(faults), Catch::Contains("\"value\" is the name of 2 columns") &&
+                                             Catch::Contains("number = 2 or 4"));
+}
+
 }  // namespace plumbline::ask_test

@@ -45,6 +45,7 @@ TEST_CASE("columns of CMM and robot exports") {
   CHECK(MeaningsOf({"x"}, {"[m]"})[0].unit == "m");
   CHECK(TargetsOf({"x", "x"}) == std::vector<std::string>{"x_mm", ""});
   CHECK(TargetsOf({"q1", "q2", "q3", "q4"})[3] == "q4_deg");
+  CHECK(TargetsOf({"t", "t_s"}) == std::vector<std::string>{"", "t_s"});
   CHECK(TargetsOf({"joint_99", "j0"}) == std::vector<std::string>{"", ""});
 }
 

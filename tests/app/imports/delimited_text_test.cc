@@ -60,6 +60,12 @@ TEST_CASE("separator, decimal sign and header of common exports") {
   const DelimitedText tabs = LayoutOf("t\tx\n\t5,5\n1\t6,5\n", {});
   CHECK(tabs.separator == '\t');
   CHECK(tabs.records[0].fields == std::vector<std::string>{"", "5,5"});
+  const DelimitedText gaps =
+      LayoutOf("a\tb\tc\td\te\n1\t2\t3\t4\t5\n6\t7\t8\t\t\n9\t\t\t\t\r\n", {});
+  REQUIRE(gaps.records.size() == 3);
+  CHECK(gaps.records[1].fields == std::vector<std::string>{"6", "7", "8", ""});
+  CHECK(gaps.records[2].fields == std::vector<std::string>{"9", "", "", ""});
+  CHECK(LayoutOf("+01.5\t\n+02.5\t\n\t\n", {}).names.size() == 1);
   CHECK(LayoutOf("", {}).records.empty());
   CHECK(LayoutOf("+01.2345\nXXXXXXX\n-00.0001\n", {}).records.size() == 3);
 }
@@ -83,6 +89,11 @@ TEST_CASE("time stamps as seconds") {
   CHECK(*SecondsOfTimeStamp("2022-11-08T12:00:00") == noon);
   CHECK(*SecondsOfTimeStamp("11/08/2022 12:00:00 PM") == noon);
   CHECK(*SecondsOfTimeStamp("11/09/2022 12:00:00 AM") == noon + 43200);
+  CHECK(*SecondsOfTimeStamp("08/11/2022 12:00:00", DateOrder::kDayFirst) == noon);
+  CHECK_FALSE(SecondsOfTimeStamp("13/11/2022 12:00:00"));
+  CHECK(HasSlashDate("13/11/2022 12:00:00"));
+  CHECK_FALSE(HasSlashDate("13.11.2022 12:00:00"));
+  CHECK_FALSE(HasSlashDate("1/2"));
   for (const char* wrong : {"", "12.5", "31.02.2022 12:00:00", "08.11.2022", "a.b.c d:e:f"}) {
     CHECK_FALSE(SecondsOfTimeStamp(wrong));
   }

@@ -78,6 +78,18 @@ TEST_CASE("a permissible error is added to the scatter") {
   CHECK(radius.rows[0].numbers.at("sigma_mm") == Approx(0.01));
 }
 
+TEST_CASE("a permissible error is added to a sigma column and applies to ranges and gauges") {
+  ImportOptions options;
+  options.permissible_error = PermissibleError{0.015, 0.006};
+  const auto sigma = [&](const std::string& text) {
+    return RowsOf(Understood(text, options), options).rows[0].numbers.at("sigma_mm");
+  };
+  const double mpe = 0.033 / std::sqrt(3.0);
+  CHECK(sigma("x_mm,y_mm,z_mm,sigma_mm\n3000,0,0,0.02\n") == Approx(std::hypot(mpe, 0.02)));
+  CHECK(sigma("q1_deg,range_mm\n1,3000\n") == Approx(mpe));
+  CHECK(sigma("q1_deg,gauge_mm\n1,0\n") == Approx(0.015 / std::sqrt(3.0)));
+}
+
 TEST_CASE("units that nobody states are asked for, not guessed") {
   using Catch::Contains;
   CHECK_THAT(UnderstandFaults("x,y,z\n0.1,0.2,0.93\n"),
@@ -100,10 +112,57 @@ TEST_CASE("joints are matched by number where both files have it") {
   CHECK_FALSE(rows.rows[3].numbers.contains("x_mm"));
   REQUIRE(rows.rejected.size() == 1);
   CHECK(rows.rejected[0].reason == "number 9 is not in the file of the joints");
+  // Lines of the joints must have numbers of their own.
+  WithJoints(RowsOf(Understood(measured), {}),
+             RowsOf(Understood("no,q1_deg\n1,1\n2,2\n01,3\n"), {}), "j.csv", faults);
+  CHECK_THAT(config::FaultsText(faults),
+             Catch::Contains("j.csv:4") && Catch::Contains("\"1\" is also in line 2"));
+  faults = {};
   // Without numbers, both must have equally many rows.
   WithJoints(RowsOf(Understood("x_mm,y_mm,z_mm\n1,2,3\n"), {}),
              RowsOf(Understood("q1_deg,q2_deg\n1,1\n2,2\n"), {}), "j.csv", faults);
   CHECK_THAT(config::FaultsText(faults), Catch::Contains("has 2 rows, but 1 were measured"));
+}
+
+TEST_CASE("day and month have one order in a column, which is stated") {
+  const std::string head = "x_mm,y_mm,z_mm,time\n";
+  const ImportedTable days =
+      RowsOf(Understood(head + "1,2,3,12/11/2022 10:00:00\n1,2,3,13/11/2022 10:00:00\n"), {});
+  CHECK(days.rows[1].numbers.at("t_s") == 86400);
+  CHECK(days.notes == std::vector<std::string>{"t_s: dates read as day/month/year"});
+  const ImportedTable unclear = RowsOf(Understood(head + "1,2,3,12/11/2022 10:00:00\n"), {});
+  REQUIRE(unclear.notes.size() == 1);
+  CHECK_THAT(unclear.notes[0], Catch::Contains("month/day/year: assumed"));
+}
+
+TEST_CASE("an unreadable time, temperature or uncertainty is left out alone") {
+  const ImportedTable table = RowsOf(
+      Understood("x_mm,y_mm,z_mm,temp_C,sigma_mm\n1,2,3,20,0.1\n1,2,3,---,n/a\n1,2,3,?,0.1\n"), {});
+  CHECK(table.rejected.empty());
+  CHECK(table.rows[1].numbers.at("x_mm") == 1);
+  CHECK_FALSE(table.rows[1].numbers.contains("temp_C"));
+  CHECK(table.notes == std::vector<std::string>{
+                           "sigma_mm: 1 unreadable value left out, the first in line 3: \"n/a\"",
+                           "temp_C: 2 unreadable values left out, the first in line 3: \"---\""});
+}
+
+TEST_CASE("times of two files count from one origin, or only those of the measurements are kept") {
+  const std::string measured = "no,x_mm,y_mm,z_mm,time\n1,1,2,3,2022-11-08T10:00:05\n";
+  const auto times = [&](const std::string& joints) {
+    config::FaultList faults;
+    const ImportedTable rows = WithJoints(RowsOf(Understood(measured), {}),
+                                          RowsOf(Understood(joints), {}), "j.csv", faults);
+    REQUIRE(rows.rows.size() == 2);
+    return rows;
+  };
+  const ImportedTable stamped =
+      times("no,q1_deg,time\n1,10,2022-11-08T10:00:00\n2,20,2022-11-08T10:00:09\n");
+  CHECK(stamped.rows[0].numbers.at("t_s") == 5);
+  CHECK(stamped.rows[1].numbers.at("t_s") == 9);
+  const ImportedTable counted = times("no,q1_deg,t_s\n1,10,100\n2,20,200\n");
+  CHECK(counted.rows[0].numbers.at("t_s") == 0);
+  CHECK_FALSE(counted.rows[1].numbers.contains("t_s"));
+  CHECK_THAT(counted.notes[0], Catch::Contains("t_s of j.csv is left out"));
 }
 
 TEST_CASE("readings of a Keyence gauge, one a line") {
@@ -116,6 +175,15 @@ TEST_CASE("readings of a Keyence gauge, one a line") {
   CHECK(table.rows[0].texts.at("artefact") == "dial");
   CHECK(table.rejected.size() == 2);
   CHECK_THAT(table.rejected[0].reason, Catch::Contains("the gauge had no value"));
+}
+
+TEST_CASE("a single column has the stated unit") {
+  ImportOptions inches;
+  inches.length_unit = "in";
+  CHECK(RowsOf(Understood("+01.0000\n-00.5000\n", inches), inches).rows[0].numbers.at("gauge_mm") ==
+        25.4);
+  CHECK_THAT(UnderstandFaults("0.5\n0.25\n"),
+             Catch::Contains("column 1: states no unit") && Catch::Contains("--length-unit"));
 }
 
 TEST_CASE("columns without names: three are a position, those of a file of joints the joints") {

@@ -96,4 +96,15 @@ TEST_CASE("masses beside the chain are reported") {
   CHECK_THAT(FaultsOf(text), Catch::Contains("joint grip: warning: moves beside the chain"));
 }
 
+TEST_CASE("a URDF with thousands of links is refused at once") {
+  std::string text = "<robot>\n" + Link("l0");
+  for (int i = 1; i < 2001; ++i) {
+    const std::string name = "l" + std::to_string(i);
+    text +=
+        Link(name) + Joint("j" + std::to_string(i), "fixed", "l" + std::to_string(i - 1), name, "");
+  }
+  CHECK_THAT(FaultsOf(text + "</robot>"),
+             Catch::Contains("the file has 2001 links; allowed are 2000"));
+}
+
 }  // namespace plumbline::urdf_faults_test

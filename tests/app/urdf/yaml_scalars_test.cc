@@ -25,6 +25,12 @@ TEST_CASE("aliases that expand without bound, deep nesting and bad syntax are re
     bomb += "]\n";
   }
   CHECK_FALSE(text::ScalarsFromYaml(bomb));
+  // Few scalars, but each an alias of a long one.
+  std::string long_values = "a: &a " + std::string(1000000, 'x') + "\nb: [";
+  for (int i = 0; i < 100; ++i) long_values += i > 0 ? ",*a" : "*a";
+  const auto expanded = text::ScalarsFromYaml(long_values + "]\n");
+  REQUIRE_FALSE(expanded);
+  CHECK_THAT(expanded.error(), Catch::Contains("more than 64 MiB"));
   CHECK_FALSE(text::ScalarsFromYaml(std::string(30, '[') + std::string(30, ']')));
   CHECK_FALSE(text::ScalarsFromYaml(std::string(100000, '[')));
   const auto broken = text::ScalarsFromYaml("a: [1, 2\nb: 3\n");

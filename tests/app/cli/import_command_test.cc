@@ -1,0 +1,137 @@
+// plumbline import, export-urdf and plan: what is written, and what is refused.
+#include "app/cli/import_command.h"
+
+#include <catch2/catch.hpp>
+
+#include "app/cli/export_urdf_command.h"
+#include "app/cli/plan_command.h"
+#include "app/config/text_file.h"
+#include "tests/app/cli/run_command.h"
+#include "tests/app/temporary_folder.h"
+
+namespace plumbline::import_command_test {
+
+using Catch::Contains;
+using plumbline::test::Answer;
+using plumbline::test::RunCommand;
+using plumbline::test::TemporaryFolder;
+
+namespace {
+
+/// A folder with files, and `import` run on them.
+class ImportFolder {
+ public:
+  std::string Write(const std::string& name, const std::string& text) const {
+    REQUIRE(config::WriteTextFile(At(name), text));
+    return At(name);
+  }
+  std::string At(const std::string& name) const { return folder_.path() + "/" + name; }
+  std::string TextOf(const std::string& name) const {
+    return config::ReadTextFile(At(name)).value();
+  }
+  static Answer Import(const std::string& arguments) {
+    return RunCommand(cli::AddImportCommand, "import " + arguments);
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace
+
+TEST_CASE("import refuses a table without measurements and names the ignored columns") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "q1_deg,Height,Width\n1,2,3\n2,3,4\n");
+  const Answer answer = ImportFolder::Import(table + " --output " + folder.At("m.csv"));
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err, Contains("no row with a usable measurement") &&
+                             Contains("ignored columns: \"Height\", \"Width\""));
+  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+}
+
+TEST_CASE("import accepts a file of which half is matched") {
+  const ImportFolder folder;
+  const std::string table =
+      folder.Write("t.csv", "no,x_mm,y_mm,z_mm\n1,1,2,3\n2,4,5,6\n8,1,2,3\n9,1,2,3\n");
+  const std::string joints = folder.Write("j.csv", "no,q1_deg\n1,10\n2,20\n");
+  const Answer answer =
+      ImportFolder::Import(table + " --joints " + joints + " --output " + folder.At("m.csv"));
+  INFO(answer.err);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.err, Contains("t.csv:4: rejected: number 8 is not in the file of the joints") &&
+                             Contains("2 rows, 2 with a measurement; 2 lines rejected"));
+}
+
+TEST_CASE("import names every row that is left out for its joints") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "x_mm,y_mm,z_mm\n1,2,3\n4,5,6\n7,8,9\n");
+  const std::string joints = folder.Write("j.csv", "q1_deg,q2_deg\n1,10\n2,broken\n,\n");
+  const Answer answer =
+      ImportFolder::Import(table + " --joints " + joints + " --output " + folder.At("m.csv"));
+  INFO(answer.err);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.err, Contains("j.csv:3: rejected: q2_deg is \"broken\"") &&
+                             Contains("t.csv:3: rejected: has no value of q2_deg") &&
+                             Contains("t.csv:4: rejected: has no joints") &&
+                             Contains("1 rows, 1 with a measurement; 3 lines rejected"));
+  CHECK(folder.TextOf("m.csv") == "q1_deg,q2_deg,x_mm,y_mm,z_mm\n1,10,1,2,3\n");
+}
+
+TEST_CASE("import overwrites none of its inputs") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "q1_deg,x_mm,y_mm,z_mm\n1,1,2,3\n");
+  const std::string joints = folder.Write("j.csv", "q1_deg\n1\n");
+  const std::string mapping = folder.Write("m.toml", "schema = 1\n");
+  const std::string joints_mapping = folder.Write("n.toml", "schema = 1\n");
+  const std::string inputs = table + " --joints " + joints + " --mapping " + mapping +
+                             " --joints-mapping " + joints_mapping + " --output ";
+  for (const std::string& input : {table, joints, mapping, joints_mapping}) {
+    const std::string before = config::ReadTextFile(input).value();
+    const Answer answer = ImportFolder::Import(inputs + input);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Contains("--output would overwrite " + input));
+    CHECK(config::ReadTextFile(input).value() == before);
+  }
+  const std::string new_file = folder.At("new");
+  const Answer answer =
+      ImportFolder::Import(table + " --mapping " + new_file + " --output " + folder.At("./new"));
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("--output would overwrite " + new_file));
+  CHECK_FALSE(config::ReadTextFile(new_file));
+}
+
+TEST_CASE("export-urdf and plan overwrite none of their files") {
+  const ImportFolder folder;
+  const std::string cell = folder.Write("cell.toml", "a cell\n");
+  const std::string file = folder.Write("r.urdf", "a robot\n");
+  for (const std::string& out : {cell, file}) {
+    const Answer answer =
+        RunCommand(cli::AddExportUrdfCommand, "export-urdf " + cell + " " + file + " --out " + out);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Contains("--out would overwrite " + out));
+  }
+  for (const char* option : {"--out", "--svg", "--urscript", "--points"}) {
+    const Answer answer =
+        RunCommand(cli::AddPlanCommand, "plan " + cell + " " + option + " " + cell);
+    CHECK(answer.exit_code == 2);
+    CHECK_THAT(answer.err, Contains(std::string(option) + " would overwrite " + cell));
+  }
+  const std::string both = folder.At("both");
+  const Answer answer =
+      RunCommand(cli::AddPlanCommand, "plan " + cell + " --svg " + both + " --points " + both);
+  CHECK(answer.exit_code == 2);
+  CHECK_THAT(answer.err, Contains("--points would overwrite " + both));
+  CHECK(folder.TextOf("cell.toml") == "a cell\n");
+}
+
+TEST_CASE("import with --output says that a calibration holds no measurements") {
+  const ImportFolder folder;
+  const std::string yaml = folder.Write("calibration.yaml", "shoulder_pan_joint: 0.0123\n");
+  const Answer answer = ImportFolder::Import(yaml + " --output " + folder.At("m.csv"));
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err, Contains("holds results, not measurements; no file was written; use "
+                                  "import-urdf --apply-rising"));
+  CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
+}
+
+}  // namespace plumbline::import_command_test
