@@ -162,7 +162,7 @@ void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("file", options->file, "URDF that the cell was imported from")->required();
   AddChainEnds(*command, options->ends);
-  command->add_option("--out,--output", options->out, "URDF to write; - is standard output")
+  command->add_option("--out", options->out, "URDF to write; - is standard output")
       ->required();
   command->footer(
       "Constant corrections of the links and joints go into the origins of the moving joints and "

@@ -99,7 +99,7 @@ void AddImportUrdfCommand(CLI::App& app, int& exit_code) {
                    "description")
       ->required();
   AddChainEnds(*command, options->ends);
-  command->add_option("--out,--output", options->out, "Cell file to write; - is standard output")
+  command->add_option("--out", options->out, "Cell file to write; - is standard output")
       ->capture_default_str();
   command
       ->add_option("--ur-angles", options->ur_angles,

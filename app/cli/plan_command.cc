@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 
 #include "app/cli/exit_codes.h"
@@ -70,6 +71,15 @@ int RunPlan(PlanOptions options) {
   const auto cell = config::ReadCell(options.cell, faults);
   std::cerr << config::FaultsText(faults);
   if (!cell) return kExitFault;
+  const std::vector<model::Joint>& joints = cell->robot.joints;
+  const bool six_turn = joints.size() == 6 &&
+                        std::all_of(joints.begin(), joints.end(), [](const model::Joint& joint) {
+                          return joint.type == model::JointType::kRevolute;
+                        });
+  if (!options.urscript.empty() && !six_turn) {
+    std::cerr << "plumbline plan: --urscript is for arms with six revolute joints; use --points\n";
+    return kExitUsage;
+  }
   options.task.sigma_m = kMetrePerMm * options.sigma_mm;
   options.task.rules.floor_m = kMetrePerMm * options.floor_mm;
   options.task.rules.link_radius_m = kMetrePerMm * options.link_radius_mm;
@@ -78,7 +88,6 @@ int RunPlan(PlanOptions options) {
     std::cerr << options.cell << ": " << plan.error() << '\n';
     return kExitFault;
   }
-  const std::vector<model::Joint>& joints = cell->robot.joints;
   if (!WritePlanFile(options.csv, PlanCsv(*plan, joints)) ||
       !WritePlanFile(options.svg, PlanSvg(*plan, *cell)) ||
       !WritePlanFile(options.urscript, UrScript(*plan)) ||
@@ -118,7 +127,7 @@ void AddPlanCommand(CLI::App& app, int& exit_code) {
   command->add_option("--candidates", options->task.candidates, "Postures to choose from")
       ->capture_default_str()
       ->check(CLI::Range(50, 5000));
-  command->add_option("--out,--output", options->csv, "Table of the rows, CSV");
+  command->add_option("--out", options->csv, "Table of the rows, CSV");
   command->add_option("--svg", options->svg, "Picture of the tips");
   command->add_option("--urscript", options->urscript, "Program for Universal Robots");
   command->add_option("--points", options->points, "Tab-separated points for other controllers");
