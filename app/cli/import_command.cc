@@ -142,6 +142,15 @@ void CheckRows(const ImportCommandOptions& options, const imports::UnderstoodFil
     return row.numbers.contains("gauge_mm") && !row.texts.contains("artefact");
   });
   if (gauge) fault("holds gauge readings: name the [[artefact]] of the cell with --artefact");
+  const bool has_length = has([](const imports::ImportedRow& row) {
+    const auto& n = row.numbers;
+    return n.contains("x_mm") || n.contains("range_mm") || n.contains("gauge_mm");
+  });
+  if (options.units.permissible_error && !has_length) {
+    fault(
+        "holds no position, range or gauge reading to which --permissible-error-um applies; "
+        "leave it out");
+  }
   if (!has([](const imports::ImportedRow& row) { return row.HasMeasurement(); })) {
     fault(
         "has no row with a usable measurement: a position, range, gauge reading, orientation or "

@@ -49,6 +49,17 @@ TEST_CASE("import refuses a table without measurements and names the ignored col
   CHECK_FALSE(config::ReadTextFile(folder.At("m.csv")));
 }
 
+TEST_CASE("import refuses a permissible error that applies to nothing") {
+  const ImportFolder folder;
+  const std::string table = folder.Write("t.csv", "q1_deg,artefact\n1,ball\n2,ball\n");
+  const std::string arguments = table + " --output " + folder.At("m.csv");
+  CHECK_THAT(ImportFolder::Import(arguments + " --permissible-error-um 15+6").err,
+             Contains("to which --permissible-error-um applies"));
+  const Answer touches = ImportFolder::Import(arguments);
+  CHECK(touches.exit_code == 0);
+  CHECK_THAT(touches.err, Contains("2 rows, 2 with a measurement; 0 lines rejected"));
+}
+
 TEST_CASE("import accepts a file of which half is matched") {
   const ImportFolder folder;
   const std::string table =
