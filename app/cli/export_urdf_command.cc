@@ -98,7 +98,9 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
                     1e3 * corrected.tip_left_m, kDegPerRad * corrected.tip_left_rad, exported.tip));
   }
   if (not_carried.empty()) {
-    out << "The URDF carries the whole model.\n";
+    out << "The URDF carries every effect of the model; the cell's base, masses, limits and "
+           "gravity "
+           "are not compared with it.\n";
     return;
   }
   out << "A URDF cannot carry:\n";
@@ -162,8 +164,7 @@ void AddExportUrdfCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("file", options->file, "URDF that the cell was imported from")->required();
   AddChainEnds(*command, options->ends);
-  command->add_option("--out", options->out, "URDF to write; - is standard output")
-      ->required();
+  command->add_option("--out", options->out, "URDF to write; - is standard output")->required();
   command->footer(
       "Constant corrections of the links and joints go into the origins of the moving joints and "
       "of\n"

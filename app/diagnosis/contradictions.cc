@@ -145,16 +145,17 @@ Result<Diagnosis> SetAsideContradictions(
     Diagnosis without = std::move(next).value();
     if (without.references.contradicting.empty()) {
       if (without.verdict == Verdict::kUnknown) break;
-      without.notes.push_back(
-          fmt::format("set aside, because all other data contradict: {}. "
-                      "Measure again and correct the cell",
-                      Sentences(set_aside)));
+      without.notes.insert(without.notes.begin(),
+                           fmt::format("set aside, because all other data contradict: {}. Measure "
+                                       "again and correct the cell",
+                                       Sentences(set_aside)));
       without.references.set_aside = std::move(set_aside);
       return without;
     }
     worst = without.references.contradicting.front();
   }
-  with_all.notes.push_back(
+  with_all.notes.insert(
+      with_all.notes.begin(),
       fmt::format("{} of {} declared distances and places contradict the rest of the data: {}. "
                   "Measure again; if they are right, the model lacks something",
                   with_all.references.contradicting.size(), with_all.references.tested,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -69,7 +70,7 @@ class LimitSearch {
       if (inside >= 2 * rejected_inside) continue;
       const double p = HypergeometricTail(rows_, rejected_, inside, rejected_inside);
       if (!best_ || p < best_->p_value) {
-        best_ = Candidate{{column, sorted[k].value, above, inside, rejected_inside}, p};
+        best_ = Candidate{{column, "", sorted[k].value, above, inside, rejected_inside}, p};
       }
     }
   }
@@ -85,12 +86,39 @@ class LimitSearch {
   std::optional<Candidate> best_;
 };
 
+/// The artefact on which all rejected rows are, if chance does not explain it.
+std::optional<OutlierCondition> ArtefactOfOutliers(const Dataset& data,
+                                                   const PerRow<bool>& rejected) {
+  std::map<ArtefactIndex, int> rows;
+  std::set<ArtefactIndex> of_rejected;
+  int count = 0;
+  for (const RowIndex row : data.row_indices()) {
+    const Observation& of = data.observations[row];
+    if (!OnArtefact(of.kind)) {
+      if (rejected[row]) return std::nullopt;
+      continue;
+    }
+    ++rows[of.artefact];
+    if (!rejected[row]) continue;
+    of_rejected.insert(of.artefact);
+    ++count;
+  }
+  if (of_rejected.size() != 1 || rows.size() < 2) return std::nullopt;
+  const ArtefactIndex artefact = *of_rejected.begin();
+  const int own = rows[artefact];
+  const double p = HypergeometricTail(data.rows(), count, own, count);
+  if (p * static_cast<double>(rows.size()) > kConditionSignificance) return std::nullopt;
+  return OutlierCondition{"artefact", data.cell.artefacts[artefact.offset()].name, 0, true, own,
+                          count};
+}
+
 }  // namespace
 
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights) {
   PerRow<bool> rejected;
   for (const double weight : weights) rejected.push_back(weight < kOutlierWeight);
+  if (auto of_artefact = ArtefactOfOutliers(data, rejected)) return of_artefact;
   const std::vector<RowIndex> counted = CountedRows(data, rejected);
   const auto runs = static_cast<int>(
       std::count_if(counted.begin(), counted.end(), [&](RowIndex row) { return rejected[row]; }));

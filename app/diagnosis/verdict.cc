@@ -77,12 +77,16 @@ void AddRepeatNote(const Dataset& data, bool explained, Diagnosis& diagnosis) {
 void AddOutlierCondition(const Dataset& data, const PerRow<double>& weights, Diagnosis& diagnosis) {
   const std::optional<OutlierCondition> found = ConditionOfOutliers(data, weights);
   if (!found) return;
-  diagnosis.outlier_condition = fmt::format("{} of {:.6g} or {}", found->column, found->limit,
-                                            found->above ? "more" : "less");
+  diagnosis.outlier_condition = found->artefact.empty()
+                                    ? fmt::format("{} of {:.6g} or {}", found->column, found->limit,
+                                                  found->above ? "more" : "less")
+                                    : "artefact " + found->artefact;
   diagnosis.notes.push_back(fmt::format(
-      "{} of the {} rows with {} are rejected as outliers: an effect acts only there, or "
-      "the noise is larger there. Measure more rows there to distinguish these",
-      found->rejected, found->rows, diagnosis.outlier_condition));
+      "{} of the {} rows with {} are rejected as outliers: {}", found->rejected, found->rows,
+      diagnosis.outlier_condition,
+      found->artefact.empty() ? "an effect acts only there, or the noise is larger there. Measure "
+                                "more rows there to distinguish these"
+                              : "it may have moved, or it is loose; fasten it and measure again"));
   AddEach({found->column}, diagnosis.drivers);
   diagnosis.verdict = Verdict::kUnknown;
 }

@@ -17,9 +17,8 @@ std::string Key(const ImportedRow& row, const char* column) {
   return number && *number == std::round(*number) ? fmt::format("{:.0f}", *number) : text->second;
 }
 
-bool AllHave(const ImportedTable& table, const char* column) {
-  return !table.rows.empty() &&
-         std::all_of(table.rows.begin(), table.rows.end(),
+bool AnyHas(const ImportedTable& table, const char* column) {
+  return std::any_of(table.rows.begin(), table.rows.end(),
                      [&](const ImportedRow& row) { return !Key(row, column).empty(); });
 }
 
@@ -34,6 +33,7 @@ void CheckKeysUnique(const ImportedTable& joints, const char* column, const std:
   std::map<std::string, int> lines;
   for (const ImportedRow& posture : joints.rows) {
     const std::string key = Key(posture, column);
+    if (key.empty()) continue;
     const auto [first, added] = lines.emplace(key, posture.line);
     if (added) continue;
     faults.Add({config::Fault::Severity::kFault, file, posture.line, column,
@@ -51,7 +51,8 @@ ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& j
   std::map<std::string, std::vector<const ImportedRow*>> by_key;
   for (const ImportedRow& row : measured.rows) by_key[Key(row, column)].push_back(&row);
   for (const ImportedRow& posture : joints.rows) {
-    const auto found = by_key.find(Key(posture, column));
+    const std::string key = Key(posture, column);
+    const auto found = key.empty() ? by_key.end() : by_key.find(key);
     if (found == by_key.end()) {
       matched.rows.push_back(posture);
       continue;
@@ -63,11 +64,10 @@ ImportedTable MatchedByKey(const ImportedTable& measured, const ImportedTable& j
     by_key.erase(found);
   }
   for (const auto& [key, rows] : by_key) {
-    for (const ImportedRow* row : rows) {
-      matched.rejected.push_back(
-          {row->line, fmt::format("{} {} is not in the file of the joints", column, key),
-           row->file});
-    }
+    const std::string reason =
+        key.empty() ? fmt::format("has no {}, by which the other rows are matched", column)
+                    : fmt::format("{} {} is not in the file of the joints", column, key);
+    for (const ImportedRow* row : rows) matched.rejected.push_back({row->line, reason, row->file});
   }
   matched.notes.push_back(fmt::format("joints matched by {}", column));
   return matched;
@@ -116,10 +116,17 @@ ImportedTable WithJoints(ImportedTable measured, ImportedTable joints,
     return matched;
   };
   for (const char* column : {"number", "name"}) {
-    if (!AllHave(measured, column) || !AllHave(joints, column)) continue;
+    if (!AnyHas(measured, column) || !AnyHas(joints, column)) continue;
     CheckKeysUnique(joints, column, joints_file, faults);
     matched = MatchedByKey(measured, joints, column);
     return complete();
+  }
+  if (AnyHas(joints, "name")) {
+    faults.Add({config::Fault::Severity::kFault, joints_file, 0, "name",
+                "names its rows, but no column of the measurements is known to hold these names; "
+                "map that column to \"name\", or this one to \"ignore\" if the rows of both files "
+                "are in the same order"});
+    return matched;
   }
   if (measured.rows.size() != joints.rows.size()) {
     faults.Add({config::Fault::Severity::kFault, joints_file, 0, "",

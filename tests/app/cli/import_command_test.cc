@@ -6,6 +6,8 @@
 #include "app/cli/export_urdf_command.h"
 #include "app/cli/plan_command.h"
 #include "app/config/text_file.h"
+#include "app/table/csv.h"
+#include "firmware-like/geometry/angle.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 
@@ -86,6 +88,36 @@ TEST_CASE("import names every row that is left out for its joints") {
                              Contains("t.csv:4: rejected: has no joints") &&
                              Contains("1 rows, 1 with a measurement; 3 lines rejected"));
   CHECK(folder.TextOf("m.csv") == "q1_deg,q2_deg,x_mm,y_mm,z_mm\n1,10,1,2,3\n");
+}
+
+TEST_CASE("a damaged line does not switch the matching of joints from names to rows") {
+  const ImportFolder folder;
+  const std::string joints =
+      folder.Write("j.csv", "Name,q1_deg\nC,3\nB,2\nA,1\n");  // in reverse order
+  const std::string broken =
+      folder.Write("t.csv", "Name,x_mm,y_mm,z_mm\nA,100,0,0\nB,200,0,0,9\nC,300,0,0\n");
+  const std::string out = " --joints " + joints + " --output " + folder.At("m.csv");
+  const Answer answer = ImportFolder::Import(broken + out);
+  CHECK(answer.exit_code == 0);
+  CHECK_THAT(answer.err, Contains("joints matched by name"));
+  config::FaultList faults;
+  const auto table =
+      table::TableFromCsv(folder.TextOf("m.csv"), "m.csv", std::vector<model::Joint>(1), faults);
+  REQUIRE(table);
+  REQUIRE(table->rows.size() == 2);
+  for (const table::MeasuredRow& row : table->rows) {
+    CHECK(row.p_WT.x() == Approx(0.1 * row.q[0] / kRadPerDeg));
+  }
+}
+
+TEST_CASE("joints with names are not matched by row with measurements whose names are unknown") {
+  const ImportFolder folder;
+  const std::string joints = folder.Write("j.csv", "Name,q1_deg\nB,2\nA,1\n");
+  const std::string table = folder.Write("t.csv", "Punkt,x_mm,y_mm,z_mm\nA,100,0,0\nB,200,0,0\n");
+  const Answer answer =
+      ImportFolder::Import(table + " --joints " + joints + " --output " + folder.At("m.csv"));
+  CHECK(answer.exit_code == 1);
+  CHECK_THAT(answer.err, Contains("no column of the measurements is known to hold these names"));
 }
 
 TEST_CASE("import overwrites none of its inputs") {

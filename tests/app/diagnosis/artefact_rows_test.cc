@@ -255,6 +255,22 @@ TEST_CASE("an effect that a single known distance makes is not called explained"
         std::string::npos);
 }
 
+TEST_CASE("outliers that are all on one artefact are unknown, not the absence of an effect") {
+  MeasuredCell data = SocketsWith("none");
+  int relabelled = 0;
+  for (table::MeasuredRow& row : data.table.rows) {
+    if (row.artefact != "tool1_0" || relabelled == 5) continue;
+    row.artefact = "tool1_1";  // 50 mm away
+    ++relabelled;
+  }
+  const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kUnknown);
+  CHECK(diagnosis->outlier_condition == "artefact tool1_1");
+  CHECK(diagnosis->drivers == std::vector<std::string>{"artefact"});
+  CHECK(AnyContains(diagnosis->notes, "it may have moved, or it is loose"));
+}
+
 TEST_CASE("a position in a row that names an artefact is used, which is noted") {
   MeasuredCell data = WithEveryKind();
   data.table.rows[4].artefact = "ball";
