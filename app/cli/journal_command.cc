@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -75,6 +76,13 @@ int Import(const JournalOptions& options) {
                              options.file, table->unmeasured.size(),
                              table->unmeasured.front().line);
   }
+  for (const std::string& column : table->further) {
+    std::cerr << fmt::format("{}: column {} is not stored in the journal\n", options.file, column);
+  }
+  std::vector<int> skipped = table->unreadable_lines;
+  for (const table::MeasuredRow& row : table->unmeasured) skipped.push_back(row.line);
+  std::sort(skipped.begin(), skipped.end());
+  skipped.erase(std::unique(skipped.begin(), skipped.end()), skipped.end());
   std::error_code ignored;  // opening the journal reports the error
   std::filesystem::create_directories(options.state, ignored);
   Result<journal::Journal> journal = journal::Journal::Open(options.JournalFile());
@@ -89,14 +97,12 @@ int Import(const JournalOptions& options) {
   }
   const auto rows = static_cast<std::int64_t>(table->rows.size());
   if (options.json) {
-    const nlohmann::json answer = {{"rows", rows},
-                                   {"first", *last - rows + 1},
-                                   {"last", *last},
-                                   {"skipped_lines", table->unreadable_lines}};
+    const nlohmann::json answer = {
+        {"rows", rows}, {"first", *last - rows + 1}, {"last", *last}, {"skipped_lines", skipped}};
     std::cout << text::JsonText(answer, 1) << '\n';
   } else {
     std::cout << fmt::format("{} rows imported as {}..{}, {} skipped\n", rows, *last - rows + 1,
-                             *last, bad);
+                             *last, skipped.size());
   }
   return kExitOk;
 }

@@ -118,8 +118,8 @@ std::string UrScript(const MeasurementPlan& plan) {
 }
 
 std::string PointList(const MeasurementPlan& plan, const std::vector<model::Joint>& joints) {
-  std::string text =
-      "pose" + JointNames(joints, '\t') + "\tx_mm\ty_mm\tz_mm\troll_deg\tpitch_deg\tyaw_deg\n";
+  std::string text = "pose" + JointNames(joints, '\t') +
+                     "\tx_mm\ty_mm\tz_mm\troll_deg\tpitch_deg\tyaw_deg\tmove_free\n";
   for (std::size_t i = 0; i < plan.rows.size(); ++i) {
     const PlannedRow& row = plan.rows[i];
     text += fmt::format("{}", i + 1);
@@ -129,7 +129,7 @@ std::string PointList(const MeasurementPlan& plan, const std::vector<model::Join
     for (const double value : row.X_WT.p) text += fmt::format("\t{:.3f}", kMmPerMetre * value);
     const Vec3 rpy = RollPitchYawFromRotation(row.X_WT.R);
     for (const double value : rpy) text += fmt::format("\t{:.4f}", kDegPerRad * value);
-    text += '\n';
+    text += row.move_checked ? "\t1\n" : "\t0\n";
   }
   return text;
 }
