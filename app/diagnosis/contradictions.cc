@@ -68,6 +68,7 @@ std::string SentenceOf(const Tested& test, const model::CellModel& cell) {
 /// "a (.. standard deviations); b (..)"
 std::string Sentences(const std::vector<Contradiction>& contradictions) {
   std::vector<std::string> all;
+  all.reserve(contradictions.size());
   for (const Contradiction& one : contradictions) all.push_back(one.sentence);
   return fmt::format("{}", fmt::join(all, "; "));
 }

@@ -116,8 +116,8 @@ std::optional<OutlierCondition> ArtefactOfOutliers(const Dataset& data,
 
 std::optional<OutlierCondition> ConditionOfOutliers(const Dataset& data,
                                                     const PerRow<double>& weights) {
-  PerRow<bool> rejected;
-  for (const double weight : weights) rejected.push_back(weight < kOutlierWeight);
+  PerRow<bool> rejected(weights.size(), false);
+  for (const RowIndex row : weights.indices()) rejected[row] = weights[row] < kOutlierWeight;
   if (auto of_artefact = ArtefactOfOutliers(data, rejected)) return of_artefact;
   const std::vector<RowIndex> counted = CountedRows(data, rejected);
   const auto runs = static_cast<int>(

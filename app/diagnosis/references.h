@@ -15,7 +15,7 @@ struct Reference {
   std::optional<int> distance;  ///< position in `distances` of the cell
   std::optional<ArtefactIndex> artefact;
 
-  friend auto operator<=>(const Reference&, const Reference&) = default;
+  auto operator<=>(const Reference&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// The references between and of artefacts that the rows use.
