@@ -15,8 +15,8 @@ namespace plumbline::camera {
 /// What is known about the reference tags through each lens, by the id of the lens.
 struct TagBaselines {
   std::map<std::int64_t, TagBaseline> by_lens;
-  std::set<std::int64_t>
-      contradicted;  ///< lenses that the tags contradict since they were accepted
+  /// Lenses that the tags have contradicted since they were accepted.
+  std::set<std::int64_t> contradicted;
 };
 
 std::string TagBaselinesJson(const TagBaselines& baselines, const tracking::Body& cell);

@@ -1,6 +1,7 @@
 #include "app/cli/plan_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -44,13 +45,15 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan) {
                              effect.planned, effect.random);
   }
   for (const std::string& one : plan.excluded) std::cerr << "  not shown: " << one << '\n';
-  int unchecked = 0;
-  for (const plan::PlannedRow& row : plan.rows) unchecked += row.move_checked ? 0 : 1;
-  if (unchecked > 0) {
+  std::vector<std::size_t> not_free;  // the robot comes to the first row from anywhere
+  for (std::size_t k = 1; k < plan.rows.size(); ++k) {
+    if (!plan.rows[k].move_checked) not_free.push_back(k + 1);
+  }
+  if (!not_free.empty()) {
     std::cerr << fmt::format(
-        "{} moves have no straight joint move that is free of collisions: guide the robot there, "
-        "or add via points\n",
-        unchecked);
+        "no straight joint move that is free of collisions was found to row {}: guide the robot "
+        "there, or add via points\n",
+        fmt::join(not_free, ", "));
   }
   std::cerr << "Only what the cell declares was checked for collisions. Run the program at reduced "
                "speed first.\n";

@@ -129,7 +129,7 @@ void CheckContradictions(const Identified& found, Diagnosis& diagnosis) {
 }
 
 Result<Diagnosis> SetAsideContradictions(
-    const model::CellModel& cell,
+    const model::CellModel& cell, const DiagnosisOptions& options,
     const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt) {
   Result<Diagnosis> first = attempt(cell);
   if (!first || first->references.contradicting.empty()) return first;
@@ -142,7 +142,8 @@ Result<Diagnosis> SetAsideContradictions(
     left = Without(worst.reference, left);
     set_aside.push_back(worst);
     Result<Diagnosis> next = attempt(left);
-    if (!next) return next;
+    if (!next && options.interrupted && options.interrupted()) return next;
+    if (!next) break;
     Diagnosis without = std::move(next).value();
     if (without.references.contradicting.empty()) {
       if (without.verdict == Verdict::kUnknown) break;

@@ -18,16 +18,17 @@ namespace plumbline::diagnosis {
 /// (1 - h near 0), exact places (sd_mm = 0), which the fit keeps, and directions.
 References TestReferences(const Identified& found);
 
-/// Adds the contradictions and the check `contradictions` of the whole answer. A model with
-/// findings that contradicts a reference is not explained: each finding is doubtful.
+/// Adds the result of the test and the check `contradictions` of the whole answer. If a reference
+/// contradicts, each finding is doubtful and the correction is withheld; without findings the
+/// verdict is `unknown`.
 void CheckContradictions(const Identified& found, Diagnosis& diagnosis);
 
 /// Diagnoses with `attempt`, and sets references aside that contradict, the largest |z| first, as
 /// long as they are at most a quarter of all references. If more contradict, or if a residual
 /// remains `unknown` without them, the model may be at fault instead, so that all are kept and
-/// named in a note.
+/// named in a note; also if an attempt without some of them fails.
 Result<Diagnosis> SetAsideContradictions(
-    const model::CellModel& cell,
+    const model::CellModel& cell, const DiagnosisOptions& options,
     const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt);
 
 }  // namespace plumbline::diagnosis

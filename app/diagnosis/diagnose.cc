@@ -514,8 +514,9 @@ Result<Diagnosis> DiagnoseWith(const model::CellModel& cell, table::MeasuredTabl
 
 Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, const table::MeasuredTable& measured,
                                const DiagnosisOptions& options) {
-  return SetAsideContradictions(
-      cell, [&](const model::CellModel& with) { return DiagnoseWith(with, measured, options); });
+  return SetAsideContradictions(cell, options, [&](const model::CellModel& with) {
+    return DiagnoseWith(with, measured, options);
+  });
 }
 
 }  // namespace plumbline::diagnosis

@@ -137,6 +137,10 @@ std::string AmbiguousHeadline(const Diagnosis& diagnosis) {
 
 /// What the named effects leave.
 std::string UnknownPart(const Diagnosis& diagnosis) {
+  if (diagnosis.drivers == std::vector<std::string>{"artefact"}) {
+    return "something in the rejected rows with " + diagnosis.outlier_condition +
+           ", which may have moved";
+  }
   if (!diagnosis.outlier_condition.empty() && diagnosis.drivers.size() == 1) {
     return "an effect outside the catalogue, or larger noise, in the rejected rows with " +
            diagnosis.outlier_condition;

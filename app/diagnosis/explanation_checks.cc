@@ -123,9 +123,11 @@ ExplanationCheck HeldOutCheck(const ExplanationEvidence& evidence, const HeldOut
   check.limit = noise_mm * std::sqrt(found.limit);
   check.passed = found.ratio <= found.limit;
   check.sentence = fmt::format(
-      "held-out error {:.3g} mm in the folds that selected these effects; noise of {:.3g} mm "
+      "held-out error {:.3g} mm{} in the folds that selected these effects; noise of {:.3g} mm "
       "accounts for at most {:.3g} mm (chi-square limit, {} clusters, 0.1 %)",
-      check.figure, noise_mm, check.limit, found.clusters);
+      check.figure,
+      evidence.problem.data.table.recorded.sigma ? ", scaled by each row's own noise," : "",
+      noise_mm, check.limit, found.clusters);
   return check;
 }
 

@@ -203,8 +203,8 @@ Eigen::ArrayXd SpectralWindow(const JointRows& rows, double first, double step,
   return sums.square().rowwise().sum().sqrt() / std::max(rows.square.sum(), 1e-300);
 }
 
-/// The maxima of the spectral window at which lines cannot be told apart, beyond the resolution of
-/// the range itself.
+/// The maxima of the spectral window at which lines cannot be distinguished, beyond the resolution
+/// of the range itself.
 std::vector<double> IndistinctShifts(const JointRows& rows, double resolution) {
   // A line at such a shift leaves at most 1 - 0.97^2 = 6 % of the chi2 that the true one explains;
   // whether that rules it out is for its refit to decide.

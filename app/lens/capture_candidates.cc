@@ -78,13 +78,21 @@ double HeightOf(const RivalBoard& board, const RivalResult& result) {
   return SpreadOf(heights);
 }
 
-double MotionOf(const RivalResult& result) {
+/// Largest displacement of a point during the read-out of an image, by pinhole projection [px].
+double MotionOf(const RivalBoard& board, const RivalResult& result) {
+  const Vec3 centre(board.centre().x(), board.centre().y(), 0);
   double largest = 0;
   for (std::size_t j = 0; j < result.local.size(); ++j) {
     const ExtraVector both = result.local[j] + result.extra;
-    const double f = result.shared[kFx], z = result.X_CK[j].p.z();
-    largest = std::max({largest, f * both.segment<2>(kVelocityX).norm() / z,
-                        f * both.segment<2>(kSpinX).norm() * 0.1});
+    for (const RivalBoard::Point& point : board.points()) {
+      const Vec3 p_K(point.xy.x(), point.xy.y(), 0);
+      const Vec3 p_C = result.X_CK[j] * p_K, arm_C = result.X_CK[j].R * (p_K - centre);
+      const Vec3 half = 0.5 * (both.segment<3>(kVelocityX) + both.segment<3>(kSpinX).cross(arm_C));
+      const Vec3 first = p_C - half, last = p_C + half;
+      largest =
+          std::max(largest, result.shared[kFx] *
+                                (last.head<2>() / last.z() - first.head<2>() / first.z()).norm());
+    }
   }
   return largest;
 }
@@ -183,7 +191,7 @@ void DescribeFinding(const Candidate& candidate, const RivalResult& result, cons
       finding.words = fmt::format(
           "the board moved while the rows of the image were read out (rolling shutter), by up to "
           "{:.1f} px per image",
-          MotionOf(result));
+          MotionOf(board, result));
       finding.remedy = "hold the board still for each frame, or rest it";
       break;
     case CaptureCause::kPixelAspect:

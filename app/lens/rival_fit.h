@@ -28,8 +28,6 @@ struct RivalResult {
   double square_sum_px2 = 0;  ///< of the residuals of the used corners
   double prior_chi2 = 0;
   int observations = 0, parameters = 0;  ///< parameters beyond those of every fit
-
-  double rms_px() const { return std::sqrt(square_sum_px2 / std::max(1, observations)); }
 };
 
 /// The views of one capture, prepared for the fits of several rivals.
@@ -53,8 +51,6 @@ class RivalProblem {
   /// linear step from a fit without extra parameters: a score test. Courses are ignored.
   std::vector<double> ScoreTests(const std::vector<Rival>& rivals, const RivalResult& plain) const;
   const RivalBoard& board() const { return board_; }
-  const RivalResult& start() const { return start_; }
-  double noise_px() const { return noise_px_; }
 
  private:
   struct ViewData {

@@ -12,8 +12,8 @@ namespace plumbline::plan {
 struct PlanTask {
   int rows = 30;
   int candidates = 500;  ///< postures to choose from
-  std::vector<std::string>
-      artefacts;                    ///< of the cell, to be touched; empty: positions are measured
+  /// Of the cell, to be touched; empty: positions are measured.
+  std::vector<std::string> artefacts;
   std::vector<double> payloads_kg;  ///< empty: without payload
   double sigma_m = 5e-5;            ///< of a measurement, if the cell declares none
   SafetyRules rules;

@@ -19,7 +19,7 @@ struct TagFamily {
   int data_cells = 0;        ///< N, 4 to 7
   int correctable_bits = 0;  ///< wrong cells that are corrected
   /// Random cells match a code so often that a square must also be printed cleanly: see
-  /// DecodeCells.
+  /// ReadCells().
   bool strict = false;
   std::vector<std::uint64_t> codes;  ///< by id
 

@@ -35,8 +35,7 @@ struct CorrectedOrigins {
 /// @param declared   the table as it was imported from this URDF; its base pose is not used
 /// @param corrected  the table with the corrections added
 /// @return  the error if the declared table is not that of the URDF: more than 1 um or 1e-6 rad
-/// apart
-///          over 1000 postures
+///          apart over 1000 postures
 Result<CorrectedOrigins> CorrectedOriginsOf(const UrdfFile& urdf, const JointChain& chain,
                                             const model::Robot& declared,
                                             const model::Robot& corrected);

@@ -98,6 +98,11 @@ def main():
         ambiguous = sum(r["verdict"] == "ambiguous" for r in of)
         print(f"| {name} | {len(of)} | {ambiguous} | {sum(r['named'] for r in of)} | "
               f"{sum(r['wrong'] for r in of)} |")
+    before, after = (sum(r[name]["verdict"] == "ambiguous" for r in done)
+                     for name in ("positions", "poses"))
+    print(f"\nambiguous with orientation: {after / max(1, before):.2f} of those without (goal 0.5); "
+          f"explained wrongly: {sum(r['poses']['wrong'] for r in done)} (goal: at most "
+          f"{sum(r['positions']['wrong'] for r in done)})")
     for r in rows:
         if "error" in r:
             print(f"{r['family']} {r['robot']} {r['seed']}: {r['error']}", file=sys.stderr)

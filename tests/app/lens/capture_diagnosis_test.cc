@@ -68,7 +68,7 @@ TEST_CASE("a board that is not as declared is named as such") {
   }
 }
 
-TEST_CASE("a fisheye is told apart from a lens that moved") {
+TEST_CASE("a fisheye is distinguished from a lens that moved") {
   const LensCalibration c = CalibrationOf("fisheye, 130 degrees", 2);
   INFO(ReasonsOf(c));
   CHECK_FALSE(c.accepted);

@@ -37,7 +37,7 @@ model::Artefact Socket(const std::string& name, const Vec3& place) {
 
 }  // namespace
 
-TEST_CASE("a plan is safe and tells more than random postures") {
+TEST_CASE("a plan is safe and determines more than random postures") {
   const model::CellModel cell = Ur10();
   const PlanTask task = Small();
   const auto plan = PlanMeasurements(cell, task);
