@@ -51,9 +51,9 @@ void PrintPlan(const PlanOptions& options, const plan::MeasurementPlan& plan) {
   }
   if (!not_free.empty()) {
     std::cerr << fmt::format(
-        "no straight joint move that is free of collisions was found to row {}: guide the robot "
+        "no straight joint move that is free of collisions was found to row{} {}: guide the robot "
         "there, or add via points\n",
-        fmt::join(not_free, ", "));
+        not_free.size() == 1 ? "" : "s", fmt::join(not_free, ", "));
   }
   std::cerr << "Only what the cell declares was checked for collisions. Run the program at reduced "
                "speed first.\n";
