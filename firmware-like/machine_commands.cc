@@ -249,7 +249,7 @@ void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
   probe.covariance_W.reset();
   probe.range_m.reset();
   probe.gauge_m.reset();
-  probe.artefact = 0;
+  probe.artefact_number = 0;
   probe.cameras = 0;
   probe.quarantined = false;
   snapshot_.probe_taken = true;
@@ -302,7 +302,7 @@ correction::CorrectionCode Machine::RecordProbeOnArtefact(const MachineInput& in
   if (code != correction::CorrectionCode::kOk) return code;
   TakeProbe(input, at);
   Probe& probe = snapshot_.probe;
-  probe.artefact = command.point_id;
+  probe.artefact_number = command.point_id;
   if (command.code == model::PlcCommandCode::kProbeReading) {
     const bool gauge = artefacts[command.point_id - 1U].kind == model::ArtefactKind::kGauge;
     (gauge ? probe.gauge_m : probe.range_m) = command.reading_m;

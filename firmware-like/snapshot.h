@@ -93,12 +93,11 @@ struct CommandResult {
 struct Probe : model::MeasuredPoint {
   std::uint16_t sequence = 0;  ///< of the command
   std::int64_t unix_ms = 0;
-  double utc_s = 0;                 ///< since 1970; never stepped within one run of the daemon
-  Vec3 predicted_W = Vec3::Zero();  ///< loaded tip predicted by the model in force [m]
-  std::uint16_t cameras = 0;        ///< bit k: camera k contributed
-  std::uint16_t artefact = 0;       ///< number in the cell's list from 1; 0: none, a measured tip
-  std::optional<double> gauge_m;    ///< reading of the dial gauge `artefact`
-  bool quarantined = false;         ///< contradicts the model: stored, but used only if accepted
+  double utc_s = 0;                   ///< since 1970; never stepped within one run of the daemon
+  Vec3 predicted_W = Vec3::Zero();    ///< loaded tip predicted by the model in force [m]
+  std::uint16_t cameras = 0;          ///< bit k: camera k contributed
+  std::uint16_t artefact_number = 0;  ///< in the cell's list from 1; 0: none, a measured tip
+  bool quarantined = false;           ///< contradicts the model: stored, but used only if accepted
 };
 
 /// Acceptance of probes since start-up.

@@ -324,22 +324,20 @@ Result<std::vector<Prediction>> Predict(const model::CellModel& cell,
     }
     // The declared centre of gravity also applies to a payload of unknown mass.
     loads::Payload payload{0, cell.payload_cog_F.value_or(Vec3::Zero())};
-    if (poses.recorded.payload && cell.payload_cog_F) payload.mass_kg = row.payload_kg;
+    if (cell.payload_cog_F) payload.mass_kg = row.payload_kg.value_or(0);
     deflection::LoadedState state;
     if (!arm.AtCommanded(row.q, payload, conditions[k], state)) {
       return Error{
           fmt::format("{}:{}: the deflection does not converge; check "
                       "payload_kg ({:g}) of the row, compliance_rad_per_Nm and link_mass_kg",
-                      poses.file, row.line, row.payload_kg)};
+                      poses.file, row.line, payload.mass_kg)};
     }
-    const bool outside = deflection::OutsideDomain(
-        known->second.cell, row.q,
-        poses.recorded.payload ? std::optional(row.payload_kg) : std::nullopt,
-        poses.recorded.temperature ? std::optional(row.temp_C) : std::nullopt, conditions[k].t_s);
+    const bool outside = deflection::OutsideDomain(known->second.cell, row.q, row.payload_kg,
+                                                   row.temp_C, conditions[k].t_s);
     const bool extrapolated = outside || PayloadNotRecorded(known->second.cell, poses) ||
                               EventStateUnknown(arm, conditions[k]);
     deflection::LoadStatement load{payload, std::nullopt, cell.payload_cog_F.has_value()};
-    if (poses.recorded.payload) load.mass_kg = row.payload_kg;
+    if (row.payload_kg) load.mass_kg = row.payload_kg;
     model::StatedRadius radius =
         known->second.uncertainty.At(arm, row.q, load, conditions[k], extrapolated);
     if (!aligned.empty() && radius.known()) {

@@ -20,9 +20,8 @@ journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::stri
   row.predicted_W = probe.predicted_W;
   if (probe.quarantined) row.quarantine = journal::JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;
-  if (probe.artefact > 0 && probe.artefact <= artefacts.size()) {
-    row.artefact = artefacts[probe.artefact - 1U].name;
-    row.gauge_m = probe.gauge_m;
+  if (probe.artefact_number > 0 && probe.artefact_number <= artefacts.size()) {
+    row.artefact = artefacts[probe.artefact_number - 1U].name;
   }
   for (std::size_t k = 0; k < cameras.size(); ++k) {
     if ((probe.cameras >> k & 1U) == 0) continue;

@@ -4,7 +4,6 @@
 
 #include "app/log/fault_log.h"
 #include "app/log/log.h"
-#include "app/table/measured_point_from_row.h"
 #include "app/table/replay_file.h"
 #include "drivers/plc/command_registers.h"
 
@@ -31,10 +30,9 @@ Result<robot::ReplayRows> ReplayFrom(const config::DaemonConfig& config) {
   robot::ReplayRows replay = config.robot.connection.replay;
   for (const table::MeasuredRow& row : table->rows) {
     robot::ReplayRow& replayed = replay.rows.emplace_back();
-    const model::MeasuredPoint point = table::MeasuredPointFromRow(row, table->recorded);
-    replayed.q = point.q;
-    replayed.payload_kg = point.payload_kg;
-    replayed.temp_C = point.temp_C;
+    replayed.q = row.q;
+    replayed.payload_kg = row.payload_kg;
+    replayed.temp_C = row.temp_C;
   }
   return replay;
 }

@@ -219,7 +219,7 @@ void StartFrames(const Dataset& data, const Indexed<SessionIndex, FramePrior>& p
       const table::MeasuredRow& row = data.measured(index);
       kinematics::Posture posture;
       arm.chain().Evaluate(row.q, posture);
-      points.push_back({posture.X_BF(), row.p_WT});
+      points.push_back({posture.X_BF(), *row.measured_W});
     }
     if (points.empty()) continue;  // the frames start as declared
     const Start start =

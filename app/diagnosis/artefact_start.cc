@@ -139,10 +139,10 @@ Result<void> StartPlaces(const Dataset& data, int threads, Model& model) {
     const Vec3 p = in_base ? X_WB.Inverse() * p_W : p_W;
     if (of.kind == ObservationKind::kArtefactRange) {
       own.ranged.push_back(p);
-      own.ranges.push_back(data.measured(row).range_m);
+      own.ranges.push_back(*data.measured(row).range_m);
     } else {
       own.touched.push_back(p);
-      own.readings.push_back(data.measured(row).gauge_m);
+      own.readings.push_back(*data.measured(row).gauge_m);
     }
   }
   for (const ArtefactIndex artefact : used.indices()) {

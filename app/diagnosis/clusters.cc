@@ -17,7 +17,7 @@ constexpr double kSamePayload_kg = 0.01;
 std::vector<double> Place(const table::MeasuredRow& row) {
   std::vector<double> place(row.q.begin(), row.q.end());
   for (double& q : place) q /= kSamePose;
-  place.push_back(row.payload_kg / kSamePayload_kg);
+  place.push_back(row.payload_kg.value_or(0) / kSamePayload_kg);
   return place;
 }
 

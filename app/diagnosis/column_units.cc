@@ -49,19 +49,23 @@ void AddMeasured(const Dataset& data, double factor, const char* unit,
     others.push_back({"range_mm",
                       unit,
                       "millimetres",
-                      {[](const table::MeasuredRow& row) { return row.range_m; }},
+                      {[](const table::MeasuredRow& row) { return row.range_m.value_or(0); }},
                       [factor](Dataset& changed, RowIndex row) {
-                        changed.table.rows[row.offset()].range_m *= factor;
+                        std::optional<double>& range_m = changed.table.rows[row.offset()].range_m;
+                        if (range_m) *range_m *= factor;
                       }});
     return;
   }
   const auto axes = [&](const std::string& columns, int first, int last) {
     OtherUnit other{columns, unit, "millimetres", {}, {}};
     for (int axis = first; axis <= last; ++axis) {
-      other.numbers.emplace_back([axis](const table::MeasuredRow& row) { return row.p_WT[axis]; });
+      other.numbers.emplace_back([axis](const table::MeasuredRow& row) {
+        return row.measured_W.value_or(Vec3::Zero())[axis];
+      });
     }
     other.convert = [factor, first, last](Dataset& changed, RowIndex row) {
-      changed.table.rows[row.offset()].p_WT.segment(first, last - first + 1) *= factor;
+      std::optional<Vec3>& measured_W = changed.table.rows[row.offset()].measured_W;
+      if (measured_W) measured_W->segment(first, last - first + 1) *= factor;
     };
     others.push_back(std::move(other));
   };
@@ -86,9 +90,9 @@ OtherUnit InRadians(int joint) {
 
 OtherUnit PayloadIn(const std::string& unit, double factor) {
   OtherUnit other{"payload_kg", unit, "kilograms", {}, {}};
-  other.numbers = {[](const table::MeasuredRow& row) { return row.payload_kg; }};
+  other.numbers = {[](const table::MeasuredRow& row) { return *row.payload_kg; }};
   other.convert = [factor](Dataset& data, RowIndex row) {
-    data.table.rows[row.offset()].payload_kg *= factor;
+    *data.table.rows[row.offset()].payload_kg *= factor;
     data.conditions[row].payload_kg *= factor;
     data.payloads[row].mass_kg *= factor;
   };

@@ -46,12 +46,19 @@ void DropCopies(Dataset& data) {
   std::set<std::tuple<std::string, std::string, std::vector<double>>> seen;
   const bool timed = data.table.recorded.time;
   int copies = 0, first = 0;
+  constexpr double kAbsent = HUGE_VAL;  // no cell holds it
   std::vector<bool> copy;
   for (const table::MeasuredRow& row : data.table.rows) {
-    std::vector<double> numbers = {row.t_s,      row.payload_kg, row.temp_C,   row.range_m,
-                                   row.p_WT.x(), row.p_WT.y(),   row.p_WT.z(), row.q_WT.w(),
-                                   row.q_WT.x(), row.q_WT.y(),   row.q_WT.z(), row.q_step_rad,
-                                   row.gauge_m,  row.sigma_m};
+    std::vector<double> numbers;
+    for (const std::optional<double>& value : {row.t_s, row.payload_kg, row.temp_C, row.range_m,
+                                               row.q_step_rad, row.gauge_m, row.sigma_m}) {
+      numbers.push_back(value.value_or(kAbsent));
+    }
+    const Vec3 p = row.measured_W.value_or(Vec3::Constant(kAbsent));
+    numbers.insert(numbers.end(), p.begin(), p.end());
+    const Eigen::Vector4d turn =
+        row.orientation_W ? row.orientation_W->coeffs() : Eigen::Vector4d::Constant(kAbsent);
+    numbers.insert(numbers.end(), turn.begin(), turn.end());
     for (const model::JointVector* of_joints : {&row.q, &row.qd, &row.qdd, &row.tau}) {
       numbers.insert(numbers.end(), of_joints->begin(), of_joints->end());
     }
@@ -176,8 +183,8 @@ void NoteMissingSignals(Dataset& data) {
   if (recorded.time) {
     double first_s = 1e300, last_s = -1e300;
     for (const table::MeasuredRow& row : data.table.rows) {
-      first_s = std::min(first_s, row.t_s);
-      last_s = std::max(last_s, row.t_s);
+      first_s = std::min(first_s, *row.t_s);
+      last_s = std::max(last_s, *row.t_s);
     }
     // A warm-up follows exp(-t / time constant) from t_s = 0 on. With another time zero, it would
     // need a shifted base and sizes e^(first / time constant) times as large.
@@ -344,8 +351,8 @@ void SetConditions(Dataset& data) {
   }
   data.conditions = PerRow<effects::Conditions>(ConditionsOf(cell, data.table));
   for (const table::MeasuredRow& row : data.table.rows) {
-    const bool loaded = data.table.recorded.payload && cell.payload_cog_F;
-    data.payloads.push_back(loaded ? loads::Payload{row.payload_kg, *cell.payload_cog_F}
+    const bool loaded = row.payload_kg && cell.payload_cog_F;
+    data.payloads.push_back(loaded ? loads::Payload{*row.payload_kg, *cell.payload_cog_F}
                                    : loads::Payload{});
   }
   data.weight_known = loads::GravityLoads(cell).known(0);

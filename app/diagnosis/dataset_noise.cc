@@ -26,12 +26,12 @@ std::optional<double> SquaredDifference(const Dataset& data, RowIndex a, RowInde
   switch (of_a.kind) {
     case ObservationKind::kPosition:
     case ObservationKind::kPose:
-      return (row_a.p_WT - row_b.p_WT).squaredNorm();
+      return (*row_a.measured_W - *row_b.measured_W).squaredNorm();
     case ObservationKind::kRange:
     case ObservationKind::kArtefactRange:
-      return std::pow(row_a.range_m - row_b.range_m, 2);
+      return std::pow(*row_a.range_m - *row_b.range_m, 2);
     case ObservationKind::kGauge:
-      return std::pow(row_a.gauge_m - row_b.gauge_m, 2);
+      return std::pow(*row_a.gauge_m - *row_b.gauge_m, 2);
     default:
       return std::nullopt;
   }
@@ -97,7 +97,8 @@ constexpr double kNotableShare = 0.1;
 /// Adds the declared joint resolution (q_step_deg) to the noise.
 void AddReadingError(Dataset& data) {
   PerRow<double> steps_rad;
-  for (const table::MeasuredRow& row : data.table.rows) steps_rad.push_back(row.q_step_rad);
+  for (const table::MeasuredRow& row : data.table.rows)
+    steps_rad.push_back(row.q_step_rad.value_or(0));
   data.q_step_rad = *std::max_element(steps_rad.begin(), steps_rad.end());
   const ReadingError error = ReadingErrorOf(data, steps_rad);
   data.reading_radius_m = error.radius_m;
@@ -149,7 +150,7 @@ void NoteUndeclaredStep(Dataset& data) {
 double MedianOwnSigma(const Dataset& data) {
   std::vector<double> own;
   for (const table::MeasuredRow& row : data.table.rows) {
-    if (row.sigma_m > 0) own.push_back(row.sigma_m);
+    if (row.sigma_m) own.push_back(*row.sigma_m);
   }
   return own.empty() ? 0 : statistics::MedianOf(own);
 }
@@ -162,9 +163,9 @@ void SetCovariances(Dataset& data, double of_instrument_m) {
   const double added_m2 = data.sigma_m * data.sigma_m - of_instrument_m * of_instrument_m;
   for (const RowIndex row : data.row_indices()) {
     RowNumbers& numbers = data.numbers[row];
-    const double own_m = data.measured(row).sigma_m;
-    if (own_m <= 0 && numbers.count <= kMaxLengths) continue;
-    const double variance_m2 = own_m > 0 ? own_m * own_m + added_m2 : data.sigma_m * data.sigma_m;
+    const std::optional<double> own_m = data.measured(row).sigma_m;
+    if (!own_m && numbers.count <= kMaxLengths) continue;
+    const double variance_m2 = own_m ? *own_m * *own_m + added_m2 : data.sigma_m * data.sigma_m;
     numbers.covariance = variance_m2 / (data.sigma_m * data.sigma_m) *
                          Eigen::MatrixXd::Identity(numbers.count, numbers.count);
     if (numbers.count <= kMaxLengths) continue;

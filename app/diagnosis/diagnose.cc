@@ -116,7 +116,9 @@ table::MeasuredTable WithCellTime(const model::CellModel& cell, table::MeasuredT
                                   const DiagnosisOptions& options) {
   const std::optional<double> cell_zero_s = TimeZeroOf(cell);
   if (cell_zero_s && options.time_zero_s) {
-    for (table::MeasuredRow& row : table.rows) row.t_s += *options.time_zero_s - *cell_zero_s;
+    for (table::MeasuredRow& row : table.rows) {
+      if (row.t_s) *row.t_s += *options.time_zero_s - *cell_zero_s;
+    }
   }
   if (options.order_unknown) table.recorded.order = false;
   return table;
@@ -362,8 +364,9 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
     trace.pose = data.cluster_of[row];
     trace.weight = fit.problem.weights[row];
     trace.outlier = fit.problem.weights[row] < kOutlierWeight;
-    const bool point = !OnArtefact(trace.kind) && trace.kind != ObservationKind::kRange;
-    trace.p_measured = point ? data.measured(row).p_WT : fit.linear.rows[row].p_W;
+    const bool point =
+        trace.kind == ObservationKind::kPosition || trace.kind == ObservationKind::kPose;
+    trace.p_measured = point ? *data.measured(row).measured_W : fit.linear.rows[row].p_W;
     trace.before = declared[row];
     trace.after = corrected.errors[row];
     trace.fold = -1;

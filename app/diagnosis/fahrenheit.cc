@@ -25,11 +25,12 @@ std::vector<double> LikelyFahrenheit(const table::MeasuredTable& table) {
   if (!table.recorded.temperature) return temperatures;
   double coldest = kLikely.high, hottest_of_others = -HUGE_VAL;
   for (const table::MeasuredRow& row : table.rows) {
-    if (row.temp_C >= kLikely.low) {
-      temperatures.push_back(row.temp_C);
-      coldest = std::min(coldest, row.temp_C);
+    const double temp_C = *row.temp_C;
+    if (temp_C >= kLikely.low) {
+      temperatures.push_back(temp_C);
+      coldest = std::min(coldest, temp_C);
     } else {
-      hottest_of_others = std::max(hottest_of_others, row.temp_C);
+      hottest_of_others = std::max(hottest_of_others, temp_C);
     }
   }
   if (coldest - hottest_of_others < kMinGap) return {};
@@ -68,7 +69,7 @@ std::optional<Mistake> FahrenheitMistake(const Dataset& data) {
                       : "write degrees Celsius in every row",
                   [](Dataset& changed) {
                     for (const RowIndex row : changed.row_indices()) {
-                      double& temp_C = changed.table.rows[row.offset()].temp_C;
+                      double& temp_C = *changed.table.rows[row.offset()].temp_C;
                       if (temp_C < kLikely.low) continue;
                       temp_C = CelsiusFrom(temp_C);
                       changed.conditions[row].temp_C = temp_C;

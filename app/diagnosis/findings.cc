@@ -83,7 +83,7 @@ model::Interval TimesSeen(const FitProblem& problem) {
   model::Interval seen{1e300, -1e300};
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
-    const double t_s = problem.data.measured(row).t_s;
+    const double t_s = *problem.data.measured(row).t_s;
     seen.low = std::min(seen.low, t_s);
     seen.high = std::max(seen.high, t_s);
   }

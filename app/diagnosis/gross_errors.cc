@@ -108,15 +108,18 @@ std::optional<double> NearestOfAnyRow(const Dataset& data, const Linearisation& 
   }
   std::vector<double> nearest_m, apart_m;
   for (const RowIndex row : data.row_indices()) {
-    const Vec3& p = data.measured(row).p_WT;
+    const std::optional<Vec3>& p = data.measured(row).measured_W;
+    if (!p) continue;
     double to_tip_m = HUGE_VAL, to_point_m = HUGE_VAL;
     for (const RowIndex other : data.row_indices()) {
-      to_tip_m = std::min(to_tip_m, (p - aligned.rows[other].p_W).norm());
-      if (other != row) to_point_m = std::min(to_point_m, (p - data.measured(other).p_WT).norm());
+      to_tip_m = std::min(to_tip_m, (*p - aligned.rows[other].p_W).norm());
+      const std::optional<Vec3>& of_other = data.measured(other).measured_W;
+      if (other != row && of_other) to_point_m = std::min(to_point_m, (*p - *of_other).norm());
     }
     nearest_m.push_back(to_tip_m);
     apart_m.push_back(to_point_m);
   }
+  if (nearest_m.empty()) return std::nullopt;
   const double middle_m = statistics::MedianOf(nearest_m);
   const bool in_other_order =
       middle_m < kExplainedRatio * std::min(before_m, statistics::MedianOf(apart_m));

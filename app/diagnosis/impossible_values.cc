@@ -44,21 +44,23 @@ std::vector<FileColumn> ColumnsOf(const table::MeasuredTable& table,
   const table::RecordedColumns& recorded = table.recorded;
   for (int axis = 0; recorded.position && axis < 3; ++axis) {
     columns.push_back({std::string(1, "xyz"[axis]) + "_mm", [axis](const table::MeasuredRow& row) {
-                         return row.has_point ? row.p_WT[axis] / kMetrePerMm : std::nan("");
+                         return row.measured_W ? (*row.measured_W)[axis] / kMetrePerMm
+                                               : std::nan("");
                        }});
   }
   if (recorded.range) {
     columns.push_back({"range_mm", [](const table::MeasuredRow& row) {
-                         return row.has_range ? row.range_m / kMetrePerMm : std::nan("");
+                         return row.range_m ? *row.range_m / kMetrePerMm : std::nan("");
                        }});
   }
   if (recorded.time)
-    columns.push_back({"t_s", [](const table::MeasuredRow& row) { return row.t_s; }});
+    columns.push_back({"t_s", [](const table::MeasuredRow& row) { return *row.t_s; }});
   if (recorded.temperature) {
-    columns.push_back({"temp_C", [](const table::MeasuredRow& row) { return row.temp_C; }});
+    columns.push_back({"temp_C", [](const table::MeasuredRow& row) { return *row.temp_C; }});
   }
   if (recorded.payload) {
-    columns.push_back({"payload_kg", [](const table::MeasuredRow& row) { return row.payload_kg; }});
+    columns.push_back(
+        {"payload_kg", [](const table::MeasuredRow& row) { return *row.payload_kg; }});
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const model::JointColumnForm& form = model::PositionForm(joints[i].type);
@@ -114,8 +116,8 @@ std::optional<std::string> PointsAtOrigin(const table::MeasuredTable& table) {
   std::vector<int> lines;
   double nearest_m = HUGE_VAL;
   for (const table::MeasuredRow& row : table.rows) {
-    if (!row.has_point) continue;
-    const double distance_m = row.p_WT.norm();
+    if (!row.measured_W) continue;
+    const double distance_m = row.measured_W->norm();
     if (distance_m == 0) {
       lines.push_back(row.line);
     } else {
@@ -156,7 +158,7 @@ std::optional<std::string> Kelvin(const table::MeasuredTable& table) {
   Range of_hot, of_others;
   for (const table::MeasuredRow& row : table.rows) {
     const bool is_hot = row.temp_C >= kHottest_C;
-    (is_hot ? of_hot : of_others).Add(row.temp_C);
+    (is_hot ? of_hot : of_others).Add(*row.temp_C);
     if (is_hot) hot.push_back(row.line);
   }
   if (hot.empty()) return std::nullopt;
@@ -183,13 +185,13 @@ ClockSteps ClockStepsOf(const table::MeasuredTable& table) {
   std::vector<std::pair<int, double>> decreases;
   ClockSteps clock;
   for (const table::MeasuredRow& row : table.rows) {
-    const auto [before, is_first] = last_s.emplace(row.session, row.t_s);
+    const auto [before, is_first] = last_s.emplace(row.session, *row.t_s);
     if (is_first) continue;
-    const double step_s = row.t_s - before->second;
+    const double step_s = *row.t_s - before->second;
     ++clock.steps;
     if (step_s > 0) rises_s.push_back(step_s);
     if (step_s < 0) decreases.emplace_back(row.line, -step_s);
-    before->second = row.t_s;
+    before->second = *row.t_s;
   }
   // A clock adjusted by less than the usual interval does not change the order.
   const double usual_s = rises_s.empty() ? 0 : statistics::MedianOf(rises_s);
@@ -232,6 +234,9 @@ void DiscardRestartedClock(table::MeasuredTable& table) {
   const ClockSteps clock = ClockStepsOf(table);
   if (clock.lines.empty()) return;
   table.recorded.time = false;
+  for (std::vector<table::MeasuredRow>* rows : {&table.rows, &table.unmeasured}) {
+    for (table::MeasuredRow& row : *rows) row.t_s.reset();
+  }
   table.notes.push_back(
       fmt::format("t_s decreases {} times ({}): the clock was restarted, so times before and after "
                   "are not comparable. Effects of time are not considered; give the rows after "

@@ -12,14 +12,15 @@ namespace {
 /// at least a tenth of their range apart can reveal a deflection that is not proportional to the
 /// load.
 std::vector<double> FewPayloadLevels(const FitProblem& problem) {
+  if (!problem.data.table.recorded.payload) return {};
   constexpr double kApart = 0.1;
   std::vector<double> loads_kg, levels_kg;
   for (const RowIndex row : problem.data.row_indices()) {
     if (problem.weights[row] < kOutlierWeight) continue;
-    loads_kg.push_back(problem.data.measured(row).payload_kg);
+    loads_kg.push_back(*problem.data.measured(row).payload_kg);
   }
   std::sort(loads_kg.begin(), loads_kg.end());
-  if (!problem.data.table.recorded.payload || loads_kg.empty()) return {};
+  if (loads_kg.empty()) return {};
   const double range_kg = loads_kg.back() - loads_kg.front();
   for (const double load_kg : loads_kg) {
     if (levels_kg.empty() || load_kg - levels_kg.back() >= std::max(kApart * range_kg, 1e-9)) {
@@ -53,14 +54,13 @@ void AddFramesAndDomain(const FitProblem& problem, const Model& model, Diagnosis
     const table::MeasuredRow& row = data.measured(index);
     if (domain.q.empty()) {
       for (const double q : row.q) domain.q.push_back({q, q});
-      if (data.table.recorded.payload)
-        domain.payload_kg = model::Interval{row.payload_kg, row.payload_kg};
-      if (data.table.recorded.temperature) domain.temp_C = model::Interval{row.temp_C, row.temp_C};
+      if (row.payload_kg) domain.payload_kg = model::Interval{*row.payload_kg, *row.payload_kg};
+      if (row.temp_C) domain.temp_C = model::Interval{*row.temp_C, *row.temp_C};
     }
     for (std::size_t i = 0; i < domain.q.size(); ++i)
       widen(domain.q[i], row.q[static_cast<int>(i)]);
-    if (domain.payload_kg) widen(*domain.payload_kg, row.payload_kg);
-    if (domain.temp_C) widen(*domain.temp_C, row.temp_C);
+    if (domain.payload_kg) widen(*domain.payload_kg, *row.payload_kg);
+    if (domain.temp_C) widen(*domain.temp_C, *row.temp_C);
   }
   domain.combinations = NearlyConstantCombinations(problem);
   domain.payload_levels_kg = FewPayloadLevels(problem);

@@ -21,7 +21,9 @@ using Undo = std::function<void(Dataset&)>;
 
 Undo OnPoints(std::function<Vec3(const Vec3&)> map) {
   return [map = std::move(map)](Dataset& data) {
-    for (table::MeasuredRow& row : data.table.rows) row.p_WT = map(row.p_WT);
+    for (table::MeasuredRow& row : data.table.rows) {
+      if (row.measured_W) row.measured_W = map(*row.measured_W);
+    }
   };
 }
 
@@ -56,7 +58,7 @@ Undo ReverseSign(int joint) {
 Undo OnPayload(double factor) {
   return [factor](Dataset& data) {
     for (const RowIndex row : data.row_indices()) {
-      data.table.rows[row.offset()].payload_kg *= factor;
+      *data.table.rows[row.offset()].payload_kg *= factor;
       data.conditions[row].payload_kg *= factor;
       data.payloads[row].mass_kg *= factor;
     }
@@ -71,11 +73,8 @@ void AddUnits(const Dataset& data, std::vector<Mistake>& mistakes) {
   for (const auto& [factor, unit] : units) {
     const Undo undo = [factor = factor, range](Dataset& changed) {
       for (table::MeasuredRow& row : changed.table.rows) {
-        if (range) {
-          row.range_m *= factor;
-        } else {
-          row.p_WT *= factor;
-        }
+        if (range && row.range_m) *row.range_m *= factor;
+        if (!range && row.measured_W) *row.measured_W *= factor;
       }
     };
     mistakes.push_back({fmt::format("{} hold {}", columns, unit),
@@ -158,8 +157,10 @@ void AddShiftedRows(const Dataset& data, std::vector<Mistake>& mistakes) {
       const auto count = static_cast<int>(rows.size());
       for (int k = 0; k < count; ++k) {
         const auto at = static_cast<std::size_t>(std::clamp(k + shift, 0, count - 1));
-        rows[static_cast<std::size_t>(k)].p_WT = old[at].p_WT;
-        rows[static_cast<std::size_t>(k)].range_m = old[at].range_m;
+        table::MeasuredRow& row = rows[static_cast<std::size_t>(k)];
+        // Rows of another kind keep their measurement.
+        if (row.measured_W && old[at].measured_W) row.measured_W = old[at].measured_W;
+        if (row.range_m && old[at].range_m) row.range_m = old[at].range_m;
       }
     };
     mistakes.push_back(
@@ -279,7 +280,7 @@ void AddShiftedPayloads(const Dataset& data, std::vector<Mistake>& mistakes) {
       const std::vector<table::MeasuredRow> old = changed.table.rows;
       for (const RowIndex row : changed.row_indices()) {
         const int from = std::clamp(row.value() + shift, 0, changed.rows() - 1);
-        const double payload_kg = old[RowIndex(from).offset()].payload_kg;
+        const double payload_kg = *old[RowIndex(from).offset()].payload_kg;
         changed.table.rows[row.offset()].payload_kg = payload_kg;
         changed.conditions[row].payload_kg = payload_kg;
         changed.payloads[row].mass_kg = payload_kg;

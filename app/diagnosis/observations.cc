@@ -38,13 +38,12 @@ Result<ArtefactIndex> ArtefactNamed(const model::CellModel& cell, const table::M
 }
 
 /// The observation of a row that names an artefact.
-Result<Observation> OnNamedArtefact(const model::CellModel& cell, const table::MeasuredTable& table,
-                                    const table::MeasuredRow& row) {
+Result<Observation> OnNamedArtefact(const model::CellModel& cell, const table::MeasuredRow& row) {
   const Result<ArtefactIndex> index = ArtefactNamed(cell, row);
   if (!index) return Error{index.error()};
   const Kind touch = TouchOf(cell.artefacts[index->offset()].kind);
-  const bool gauge = table.recorded.gauge && row.has_gauge;
-  const bool range = table.recorded.range && row.has_range;
+  const bool gauge = row.gauge_m.has_value();
+  const bool range = row.range_m.has_value();
   const auto fault = [&](const char* column, const char* kind) {
     return Error{
         fmt::format("line {}: {} is filled, but artefact \"{}\" is of kind \"{}\", not \"{}\": "
@@ -114,18 +113,17 @@ Result<PerRow<Observation>> ObservationsOf(const model::CellModel& cell,
   PerRow<Observation> observations;
   for (const table::MeasuredRow& row : table.rows) {
     Observation& of_row = observations.emplace_back();
-    const bool point = table.recorded.position && row.has_point && !anchored;
+    const bool point = row.measured_W && !anchored;
     if (!row.artefact.empty() && !point) {
-      const Result<Observation> on_artefact = OnNamedArtefact(cell, table, row);
+      const Result<Observation> on_artefact = OnNamedArtefact(cell, row);
       if (!on_artefact) return Error{on_artefact.error()};
       of_row = *on_artefact;
     } else if (anchored) {
-      of_row.kind = table.recorded.range && row.has_range ? Kind::kRange : Kind::kNone;
+      of_row.kind = row.range_m ? Kind::kRange : Kind::kNone;
     } else if (!point) {
       of_row.kind = Kind::kNone;
     } else {
-      const bool turned = table.recorded.orientation && row.has_orientation;
-      of_row.kind = turned && cell.measurement.sigma_rad ? Kind::kPose : Kind::kPosition;
+      of_row.kind = row.orientation_W && cell.measurement.sigma_rad ? Kind::kPose : Kind::kPosition;
     }
   }
   return observations;

@@ -60,10 +60,10 @@ std::vector<double> Waits(const Dataset& data, const std::vector<const Block*>& 
   if (!data.table.recorded.time || std::none_of(blocks.begin(), blocks.end(), follows_time)) {
     return {0};
   }
-  double first_s = data.table.rows.front().t_s, last_s = first_s;
+  double first_s = *data.table.rows.front().t_s, last_s = first_s;
   for (const table::MeasuredRow& row : data.table.rows) {
-    first_s = std::min(first_s, row.t_s);
-    last_s = std::max(last_s, row.t_s);
+    first_s = std::min(first_s, *row.t_s);
+    last_s = std::max(last_s, *row.t_s);
   }
   std::set<double> waits = {0};
   for (const double share : {0.25, 1.0}) {
@@ -137,7 +137,7 @@ int DesignPoint::Extras() const {
 std::vector<double> PayloadsSeen(const Dataset& data) {
   std::set<double> distinct;
   for (const table::MeasuredRow& row : data.table.rows) {
-    distinct.insert(data.table.recorded.payload ? row.payload_kg : 0.0);
+    distinct.insert(row.payload_kg.value_or(0));
   }
   std::vector<double> all(distinct.begin(), distinct.end());
   if (all.size() <= 3) return all;
@@ -248,7 +248,7 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
   for (const DesignPoint& point : points) {
     table::MeasuredRow row = data.table.rows.back();
     row.q = point.q;
-    row.payload_kg = point.payload_kg;
+    if (row.payload_kg) row.payload_kg = point.payload_kg;
     loads::Payload payload = data.payloads.back();
     payload.mass_kg = data.cell.payload_cog_F ? point.payload_kg : 0;
     rows.payloads.push_back(payload);

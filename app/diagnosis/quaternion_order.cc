@@ -78,7 +78,7 @@ std::optional<std::string> QuaternionsInOtherOrder(const Dataset& data) {
     sessions.push_back(data.session_of[row]);
     deflection::LoadedState state;
     arm.AtActual(data.measured(row).q, data.payloads[row], data.conditions[row], state);
-    measured.push_back(data.measured(row).q_WT);
+    measured.push_back(*data.measured(row).orientation_W);
     predicted.emplace_back(state.X_WT.R);
   }
   if (measured.size() <= kMinTurns) return std::nullopt;

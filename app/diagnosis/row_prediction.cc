@@ -15,13 +15,13 @@ void SetPose(const table::MeasuredRow& measured, int count, const Mat3& R_FT, co
              LinearRow& row, Gradient& gradient) {
   const bool with_orientation = count == kMaxResiduals;
   row.residual.resize(count);
-  row.residual.head<3>() = measured.p_WT - row.p_W;
+  row.residual.head<3>() = *measured.measured_W - row.p_W;
   row.frames.setZero(count, 9);
   row.frames.topRows<3>() = tip.frames;
   if (with_orientation) {
     const Mat3 R_WT = tip.at.state.X_WT.R * R_FT;
     row.residual.tail<3>() =
-        VectorFromRotation(measured.q_WT.toRotationMatrix() * R_WT.transpose());
+        VectorFromRotation(measured.orientation_W->toRotationMatrix() * R_WT.transpose());
     row.frames.bottomRows<3>().middleCols<3>(3).setIdentity();
     row.own.setZero(count, 3);
     row.own.bottomRows<3>() = R_WT;
@@ -141,7 +141,7 @@ void SetRow(const Dataset& data, const Model& model, RowIndex row, const TipAtRo
     result.frames.resize(0, 9);
     gradient.resize(0, I::kSize);
   } else if (observation.kind == ObservationKind::kRange) {
-    SetRange(data.cell.measurement.anchor_W, measured.range_m, tip, result, gradient);
+    SetRange(data.cell.measurement.anchor_W, *measured.range_m, tip, result, gradient);
   } else if (!OnArtefact(observation.kind)) {
     SetPose(measured, count, frames.R_FT, tip, result, gradient);
   } else {
@@ -149,11 +149,11 @@ void SetRow(const Dataset& data, const Model& model, RowIndex row, const TipAtRo
     const PlacedArtefact& placed = model.artefacts[observation.artefact];
     const Approach approach = ApproachOf(artefact, placed, frames.X_WB, tip);
     if (observation.kind == ObservationKind::kArtefactRange) {
-      SetArtefactRange(artefact, approach, measured.range_m, !data.table.recorded.position, tip,
+      SetArtefactRange(artefact, approach, *measured.range_m, !data.table.recorded.position, tip,
                        result, gradient);
     } else {
       const bool reads = observation.kind == ObservationKind::kGauge;
-      SetTouch(artefact, placed, approach, reads ? measured.gauge_m : 0, tip, result, gradient);
+      SetTouch(artefact, placed, approach, reads ? *measured.gauge_m : 0, tip, result, gradient);
     }
   }
 }

@@ -323,7 +323,7 @@ Mistake SubtleChange(const OtherUnit& other, const Lines& lines) {
 void AddPayloadChanges(const Dataset& data, std::vector<Mistake>& mistakes) {
   constexpr double kOtherScale = 1.12;  // the rows distinguish scales that differ by this factor
   PerRow<double> payloads_kg;
-  for (const table::MeasuredRow& row : data.table.rows) payloads_kg.push_back(row.payload_kg);
+  for (const table::MeasuredRow& row : data.table.rows) payloads_kg.push_back(*row.payload_kg);
   for (const auto& [factor, unit] : kPayloadUnits) {
     for (const bool from : {true, false}) {
       const std::optional<Segment> segment = SegmentOfRepeatedPayloads(payloads_kg, factor, from);
@@ -384,7 +384,7 @@ std::vector<Mistake> UnitChanges(const Dataset& data) {
 std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table) {
   if (table.excessive_payloads.size() < kMinRowsPerSide) return std::nullopt;
   std::vector<std::pair<int, double>> of_lines = table.excessive_payloads;
-  for (const table::MeasuredRow& row : table.rows) of_lines.emplace_back(row.line, row.payload_kg);
+  for (const table::MeasuredRow& row : table.rows) of_lines.emplace_back(row.line, *row.payload_kg);
   std::sort(of_lines.begin(), of_lines.end());
   PerRow<double> payloads_kg;
   for (const auto& [line, payload_kg] : of_lines) payloads_kg.push_back(payload_kg);

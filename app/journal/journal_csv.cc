@@ -8,7 +8,6 @@
 #include <map>
 
 #include "app/config/toml_reader.h"
-#include "app/table/measured_point_from_row.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/model/joint_columns.h"
 
@@ -250,10 +249,7 @@ std::vector<JournalRow> JournalRowsFrom(const table::MeasuredTable& table) {
     JournalRow& row = rows.emplace_back();
     row.source = JournalRow::Source::kImport;
     row.session = from.session;
-    static_cast<model::MeasuredPoint&>(row) = table::MeasuredPointFromRow(from, table.recorded);
-    row.artefact = from.artefact;
-    if (table.recorded.gauge && from.has_gauge) row.gauge_m = from.gauge_m;
-    if (table.recorded.sigma && from.sigma_m > 0) row.sigma_m = from.sigma_m;
+    static_cast<model::MeasuredPoint&>(row) = from;
   }
   return rows;
 }

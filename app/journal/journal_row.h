@@ -23,9 +23,6 @@ struct JournalRow : model::MeasuredPoint {
   std::string session;
   std::optional<std::uint16_t> command;  ///< sequence of the PLC's command
   std::optional<Vec3> predicted_W;       ///< tip predicted by the model in force [m]
-  std::string artefact;                  ///< touched, or measured against (formats.md); empty: none
-  std::optional<double> gauge_m;         ///< reading of the dial gauge `artefact`
-  std::optional<double> sigma_m;         ///< standard deviation of this row on one axis
   std::string camera;  ///< cameras that measured it: "side", "side+rear"; empty: unnamed
   std::optional<int> model_version;  ///< of the prediction; absent: none
   bool wild = false;                 ///< far from the drift monitor's reference

@@ -110,16 +110,16 @@ table::MeasuredTable TableOf(const model::CellModel& cell, const std::vector<Pla
     table::MeasuredRow& row = table.rows.emplace_back();
     row.line = static_cast<int>(i) + 2;
     row.q = rows[i].q;
-    row.payload_kg = rows[i].payload_kg;
-    row.p_WT = rows[i].X_WT.p;
+    if (table.recorded.payload) row.payload_kg = rows[i].payload_kg;
+    if (table.recorded.position) row.measured_W = rows[i].X_WT.p;
     row.artefact = rows[i].artefact;
-    row.has_point = task.artefacts.empty();
-    row.has_range = row.has_orientation = row.has_gauge = false;
     const bool gauge =
         std::any_of(cell.artefacts.begin(), cell.artefacts.end(), [&](const model::Artefact& one) {
           return one.name == row.artefact && one.kind == model::ArtefactKind::kGauge;
         });
-    if (gauge) row.has_gauge = table.recorded.gauge = true;
+    if (!gauge) continue;
+    row.gauge_m = 0;  // any reading: a plan depends on the derivatives only
+    table.recorded.gauge = true;
   }
   return table;
 }

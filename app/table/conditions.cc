@@ -5,8 +5,6 @@
 #include <limits>
 #include <map>
 
-#include "app/table/measured_point_from_row.h"
-
 namespace plumbline::table {
 namespace {
 
@@ -77,14 +75,13 @@ std::vector<effects::Conditions> ConditionsOf(const model::CellModel& cell,
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
     const MeasuredRow& row = table.rows[k];
     effects::Conditions& moment = conditions.emplace_back(declared);
-    const model::MeasuredPoint point = MeasuredPointFromRow(row, table.recorded);
-    moment.q = point.q;
-    moment.qd = point.qd;
-    moment.qdd = point.qdd;
-    moment.tau = point.tau;
-    if (point.payload_kg) moment.payload_kg = *point.payload_kg;
-    if (point.t_s) moment.t_s = point.t_s;
-    if (point.temp_C) moment.temp_C = point.temp_C;
+    moment.q = row.q;
+    moment.qd = row.qd;
+    moment.qdd = row.qdd;
+    moment.tau = row.tau;
+    if (row.payload_kg) moment.payload_kg = *row.payload_kg;
+    if (row.t_s) moment.t_s = row.t_s;
+    if (row.temp_C) moment.temp_C = row.temp_C;
     moment.row = table.rows_before + static_cast<double>(k + 1);
     for (std::size_t i = 0; i < table.further.size(); ++i) {
       moment.further.push_back({table.further[i], row.further[i]});

@@ -95,17 +95,13 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
     case Quantity::kQ:
       return needed;
     case Quantity::kPosition:
-      row.has_point = false;
-      return {};
-    case Quantity::kRange:
-      row.has_range = false;
+      row.measured_W->setConstant(std::nan(""));
       return {};
     case Quantity::kOrientation:
-      row.has_orientation = false;
+      row.orientation_W->coeffs().setConstant(std::nan(""));
       return {};
+    case Quantity::kRange:
     case Quantity::kGauge:
-      row.has_gauge = false;
-      return {};
     case Quantity::kArtefact:
     case Quantity::kSigma:
       return {};
@@ -114,9 +110,6 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
   }
   if (use_ == TableUse::kPoses) return needed;
   switch (column.quantity) {
-    case Quantity::kTime:
-      row.t_s = std::nan("");
-      break;
     case Quantity::kQd:
       row.qd[column.index] = std::nan("");
       break;
@@ -125,15 +118,6 @@ std::string TableReader::StoreEmpty(const Column& column, MeasuredRow& row) cons
       break;
     case Quantity::kTau:
       row.tau[column.index] = std::nan("");
-      break;
-    case Quantity::kPayload:
-      row.payload_kg = std::nan("");
-      break;
-    case Quantity::kTemperature:
-      row.temp_C = std::nan("");
-      break;
-    case Quantity::kJointStep:
-      row.q_step_rad = std::nan("");
       break;
     default:
       break;
@@ -195,7 +179,7 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       row.temp_C = value;
       break;
     case Quantity::kPosition:
-      row.p_WT[column.index] = value;
+      (*row.measured_W)[column.index] += value;  // remains NaN if another cell is empty
       break;
     case Quantity::kRange:
       if (value < 0) return Shown(field) + " is negative";
@@ -203,7 +187,7 @@ std::string TableReader::Store(const Column& column, std::string_view field,
       break;
     case Quantity::kOrientation:
       // Eigen stores (x, y, z, w); the columns are (w, x, y, z).
-      row.q_WT.coeffs()[(column.index + 3) % 4] = value;
+      row.orientation_W->coeffs()[(column.index + 3) % 4] += value;
       break;
     case Quantity::kJointStep:
       if (value < 0) return Shown(field) + " is negative";
@@ -273,6 +257,10 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
   if (table_.recorded.qd) row.qd.setZero(joint_count_);
   if (table_.recorded.qdd) row.qdd.setZero(joint_count_);
   if (table_.recorded.tau) row.tau.setZero(joint_count_);
+  if (use_ == TableUse::kMeasured && table_.recorded.position) row.measured_W = Vec3::Zero();
+  if (use_ == TableUse::kMeasured && table_.recorded.orientation) {
+    row.orientation_W = Eigen::Quaterniond(0, 0, 0, 0);
+  }
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const std::string reason = Store(columns_[i], fields_[i], row);
     if (!reason.empty()) {
@@ -284,16 +272,16 @@ void TableReader::ReadRow(std::string_view line, int line_number) {
       return;
     }
   }
-  if (!row.has_point) row.p_WT.setZero();
-  if (!row.has_orientation) row.q_WT.setIdentity();
-  if (table_.recorded.orientation && row.has_orientation && use_ == TableUse::kMeasured) {
-    const double length = row.q_WT.norm();
+  if (row.measured_W && row.measured_W->hasNaN()) row.measured_W.reset();
+  if (row.orientation_W && row.orientation_W->coeffs().hasNaN()) row.orientation_W.reset();
+  if (row.orientation_W) {
+    const double length = row.orientation_W->norm();
     if (std::abs(length - 1) > kQuaternionTolerance) {
       SkipMeasurement(std::move(row), "qw",
                       fmt::format("the quaternion has length {:.4g}, not 1", length));
       return;
     }
-    row.q_WT.normalize();
+    row.orientation_W->normalize();
   }
   CountDecimals();
   rows_.push_back(std::move(row));
@@ -315,7 +303,9 @@ void TableReader::CountDecimals() {
 void TableReader::WarnIfInMetres() {
   if (!table_.recorded.position) return;
   double farthest_m = 0;
-  for (const MeasuredRow& row : table_.rows) farthest_m = std::max(farthest_m, row.p_WT.norm());
+  for (const MeasuredRow& row : table_.rows) {
+    if (row.measured_W) farthest_m = std::max(farthest_m, row.measured_W->norm());
+  }
   if (farthest_m == 0 || farthest_m >= kMinCellSize_m) return;
   faults_.Add({config::Fault::Severity::kWarning, table_.file, 1, "x_mm",
                fmt::format("no point is farther than {:.3g} mm from the origin: it looks like "
@@ -345,8 +335,7 @@ MeasuredTable TableReader::Take() {
     const bool readable = table_.unreadable_lines.empty() ||
                           !std::binary_search(table_.unreadable_lines.begin(),
                                               table_.unreadable_lines.end(), row.line);
-    const bool measured = (recorded.position && row.has_point) ||
-                          (recorded.range && row.has_range) || !row.artefact.empty();
+    const bool measured = row.measured_W || row.range_m || !row.artefact.empty();
     const bool used = readable && (use_ == TableUse::kPoses || !measures || measured);
     (used ? table_.rows : table_.unmeasured).push_back(std::move(row));
   }

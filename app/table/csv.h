@@ -1,7 +1,6 @@
 // Parser of measured.csv and test_poses.csv to rows in SI units.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,11 +9,11 @@
 
 #include "app/config/fault.h"
 #include "firmware-like/model/cell_model.h"
+#include "firmware-like/model/measured_point.h"
 
 namespace plumbline::table {
 
-/// Columns that a table has. Values of columns that are false were not recorded and must not be
-/// used.
+/// Columns that a table has. Where one is false, the value is absent in every row.
 struct RecordedColumns {
   bool session = false;
   bool time = false;
@@ -35,29 +34,11 @@ struct RecordedColumns {
   bool operator==(const RecordedColumns&) const = default;
 };
 
-/// One row in SI units; joint values as the controller reports them.
-struct MeasuredRow {
+/// One row.
+struct MeasuredRow : model::MeasuredPoint {
   int line = 0;  ///< line number in the file; the header is line 1
   std::string session;
-  double t_s = 0;
-  model::JointVector q;    ///< [rad] or [m]
-  model::JointVector qd;   ///< [rad/s] or [m/s]
-  model::JointVector qdd;  ///< [rad/s^2] or [m/s^2]
-  model::JointVector tau;  ///< [N m] or [N]
-  double q_step_rad = 0;   ///< resolution of the registers that q was read from; 0: negligible
-  double payload_kg = 0;
-  double temp_C = 0;
-  Vec3 p_WT = Vec3::Zero();  ///< measured tip [m]
-  double range_m = 0;
-  Eigen::Quaterniond q_WT = Eigen::Quaterniond::Identity();  ///< measured orientation, unit length
-  std::string artefact;         ///< touched, or measured against; empty: none
-  double gauge_m = 0;           ///< reading of the dial gauge `artefact`
-  double sigma_m = 0;           ///< own standard deviation of the row, one axis; 0: not recorded
   std::vector<double> further;  ///< values of MeasuredTable::further, in the units of the file
-  bool has_point = true;        ///< false: x_mm, y_mm, z_mm are empty and `p_WT` is meaningless
-  bool has_range = true;        ///< likewise range_mm
-  bool has_orientation = true;  ///< likewise qw, qx, qy, qz
-  bool has_gauge = true;        ///< likewise gauge_mm
 };
 
 struct MeasuredTable {

@@ -85,14 +85,20 @@ void FindByCounter(std::vector<MeasuredRow>& rows, const std::vector<Step>& step
   }
 }
 
+/// Time between the rows of a step; nullopt if one of them has none.
+std::optional<double> IntervalOf(const std::vector<MeasuredRow>& rows, const Step& step) {
+  const std::optional<double>&from_s = rows[step.from].t_s, &to_s = rows[step.to].t_s;
+  return from_s && to_s ? std::optional(*to_s - *from_s) : std::nullopt;
+}
+
 void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& steps,
                  MeasuredTable& table) {
   std::vector<double> intervals_s;
   for (const Step& step : steps) {
     if (step.to != step.from + 1) continue;
-    const double interval_s = rows[step.to].t_s - rows[step.from].t_s;
+    const std::optional<double> interval_s = IntervalOf(rows, step);
     // Rows with equal times are copies and say nothing about the clock's interval.
-    if (std::isfinite(interval_s) && interval_s > 0) intervals_s.push_back(interval_s);
+    if (interval_s && *interval_s > 0) intervals_s.push_back(*interval_s);
   }
   if (intervals_s.size() < kMinSteps) return;
   const double usual_s = statistics::MedianOf(intervals_s);
@@ -102,21 +108,41 @@ void FindByClock(const std::vector<MeasuredRow>& rows, const std::vector<Step>& 
   int first_line = 0;
   for (const Step& step : steps) {
     const double most_s = usual_s * (static_cast<double>(step.to - step.from) + kLostFrom - 1);
-    if (!(rows[step.to].t_s - rows[step.from].t_s > most_s)) continue;
+    if (!(IntervalOf(rows, step).value_or(0) > most_s)) continue;
     AddBreak(rows, step, table);
     if (places++ == 0) first_line = rows[step.to].line;
   }
   NoteLost(places, first_line, fmt::format("t_s with its interval of {:.3g} s", usual_s), table);
 }
 
-using Cell = std::function<double&(MeasuredRow&)>;
+/// A column with at most one value in each row.
+struct ScalarColumn {
+  std::function<std::optional<double>(const MeasuredRow&)> value;
+  std::function<void(MeasuredRow&, std::optional<double>)> set;
+};
+
+ScalarColumn ColumnOf(std::optional<double> MeasuredRow::*value) {
+  return {[value](const MeasuredRow& row) { return row.*value; },
+          [value](MeasuredRow& row, std::optional<double> to) { row.*value = to; }};
+}
+
+/// An additional column; an empty cell is NaN.
+ScalarColumn FurtherColumn(std::size_t c) {
+  return {[c](const MeasuredRow& row) {
+            const double value = row.further[c];
+            return std::isnan(value) ? std::nullopt : std::optional(value);
+          },
+          [c](MeasuredRow& row, std::optional<double> to) {
+            row.further[c] = to.value_or(std::nan(""));
+          }};
+}
 
 /// Readable rows whose cell is empty.
-std::vector<std::size_t> EmptyRows(std::vector<MeasuredRow>& rows, const MeasuredTable& table,
-                                   const Cell& cell) {
+std::vector<std::size_t> EmptyRows(const std::vector<MeasuredRow>& rows, const MeasuredTable& table,
+                                   const ScalarColumn& column) {
   std::vector<std::size_t> empty;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    if (!Unreadable(table, rows[k]) && std::isnan(cell(rows[k]))) empty.push_back(k);
+    if (!Unreadable(table, rows[k]) && !column.value(rows[k])) empty.push_back(k);
   }
   return empty;
 }
@@ -127,12 +153,12 @@ struct Neighbours {
 };
 
 /// The neighbours of every row, in one sweep in each direction.
-std::vector<Neighbours> NeighboursOf(std::vector<MeasuredRow>& rows, const MeasuredTable& table,
-                                     const Cell& cell) {
+std::vector<Neighbours> NeighboursOf(const std::vector<MeasuredRow>& rows,
+                                     const MeasuredTable& table, const ScalarColumn& column) {
   std::vector<Neighbours> found(rows.size());
   std::map<std::string, std::size_t> last, next;
   const auto has_value = [&](std::size_t k) {
-    return !Unreadable(table, rows[k]) && !std::isnan(cell(rows[k]));
+    return !Unreadable(table, rows[k]) && column.value(rows[k]).has_value();
   };
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto before = last.find(rows[k].session);
@@ -147,16 +173,17 @@ std::vector<Neighbours> NeighboursOf(std::vector<MeasuredRow>& rows, const Measu
   return found;
 }
 
-double Interpolated(std::vector<MeasuredRow>& rows, const Neighbours& of, std::size_t k,
-                    const Cell& cell, bool over_time) {
-  if (!of.before || !of.after) return cell(rows[of.before.value_or(of.after.value_or(k))]);
+/// The value of an empty cell that has at least one neighbour.
+double Interpolated(const std::vector<MeasuredRow>& rows, const Neighbours& of, std::size_t k,
+                    const ScalarColumn& column, bool over_time) {
+  if (!of.before || !of.after) return *column.value(rows[of.before ? *of.before : *of.after]);
   const auto place = [&](std::size_t j) {
-    return over_time ? rows[j].t_s : static_cast<double>(j);
+    return over_time ? *rows[j].t_s : static_cast<double>(j);
   };
   const double length = place(*of.after) - place(*of.before);
   const double share =
       length > 0 ? std::clamp((place(k) - place(*of.before)) / length, 0.0, 1.0) : 0.5;
-  return std::lerp(cell(rows[*of.before]), cell(rows[*of.after]), share);
+  return std::lerp(*column.value(rows[*of.before]), *column.value(rows[*of.after]), share);
 }
 
 void Warn(MeasuredTable& table, config::FaultList& faults, int line, const std::string& column,
@@ -167,50 +194,50 @@ void Warn(MeasuredTable& table, config::FaultList& faults, int line, const std::
 
 /// Interpolates the empty cells of a slowly varying signal.
 /// @return  false if the column has too few values, or none in some session: it then counts as not
-///          recorded, and all its cells are zero
+///          recorded, and all its cells are empty
 bool FillSlow(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::FaultList& faults,
-              const std::string& column, const Cell& cell, bool over_time) {
-  const std::vector<std::size_t> empty = EmptyRows(rows, table, cell);
+              const std::string& name, const ScalarColumn& column, bool over_time) {
+  const std::vector<std::size_t> empty = EmptyRows(rows, table, column);
   if (empty.empty()) return true;
-  const std::vector<Neighbours> neighbours = NeighboursOf(rows, table, cell);
+  const std::vector<Neighbours> neighbours = NeighboursOf(rows, table, column);
   std::vector<double> values;
   for (const std::size_t k : empty) {
     const Neighbours& of = neighbours[k];
-    if (of.before || of.after) values.push_back(Interpolated(rows, of, k, cell, over_time));
+    if (of.before || of.after) values.push_back(Interpolated(rows, of, k, column, over_time));
   }
   const int line = rows[empty.front()].line;
   if (values.size() < empty.size() || 2 * empty.size() > rows.size()) {
-    for (MeasuredRow& row : rows) cell(row) = 0;
-    Warn(table, faults, line, column,
+    for (MeasuredRow& row : rows) column.set(row, std::nullopt);
+    Warn(table, faults, line, name,
          fmt::format("is empty in {} of {} rows (first: line {}): too few to interpolate; the "
                      "column is not used",
                      empty.size(), rows.size(), line));
     return false;
   }
-  for (std::size_t j = 0; j < empty.size(); ++j) cell(rows[empty[j]]) = values[j];
-  Warn(table, faults, line, column,
+  for (std::size_t j = 0; j < empty.size(); ++j) column.set(rows[empty[j]], values[j]);
+  Warn(table, faults, line, name,
        fmt::format("is empty in {} rows (first: line {}): interpolated from adjacent rows",
                    empty.size(), line));
   return true;
 }
 
 void FillPayload(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::FaultList& faults) {
-  const Cell cell = [](MeasuredRow& row) -> double& { return row.payload_kg; };
-  const std::vector<std::size_t> empty = EmptyRows(rows, table, cell);
+  const ScalarColumn column = ColumnOf(&MeasuredRow::payload_kg);
+  const std::vector<std::size_t> empty = EmptyRows(rows, table, column);
   if (empty.empty()) return;
-  const std::vector<Neighbours> neighbours = NeighboursOf(rows, table, cell);
+  const std::vector<Neighbours> neighbours = NeighboursOf(rows, table, column);
   std::vector<std::optional<double>> carried;
   std::size_t unknown = 0;
   for (const std::size_t k : empty) {
     const Neighbours& of = neighbours[k];
     const bool agree =
         of.before && of.after && rows[*of.before].payload_kg == rows[*of.after].payload_kg;
-    carried.push_back(agree ? std::optional(rows[*of.before].payload_kg) : std::nullopt);
+    carried.push_back(agree ? rows[*of.before].payload_kg : std::nullopt);
     unknown += agree ? 0U : 1U;
   }
   for (std::size_t j = 0; j < empty.size(); ++j) {
     MeasuredRow& row = rows[empty[j]];
-    row.payload_kg = carried[j].value_or(0);
+    row.payload_kg = carried[j];
     if (!carried[j]) DiscardMeasurement(row);
   }
   const int line = rows[empty.front()].line;
@@ -243,7 +270,10 @@ void FillJoints(std::vector<MeasuredRow>& rows, MeasuredTable& table, config::Fa
 }  // namespace
 
 void DiscardMeasurement(MeasuredRow& row) {
-  row.has_point = row.has_range = row.has_orientation = row.has_gauge = false;
+  row.measured_W.reset();
+  row.range_m.reset();
+  row.orientation_W.reset();
+  row.gauge_m.reset();
   row.artefact.clear();
 }
 
@@ -265,17 +295,17 @@ void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table,
                     config::FaultList& faults) {
   RecordedColumns& recorded = table.recorded;
   if (recorded.time) {
-    const Cell cell = [](MeasuredRow& row) -> double& { return row.t_s; };
-    recorded.time = FillSlow(rows, table, faults, "t_s", cell, false);
+    recorded.time = FillSlow(rows, table, faults, "t_s", ColumnOf(&MeasuredRow::t_s), false);
   }
   const bool timed = recorded.time;
   if (recorded.temperature) {
-    const Cell cell = [](MeasuredRow& row) -> double& { return row.temp_C; };
-    recorded.temperature = FillSlow(rows, table, faults, "temp_C", cell, timed);
+    recorded.temperature =
+        FillSlow(rows, table, faults, "temp_C", ColumnOf(&MeasuredRow::temp_C), timed);
   }
   for (std::size_t c = table.further.size(); c-- > 0;) {
-    const Cell cell = [c](MeasuredRow& row) -> double& { return row.further[c]; };
-    if (!FillSlow(rows, table, faults, table.further[c], cell, timed)) DropFurther(c, rows, table);
+    if (!FillSlow(rows, table, faults, table.further[c], FurtherColumn(c), timed)) {
+      DropFurther(c, rows, table);
+    }
   }
   if (recorded.payload) FillPayload(rows, table, faults);
   if (recorded.qd) FillJoints(rows, table, faults, "qd", &MeasuredRow::qd, false);
@@ -284,10 +314,10 @@ void FillEmptyCells(std::vector<MeasuredRow>& rows, MeasuredTable& table,
   if (recorded.q_step) {
     double largest = 0;
     for (const MeasuredRow& row : rows) {
-      if (row.q_step_rad > largest) largest = row.q_step_rad;
+      largest = std::max(largest, row.q_step_rad.value_or(0));
     }
     for (MeasuredRow& row : rows) {
-      if (std::isnan(row.q_step_rad)) row.q_step_rad = largest;
+      if (!row.q_step_rad) row.q_step_rad = largest;
     }
   }
 }

@@ -3,13 +3,15 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 
 #include "firmware-like/model/cell_model.h"
 
 namespace plumbline::model {
 
-/// Used by the cycle's probes, the journal and tables of measured points; in SI units. Values that
-/// were not recorded are absent (joint vectors: empty), never zero. W is the instrument's frame.
+/// Used by the cycle's probes, the journal, tables and the diagnosis; in SI units. Values that were
+/// not recorded are absent (joint vectors and names: empty), never zero. W is the instrument's
+/// frame.
 struct MeasuredPoint {
   std::optional<double> t_s;         ///< time since an origin chosen by the source
   JointVector q;                     ///< reported by the controller [rad] or [m]
@@ -19,10 +21,13 @@ struct MeasuredPoint {
   std::optional<double> q_step_rad;  ///< resolution of the registers q was read from; 0: negligible
   std::optional<double> payload_kg;
   std::optional<double> temp_C;
-  std::optional<Vec3> measured_W;                   ///< tip [m]
-  std::optional<Mat3> covariance_W;                 ///< of measured_W [m^2]
-  std::optional<double> range_m;                    ///< distance from the anchor to the tip
+  std::optional<Vec3> measured_W;    ///< tip [m]
+  std::optional<Mat3> covariance_W;  ///< of measured_W [m^2]
+  std::optional<double> range_m;     ///< distance from the anchor, or from `artefact`, to the tip
   std::optional<Eigen::Quaterniond> orientation_W;  ///< of the tip, unit length
+  std::string artefact;           ///< touched, or measured against (formats.md); empty: none
+  std::optional<double> gauge_m;  ///< reading of the dial gauge `artefact`
+  std::optional<double> sigma_m;  ///< standard deviation of this point on one axis
 };
 
 }  // namespace plumbline::model

@@ -950,7 +950,7 @@ TEST_CASE("a probe on an artefact is recorded without a measured tip") {
   REQUIRE(touched.probe_taken);
   CHECK(touched.result.valid);
   CHECK(touched.result.point_id == 2);
-  CHECK(touched.probe.artefact == 2);
+  CHECK(touched.probe.artefact_number == 2);
   CHECK(touched.probe.q == cell.taught);
   CHECK_FALSE(touched.probe.measured_W);
   CHECK_FALSE(touched.probe.gauge_m);

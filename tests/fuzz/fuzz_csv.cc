@@ -29,7 +29,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto told = table->rows.size() + unreadable.size() + static_cast<std::size_t>(unmeasured);
   if (static_cast<std::size_t>(lines) != told + 1) std::abort();
   for (const plumbline::table::MeasuredRow& row : table->rows) {
-    if (!row.q.allFinite() || !row.p_WT.allFinite() || !std::isfinite(row.t_s)) std::abort();
+    if (!row.q.allFinite() || !std::isfinite(row.t_s.value_or(0))) std::abort();
+    if (row.measured_W && !row.measured_W->allFinite()) std::abort();
   }
   return 0;
 }

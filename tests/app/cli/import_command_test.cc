@@ -106,7 +106,7 @@ TEST_CASE("a damaged line does not switch the matching of joints from names to r
   REQUIRE(table);
   REQUIRE(table->rows.size() == 2);
   for (const table::MeasuredRow& row : table->rows) {
-    CHECK(row.p_WT.x() == Approx(0.1 * row.q[0] / kRadPerDeg));
+    CHECK(row.measured_W.value().x() == Approx(0.1 * row.q[0] / kRadPerDeg));
   }
 }
 

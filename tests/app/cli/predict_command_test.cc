@@ -79,7 +79,7 @@ TEST_CASE("example-03 has no hidden effect: the declared model matches it to the
   REQUIRE(fitted.ok());
   double residual = 0;
   for (std::size_t k = 0; k < fitted->size(); ++k) {
-    residual += ((*fitted)[k].p_WT - measured->rows[k].p_WT).squaredNorm();
+    residual += ((*fitted)[k].p_WT - *measured->rows[k].measured_W).squaredNorm();
   }
   CHECK(1e3 * std::sqrt(residual / static_cast<double>(fitted->size())) ==
         Approx(0.087).margin(0.005));

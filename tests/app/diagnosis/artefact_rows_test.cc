@@ -32,14 +32,11 @@ MeasuredCell WithEveryKind() {
   const char* names[] = {"ball", "dome", "table", "dial", "drum"};
   for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
     table::MeasuredRow& row = data.table.rows[k];
-    row.has_gauge = row.has_range = false;
     if (k % 2 == 0) continue;
     row.artefact = names[(k / 2) % 5];
-    row.has_point = false;
-    row.has_gauge = row.artefact == "dial";
-    row.has_range = row.artefact == "drum";
-    row.range_m = 1.2;
-    row.gauge_m = 1e-3;
+    row.measured_W.reset();
+    if (row.artefact == "dial") row.gauge_m = 1e-3;
+    if (row.artefact == "drum") row.range_m = 1.2;
   }
   return data;
 }
@@ -134,10 +131,10 @@ TEST_CASE("a row with an artefact that the cell lacks is refused, with a remedy"
         "line 3: artefact \"bal\" is not declared in the cell; did you mean ball?; add an "
         "[[artefact]] with that name, or correct the row");
   data = WithEveryKind();
-  data.table.rows[7].has_gauge = false;
+  data.table.rows[7].gauge_m.reset();
   CHECK(ErrorOf(data).find("line 9: artefact \"dial\" is a gauge, but gauge_mm is empty") == 0);
   data = WithEveryKind();
-  data.table.rows[3].has_range = true;
+  data.table.rows[3].range_m = 1.2;
   CHECK(ErrorOf(data).find("line 5: range_mm is filled, but artefact \"dome\" is of kind") == 0);
 }
 
@@ -147,8 +144,9 @@ TEST_CASE("a row with a larger standard deviation of its own has less weight") {
   data.table.recorded.sigma = true;
   for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
     table::MeasuredRow& row = data.table.rows[k];
-    row.sigma_m = k % 3 == 0 ? 5e-3 : 0;
-    if (k % 3 == 0) row.p_WT += Vec3(0.004, -0.004, 0.003);
+    if (k % 3 != 0) continue;
+    row.sigma_m = 5e-3;
+    *row.measured_W += Vec3(0.004, -0.004, 0.003);
   }
   const Dataset weighted = DatasetOf(data);
   CHECK(weighted.numbers[RowIndex(0)].covariance(0, 0) == Approx(1e4));
@@ -293,8 +291,7 @@ TEST_CASE("quaternions in another order are refused, with the order that fits th
   }
   const auto written_as = [&](const std::function<Eigen::Quaterniond(Eigen::Quaterniond)>& write) {
     for (std::size_t k = 0; k < data.table.rows.size(); ++k) {
-      data.table.rows[k].has_orientation = true;
-      data.table.rows[k].q_WT = write(truth[k]);
+      data.table.rows[k].orientation_W = write(truth[k]);
     }
   };
   written_as([](const Eigen::Quaterniond& q) { return q; });

@@ -58,8 +58,8 @@ TEST_CASE("replicates with jitter form a cluster, wherever they are") {
         // The first rows are on the edges of a grid with the tolerance as its pitch.
         if (k < 10) row.q[0] = 2e-4 * (static_cast<double>(k) + 0.5);
         for (double& q : row.q) q += jitter_rad * jitter(generator);
-        row.t_s += 1e4 * visit;
-        row.p_WT += Vec3::Constant(1e-5 * jitter(generator));
+        *row.t_s += 1e4 * visit;
+        *row.measured_W += Vec3::Constant(1e-5 * jitter(generator));
         data.table.rows.push_back(row);
       }
     }
@@ -125,7 +125,7 @@ TEST_CASE("a time that starts far from zero causes a note about thermal drift") 
   };
   REQUIRE(data.table.recorded.time);
   CHECK_FALSE(noted());
-  for (table::MeasuredRow& row : data.table.rows) row.t_s += 1.7e9;
+  for (table::MeasuredRow& row : data.table.rows) *row.t_s += 1.7e9;
   CHECK(noted());
 }
 
@@ -140,6 +140,7 @@ TEST_CASE(
         [words](const std::string& note) { return note.find(words) != std::string::npos; });
   };
   data.table.recorded.q_step = false;
+  for (table::MeasuredRow& row : data.table.rows) row.q_step_rad.reset();
   data.table.q_decimals = 6;
   CHECK_FALSE(noted("q_step_deg"));  // the resolution of the file is negligible
   for (table::MeasuredRow& row : data.table.rows) {
@@ -154,6 +155,7 @@ TEST_CASE(
   CHECK(noted("counts as noise"));
   // Three decimals in the file are not reported as coarse; one decimal costs a millimetre.
   data.table.recorded.q_step = false;
+  for (table::MeasuredRow& row : data.table.rows) row.q_step_rad.reset();
   data.table.q_decimals = 1;
   for (table::MeasuredRow& row : data.table.rows) {
     for (double& q : row.q) q = 0.1 * kRadPerDeg * std::round(q / (0.1 * kRadPerDeg));

@@ -335,9 +335,9 @@ TEST_CASE("the discrepancy model corrects many lines of a joint; clean data have
     double turn = 0;
     for (int k = 1; k <= 24; ++k) turn += 1.3e-4 * std::sin(k * row.q[0] + k * k);
     const Pose& X_WB = data.cell.robot.X_WB;
-    const Vec3 arm_B = X_WB.R.transpose() * (row.p_WT - X_WB.p);
+    const Vec3 arm_B = X_WB.R.transpose() * (*row.measured_W - X_WB.p);
     const Vec3 turned_B = Eigen::AngleAxisd(turn, Vec3::UnitZ()) * arm_B;
-    row.p_WT = X_WB.p + X_WB.R * turned_B;
+    row.measured_W = X_WB.p + X_WB.R * turned_B;
   }
   const auto rough = Answer(data);
   REQUIRE(rough);
@@ -363,7 +363,7 @@ TEST_CASE("one row with another payload separates mass from stiffness and is not
   const Data all =
       Simulated("--family payload_mass --seed 1 --signal 15 --rigid-joints --rows 150");
   Data few = all;
-  const auto usual = [](const table::MeasuredRow& row) { return row.payload_kg == kUsual_kg; };
+  const auto usual = [&](const table::MeasuredRow& row) { return row.payload_kg == kUsual_kg; };
   std::erase_if(few.table.rows, [&](const table::MeasuredRow& row) { return !usual(row); });
   REQUIRE(few.table.rows.size() > 20);
   const auto before = Answer(few);
@@ -432,10 +432,10 @@ TEST_CASE("mistakes in the data are rejected with advice") {
           row.q[1] += 90 * kRadPerDeg;
         }).find("theta_offset_deg") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
-          row.p_WT += Vec3(1, 0, 0);
+          *row.measured_W += Vec3(1, 0, 0);
         }).find("the robot's base is (") != std::string::npos);
   CHECK(refused(clean, [](table::MeasuredRow& row) {
-          row.p_WT = Vec3(row.q[0], row.q[1], row.q[2]);
+          row.measured_W = Vec3(row.q[0], row.q[1], row.q[2]);
         }).find("check the DH table") != std::string::npos);
 }
 

@@ -76,7 +76,8 @@ TEST_CASE("effects at the detection limit are found nine times of ten, for any j
         MeasuredCell data = clean;
         const std::vector<Vec3> moved = DisplacementBy(clean, {effect});
         const double scale = limit_m / RmsOf(moved);
-        for (std::size_t k = 0; k < moved.size(); ++k) data.table.rows[k].p_WT += scale * moved[k];
+        for (std::size_t k = 0; k < moved.size(); ++k)
+          *data.table.rows[k].measured_W += scale * moved[k];
         const auto diagnosis = Answer(data);
         REQUIRE(diagnosis);
         ++trials;
@@ -91,7 +92,7 @@ TEST_CASE("effects at the detection limit are found nine times of ten, for any j
 TEST_CASE("steps of base and tool are distinguished only if the poses rotate the tool") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 80 --repeats 0 --seed 3");
   const model::JointVector middle = data.table.rows.front().q;
-  const double half_time_s = data.table.rows[data.table.rows.size() / 2].t_s - 1e-3;
+  const double half_time_s = data.table.rows[data.table.rows.size() / 2].t_s.value() - 1e-3;
   const effects::ActiveEffect step =
       EffectWith(data.cell, "step_event",
                  {{"time", half_time_s}, {"x", 4e-4}, {"y", 0}, {"z", 3.3e-4}}, "tool");
@@ -161,8 +162,8 @@ TEST_CASE("a large residual without a driver is unknown if replicates confirm th
   std::normal_distribution<double> noise(0, 5e-6);
   const auto once = data.table.rows;
   for (table::MeasuredRow row : once) {
-    row.t_s += 1e5;
-    for (double& x : row.p_WT) x += noise(generator);
+    *row.t_s += 1e5;
+    for (double& x : *row.measured_W) x += noise(generator);
     data.table.rows.push_back(row);
   }
   const auto diagnosis = Answer(data);
@@ -203,7 +204,7 @@ TEST_CASE("rejected rows extend neither domain, time span nor the range of propo
   for (const table::MeasuredRow& row : data.table.rows) highest = std::max(highest, row.q[0]);
   table::MeasuredRow wrong = data.table.rows.back();
   wrong.q[0] = highest + 1;
-  wrong.t_s += 1e6;
+  *wrong.t_s += 1e6;
   wrong.line += 1;
   data.table.rows.push_back(wrong);
   const auto diagnosis = Answer(data);
@@ -219,10 +220,10 @@ TEST_CASE("rejected rows extend neither domain, time span nor the range of propo
   MeasuredCell drifts = Simulated("--family thermal_drift --signal 20 --seed 3");
   double last_of_drift_s = -1e9;
   for (const table::MeasuredRow& row : drifts.table.rows)
-    last_of_drift_s = std::max(last_of_drift_s, row.t_s);
+    last_of_drift_s = std::max(last_of_drift_s, *row.t_s);
   drifts.table.rows.push_back(drifts.table.rows.back());
   drifts.table.rows.back().t_s = 2 * last_of_drift_s;
-  drifts.table.rows.back().p_WT.x() += 0.02;
+  drifts.table.rows.back().measured_W->x() += 0.02;
   const auto drift = Answer(drifts);
   REQUIRE(drift);
   REQUIRE(drift->findings.size() == 1);
@@ -303,7 +304,7 @@ TEST_CASE("few poses that were visited often leave no combination by chance") {
   for (int visit = 1; visit < 5; ++visit) {
     for (table::MeasuredRow row : poses) {
       row.line = data.table.rows.back().line + 1;
-      row.t_s = data.table.rows.back().t_s + 60;
+      row.t_s = data.table.rows.back().t_s.value() + 60;
       data.table.rows.push_back(row);
     }
   }
@@ -324,7 +325,7 @@ TEST_CASE("rejected rows that share a payload make the verdict unknown, scattere
     Remeasure(data, {}, 5e-5, 7);
     std::size_t at = 3;  // 3, 20, 37, 54
     for (const double size_m : {2e-3, -3e-3, 2.5e-3, -2e-3}) {
-      data.table.rows[at].p_WT += Vec3(size_m, -size_m, size_m / 2);
+      *data.table.rows[at].measured_W += Vec3(size_m, -size_m, size_m / 2);
       at += 17;
     }
     const auto diagnosis = Answer(data);
@@ -342,7 +343,7 @@ TEST_CASE("a run of rejected rows while a signal drifts is no condition") {
     data.table.rows[k].temp_C = 20 + 0.1 * static_cast<double>(k);
   }
   Remeasure(data, {}, 5e-5, 7);
-  for (std::size_t k = 30; k < 36; ++k) data.table.rows[k].p_WT += Vec3(2e-3, -1e-3, 1e-3);
+  for (std::size_t k = 30; k < 36; ++k) *data.table.rows[k].measured_W += Vec3(2e-3, -1e-3, 1e-3);
   const auto diagnosis = Answer(data);
   REQUIRE(diagnosis);
   CHECK(diagnosis->outlier_rows.size() == 6);
@@ -352,9 +353,12 @@ TEST_CASE("a run of rejected rows while a signal drifts is no condition") {
 TEST_CASE("rejected rows without a recorded condition leave the verdict as it is") {
   MeasuredCell data = Simulated("--family none --robot ur10 --rows 70 --repeats 0 --seed 5");
   data.table.recorded.temperature = data.table.recorded.payload = false;
-  for (table::MeasuredRow& row : data.table.rows) row.payload_kg = 0;
+  for (table::MeasuredRow& row : data.table.rows) {
+    row.temp_C.reset();
+    row.payload_kg.reset();
+  }
   Remeasure(data, {}, 5e-5, 7);
-  for (const std::size_t at : {8, 27, 51}) data.table.rows[at].p_WT.z() += 3e-3;
+  for (const std::size_t at : {8, 27, 51}) data.table.rows[at].measured_W->z() += 3e-3;
   const auto diagnosis = Answer(data);
   REQUIRE(diagnosis);
   CHECK(diagnosis->outlier_rows.size() == 3);

@@ -66,29 +66,30 @@ TEST_CASE("a wrong tool centre point is named with its vector") {
 }
 
 TEST_CASE("axes that are mirrored or swapped are named") {
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT.x() *= -1; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.measured_W->x() *= -1; }),
             "the sign of x is reversed (mirrored)");
-  EverySeed(OnRows([](table::MeasuredRow& row) { std::swap(row.p_WT.x(), row.p_WT.y()); }),
-            "x and y are swapped");
+  EverySeed(
+      OnRows([](table::MeasuredRow& row) { std::swap(row.measured_W->x(), row.measured_W->y()); }),
+      "x and y are swapped");
   EverySeed(OnRows([](table::MeasuredRow& row) {
-              row.p_WT = Vec3(row.p_WT.y(), row.p_WT.z(), row.p_WT.x());
+              row.measured_W = Vec3(row.measured_W->y(), row.measured_W->z(), row.measured_W->x());
             }),
             "x is z, y is x, z is y of the file");
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT.z() *= -1; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { row.measured_W->z() *= -1; }),
             "the measured frame is left-handed", "--unaligned");
 }
 
 TEST_CASE("other units are named") {
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT /= 25.4; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { *row.measured_W /= 25.4; }),
             "x_mm, y_mm, z_mm hold inches");
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT /= 1000; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { *row.measured_W /= 1000; }),
             "x_mm, y_mm, z_mm hold metres");
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.p_WT /= 25.4; }), "hold inches",
+  EverySeed(OnRows([](table::MeasuredRow& row) { *row.measured_W /= 25.4; }), "hold inches",
             "--unaligned");
   EverySeed(OnRows([](table::MeasuredRow& row) { row.q *= kRadPerDeg; }),
             "the q columns hold radians");
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.temp_C += 273.15; }), "Subtract 273.15");
-  EverySeed(OnRows([](table::MeasuredRow& row) { row.payload_kg /= 0.45359237; }),
+  EverySeed(OnRows([](table::MeasuredRow& row) { *row.temp_C += 273.15; }), "Subtract 273.15");
+  EverySeed(OnRows([](table::MeasuredRow& row) { *row.payload_kg /= 0.45359237; }),
             "payload_kg holds pounds", "--sigma-mm 0.01");
 }
 
@@ -106,13 +107,13 @@ TEST_CASE("a column whose unit changes is named with the line of the change") {
   EverySeed(on_side(radians, false), "q2_deg holds radians up to line 21");
   EverySeed(on_side([](table::MeasuredRow& row) { row.q *= kRadPerDeg; }, true),
             "the q columns hold radians from line 22 on", "--unaligned");
-  EverySeed(on_side([](table::MeasuredRow& row) { row.p_WT /= 1000; }, true),
+  EverySeed(on_side([](table::MeasuredRow& row) { *row.measured_W /= 1000; }, true),
             "x_mm, y_mm, z_mm hold metres from line 22 on");
-  EverySeed(on_side([](table::MeasuredRow& row) { row.p_WT /= 25.4; }, false),
+  EverySeed(on_side([](table::MeasuredRow& row) { *row.measured_W /= 25.4; }, false),
             "x_mm, y_mm, z_mm hold inches up to line 21", "--unaligned");
-  EverySeed(on_side([](table::MeasuredRow& row) { row.p_WT.z() /= 25.4; }, true),
+  EverySeed(on_side([](table::MeasuredRow& row) { row.measured_W->z() /= 25.4; }, true),
             "z_mm holds inches from line 22 on");
-  EverySeed(on_side([](table::MeasuredRow& row) { row.temp_C += 273.15; }, true),
+  EverySeed(on_side([](table::MeasuredRow& row) { *row.temp_C += 273.15; }, true),
             "from line 22 on");
 }
 
@@ -123,7 +124,7 @@ TEST_CASE("payloads whose unit changes are named with the line of the change") {
     for (std::size_t k = 20; k < data.table.rows.size(); ++k) {
       table::MeasuredRow& row = data.table.rows[k];
       if (line == 0 && row.payload_kg > 0) line = row.line;
-      row.payload_kg /= 0.45359237;
+      *row.payload_kg /= 0.45359237;
     }
     CAPTURE(seed);
     CHECK_THAT(Refusal(data),
@@ -140,7 +141,7 @@ TEST_CASE("payloads in grams beyond any robot's limit are detected, a single typ
     const table::MeasuredRow& row = table.rows[k];
     if (row.payload_kg <= 5) continue;
     line = row.line;
-    table.excessive_payloads.emplace_back(row.line, 1000 * row.payload_kg);
+    table.excessive_payloads.emplace_back(row.line, 1000 * *row.payload_kg);
     table.rows.erase(table.rows.begin() + static_cast<std::ptrdiff_t>(k));
   }
   CHECK_THAT(Refusal(data),
@@ -154,7 +155,7 @@ TEST_CASE("temperatures in Fahrenheit are noted, and refused if an effect confir
   const auto fahrenheit = [](MeasuredCell data, std::size_t from) {
     for (std::size_t k = from; k < data.table.rows.size(); ++k) {
       table::MeasuredRow& row = data.table.rows[k];
-      row.temp_C = 1.8 * row.temp_C + 32;
+      row.temp_C = 1.8 * *row.temp_C + 32;
     }
     return data;
   };
@@ -233,7 +234,7 @@ TEST_CASE(
   CHECK_THAT(reversed.error(), Catch::Contains("the sign of joint q6 is reversed"));
 
   MeasuredCell pounds = Simulated(soft + "--seed 5");
-  for (table::MeasuredRow& row : pounds.table.rows) row.payload_kg /= 0.45359237;
+  for (table::MeasuredRow& row : pounds.table.rows) *row.payload_kg /= 0.45359237;
   const auto in_pounds = answer(pounds);
   REQUIRE_FALSE(in_pounds);
   CHECK_THAT(in_pounds.error(), Catch::Contains("pound"));
@@ -250,7 +251,7 @@ TEST_CASE("base angles of another convention are named") {
   EverySeed(
       [&](MeasuredCell& data) {
         const Pose X_WB{moving_axes, Vec3(0.4, -0.2, 0.9)};
-        for (table::MeasuredRow& row : data.table.rows) row.p_WT = X_WB * row.p_WT;
+        for (table::MeasuredRow& row : data.table.rows) row.measured_W = X_WB * *row.measured_W;
         data.cell.robot.g_W = X_WB.R * data.cell.robot.g_W;
         data.cell.robot.X_WB = {fixed_axes, X_WB.p};
       },
@@ -267,23 +268,23 @@ TEST_CASE("rows out of time order are refused, a restarted clock is accepted") {
   EverySeed(
       [](MeasuredCell& data) {
         std::vector<Vec3> points;
-        for (const table::MeasuredRow& row : data.table.rows) points.push_back(row.p_WT);
+        for (const table::MeasuredRow& row : data.table.rows) points.push_back(*row.measured_W);
         std::mt19937_64 generator(5);
         std::shuffle(points.begin(), points.end(), generator);
-        for (std::size_t k = 0; k < points.size(); ++k) data.table.rows[k].p_WT = points[k];
+        for (std::size_t k = 0; k < points.size(); ++k) data.table.rows[k].measured_W = points[k];
       },
       "measurements and joint readings are in different orders");
   EverySeed(
       [](MeasuredCell& data) {
         for (std::size_t k = 0; k + 1 < data.table.rows.size(); ++k) {
-          data.table.rows[k].p_WT = data.table.rows[k + 1].p_WT;
+          data.table.rows[k].measured_W = data.table.rows[k + 1].measured_W;
         }
       },
       "each row holds the measurement of the row after");
   MeasuredCell restarted = Clean(0);
-  const double from_s = restarted.table.rows[20].t_s;
+  const double from_s = *restarted.table.rows[20].t_s;
   for (std::size_t k = 20; k < restarted.table.rows.size(); ++k) {
-    restarted.table.rows[k].t_s -= from_s;
+    *restarted.table.rows[k].t_s -= from_s;
   }
   CHECK(Refusal(restarted).empty());
   const Result<Dataset> dataset = DatasetFrom(restarted.cell, restarted.table);
@@ -299,11 +300,12 @@ TEST_CASE("codes for \"nothing measured\" are reported by line and never fitted"
   for (const double code_mm : {-9999.0, 999999.0, 32767.0}) {
     EverySeed(
         [code_mm](MeasuredCell& data) {
-          for (const std::size_t k : {3U, 17U}) data.table.rows[k].p_WT.setConstant(1e-3 * code_mm);
+          for (const std::size_t k : {3U, 17U})
+            data.table.rows[k].measured_W->setConstant(1e-3 * code_mm);
         },
         fmt::format("x_mm is {:.0f} in 2 rows (lines 5, 19)", code_mm));
   }
-  EverySeed([](MeasuredCell& data) { data.table.rows[3].p_WT.setZero(); },
+  EverySeed([](MeasuredCell& data) { data.table.rows[3].measured_W->setZero(); },
             "x_mm, y_mm, z_mm are 0, 0, 0 in 1 rows (line 5)");
   EverySeed([](MeasuredCell& data) { data.table.rows[9].temp_C = -9999; },
             "temp_C is -9999 in 1 rows (line 11)");

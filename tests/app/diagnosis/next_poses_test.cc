@@ -31,6 +31,7 @@ table::MeasuredTable Table(const model::CellModel& cell, const std::vector<doubl
     table::MeasuredRow row;
     row.line = 2 * k + 3;
     row.t_s = kStep_s * k;
+    row.measured_W = Vec3::Zero();
     row.q.setZero(cell.robot.size());
     for (Eigen::Index i = 0; i < row.q.size(); ++i) row.q[i] = 1.8 * (random.Uniform() - 0.5);
     row.payload_kg = payloads_kg[static_cast<std::size_t>(k) % payloads_kg.size()];
@@ -55,7 +56,7 @@ Dataset Rows(table::MeasuredTable table) {
   const Result<Linearisation> tips = Linearise(*data, Model::Declared(*data), false, 1);
   REQUIRE(tips);
   for (std::size_t k = 0; k < table.rows.size(); ++k)
-    table.rows[k].p_WT = tips->rows[RowIndex(k)].p_W;
+    table.rows[k].measured_W = tips->rows[RowIndex(k)].p_W;
   data = DatasetFrom(cell, table);
   REQUIRE(data);
   return *data;
@@ -167,7 +168,7 @@ TEST_CASE("candidates are within the measured range, the joint limits and the gi
   std::set<double> payloads;
   for (std::size_t k = 0; k < candidates.table.rows.size(); ++k) {
     const table::MeasuredRow& row = candidates.table.rows[k];
-    payloads.insert(row.payload_kg);
+    payloads.insert(*row.payload_kg);
     CHECK(points[k].Extras() == 0);
     CHECK(candidates.payloads[RowIndex(k)].mass_kg == row.payload_kg);
     CHECK(candidates.conditions[RowIndex(k)].payload_kg == row.payload_kg);
@@ -365,7 +366,7 @@ TEST_CASE("coordinate exchange never lowers the value and remains within the ran
 TEST_CASE("no pose is proposed outside the joint range or below the lowest tip") {
   TwoExplanations pair = PlayOrOffset();
   double middle_m = 0;
-  for (const table::MeasuredRow& row : pair.data.table.rows) middle_m += row.p_WT.z() / 40;
+  for (const table::MeasuredRow& row : pair.data.table.rows) middle_m += row.measured_W->z() / 40;
   pair.task->lowest_m = middle_m;
   const PoseDesign design = pair.Design();
   REQUIRE(design.poses.size() == 6);

@@ -60,10 +60,10 @@ TEST_CASE("poses, positions and rows without a measurement are fitted together")
       deflection::LoadedStateOf<double> state;
       REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], &influence, {}, state));
       const Vec3 off(noise(generator), noise(generator), noise(generator));
-      measured.q_WT = Eigen::Quaterniond(RotationFromVector(off) * state.X_WT.R);
+      measured.orientation_W = Eigen::Quaterniond(RotationFromVector(off) * state.X_WT.R);
       rows.numbers[row] = {6, of_pose};
     } else if (row.value() % 3 == 2) {
-      measured.p_WT.setConstant(1);  // must be ignored
+      measured.measured_W = Vec3::Ones();  // must be ignored
       rows.numbers[row] = {0, {}};
     }
   }
@@ -97,7 +97,7 @@ TEST_CASE("the columns of a pose equal central differences of its residuals") {
     table::MeasuredRow& measured = rows.table.rows[row.offset()];
     deflection::LoadedStateOf<double> state;
     REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], nullptr, {}, state));
-    measured.q_WT = Eigen::Quaterniond(state.X_WT.R);
+    measured.orientation_W = Eigen::Quaterniond(state.X_WT.R);
   }
   const Model model = Model::Declared(rows);
   const Result<Linearisation> linear = Linearise(rows, model, true, 1);
@@ -185,7 +185,7 @@ TEST_CASE("the columns of instrument errors of ranges equal central differences"
     const Vec3& tip_W = linear->rows[row].p_W;
     CHECK((tip_W - declared->rows[row].p_W).norm() < 1e-12);
     const double length_m = (tip_W - data.cell.measurement.anchor_W - Vec3(kX_m, 0, 0)).norm();
-    const double read_m = rows.measured(row).range_m - linear->rows[row].residual[0];
+    const double read_m = *rows.measured(row).range_m - linear->rows[row].residual[0];
     CHECK(read_m == Approx((1 + kScale) * length_m + kZero_m).epsilon(1e-12));
   }
   constexpr double kStep = 1e-5;
@@ -250,7 +250,7 @@ TEST_CASE(
       table::MeasuredRow& measured = rows.table.rows[row.offset()];
       deflection::LoadedStateOf<double> state;
       REQUIRE(arm.AtCommanded(measured.q, rows.payloads[row], nullptr, {}, state));
-      measured.q_WT = Eigen::Quaterniond(state.X_WT.R);
+      measured.orientation_W = Eigen::Quaterniond(state.X_WT.R);
       rows.numbers[row] = {6, covariance};
     }
     FitProblem fit = UnitWeightFit(rows, 1);

@@ -62,7 +62,7 @@ void Remeasure(MeasuredCell& data, const std::vector<effects::ActiveEffect>& eff
   std::normal_distribution<double> noise(0, sigma_m);
   const std::vector<Vec3> points = Predicted(data, effects);
   for (std::size_t k = 0; k < points.size(); ++k) {
-    Vec3& p_WT = data.table.rows[k].p_WT;
+    Vec3& p_WT = *data.table.rows[k].measured_W;
     for (int axis = 0; axis < 3; ++axis) p_WT[axis] = points[k][axis] + noise(generator);
   }
 }

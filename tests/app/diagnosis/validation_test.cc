@@ -309,8 +309,8 @@ TEST_CASE("an empirical curve remains within its values at the rows") {
   REQUIRE(linear);
   double low = 1e9, high = -1e9;
   for (const table::MeasuredRow& row : data.table.rows) {
-    low = std::min(low, row.temp_C);
-    high = std::max(high, row.temp_C);
+    low = std::min(low, *row.temp_C);
+    high = std::max(high, *row.temp_C);
   }
   effects::ActiveEffect effect;
   effect.term.effect = &effects::Empirical();

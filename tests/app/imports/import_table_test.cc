@@ -60,12 +60,12 @@ TEST_CASE("a tracker's export and the robot's joints become measured.csv") {
   REQUIRE(table->rows.size() == 1);
   CHECK(table->unmeasured.size() == 2);  // the robot was there
   const table::MeasuredRow& row = table->rows[0];
-  CHECK((row.p_WT - Vec3(1.0005, -0.02025, 0.300125)).norm() < 1e-12);
+  CHECK((*row.measured_W - Vec3(1.0005, -0.02025, 0.300125)).norm() < 1e-12);
   CHECK((row.q - Eigen::Vector3d(0.1, -0.2, 0.35)).norm() < 1e-8);
   CHECK(row.temp_C == 21.5);
   // Root mean square of U/2 over the axes: sqrt((1 + 4 + 9) / 3) um.
-  CHECK(row.sigma_m == Approx(1e-6 * std::sqrt(14.0 / 3)));
-  CHECK(table->unmeasured[0].t_s == Approx(10.5));
+  CHECK(row.sigma_m.value() == Approx(1e-6 * std::sqrt(14.0 / 3)));
+  CHECK(table->unmeasured[0].t_s.value() == Approx(10.5));
 }
 
 TEST_CASE("a permissible error is added to the scatter") {

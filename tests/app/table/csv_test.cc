@@ -10,7 +10,6 @@
 #include <iostream>
 
 #include "app/config/toml_reader.h"
-#include "app/table/measured_point_from_row.h"
 
 namespace plumbline::csv_test {
 
@@ -44,15 +43,13 @@ TEST_CASE("Rows on artefacts may be mixed with measured points") {
   CHECK(FaultsText(faults) ==
         "measured.csv:7 sigma_mm: warning: \"0\" is not positive; row not used\n");
   REQUIRE(table->rows.size() == 4);
-  CHECK(table->rows[0].sigma_m == Approx(5e-5));
+  CHECK(table->rows[0].sigma_m.value() == Approx(5e-5));
   CHECK(table->rows[0].artefact.empty());
   CHECK(table->rows[1].artefact == "socket");
-  CHECK_FALSE(table->rows[1].has_point);
-  CHECK(table->rows[1].sigma_m == 0);
-  CHECK(table->rows[2].gauge_m == Approx(-2.5e-4));
-  CHECK(table->rows[2].has_gauge);
-  CHECK_FALSE(table->rows[3].has_gauge);
-  CHECK(table->rows[3].range_m == Approx(0.8125));
+  CHECK_FALSE((table->rows[1].measured_W || table->rows[1].sigma_m));
+  CHECK(table->rows[2].gauge_m.value() == Approx(-2.5e-4));
+  CHECK_FALSE(table->rows[3].gauge_m);
+  CHECK(table->rows[3].range_m.value() == Approx(0.8125));
   REQUIRE(table->unmeasured.size() == 2);  // they keep their place in the order of moves
   CHECK(table->unmeasured[0].line == 6);
   CHECK(table->unmeasured[1].artefact.empty());
@@ -85,11 +82,11 @@ TEST_CASE("Every column is converted to SI, in any order") {
   CHECK(row.tau[1] == 8.0);
   CHECK(row.payload_kg == 20.0);
   CHECK(row.temp_C == 23.5);
-  CHECK(row.p_WT.isApprox(Vec3(0.01, 0.02, 0.03)));
-  CHECK(row.range_m == Approx(1.5));
-  CHECK(row.q_WT.w() == 0.0);
-  CHECK(row.q_WT.y() == Approx(0.6));
-  CHECK(row.q_WT.z() == Approx(0.8));
+  CHECK(row.measured_W.value().isApprox(Vec3(0.01, 0.02, 0.03)));
+  CHECK(row.range_m.value() == Approx(1.5));
+  CHECK(row.orientation_W.value().w() == 0.0);
+  CHECK(row.orientation_W->y() == Approx(0.6));
+  CHECK(row.orientation_W->z() == Approx(0.8));
 }
 
 TEST_CASE("A missing column is not recorded; joints alone are enough") {
@@ -110,7 +107,7 @@ TEST_CASE("A measured point has the values that the table recorded and the row c
       "90,250,180,1000,7,8,12.6,0,23.5,0.01,,,,1500\n",
       faults);
   REQUIRE(whole);
-  const model::MeasuredPoint point = MeasuredPointFromRow(whole->rows.at(0), whole->recorded);
+  const model::MeasuredPoint& point = whole->rows.at(0);
   CHECK(point.q[1] == Approx(0.25));
   CHECK(point.qd[0] == Approx(180 * kRadPerDeg));
   CHECK(point.qdd.size() == 0);
@@ -122,11 +119,11 @@ TEST_CASE("A measured point has the values that the table recorded and the row c
   CHECK(point.measured_W.value().isApprox(Vec3(0.01, 0.02, 0.03)));
   CHECK(point.range_m.value() == Approx(1.5));
   CHECK_FALSE(point.orientation_W);
-  CHECK_FALSE(MeasuredPointFromRow(whole->rows.at(1), whole->recorded).measured_W);
+  CHECK_FALSE(whole->rows.at(1).measured_W);
 
   const auto bare = Read("q1_deg,q2_mm\n90,250\n", faults);
   REQUIRE(bare);
-  const model::MeasuredPoint joints = MeasuredPointFromRow(bare->rows.at(0), bare->recorded);
+  const model::MeasuredPoint& joints = bare->rows.at(0);
   CHECK(joints.q.size() == 2);
   CHECK((joints.qd.size() == 0 && joints.tau.size() == 0));
   CHECK_FALSE((joints.t_s || joints.payload_kg || joints.temp_C || joints.q_step_rad));
@@ -229,7 +226,7 @@ TEST_CASE("An empty cell loses only that cell, and a row without a point counts 
   CHECK(table->unmeasured[0].line == 5);
   CHECK(table->unmeasured[1].line == 6);
   CHECK(table->rows[1].payload_kg == 20);
-  CHECK(table->rows[1].temp_C == Approx(20 + 4 * 10.0 / 25));
+  CHECK(table->rows[1].temp_C.value() == Approx(20 + 4 * 10.0 / 25));
   CHECK(table->rows[2].t_s == 25);
   CHECK(table->rows[2].further[0] == Approx(8));
   CHECK(table->rows[2].qd.size() == 0);
@@ -309,7 +306,7 @@ TEST_CASE("12,000 rows of 8 columns are read completely") {
   const auto table = Read(text, faults);
   REQUIRE(table);
   REQUIRE(table->rows.size() == 12000);
-  CHECK(table->rows[11999].p_WT.x() == Approx(17.9985));
+  CHECK(table->rows[11999].measured_W.value().x() == Approx(17.9985));
 }
 
 TEST_CASE("Every measured table is read completely", "[measured]") {
