@@ -187,6 +187,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   snapshot_.alarms = 0;
   snapshot_.warnings = input.background_warnings;
   snapshot_.probe_taken = false;
+  snapshot_.gauge_code.reset();
   snapshot_.monitor_restart = false;
   snapshot_.calibration_requests.fill(CalibrationRequest::kNone);
   snapshot_.first_error = correction::CorrectionCode::kOk;
@@ -196,6 +197,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
   CheckRequiredLenses(input);
   RefreshPoints();
   Execute(input);
+  if (input.gauge && !snapshot_.probe_taken) snapshot_.gauge_code = RecordGaugePress(input);
   ReportStatus(input);
   return snapshot_;
 }

@@ -48,6 +48,14 @@ struct CameraInput {
 
 /// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
 /// neither clocks nor devices.
+/// One press of a gauge's button.
+struct GaugePress {
+  std::uint32_t number = 0;    ///< ascending; 0: none
+  std::uint16_t artefact = 0;  ///< number of the gauge in the cell's list of artefacts, from 1
+  double reading_m = 0;
+  std::optional<double> sigma_m;  ///< standard deviation of the reading
+};
+
 struct MachineInput {
   double now_s = 0;          ///< monotonic
   double utc_s = 0;          ///< UTC since 1970, for time-dependent effects; never stepped in a run
@@ -64,6 +72,8 @@ struct MachineInput {
   bool reference_refused = false;         ///< the drift monitor's reference probes disagree
   bool quarantined = false;               ///< quarantined probes await a person's decision
   std::array<CameraInput, model::kMaxCameras> cameras;
+  /// A press that was not handled yet. It waits while a probe of the PLC is recorded.
+  std::optional<GaugePress> gauge;
 };
 
 /// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
@@ -154,12 +164,16 @@ class Machine {
     deflection::LoadedState state;
   };
   /// Checks that the robot's state allows a probe, and predicts the tip.
-  correction::CorrectionCode PredictProbe(const MachineInput& input, const Vec3& measured_W,
-                                          Prediction& at);
-  /// Fills the probe, without a measurement, and the command's result: the predicted tip pose.
+  /// @param own_mass_kg  payload that the command states
+  correction::CorrectionCode PredictProbe(const std::optional<double>& own_mass_kg, Prediction& at);
+  /// Fills the probe, without a measurement.
   void TakeProbe(const MachineInput& input, const Prediction& at);
+  /// The command's result: the predicted tip pose.
+  void ReportPrediction(const Prediction& at);
   /// Records a touch of an artefact, or a reading against it.
   correction::CorrectionCode RecordProbeOnArtefact(const MachineInput& input);
+  /// Records the reading of a gauge whose button was pressed.
+  correction::CorrectionCode RecordGaugePress(const MachineInput& input);
   /// Executes a probe command: the result holds the predicted tip pose, and its correction is
   /// measured - predicted. A quarantined probe is handled in the same way, but its result is not
   /// valid.

@@ -22,9 +22,10 @@ bool IsCorrection(model::PlcCommandCode code) {
          code == model::PlcCommandCode::kCorrectPoseScaled;
 }
 
+constexpr double kMaxGauge_m = 0.5, kMaxRange_m = 100;  // judgements, beyond any such instrument
+
 /// True if a probe of this code, with its reading, is possible on an artefact of this kind.
 bool Fits(const model::PlcCommand& command, model::ArtefactKind kind) {
-  constexpr double kMaxGauge_m = 0.5, kMaxRange_m = 100;  // judgements, beyond any such instrument
   const bool gauge = kind == model::ArtefactKind::kGauge;
   if (command.code == model::PlcCommandCode::kProbeTouch) return !gauge;
   if (!command.reading_m) return false;
@@ -220,12 +221,12 @@ correction::CorrectionCode Machine::RefuseProbe(ProbeFault fault, const Vec3& me
                                            : correction::CorrectionCode::kProbeImplausible;
 }
 
-correction::CorrectionCode Machine::PredictProbe(const MachineInput& input, const Vec3& measured_W,
+correction::CorrectionCode Machine::PredictProbe(const std::optional<double>& own_mass_kg,
                                                  Prediction& at) {
   const deflection::LoadedArm& arm = corrector_.arm();
   if (snapshot_.input_fault != InputFault::kOk) return correction::CorrectionCode::kNoRobot;
-  if (!snapshot_.probes.standstill) return RefuseProbe(ProbeFault::kRobotMoving, measured_W);
-  const std::optional<loads::Payload> payload = PayloadAt(input.command.payload_kg);
+  if (!snapshot_.probes.standstill) return correction::CorrectionCode::kRobotMoving;
+  const std::optional<loads::Payload> payload = PayloadAt(own_mass_kg);
   if (!payload) return correction::CorrectionCode::kPayloadUnknown;
   if (arm.torques_missing()) return correction::CorrectionCode::kTorquesUnknown;
   at.payload = *payload;
@@ -235,9 +236,9 @@ correction::CorrectionCode Machine::PredictProbe(const MachineInput& input, cons
 }
 
 void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
-  snapshot_.probes.fault = ProbeFault::kNone;
   Probe& probe = snapshot_.probe;
   probe.sequence = input.command.sequence;
+  probe.by_gauge = false;
   probe.unix_ms = input.unix_ms;
   probe.utc_s = input.utc_s;
   probe.q = snapshot_.robot.q;
@@ -249,11 +250,16 @@ void Machine::TakeProbe(const MachineInput& input, const Prediction& at) {
   probe.covariance_W.reset();
   probe.range_m.reset();
   probe.gauge_m.reset();
+  probe.sigma_m.reset();
   probe.artefact_number = 0;
   probe.cameras = 0;
   probe.quarantined = false;
   snapshot_.probe_taken = true;
+}
 
+void Machine::ReportPrediction(const Prediction& at) {
+  snapshot_.probes.fault = ProbeFault::kNone;
+  const Probe& probe = snapshot_.probe;
   correction::Correction& prediction = snapshot_.result.correction;
   prediction.code = correction::CorrectionCode::kOk;
   prediction.q = probe.q;
@@ -273,11 +279,15 @@ correction::CorrectionCode Machine::RecordProbe(const MachineInput& input,
     return code;
   if (!measured_W) return correction::CorrectionCode::kBadCommand;
   Prediction at;
-  const correction::CorrectionCode code = PredictProbe(input, *measured_W, at);
+  const correction::CorrectionCode code = PredictProbe(input.command.payload_kg, at);
+  if (code == correction::CorrectionCode::kRobotMoving) {
+    return RefuseProbe(ProbeFault::kRobotMoving, *measured_W);
+  }
   if (code != correction::CorrectionCode::kOk) return code;
   const ProbeFault fault = CheckProbe(arm, probe_bounds_, *measured_W, at.state.p_read_W);
   if (fault != ProbeFault::kNone) return RefuseProbe(fault, *measured_W);
   TakeProbe(input, at);
+  ReportPrediction(at);
   Probe& probe = snapshot_.probe;
   probe.measured_W = *measured_W;
   probe.quarantined = Contradicts(probe_bounds_, *measured_W, probe.predicted_W);
@@ -298,15 +308,42 @@ correction::CorrectionCode Machine::RecordProbeOnArtefact(const MachineInput& in
     return correction::CorrectionCode::kBadCommand;
   }
   Prediction at;
-  const correction::CorrectionCode code = PredictProbe(input, Vec3::Zero(), at);
+  const correction::CorrectionCode code = PredictProbe(command.payload_kg, at);
+  if (code == correction::CorrectionCode::kRobotMoving) {
+    return RefuseProbe(ProbeFault::kRobotMoving, Vec3::Zero());
+  }
   if (code != correction::CorrectionCode::kOk) return code;
   TakeProbe(input, at);
+  ReportPrediction(at);
   Probe& probe = snapshot_.probe;
   probe.artefact_number = command.point_id;
   if (command.code == model::PlcCommandCode::kProbeReading) {
     const bool gauge = artefacts[command.point_id - 1U].kind == model::ArtefactKind::kGauge;
     (gauge ? probe.gauge_m : probe.range_m) = command.reading_m;
   }
+  return correction::CorrectionCode::kOk;
+}
+
+correction::CorrectionCode Machine::RecordGaugePress(const MachineInput& input) {
+  const GaugePress& press = *input.gauge;
+  const std::vector<model::Artefact>& artefacts = config_.cell.artefacts;
+  const correction::CorrectionCode recording = ProbeRecordingCode(input);
+  if (recording != correction::CorrectionCode::kOk) return recording;
+  if (press.artefact == 0 || press.artefact > artefacts.size() ||
+      artefacts[press.artefact - 1U].kind != model::ArtefactKind::kGauge ||
+      !(std::abs(press.reading_m) <= kMaxGauge_m)) {
+    return correction::CorrectionCode::kBadCommand;
+  }
+  Prediction at;
+  const correction::CorrectionCode code = PredictProbe(std::nullopt, at);
+  if (code != correction::CorrectionCode::kOk) return code;
+  TakeProbe(input, at);
+  Probe& probe = snapshot_.probe;
+  probe.sequence = 0;
+  probe.by_gauge = true;
+  probe.artefact_number = press.artefact;
+  probe.gauge_m = press.reading_m;
+  probe.sigma_m = press.sigma_m;
   return correction::CorrectionCode::kOk;
 }
 

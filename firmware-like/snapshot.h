@@ -97,6 +97,7 @@ struct Probe : model::MeasuredPoint {
   Vec3 predicted_W = Vec3::Zero();    ///< loaded tip predicted by the model in force [m]
   std::uint16_t cameras = 0;          ///< bit k: camera k contributed
   std::uint16_t artefact_number = 0;  ///< in the cell's list from 1; 0: none, a measured tip
+  bool by_gauge = false;              ///< by the button of a gauge, not by a command
   bool quarantined = false;           ///< contradicts the model: stored, but used only if accepted
 };
 
@@ -135,6 +136,8 @@ struct Snapshot {
   std::array<CalibrationRequest, model::kMaxCameras>
       calibration_requests{};  ///< requested in this cycle
   bool probe_taken = false;    ///< `probe` was recorded in this cycle
+  /// What became of MachineInput::gauge in this cycle; nullopt: it waits for the next one.
+  std::optional<correction::CorrectionCode> gauge_code;
   Probe probe;
   ProbeIntake probes;
 };

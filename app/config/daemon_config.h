@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/config/camera_config.h"
+#include "app/config/gauge_config.h"
 #include "app/config/monitoring_config.h"
 #include "app/config/mqtt_config.h"
 #include "app/config/overlay_config.h"
@@ -42,6 +43,7 @@ struct DaemonConfig {
   MachineConfig machine;  ///< the cell has the base and tip of its last session, if it has sessions
   RobotLinkConfig robot;
   PlcConfig plc;
+  std::vector<GaugeConfig> gauges;
   MonitoringConfig monitoring;
   VisionConfig vision;             ///< a change takes effect at the next start
   OverlayConfig overlay;           ///< used by plumbline-view; the daemon only checks it

@@ -11,6 +11,7 @@
 #include "app/config/cell_reader.h"
 #include "app/config/daemon_settings.h"
 #include "app/config/file_kind.h"
+#include "app/config/gauge_reader.h"
 #include "app/config/limits.h"
 #include "app/config/point_reader.h"
 #include "app/config/posture_check.h"
@@ -254,6 +255,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     ReadKeys(root, config, &named);
     config.machine.points = PointsFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (cell_known) WarnAboutHeavyPayloads(root, config.machine);
+    config.gauges = GaugesFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
     if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
     config.vision = VisionFromToml(root, named, of_others);

@@ -224,6 +224,31 @@ void ListCycleKeys(Settings& keys, double& period_s) {
   keys.Add("period_ms", period_s, {1, 1000, kSecondPerMs}, {"cycle time"});
 }
 
+void ListKeys(Settings& keys, GaugeKeys& gauge) {
+  keys.Add("artefact", gauge.artefact,
+           Required("name of the [[artefact]] of kind \"gauge\" in the cell", "\"dial\""));
+  keys.Add("device", gauge.device,
+           Required("serial line of the gauge or of its adapter", "\"/dev/serial/by-id/...\""));
+  std::vector<Choice<std::string>> formats;
+  for (const gauge::GaugeFormat& format : gauge::GaugeFormats()) {
+    formats.push_back({format.name, std::string(format.name)});
+  }
+  keys.Choose("format", gauge.format, formats,
+              {"what it sends: \"mitutoyo\" 01A+0000.123, \"starrett\" + 2.1380, MM, \"sylvac\" "
+               "+12.345, \"mahr\" 1 +123.45 mm, \"plain\" -0.125 mm"});
+  constexpr std::string_view kOfFormat = "that of the format";
+  keys.Add("baud", gauge.baud, {1200, 115200}, {"standard baud rate in bit/s", "9600", kOfFormat});
+  keys.Add("data_bits", gauge.data_bits, {7, 8}, {"data bits", "8", kOfFormat});
+  keys.Choose("parity", gauge.parity, {{"N", 'N'}, {"E", 'E'}, {"O", 'O'}},
+              {"none, even or odd", "\"N\"", kOfFormat});
+  keys.Add("stop_bits", gauge.stop_bits, {1, 2}, {"stop bits", "1", kOfFormat});
+  keys.Choose("unit", gauge.unit,
+              {{"mm", gauge::GaugeUnit::kMillimetre}, {"inch", gauge::GaugeUnit::kInch}},
+              {"unit that the gauge is set to; used only if it does not send the unit"});
+  keys.Add("sigma_mm", gauge.sigma_m, {1e-5, 10, kMetrePerMm},
+           {"standard deviation of a reading", "0.002", "that of the cell"});
+}
+
 void ListKeys(Settings& keys, FrameKeys& frame) {
   keys.Add("name", frame.name, FirstCell(0, "", "\"fixture\""));
   keys.Add("xyz_mm", frame.xyz_m, kPlaceRange,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/config/daemon_config.h"
+#include "app/config/gauge_reader.h"
 #include "app/config/settings.h"
 
 namespace plumbline::config {
@@ -26,6 +27,7 @@ void ListKeys(Settings& keys, correction::CorrectionLimits& limits);
 /// @param ids  DaemonConfig::push_ids
 void ListKeys(Settings& keys, robot::PushLimits& push, std::vector<int>& ids);
 void ListKeys(Settings& keys, MonitoringConfig& monitoring);
+void ListKeys(Settings& keys, GaugeKeys& gauge);
 void ListKeys(Settings& keys, CameraConfig& camera);
 /// @param camera  device of the camera: default for a zoom that is one of its V4L2 controls
 void ListKeys(Settings& keys, ZoomConfig& zoom, const std::string& camera = "");

@@ -68,6 +68,8 @@ constexpr SettingsTable kTables[] = {
      ListPushKeys},
     {"[monitoring]", "probes (measured points), drift detection, diagnosis, model updates",
      ListDefaults<MonitoringConfig>},
+    {"[[gauge]]", "a dial gauge whose button makes a probe; MANUAL.md, \"A gauge with a button\"",
+     ListDefaults<GaugeKeys>},
     {"[camera]",
      "a camera that measures tags; without this table there is no camera. For two cameras, write "
      "[[camera]] twice, each with its own name and [camera.zoom]",

@@ -251,12 +251,18 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   input.scene_incomplete = scene_fresh && environment_.scene.unmeasured > 0;
   input.reference_refused = environment_.monitoring.reference_refused;
   input.quarantined = environment_.monitoring.quarantined > 0;
+  const GaugePress press = *mailboxes_.gauges.press.Read();
+  if (press.number != mailboxes_.gauges.handled >> 8U) input.gauge = press;
   parts.branches.DeliverTo(parts.machine);
   const std::uint16_t executed = parts.machine.snapshot().result.sequence;
   const Snapshot& snapshot = parts.machine.Cycle(input);
   if (snapshot.result.sequence != executed) {
     environment_.masters.executed = AddressEnd(writer);
     environment_.masters.executed_port = writer.port;
+  }
+  if (snapshot.gauge_code) {
+    mailboxes_.gauges.handled =
+        std::uint64_t{press.number} << 8U | static_cast<std::uint8_t>(*snapshot.gauge_code);
   }
   PostRequests(parts, snapshot);
   Publish(parts, snapshot);

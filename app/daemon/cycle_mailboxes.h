@@ -10,6 +10,7 @@
 
 #include "app/camera/camera_link.h"
 #include "drivers/latest.h"
+#include "firmware-like/machine.h"
 #include "firmware-like/snapshot.h"
 #include "firmware-like/status/monitoring_status.h"
 #include "firmware-like/status/scene_status.h"
@@ -72,6 +73,13 @@ class CycleEventQueue {
   sem_t pushed_;
 };
 
+/// Presses of gauge buttons on their way to the control cycle, one at a time.
+struct GaugeMailbox {
+  Latest<GaugePress> press{1, GaugePress()};  ///< written by the gauge worker
+  /// GaugePress::number of the latest press that the cycle handled, times 256, plus its code.
+  std::atomic<std::uint64_t> handled{0};
+};
+
 struct CycleMailboxes {
   CycleEventQueue queue;
   /// Written by the monitoring worker, read by the control cycle and the display feed.
@@ -79,6 +87,7 @@ struct CycleMailboxes {
   std::array<camera::CameraLink, model::kMaxCameras> cameras;
   Latest<status::SceneStatus> scene{
       1, status::SceneStatus()};  ///< written by the display feed, read by the cycle
+  GaugeMailbox gauges;
 };
 
 }  // namespace plumbline::daemon

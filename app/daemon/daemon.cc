@@ -15,6 +15,7 @@
 #include "app/daemon/cycle_affinity.h"
 #include "app/daemon/device_wait.h"
 #include "app/daemon/display_feed.h"
+#include "app/daemon/gauge_worker.h"
 #include "app/daemon/model_in_force.h"
 #include "app/daemon/monitoring_worker.h"
 #include "app/daemon/plc_servers.h"
@@ -128,6 +129,7 @@ struct Running {
   ControlCycle& cycle;
   MonitoringWorker& worker;
   DisplayFeed& display;
+  GaugeWorker& gauges;
   PlcServers& plc;
   const service::ServiceManager& manager;
   ThreadWatchdog watchdog;
@@ -194,6 +196,8 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
               fmt::format("needs a restart: state_directory changed, {} stays in use",
                           started.state_directory)});
   }
+  const bool other_gauges = GaugesDiffer(fresh, running.gauges.config());
+  if (other_gauges) running.gauges.Stop();  // its artefact numbers are those of the old cell
   running.worker.Configure(fresh,
                            in_force->models);  // before the new machine's first probe arrives
   const bool link_kept = pending.parts->link == running.cycle.parts().link;
@@ -210,6 +214,7 @@ void Reload(PendingReload pending, Running& running, Reporter& reporter) {
     fed_s = now_s;
     running.manager.NotifyWatchdog();
   });
+  if (other_gauges) running.gauges.Start(fresh);
   running.display.Configure(fresh);
   running.state.models = in_force->models;
   running.robot_timeout_s = RobotTimeout_s(fresh);
@@ -430,6 +435,8 @@ int RunDaemon(const std::string& config_file) {
   cycle.Start();
   display.Configure(*config);
   display.Start(cycle);
+  GaugeWorker gauges(mailboxes.gauges, log::Log);
+  gauges.Start(*config);
   (*cameras)->Start();
   log::Log({log::Event::kStarted,
             fmt::format("plumblined {} with {} ({} points), PLC server on {}:{}", PLUMBLINE_VERSION,
@@ -442,6 +449,7 @@ int RunDaemon(const std::string& config_file) {
                   cycle,
                   worker,
                   display,
+                  gauges,
                   **plc,
                   manager,
                   {},
@@ -453,6 +461,7 @@ int RunDaemon(const std::string& config_file) {
   manager.Ready("started");
   Supervise(signals, running);
   (*cameras)->Stop();
+  gauges.Stop();
   cycle.Stop();
   worker.Stop();
   if (const robot::RobotLinkStatus robot = cycle.parts().link->Status();

@@ -10,13 +10,15 @@ journal::JournalRow JournalRowFromProbe(const CycleEvent& event, const std::stri
                                         const std::vector<config::CameraConfig>& cameras) {
   const Probe& probe = event.probe;
   journal::JournalRow row;
-  row.source =
-      probe.covariance_W ? journal::JournalRow::Source::kCamera : journal::JournalRow::Source::kPlc;
+  using Source = journal::JournalRow::Source;
+  row.source = probe.by_gauge       ? Source::kGauge
+               : probe.covariance_W ? Source::kCamera
+                                    : Source::kPlc;
   row.unix_ms = probe.unix_ms;
   static_cast<model::MeasuredPoint&>(row) = probe;
   row.t_s = probe.utc_s - epoch_utc_s;
   row.session = session;
-  row.command = probe.sequence;
+  if (!probe.by_gauge) row.command = probe.sequence;
   row.predicted_W = probe.predicted_W;
   if (probe.quarantined) row.quarantine = journal::JournalRow::Quarantine::kWaiting;
   row.model_version = event.model_version;

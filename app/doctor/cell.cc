@@ -17,7 +17,7 @@ namespace {
 constexpr double kStateWait_s = 2, kRobotWait_s = 3, kBrokerWait_s = 5;
 constexpr mode_t kOthersMayRead = 0004;
 
-CheckResult CheckDevice(const char* subject, const std::string& path, const Account& account,
+CheckResult CheckDevice(const std::string& subject, const std::string& path, const Account& account,
                         const char* remedy) {
   const std::string problem = AccessProblem(account, path, true);
   if (problem.empty()) return {Health::kGood, subject, path, {}};
@@ -138,6 +138,13 @@ CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& accou
   if (!device) return {Health::kFault, kSubject, device.error(), kind->remedy};
   if (!device->empty()) return CheckDevice(kSubject, *device, account, kind->remedy);
   return {Health::kNotChecked, kSubject, zoom.kind + ": visible to the daemon only", {}};
+}
+
+CheckResult CheckGauge(const config::GaugeConfig& gauge, const Account& account) {
+  return CheckDevice(
+      "gauge " + gauge.artefact, gauge.connection.device, account,
+      "plug in its adapter; ls /dev/serial/by-id shows the name; add the user to the "
+      "group dialout");
 }
 
 CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account) {

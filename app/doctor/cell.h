@@ -1,4 +1,5 @@
-// Checks of the cell: daemon, robot, PLC access, camera, zoom sensor, display and MQTT broker.
+// Checks of the cell: daemon, robot, PLC access, camera, zoom sensor, gauges, display and MQTT
+// broker.
 #pragma once
 
 #include "app/config/daemon_config.h"
@@ -18,6 +19,8 @@ CheckResult CheckCamera(const config::CameraConfig& camera, const Account& accou
                         const camera::DeviceTree& tree = {});
 /// Access to the sensor's device. A HID sensor is found by its own driver only and is not checked.
 CheckResult CheckZoomSensor(const config::ZoomConfig& zoom, const Account& account);
+/// Access to the gauge's serial line.
+CheckResult CheckGauge(const config::GaugeConfig& gauge, const Account& account);
 /// Whether the MQTT broker accepts a connection and the files configured for it are readable.
 CheckResult CheckBroker(const config::MqttConfig& mqtt, const Account& account);
 CheckResult CheckDisplay(const config::OverlayConfig& overlay, const Account& account);

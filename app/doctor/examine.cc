@@ -51,6 +51,7 @@ CheckResults Examine(const std::string& config_file, const std::string& user) {
   for (const config::CameraConfig& camera : config->vision.cameras) {
     add({CheckCamera(camera, account), CheckZoomSensor(camera.zoom, account)});
   }
+  for (const config::GaugeConfig& gauge : config->gauges) add({CheckGauge(gauge, account)});
   add({CheckDisplay(config->overlay, account)});
   if (config->mqtt) add({CheckBroker(*config->mqtt, account)});
   return found;

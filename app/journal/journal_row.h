@@ -13,7 +13,7 @@ namespace plumbline::journal {
 /// A measured point with its prediction and its status. t_s of a probe is UTC since the journal's
 /// epoch, without jumps while the daemon runs; t_s of an imported row is that of its file.
 struct JournalRow : model::MeasuredPoint {
-  enum class Source { kPlc, kCamera, kImport };
+  enum class Source { kPlc, kCamera, kGauge, kImport };
   /// A probe that contradicts the model by more than any plausible effect is quarantined until a
   /// person decides. The numbers are part of the file format.
   enum class Quarantine { kNone = 0, kWaiting = 1, kAccepted = 2, kRejected = 3 };

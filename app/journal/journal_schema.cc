@@ -1,5 +1,7 @@
 #include "app/journal/journal_schema.h"
 
+#include <fmt/format.h>
+
 #include <iterator>
 
 namespace plumbline::journal {
@@ -8,7 +10,7 @@ namespace {
 constexpr const char* kSchema = R"(
 CREATE TABLE measurement (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
-  source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import')),
+  source TEXT NOT NULL CHECK (source IN ('plc', 'camera', 'import', 'gauge')),
   unix_ms INTEGER,
   t_s REAL,  -- of probes: UTC since the epoch
   session TEXT NOT NULL, command INTEGER,
@@ -86,9 +88,20 @@ ALTER TABLE measurement ADD COLUMN sigma_mm REAL;
 PRAGMA user_version = 6;
 )";
 
+/// Schema 6 had no gauges with a button. The constraint of `source` is changed in the stored
+/// statement, as sqlite.org/lang_altertable.html describes: copying the table would need as much
+/// space again.
+constexpr const char* kFromSchema6 = R"(
+PRAGMA writable_schema = ON;
+UPDATE sqlite_schema SET sql = replace(sql, '''import'')', '''import'', ''gauge'')')
+  WHERE type = 'table' AND name = 'measurement';
+PRAGMA writable_schema = RESET;
+PRAGMA user_version = 7;
+)";
+
 /// Conversions in order: the n-th from schema n + 1.
-constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3, kFromSchema4,
-                                        kFromSchema5};
+constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3,
+                                        kFromSchema4, kFromSchema5, kFromSchema6};
 static_assert(std::size(kConversions) == kJournalSchema - 1);
 
 }  // namespace
@@ -110,6 +123,12 @@ Result<void> MigrateSchema(sqlite::Database& database) {
   }
   for (std::int64_t from = *version; from >= 1 && from < kJournalSchema; ++from) {
     if (!database.Run(kConversions[from - 1])) return problem();
+  }
+  // Makes other connections read the changed statements.
+  const Result<std::int64_t> cookie = database.IntegerOf("PRAGMA schema_version");
+  if (!cookie) return cookie.failure();
+  if (!database.Run(fmt::format("PRAGMA schema_version = {}", *cookie + 1).c_str())) {
+    return problem();
   }
   if (!transaction.Commit()) return problem();
   return {};

@@ -96,6 +96,8 @@ const char* NameOf(JournalRow::Source source) {
       return "plc";
     case JournalRow::Source::kCamera:
       return "camera";
+    case JournalRow::Source::kGauge:
+      return "gauge";
     case JournalRow::Source::kImport:
       return "import";
   }
@@ -104,7 +106,7 @@ const char* NameOf(JournalRow::Source source) {
 
 JournalRow::Source SourceNamed(std::string_view name) {
   using enum JournalRow::Source;
-  for (const JournalRow::Source source : {kPlc, kCamera}) {
+  for (const JournalRow::Source source : {kPlc, kCamera, kGauge}) {
     if (name == NameOf(source)) return source;
   }
   return kImport;

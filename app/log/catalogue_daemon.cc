@@ -273,6 +273,19 @@ constexpr EventEntry kEntries[] = {
      "drift monitoring and diagnosis (code 20)",
      "are unit, frame and tool right? then `plumbline journal quarantine accept N`, otherwise "
      "`reject N`"},
+    {Event::kGaugeRecorded, "gauge-recorded", LogLevel::kNotice, "1d469fb3d06543ce927aabb423cd576f",
+     "loop", "gauge ...: X mm recorded", "", ""},
+    {Event::kGaugeRefused, "gauge-refused", LogLevel::kWarning, "a7fddf8f159b400aa3d3835897cd6b84",
+     "loop", "gauge ...: not recorded: ...",
+     "the robot moved, the journal is not writable, the gauge reports a fault, or the line is not "
+     "of "
+     "the configured format",
+     "as the line says; then press the button again"},
+    {Event::kGaugeLost, "gauge-lost", LogLevel::kWarning, "14b80eac77a64b2e919faf63eb0c0f85",
+     "loop", "gauge ...: cannot be opened, or hung up",
+     "its readings are not recorded until it is connected again", "as the line says"},
+    {Event::kGaugeBack, "gauge-back", LogLevel::kNotice, "7d19b6f301f943f5a4990c26de43e84e", "loop",
+     "gauge ... is connected again", "", ""},
     {Event::kQuarantineDecided, "quarantine-decided", LogLevel::kNotice,
      "191c31b6b0944b31b17b4f69a68e5d09", "loop", "quarantine: N probes wait for a decision",
      "a person accepted or rejected probes; the drift monitor has reread the journal", ""},

@@ -4,7 +4,6 @@
 #include <poll.h>
 #include <pthread.h>
 #include <sys/eventfd.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 
 #include "drivers/files/open_failure.h"
 #include "drivers/modbus/errno_text.h"
+#include "drivers/os/serial_line.h"
 
 namespace plumbline::modbus {
 namespace {
@@ -24,34 +24,8 @@ namespace {
 constexpr double kFirstBackOff_s = 0.1, kLastBackOff_s = 1;
 constexpr int kWriteTimeout_ms = 500;
 
-struct BaudRate {
-  int baud;
-  speed_t code;
-};
-constexpr BaudRate kBaudRates[] = {{1200, B1200},   {2400, B2400},    {4800, B4800},
-                                   {9600, B9600},   {19200, B19200},  {38400, B38400},
-                                   {57600, B57600}, {115200, B115200}};
-
-const BaudRate* FindBaudRate(int baud) {
-  const auto* found = std::find_if(std::begin(kBaudRates), std::end(kBaudRates),
-                                   [baud](const BaudRate& rate) { return rate.baud == baud; });
-  return found == std::end(kBaudRates) ? nullptr : found;
-}
-
-/// Raw, 8 bits, no flow control, modem lines ignored.
-bool ConfigureLine(int fd, const RtuSlaveOptions& options) {
-  termios line{};
-  if (::tcgetattr(fd, &line) != 0) return false;
-  ::cfmakeraw(&line);
-  line.c_cflag |= CLOCAL | CREAD;
-  line.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | PARENB | PARODD);
-  if (options.stop_bits == 2) line.c_cflag |= CSTOPB;
-  if (options.parity != 'N') line.c_cflag |= PARENB;
-  if (options.parity == 'O') line.c_cflag |= PARODD;
-  if (options.parity != 'N')
-    line.c_iflag |= INPCK;  // a byte with a parity error reads as 0: the CRC fails
-  ::cfsetspeed(&line, FindBaudRate(options.baud)->code);
-  return ::tcsetattr(fd, TCSANOW, &line) == 0 && ::tcflush(fd, TCIOFLUSH) == 0;
+os::SerialSettings LineOf(const RtuSlaveOptions& options) {
+  return {.baud = options.baud, .parity = options.parity, .stop_bits = options.stop_bits};
 }
 
 /// poll() with a timeout in seconds; negative: none. @return true if any descriptor is ready
@@ -66,16 +40,7 @@ bool Poll(pollfd* fds, nfds_t count, double time_s) {
 
 Result<std::unique_ptr<RtuSlave>> RtuSlave::Start(const RtuSlaveOptions& options,
                                                   RequestHandler& handler) {
-  if (FindBaudRate(options.baud) == nullptr) {
-    return Error{"baud " + std::to_string(options.baud) +
-                 " is not one of 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200"};
-  }
-  if (options.parity != 'N' && options.parity != 'E' && options.parity != 'O') {
-    return Error{std::string("parity \"") + options.parity + "\" is not one of N, E, O"};
-  }
-  if (options.stop_bits != 1 && options.stop_bits != 2) {
-    return Error{"stop bits " + std::to_string(options.stop_bits) + " is not 1 or 2"};
-  }
+  if (const std::string fault = os::FaultOf(LineOf(options)); !fault.empty()) return Error{fault};
   if (options.unit_id < 1 || options.unit_id > 247) {
     return Error{"unit id " + std::to_string(options.unit_id) + " is outside 1..247"};
   }
@@ -125,7 +90,7 @@ void RtuSlave::Run() {
 
 bool RtuSlave::OpenDevice() {
   line_.Reset(::open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!line_ || !ConfigureLine(line_.get(), options_)) {
+  if (!line_ || !os::ConfigureSerialLine(line_.get(), LineOf(options_))) {
     Disconnect(files::OpenErrorText(errno, files::kSerialLine));
     return false;
   }

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,26 +12,13 @@
 #include <utility>
 
 #include "drivers/files/open_failure.h"
+#include "drivers/os/serial_line.h"
 #include "drivers/zoom/registry.h"
 
 namespace plumbline::zoom {
 namespace {
 
 using visca::Reply;
-
-struct BaudRate {
-  int baud;
-  speed_t code;
-};
-constexpr BaudRate kBaudRates[] = {
-    {9600, B9600}, {19200, B19200}, {38400, B38400}, {57600, B57600}, {115200, B115200}};
-
-const BaudRate* FindBaudRate(int baud) {
-  for (const BaudRate& rate : kBaudRates) {
-    if (rate.baud == baud) return &rate;
-  }
-  return nullptr;
-}
 
 std::string_view BaudFault(ZoomConnection& to) {
   return to.visca.baud == 9600 || to.visca.baud == 38400 ? "" : "is not 9600 or 38400";
@@ -69,17 +55,6 @@ constexpr ZoomOption kViscaOptions[] = {
      .description = "end of the optical range; the digital zoom beyond it is never calibrated"},
 };
 
-/// Raw, 8N1, no flow control, modem lines ignored.
-bool ConfigureLine(int fd, int baud) {
-  termios line{};
-  if (tcgetattr(fd, &line) != 0) return false;
-  cfmakeraw(&line);
-  line.c_cflag |= CLOCAL | CREAD;
-  line.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | PARENB);
-  cfsetspeed(&line, FindBaudRate(baud)->code);
-  return tcsetattr(fd, TCSANOW, &line) == 0 && tcflush(fd, TCIOFLUSH) == 0;
-}
-
 /// Waits for at most `left_s` until the descriptor is ready. @return the result of poll()
 int WaitFor(int fd, short events, double left_s) {
   pollfd wait{.fd = fd, .events = events, .revents = 0};
@@ -92,9 +67,8 @@ int WaitFor(int fd, short events, double left_s) {
 }  // namespace
 
 Result<std::unique_ptr<ZoomSensor>> ViscaZoom::Create(const ViscaOptions& options, Clock clock) {
-  if (FindBaudRate(options.baud) == nullptr) {
-    return Error{fmt::format("visca: baud {} is not one of 9600, 19200, 38400, 57600, 115200",
-                             options.baud)};
+  if (const std::string fault = os::FaultOf({.baud = options.baud}); !fault.empty()) {
+    return Error{"visca: " + fault};
   }
   if (options.address < 1 || options.address > visca::kMaxCameras) {
     return Error{fmt::format("visca: address {} is outside 1..7", options.address)};
@@ -121,7 +95,7 @@ ZoomResult ViscaZoom::Disconnect(const std::string& why) {
 
 bool ViscaZoom::Open() {
   fd_.Reset(open(options_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!fd_ || !ConfigureLine(fd_.get(), options_.baud)) {
+  if (!fd_ || !os::ConfigureSerialLine(fd_.get(), {.baud = options_.baud})) {
     Disconnect(files::OpenErrorText(errno, files::kSerialLine));
     return false;
   }

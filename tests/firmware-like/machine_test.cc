@@ -978,6 +978,55 @@ TEST_CASE("a probe on an artefact is recorded without a measured tip") {
   }
 }
 
+TEST_CASE("the press of a gauge's button is a probe, and leaves the PLC's result as it is") {
+  Cell cell;
+  cell.config.cell.artefacts = {{"ball", model::ArtefactKind::kPoint, {}, {}, {}, 0, true},
+                                {"dial", model::ArtefactKind::kGauge, {}, {}, {}, 0, false}};
+  cell.input.probes_recorded = true;
+  cell.Running();
+  const auto press = [&](std::uint16_t artefact, double reading_m) -> const Snapshot& {
+    cell.input.gauge = GaugePress{1, artefact, reading_m, 2e-6};
+    return cell.Next();
+  };
+  const CommandResult before = cell.Next().result;
+  const Snapshot pressed = press(2, -1.5e-4);
+  REQUIRE(pressed.gauge_code == correction::CorrectionCode::kOk);
+  REQUIRE(pressed.probe_taken);
+  CHECK(pressed.probe.by_gauge);
+  CHECK(pressed.probe.artefact_number == 2);
+  CHECK(pressed.probe.gauge_m == -1.5e-4);
+  CHECK(pressed.probe.sigma_m == 2e-6);
+  CHECK(pressed.probe.q == cell.taught);
+  CHECK_FALSE(pressed.probe.measured_W);
+  CHECK(pressed.result.sequence == before.sequence);
+  CHECK(pressed.result.code == before.code);
+  CHECK(pressed.result.valid == before.valid);
+
+  CHECK(press(1, 1e-4).gauge_code == correction::CorrectionCode::kBadCommand);  // no gauge
+  CHECK(press(3, 1e-4).gauge_code == correction::CorrectionCode::kBadCommand);  // no artefact
+  CHECK(press(2, 0.6).gauge_code == correction::CorrectionCode::kBadCommand);
+  CHECK(press(2, std::nan("")).gauge_code == correction::CorrectionCode::kBadCommand);
+  CHECK_FALSE(cell.Next().probe_taken);
+
+  // A probe of the PLC in the same cycle goes first; the press waits, and its sigma stays its own.
+  model::PlcCommand& command = cell.input.command;
+  command.code = model::PlcCommandCode::kProbeTouch;
+  command.point_id = 1;
+  ++command.sequence;
+  const Snapshot touched = press(2, 2e-4);
+  CHECK_FALSE(touched.gauge_code);
+  CHECK(touched.probe.artefact_number == 1);
+  CHECK_FALSE(touched.probe.by_gauge);
+  CHECK_FALSE(touched.probe.sigma_m);
+  CHECK(cell.Next().gauge_code == correction::CorrectionCode::kOk);
+
+  cell.input.probes_recorded = false;
+  CHECK(cell.Next().gauge_code == correction::CorrectionCode::kNotRecorded);
+  cell.input.probes_recorded = true;
+  cell.input.robot.q[1] += 0.01;
+  CHECK(cell.Next().gauge_code == correction::CorrectionCode::kRobotMoving);
+}
+
 TEST_CASE("fine-integer and camera probes are checked against the same bounds") {
   ProbingCell cell;
   cell.input.command.code = model::PlcCommandCode::kProbeFine;

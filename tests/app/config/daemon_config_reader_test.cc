@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <map>
 
+#include "app/config/artefact_reader.h"
+#include "app/config/gauge_reader.h"
 #include "app/config/text_file.h"
 #include "app/config/toml_reader.h"
 #include "tests/app/config/wrong_line.h"
@@ -539,6 +541,51 @@ TEST_CASE("The profile must provide what the configuration needs") {
         "cell/plumbline.toml:6 push.enabled: true requires a [push] table in the profile test");
 }
 
+TEST_CASE("a gauge takes the settings of its line from its format, unless they are given") {
+  const std::string cell =
+      "schema = 2\n[[artefact]]\nname = \"dial\"\nkind = \"gauge\"\n[[artefact]]\nname = "
+      "\"ball\"\nkind = \"point\"\n[[artefact]]\nname = \"other\"\nkind = \"gauge\"\n";
+  FaultList of_cell;
+  TomlDocument cell_document(cell, "cell.toml", of_cell);
+  model::CellModel model;
+  model.artefacts = ArtefactsFromToml(cell_document.Root());
+  REQUIRE(model.artefacts.size() == 3);
+  FaultList faults;
+  const auto read = [&](const std::string& text) {
+    faults = {};
+    TomlDocument document(text, "plumbline.toml", faults);
+    return GaugesFromToml(document.Root(), &model);
+  };
+  const auto gauges = read(
+      "[[gauge]]\nartefact = \"dial\"\ndevice = \"/dev/a\"\nformat = \"sylvac\"\nunit = "
+      "\"inch\"\nsigma_mm = 0.002\n[[gauge]]\nartefact = \"other\"\ndevice = \"/dev/b\"\nbaud = "
+      "1200\nparity = \"O\"\n");
+  CHECK(FaultsText(faults).empty());
+  REQUIRE(gauges.size() == 2);
+  CHECK(os::SerialSettingsText(gauges[0].connection.line) == "4800 7E2");
+  CHECK(gauges[0].connection.unit == gauge::GaugeUnit::kInch);
+  CHECK(*gauges[0].sigma_m == Approx(2e-6));
+  CHECK(gauges[1].connection.format->name == "mitutoyo");
+  CHECK(os::SerialSettingsText(gauges[1].connection.line) == "1200 8O1");
+  CHECK_FALSE(gauges[1].sigma_m);
+
+  const auto fault = [&](const std::string& table) {
+    read(table);
+    return FaultsText(faults);
+  };
+  CHECK(fault("[[gauge]]\nartefact = \"dail\"\ndevice = \"/dev/a\"\n") ==
+        "plumbline.toml:2 gauge[1].artefact: \"dail\" is not an [[artefact]] of the cell; did you "
+        "mean dial?; add one of kind \"gauge\"\n");
+  CHECK(fault("[[gauge]]\nartefact = \"ball\"\ndevice = \"/dev/a\"\n")
+            .find("is not of kind \"gauge\" in the cell") != std::string::npos);
+  CHECK(fault("[[gauge]]\nartefact = \"dial\"\ndevice = \"/dev/a\"\nbaud = 9700\n")
+            .find("baud 9700 is not one of 1200, 2400") != std::string::npos);
+  CHECK(fault("[[gauge]]\nartefact = \"dial\"\ndevice = \"/dev/a\"\n[[gauge]]\nartefact = "
+              "\"other\"\ndevice = \"/dev/a\"\n")
+            .find("is used for two gauges") != std::string::npos);
+  CHECK(fault("[[gauge]]\nartefact = \"dial\"\n").find("device") != std::string::npos);
+}
+
 TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the defaults") {
   const auto text = ReadTextFile("config/plumbline.toml");
   REQUIRE(text);
@@ -552,6 +599,7 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
   // Uncomment `# key = value` in the tables whose defaults do not depend on the other files.
   std::string open;
   std::string_view rest = *text;
+  bool of_gauge = false;  // the shipped cell has no gauge
   while (!rest.empty()) {
     const std::size_t end = rest.find('\n');
     std::string line(rest.substr(0, end));
@@ -559,7 +607,8 @@ TEST_CASE("The shipped plumbline.toml is valid, and its commented lines show the
     const bool assignment = line.rfind("# ", 0) == 0 && line.find(" = ") != std::string::npos &&
                             line.find(' ', 2) == line.find(" = ");
     const bool table = line.rfind("# [", 0) == 0;
-    const bool skip = line.find("unit_id") != std::string::npos ||
+    if (table) of_gauge = line == "# [[gauge]]" || line.rfind("# [[gauge]] ", 0) == 0;
+    const bool skip = of_gauge || line.find("unit_id") != std::string::npos ||
                       line.find("replay_file =") != std::string::npos ||
                       line.find("near_deg") != std::string::npos;
     if ((assignment || table) && !skip) line.erase(0, 2);

@@ -15,9 +15,11 @@
 #include "app/journal/journal.h"
 #include "app/model_store/model_store.h"
 #include "app/service/utc_clock.h"
+#include "drivers/clock.h"
 #include "firmware-like/snapshot.h"
 #include "tests/app/daemon/daemon_process.h"
 #include "tests/app/daemon/demo_config.h"
+#include "tests/drivers/gauge/fake_gauge.h"
 #include "tests/virtual_cell/running_cell.h"
 
 namespace plumbline::loop_test {
@@ -669,6 +671,31 @@ TEST_CASE(
   CHECK_FALSE(rows[1].measured_W);
   CHECK(rows[1].q.size() == 6);
   CHECK(station.LastResidual_mm() == 0);
+}
+
+TEST_CASE("the button of a gauge makes a probe, which is journalled and logged") {
+  const FakeGauge dial;
+  Station station({.loop = "diagnose = false\n\n[[gauge]]\nartefact = \"dial\"\ndevice = \"" +
+                           dial.device() + "\"\nformat = \"plain\"\nsigma_mm = 0.002\n",
+                   .artefacts = true});
+  plumbline::SleepSeconds(0.5);  // the line must have been silent after the connection
+  dial.Send("-0.125 mm\r\n");
+  CHECK(station.daemon.Awaits("gauge dial: -0.1250 mm recorded"));
+  REQUIRE(Eventually([&] { return station.plc.Read(404, 2).Long(0) == 1; }));
+  dial.Send("-0.1x5 mm\r\n");
+  CHECK(station.daemon.Awaits("gauge dial: not recorded: "));
+  plumbline::SleepSeconds(0.5);
+  dial.Send("600 mm\r\n");
+  CHECK(station.daemon.Awaits("gauge dial: 600.0000 mm not recorded"));
+  const auto rows = station.Journal();
+  REQUIRE(rows.size() == 1);
+  CHECK(rows[0].source == plumbline::journal::JournalRow::Source::kGauge);
+  CHECK(rows[0].artefact == "dial");
+  CHECK(*rows[0].gauge_m == Approx(-1.25e-4));
+  CHECK(*rows[0].sigma_m == Approx(2e-6));
+  CHECK_FALSE(rows[0].command);
+  const std::string shown = OutputOf("journal show --state " + station.state_directory());
+  CHECK(shown.find("gauge") != std::string::npos);
 }
 
 TEST_CASE("a probe before the journal is open is answered as pending") {

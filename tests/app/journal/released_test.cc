@@ -92,6 +92,13 @@ void CheckTouch(const JournalRow& row) {
   CHECK_FALSE(row.measured_W);
 }
 
+void CheckGaugePress(const JournalRow& row) {
+  CHECK(row.source == Source::kGauge);
+  CHECK(row.artefact == "dial");
+  CHECK(*row.gauge_m == Approx(2.5e-4));
+  CHECK_FALSE(row.command);
+}
+
 /// Before schema 5 every probe was a measurement.
 void CheckQuarantined(Journal& journal, int schema) {
   JournalFilter filter;
@@ -111,7 +118,7 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
     const TemporaryFolder folder;
     const std::string path = folder.path() + "/journal.sqlite";
     WriteReleased("journal", schema, path);
-    const std::int64_t count = schema >= 6 ? 7 : schema >= 5 ? 6 : schema >= 3 ? 5 : 4;
+    const std::int64_t count = schema >= 5 ? schema + 1 : schema >= 3 ? 5 : 4;
     {
       const std::string before = FileText(path);
       const auto early = Journal::OpenForReading(path);
@@ -136,7 +143,8 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
       CheckImported((*rows)[3]);
       if (schema >= 3) CheckCameraProbe((*rows)[4], schema);
       CheckQuarantined(journal.value(), schema);
-      if (schema >= 6) CheckTouch(rows->back());
+      if (schema >= 6) CheckTouch((*rows)[5]);
+      if (schema >= 7) CheckGaugePress((*rows)[6]);
       const auto imported = journal.value().ImportedAs(0xfedcba9876543210u);
       REQUIRE(imported);
       CHECK(*imported == "measured.csv");
@@ -148,7 +156,9 @@ TEST_CASE("a journal of every released schema opens, loses nothing, and works") 
     auto journal = Journal::Open(path);
     JournalRow next;
     next.q = model::JointVector::Zero(2);
-    CHECK(*journal.value().Append({next}, TwoJoints()) == count + 1);
+    JournalRow pressed = next;  // a source that schema 6 did not have
+    pressed.source = Source::kGauge;
+    CHECK(*journal.value().Append({next, pressed}, TwoJoints()) == count + 2);
     CHECK(Journal::OpenForReading(path).ok());
   }
 }

@@ -1,0 +1,19 @@
+// Configuration of a [[gauge]]: a dial gauge whose button makes a probe.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "drivers/gauge/serial_gauge.h"
+
+namespace plumbline::config {
+
+struct GaugeConfig {
+  std::string artefact;  ///< name of the [[artefact]] of kind "gauge"
+  gauge::SerialGaugeOptions connection;
+  std::optional<double> sigma_m;  ///< standard deviation of a reading; nullopt: the cell's
+
+  bool operator==(const GaugeConfig&) const = default;
+};
+
+}  // namespace plumbline::config

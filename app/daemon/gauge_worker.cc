@@ -1,0 +1,153 @@
+#include "app/daemon/gauge_worker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/clock.h"
+
+namespace plumbline::daemon {
+namespace {
+
+constexpr double kWait_s = 0.05;            // for one gauge
+constexpr double kMaxCyclesWait_s = 2;      // for the control cycle to handle a press
+constexpr double kShortestPresses_s = 0.3;  // nobody presses a button faster on purpose
+
+/// The number of an artefact in the cell's list, from 1; 0: there is none of that name.
+std::uint16_t ArtefactNumber(const model::CellModel& cell, const std::string& name) {
+  const auto found =
+      std::find_if(cell.artefacts.begin(), cell.artefacts.end(),
+                   [&name](const model::Artefact& artefact) { return artefact.name == name; });
+  if (found == cell.artefacts.end()) return 0;
+  return static_cast<std::uint16_t>(found - cell.artefacts.begin() + 1);
+}
+
+const char* RemedyFor(correction::CorrectionCode code) {
+  switch (code) {
+    case correction::CorrectionCode::kRobotMoving:
+      return "keep the robot at standstill for 0.2 s, then press the button";
+    case correction::CorrectionCode::kNotRecorded:
+      return "set enabled = true in [monitoring], or wait until the journal keeps up";
+    case correction::CorrectionCode::kPending:
+      return "the journal is being opened: press the button again";
+    case correction::CorrectionCode::kBadCommand:
+      return "a gauge reads at most 500 mm: check its unit";
+    default:
+      return "see `plumbline status`, then press the button again";
+  }
+}
+
+}  // namespace
+
+GaugeWorker::GaugeWorker(GaugeMailbox& mailbox, log::LogSink sink)
+    : mailbox_(mailbox), sink_(std::move(sink)) {}
+
+void GaugeWorker::Start(const config::DaemonConfig& config) {
+  config_ = config;
+  gauges_.clear();
+  for (const config::GaugeConfig& one : config.gauges) {
+    gauges_.push_back({one, ArtefactNumber(config.machine.cell, one.artefact),
+                       gauge::SerialGauge(one.connection)});
+  }
+  if (gauges_.empty()) return;
+  stop_ = false;
+  thread_ = std::thread([this] { Run(); });
+}
+
+void GaugeWorker::Stop() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void GaugeWorker::Run() {
+  while (!stop_) {
+    const double start_s = MonotonicSeconds();
+    for (ReadGauge& gauge : gauges_) ReadOnce(gauge);
+    // Gauges that are not connected return at once.
+    SleepSeconds(std::max(0.0, kWait_s - (MonotonicSeconds() - start_s)));
+  }
+}
+
+void GaugeWorker::ReadOnce(ReadGauge& gauge) {
+  double reading_m = 0;
+  const gauge::GaugeResult result =
+      gauge.device.Read(kWait_s / static_cast<double>(gauges_.size()), reading_m);
+  if (gauge.device.connected() && gauge.lost) {
+    gauge.lost = false;
+    sink_({log::Event::kGaugeBack,
+           fmt::format("gauge {} is connected again", gauge.config.artefact)});
+  }
+  switch (result) {
+    case gauge::GaugeResult::kReading:
+      Record(gauge, reading_m);
+      break;
+    case gauge::GaugeResult::kFault:
+    case gauge::GaugeResult::kUnreadable:
+      sink_(
+          {log::Event::kGaugeRefused, fmt::format("gauge {}: not recorded: {}",
+                                                  gauge.config.artefact, gauge.device.problem())});
+      break;
+    case gauge::GaugeResult::kLost:
+      if (gauge.lost) break;
+      gauge.lost = true;
+      sink_({log::Event::kGaugeLost,
+             fmt::format("gauge {}: {}", gauge.config.artefact, gauge.device.problem())});
+      break;
+    case gauge::GaugeResult::kNothing:
+    case gauge::GaugeResult::kWaiting:
+      break;
+  }
+}
+
+void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
+  const double now_s = MonotonicSeconds();
+  const bool too_soon = now_s - gauge.last_reading_s < kShortestPresses_s;
+  gauge.last_reading_s = now_s;
+  if (too_soon) {
+    if (gauge.continuous) return;
+    gauge.continuous = true;
+    sink_(
+        {log::Event::kGaugeRefused,
+         fmt::format("gauge {}: it sends readings continuously, which are not recorded: set it to "
+                     "send when its button is pressed",
+                     gauge.config.artefact)});
+    return;
+  }
+  gauge.continuous = false;
+  mailbox_.press.Begin() = {++number_, gauge.artefact, reading_m, gauge.config.sigma_m};
+  mailbox_.press.Publish();
+  const std::optional<correction::CorrectionCode> code = CodeOf(number_);
+  const std::string reading =
+      fmt::format("gauge {}: {:.4f} mm", gauge.config.artefact, 1e3 * reading_m);
+  if (code == correction::CorrectionCode::kOk) {
+    sink_({log::Event::kGaugeRecorded, reading + " recorded"});
+  } else if (code) {
+    sink_({log::Event::kGaugeRefused, fmt::format("{} not recorded: {}; {}", reading,
+                                                  correction::Describe(*code), RemedyFor(*code))});
+  } else if (!stop_) {
+    sink_({log::Event::kGaugeRefused,
+           reading + " may not be recorded: the control cycle did not answer in time; look at "
+                     "`plumbline journal tail` before you press the button again"});
+  }
+}
+
+std::optional<correction::CorrectionCode> GaugeWorker::CodeOf(std::uint32_t number) {
+  const double until_s = MonotonicSeconds() + kMaxCyclesWait_s;
+  while (!stop_ && MonotonicSeconds() < until_s) {
+    const std::uint64_t handled = mailbox_.handled;
+    if (handled >> 8U == number) return static_cast<correction::CorrectionCode>(handled & 0xFFU);
+    SleepSeconds(0.005);
+  }
+  return std::nullopt;
+}
+
+bool GaugesDiffer(const config::DaemonConfig& a, const config::DaemonConfig& b) {
+  if (a.gauges != b.gauges) return true;
+  return std::any_of(a.gauges.begin(), a.gauges.end(), [&](const config::GaugeConfig& gauge) {
+    return ArtefactNumber(a.machine.cell, gauge.artefact) !=
+           ArtefactNumber(b.machine.cell, gauge.artefact);
+  });
+}
+
+}  // namespace plumbline::daemon

@@ -1,0 +1,61 @@
+// Thread that reads the gauges: the press of a button becomes a probe.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/config/daemon_config.h"
+#include "app/daemon/cycle_mailboxes.h"
+#include "app/log/log.h"
+#include "drivers/gauge/serial_gauge.h"
+
+namespace plumbline::daemon {
+
+/// Passes each reading to the control cycle, which records it if the robot is at standstill, and
+/// logs what became of it. Does nothing if no gauge is configured.
+class GaugeWorker {
+ public:
+  /// @param mailbox  must outlive this object
+  GaugeWorker(GaugeMailbox& mailbox, log::LogSink sink);
+  ~GaugeWorker() { Stop(); }
+  GaugeWorker(const GaugeWorker&) = delete;
+  GaugeWorker& operator=(const GaugeWorker&) = delete;
+
+  /// Starts with the gauges of a configuration. Call it only while the worker is stopped.
+  void Start(const config::DaemonConfig& config);
+  void Stop();
+  /// The configuration of the latest Start().
+  const config::DaemonConfig& config() const { return config_; }
+
+ private:
+  struct ReadGauge {
+    config::GaugeConfig config;
+    std::uint16_t artefact = 0;  ///< number in the cell's list, from 1
+    gauge::SerialGauge device;
+    bool lost = false;  ///< logged as lost
+    double last_reading_s = -1e300;
+    bool continuous = false;  ///< logged as sending without a press
+  };
+  void Run();
+  void ReadOnce(ReadGauge& gauge);
+  void Record(ReadGauge& gauge, double reading_m);
+  /// What the cycle did with a press; nullopt if it did not handle it in time.
+  std::optional<correction::CorrectionCode> CodeOf(std::uint32_t number);
+
+  GaugeMailbox& mailbox_;
+  log::LogSink sink_;
+  config::DaemonConfig config_;
+  std::vector<ReadGauge> gauges_;
+  std::uint32_t number_ = 0;  ///< of the latest press
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+/// Whether the worker must be restarted for another configuration: other gauges, or another number
+/// of a gauge in the cell's list.
+bool GaugesDiffer(const config::DaemonConfig& a, const config::DaemonConfig& b);
+
+}  // namespace plumbline::daemon

@@ -1,0 +1,114 @@
+#include "drivers/gauge/serial_gauge.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "tests/drivers/gauge/fake_gauge.h"
+
+namespace plumbline::serial_gauge_test {
+
+using namespace plumbline::gauge;
+
+namespace {
+
+SerialGauge GaugeAt(const std::string& device, const char* format,
+                    GaugeUnit unit = GaugeUnit::kMillimetre) {
+  const GaugeFormat* const found = FindGaugeFormat(format);
+  return SerialGauge({device, found, found->line, unit});
+}
+
+/// Waits until the line has been silent after the connection.
+void Settle(SerialGauge& gauge) {
+  double reading_m = 0;
+  for (int k = 0; k < 5; ++k) REQUIRE(gauge.Read(0.06, reading_m) == GaugeResult::kNothing);
+}
+
+}  // namespace
+
+TEST_CASE("each press is one reading in metres, however its bytes arrive") {
+  const test::FakeGauge device;
+  SerialGauge gauge = GaugeAt(device.device(), "mitutoyo");
+  Settle(gauge);
+  double reading_m = 0;
+  CHECK(gauge.Read(0, reading_m) == GaugeResult::kNothing);
+  device.Send("01A-00");
+  CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kNothing);
+  device.Send("12.500\r\n01A+0000.125\r\n");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
+  CHECK(reading_m == Approx(-0.0125));
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
+  CHECK(reading_m == Approx(1.25e-4));
+  CHECK(gauge.Read(0, reading_m) == GaugeResult::kNothing);
+}
+
+TEST_CASE("a line whose beginning may be lost is discarded: after connecting, and after a pause") {
+  const test::FakeGauge device;
+  SerialGauge gauge = GaugeAt(device.device(), "plain");
+  double reading_m = 0;
+  REQUIRE(gauge.Read(0, reading_m) == GaugeResult::kNothing);  // connects
+  device.Send("2.5\r\n");                                      // of 12.5
+  CHECK(gauge.Read(0.1, reading_m) == GaugeResult::kNothing);
+  Settle(gauge);
+  device.Send("12.");  // the rest is lost
+  CHECK(gauge.Read(0.1, reading_m) == GaugeResult::kNothing);
+  Settle(gauge);
+  device.Send("0.25\r\n");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
+  CHECK(reading_m == Approx(2.5e-4));
+}
+
+TEST_CASE("the unit of the line outranks the configured one, which applies where none is sent") {
+  const test::FakeGauge device;
+  SerialGauge gauge = GaugeAt(device.device(), "plain", GaugeUnit::kInch);
+  Settle(gauge);
+  double reading_m = 0;
+  device.Send("0.1\r");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
+  CHECK(reading_m == Approx(0.00254));
+  device.Send("0.1 mm\r");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
+  CHECK(reading_m == Approx(1e-4));
+}
+
+TEST_CASE("faults and unreadable lines are reported with the line and the remedy") {
+  const test::FakeGauge device;
+  SerialGauge gauge = GaugeAt(device.device(), "sylvac");
+  Settle(gauge);
+  double reading_m = 0;
+  device.Send("ERR3\r");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kFault);
+  CHECK(std::string(gauge.problem()).find("ERR3: the reading is out of its range") !=
+        std::string::npos);
+  device.Send("\x01garbage\r");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kUnreadable);
+  CHECK(std::string(gauge.problem())
+            .find("\"?garbage\" is not a line of the format \"sylvac\" at "
+                  "4800 7E2") != std::string::npos);
+}
+
+TEST_CASE("a gauge that is unplugged is found again under its name") {
+  auto device = std::make_unique<test::FakeGauge>();
+  const std::string link = "/tmp/plumbline_gauge_" + std::to_string(getpid());
+  REQUIRE(symlink(device->device().c_str(), link.c_str()) == 0);
+  SerialGauge gauge = GaugeAt(link, "plain");
+  Settle(gauge);
+  device.reset();
+  double reading_m = 0;
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kLost);
+  CHECK_FALSE(gauge.connected());
+  CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kWaiting);
+  SleepSeconds(0.15);
+  CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kLost);  // the name leads nowhere
+  CHECK(std::string(gauge.problem()).find("is the adapter plugged in") != std::string::npos);
+  device = std::make_unique<test::FakeGauge>();
+  unlink(link.c_str());
+  REQUIRE(symlink(device->device().c_str(), link.c_str()) == 0);
+  SleepSeconds(0.3);
+  Settle(gauge);
+  device->Send("1.5\r");
+  REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
+  CHECK(reading_m == Approx(1.5e-3));
+  unlink(link.c_str());
+}
+
+}  // namespace plumbline::serial_gauge_test
