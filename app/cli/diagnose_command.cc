@@ -27,6 +27,7 @@
 #include "app/report/pdf.h"
 #include "app/report/report.h"
 #include "app/report/sha256.h"
+#include "app/siblings/siblings.h"
 #include "app/version.h"
 #include "drivers/files/open_failure.h"
 #include "firmware-like/geometry/length.h"
@@ -95,6 +96,7 @@ struct Input {
   table::MeasuredTable measured;  ///< moved into the diagnosis
   std::size_t rows = 0;
   std::vector<int> unreadable_lines;
+  std::vector<siblings::Arm> siblings;
 };
 
 Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& exit_code) {
@@ -114,9 +116,19 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  Input input{*cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}};
+  Input input{*cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
+  for (const std::string& folder : arguments.siblings) {
+    Result<siblings::Arm> arm = siblings::ReadArm(folder);
+    if (!arm) return Error{arm.error()};
+    const std::string difference = siblings::DifferenceOf(input.cell, arm->cell);
+    if (!difference.empty()) {
+      return Error{fmt::format("{}: not an arm of the model in {}: {}; leave it out", folder,
+                               arguments.cell, difference)};
+    }
+    input.siblings.push_back(std::move(arm).value());
+  }
   return input;
 }
 
@@ -182,6 +194,27 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
   return outputs;
 }
 
+/// Runs the engine; with siblings, the cell and its text then include what they have in common, if
+/// it is used.
+Result<diagnosis::Diagnosis> Diagnosed(const DiagnoseArguments& arguments,
+                                       const DiagnosisEngine& engine,
+                                       const diagnosis::DiagnosisOptions& options, Input& input) {
+  if (input.siblings.empty()) return engine(input.cell, std::move(input.measured), options);
+  Result<siblings::SiblingDiagnosis> found = siblings::DiagnoseWithSiblings(
+      input.cell, input.measured, std::move(input.siblings), engine, options);
+  if (!found) return Error{found.error()};
+  if (!found->effects.empty()) {
+    for (model::WrittenEffect& effect : found.value().effects) effect.from_date = Today();
+    input.cell_text = diagnosis::CellTextWithEffects(
+        input.cell_text, input.cell, found->effects,
+        fmt::format("What {} siblings have in common, adjusted to the rows of {}",
+                    found->diagnosis.siblings->arms.size(),
+                    fs::path(arguments.measured).filename().string()));
+    input.cell = found->cell;
+  }
+  return found->diagnosis;
+}
+
 int Interrupted(std::ostream& err) {
   err << "interrupted; no file was changed\n";
   return kExitInterrupted;
@@ -213,7 +246,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
   };
   options.interrupted = [] { return Interruption::Requested(); };
   const Result<diagnosis::Diagnosis> diagnosis =
-      engine(input->cell, std::move(input.value().measured), options);
+      Diagnosed(arguments, engine, options, input.value());
   progress.Clear();
   if (Interruption::Requested()) return Interrupted(err);
   if (!diagnosis) {
@@ -293,6 +326,13 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "--order-unknown", arguments->order_unknown,
       "The robot made other moves between the rows, as between probes of a running\n"
       "cell: effects of the last move (approach lag, backlash by move) are not considered");
+  command
+      ->add_option(
+          "--siblings", arguments->siblings,
+          "Folders of other arms of the same model, each with its cell.toml and measured.csv:\n"
+          "what at least two of them have in common is the starting point, if these rows\n"
+          "confirm it")
+      ->check(CLI::ExistingDirectory);
   command->add_option("--threads", arguments->threads, "Number of threads")
       ->capture_default_str()
       ->check(WholeNumberWithin(1, 256));
@@ -308,6 +348,7 @@ void AddDiagnoseCommand(CLI::App& app, int& exit_code) {
       "      --report report.html\n"
       "  plumbline diagnose cell.toml measured.csv --pdf certificate.pdf \\\n"
       "      --tolerance-mm 0.5 --instrument \"laser tracker\" --serial 1234\n"
+      "  plumbline diagnose cell.toml measured.csv --siblings arm-2 arm-3 arm-4\n"
       "  plumbline diagnose cell.toml measured.csv --quiet --json - | jq .verdict\n\n"
       "Exit codes: 0 the diagnosis finished, whatever its verdict; 1 the input has faults or "
       "cannot\n"

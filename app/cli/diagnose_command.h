@@ -26,6 +26,7 @@ struct DiagnoseArguments {
   std::string next_poses;  ///< proposed poses; empty: next_poses.csv beside the JSON file
   std::optional<double> time_zero_s;  ///< see DiagnosisOptions
   bool order_unknown = false;         ///< see DiagnosisOptions
+  std::vector<std::string> siblings;  ///< folders of other arms of the same model
   int threads = 2;
   bool quiet = false;
 };

@@ -68,6 +68,30 @@ Json JsonOf(const ExplanationCheck& check) {
           {"in_words", check.sentence}};
 }
 
+Json JsonOf(const SiblingEvidence& siblings) {
+  const auto held_out = [](double metres) {
+    return metres > 0 ? Millimetres(metres) : Json(nullptr);
+  };
+  Json json = {{"arms", siblings.arms},
+               {"used", siblings.used},
+               {"in_words", siblings.reason},
+               {"effects", Json::array()},
+               {"error_mm",
+                {{"declared", Millimetres(siblings.declared_m)},
+                 {"predicted_by_siblings", Millimetres(siblings.predicted_m)},
+                 {"held_out_without", held_out(siblings.held_out_without_m)},
+                 {"held_out_with", held_out(siblings.held_out_with_m)}}}};
+  for (const Finding& one : siblings.common) {
+    const model::WrittenEffect written = effects::WrittenFromActive(one.effect, one.covariance);
+    Json parameters = Json::array();
+    for (const model::EffectParameter& parameter : written.parameters)
+      parameters.push_back(JsonOf(parameter));
+    json["effects"].push_back(
+        {{"id", written.id}, {"scope", written.scope}, {"parameters", parameters}});
+  }
+  return json;
+}
+
 }  // namespace
 
 const char* Describe(Verdict verdict) {
@@ -152,6 +176,7 @@ std::string AnswerJson(const Diagnosis& diagnosis, const std::string& next_poses
                                   {"after_low_mm", Millimetres(error.after_low_m)},
                                   {"after_high_mm", Millimetres(error.after_high_m)}});
   }
+  if (diagnosis.siblings) answer["siblings"] = JsonOf(*diagnosis.siblings);
   answer["withheld"] = diagnosis.withheld.empty() ? Json(nullptr) : Json(diagnosis.withheld);
   answer["notes"] = diagnosis.notes;
   // A column name may contain bytes that are not UTF-8; replace them instead of throwing.

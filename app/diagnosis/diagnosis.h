@@ -150,6 +150,18 @@ struct ExplanationCheck {
   std::string sentence;  ///< the comparison in words
 };
 
+/// What measured arms of the same model contributed (app/siblings).
+struct SiblingEvidence {
+  std::vector<std::string> arms;  ///< names of their folders
+  bool used = false;              ///< the answer refers to the declared cell plus `effects`
+  std::string reason;             ///< why they were used or not, one sentence
+  std::vector<Finding> common;    ///< mean over the arms; covariance: spread of a further arm
+  double declared_m = 0;          ///< error of these rows under the declared cell, 3-D RMS
+  double predicted_m = 0;         ///< the same with the mean of the siblings, fitted to no row
+  double held_out_without_m = 0;  ///< held-out error of the answer without siblings; 0: none
+  double held_out_with_m = 0;     ///< and with them
+};
+
 /// A finding that failed a check.
 struct Doubt {
   std::string id;
@@ -222,6 +234,7 @@ struct Diagnosis {
   std::vector<std::string> not_recorded;       ///< missing signals and the effects they would show
   std::vector<model::SessionFrames> sessions;  ///< estimated frames, if the cell leaves them free
   model::Domain domain;                        ///< of the rows used
+  std::optional<SiblingEvidence> siblings;     ///< absent: none were given
 };
 
 /// Options of a diagnosis.

@@ -194,6 +194,20 @@ std::string WithLineEnds(const std::string& text, bool carriage_returns) {
 
 }  // namespace
 
+std::string CellTextWithEffects(std::string_view original, const model::CellModel& cell,
+                                const std::vector<model::WrittenEffect>& effects,
+                                const std::string& comment) {
+  std::string text(original);
+  std::string added = "\n# " + comment + '\n';
+  if (HasInlineEffects(text)) {
+    text = WithoutTable(text, "effect");
+    for (const model::WrittenEffect& effect : cell.effects) added += EffectText(effect);
+  }
+  for (const model::WrittenEffect& effect : effects) added += EffectText(effect);
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  return text + WithLineEnds(added, original.find("\r\n") != std::string_view::npos);
+}
+
 Result<std::string> CorrectedCellText(std::string_view original, const model::CellModel& cell,
                                       const Diagnosis& diagnosis, const DataOrigin& origin) {
   std::string text(original);

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "app/siblings/siblings.h"
+#include "firmware-like/statistics/chi_square.h"
+
+namespace plumbline::siblings {
+namespace {
+
+/// Sizes found in at least half of the arms, in order of first appearance.
+std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
+  std::vector<SizeKey> keys;
+  std::vector<std::size_t> found_in;
+  for (const Arm& arm : arms) {
+    for (const diagnosis::Finding& finding : arm.diagnosis.findings) {
+      for (const SizeKey& key : SharedSizes(finding)) {
+        const auto at = std::find(keys.begin(), keys.end(), key);
+        if (at == keys.end()) {
+          keys.push_back(key);
+          found_in.push_back(1);
+        } else {
+          ++found_in[static_cast<std::size_t>(at - keys.begin())];
+        }
+      }
+    }
+  }
+  std::vector<SizeKey> common;
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (2 * found_in[k] >= arms.size()) common.push_back(keys[k]);
+  }
+  return common;
+}
+
+/// Covariance of the sizes of one effect.
+Eigen::MatrixXd CovarianceOf(const effects::ActiveEffect& effect, const std::vector<SizeKey>& keys,
+                             const Eigen::MatrixXd& covariance) {
+  std::vector<Eigen::Index> places;
+  for (const effects::TermParameter& parameter : effect.term.parameters) {
+    const SizeKey key{effect.term.effect, effect.term.word, parameter};
+    places.push_back(std::find(keys.begin(), keys.end(), key) - keys.begin());
+  }
+  return covariance(places, places);
+}
+
+}  // namespace
+
+Result<std::vector<SizePrior>> PriorFrom(const std::vector<Arm>& arms, int threads) {
+  const std::vector<SizeKey> keys = CommonSizes(arms);
+  if (keys.empty()) return std::vector<SizePrior>{};
+  std::vector<std::vector<Estimate>> estimates(keys.size());
+  for (const Arm& arm : arms) {
+    const Result<SizeFit> fit =
+        FitSizes(arm, keys, std::vector<double>(keys.size(), 0.0), true, threads);
+    if (!fit) return Error{arm.name + ": " + fit.error()};
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+      const auto at = std::find(fit->keys.begin(), fit->keys.end(), keys[k]);
+      if (at == fit->keys.end()) continue;
+      const auto place = at - fit->keys.begin();
+      const double sd = std::sqrt(fit->covariance(place, place));
+      if (std::isfinite(sd) && sd > 0) estimates[k].push_back({fit->values[place], sd});
+    }
+  }
+  std::vector<SizePrior> prior;
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const std::optional<Pooled> pooled = PoolEstimates(estimates[k]);
+    if (pooled) prior.push_back({keys[k], *pooled});
+  }
+  return prior;
+}
+
+Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads) {
+  const auto count = static_cast<Eigen::Index>(prior.size());
+  std::vector<SizeKey> keys;
+  std::vector<double> means;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+  for (const SizePrior& one : prior) {
+    const auto at = static_cast<Eigen::Index>(keys.size());
+    covariance(at, at) = std::pow(one.pooled.next_sd(), 2);
+    keys.push_back(one.key);
+    means.push_back(one.pooled.mean);
+  }
+  const Result<SizeFit> fit = FitSizes(arm, keys, means, false, threads);
+  if (!fit) return Error{fit.error()};
+  Posterior posterior;
+  const auto determined = static_cast<Eigen::Index>(fit->keys.size());
+  if (determined > 0) {
+    // Kalman update with H selecting the sizes that the rows determine.
+    Eigen::MatrixXd selects = Eigen::MatrixXd::Zero(determined, count);
+    for (Eigen::Index i = 0; i < determined; ++i) {
+      const auto at = std::find(keys.begin(), keys.end(), fit->keys[static_cast<std::size_t>(i)]);
+      selects(i, at - keys.begin()) = 1;
+    }
+    const Eigen::Map<Eigen::VectorXd> mean(means.data(), count);
+    const Eigen::MatrixXd innovation = selects * covariance * selects.transpose() + fit->covariance;
+    const Eigen::VectorXd away = fit->values - selects * mean;
+    posterior.p_value = statistics::ChiSquareTail(away.dot(innovation.ldlt().solve(away)),
+                                                  static_cast<double>(determined));
+    const Eigen::MatrixXd gain = innovation.ldlt().solve(selects * covariance).transpose();
+    const Eigen::VectorXd updated = mean + gain * away;
+    covariance = covariance - gain * selects * covariance;
+    posterior.parameters = (selects * gain).trace();
+    means.assign(updated.begin(), updated.end());
+  }
+  posterior.effects = EffectsWith(keys, means, effects::PrismaticJoints(arm.cell.robot));
+  for (effects::ActiveEffect& effect : posterior.effects) {
+    effect.covariance = CovarianceOf(effect, keys, covariance);
+  }
+  return posterior;
+}
+
+}  // namespace plumbline::siblings

@@ -1,0 +1,64 @@
+// Diagnosis of an arm with what measured arms of the same model have in common as prior knowledge.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/siblings/arm_fit.h"
+
+namespace plumbline::siblings {
+
+using Engine = std::function<Result<diagnosis::Diagnosis>(
+    const model::CellModel&, table::MeasuredTable, const diagnosis::DiagnosisOptions&)>;
+
+/// Reads `cell.toml` and `measured.csv` of a folder.
+/// @return  an error with the folder and the remedy
+Result<Arm> ReadArm(const std::string& folder);
+
+/// Why two cells are not of one model: another number of joints, other nominal kinematics (a, d
+/// beyond 1 mm, angles beyond 0.1 degrees). Empty: they are.
+std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b);
+
+/// What the siblings know of one size, and what the rows of the arm made of it.
+struct SizePrior {
+  SizeKey key;
+  Pooled pooled;
+};
+
+/// Sizes that at least half of the arms show, fitted jointly in every arm, so that arms in which a
+/// size was not selected take part, too. A mean near zero is knowledge as well: it says which sizes
+/// differ from arm to arm, and by how much.
+Result<std::vector<SizePrior>> PriorFrom(const std::vector<Arm>& arms, int threads);
+
+/// The prior updated by the rows of an arm: precision-weighted mean of the pooled sizes and a least
+/// squares fit of all of them. Sizes that the rows do not determine keep their prior.
+struct Posterior {
+  std::vector<effects::ActiveEffect> effects;  ///< with covariance
+  double parameters = 0;                       ///< effective number of fitted ones
+  /// Probability that an arm of this model differs from its siblings by as much as the rows show:
+  /// tail of chi-square of the fitted sizes about their prior, under both covariances.
+  double p_value = 1;
+};
+Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads);
+
+/// Result: the answer, and the cell that it refers to.
+struct SiblingDiagnosis {
+  diagnosis::Diagnosis diagnosis;
+  model::CellModel cell;  ///< declared, with the effects of the siblings if used
+  std::vector<model::WrittenEffect> effects;  ///< added to the declared cell; empty: not used
+};
+
+/// Diagnoses every sibling, then the arm twice: as declared, and with the updated prior. The prior
+/// is used only if the arm's rows do not contradict it (Posterior::p_value, 1 %) and the held-out
+/// error is smaller with it; that error is increased for the sizes that the held-out rows took part
+/// in fitting. The answer's `siblings` states what came from where.
+/// @param siblings  arms without a diagnosis
+/// @return          an error if the arm cannot be diagnosed; a sibling that cannot is left out and
+///                  named in the notes
+Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
+                                              const table::MeasuredTable& rows,
+                                              std::vector<Arm> siblings, const Engine& engine,
+                                              const diagnosis::DiagnosisOptions& options);
+
+}  // namespace plumbline::siblings

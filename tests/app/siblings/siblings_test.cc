@@ -1,0 +1,153 @@
+#include "app/siblings/siblings.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "tests/app/diagnosis/simulated.h"
+#include "tests/app/temporary_folder.h"
+#include "tests/file_text.h"
+
+namespace plumbline::siblings_test {
+
+using namespace plumbline::siblings;
+using diagnosis::EffectWith;
+using diagnosis::MeasuredCell;
+
+namespace {
+
+constexpr double kSigma_m = 5e-5;
+
+/// Rows of an arm with a compliance of joints 2 and 3 and a gear ratio error of joint 4.
+MeasuredCell ArmWith(unsigned seed, double compliance, double ratio, int rows) {
+  MeasuredCell data =
+      diagnosis::Simulated("--family none --robot ur10 --repeats 0 --tests 0 --rows " +
+                           std::to_string(rows) + " --seed " + std::to_string(seed));
+  Remeasure(
+      data,
+      {EffectWith(data.cell, "joint_compliance", {{"q2", compliance}, {"q3", 1.2 * compliance}}),
+       EffectWith(data.cell, "gear_ratio", {{"q4", ratio}})},
+      kSigma_m, seed);
+  return data;
+}
+
+std::vector<Arm> ThreeSiblings() {
+  std::vector<Arm> arms;
+  for (unsigned k = 0; k < 3; ++k) {
+    MeasuredCell data = ArmWith(70 + k, 2e-6 * (0.9 + 0.1 * k), 4e-4 * (1.1 - 0.1 * k), 40);
+    arms.push_back({"arm" + std::to_string(k), data.cell, data.table, {}});
+  }
+  return arms;
+}
+
+Result<SiblingDiagnosis> Answer(const MeasuredCell& data, std::vector<Arm> arms) {
+  diagnosis::DiagnosisOptions options;
+  options.bootstrap = 20;
+  options.next_poses = 0;
+  return DiagnoseWithSiblings(data.cell, data.table, std::move(arms), diagnosis::Diagnose, options);
+}
+
+}  // namespace
+
+TEST_CASE("pooling recovers mean and spread of simulated arms, and the mean is covered by its sd") {
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> normal(0, 1);
+  int covered = 0;
+  double variance = 0;
+  constexpr int kFleets = 400, kArms = 6;
+  for (int fleet = 0; fleet < kFleets; ++fleet) {
+    std::vector<Estimate> estimates;
+    for (int k = 0; k < kArms; ++k) {
+      const double sd = k % 2 == 0 ? 0.1 : 0.3;
+      estimates.push_back({2 + 0.5 * normal(generator) + sd * normal(generator), sd});
+    }
+    const auto pooled = PoolEstimates(estimates);
+    REQUIRE(pooled);
+    CHECK(pooled->arms == kArms);
+    variance += pooled->between_sd * pooled->between_sd / kFleets;
+    covered += std::abs(pooled->mean - 2) < 2 * pooled->mean_sd ? 1 : 0;
+  }
+  CHECK(variance == Approx(0.25).epsilon(0.15));
+  CHECK(covered > 0.85 * kFleets);
+  CHECK_FALSE(PoolEstimates(std::vector<Estimate>{{1, 0.1}}));
+  const auto equal = PoolEstimates(std::vector<Estimate>{{1, 0.1}, {1, 0.1}});
+  CHECK(equal->between_sd == Approx(kLeastSpread));
+}
+
+TEST_CASE("what siblings share is adjusted to the arm, written with its origin, and improves it") {
+  const MeasuredCell data = ArmWith(90, 2.1e-6, 3.8e-4, 12);
+  const auto found = Answer(data, ThreeSiblings());
+  INFO((found ? "" : found.error()));
+  REQUIRE(found);
+  REQUIRE(found->diagnosis.siblings);
+  const diagnosis::SiblingEvidence& evidence = *found->diagnosis.siblings;
+  INFO(evidence.reason);
+  CHECK(evidence.arms == std::vector<std::string>{"arm0", "arm1", "arm2"});
+  REQUIRE(evidence.used);
+  CHECK(evidence.predicted_m < 0.5 * evidence.declared_m);
+  CHECK(evidence.held_out_with_m <= evidence.held_out_without_m);
+  REQUIRE(found->effects.size() == 2);
+  for (const model::WrittenEffect& effect : found->effects) {
+    CHECK(effect.from_file.find("arm0, arm1, arm2") != std::string::npos);
+    for (const model::EffectParameter& parameter : effect.parameters) {
+      CAPTURE(effect.id, parameter.name, parameter.value, parameter.sd.value_or(-1));
+      const double truth = effect.id == "gear_ratio" ? 3.8e-4
+                           : parameter.name == "q2"  ? 2.1e-6
+                                                     : 1.2 * 2.1e-6;
+      REQUIRE(parameter.sd);
+      CHECK(std::abs(parameter.value - truth) < 4 * *parameter.sd);
+    }
+  }
+  CHECK(found->cell.effects.size() == data.cell.effects.size() + 2);
+  CHECK(found->diagnosis.notes.front().find("siblings (arm0, arm1, arm2): ") == 0);
+}
+
+TEST_CASE("an arm that differs from its siblings is diagnosed without them, and says so") {
+  const MeasuredCell data = ArmWith(91, 0, -4e-4, 24);
+  const auto found = Answer(data, ThreeSiblings());
+  REQUIRE(found);
+  const diagnosis::SiblingEvidence& evidence = *found->diagnosis.siblings;
+  INFO(evidence.reason);
+  CHECK_FALSE(evidence.used);
+  CHECK(evidence.reason.find("this arm differs from its siblings") != std::string::npos);
+  CHECK(found->effects.empty());
+  CHECK(found->cell.effects.size() == data.cell.effects.size());
+  diagnosis::DiagnosisOptions options;
+  options.bootstrap = 20;
+  options.next_poses = 0;
+  const auto alone = diagnosis::Diagnose(data.cell, data.table, options);
+  REQUIRE(alone);
+  CHECK(found->diagnosis.verdict == alone->verdict);
+  CHECK(found->diagnosis.findings.size() == alone->findings.size());
+}
+
+TEST_CASE("a sibling that cannot be diagnosed is named; one alone is not enough") {
+  const MeasuredCell data = ArmWith(92, 2e-6, 4e-4, 12);
+  std::vector<Arm> arms = ThreeSiblings();
+  arms.resize(2);
+  for (table::MeasuredRow& row : arms[1].rows.rows) row.measured_W.reset();
+  const auto found = Answer(data, std::move(arms));
+  REQUIRE(found);
+  const std::vector<std::string>& notes = found->diagnosis.notes;
+  REQUIRE(notes.size() >= 2);
+  CHECK(notes[0].find("at least two are needed") != std::string::npos);
+  CHECK(notes[1].find("sibling arm1 was left out: ") == 0);
+}
+
+TEST_CASE("folders of siblings are read with faults that name the file; another model is refused") {
+  const test::TemporaryFolder folder;
+  const auto missing = ReadArm(folder.path());
+  REQUIRE_FALSE(missing);
+  CHECK(missing.error().find("cell.toml") != std::string::npos);
+  CHECK(missing.error().find("a sibling is a folder with") != std::string::npos);
+  const MeasuredCell ur10 = diagnosis::Simulated("--family none --robot ur10 --rows 8 --seed 1");
+  const MeasuredCell kr210 = diagnosis::Simulated("--family none --robot kr210 --rows 8 --seed 1");
+  CHECK(DifferenceOf(ur10.cell, ur10.cell).empty());
+  CHECK(DifferenceOf(ur10.cell, kr210.cell) == "its nominal joint 1 differs");
+  model::CellModel shorter = ur10.cell;
+  shorter.robot.joints.pop_back();
+  CHECK(DifferenceOf(ur10.cell, shorter) == "it has 5 joints, not 6");
+}
+
+}  // namespace plumbline::siblings_test
