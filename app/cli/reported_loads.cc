@@ -14,7 +14,7 @@
 namespace plumbline::cli {
 namespace {
 
-constexpr double kTimeout_s = 0.3;
+constexpr double kReadTimeout_s = 0.3;
 constexpr std::int64_t kMaxRows = 12000;         // as many as a diagnosis uses
 constexpr std::uint16_t kPayloadKnown = 1 << 2;  // bit of input_validity
 
@@ -23,7 +23,7 @@ std::optional<model_store::ReportedLoad> LoadOfDaemon(const config::PlcConfig& p
   if (plc.tcp.port == 0) return std::nullopt;
   auto client = robot::ModbusClient::Tcp(
       {config::IsWildcardAddress(plc.tcp.address) ? "127.0.0.1" : plc.tcp.address, plc.tcp.port},
-      plc.tcp.unit_id, kTimeout_s, MonotonicSeconds);
+      plc.tcp.unit_id, kReadTimeout_s, MonotonicSeconds);
   if (!client || client.value().Connect() != robot::LinkResult::kOk) return std::nullopt;
   std::array<std::uint16_t, 3> head{};
   std::array<std::uint16_t, plc::registers::kInputsSize> inputs{};

@@ -76,6 +76,12 @@ TEST_CASE("a table is imported completely or not at all, and can be exported aga
   CHECK_THAT(Plumbline("journal tail --once" + where).text, Catch::Contains(" 9.50 "));
   CHECK_THAT(Plumbline("journal show" + where).text, Catch::StartsWith("   row  time"));
 
+  const std::string touched = folder.path() + "/touched.csv";
+  std::ofstream(touched) << "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,artefact\n1,2,3,4,5,6,bal\n";
+  answer = Plumbline("journal import " + touched + " --cell " + kCell + where);
+  CHECK(answer.code == 1);
+  CHECK_THAT(answer.text, Catch::Contains("line 2: artefact \"bal\" is not declared in the cell"));
+
   answer = Plumbline("journal export --cell " + std::string(kCell) + " --out " + out + where);
   CHECK(answer.code == 0);
   CHECK(Plumbline("journal import " + out + " --cell " + kCell + where).code == 0);
