@@ -298,6 +298,14 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->add_option("--temperature-unit", options->units.temperature_unit,
                    "The same for temperatures: C, K, F")
       ->check(CLI::IsMember({"C", "K", "F"}));
+  command
+      ->add_option_function<std::string>(
+          "--decimal",
+          [options](const std::string& word) {
+            options->units.decimal = word == "comma" ? ',' : '.';
+          },
+          "Decimal sign, if the file leaves it open: comma, point")
+      ->check(CLI::IsMember({"comma", "point"}));
   command->add_option("--artefact", options->units.artefact,
                       "[[artefact]] of the cell to which gauge or range readings belong");
   command->add_option("--permissible-error-um", options->permissible_error,

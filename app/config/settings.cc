@@ -119,7 +119,7 @@ std::optional<std::size_t> Settings::Word(std::string_view key, std::string_view
   if (AddRow(key, "word", fmt::format("\"{}\"", fmt::join(words, "\", \"")), Quoted(value), doc)) {
     return std::nullopt;
   }
-  if (doc.required && !table_->Has(key)) table_->AddMissing(key, "a word");
+  if (doc.required && !table_->Has(key)) table_->AddMissing(key, TomlTable::OneOfText(words));
   std::optional<std::size_t> index;
   Store(key, table_->OneOf(key, words), index);
   return index;

@@ -212,6 +212,10 @@ std::optional<std::string> TomlTable::RequiredString(std::string_view key) const
   return String(key);
 }
 
+std::string TomlTable::OneOfText(const std::vector<std::string_view>& words) {
+  return fmt::format("one of \"{}\"", fmt::join(words, "\", \""));
+}
+
 std::optional<std::size_t> TomlTable::OneOf(std::string_view key,
                                             const std::vector<std::string_view>& words) const {
   const toml::node* node = Find(key);

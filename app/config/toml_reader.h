@@ -71,6 +71,8 @@ class TomlTable {
   /// A list of any number of rows, each a list of numbers; all rows have the same length.
   std::optional<Eigen::MatrixXd> Rows(std::string_view key, NumberRange range) const;
 
+  /// "one of \"point\", \"plane\"".
+  static std::string OneOfText(const std::vector<std::string_view>& words);
   /// Index of the key's value in `words`.
   std::optional<std::size_t> OneOf(std::string_view key,
                                    const std::vector<std::string_view>& words) const;
@@ -85,7 +87,9 @@ class TomlTable {
   template <typename T>
   std::optional<T> RequiredOneOf(std::string_view key,
                                  std::initializer_list<Choice<T>> choices) const {
-    if (!Has(key)) AddMissing(key, "a word");
+    std::vector<std::string_view> words;
+    for (const Choice<T>& choice : choices) words.push_back(choice.word);
+    if (!Has(key)) AddMissing(key, OneOfText(words));
     return OneOf(key, choices);
   }
 

@@ -35,9 +35,13 @@ bool IsSet(std::string flag) {
   return !(flag.empty() || flag == "0" || flag == "false" || flag == "no" || flag == "n");
 }
 
+bool IsUncertainty(const std::string& target) {
+  return target == "sigma_mm" || target.starts_with("u95");
+}
+
 /// True for values without which a measurement is still usable.
 bool IsAuxiliary(const std::string& target) {
-  return target == "t_s" || target == "temp_C" || target == "sigma_mm" || target.starts_with("u95");
+  return target == "t_s" || target == "temp_C" || IsUncertainty(target);
 }
 
 /// How the dates with slashes in the time stamps of a file are read.
@@ -116,7 +120,8 @@ void RowReader::Value(std::size_t column, const std::string& field, ImportedRow&
   }
   const auto number = NumberIn(field, file_.layout.decimal);
   const auto scale = ScaleOf(*kind, meaning.unit);
-  if (number && scale) {
+  const bool impossible = number && *number <= 0 && IsUncertainty(meaning.target);
+  if (number && scale && !impossible) {
     row.numbers[meaning.target] = *number * scale->factor + scale->offset;
   } else if (IsAuxiliary(meaning.target)) {
     LeftOut& left_out = left_out_[meaning.target];
@@ -140,7 +145,7 @@ void RowReader::AddNotes(std::vector<std::string>& notes) const {
             : ": assumed, since no day is above 12; write them as year-month-day if it is wrong"));
   }
   for (const auto& [target, left_out] : left_out_) {
-    notes.push_back(fmt::format("{}: {} unreadable value{} left out, the first in line {}: {}",
+    notes.push_back(fmt::format("{}: {} unusable value{} left out, the first in line {}: {}",
                                 target, left_out.count, left_out.count == 1 ? "" : "s",
                                 left_out.first_line, ShownField(left_out.first)));
   }

@@ -22,6 +22,7 @@ struct ImportOptions {
   std::string length_unit, angle_unit, temperature_unit;  ///< of columns that state none
   std::string artefact;                                   ///< of every row with a gauge or a range
   std::optional<PermissibleError> permissible_error;
+  std::optional<char> decimal;  ///< ',' or '.', if the file leaves it open; a mapping outranks it
 };
 
 /// What a file is expected to hold; decides the meaning of columns without names.

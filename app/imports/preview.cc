@@ -24,7 +24,8 @@ std::string LayoutText(const UnderstoodFile& file) {
   std::string text = fmt::format(
       "{}: {}, separator {}, decimal {}{}, {}\n", file.file, file.encoding,
       SeparatorName(layout.separator), layout.decimal == ',' ? "comma" : "point",
-      layout.decimal_assumed ? " (assumed: every comma is followed by three digits; state it)" : "",
+      layout.decimal_assumed ? " (assumed: every comma is followed by three digits; give --decimal)"
+                             : "",
       layout.header_line > 0 ? fmt::format("column names in line {}", layout.header_line)
                              : "no column names");
   for (const std::string& line : layout.preamble) {

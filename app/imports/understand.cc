@@ -119,7 +119,14 @@ UnderstoodFile Understand(std::string_view bytes, const std::string& file, FileR
                           const Mapping& mapping, const std::string& mapping_file,
                           const ImportOptions& options, config::FaultList& faults) {
   DecodedText decoded = DecodedFromBytes(bytes);
-  UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, mapping.layout), {}};
+  LayoutHints hints = mapping.layout;
+  if (!hints.decimal) hints.decimal = options.decimal;
+  UnderstoodFile understood{file, decoded.encoding, LayoutOf(decoded.text, hints), {}};
+  if (understood.layout.decimal_assumed) {
+    faults.Add({config::Fault::Severity::kFault, file, understood.layout.header_line, "",
+                "the decimal sign is not clear: every comma is followed by three digits, so that "
+                "1,234 may be 1.234 or 1234; give --decimal comma or --decimal point"});
+  }
   understood.meanings = MeaningsWith(mapping, understood.layout, mapping_file, faults);
   std::vector<ColumnMeaning>& meanings = understood.meanings;
   if (understood.layout.header_line == 0 && mapping.columns.empty()) {

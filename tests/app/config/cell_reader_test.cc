@@ -166,7 +166,7 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
       {"name = \"test arm\"", "", "@3 robot.name: missing; expected a string in quotes"},
       {"convention = \"dh\"", "convention = \"DH\"",
        "robot.convention: \"DH\" is not one of \"dh\", \"mdh\""},
-      {"convention = \"dh\"", "", "@3 robot.convention: missing; expected a word"},
+      {"convention = \"dh\"", "", "@3 robot.convention: missing; expected one of \"dh\", \"mdh\""},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [0.0, 0.0, -98]",
        "robot.gravity_m_s2[3]: -98 is outside -20..20"},
       {"gravity_m_s2 = [0.0, 0.0, -9.8]", "gravity_m_s2 = [15.0, 15.0, -9.8]",
@@ -209,7 +209,8 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
       // tool
       {"model = \"euler_bernoulli\"", "model = \"bernoulli\"",
        "tool.model: \"bernoulli\" is not one of \"euler_bernoulli\", \"timoshenko\", \"rigid\""},
-      {"model = \"euler_bernoulli\"", "", "@35 tool.model: missing; expected a word"},
+      {"model = \"euler_bernoulli\"", "",
+       "@35 tool.model: missing; expected one of \"euler_bernoulli\", \"timoshenko\", \"rigid\""},
       {"axis = \"z\"", "axis = \"x\"", "tool.axis: \"x\" is not one of \"z\""},
       {"length_mm = 1200.0", "length_mm = 0", "tool.length_mm: 0 is outside 1..20000"},
       {"length_mm = 1200.0", "", "@35 tool.length_mm: missing; expected a number, 1..20000"},

@@ -142,8 +142,28 @@ TEST_CASE("an unreadable time, temperature or uncertainty is left out alone") {
   CHECK(table.rows[1].numbers.at("x_mm") == 1);
   CHECK_FALSE(table.rows[1].numbers.contains("temp_C"));
   CHECK(table.notes == std::vector<std::string>{
-                           "sigma_mm: 1 unreadable value left out, the first in line 3: \"n/a\"",
-                           "temp_C: 2 unreadable values left out, the first in line 3: \"---\""});
+                           "sigma_mm: 1 unusable value left out, the first in line 3: \"n/a\"",
+                           "temp_C: 2 unusable values left out, the first in line 3: \"---\""});
+}
+
+TEST_CASE("an uncertainty of zero or less is left out, with a note") {
+  const ImportedTable table =
+      RowsOf(Understood("x_mm,y_mm,z_mm,u95_mm\n1,2,3,0\n1,2,3,-0.1\n1,2,3,0.1\n"), {});
+  CHECK(table.rejected.empty());
+  CHECK_FALSE(table.rows[0].numbers.contains("sigma_mm"));
+  CHECK(table.rows[2].numbers.contains("sigma_mm"));
+  CHECK(table.notes.front() == "u95_mm: 2 unusable values left out, the first in line 2: \"0\"");
+}
+
+TEST_CASE("commas followed by three digits are a fault until the decimal sign is given") {
+  const std::string text = "x_mm;y_mm;z_mm\n1,234;2,345;3,456\n";
+  CHECK(UnderstandFaults(text).find("give --decimal comma or --decimal point") !=
+        std::string::npos);
+  ImportOptions options;
+  options.decimal = ',';
+  CHECK(RowsOf(Understood(text, options), options).rows[0].numbers.at("x_mm") == Approx(1.234));
+  options.decimal = '.';
+  CHECK(RowsOf(Understood(text, options), options).rows[0].numbers.at("x_mm") == 1234);
 }
 
 TEST_CASE("times of two files count from one origin, or only those of the measurements are kept") {
