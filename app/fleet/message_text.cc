@@ -111,6 +111,7 @@ std::string StateBody(const view_link::ViewState& state, const FleetCell& cell) 
                {"temp_C", OptionalNumber(state.temp_C, 1e-2)},
                {"points", state.points.size()},
                {"points_valid", valid},
+               {"monitoring", plc::registers::MonitoringWord(state.monitoring)},
                {"loop", plc::registers::MonitoringWord(state.monitoring)},
                {"probes", state.monitoring.probes},
                {"drift_statistic", Rounded(state.monitoring.drift_statistic, 1e-4)},

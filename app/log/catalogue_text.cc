@@ -13,16 +13,16 @@ namespace {
 
 /// Heading of a component's table in the manual.
 std::string_view TitleOf(std::string_view component) {
-  return component == "service"  ? "Start, stop and the machine"
-         : component == "robot"  ? "Robot"
-         : component == "points" ? "Points"
-         : component == "plc"    ? "PLC"
-         : component == "loop"   ? "Probes and models"
+  return component == "service"      ? "Start, stop and the machine"
+         : component == "robot"      ? "Robot"
+         : component == "points"     ? "Points"
+         : component == "plc"        ? "PLC"
+         : component == "monitoring" ? "Probes and models"
          : component == "camera"
              ? "Camera and lens (more in \"The camera\"); lines of a named camera "
                "include the name, \"camera rear stale: ...\", "
                "\"camera rear: zoom sensor: ...\""
-         : component == "monitor" ? "Display and page"
+         : component == "display" ? "Display and page"
                                   : "Plant broker";
 }
 

@@ -63,7 +63,7 @@ enum class Event : std::uint8_t {
   kClientClosed,
   kTwoMasters,
   kOneMaster,
-  // loop
+  // monitoring
   kModelInForce,
   kModelSetAside,
   kReferenceLearned,
@@ -116,7 +116,7 @@ enum class Event : std::uint8_t {
   kLensStoreFault,
   kLensStoreRestored,
   kLensStoreWorks,
-  // monitor
+  // display
   kViewStarted,
   kViewUnavailable,
   kViewFault,
@@ -155,7 +155,7 @@ struct EventEntry {
   const char* name;       ///< value of PLUMBLINE_EVENT in the journal
   LogLevel level;         ///< of every line of this event
   const char* id;         ///< MESSAGE_ID: 32 hexadecimal digits, from systemd-id128(1)
-  const char* component;  ///< service, robot, points, plc, loop, camera, monitor, fleet
+  const char* component;  ///< service, robot, points, plc, monitoring, camera, display, fleet
   const char* line;       ///< how the line starts; "..." stands for the variable parts
   const char* means;      ///< empty if the line is self-explanatory
   const char* remedy;     ///< what to do; empty: nothing to do
