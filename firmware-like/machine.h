@@ -46,16 +46,17 @@ struct CameraInput {
   double tip_time_s = 0;  ///< time of the latest image used for `tip`, monotonic
 };
 
-/// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
-/// neither clocks nor devices.
 /// One press of a gauge's button.
 struct GaugePress {
   std::uint32_t number = 0;    ///< ascending; 0: none
   std::uint16_t artefact = 0;  ///< number of the gauge in the cell's list of artefacts, from 1
   double reading_m = 0;
+  double time_s = 0;              ///< monotonic, of its arrival
   std::optional<double> sigma_m;  ///< standard deviation of the reading
 };
 
+/// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
+/// neither clocks nor devices.
 struct MachineInput {
   double now_s = 0;          ///< monotonic
   double utc_s = 0;          ///< UTC since 1970, for time-dependent effects; never stepped in a run

@@ -136,7 +136,7 @@ struct Snapshot {
   std::array<CalibrationRequest, model::kMaxCameras>
       calibration_requests{};  ///< requested in this cycle
   bool probe_taken = false;    ///< `probe` was recorded in this cycle
-  /// What became of MachineInput::gauge in this cycle; nullopt: it waits for the next one.
+  /// What became of MachineInput::gauge; nullopt: there was none, or it waits for the next cycle.
   std::optional<correction::CorrectionCode> gauge_code;
   Probe probe;
   ProbeIntake probes;

@@ -8,6 +8,7 @@
 #include <ctime>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <thread>
 
@@ -74,7 +75,12 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
                                {"--report", arguments.report},
                                {"--pdf", arguments.pdf},
                                {"--next-poses", NextPosesPath(arguments)}};
-  bool writable = !OverwritesFile("diagnose", outputs, {arguments.cell, arguments.measured}, err);
+  std::vector<std::string> inputs = {arguments.cell, arguments.measured};
+  for (const std::string& folder : arguments.siblings) {
+    inputs.push_back(siblings::CellFileOf(folder));
+    inputs.push_back(siblings::RowsFileOf(folder));
+  }
+  bool writable = !OverwritesFile("diagnose", outputs, inputs, err);
   for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
     if (path != arguments.next_poses && option == std::string_view("--next-poses"))
@@ -90,7 +96,8 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
 
 /// What the command has read.
 struct Input {
-  std::string cell_text;
+  std::string declared_text;  ///< of the cell file
+  std::string cell_text;      ///< the same, with the effects of siblings if they are used
   std::string data_sha256;
   model::CellModel cell;
   table::MeasuredTable measured;  ///< moved into the diagnosis
@@ -98,6 +105,33 @@ struct Input {
   std::vector<int> unreadable_lines;
   std::vector<siblings::Arm> siblings;
 };
+
+/// Reads the siblings; each must be another arm, declared like this one.
+Result<std::vector<siblings::Arm>> ReadSiblings(const DiagnoseArguments& arguments,
+                                                const Input& input, std::ostream& err) {
+  std::vector<siblings::Arm> arms;
+  std::map<std::string, std::string> owner_of_rows = {{input.data_sha256, arguments.measured}};
+  for (const std::string& folder : arguments.siblings) {
+    config::FaultList faults;
+    Result<siblings::Arm> arm = siblings::ReadArm(folder, faults);
+    err << config::FaultsText(faults);
+    if (!arm) return Error{arm.error()};
+    const Result<std::string> rows = config::ReadTextFile(siblings::RowsFileOf(folder));
+    const auto [owner, is_new] =
+        owner_of_rows.emplace(report::Sha256Hex(rows ? *rows : ""), folder);
+    if (!is_new) {
+      return Error{fmt::format("{}: has the same rows as {}: they would count twice; leave it out",
+                               folder, owner->second)};
+    }
+    const std::string difference = siblings::DifferenceOf(input.cell, arm->cell);
+    if (!difference.empty()) {
+      return Error{fmt::format("{}: cannot be compared with {}: {}; leave it out", folder,
+                               arguments.cell, difference)};
+    }
+    arms.push_back(std::move(arm).value());
+  }
+  return arms;
+}
 
 Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& exit_code) {
   const Result<std::string> cell_text = config::ReadTextFile(arguments.cell);
@@ -116,19 +150,14 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  Input input{*cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}};
+  Input input{
+      *cell_text, *cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0,
+      {},         {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
-  for (const std::string& folder : arguments.siblings) {
-    Result<siblings::Arm> arm = siblings::ReadArm(folder);
-    if (!arm) return Error{arm.error()};
-    const std::string difference = siblings::DifferenceOf(input.cell, arm->cell);
-    if (!difference.empty()) {
-      return Error{fmt::format("{}: not an arm of the model in {}: {}; leave it out", folder,
-                               arguments.cell, difference)};
-    }
-    input.siblings.push_back(std::move(arm).value());
-  }
+  const Result<std::vector<siblings::Arm>> arms = ReadSiblings(arguments, input, err);
+  if (!arms) return Error{arms.error()};
+  input.siblings = *arms;
   return input;
 }
 
@@ -166,9 +195,9 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
         origin.date,
         PLUMBLINE_VERSION,
         config::TextFromUtc(static_cast<double>(std::time(nullptr))),
-        report::Sha256Hex(input.cell_text),
+        report::Sha256Hex(input.declared_text),
         input.data_sha256,
-        FingerprintOf(input.cell_text),
+        FingerprintOf(input.declared_text),
         has_model ? FingerprintOf(outputs.front().text) : std::string(),
         arguments.certificate_details};
     const std::string html = report::ReportHtml(diagnosis, input.cell, source);

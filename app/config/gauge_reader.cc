@@ -24,8 +24,9 @@ void CheckArtefact(const TomlTable& table, const std::string& name, const model:
     }
     const std::string nearest = NearestWord(name, names, 0.4);
     table.AddFault("artefact",
-                   fmt::format("is not an [[artefact]] of the cell{}; add one of kind \"gauge\"",
-                               nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+                   nearest.empty()
+                       ? "is not an [[artefact]] of the cell; add one of kind \"gauge\""
+                       : "is not an [[artefact]] of the cell; did you mean " + nearest + "?");
   } else if (found->kind != model::ArtefactKind::kGauge) {
     table.AddFault("artefact", "is not of kind \"gauge\" in the cell");
   }
@@ -64,8 +65,10 @@ std::vector<GaugeConfig> GaugesFromToml(const TomlTable& root, const model::Cell
     GaugeConfig one = GaugeFromToml(table);
     if (cell != nullptr && !one.artefact.empty()) CheckArtefact(table, one.artefact, *cell);
     for (const GaugeConfig& other : gauges) {
-      if (other.artefact == one.artefact) table.AddFault("artefact", "is used for two gauges");
-      if (other.connection.device == one.connection.device) {
+      if (!one.artefact.empty() && other.artefact == one.artefact) {
+        table.AddFault("artefact", "is used for two gauges");
+      }
+      if (!one.connection.device.empty() && other.connection.device == one.connection.device) {
         table.AddFault("device", "is used for two gauges");
       }
     }

@@ -252,7 +252,8 @@ void ControlCycle::RunOnce(CycleParts& parts, double tick_s) {
   input.reference_refused = environment_.monitoring.reference_refused;
   input.quarantined = environment_.monitoring.quarantined > 0;
   const GaugePress press = *mailboxes_.gauges.press.Read();
-  if (press.number != mailboxes_.gauges.handled >> 8U) input.gauge = press;
+  const bool is_new = press.number > mailboxes_.gauges.handled >> 8U;
+  if (is_new && start_s - press.time_s < kGaugePressValid_s) input.gauge = press;
   parts.branches.DeliverTo(parts.machine);
   const std::uint16_t executed = parts.machine.snapshot().result.sequence;
   const Snapshot& snapshot = parts.machine.Cycle(input);

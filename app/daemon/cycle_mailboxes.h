@@ -73,6 +73,9 @@ class CycleEventQueue {
   sem_t pushed_;
 };
 
+/// The robot may have moved after a longer time; a later cycle does not record the press.
+inline constexpr double kGaugePressValid_s = 0.5;
+
 /// Presses of gauge buttons on their way to the control cycle, one at a time.
 struct GaugeMailbox {
   Latest<GaugePress> press{1, GaugePress()};  ///< written by the gauge worker

@@ -268,7 +268,8 @@ class WatchdogFeeder {
 };
 
 void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,
-                const MonitoringWorker& worker, ThreadWatchdog& watchdog) {
+                const MonitoringWorker& worker, const GaugeWorker& gauges,
+                ThreadWatchdog& watchdog) {
   watchdog.Add("control cycle", kThreadTimeout_s, [&cycle] { return cycle.heartbeat().beats(); });
   watchdog.Add(
       kRobotLink, RobotTimeout_s(config),
@@ -277,6 +278,9 @@ void AddThreads(const config::DaemonConfig& config, const ControlCycle& cycle,
   watchdog.Add(
       "monitoring worker", kMonitoringTimeout_s, [&worker] { return worker.heartbeat().beats(); },
       [&worker] { return IsWaitingForDevice(worker.heartbeat().thread()); });
+  watchdog.Add(
+      "gauges", kThreadTimeout_s, [&gauges] { return gauges.beats(); },
+      [&gauges] { return IsWaitingForDevice(gauges.heartbeat().thread()); });
 }
 
 void UpdateAffinity(Running& running, double now_s) {
@@ -455,7 +459,7 @@ int RunDaemon(const std::string& config_file) {
                   {},
                   RobotTimeout_s(*config),
                   RunningDaemon{config->state_directory, in_force->models, !other_daemon}};
-  AddThreads(*config, cycle, worker, running.watchdog);
+  AddThreads(*config, cycle, worker, gauges, running.watchdog);
   (*cameras)->AddTo(running.watchdog);
   (*plc)->AddTo(running.watchdog);
   manager.Ready("started");

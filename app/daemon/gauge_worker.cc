@@ -10,9 +10,12 @@
 namespace plumbline::daemon {
 namespace {
 
-constexpr double kWait_s = 0.05;            // for one gauge
-constexpr double kMaxCyclesWait_s = 2;      // for the control cycle to handle a press
-constexpr double kShortestPresses_s = 0.3;  // nobody presses a button faster on purpose
+constexpr double kWait_s = 0.05;        // for one gauge
+constexpr double kMaxCyclesWait_s = 1;  // for the control cycle to handle a press
+/// Nobody presses a button at intervals as regular as this [s, and as a share], four times in a
+/// row.
+constexpr double kRegular_s = 5, kRegularShare = 0.05;
+constexpr std::size_t kRegularIntervals = 4;
 
 /// The number of an artefact in the cell's list, from 1; 0: there is none of that name.
 std::uint16_t ArtefactNumber(const model::CellModel& cell, const std::string& name) {
@@ -32,7 +35,7 @@ const char* RemedyFor(correction::CorrectionCode code) {
     case correction::CorrectionCode::kPending:
       return "the journal is being opened: press the button again";
     case correction::CorrectionCode::kBadCommand:
-      return "a gauge reads at most 500 mm: check its unit";
+      return "a gauge reads at most 500 mm: check its unit, and its [[artefact]] in the cell";
     default:
       return "see `plumbline status`, then press the button again";
   }
@@ -58,10 +61,18 @@ void GaugeWorker::Start(const config::DaemonConfig& config) {
 void GaugeWorker::Stop() {
   stop_ = true;
   if (thread_.joinable()) thread_.join();
+  // Withdraws a press that was not handled: another cell may have another artefact of that number.
+  mailbox_.press.Begin() = {};
+  mailbox_.press.Publish();
+}
+
+std::uint64_t GaugeWorker::beats() const {
+  return thread_.joinable() ? heartbeat_.beats() : static_cast<std::uint64_t>(MonotonicSeconds());
 }
 
 void GaugeWorker::Run() {
   while (!stop_) {
+    heartbeat_.Beat();
     const double start_s = MonotonicSeconds();
     for (ReadGauge& gauge : gauges_) ReadOnce(gauge);
     // Gauges that are not connected return at once.
@@ -78,15 +89,21 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
     sink_({log::Event::kGaugeBack,
            fmt::format("gauge {} is connected again", gauge.config.artefact)});
   }
+  const auto refused = [&](std::string_view why) {
+    sink_({log::Event::kGaugeRefused,
+           fmt::format("gauge {}: not recorded: {}", gauge.config.artefact, why)});
+  };
+  if (result == gauge::GaugeResult::kReading) gauge.unreadable = false;
   switch (result) {
     case gauge::GaugeResult::kReading:
       Record(gauge, reading_m);
       break;
     case gauge::GaugeResult::kFault:
+      refused(gauge.device.problem());
+      break;
     case gauge::GaugeResult::kUnreadable:
-      sink_(
-          {log::Event::kGaugeRefused, fmt::format("gauge {}: not recorded: {}",
-                                                  gauge.config.artefact, gauge.device.problem())});
+      if (!gauge.unreadable) refused(gauge.device.problem());
+      gauge.unreadable = true;
       break;
     case gauge::GaugeResult::kLost:
       if (gauge.lost) break;
@@ -102,20 +119,19 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
 
 void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
   const double now_s = MonotonicSeconds();
-  const bool too_soon = now_s - gauge.last_reading_s < kShortestPresses_s;
-  gauge.last_reading_s = now_s;
-  if (too_soon) {
+  if (IsContinuous(gauge, now_s)) {
     if (gauge.continuous) return;
     gauge.continuous = true;
-    sink_(
-        {log::Event::kGaugeRefused,
-         fmt::format("gauge {}: it sends readings continuously, which are not recorded: set it to "
-                     "send when its button is pressed",
-                     gauge.config.artefact)});
+    sink_({log::Event::kGaugeRefused,
+           fmt::format(
+               "gauge {}: it sends at regular intervals without a press; from here on nothing "
+               "is recorded, and the rows before this line are to be discarded. Set it to send "
+               "when its button is pressed",
+               gauge.config.artefact)});
     return;
   }
   gauge.continuous = false;
-  mailbox_.press.Begin() = {++number_, gauge.artefact, reading_m, gauge.config.sigma_m};
+  mailbox_.press.Begin() = {++number_, gauge.artefact, reading_m, now_s, gauge.config.sigma_m};
   mailbox_.press.Publish();
   const std::optional<correction::CorrectionCode> code = CodeOf(number_);
   const std::string reading =
@@ -127,9 +143,19 @@ void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
                                                   correction::Describe(*code), RemedyFor(*code))});
   } else if (!stop_) {
     sink_({log::Event::kGaugeRefused,
-           reading + " may not be recorded: the control cycle did not answer in time; look at "
-                     "`plumbline journal tail` before you press the button again"});
+           reading +
+               " not recorded: the control cycle did not answer in time; press the button again"});
   }
+}
+
+/// Adds a reading to the history; true if the latest intervals are too regular for presses.
+bool GaugeWorker::IsContinuous(ReadGauge& gauge, double now_s) {
+  std::vector<double>& intervals_s = gauge.intervals_s;
+  intervals_s.push_back(now_s - std::exchange(gauge.last_reading_s, now_s));
+  if (intervals_s.size() > kRegularIntervals) intervals_s.erase(intervals_s.begin());
+  if (intervals_s.size() < kRegularIntervals) return false;
+  const auto [least, most] = std::minmax_element(intervals_s.begin(), intervals_s.end());
+  return *most < kRegular_s && *most - *least < std::max(kRegularShare * *most, kWait_s);
 }
 
 std::optional<correction::CorrectionCode> GaugeWorker::CodeOf(std::uint32_t number) {

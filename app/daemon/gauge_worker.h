@@ -11,6 +11,7 @@
 #include "app/daemon/cycle_mailboxes.h"
 #include "app/log/log.h"
 #include "drivers/gauge/serial_gauge.h"
+#include "drivers/thread_heartbeat.h"
 
 namespace plumbline::daemon {
 
@@ -27,6 +28,9 @@ class GaugeWorker {
   /// Starts with the gauges of a configuration. Call it only while the worker is stopped.
   void Start(const config::DaemonConfig& config);
   void Stop();
+  /// For the watchdog; increases also while there is no gauge, and so no thread.
+  std::uint64_t beats() const;
+  const ThreadHeartbeat& heartbeat() const { return heartbeat_; }
   /// The configuration of the latest Start().
   const config::DaemonConfig& config() const { return config_; }
 
@@ -35,13 +39,16 @@ class GaugeWorker {
     config::GaugeConfig config;
     std::uint16_t artefact = 0;  ///< number in the cell's list, from 1
     gauge::SerialGauge device;
-    bool lost = false;  ///< logged as lost
+    bool lost = false;        ///< logged as lost
+    bool unreadable = false;  ///< logged as unreadable since the latest reading
     double last_reading_s = -1e300;
-    bool continuous = false;  ///< logged as sending without a press
+    std::vector<double> intervals_s{};  ///< of the latest readings
+    bool continuous = false;            ///< logged as sending without a press
   };
   void Run();
   void ReadOnce(ReadGauge& gauge);
   void Record(ReadGauge& gauge, double reading_m);
+  static bool IsContinuous(ReadGauge& gauge, double now_s);
   /// What the cycle did with a press; nullopt if it did not handle it in time.
   std::optional<correction::CorrectionCode> CodeOf(std::uint32_t number);
 
@@ -51,6 +58,7 @@ class GaugeWorker {
   std::vector<ReadGauge> gauges_;
   std::uint32_t number_ = 0;  ///< of the latest press
   std::atomic<bool> stop_{false};
+  ThreadHeartbeat heartbeat_;
   std::thread thread_;
 };
 

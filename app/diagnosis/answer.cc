@@ -68,26 +68,31 @@ Json JsonOf(const ExplanationCheck& check) {
           {"in_words", check.sentence}};
 }
 
+Json JsonOf(const effects::ActiveEffect& effect, const Eigen::MatrixXd& covariance) {
+  const model::WrittenEffect written = effects::WrittenFromActive(effect, covariance);
+  Json parameters = Json::array();
+  for (const model::EffectParameter& parameter : written.parameters)
+    parameters.push_back(JsonOf(parameter));
+  return {{"id", written.id}, {"scope", written.scope}, {"parameters", parameters}};
+}
+
 Json JsonOf(const SiblingEvidence& siblings) {
-  const auto held_out = [](double metres) {
-    return metres > 0 ? Millimetres(metres) : Json(nullptr);
-  };
+  const auto error = [](double metres) { return metres > 0 ? Millimetres(metres) : Json(nullptr); };
   Json json = {{"arms", siblings.arms},
                {"used", siblings.used},
                {"in_words", siblings.reason},
                {"effects", Json::array()},
+               {"applied", Json::array()},
                {"error_mm",
-                {{"declared", Millimetres(siblings.declared_m)},
-                 {"predicted_by_siblings", Millimetres(siblings.predicted_m)},
-                 {"held_out_without", held_out(siblings.held_out_without_m)},
-                 {"held_out_with", held_out(siblings.held_out_with_m)}}}};
+                {{"declared", error(siblings.declared_m)},
+                 {"predicted_by_siblings", error(siblings.predicted_m)},
+                 {"held_out_without", error(siblings.held_out_without_m)},
+                 {"held_out_with", error(siblings.held_out_with_m)}}}};
   for (const Finding& one : siblings.common) {
-    const model::WrittenEffect written = effects::WrittenFromActive(one.effect, one.covariance);
-    Json parameters = Json::array();
-    for (const model::EffectParameter& parameter : written.parameters)
-      parameters.push_back(JsonOf(parameter));
-    json["effects"].push_back(
-        {{"id", written.id}, {"scope", written.scope}, {"parameters", parameters}});
+    json["effects"].push_back(JsonOf(one.effect, one.covariance));
+  }
+  for (const effects::ActiveEffect& one : siblings.applied) {
+    json["applied"].push_back(JsonOf(one, one.covariance));
   }
   return json;
 }

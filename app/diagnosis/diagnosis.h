@@ -152,12 +152,13 @@ struct ExplanationCheck {
 
 /// What measured arms of the same model contributed (app/siblings).
 struct SiblingEvidence {
-  std::vector<std::string> arms;  ///< names of their folders
-  bool used = false;              ///< the answer refers to the declared cell plus `effects`
+  std::vector<std::string> arms;  ///< their folders
+  bool used = false;              ///< the answer refers to the declared cell plus `applied`
   std::string reason;             ///< why they were used or not, one sentence
   std::vector<Finding> common;    ///< mean over the arms; covariance: spread of a further arm
-  double declared_m = 0;          ///< error of these rows under the declared cell, 3-D RMS
-  double predicted_m = 0;         ///< the same with the mean of the siblings, fitted to no row
+  std::vector<effects::ActiveEffect> applied;  ///< adjusted to the rows, with covariance
+  double declared_m = 0;   ///< RMS error of the rows under the declared cell; 0: not computed
+  double predicted_m = 0;  ///< with the siblings' mean; only free frames are fitted
   double held_out_without_m = 0;  ///< held-out error of the answer without siblings; 0: none
   double held_out_with_m = 0;     ///< and with them
 };

@@ -246,7 +246,8 @@ Dataset CandidateRows(const Dataset& data, const DesignSpace& space,
     if (!OnArtefact(data.observations[row].kind)) proposed = row;
   }
   for (const DesignPoint& point : points) {
-    table::MeasuredRow row = data.table.rows.back();
+    table::MeasuredRow row = proposed ? data.measured(*proposed) : data.table.rows.back();
+    if (!proposed) row.measured_W = Vec3::Zero();  // its residual is not used
     row.q = point.q;
     if (row.payload_kg) row.payload_kg = point.payload_kg;
     loads::Payload payload = data.payloads.back();

@@ -104,6 +104,26 @@ constexpr const char* kConversions[] = {kFromSchema1, kFromSchema2, kFromSchema3
                                         kFromSchema4, kFromSchema5, kFromSchema6};
 static_assert(std::size(kConversions) == kJournalSchema - 1);
 
+/// Checks that the conversion from schema 6 changed the constraint, and makes other connections
+/// read the changed statement.
+Result<void> FinishSourceChange(sqlite::Database& database) {
+  const Result<std::int64_t> changed = database.IntegerOf(
+      "SELECT count(*) FROM sqlite_schema WHERE name = 'measurement' AND sql LIKE '%''gauge''%'");
+  if (!changed) return changed.failure();
+  if (*changed != 1) {
+    return Error{
+        "its table `measurement` was not made by plumbline, and cannot be converted to this "
+        "schema: "
+        "restore the journal from the backup, or move it away to start a new one"};
+  }
+  const Result<std::int64_t> cookie = database.IntegerOf("PRAGMA schema_version");
+  if (!cookie) return cookie.failure();
+  if (!database.Run(fmt::format("PRAGMA schema_version = {}", *cookie + 1).c_str())) {
+    return sqlite::Failure(database, "cannot be converted to this schema");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> MigrateSchema(sqlite::Database& database) {
@@ -124,11 +144,10 @@ Result<void> MigrateSchema(sqlite::Database& database) {
   for (std::int64_t from = *version; from >= 1 && from < kJournalSchema; ++from) {
     if (!database.Run(kConversions[from - 1])) return problem();
   }
-  // Makes other connections read the changed statements.
-  const Result<std::int64_t> cookie = database.IntegerOf("PRAGMA schema_version");
-  if (!cookie) return cookie.failure();
-  if (!database.Run(fmt::format("PRAGMA schema_version = {}", *cookie + 1).c_str())) {
-    return problem();
+  if (*version != 0) {
+    if (const Result<void> changed = FinishSourceChange(database); !changed) {
+      return changed.failure();
+    }
   }
   if (!transaction.Commit()) return problem();
   return {};

@@ -6,6 +6,7 @@
 
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/fit_problem.h"
+#include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/refit.h"
 
 namespace plumbline::siblings {
@@ -14,12 +15,6 @@ namespace {
 using diagnosis::Dataset;
 using diagnosis::FitProblem;
 using diagnosis::RowIndex;
-
-bool OfInstrument(const effects::EffectTraits& traits) {
-  return std::any_of(traits.needs.begin(), traits.needs.end(), [](effects::Signal signal) {
-    return signal == effects::Signal::kCamera || signal == effects::Signal::kRange;
-  });
-}
 
 bool HasShape(const effects::EffectTraits& traits) {
   return std::any_of(traits.parameters.begin(), traits.parameters.end(),
@@ -37,7 +32,7 @@ FitProblem ProblemOf(const Dataset& data, const Arm& arm, int threads) {
   }
   for (const RowIndex row : data.row_indices()) {
     const auto found = weight_of_line.find(data.measured(row).line);
-    if (found != weight_of_line.end()) problem.weights[row] *= found->second;
+    problem.weights[row] *= found == weight_of_line.end() ? 0 : found->second;
   }
   problem.sigma_m = arm.diagnosis.sigma_m;
   return problem;
@@ -87,7 +82,9 @@ double VarianceRatio(const diagnosis::Refit& refit, const FitProblem& problem) {
   for (const RowIndex row : problem.data.row_indices()) {
     residuals += problem.weights[row] * problem.data.numbers[row].count;
   }
-  const double freedom = residuals - static_cast<double>(refit.parameters.size());
+  const diagnosis::Nuisances nuisances(problem.data);
+  const double freedom = residuals + nuisances.equations() - nuisances.size() -
+                         static_cast<double>(refit.parameters.size());
   return freedom < 1 ? 1 : std::max(1.0, refit.chi2 / freedom);
 }
 
@@ -117,10 +114,7 @@ SizeFit PartOf(const diagnosis::Refit& refit, const std::vector<SizeKey>& keys, 
 std::vector<SizeKey> SharedSizes(const diagnosis::Finding& finding) {
   const effects::EffectTerm& term = finding.effect.term;
   const effects::EffectTraits& traits = term.effect->traits();
-  if (traits.empirical || traits.nuisance != effects::Nuisance::kNone || HasShape(traits) ||
-      OfInstrument(traits)) {
-    return {};
-  }
+  if (!traits.of_arm || HasShape(traits)) return {};
   std::vector<SizeKey> keys;
   for (const effects::TermParameter& parameter : term.parameters) {
     keys.push_back({term.effect, term.word, parameter});

@@ -17,8 +17,8 @@ struct SizeKey {
   bool operator==(const SizeKey&) const = default;
 };
 
-/// The sizes of a finding that other arms may share; empty for effects with shapes (a phase, the
-/// time of an event), curves, frames, and those of an instrument.
+/// The sizes of a finding that other arms may share: of effects of the arm itself
+/// (EffectTraits::of_arm) without shapes (a phase, the time of an event). Empty for all others.
 std::vector<SizeKey> SharedSizes(const diagnosis::Finding& finding);
 
 /// Effects with the sizes given, grouped by effect and word.
@@ -43,7 +43,8 @@ struct SizeFit {
 
 /// Least squares fit of the sizes, together with the other effects that the arm's own diagnosis
 /// found; rows that it rejected have no weight. The covariance is scaled by the scatter of the
-/// residuals if that exceeds the noise. Sizes that the rows do not determine stay at their start.
+/// residuals if that exceeds the noise. The result
+/// lacks sizes that the rows do not determine.
 /// @param start  value of each key at the start, SI
 /// @param own    whether the other findings of the arm take part; they must not if `start` is to be
 ///               corrected by rows that were not used to select anything

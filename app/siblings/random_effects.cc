@@ -3,24 +3,44 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware-like/statistics/chi_square.h"
+
 namespace plumbline::siblings {
 namespace {
 
-/// Weighted mean and the sums of its weights and of their squares.
 struct WeightedMean {
-  double mean = 0, weights = 0, squares = 0;
+  double mean = 0, weights = 0;
+  double squares = 0;  ///< weighted sum of squares about the mean
 };
 
 WeightedMean MeanOf(std::span<const Estimate> estimates, double between_variance) {
   WeightedMean of;
+  const auto weight = [between_variance](const Estimate& estimate) {
+    return 1 / (estimate.sd * estimate.sd + between_variance);
+  };
   for (const Estimate& estimate : estimates) {
-    const double weight = 1 / (estimate.sd * estimate.sd + between_variance);
-    of.weights += weight;
-    of.squares += weight * weight;
-    of.mean += weight * estimate.value;
+    of.weights += weight(estimate);
+    of.mean += weight(estimate) * estimate.value;
   }
   of.mean /= of.weights;
+  for (const Estimate& estimate : estimates) {
+    of.squares += weight(estimate) * std::pow(estimate.value - of.mean, 2);
+  }
   return of;
+}
+
+/// The spread's variance at which the weighted squares fall to `squares`; 0 if they are below
+/// already.
+double VarianceWith(std::span<const Estimate> estimates, double squares) {
+  if (MeanOf(estimates, 0).squares <= squares) return 0;
+  double low = 0, high = 0;
+  for (const Estimate& estimate : estimates) high += estimate.sd * estimate.sd;
+  while (MeanOf(estimates, high).squares > squares) high *= 4;
+  for (int k = 0; k < 200 && high - low > 1e-12 * high; ++k) {
+    const double middle = (low + high) / 2;
+    (MeanOf(estimates, middle).squares > squares ? low : high) = middle;
+  }
+  return high;
 }
 
 }  // namespace
@@ -31,15 +51,12 @@ double Pooled::next_sd() const {
 
 std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates) {
   if (estimates.size() < 2) return std::nullopt;
-  const WeightedMean fixed = MeanOf(estimates, 0);
-  double excess = -static_cast<double>(estimates.size() - 1);
-  for (const Estimate& estimate : estimates) {
-    excess += std::pow((estimate.value - fixed.mean) / estimate.sd, 2);
-  }
-  double variance = std::max(0.0, excess) / (fixed.weights - fixed.squares / fixed.weights);
-  variance = std::max(variance, std::pow(kLeastSpread * fixed.mean, 2));
-  const WeightedMean random = MeanOf(estimates, variance);
-  return Pooled{random.mean, std::sqrt(variance), 1 / std::sqrt(random.weights),
+  constexpr double kConfidence = 0.8;
+  const auto freedom = static_cast<double>(estimates.size() - 1);
+  double variance = VarianceWith(estimates, statistics::ChiSquareQuantile(kConfidence, freedom));
+  variance = std::max(variance, std::pow(kLeastSpread * MeanOf(estimates, variance).mean, 2));
+  const WeightedMean of = MeanOf(estimates, variance);
+  return Pooled{of.mean, std::sqrt(variance), 1 / std::sqrt(of.weights),
                 static_cast<int>(estimates.size())};
 }
 

@@ -14,7 +14,7 @@ struct Estimate {
 /// Distribution of a number over the arms of a model: normal with this mean and spread.
 struct Pooled {
   double mean = 0;
-  double between_sd = 0;  ///< from arm to arm
+  double between_sd = 0;  ///< from arm to arm, upper limit
   double mean_sd = 0;     ///< of `mean`
   int arms = 0;
 
@@ -22,9 +22,11 @@ struct Pooled {
   double next_sd() const;
 };
 
-/// The estimator of DerSimonian and Laird (1986): value_i = mean + b_i + e_i, with var(b_i) from
-/// the excess of the estimates' scatter over their own uncertainty. Few arms often show no excess
-/// by chance, so that between_sd is at least kLeastSpread of the mean.
+/// value_i = mean + b_i + e_i with the spread of b unknown. Few arms may be alike by chance, so
+/// that `between_sd` is the upper 80 % confidence limit of the spread, by the Q-profile method: the
+/// value at which the weighted squares about the mean equal the 20 % quantile of chi-square with
+/// arms - 1 degrees of freedom [Viechtbauer 2007, doi:10.1002/sim.2514]. It is at least
+/// kLeastSpread of the mean.
 /// @return  nullopt with fewer than two estimates
 std::optional<Pooled> PoolEstimates(std::span<const Estimate> estimates);
 

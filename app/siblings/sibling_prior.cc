@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +9,7 @@
 namespace plumbline::siblings {
 namespace {
 
-/// Sizes found in at least half of the arms, in order of first appearance.
+/// Sizes found in at least two, and at least half, of the arms, in order of first appearance.
 std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
   std::vector<SizeKey> keys;
   std::vector<std::size_t> found_in;
@@ -26,7 +28,7 @@ std::vector<SizeKey> CommonSizes(const std::vector<Arm>& arms) {
   }
   std::vector<SizeKey> common;
   for (std::size_t k = 0; k < keys.size(); ++k) {
-    if (2 * found_in[k] >= arms.size()) common.push_back(keys[k]);
+    if (found_in[k] >= 2 && 2 * found_in[k] >= arms.size()) common.push_back(keys[k]);
   }
   return common;
 }
@@ -44,14 +46,18 @@ Eigen::MatrixXd CovarianceOf(const effects::ActiveEffect& effect, const std::vec
 
 }  // namespace
 
-Result<std::vector<SizePrior>> PriorFrom(const std::vector<Arm>& arms, int threads) {
+std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
+                                 std::vector<std::string>& notes) {
   const std::vector<SizeKey> keys = CommonSizes(arms);
-  if (keys.empty()) return std::vector<SizePrior>{};
+  if (keys.empty()) return {};
   std::vector<std::vector<Estimate>> estimates(keys.size());
   for (const Arm& arm : arms) {
     const Result<SizeFit> fit =
         FitSizes(arm, keys, std::vector<double>(keys.size(), 0.0), true, threads);
-    if (!fit) return Error{arm.name + ": " + fit.error()};
+    if (!fit) {
+      notes.push_back(fmt::format("sibling {} does not take part: {}", arm.name, fit.error()));
+      continue;
+    }
     for (std::size_t k = 0; k < keys.size(); ++k) {
       const auto at = std::find(fit->keys.begin(), fit->keys.end(), keys[k]);
       if (at == fit->keys.end()) continue;

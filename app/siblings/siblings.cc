@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/config/cell_reader.h"
+#include "app/diagnosis/residual_layout.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
 
@@ -24,6 +25,7 @@ std::vector<Arm> Diagnosed(std::vector<Arm> arms, const Engine& engine,
     diagnosis::DiagnosisOptions own;
     own.threads = options.threads;
     own.next_poses = 0;
+    own.order_unknown = options.order_unknown;
     own.interrupted = options.interrupted;
     own.progress = [&](double done, const std::string&) {
       if (!options.progress) return;
@@ -88,55 +90,93 @@ std::string Names(const std::vector<std::string>& arms) {
   return fmt::format("{}", fmt::join(arms, ", "));
 }
 
-/// Widens the stated errors, because the held-out rows took part in the update: for p parameters
-/// fitted to n residuals, the mean square of new residuals is (n + p) / (n - p) times that of the
-/// fitted ones.
-void CountFittedSizes(double parameters, diagnosis::Diagnosis& diagnosis) {
+/// For p parameters fitted to n residuals, the RMS of new residuals over that of the fitted ones,
+/// sqrt((n + p) / (n - p)); nullopt if there are too few residuals.
+std::optional<double> FactorForNewRows(double parameters, const diagnosis::Diagnosis& diagnosis) {
   double residuals = 0;
-  for (const diagnosis::RowTrace& row : diagnosis.rows) residuals += row.outlier ? 0 : 3;
-  const double factor = residuals > parameters + 1
-                            ? std::sqrt((residuals + parameters) / (residuals - parameters))
-                            : HUGE_VAL;
-  for (std::optional<double>* sigma_m :
-       {&diagnosis.domain.residual_sigma_m, &diagnosis.domain.distant_sigma_m}) {
-    if (*sigma_m) **sigma_m *= factor;
+  for (const diagnosis::RowTrace& row : diagnosis.rows) {
+    residuals += row.outlier ? 0 : diagnosis::ResidualsOf(row.kind);
   }
-  diagnosis.held_out.after_m *= factor;
+  if (residuals < parameters + 1) return std::nullopt;
+  return std::sqrt((residuals + parameters) / (residuals - parameters));
 }
 
-/// Below this probability the arm counts as different from its siblings.
+/// Widens every stated error of held-out rows and of new points, because those rows took part in
+/// the update of the prior.
+void Widen(double factor, diagnosis::Diagnosis& diagnosis) {
+  const auto widen = [factor](diagnosis::HeldOutError& error) {
+    for (double* value :
+         {&error.before_m, &error.after_m, &error.after_low_m, &error.after_high_m}) {
+      *value *= factor;
+    }
+  };
+  widen(diagnosis.held_out);
+  for (diagnosis::HeldOutError& error : diagnosis.held_out_by_all) widen(error);
+  for (diagnosis::KindError& error : diagnosis.rms_by_kind) {
+    if (error.before_held_out_m) *error.before_held_out_m *= factor;
+    if (error.after_held_out_m) *error.after_held_out_m *= factor;
+  }
+  model::Domain& domain = diagnosis.domain;
+  for (std::optional<double>* sigma_m :
+       {&domain.residual_sigma_m, &domain.distant_sigma_m, &domain.declared_sigma_m}) {
+    if (*sigma_m) **sigma_m *= factor;
+  }
+}
+
+/// Held-out error of the model that an answer writes; nullopt if no row could be held out.
+std::optional<double> HeldOutOf(const diagnosis::Diagnosis& answer) {
+  if (answer.held_out_by.empty()) return std::nullopt;
+  return answer.withheld.empty() ? answer.held_out.after_m : answer.held_out.before_m;
+}
+
+/// Below this probability the arm counts as different from its siblings. The level is approximate:
+/// the spread of few siblings is an upper limit, not known.
 constexpr double kDifferentArm = 0.01;
 
 }  // namespace
 
-Result<Arm> ReadArm(const std::string& folder) {
+Result<Arm> ReadArm(const std::string& folder, config::FaultList& faults) {
   namespace fs = std::filesystem;
   Arm arm;
-  arm.name = fs::path(folder).lexically_normal().filename().string();
-  if (arm.name.empty()) arm.name = fs::path(folder).lexically_normal().parent_path().filename();
-  config::FaultList faults;
-  const std::string cell_file = (fs::path(folder) / "cell.toml").string();
-  const auto cell = config::ReadCell(cell_file, faults);
+  arm.name = fs::path(folder).lexically_normal().string();
+  config::FaultList own;
+  const auto cell = config::ReadCell(CellFileOf(folder), own);
   std::optional<table::MeasuredTable> rows;
   if (cell) {
     arm.cell = *cell;
-    rows =
-        table::ReadTable((fs::path(folder) / "measured.csv").string(), cell->robot.joints, faults);
+    rows = table::ReadTable(RowsFileOf(folder), cell->robot.joints, own);
   }
   if (!cell || !rows) {
     return Error{fmt::format("{}a sibling is a folder with its cell.toml and its measured.csv",
-                             config::FaultsText(faults))};
+                             config::FaultsText(own))};
   }
+  faults.Append(own);
   arm.rows = std::move(*rows);
   return arm;
 }
 
+std::string CellFileOf(const std::string& folder) {
+  return (std::filesystem::path(folder) / "cell.toml").string();
+}
+
+std::string RowsFileOf(const std::string& folder) {
+  return (std::filesystem::path(folder) / "measured.csv").string();
+}
+
 std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b) {
-  constexpr double kLength_m = 1e-3, kAngle_rad = 0.1 * kRadPerDeg;
+  constexpr double kLength_m = 1e-3, kAngle_rad = 0.1 * kRadPerDeg, kShare = 0.01;
   if (a.robot.size() != b.robot.size()) {
     return fmt::format("it has {} joints, not {}", b.robot.size(), a.robot.size());
   }
   if (a.robot.convention != b.robot.convention) return "its Denavit-Hartenberg convention differs";
+  if (!a.effects.empty() || !b.effects.empty()) {
+    return fmt::format("{} has effects of its own: give the cell as it was declared",
+                       b.effects.empty() ? "the other cell" : "its cell");
+  }
+  const auto equal = [](const std::optional<double>& one, const std::optional<double>& other) {
+    if (!one || !other) return one.has_value() == other.has_value();
+    return std::abs(*one - *other) <= kShare * std::max(std::abs(*one), std::abs(*other));
+  };
   for (int i = 0; i < a.robot.size(); ++i) {
     const model::Joint& one = a.robot.joints[static_cast<std::size_t>(i)];
     const model::Joint& other = b.robot.joints[static_cast<std::size_t>(i)];
@@ -146,6 +186,12 @@ std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b) {
                       std::abs(one.alpha_rad - other.alpha_rad) <= kAngle_rad &&
                       std::abs(one.theta_offset_rad - other.theta_offset_rad) <= kAngle_rad;
     if (!same) return fmt::format("its nominal joint {} differs", i + 1);
+    if (!equal(one.compliance_rad_per_Nm, other.compliance_rad_per_Nm)) {
+      return fmt::format("the declared compliance of its joint {} differs", i + 1);
+    }
+    if (!equal(one.link_mass_kg, other.link_mass_kg)) {
+      return fmt::format("the declared mass of its link {} differs", i + 1);
+    }
   }
   return {};
 }
@@ -165,69 +211,59 @@ Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   SiblingDiagnosis result{*without, cell, {}};
   const auto finish = [&] {
     diagnosis::Diagnosis& answer = result.diagnosis;
-    notes.insert(notes.begin(), "siblings (" + Names(evidence.arms) + "): " + evidence.reason);
+    const std::string of = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
+    notes.insert(notes.begin(), fmt::format("siblings{}: {}", of, evidence.reason));
     answer.notes.insert(answer.notes.begin(), notes.begin(), notes.end());
     answer.siblings = evidence;
     return result;
   };
 
-  const Arm arm{"", cell, rows, *without};
-  std::vector<SizePrior> prior;
-  if (arms.size() >= 2) {
-    Result<std::vector<SizePrior>> found = PriorFrom(arms, options.threads);
-    if (!found) return Error{"sibling " + found.error()};
-    prior = std::move(found).value();
-  }
-  if (!prior.empty()) {
-    const std::vector<effects::ActiveEffect> mean = MeanEffects(prior, cell);
-    for (const effects::ActiveEffect& effect : mean) {
-      evidence.common.push_back({effect, effect.covariance, 1, 0, {}, 0});
-    }
-    const Result<double> declared = AlignedRms(cell, arm, options.threads);
-    const Result<double> predicted = AlignedRms(With(cell, mean), arm, options.threads);
-    if (!declared) return Error{declared.error()};
-    if (!predicted) return Error{predicted.error()};
-    evidence.declared_m = *declared;
-    evidence.predicted_m = *predicted;
-  }
-  if (arms.size() < 2) {
-    evidence.reason = "fewer than two siblings could be diagnosed; at least two are needed";
+  const auto not_used = [&](const std::string& reason) {
+    evidence.reason = "not used: " + reason;
     return finish();
-  }
+  };
+  if (arms.size() < 2) return not_used("at least two siblings that can be diagnosed are needed");
+  const std::vector<SizePrior> prior = PriorFrom(arms, options.threads, notes);
   if (prior.empty()) {
-    evidence.reason = "no size of an effect was found in at least half of the siblings";
-    return finish();
+    return not_used("no size of an effect of the arm was found in at least two, and half, of them");
   }
+  Arm arm{"", cell, rows, *without};
+  if (options.order_unknown) arm.rows.recorded.order = false;
+  const std::vector<effects::ActiveEffect> mean = MeanEffects(prior, cell);
+  for (const effects::ActiveEffect& effect : mean) {
+    evidence.common.push_back({effect, effect.covariance, 1, 0, {}, 0});
+  }
+  const Result<double> declared = AlignedRms(cell, arm, options.threads);
+  const Result<double> predicted = AlignedRms(With(cell, mean), arm, options.threads);
   const Result<Posterior> posterior = UpdatedBy(arm, prior, options.threads);
-  if (!posterior) return Error{posterior.error()};
+  if (!declared) return not_used(declared.error());
+  if (!predicted) return not_used(predicted.error());
+  if (!posterior) return not_used(posterior.error());
+  evidence.declared_m = *declared;
+  evidence.predicted_m = *predicted;
   if (posterior->p_value < kDifferentArm) {
-    evidence.reason = fmt::format(
-        "not used: this arm differs from its siblings (p = {:.1g}); what they have in common "
-        "predicts "
-        "its rows to {:.3f} mm, the declared cell to {:.3f} mm",
-        posterior->p_value, kMmPerMetre * evidence.predicted_m, kMmPerMetre * evidence.declared_m);
-    return finish();
+    return not_used(fmt::format(
+        "this arm differs from its siblings (p = {:.1g}); what they have in common predicts its "
+        "rows "
+        "to {:.3f} mm, the declared cell to {:.3f} mm",
+        posterior->p_value, kMmPerMetre * evidence.predicted_m, kMmPerMetre * evidence.declared_m));
   }
   const model::CellModel extended = With(cell, posterior->effects);
   Result<diagnosis::Diagnosis> with = engine(extended, rows, Within(options, own + each, 1));
-  if (!with) {
-    evidence.reason = "with them the rows cannot be diagnosed: " + with.error();
-    return finish();
+  if (!with) return not_used("with them the rows cannot be diagnosed: " + with.error());
+  const std::optional<double> factor = FactorForNewRows(posterior->parameters, *with);
+  const std::optional<double> held_out_without = HeldOutOf(*without);
+  if (!factor || !held_out_without || !HeldOutOf(*with)) {
+    return not_used("too few rows to hold any out, so that nothing can confirm them");
   }
-  CountFittedSizes(posterior->parameters, with.value());
-  evidence.held_out_without_m = without->held_out.after_m;
-  evidence.held_out_with_m = with->held_out.after_m;
-  const bool held_out = !without->held_out_by.empty() && !with->held_out_by.empty();
-  evidence.used = !held_out || evidence.held_out_with_m < evidence.held_out_without_m;
-  const std::string errors =
-      held_out ? fmt::format("the held-out error is {:.3f} mm with them and {:.3f} mm without",
-                             kMmPerMetre * evidence.held_out_with_m,
-                             kMmPerMetre * evidence.held_out_without_m)
-               : std::string("too few rows to hold any out");
-  if (!evidence.used) {
-    evidence.reason = "not used: " + errors;
-    return finish();
-  }
+  Widen(*factor, with.value());
+  evidence.held_out_without_m = *held_out_without;
+  evidence.held_out_with_m = *HeldOutOf(*with);
+  const std::string errors = fmt::format(
+      "the held-out error is {:.3f} mm with them and {:.3f} mm without",
+      kMmPerMetre * evidence.held_out_with_m, kMmPerMetre * evidence.held_out_without_m);
+  if (!(evidence.held_out_with_m < evidence.held_out_without_m)) return not_used(errors);
+  evidence.used = true;
   result.diagnosis = std::move(with).value();
   result.effects.assign(extended.effects.begin() + static_cast<std::ptrdiff_t>(cell.effects.size()),
                         extended.effects.end());
@@ -237,10 +273,12 @@ Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   result.cell = extended;
   std::vector<std::string> ids;
   for (const model::WrittenEffect& effect : result.effects) ids.push_back(effect.id);
+  evidence.applied = posterior->effects;
   evidence.reason = fmt::format(
       "the declared cell was extended by what they have in common ({}), adjusted to these rows; "
-      "verdict and effects refer to what remains. Without them the error was {:.3f} mm, their mean "
-      "alone predicts {:.3f} mm; {}",
+      "verdict and effects refer to what remains. The declared cell predicts the rows to {:.3f} "
+      "mm, their mean "
+      "alone to {:.3f} mm; {}",
       fmt::join(ids, ", "), kMmPerMetre * evidence.declared_m, kMmPerMetre * evidence.predicted_m,
       errors);
   return finish();

@@ -148,7 +148,9 @@ const GaugeFormat* FindGaugeFormat(std::string_view name) {
 std::optional<std::string_view> LineReceiver::Push(char byte) {
   const bool ends = byte == '\r' || byte == '\n';
   if (!ends) {
-    if (pending_.size() <= kMaxLineBytes) pending_ += byte;
+    constexpr char kSubstitute = '\x1A';  // part of no format
+    if (pending_.size() < kMaxLineBytes) pending_ += byte;
+    if (pending_.size() == kMaxLineBytes) pending_.back() = kSubstitute;
     return std::nullopt;
   }
   line_ = Trimmed(pending_);

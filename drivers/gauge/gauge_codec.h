@@ -51,8 +51,8 @@ const GaugeFormat* FindGaugeFormat(std::string_view name);
 class LineReceiver {
  public:
   /// @return  the line that this byte ends, without blanks around it; nullopt: none, or an empty
-  ///          one. Valid until the next call. A line of more than kMaxLineBytes is returned cut
-  ///          off, so that it is reported as unreadable.
+  ///          one. Valid until the next call. A line of kMaxLineBytes or more ends with a
+  ///          character that no format accepts.
   std::optional<std::string_view> Push(char byte);
   void Clear() { pending_.clear(); }
   bool empty() const { return pending_.empty(); }

@@ -17,6 +17,7 @@ namespace plumbline::gauge {
 namespace {
 
 constexpr double kSilence_s = 0.2;  // longer than any pause within a line
+constexpr double kUnsettled_s = 3;  // nobody presses a button without a pause for so long
 
 /// A received line as it is shown in a message: control characters as "?".
 std::string Shown(std::string_view text) {
@@ -41,8 +42,8 @@ bool SerialGauge::Open() {
   back_off_.Well();
   receiver_.Clear();
   unread_.clear();
-  settled_ = false;
-  last_byte_s_ = clock_();
+  settled_ = interrupted_ = false;
+  opened_s_ = last_byte_s_ = clock_();
   return true;
 }
 
@@ -75,20 +76,31 @@ GaugeResult SerialGauge::Read(double timeout_s, double& reading_m) {
     settled_ = settled_ || now_s - last_byte_s_ >= kSilence_s;
     return GaugeResult::kNothing;
   }
-  // What is left of a line after a pause is not the beginning of the next one.
+  // A line that was interrupted may continue or not: it is discarded up to its end.
   if (now_s - last_byte_s_ >= kSilence_s) {
     settled_ = true;
-    receiver_.Clear();
+    interrupted_ = !receiver_.empty();
   }
   last_byte_s_ = now_s;
   for (std::size_t at = 0; at < unread_.size(); ++at) {
     const auto line = receiver_.Push(unread_[at]);
-    if (!line || !settled_) continue;
-    unread_.erase(0, at + 1);
+    if (!line) continue;
+    if (!settled_ && now_s - opened_s_ < kUnsettled_s) continue;
+    unread_.erase(0, std::min(unread_.find_first_not_of("\r\n", at), unread_.size()));
+    if (!settled_)
+      return Unreadable("it sends without pause; set it to send when its button is pressed");
+    if (std::exchange(interrupted_, false)) {
+      return Unreadable("a line was interrupted; press the button again");
+    }
     return Judge(*line, reading_m);
   }
   unread_.clear();
   return GaugeResult::kNothing;
+}
+
+GaugeResult SerialGauge::Unreadable(const std::string& why) {
+  problem_ = fmt::format("{}: {}", options_.device, why);
+  return GaugeResult::kUnreadable;
 }
 
 GaugeResult SerialGauge::Judge(std::string_view text, double& reading_m) {

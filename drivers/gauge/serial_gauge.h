@@ -25,7 +25,7 @@ enum class GaugeResult : std::uint8_t {
   kNothing,  ///< connected; no button was pressed
   kReading,
   kFault,       ///< the gauge reports a fault
-  kUnreadable,  ///< a line that is not of the format
+  kUnreadable,  ///< a line that is not of the format or was interrupted, or lines without a pause
   kWaiting,     ///< not connected; the next attempt is not due yet
   kLost,        ///< cannot be opened, or was disconnected
 };
@@ -50,6 +50,7 @@ class SerialGauge {
  private:
   bool Open();
   GaugeResult Lose(const std::string& why);
+  GaugeResult Unreadable(const std::string& why);
   GaugeResult Judge(std::string_view text, double& reading_m);
 
   SerialGaugeOptions options_;
@@ -57,6 +58,8 @@ class SerialGauge {
   os::Descriptor fd_;
   BackOff back_off_;
   LineReceiver receiver_;
+  bool interrupted_ = false;  ///< the received part of a line is followed by a pause
+  double opened_s_ = 0;
   bool settled_ = false;    ///< the line was silent once since the connection
   double last_byte_s_ = 0;  ///< or the connection
   std::string unread_;      ///< received after the line that was returned

@@ -13,7 +13,8 @@ struct ApproachLagFormula {
             .parameters = {{"q#", "1", 1, {-0.005, 0.02}}},
             .needs = {Signal::kOrder},
             .confused_with = {"backlash", "latency", "gear_ratio"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

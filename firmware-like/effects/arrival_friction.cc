@@ -17,7 +17,8 @@ struct ArrivalFrictionFormula {
             .confused_with = {"following_error", "backlash", "approach_lag", "joint_compliance"},
             .per_joint = true,
             // As lost motion and hysteresis: 2 arcmin (backlash).
-            .largest_observed_rotation_rad = 6e-4};
+            .largest_observed_rotation_rad = 6e-4,
+            .of_arm = true};
   }
 
   template <typename T>

@@ -19,7 +19,8 @@ struct AxisBendingFormula {
             .needs = {Signal::kWeight},
             .confused_with = {"joint_compliance", "link_bending", "gear_ratio", "link_geometry",
                               "bearing_tilt"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

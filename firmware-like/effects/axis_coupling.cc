@@ -13,7 +13,8 @@ struct AxisCouplingFormula {
             .parameters = {{"q#_of_q#", "1", 1, {-0.02, 0.02}}},
             .needs = {},
             .confused_with = {"gear_ratio", "joint_offset", "link_geometry", "gear_periodic"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

@@ -17,7 +17,8 @@ struct BacklashFormula {
             .per_joint = true,
             // Lost motion and hysteresis: below 1 arcmin for cycloidal gears [Nabtesco RV
             // catalogue], 1 to 2 for strain wave gears [Harmonic Drive]. 2 arcmin.
-            .largest_observed_rotation_rad = 6e-4};
+            .largest_observed_rotation_rad = 6e-4,
+            .of_arm = true};
   }
 
   template <typename T>

@@ -21,7 +21,8 @@ struct BearingTiltFormula {
         .needs = {Signal::kWeight},
         .confused_with = {"link_bending", "joint_compliance", "pedestal_compliance",
                           "link_geometry", "payload_cog"},
-        .per_joint = true};
+        .per_joint = true,
+        .of_arm = true};
   }
 
   template <typename T>

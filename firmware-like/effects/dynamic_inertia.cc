@@ -13,7 +13,8 @@ struct DynamicInertiaFormula {
             .parameters = {{"q#", "s^2", 1, {0, 3e-3}}},
             .needs = {Signal::kAcceleration},
             .confused_with = {"latency", "joint_compliance", "approach_lag"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

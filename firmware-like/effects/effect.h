@@ -140,6 +140,9 @@ struct EffectTraits {
   bool empirical = false;  ///< a curve along a recorded signal without physical model
   /// Revolute joints: largest rotation seen on real arms [rad]; 0: no source.
   double largest_observed_rotation_rad = 0;
+  /// Caused by the arm itself, not by its tool, load, floor or instrument: arms of one model may
+  /// have it in common.
+  bool of_arm = false;
 
   /// True if only rows with `signal` carry information about the effect with that word.
   bool Needs(Signal signal, std::string_view word = {}) const;

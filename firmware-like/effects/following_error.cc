@@ -16,7 +16,8 @@ struct FollowingErrorFormula {
             .parameters = {{"q#", "rad", 1, {-5e-3, 5e-3}}},
             .needs = {Signal::kOrder},
             .confused_with = {"approach_lag", "backlash", "arrival_friction", "latency"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

@@ -16,7 +16,8 @@ struct GearRatioFormula {
             .needs = {},
             .confused_with = {"joint_offset", "gear_periodic", "counterbalance", "link_geometry",
                               "approach_lag"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

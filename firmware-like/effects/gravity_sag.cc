@@ -54,7 +54,8 @@ struct GravitySagFormula {
             .needs = {Signal::kNoTorques},
             .confused_with = {"gear_periodic", "counterbalance", "joint_offset", "link_geometry",
                               "gear_ratio"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

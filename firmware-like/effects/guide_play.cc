@@ -23,7 +23,8 @@ struct GuidePlayFormula {
             .needs = {Signal::kWeight},
             .confused_with = {"axis_bending", "bearing_tilt", "backlash", "link_geometry",
                               "joint_offset", "base_frame", "link_bending", "pedestal_compliance"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

@@ -27,7 +27,8 @@ struct JointComplianceFormula {
         // Wind-up at the largest gravity torque: 2.2 to 3.2 mrad for arms with cycloidal or
         // strain wave gears [Dumas et al. 2011; Klimchik et al. 2013; makers' catalogues], 7 for
         // the softest class, arms with joint torque sensors, twice that the largest seen there.
-        .largest_observed_rotation_rad = 7e-3};
+        .largest_observed_rotation_rad = 7e-3,
+        .of_arm = true};
   }
 
   template <typename T>

@@ -16,7 +16,8 @@ struct JointHardeningFormula {
             .per_joint = true,
             // The secant stiffness rises by at most 1.8 from zero to rated torque [K3/K1 of strain
             // wave gears, Harmonic Drive CSF catalogue]: less than half of the wind-up.
-            .largest_observed_rotation_rad = 3.5e-3};
+            .largest_observed_rotation_rad = 3.5e-3,
+            .of_arm = true};
   }
 
   template <typename T>

@@ -14,7 +14,8 @@ struct JointOffsetFormula {
         .parameters = {{"q#", "rad", 1, {-0.02, 0.02}}},
         .needs = {},
         .confused_with = {"backlash", "gear_ratio", "link_geometry", "base_frame", "tool_frame"},
-        .per_joint = true};
+        .per_joint = true,
+        .of_arm = true};
   }
 
   template <typename T>

@@ -15,7 +15,8 @@ struct LinkBendingFormula {
             .needs = {Signal::kWeight},
             .confused_with = {"joint_compliance", "bearing_tilt", "pedestal_compliance",
                               "link_geometry", "tool_stiffness"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

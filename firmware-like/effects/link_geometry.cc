@@ -23,7 +23,8 @@ struct LinkGeometryFormula {
             .needs = {},
             .confused_with = {"joint_offset", "thermal_growth", "measurement_scale", "base_frame",
                               "tool_frame", "joint_compliance"},
-            .per_joint = true};
+            .per_joint = true,
+            .of_arm = true};
   }
 
   template <typename T>

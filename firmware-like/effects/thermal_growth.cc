@@ -11,7 +11,8 @@ struct ThermalGrowthFormula {
         .remedy = "provide the temperature to the daemon, or keep the cell's temperature constant",
         .parameters = {{"alpha", "1/K", 1, {0, 4e-5}}},
         .needs = {Signal::kTemperature},
-        .confused_with = {"thermal_drift", "link_geometry", "measurement_scale"}};
+        .confused_with = {"thermal_drift", "link_geometry", "measurement_scale"},
+        .of_arm = true};
   }
 
   template <typename T>

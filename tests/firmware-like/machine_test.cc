@@ -985,7 +985,7 @@ TEST_CASE("the press of a gauge's button is a probe, and leaves the PLC's result
   cell.input.probes_recorded = true;
   cell.Running();
   const auto press = [&](std::uint16_t artefact, double reading_m) -> const Snapshot& {
-    cell.input.gauge = GaugePress{1, artefact, reading_m, 2e-6};
+    cell.input.gauge = GaugePress{1, artefact, reading_m, cell.input.now_s, 2e-6};
     return cell.Next();
   };
   const CommandResult before = cell.Next().result;

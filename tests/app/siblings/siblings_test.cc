@@ -50,10 +50,11 @@ Result<SiblingDiagnosis> Answer(const MeasuredCell& data, std::vector<Arm> arms)
 
 }  // namespace
 
-TEST_CASE("pooling recovers mean and spread of simulated arms, and the mean is covered by its sd") {
+TEST_CASE(
+    "the pooled spread is an upper limit in eight of ten fleets, and the mean is within its sd") {
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal(0, 1);
-  int covered = 0;
+  int covered = 0, above = 0;
   double variance = 0;
   constexpr int kFleets = 400, kArms = 6;
   for (int fleet = 0; fleet < kFleets; ++fleet) {
@@ -66,10 +67,13 @@ TEST_CASE("pooling recovers mean and spread of simulated arms, and the mean is c
     REQUIRE(pooled);
     CHECK(pooled->arms == kArms);
     variance += pooled->between_sd * pooled->between_sd / kFleets;
+    above += pooled->between_sd > 0.5 ? 1 : 0;
     covered += std::abs(pooled->mean - 2) < 2 * pooled->mean_sd ? 1 : 0;
   }
-  CHECK(variance == Approx(0.25).epsilon(0.15));
-  CHECK(covered > 0.85 * kFleets);
+  CHECK(variance > 0.25);  // an upper limit
+  CHECK(above > 0.74 * kFleets);
+  CHECK(above < 0.87 * kFleets);
+  CHECK(covered > 0.95 * kFleets);
   CHECK_FALSE(PoolEstimates(std::vector<Estimate>{{1, 0.1}}));
   const auto equal = PoolEstimates(std::vector<Estimate>{{1, 0.1}, {1, 0.1}});
   CHECK(equal->between_sd == Approx(kLeastSpread));
@@ -131,13 +135,15 @@ TEST_CASE("a sibling that cannot be diagnosed is named; one alone is not enough"
   REQUIRE(found);
   const std::vector<std::string>& notes = found->diagnosis.notes;
   REQUIRE(notes.size() >= 2);
-  CHECK(notes[0].find("at least two are needed") != std::string::npos);
+  CHECK(notes[0].find("at least two siblings that can be diagnosed are needed") !=
+        std::string::npos);
   CHECK(notes[1].find("sibling arm1 was left out: ") == 0);
 }
 
 TEST_CASE("folders of siblings are read with faults that name the file; another model is refused") {
   const test::TemporaryFolder folder;
-  const auto missing = ReadArm(folder.path());
+  config::FaultList faults;
+  const auto missing = ReadArm(folder.path(), faults);
   REQUIRE_FALSE(missing);
   CHECK(missing.error().find("cell.toml") != std::string::npos);
   CHECK(missing.error().find("a sibling is a folder with") != std::string::npos);
@@ -145,6 +151,12 @@ TEST_CASE("folders of siblings are read with faults that name the file; another 
   const MeasuredCell kr210 = diagnosis::Simulated("--family none --robot kr210 --rows 8 --seed 1");
   CHECK(DifferenceOf(ur10.cell, ur10.cell).empty());
   CHECK(DifferenceOf(ur10.cell, kr210.cell) == "its nominal joint 1 differs");
+  model::CellModel stiffer = ur10.cell;
+  stiffer.robot.joints[1].compliance_rad_per_Nm = 9e-9;
+  CHECK(DifferenceOf(ur10.cell, stiffer) == "the declared compliance of its joint 2 differs");
+  model::CellModel corrected = ur10.cell;
+  corrected.effects.emplace_back();
+  CHECK(DifferenceOf(ur10.cell, corrected).find("its cell has effects of its own") == 0);
   model::CellModel shorter = ur10.cell;
   shorter.robot.joints.pop_back();
   CHECK(DifferenceOf(ur10.cell, shorter) == "it has 5 joints, not 6");

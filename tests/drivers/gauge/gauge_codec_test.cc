@@ -100,8 +100,12 @@ TEST_CASE("bytes become lines at CR, LF or both; a line that is too long stays u
   CHECK(lines == std::vector<std::string>{"+1.0", "+2.0"});
   push(".0\r");
   CHECK(lines.back() == "+3.0");
-  push(std::string(1000, ' ') + "+4.0\r");
+  push(std::string(40, ' ') + "\r");
   CHECK(lines.size() == 3);  // blanks alone are an empty line
+  push("5.0" + std::string(70, ' ') + "x\r");
+  REQUIRE(lines.size() == 4);
+  CHECK(FindGaugeFormat("plain")->parse(lines.back()).kind == Kind::kOther);
+  lines.pop_back();
   push(std::string(1000, '1') + "\r");
   REQUIRE(lines.size() == 4);
   for (const GaugeFormat& format : GaugeFormats())

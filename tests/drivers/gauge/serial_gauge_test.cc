@@ -52,9 +52,26 @@ TEST_CASE("a line whose beginning may be lost is discarded: after connecting, an
   device.Send("12.");  // the rest is lost
   CHECK(gauge.Read(0.1, reading_m) == GaugeResult::kNothing);
   Settle(gauge);
+  device.Send("345\r\n");  // not a line of its own
+  CHECK(gauge.Read(0.5, reading_m) == GaugeResult::kUnreadable);
+  CHECK(std::string(gauge.problem()).find("a line was interrupted") != std::string::npos);
   device.Send("0.25\r\n");
   REQUIRE(gauge.Read(0.5, reading_m) == GaugeResult::kReading);
   CHECK(reading_m == Approx(2.5e-4));
+}
+
+TEST_CASE("a gauge that never pauses is reported, not read") {
+  const test::FakeGauge device;
+  SerialGauge gauge = GaugeAt(device.device(), "plain");
+  double reading_m = 0;
+  GaugeResult result = GaugeResult::kNothing;
+  for (int k = 0; k < 60 && result == GaugeResult::kNothing; ++k) {
+    device.Send("0.5 mm\r\n");
+    result = gauge.Read(0.1, reading_m);
+    SleepSeconds(0.06);
+  }
+  CHECK(result == GaugeResult::kUnreadable);
+  CHECK(std::string(gauge.problem()).find("it sends without pause") != std::string::npos);
 }
 
 TEST_CASE("the unit of the line outranks the configured one, which applies where none is sent") {
