@@ -122,8 +122,7 @@ std::string MotionText(const DaemonRegisters& daemon) {
   const double radius_mm = daemon.Value("dynamic_radius");
   const int decimals = DecimalsFor({radius_mm}, 0);
   return fmt::format(
-      "moving, tip at {:.1f} m/s2: displaced by {:.{}f} mm, ±{:.{}f} mm (95 %, "
-      "noise of the readings), {} ms ago",
+      "moving, {:.1f} m/s2 at the tip: {:.{}f} mm ±{:.{}f} mm (95 %, readings), {} ms ago",
       daemon.Value("tip_acceleration"), tip_mm.norm(), decimals, radius_mm, decimals,
       daemon.Word("motion_age"));
 }

@@ -37,6 +37,14 @@ ViewState FullState() {
   state.health = HealthOf({.alarms = 2, .warnings = 0x100});
   state.data_age_s = 0.004;
   state.q = model::JointVector::LinSpaced(6, -1.5, 2.25);
+  state.motion.state = motion::MotionState::kMoving;
+  state.motion.age_s = 0.06;
+  state.motion.sag = model::JointVector::LinSpaced(6, -1e-4, 2e-4);
+  state.motion.acceleration_F = {1, -2, 0.5};
+  state.motion.angular_acceleration_F = {0.1, 0.2, 0.3};
+  state.motion.tip_acceleration = 3.5;
+  state.motion.tip_W = {1e-3, 0, -5e-4};
+  state.motion.radius_m = 2e-4;
   state.payload_kg = 80;
   state.temp_C = 31.5;
   state.payload_cog_F = {0.01, -0.02, 0.4};
