@@ -163,8 +163,9 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
   keys.Add("stress_full_MPa", overlay.stress_full_Pa, {0.1, 10000, kPaPerMPa},
            {"upper end of the colour scale"});
   keys.Add("grid_mm", overlay.grid_m, {0, 10000, kMetrePerMm},
-           {"distance of the lines of a faint grid behind the objects, on the plane z = 0 of the "
-            "measurement frame; 0: no grid"});
+           {"distance of the lines of a faint horizontal grid behind the objects; 0: no grid"});
+  keys.Add("grid_z_mm", overlay.grid_z_m, {-100000, 100000, kMetrePerMm},
+           {"height of the grid in the measurement frame"});
   keys.Add("near_mm", overlay.near_m, {0, 10000, kMetrePerMm},
            {"pairs of objects closer than this are reported; default of near_mm in objects.toml"});
 }

@@ -211,7 +211,9 @@ class OverlayBuilder {
 
   void AddGround() {
     if (!(config_.grid_m > 0) || !carriers_.world) return;
-    list_.ground = scene::GroundGrid{.X_CG = carriers_.world->X_CK, .cell_m = config_.grid_m};
+    const Pose X_WG{Mat3::Identity(), Vec3(0, 0, config_.grid_z_m)};
+    list_.ground =
+        scene::GroundGrid{.X_CG = carriers_.world->X_CK * X_WG, .cell_m = config_.grid_m};
   }
 
   void AddToolAxis() {

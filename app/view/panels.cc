@@ -58,10 +58,12 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   const status::CameraStatus& status = camera.status;
   const bool valid = status.state == lens::ZoomState::kValid;
   const bool in_place = valid && status.reason == lens::ZoomReason::kTagsGood;
+  const bool calibrated = valid && status.reason == lens::ZoomReason::kBoardAccepted;
   std::vector<PanelLine> lines = {
-      {in_place ? "valid: tags in place"  // short: must fit one line behind a camera name
-                : fmt::format("{}: {}", lens::ZoomStateText(status.state),
-                              lens::ZoomReasonText(status.reason)),
+      {in_place     ? "valid: tags in place"  // short: must fit one line behind a camera name
+       : calibrated ? "valid: calibrated now"
+                    : fmt::format("{}: {}", lens::ZoomStateText(status.state),
+                                  lens::ZoomReasonText(status.reason)),
        valid ? Tone::kGood : Tone::kAttention}};
   if (status.prompt != lens::BoardPrompt::kNone) {
     lines.push_back({"→ " + std::string(lens::BoardPromptText(status.prompt)), Tone::kAttention});

@@ -8,8 +8,8 @@ namespace {
 
 constexpr float kReferenceHeight_px = 1080, kReferenceWidth_px = 1440;  ///< where s = 1
 constexpr float kStrip_px = 82, kStripShare = 0.06F, kSmallestText_px = 12;
-constexpr float kTileWidth_em = 17.3F, kTileHeight_em = 8.2F, kGap_em = 0.3F;
-constexpr float kBandLines = 5, kBandMargins_em = 0.7F;  ///< a title and four lines
+constexpr float kTileWidth_em = 17.3F, kTileHeight_em = 7.7F, kGap_em = 0.25F;
+constexpr float kBandLines = 5, kBandMargins_em = 0.8F;  ///< a title and four lines
 
 /// Largest scale at which the whole image fits the area.
 double ScaleIn(const scene::Area& area, image::ImageSize image) {

@@ -21,7 +21,7 @@ struct PictureLayout {
   scene::Area strip, image, tiles, band;
   std::vector<scene::Area> images;  ///< of each displayed camera, within `image`
 
-  float line() const { return 1.19F * em; }  ///< line spacing of details [px]
+  float line() const { return 1.175F * em; }  ///< line spacing of details [px]
 };
 
 /// The strip is at least 6 % of the picture's height. The images get the largest area of their
