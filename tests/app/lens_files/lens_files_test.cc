@@ -3,6 +3,7 @@
 #include <bit>
 #include <catch2/catch.hpp>
 #include <opencv2/core.hpp>
+#include <random>
 
 #include "app/lens_files/artoolkit_file.h"
 
@@ -159,6 +160,35 @@ TEST_CASE("a fault names the key and what to do") {
       Replaced(xml, "<opencv_storage>\n", "<opencv_storage>\n<accepted>0</accepted>\n"));
   REQUIRE(refused.ok());
   CHECK_FALSE(refused->accepted);
+}
+
+TEST_CASE("damaged files are refused, or read as a sound lens that survives being written") {
+  std::mt19937 random(1);
+  int sound = 0;
+  for (const char* name : {"lens.xml", "lens.yaml", "lens.dat"}) {
+    const std::string good = *LensFileOf(Entry(), name);
+    for (int k = 0; k < 1500; ++k) {
+      std::string bytes = good;
+      for (int change = 0; change <= k % 3; ++change) {
+        const auto at = std::uniform_int_distribution<std::size_t>(0, bytes.size() - 1)(random);
+        bytes[at] = static_cast<char>(std::uniform_int_distribution(0, 255)(random));
+      }
+      const auto read = LensFromFile(bytes);
+      if (!read) {
+        CHECK_FALSE(read.error().empty());
+        continue;
+      }
+      ++sound;
+      CHECK(read->lens.fx > 0);
+      CHECK(read->size.width >= 1);
+      lens_store::LensEntry entry;
+      static_cast<lens::KnownLens&>(entry) = *read;
+      const auto again = LensFromFile(*LensFileOf(entry, name));
+      REQUIRE(again.ok());
+      CheckSameLens(again->lens, read->lens);
+    }
+  }
+  CHECK(sound > 100);
 }
 
 }  // namespace plumbline::lens_files_test
