@@ -183,7 +183,8 @@ TEST_CASE("the ground grid lies behind everything, starts at its origin and fade
   if (!drawing.renderer) return;
   const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
   scene::DisplayList list = test::EmptyList(kSize);
-  scene::GroundGrid ground{.cell_m = 0.25};
+  scene::GroundGrid ground;
+  ground.cell_m = 0.25;
   ground.X_CG.R = RotationFromRollPitchYaw(Vec3(-1.3, 0, 0.4));
   ground.X_CG.p = Vec3(0.05, 0.3, 1.5);
   list.ground = ground;
