@@ -61,6 +61,7 @@ Machine::Machine(const MachineConfig& config)
       uncertainty_(config.cell, corrector_.arm(), config.limits.deviation),
       reads_time_(ReadsTime(config.cell)),
       filter_(config.plausibility),
+      motion_(config.cell),
       probe_bounds_(ProbeBoundsOf(corrector_.arm(), config.limits)),
       branches_(config.points.size()),
       radii_(config.points.size()) {
@@ -172,6 +173,7 @@ void Machine::ResumeFrom(const Machine& previous, RobotLinkContinuity link) {
   }
   filter_.ResumeFrom(previous.filter_);
   standstill_ = previous.standstill_;
+  motion_.ResumeFrom(previous.motion_);
   snapshot_.probes.standstill = previous.snapshot_.probes.standstill;
   snapshot_.robot = previous.snapshot_.robot;
   snapshot_.payload = previous.snapshot_.payload;
@@ -194,6 +196,7 @@ const Snapshot& Machine::Cycle(const MachineInput& input) {
 
   CheckInput(input);
   ChoosePayload();
+  ReportMotion();
   CheckRequiredLenses(input);
   RefreshPoints();
   Execute(input);
@@ -209,9 +212,13 @@ void Machine::CheckInput(const MachineInput& input) {
   snapshot_.data_age_s = input.now_s - input.robot.timestamp_s;
   snapshot_.alarms |= AlarmOf(snapshot_.input_fault);
   snapshot_.probes.standstill = false;
-  if (snapshot_.input_fault != InputFault::kOk) return;
+  if (snapshot_.input_fault != InputFault::kOk) {
+    motion_.Forget();
+    return;
+  }
   standstill_.Observe(input.robot);
   snapshot_.probes.standstill = !standstill_.Moving(input.now_s);
+  motion_.Observe(input.robot, snapshot_.probes.standstill);
   const bool moved = reading_radius_due_ || snapshot_.robot.q != input.robot.q ||
                      snapshot_.robot.q_resolution != input.robot.q_resolution;
   reading_radius_due_ = false;
@@ -262,6 +269,12 @@ void Machine::ChoosePayload() {
   const std::optional<loads::Payload> payload = KnownPayload(mass_kg, cog_F_);
   snapshot_.payload_valid = payload.has_value();
   if (payload) snapshot_.payload = *payload;
+}
+
+void Machine::ReportMotion() {
+  const std::optional<loads::Payload> payload = PayloadAt(std::nullopt);
+  snapshot_.motion = motion_.Status(corrector_.arm(), snapshot_.now_s, payload,
+                                    payload ? ConditionsOf(*payload) : effects::Conditions{});
 }
 
 void Machine::CheckRequiredLenses(const MachineInput& input) {

@@ -131,6 +131,7 @@ class Machine {
  private:
   void CheckInput(const MachineInput& input);
   void ChoosePayload();
+  void ReportMotion();
   /// Determines which required cameras have no valid lens; a camera that has not reported yet
   /// counts as having none.
   void CheckRequiredLenses(const MachineInput& input);
@@ -200,6 +201,7 @@ class Machine {
   const bool reads_time_;  ///< an effect of the cell depends on time
   PlausibilityFilter filter_;
   StandstillDetector standstill_;
+  motion::MotionObserver motion_;
   const ProbeBounds probe_bounds_;
   bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m must be recomputed
   /// Inverse-kinematics branch of one point and the correction solved on it.

@@ -10,6 +10,7 @@
 #include "firmware-like/correction/point_posture.h"
 #include "firmware-like/model/measured_point.h"
 #include "firmware-like/model/plc_command.h"
+#include "firmware-like/motion/motion_observer.h"
 #include "firmware-like/plausibility_filter.h"
 #include "firmware-like/probe_check.h"
 
@@ -129,6 +130,7 @@ struct Snapshot {
   bool payload_valid = false;
   loads::Payload payload;       ///< in force for points without their own payload
   double reading_radius_m = 0;  ///< 95 % radius at the tip caused by the joint register resolution
+  motion::MotionStatus motion;  ///< for display only: no correction depends on it
   std::uint16_t lenses_missing = 0;  ///< bit k: points require camera k, whose lens is not valid
   std::vector<PointResult> points;   ///< in configured order
   CommandResult result;

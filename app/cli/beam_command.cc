@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -16,22 +17,43 @@ namespace {
 
 constexpr double kStandardGravity_m_s2 = 9.80665;
 
+/// Where force and moment act: on the beam, or beyond its tip on a rigid extension.
+struct LoadPlace {
+  double on_beam_m = 0;
+  double beyond_m = 0;
+};
+
+/// A rotation about this axis moves +z towards `along`.
+Vec3 BendingAbout(const Vec3& along) {
+  return Vec3::UnitZ().cross(along);
+}
+
+/// A force at z beyond the tip L: the same force at the tip, with the moment F (z - L).
+beam::PointLoad ForceAt(const LoadPlace& place, double force_N, const Vec3& along) {
+  return {.z_m = place.on_beam_m,
+          .force_F = force_N * along,
+          .moment_F = force_N * place.beyond_m * BendingAbout(along)};
+}
+
 /// The loads that act in addition to the force of the series.
-beam::BeamLoads ConstantLoads(const BeamOptions& options, const Vec3& along, double at_m) {
+beam::BeamLoads ConstantLoads(const BeamOptions& options, const Vec3& along,
+                              const LoadPlace& place) {
   beam::BeamLoads loads;
-  const Vec3 bending = Vec3::UnitZ().cross(along);  // a rotation about it moves +z towards `along`
+  const Vec3 bending = BendingAbout(along);
   if (options.own_weight) loads.g_F = kStandardGravity_m_s2 * along;
   loads.acceleration_F = options.acceleration_m_s2 * along;
   loads.angular_acceleration_F = options.angular_acceleration_rad_s2 * bending;
   if (options.moment_Nm != 0) {
-    loads.points.push_back(
-        {.z_m = at_m, .force_F = Vec3::Zero(), .moment_F = options.moment_Nm * bending});
+    loads.points.push_back({.z_m = place.on_beam_m, .moment_F = options.moment_Nm * bending});
   }
   return loads;
 }
 
-std::string LoadsText(const BeamOptions& options, double at_m) {
-  std::string words = fmt::format("force at {:.6g} mm", 1e3 * at_m);
+std::string LoadsText(const BeamOptions& options, const LoadPlace& place) {
+  std::string words = fmt::format("force at {:.6g} mm", 1e3 * (place.on_beam_m + place.beyond_m));
+  if (place.beyond_m > 0) {
+    words += fmt::format(", {:.6g} mm beyond the tip", 1e3 * place.beyond_m);
+  }
   if (options.moment_Nm != 0) {
     words += fmt::format(", moment of {:.6g} N m there", options.moment_Nm);
   }
@@ -52,11 +74,12 @@ BeamSeries Solve(const BeamOptions& options) {
   series.stress = options.stress;
   const beam::Beam beam(series.tool, options.elements);
   const double at_m = options.at_mm ? 1e-3 * *options.at_mm : beam.Length();
-  if (!(at_m > 0 && at_m <= beam.Length())) {
-    throw BeamUsageError(
-        fmt::format("--at-mm: {:.6g} is outside the beam; give a value above 0 and up to {:.6g} mm",
-                    1e3 * at_m, 1e3 * beam.Length()));
+  if (!(at_m > 0)) {
+    throw BeamUsageError(fmt::format(
+        "--at-mm: {:.6g} is not on the free side of the clamp at 0; give a value above 0",
+        1e3 * at_m));
   }
+  const LoadPlace place{std::min(at_m, beam.Length()), std::max(0.0, at_m - beam.Length())};
   std::vector<double> forces{0};
   if (!options.forces.empty()) {
     const auto read = ForceSeriesFromText(options.forces);
@@ -68,11 +91,11 @@ BeamSeries Solve(const BeamOptions& options) {
         "--acceleration-m-s2");
   }
   series.points = BeamPointsOf(options, beam.Length());
-  series.loads = LoadsText(options, at_m);
+  series.loads = LoadsText(options, place);
   const Vec3 along = Vec3::Unit(static_cast<int>(series.axis));
   for (const double force_N : forces) {
-    beam::BeamLoads loads = ConstantLoads(options, along, at_m);
-    loads.points.push_back({.z_m = at_m, .force_F = force_N * along});
+    beam::BeamLoads loads = ConstantLoads(options, along, place);
+    loads.points.push_back(ForceAt(place, force_N, along));
     series.cases.push_back({force_N, beam.Solve(loads)});
   }
   return series;

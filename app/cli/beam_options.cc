@@ -173,7 +173,9 @@ void AddLoadOptions(CLI::App& command, BeamOptions& options) {
       ->check(CLI::IsMember({"x", "y"}))
       ->capture_default_str();
   command
-      .add_option("--at-mm", options.at_mm, "Position where force and moment act; default: the tip")
+      .add_option("--at-mm", options.at_mm,
+                  "Position where force and moment act, also beyond the tip (on a rigid\n"
+                  "extension); default: the tip")
       ->check(NumberWithin(-kMaxLoad, kMaxLoad));
   command
       .add_option("--moment-nm", options.moment_Nm, "Moment that bends the beam towards +direction")

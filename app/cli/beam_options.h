@@ -31,7 +31,8 @@ struct BeamOptions {
   }
 };
 
-/// A fault in the arguments, with its remedy: `--at-mm: 900 is outside the beam; ...`.
+/// A fault in the arguments, with its remedy: `--at-mm: 0 is not on the free side of the clamp;
+/// ...`.
 struct BeamUsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -20,7 +20,7 @@
 #include "app/config/text_file.h"
 #include "app/hand_eye/hand_eye_json.h"
 #include "app/hand_eye/target_views.h"
-#include "app/lens/lens_json.h"
+#include "app/lens_files/lens_files.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/camera/image_folder.h"
 #include "drivers/files/open_failure.h"
@@ -55,7 +55,7 @@ bool ReadLens(const CalibrateHandEyeOptions& options, lens::LensFile& lens) {
                      files::ReadErrorText(options.intrinsics, text.error())));
     return false;
   }
-  const auto read = lens::LensFromJson(*text);
+  const auto read = lens_files::LensFromFile(*text);
   if (!read) {
     Fail(fmt::format("{}: {}", options.intrinsics, read.error()));
     return false;

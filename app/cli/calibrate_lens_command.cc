@@ -21,6 +21,7 @@
 #include "app/lens/board_detection.h"
 #include "app/lens/chessboard_detection.h"
 #include "app/lens/lens_json.h"
+#include "app/lens_files/artoolkit_file.h"
 #include "app/lens_store/opencv_file.h"
 #include "app/printed_digits.h"
 #include "drivers/camera/image_file.h"
@@ -31,10 +32,15 @@ namespace plumbline::cli {
 namespace {
 
 struct CalibrateLensOptions {
-  std::string images, match = "*", json, yaml;
+  std::string images, match = "*", json, yaml, xml, dat;
   BoardOptions board;
   double acceptable_px = lens::CalibrationOptions{}.acceptable_px, distance_mm = 0;
   bool quiet = false;
+
+  /// Options that name an output and their files, which may be empty.
+  std::vector<std::pair<std::string, std::string>> Outputs() const {
+    return {{"--json", json}, {"--yaml", yaml}, {"--xml", xml}, {"--dat", dat}};
+  }
 };
 
 struct Frames {
@@ -153,19 +159,39 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
   return text;
 }
 
-std::string Yaml(const lens::LensCalibration& calibration) {
+lens_store::LensEntry EntryOf(const lens::LensCalibration& calibration) {
   lens_store::LensEntry entry;
   static_cast<lens::KnownLens&>(entry) = calibration;
   entry.rms_px = calibration.rms_px;
-  // A person who opens the file sees the reasons above the numbers.
-  std::string mark = fmt::format("accepted: {}\n", calibration.accepted ? 1 : 0);
+  return entry;
+}
+
+/// Text of a file of cv::FileStorage with the verdict and, as comments, its reasons above the
+/// numbers, where a person who opens the file sees them.
+/// @param begin    after this the keys start
+/// @param verdict  the verdict's line, `{}` being 0 or 1
+/// @param comment  a comment's line, `{}` being its text
+std::string WithVerdict(std::string text, std::string_view begin, const char* verdict,
+                        const char* comment, const lens::LensCalibration& calibration) {
+  std::string mark = fmt::format(fmt::runtime(verdict), calibration.accepted ? 1 : 0);
   for (const std::string& reason : calibration.reasons) {
-    mark += fmt::format("# {}: {}\n", calibration.accepted ? "note" : "refused", reason);
+    std::string words = fmt::format("{}: {}", calibration.accepted ? "note" : "refused", reason);
+    // "--" must not occur in a comment of XML.
+    for (std::size_t at = 0; (at = words.find("--", at)) != std::string::npos;) words[at] = '\'';
+    mark += fmt::format(fmt::runtime(comment), words);
   }
-  std::string text = lens_store::OpenCvYaml(entry);
-  constexpr std::string_view kBegin = "---\n";
-  text.insert(text.find(kBegin) + kBegin.size(), mark);
+  text.insert(text.find(begin) + begin.size(), mark);
   return text;
+}
+
+std::string Yaml(const lens::LensCalibration& calibration) {
+  return WithVerdict(lens_store::OpenCvYaml(EntryOf(calibration)), "---\n", "accepted: {}\n",
+                     "# {}\n", calibration);
+}
+
+std::string Xml(const lens::LensCalibration& calibration) {
+  return WithVerdict(lens_store::OpenCvXml(EntryOf(calibration)), "<opencv_storage>\n",
+                     "<accepted>{}</accepted>\n", "<!-- {} -->\n", calibration);
 }
 
 bool Write(const std::string& option, const std::string& path, const std::string& text) {
@@ -184,7 +210,8 @@ int Run(const CalibrateLensOptions& options) {
     std::cerr << "plumbline calibrate-lens: " << problem << '\n';
     return kExitUsage;
   }
-  for (const auto& [option, path] : {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
+  const auto outputs = options.Outputs();
+  for (const auto& [option, path] : outputs) {
     if (path.empty() || path == "-") continue;
     if (const Result<void> writable = config::CheckWritable(path); !writable) {
       std::cerr << fmt::format("{}: cannot be written: {}; choose another {}\n", path,
@@ -192,9 +219,13 @@ int Run(const CalibrateLensOptions& options) {
       return kExitUsage;
     }
   }
-  if (SameFile(options.json, options.yaml) && options.json != "-") {
-    std::cerr << "plumbline calibrate-lens: --yaml and --json are the same file; choose another\n";
-    return kExitUsage;
+  for (const auto& [option, path] : outputs) {
+    for (const auto& [other, other_path] : outputs) {
+      if (path.empty() || path == "-" || other <= option || !SameFile(path, other_path)) continue;
+      std::cerr << fmt::format(
+          "plumbline calibrate-lens: {} and {} are the same file; choose another\n", other, option);
+      return kExitUsage;
+    }
   }
   Result<std::vector<std::string>> names = camera::ListImageNames(options.images);
   if (!names) {
@@ -212,8 +243,7 @@ int Run(const CalibrateLensOptions& options) {
   }
   for (const std::string& name : *names) {
     const std::string image = (std::filesystem::path(options.images) / name).string();
-    for (const auto& [option, path] :
-         {std::pair("--json", options.json), {"--yaml", options.yaml}}) {
+    for (const auto& [option, path] : outputs) {
       if (path.empty() || path == "-" || !SameFile(path, image)) continue;
       std::cerr << fmt::format(
           "plumbline calibrate-lens: {} would overwrite the input {}; choose another file\n",
@@ -244,8 +274,15 @@ int Run(const CalibrateLensOptions& options) {
                                     frames.refused.end());
   if (!interruption.Disarm()) return Interrupted();
   if (!Write("--json", options.json, lens::LensJson(calibration)) ||
-      !Write("--yaml", options.yaml, Yaml(calibration)))
+      !Write("--yaml", options.yaml, Yaml(calibration)) ||
+      !Write("--xml", options.xml, Xml(calibration)))
     return kExitUsage;
+  if (calibration.accepted) {
+    if (!Write("--dat", options.dat, lens_files::ArToolKitBytes(calibration))) return kExitUsage;
+  } else if (!options.dat.empty()) {
+    std::cerr << fmt::format(
+        "{}: not written: the calibration was refused, and this form cannot say so\n", options.dat);
+  }
   if (options.json == "-") std::cout << lens::LensJson(calibration);
   if (!options.quiet)
     (options.json == "-" ? std::cerr : std::cout)
@@ -267,6 +304,9 @@ void AddCalibrateLensCommand(CLI::App& app, int& exit_code) {
   command->add_option("--json", options->json, "Write the result as JSON; - is standard output");
   command->add_option("--yaml", options->yaml,
                       "Write the lens in OpenCV's format; \"accepted: 0\" marks a refused one");
+  command->add_option("--xml", options->xml, "The same as XML");
+  command->add_option("--dat", options->dat,
+                      "Write an accepted lens as ARToolKit's camera_para.dat (without covariance)");
   command
       ->add_option("--acceptable-px", options->acceptable_px,
                    "Largest accepted standard deviation of the projection")

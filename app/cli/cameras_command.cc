@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <set>
 #include <vector>
 
 #include "app/cli/exit_codes.h"
+#include "app/cli/failure.h"
+#include "app/cli/number_option.h"
 #include "app/cli/terminal_output.h"
 #include "app/text/json_text.h"
 #include "drivers/camera/v4l2_capabilities.h"
@@ -100,11 +103,47 @@ std::string CamerasJson(const camera::DeviceTree& tree) {
   return text::JsonText(Json{{"cameras", cameras}}, 2) + "\n";
 }
 
+Result<std::string> CameraTable(const camera::DeviceTree& tree, int number) {
+  const std::vector<Listed> cameras = List(tree);
+  if (number < 1 || number > static_cast<int>(cameras.size())) {
+    return Error{fmt::format("there is no camera {}; `plumbline cameras` lists {}", number,
+                             cameras.empty() ? std::string("none: connect one")
+                                             : fmt::format("1 to {}", cameras.size()))};
+  }
+  const Listed& chosen = cameras[static_cast<std::size_t>(number - 1)];
+  if (!chosen.device.problem.empty()) {
+    return Error{fmt::format("{}: {}", chosen.device.path, chosen.device.problem)};
+  }
+  const camera::V4l2Mode* best = nullptr;
+  for (const camera::V4l2Mode& mode : chosen.offer.modes) {
+    const auto area = [](const camera::V4l2Mode& of) {
+      return static_cast<double>(of.largest.width) * of.largest.height;
+    };
+    if (IsReadable(mode) && (best == nullptr || area(mode) > area(*best))) best = &mode;
+  }
+  if (best == nullptr) {
+    return Error{
+        fmt::format("{}: delivers no format that Plumbline reads; `plumbline cameras` lists "
+                    "its formats",
+                    chosen.device.path)};
+  }
+  std::string text =
+      fmt::format("[camera]{:18}# {}\ndevice = \"{}\"\nwidth_px = {}\nheight_px = {}\n", "",
+                  chosen.device.name, chosen.select, best->largest.width, best->largest.height);
+  if (!best->rates_hz.empty()) {
+    text += fmt::format("rate_hz = {:.1f}\n",
+                        *std::max_element(best->rates_hz.begin(), best->rates_hz.end()));
+  }
+  return text;
+}
+
 std::string CamerasText(const camera::DeviceTree& tree) {
   std::string text;
+  int number = 0;
   for (const Listed& listed : List(tree)) {
     const camera::V4l2Device& device = listed.device;
-    text += fmt::format("{}  {}\n  --camera {}\n", device.path, device.name, listed.select);
+    text += fmt::format("{}  {}  {}\n  --camera {}\n", ++number, device.path, device.name,
+                        listed.select);
     if (device.serial.empty()) text += "  no serial number: identified by its port\n";
     if (!device.problem.empty()) text += fmt::format("  {}\n", device.problem);
     std::set<std::string> unreadable;
@@ -131,17 +170,31 @@ void AddCamerasCommand(CLI::App& app, int& exit_code) {
   auto json = std::make_shared<bool>(false);
   CLI::App* command =
       app.add_subcommand("cameras", "List the connected cameras: names, modes, settings");
-  command->add_flag("--json", *json, "Print JSON");
+  auto chosen = std::make_shared<int>(0);
+  CLI::Option* const as_json = command->add_flag("--json", *json, "Print JSON");
+  command
+      ->add_option("--choose", *chosen,
+                   "Print the lines of plumbline.toml that select this camera of the list")
+      ->check(WholeNumberWithin(1, 1000))
+      ->excludes(as_json);
   command->footer(
       "Refer to a camera by the name printed after --camera: a device such as /dev/video0 may be "
       "a\n"
       "different camera after the next start. The port (@1-2) is part of the name if the serial\n"
       "number alone is not unique.\n\n"
       "Examples:\n  plumbline cameras\n"
+      "  plumbline cameras --choose 2 >> plumbline.toml\n"
       "  plumbline cameras --json\n"
       "  plumbline track --camera A1B2C3 --intrinsics lens.json --tag-size-mm 80\n\n"
-      "Exit code: 0, even if there is no camera.");
-  command->callback([json, &exit_code] {
+      "Exit codes: 0, even if there is no camera; 1 with --choose if that camera does not exist or "
+      "cannot\nbe used.");
+  command->callback([json, chosen, &exit_code] {
+    if (*chosen > 0) {
+      const Result<std::string> lines = CameraTable({}, *chosen);
+      if (lines) std::cout << *lines;
+      exit_code = lines ? kExitOk : Fail("plumbline cameras: " + lines.error());
+      return;
+    }
     if (!*json) std::cout << ForReading;
     std::cout << (*json ? CamerasJson({}) : CamerasText({}));
     exit_code = kExitOk;

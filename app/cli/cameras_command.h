@@ -4,6 +4,7 @@
 #include <string>
 
 #include "drivers/camera/v4l2_device.h"
+#include "firmware-like/result.h"
 
 namespace CLI {
 class App;
@@ -21,5 +22,10 @@ std::string CamerasJson(const camera::DeviceTree& tree);
 
 /// The same as readable text.
 std::string CamerasText(const camera::DeviceTree& tree);
+
+/// The table [camera] of plumbline.toml for a camera of the list, with its largest mode.
+/// @param number  from 1, in the order of the list
+/// @return        error if there is no such camera, or it cannot be used
+Result<std::string> CameraTable(const camera::DeviceTree& tree, int number);
 
 }  // namespace plumbline::cli

@@ -18,6 +18,7 @@
 #include "app/config/text_file.h"
 #include "app/lens/calibration.h"
 #include "app/lens/lens_json.h"
+#include "app/lens_files/lens_files.h"
 #include "app/lens_store/lens_store.h"
 #include "app/lens_store/stored_views.h"
 #include "app/printed_digits.h"
@@ -94,17 +95,36 @@ std::string ComparisonText(const lens_store::LensEntry& stored,
   return text;
 }
 
-int Solve(const LensListOptions& options) {
+Result<lens_store::LensEntry> StoredLens(const LensListOptions& options) {
   const auto lenses = StoredLenses(options);
-  if (!lenses) return Fail(lenses.error(), kExitFault);
-  const auto stored =
-      std::find_if(lenses->begin(), lenses->end(),
-                   [&](const lens_store::LensEntry& entry) { return entry.id == options.id; });
-  if (stored == lenses->end()) {
-    return Fail(fmt::format("{}: no lens {}; `plumbline lens list` lists the stored lenses",
-                            options.StoreFile(), options.id),
-                kExitFault);
+  if (!lenses) return lenses.failure();
+  for (const lens_store::LensEntry& entry : *lenses) {
+    if (entry.id == options.id) return entry;
   }
+  return Error{fmt::format("{}: no lens {}; `plumbline lens list` lists the stored lenses",
+                           options.StoreFile(), options.id)};
+}
+
+int Export(const LensListOptions& options) {
+  const Result<lens_store::LensEntry> stored = StoredLens(options);
+  if (!stored) return Fail(stored.error(), kExitFault);
+  const Result<std::string> content = lens_files::LensFileOf(*stored, options.out);
+  if (!content) {
+    return Fail(fmt::format("plumbline lens export: {}: {}", options.out, content.error()),
+                kExitUsage);
+  }
+  if (const auto written = config::WriteTextFile(options.out, *content); !written) {
+    return Fail(
+        fmt::format("{}: cannot be written: {}; choose another file", options.out, written.error()),
+        kExitUsage);
+  }
+  std::cout << fmt::format("lens {} written to {}\n", options.id, options.out);
+  return kExitOk;
+}
+
+int Solve(const LensListOptions& options) {
+  const Result<lens_store::LensEntry> stored = StoredLens(options);
+  if (!stored) return Fail(stored.error(), kExitFault);
   if (stored->corners.empty()) {
     return Fail(
         fmt::format("lens {} was stored without its views; calibrate it again with the board",
@@ -140,11 +160,12 @@ int Solve(const LensListOptions& options) {
 void AddLensCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<LensListOptions>();
   CLI::App* lens =
-      app.add_subcommand("lens", "List the lenses calibrated by the daemon, or solve one again");
+      app.add_subcommand("lens", "List, export or solve again the lenses calibrated by the daemon");
   lens->require_subcommand(1);
   lens->footer(
       "Reads the file lenses.sqlite in the daemon's state_directory and does not change it.\n\n"
-      "Examples:\n  plumbline lens list\n  plumbline lens solve 12 --json lens.json");
+      "Examples:\n  plumbline lens list\n  plumbline lens export 12 lens.xml\n"
+      "  plumbline lens solve 12 --json lens.json");
   const auto add = [&](const char* name, const char* what, int (*run)(const LensListOptions&),
                        const char* footer) {
     CLI::App* command = lens->add_subcommand(name, what);
@@ -157,6 +178,15 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
   add("list", "List all lenses, oldest first", List,
       "Example:\n  plumbline lens list --state ./state\n\n"
       "Exit codes: 0 listed, 1 the store does not exist or cannot be read, 2 wrong arguments.");
+  CLI::App* exported =
+      add("export", "Write a lens for another program, or for plumbline track", Export,
+          "The ending names the form: .xml, .yaml or .yml for OpenCV's cv::FileStorage, .dat for "
+          "ARToolKit\n"
+          "(camera_para.dat, without covariance).\n\n"
+          "Example:\n  plumbline lens export 12 lens.xml --state ./state\n\n"
+          "Exit codes: 0 written, 1 no such lens, 2 wrong arguments or unwritable output.");
+  exported->add_option("lens", options->id, "Number of the lens")->required();
+  exported->add_option("file", options->out, "File to write")->required();
   CLI::App* solve =
       add("solve", "Solve a lens again from the views that it was calibrated with", Solve,
           "Example:\n  plumbline lens solve 12 --json lens.json\n\n"

@@ -39,7 +39,7 @@ void AddSnapshotCommand(CLI::App& app, int& exit_code) {
                    : "the picture is a PNG file; its name must end in .png";
       });
   command
-      ->add_option("--size", options->size, "Picture size, 640x480 to 1920x1080; default: 1280x720")
+      ->add_option("--size", options->size, "Picture size, 640x480 to 3840x2160; default: 1280x720")
       ->check([](const std::string& text) {
         return view::PictureSizeFrom(text) ? "" : view::PictureSizeProblem(text);
       });

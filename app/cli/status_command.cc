@@ -113,6 +113,20 @@ std::string PositionText(const Vec3& p_mm, double radius_mm) {
                      WithoutNegativeZero(p_mm.z(), decimals), decimals, radius_mm, decimals);
 }
 
+/// "moving, tip at 3.2 m/s2: displaced by 0.84 mm, ±0.12 mm (95 %, readings only), 70 ms ago".
+std::string MotionText(const DaemonRegisters& daemon) {
+  const auto state = static_cast<motion::MotionState>(daemon.Word("motion_state"));
+  if (state != motion::MotionState::kMoving) return motion::Describe(state);
+  const Vec3 tip_mm(daemon.Value("dynamic_x"), daemon.Value("dynamic_y"),
+                    daemon.Value("dynamic_z"));
+  const double radius_mm = daemon.Value("dynamic_radius");
+  const int decimals = DecimalsFor({radius_mm}, 0);
+  return fmt::format(
+      "moving, {:.1f} m/s2 at the tip: {:.{}f} mm ±{:.{}f} mm (95 %, readings), {} ms ago",
+      daemon.Value("tip_acceleration"), tip_mm.norm(), decimals, radius_mm, decimals,
+      daemon.Word("motion_age"));
+}
+
 std::string Age(double age_ms) {
   return age_ms >= 65535 ? "never or long ago" : fmt::format("{:.0f} ms ago", age_ms);
 }
@@ -260,6 +274,7 @@ void Print(const DaemonRegisters& daemon) {
     line("", fmt::format("resolution of the joint registers: ±{:.{}f} mm at the tip (95 %)",
                          radius_mm, DecimalsFor({radius_mm}, 0)));
   }
+  if (fault == InputFault::kOk) line("motion", MotionText(daemon));
   line("payload", daemon.Status(status::kPayloadValid)
                       ? fmt::format("{:.2f} kg", daemon.Value("payload"))
                       : "unknown");

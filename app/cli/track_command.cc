@@ -16,7 +16,7 @@
 #include "app/cli/number_option.h"
 #include "app/config/body_reader.h"
 #include "app/config/text_file.h"
-#include "app/lens/lens_json.h"
+#include "app/lens_files/lens_files.h"
 #include "app/tracking/track_json.h"
 #include "drivers/camera/image_file.h"
 #include "drivers/files/open_failure.h"
@@ -41,7 +41,7 @@ std::optional<lens::LensFile> ReadLens(const TrackOptions& options) {
                      files::ReadErrorText(options.intrinsics, text.error())));
     return std::nullopt;
   }
-  const auto lens = lens::LensFromJson(*text);
+  const auto lens = lens_files::LensFromFile(*text);
   if (!lens) {
     Fail(fmt::format("{}: {}", options.intrinsics, lens.error()));
     return std::nullopt;
@@ -182,8 +182,10 @@ void AddTrackCommand(CLI::App& app, int& exit_code) {
       ->group("With --camera")
       ->check(WholeNumberWithin(1, 1 << 30));
   command
-      ->add_option("--intrinsics", options->intrinsics,
-                   "Lens calibration, LENS.json from plumbline calibrate-lens")
+      ->add_option(
+          "--intrinsics", options->intrinsics,
+          "Lens calibration: LENS.json of plumbline calibrate-lens, XML or YAML of OpenCV\n"
+          "or ROS, or ARToolKit's camera_para.dat")
       ->required();
   command
       ->add_option("--tag-size-mm", options->tag_size_mm,

@@ -29,6 +29,8 @@ struct OverlayConfig {
   Nominal nominal = Nominal::kHidden;
   bool stress = false;            ///< colour bending objects by stress
   double stress_full_Pa = 250e6;  ///< upper end of the colour scale
+  double grid_m = 0;              ///< distance of the lines of the ground grid; 0: no grid
+  double grid_z_m = 0;            ///< height of the grid in the measurement frame
   double near_m = 0;              ///< default distance for pairs of the object table
 };
 

@@ -141,10 +141,10 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
   keys.Add("device", overlay.device,
            {"device of the display", "\"/dev/dri/card0\"", "the first one"});
   std::optional<int> width, height;
-  keys.Add("width_px", width, {640, 1920},
+  keys.Add("width_px", width, {640, 3840},
            {"picture size, together with height_px", "1920",
             "the display's, or 1280 x 720 without a display"});
-  keys.Add("height_px", height, {480, 1080}, {"image height, together with width_px", "1080"});
+  keys.Add("height_px", height, {480, 2160}, {"image height, together with width_px", "1080"});
   if (width && height) overlay.size = image::ImageSize{*width, *height};
   status::CameraName camera = status::CameraName::kNone;
   keys.Choose("camera", camera, CameraNames("both"),
@@ -162,6 +162,10 @@ void ListKeys(Settings& keys, OverlayConfig& overlay) {
   keys.Add("stress", overlay.stress, {"true: bending objects are coloured by stress"});
   keys.Add("stress_full_MPa", overlay.stress_full_Pa, {0.1, 10000, kPaPerMPa},
            {"upper end of the colour scale"});
+  keys.Add("grid_mm", overlay.grid_m, {0, 10000, kMetrePerMm},
+           {"distance of the lines of a faint horizontal grid behind the objects; 0: no grid"});
+  keys.Add("grid_z_mm", overlay.grid_z_m, {-100000, 100000, kMetrePerMm},
+           {"height of the grid in the measurement frame"});
   keys.Add("near_mm", overlay.near_m, {0, 10000, kMetrePerMm},
            {"pairs of objects closer than this are reported; default of near_mm in objects.toml"});
 }

@@ -40,6 +40,11 @@ void CopySnapshot(const Snapshot& snapshot, const std::vector<int>& point_ids,
   state.health = snapshot.health;
   state.data_age_s = snapshot.data_age_s;
   state.q = snapshot.robot.q;
+  const motion::DynamicDeflection& dynamic = snapshot.motion.deflection;
+  state.motion = {
+      snapshot.motion.state,  snapshot.motion.age_s,          dynamic.sag,
+      dynamic.acceleration_F, dynamic.angular_acceleration_F, dynamic.tip_acceleration_W.norm(),
+      dynamic.tip_W,          snapshot.motion.radius_m};
   if (snapshot.payload_valid) {
     state.payload_kg = snapshot.payload.mass_kg;
     state.payload_cog_F = snapshot.payload.cog_F;

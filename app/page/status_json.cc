@@ -180,6 +180,11 @@ void AddStateTo(Json& json, const view::DisplayStatus& now, double now_s) {
                    {"q", ListJson(state.q)},
                    {"payload_kg", KnownJson(state.payload_kg)},
                    {"temperature_C", KnownJson(state.temp_C)}};
+  json["motion"] = {{"state", motion::Describe(state.motion.state)},
+                    {"age_s", FiniteJson(state.motion.age_s)},
+                    {"tip_acceleration_m_s2", FiniteJson(state.motion.tip_acceleration)},
+                    {"tip_W_m", ListJson(state.motion.tip_W)},
+                    {"radius_m", FiniteJson(state.motion.radius_m)}};
   json["cycle"] = {{"uptime_s", FiniteJson(state.cycle.uptime_s)},
                    {"cycles", state.cycle.cycles},
                    {"late", state.cycle.late},

@@ -30,15 +30,24 @@ std::optional<ToolState> ComputeToolState(const view_link::ViewState& state,
     conditions.t_s = state.utc_s - *cell.domain->time_zero_s;
   }
   conditions.temp_C = state.temp_C;
+  // Noise is not drawn: only a resolved displacement by the motion bends the tool and the joints.
+  const view_link::ViewMotion& motion = state.motion;
+  const bool dynamic = motion.resolved() && motion.sag.size() == state.q.size();
+  const model::JointVector q = dynamic ? model::JointVector(state.q + motion.sag) : state.q;
   deflection::LoadedState loaded;
-  if (!arm.AtCommanded(state.q, payload, conditions, loaded)) return std::nullopt;
+  if (!arm.AtCommanded(q, payload, conditions, loaded)) return std::nullopt;
 
   ToolState tool;
-  tool.bend = scene::BendFieldOf(cell.tool, loaded);
+  const scene::BendField still = scene::BendFieldOf(cell.tool, loaded);
+  tool.bend = dynamic ? scene::BendFieldOf(cell.tool, loaded,
+                                           {motion.acceleration_F, motion.angular_acceleration_F})
+                      : still;
   // An identified offset of the tool frame shifts the whole tool: the tip determines the flange.
   const Pose X_FT{RotationFromVector(loaded.slope_F), arm.X_FT().p + loaded.bend_F};
   tool.X_WF = loaded.X_WT * X_FT.Inverse();
-  tool.tip_W = loaded.X_WT.p;
+  const Vec3 end_F(0, 0, still.length_m);
+  const Vec3 lag_F = scene::BentPoint(tool.bend, end_F) - scene::BentPoint(still, end_F);
+  tool.tip_W = loaded.X_WT.p + tool.X_WF.R * lag_F;
   kinematics::Posture unloaded;
   arm.chain().Evaluate(state.q, unloaded);
   tool.X_WF_nominal = arm.X_WB() * unloaded.X_BF();

@@ -20,7 +20,8 @@ struct PlacedCarrier {
   bool stale = false;  ///< the carrier may have moved since it was measured
 };
 
-/// Loaded tool in the newest state.
+/// Loaded tool in the newest state, bent by weight and, while the robot moves, by its acceleration
+/// as far as the readings resolve it.
 struct ToolState {
   Pose X_WF;          ///< flange, placed so that the drawn tip coincides with the model's tip
   Pose X_WF_nominal;  ///< flange of the unloaded arm, as the controller assumes it

@@ -69,7 +69,7 @@ void AddCell(const Panel& panel, CellKind kind, const scene::Area& area, Picture
     for (Row& row : RowsOf(line, !facts, width, writer)) rows.push_back(std::move(row));
   }
   const auto room = static_cast<std::size_t>(
-      std::max(0.0F, (area.height - 0.4F * layout.em) / layout.line() - 1 + 0.02F));
+      std::max(0.0F, (area.height - 0.3F * layout.em) / layout.line() - 1 + 0.02F));
   const std::size_t shown = std::min(room, rows.size());
   const auto hidden = std::count_if(rows.begin() + static_cast<std::ptrdiff_t>(shown), rows.end(),
                                     [](const Row& row) { return row.starts_line; });
@@ -97,7 +97,7 @@ void AddDetailBand(const ViewFacts& facts, PictureWriter& writer) {
   const bool one_row = band.width >= kOneRow_em * layout.em;
   const std::size_t columns = one_row ? panels.size() : (panels.size() + 1) / 2;
   const std::size_t rows = (panels.size() + columns - 1) / columns;
-  const float gap = std::round(0.3F * layout.em);
+  const float gap = std::round(0.25F * layout.em);
   // The messages are half as wide again as the other cells if they are beside them.
   const float parts = static_cast<float>(columns) + (one_row ? 0.5F : 0.0F);
   const float part = (band.width - gap) / parts;

@@ -45,6 +45,7 @@ class OverlayBuilder {
     list_.stress_full_Pa = config_.stress_full_Pa;
     if (carriers_.tool) list_.bend = carriers_.tool->bend;
     if (!seen()) return;
+    AddGround();
     if (facts_.table != nullptr) {
       AddObjects(*facts_.table);
       AddLines(*facts_.table);
@@ -206,6 +207,13 @@ class OverlayBuilder {
     clip.distance_m = table.clip->distance_m + clip.normal_C.dot(placed->X_CK.p);
     clip.grid = table.clip->grid;
     list_.clip = clip;
+  }
+
+  void AddGround() {
+    if (!(config_.grid_m > 0) || !carriers_.world) return;
+    const Pose X_WG{Mat3::Identity(), Vec3(0, 0, config_.grid_z_m)};
+    list_.ground =
+        scene::GroundGrid{.X_CG = carriers_.world->X_CK * X_WG, .cell_m = config_.grid_m};
   }
 
   void AddToolAxis() {

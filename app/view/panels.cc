@@ -58,10 +58,12 @@ std::vector<PanelLine> LensLines(const ViewFacts& facts, std::size_t k) {
   const status::CameraStatus& status = camera.status;
   const bool valid = status.state == lens::ZoomState::kValid;
   const bool in_place = valid && status.reason == lens::ZoomReason::kTagsGood;
+  const bool calibrated = valid && status.reason == lens::ZoomReason::kBoardAccepted;
   std::vector<PanelLine> lines = {
-      {in_place ? "valid: tags in place"  // short: must fit one line behind a camera name
-                : fmt::format("{}: {}", lens::ZoomStateText(status.state),
-                              lens::ZoomReasonText(status.reason)),
+      {in_place     ? "valid: tags in place"  // short: must fit one line behind a camera name
+       : calibrated ? "valid: calibrated now"
+                    : fmt::format("{}: {}", lens::ZoomStateText(status.state),
+                                  lens::ZoomReasonText(status.reason)),
        valid ? Tone::kGood : Tone::kAttention}};
   if (status.prompt != lens::BoardPrompt::kNone) {
     lines.push_back({"→ " + std::string(lens::BoardPromptText(status.prompt)), Tone::kAttention});
@@ -109,6 +111,21 @@ std::vector<PanelLine> TrackingLines(const ViewFacts& facts, std::size_t k) {
   return lines;
 }
 
+/// "by motion 0.84 ±0.12 mm (4.1 m/s²)": displacement of the tip by the acceleration of the arm.
+std::optional<PanelLine> MotionLine(const view_link::ViewMotion& motion) {
+  using motion::MotionState;
+  switch (motion.state) {
+    case MotionState::kMoving:
+      return PanelLine{fmt::format("by motion {:.2f} ±{:.2f} mm, {:.1f} m/s²",
+                                   kMmPerMetre * motion.tip_W.norm(), kMmPerMetre * motion.radius_m,
+                                   motion.tip_acceleration)};
+    case MotionState::kReadingsTooSlow:
+      return PanelLine{"by motion: unknown, slow readings", Tone::kFaded};
+    default:
+      return std::nullopt;
+  }
+}
+
 std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
   const view_link::ViewState& state = *facts.state;
   std::vector<PanelLine> lines;
@@ -117,6 +134,7 @@ std::vector<PanelLine> RobotLines(const ViewFacts& facts) {
     lines.push_back(
         {fmt::format("tip {} off nominal now", Mm((tool.tip_W - tool.tip_nominal_W).norm()))});
   }
+  if (const auto line = MotionLine(state.motion)) lines.push_back(*line);
   lines.push_back(state.payload_kg ? PanelLine{fmt::format("payload {:.2f} kg", *state.payload_kg)}
                                    : PanelLine{"payload unknown", Tone::kAttention});
   lines.push_back(

@@ -7,9 +7,9 @@ namespace plumbline::view {
 namespace {
 
 constexpr float kReferenceHeight_px = 1080, kReferenceWidth_px = 1440;  ///< where s = 1
-constexpr float kStrip_px = 84, kStripShare = 0.06F, kSmallestText_px = 12;
-constexpr float kTileWidth_em = 18, kTileHeight_em = 8.2F, kGap_em = 0.3F;
-constexpr float kBandLines = 5.8F;  ///< a title and four lines, with margins
+constexpr float kStrip_px = 82, kStripShare = 0.06F, kSmallestText_px = 12;
+constexpr float kTileWidth_em = 17.3F, kTileHeight_em = 7.7F, kGap_em = 0.25F;
+constexpr float kBandLines = 5, kBandMargins_em = 0.8F;  ///< a title and four lines
 
 /// Largest scale at which the whole image fits the area.
 double ScaleIn(const scene::Area& area, image::ImageSize image) {
@@ -58,7 +58,7 @@ void SetTextSizes(PictureLayout& layout) {
   layout.word_em = size(70, 28);
   layout.strip = {
       0, 0, width,
-      std::round(std::max({kStrip_px * s, kStripShare * height + 1, 1.2F * layout.word_em}))};
+      std::round(std::max({kStrip_px * s, kStripShare * height + 1, 1.17F * layout.word_em}))};
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras, image::ImageS
   SetTextSizes(layout);
   const auto width = static_cast<float>(size.width), height = static_cast<float>(size.height);
   const float strip = layout.strip.height, gap = std::round(kGap_em * layout.em);
-  const float band = std::round(kBandLines * layout.line());
+  const float band = std::round(kBandLines * layout.line() + kBandMargins_em * layout.em);
   const auto column = static_cast<float>(TileSize(layout).width) + 2 * gap;
   const float row = static_cast<float>(TileSize(layout).height) + layout.line() + 2 * gap;
   const double aspect = static_cast<double>(image.width) / image.height;

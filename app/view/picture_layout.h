@@ -21,13 +21,13 @@ struct PictureLayout {
   scene::Area strip, image, tiles, band;
   std::vector<scene::Area> images;  ///< of each displayed camera, within `image`
 
-  float line() const { return 1.3F * em; }  ///< line spacing of details [px]
+  float line() const { return 1.175F * em; }  ///< line spacing of details [px]
 };
 
 /// The strip is at least 6 % of the picture's height. The images get the largest area of their
 /// aspect ratio that leaves room for one column of tiles beside them or one row below them, and for
-/// five lines of details, so that there are no bars beside an image. Several images are placed side
-/// by side or one below the other, whichever is larger.
+/// a title and four lines of details, so that there are no bars beside an image. Several images are
+/// placed side by side or one below the other, whichever is larger.
 /// @param cameras  number of displayed cameras, at least one
 /// @param image    size of their images
 PictureLayout LayoutOf(image::ImageSize size, std::size_t cameras = 1,

@@ -19,14 +19,14 @@ inline std::optional<image::ImageSize> PictureSizeFrom(std::string_view text) {
   if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
   const auto height = std::from_chars(width.ptr + 1, end, size.height);
   if (height.ec != std::errc() || height.ptr != end) return std::nullopt;
-  if (size.width < 640 || size.width > 1920 || size.height < 480 || size.height > 1080) {
+  if (size.width < 640 || size.width > 3840 || size.height < 480 || size.height > 2160) {
     return std::nullopt;
   }
   return size;
 }
 
 inline std::string PictureSizeProblem(const std::string& text) {
-  return text + " is not a size between 640x480 and 1920x1080";
+  return text + " is not a size between 640x480 and 3840x2160";
 }
 
 }  // namespace plumbline::view

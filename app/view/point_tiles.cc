@@ -148,7 +148,7 @@ struct TileGrid {
 TileGrid GridOf(std::size_t tiles, const PictureLayout& layout) {
   const image::ImageSize size = TileSize(layout);
   TileGrid grid;
-  grid.gap = std::round(0.3F * layout.em);
+  grid.gap = std::round(0.25F * layout.em);
   const auto fit = [&](float room, int each) {
     return std::max<std::size_t>(
         1, static_cast<std::size_t>((room - grid.gap) / (static_cast<float>(each) + grid.gap)));

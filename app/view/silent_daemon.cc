@@ -15,6 +15,7 @@ std::optional<view_link::ViewState> WithdrawnState(const view_link::ViewState& s
   view_link::ViewState withdrawn = state;
   withdrawn.health = HealthOf({.daemon_silent = true});
   withdrawn.data_age_s += now_s - state.now_s;
+  withdrawn.motion = {};
   for (view_link::ViewPoint& point : withdrawn.points) point.valid = false;
   return withdrawn;
 }

@@ -317,6 +317,30 @@ ViewPoint PointOf(const Json& json) {
   return point;
 }
 
+Json MotionJson(const ViewMotion& motion) {
+  return {{"state", static_cast<int>(motion.state)},
+          {"age_s", NumberJson(motion.age_s)},
+          {"sag", VectorJson(motion.sag)},
+          {"acceleration_F", VectorJson(motion.acceleration_F)},
+          {"angular_acceleration_F", VectorJson(motion.angular_acceleration_F)},
+          {"tip_acceleration", NumberJson(motion.tip_acceleration)},
+          {"tip_W_m", VectorJson(motion.tip_W)},
+          {"radius_m", NumberJson(motion.radius_m)}};
+}
+
+ViewMotion MotionOf(const Json& json) {
+  ViewMotion motion;
+  motion.state = EnumOf(json.at("state"), motion::MotionState::kLoadUnknown);
+  motion.age_s = NumberOf(json.at("age_s"));
+  motion.sag = JointsOf(ListAt(json, "sag"));
+  motion.acceleration_F = Vec3Of(json.at("acceleration_F"));
+  motion.angular_acceleration_F = Vec3Of(json.at("angular_acceleration_F"));
+  motion.tip_acceleration = NumberOf(json.at("tip_acceleration"));
+  motion.tip_W = Vec3Of(json.at("tip_W_m"));
+  motion.radius_m = NumberOf(json.at("radius_m"));
+  return motion;
+}
+
 Json MonitoringJson(const status::MonitoringStatus& status) {
   Json json = {{"applied", status.model.applied},
                {"proposed", status.model.proposed},
@@ -398,6 +422,7 @@ ViewState StateOf(const Json& json) {
   state.data_age_s = NumberOf(json.at("data_age_s"));
   state.cycle = CycleOf(json.at("cycle"));
   state.q = JointsOf(ListAt(json, "q"));
+  state.motion = MotionOf(json.at("motion"));
   state.payload_kg = OptionalOf<double>(json.at("payload_kg"));
   state.payload_cog_F = Vec3Of(json.at("payload_cog_F_m"));
   state.temp_C = OptionalOf<double>(json.at("temp_C"));
@@ -429,6 +454,7 @@ std::string JsonOfView(const ViewState& state) {
                      {"data_age_s", NumberJson(state.data_age_s)},
                      {"cycle", CycleJson(state.cycle)},
                      {"q", VectorJson(state.q)},
+                     {"motion", MotionJson(state.motion)},
                      {"payload_kg", OptionalJson(state.payload_kg)},
                      {"payload_cog_F_m", VectorJson(state.payload_cog_F)},
                      {"temp_C", OptionalJson(state.temp_C)},

@@ -83,6 +83,21 @@ struct ViewCycle {
   LatenessHistogram starts;  ///< lateness of cycle starts
 };
 
+/// Motion of the arm and what it does to the tip; see motion::MotionStatus.
+struct ViewMotion {
+  motion::MotionState state = motion::MotionState::kUnknown;
+  double age_s = 0;
+  model::JointVector sag{};                    ///< joint deflections by the motion [rad] or [m]
+  Vec3 acceleration_F = Vec3::Zero();          ///< of the flange [m/s^2]
+  Vec3 angular_acceleration_F = Vec3::Zero();  ///< of the flange [rad/s^2]
+  double tip_acceleration = 0;                 ///< [m/s^2]
+  Vec3 tip_W = Vec3::Zero();                   ///< displacement of the tip [m]
+  double radius_m = 0;                         ///< 95 %, noise of the readings only
+
+  /// True if the displacement exceeds the noise of the readings.
+  bool resolved() const { return state == motion::MotionState::kMoving && tip_W.norm() > radius_m; }
+};
+
 /// State of the daemon at one instant, in SI units. Times are monotonic unless named UTC.
 struct ViewState {
   double now_s = 0, utc_s = 0;
@@ -93,6 +108,7 @@ struct ViewState {
   double data_age_s = 0;  ///< age of the robot reading
   ViewCycle cycle;
   model::JointVector q;  ///< last trusted reading [rad] or [m]; may be empty
+  ViewMotion motion;
   std::optional<double> payload_kg, temp_C;
   Vec3 payload_cog_F = Vec3::Zero();
   std::vector<ViewPoint> points;  ///< in configured order

@@ -54,6 +54,8 @@ uniform vec4 u_pinhole;  // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
 uniform vec4 u_plane;    // normal, distance
 uniform vec3 u_first;    // directions of the grid
 uniform vec3 u_second;
+uniform vec2 u_origin;   // in cells
+uniform vec2 u_opacity;  // of the lines, and of lines at a tenth of their distance
 uniform float u_nearest;
 out vec4 colour;
 float Lines(vec2 at, vec2 a_pixel) {  // at: in grid cells
@@ -65,10 +67,10 @@ void main() {
   vec3 ray = vec3(gl_FragCoord.xy * u_pinhole.xy + u_pinhole.zw, 1.0);
   float z = u_plane.w / dot(u_plane.xyz, ray);
   vec3 p = ray * z;
-  vec2 at = vec2(dot(u_first, p), dot(u_second, p));
+  vec2 at = vec2(dot(u_first, p), dot(u_second, p)) - u_origin;
   vec2 a_pixel = max(fwidth(at), vec2(1e-9));
   if (!(z > u_nearest)) discard;
-  float cover = max(0.35 * Lines(at * 10.0, a_pixel * 10.0), 0.8 * Lines(at, a_pixel));
+  float cover = max(u_opacity.y * Lines(at * 10.0, a_pixel * 10.0), u_opacity.x * Lines(at, a_pixel));
   if (cover <= 0.0) discard;
   gl_FragDepth = 1.0 - u_nearest / z;
   colour = vec4(0.75, 0.85, 1.0, cover);
@@ -163,26 +165,55 @@ void LinePass::DrawLines(const scene::DisplayList& list) {
   triangles_.Draw();
 }
 
-void LinePass::DrawGrid(const scene::DisplayList& list) {
+void LinePass::DrawGrid(const lens::Lens& pinhole, const Grid& grid) {
+  const auto f = [](double value) { return static_cast<GLfloat>(value); };
+  const auto put = [&](const char* name, const Vec3& v) {
+    glUniform3f(grid_program_.UniformLocation(name), f(v.x()), f(v.y()), f(v.z()));
+  };
+  grid_program_.Use();
+  glUniform4f(grid_program_.UniformLocation("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
+              f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
+  glUniform4f(grid_program_.UniformLocation("u_plane"), f(grid.normal_C.x()), f(grid.normal_C.y()),
+              f(grid.normal_C.z()), f(grid.distance_m));
+  put("u_first", grid.first_per_m);
+  put("u_second", grid.second_per_m);
+  glUniform2f(grid_program_.UniformLocation("u_origin"), f(grid.first_per_m.dot(grid.origin_C)),
+              f(grid.second_per_m.dot(grid.origin_C)));
+  glUniform2f(grid_program_.UniformLocation("u_opacity"), grid.opacity, grid.fine_opacity);
+  glUniform1f(grid_program_.UniformLocation("u_nearest"), kNearPlane_m);
+  glBindVertexArray(*empty_array_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void LinePass::DrawClipGrid(const scene::DisplayList& list) {
   const scene::ClipPlane& clip = *list.clip;
   const double length = clip.normal_C.norm();
   if (!(length > 0) || !std::isfinite(length) || !std::isfinite(clip.distance_m)) return;
   const Vec3 normal = clip.normal_C / length;
   const Vec3 beside = std::abs(normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
-  const Vec3f first = (beside - normal.dot(beside) * normal).normalized().cast<float>();
-  const Vec3f second = normal.cast<float>().cross(first);
-  const auto f = [](double value) { return static_cast<GLfloat>(value); };
-  const lens::Lens& pinhole = list.pinhole;
-  grid_program_.Use();
-  glUniform4f(grid_program_.UniformLocation("u_pinhole"), f(1 / pinhole.fx), f(1 / pinhole.fy),
-              f(-(pinhole.cx + 0.5) / pinhole.fx), f(-(pinhole.cy + 0.5) / pinhole.fy));
-  glUniform4f(grid_program_.UniformLocation("u_plane"), f(normal.x()), f(normal.y()), f(normal.z()),
-              f(clip.distance_m / length));
-  glUniform3f(grid_program_.UniformLocation("u_first"), first.x(), first.y(), first.z());
-  glUniform3f(grid_program_.UniformLocation("u_second"), second.x(), second.y(), second.z());
-  glUniform1f(grid_program_.UniformLocation("u_nearest"), kNearPlane_m);
-  glBindVertexArray(*empty_array_);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  const Vec3 first = (beside - normal.dot(beside) * normal).normalized();
+  DrawGrid(list.pinhole, {.normal_C = normal,
+                          .distance_m = clip.distance_m / length,
+                          .first_per_m = first,
+                          .second_per_m = normal.cross(first)});
+}
+
+void LinePass::DrawGround(const scene::DisplayList& list) {
+  if (!list.ground) return;
+  const scene::GroundGrid& ground = *list.ground;
+  const Pose& X_CG = ground.X_CG;
+  if (!X_CG.p.allFinite() || !X_CG.R.allFinite() || !(ground.cell_m > 0)) return;
+  glEnable(GL_BLEND);
+  glDisable(GL_DEPTH_TEST);
+  const Vec3 normal = X_CG.R.col(2);
+  DrawGrid(list.pinhole, {.normal_C = normal,
+                          .distance_m = normal.dot(X_CG.p),
+                          .first_per_m = X_CG.R.col(0) / ground.cell_m,
+                          .second_per_m = X_CG.R.col(1) / ground.cell_m,
+                          .origin_C = X_CG.p,
+                          .opacity = ground.opacity,
+                          .fine_opacity = 0});
+  glDisable(GL_BLEND);
 }
 
 void LinePass::Draw(const scene::DisplayList& list) {
@@ -190,7 +221,7 @@ void LinePass::Draw(const scene::DisplayList& list) {
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glDepthMask(GL_FALSE);
-  if (list.clip && list.clip->grid) DrawGrid(list);
+  if (list.clip && list.clip->grid) DrawClipGrid(list);
   for (const bool in_front : {false, true}) {
     triangles_.Clear();
     for (const scene::DrawnLine& line : list.lines) {

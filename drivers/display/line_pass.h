@@ -20,8 +20,19 @@ class LinePass {
 
   /// Draws against the depth buffer left by the meshes.
   void Draw(const scene::DisplayList& list);
+  /// Draws the ground grid over the background, regardless of depth.
+  void DrawGround(const scene::DisplayList& list);
 
  private:
+  /// A grid in the plane normal . p = distance.
+  struct Grid {
+    Vec3 normal_C;
+    double distance_m = 0;
+    Vec3 first_per_m, second_per_m;  ///< directions of the grid, divided by the cell size
+    Vec3 origin_C = Vec3::Zero();    ///< a point where lines cross
+    float opacity = 0.8F;
+    float fine_opacity = 0.35F;  ///< of lines at a tenth of the distance; 0: none
+  };
   struct Vertex {
     float x, y, z;                  ///< pixel centres at integers; z is depth, -1..1
     float along, across, length;    ///< position within the segment [px]
@@ -31,7 +42,8 @@ class LinePass {
 
   void AddLine(const scene::DisplayList& list, const scene::DrawnLine& line);
   void DrawLines(const scene::DisplayList& list);
-  void DrawGrid(const scene::DisplayList& list);
+  void DrawGrid(const lens::Lens& pinhole, const Grid& grid);
+  void DrawClipGrid(const scene::DisplayList& list);
 
   GlProgram line_program_, grid_program_;
   TriangleStream<Vertex> triangles_;

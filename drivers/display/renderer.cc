@@ -82,6 +82,7 @@ void Renderer::DrawView(const scene::DisplayList& view, std::size_t index) {
   glClear(GL_DEPTH_BUFFER_BIT);
   const auto drawn = background_.Draw(view.background, view.pinhole, view.size, index);
   if (!drawn) Remark(drawn.error());
+  lines_.DrawGround(view);
   for (const scene::DrawnMesh& mesh : view.meshes) {
     if (!meshes_.Knows(mesh.mesh)) Remark(fmt::format("mesh {} is not loaded", mesh.mesh));
   }

@@ -92,6 +92,10 @@ double Cog_mm(Source s) {
   return kMmPerMetre * s.snapshot.payload.cog_F[K];
 }
 template <int K>
+double DynamicTip_mm(Source s) {
+  return kMmPerMetre * s.snapshot.motion.deflection.tip_W[K];
+}
+template <int K>
 double PointPosition_mm(Source s) {
   return kMmPerMetre * s.point->correction.X_BP_command.p[K];
 }
@@ -270,7 +274,7 @@ const std::array kMapFields = {
     MapField{219, kU16, "scaled_last", "",
              "command sequence again: the block is consistent if it equals 200",
              [](Source s) -> double { return s.snapshot.result.sequence; }},
-    // 300-351 robot state as decoded
+    // 300-363 robot state as decoded, and its motion
     MapField{300, kU16, "input_validity", "bits",
              "bit 0 passed the plausibility checks, 1 the controller reports a TCP pose, 2 payload "
              "known, 3 the controller reports a temperature",
@@ -318,6 +322,24 @@ const std::array kMapFields = {
     MapField{346, kFloat, "q10", "deg", "", Joint<9>},
     MapField{348, kFloat, "q11", "deg", "", Joint<10>},
     MapField{350, kFloat, "q12", "deg", "", Joint<11>},
+    MapField{352, kU16, "motion_state", "code",
+             "0 unknown, 1 at standstill, 2 moving: use 353-363, 3 moving but the readings change "
+             "too rarely for an acceleration, 4 moving but payload or link masses are unknown",
+             [](Source s) { return static_cast<double>(s.snapshot.motion.state); }},
+    MapField{353, kU16, "motion_age", "ms",
+             "age of the instant that 354-363 describe; 0 unless motion_state is 2",
+             [](Source s) { return std::floor(1e3 * s.snapshot.motion.age_s); }},
+    MapField{354, kFloat, "tip_acceleration", "m/s2",
+             "acceleration of the tip, from the joint readings; 0 unless motion_state is 2",
+             [](Source s) { return s.snapshot.motion.deflection.tip_acceleration_W.norm(); }},
+    MapField{356, kFloat, "dynamic_x", "mm",
+             "displacement of the tip by the motion, measurement frame; no correction contains it",
+             DynamicTip_mm<0>},
+    MapField{358, kFloat, "dynamic_y", "mm", "", DynamicTip_mm<1>},
+    MapField{360, kFloat, "dynamic_z", "mm", "", DynamicTip_mm<2>},
+    MapField{362, kFloat, "dynamic_radius", "mm",
+             "95 % radius of that displacement due to the scatter of the readings alone",
+             [](Source s) { return kMmPerMetre * s.snapshot.motion.radius_m; }},
     // 400-427 probes, drift monitor, model, masters
     MapField{400, kU16, "loop_state", "bits",
              "state of the monitoring: bit 0 probes are recorded, 1 drift alarm, 2 a proposed "

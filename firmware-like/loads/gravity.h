@@ -50,6 +50,12 @@ class GravityLoads {
   bool guessed(int joint) const { return joint < guessed_before_; }
   /// Mass of tool body and mount [kg].
   double tool_mass_kg() const { return tool_mass_kg_; }
+  /// A link as a point mass.
+  struct LinkMass {
+    double mass_kg;  ///< 0 if not declared
+    Vec3 com_L;      ///< centre of mass in the link's DH frame [m]
+  };
+  const std::vector<LinkMass>& links() const { return links_; }
   /// First moment of the tool body, without the mount, about the origin of F [kg m].
   const Vec3& tool_body_kg_m() const { return tool_body_kg_m_; }
 
@@ -64,10 +70,6 @@ class GravityLoads {
                     OutboardMassesOf<T>* outboard = nullptr) const;
 
  private:
-  struct LinkMass {
-    double mass_kg;
-    Vec3 com_L;
-  };
   std::vector<LinkMass> links_;
   std::vector<model::JointType> types_;
   double tool_mass_kg_ = 0;

@@ -56,6 +56,14 @@ struct ClipPlane {
   bool grid = true;
 };
 
+/// A faint grid in a plane, behind everything. It ends where its lines would be closer than two
+/// pixels.
+struct GroundGrid {
+  Pose X_CG;          ///< the grid lies in the plane z = 0 of G, with a line through its origin
+  double cell_m = 1;  ///< distance of the lines
+  float opacity = 0.2F;
+};
+
 /// A rectangle of the picture, edges in pixels; 0 is the left or upper edge of the first pixel.
 struct Area {
   float x = 0, y = 0, width = 0, height = 0;
@@ -99,6 +107,7 @@ struct DisplayList {
   BendField bend;
   double exaggeration = 1;    ///< factor on d and r of `bend`
   double stress_full_Pa = 0;  ///< upper end of the colour scale
+  std::optional<GroundGrid> ground;
   std::optional<ClipPlane> clip;
   std::vector<DrawnMesh> meshes;
   std::vector<DrawnLine> lines;

@@ -61,12 +61,16 @@ double StressAt(const beam::BeamSolution& solution, double z_m) {
 }
 
 void AddBeam(const model::Tool& tool, const deflection::ToolStateInputOf<double>& load,
-             const StationPlaces& z, BendField& field) {
+             const FlangeAcceleration& inertia, const StationPlaces& z, BendField& field) {
   const beam::Beam beam(tool, 1);
   const beam::PointMass payload{
       .mass_kg = load.payload.mass_kg, .z_m = beam.Length(), .cog_F = load.payload.cog_F};
-  const beam::BeamSolution solution = beam.Solve({.masses = {payload}, .g_F = load.g_F});
-  Vec3 shear_N = load.shear * load.payload.mass_kg * load.g_F;
+  const beam::BeamSolution solution = beam.Solve({.masses = {payload},
+                                                  .g_F = load.g_F,
+                                                  .acceleration_F = inertia.linear_F,
+                                                  .angular_acceleration_F = inertia.angular_F});
+  Vec3 shear_N = load.shear * load.payload.mass_kg *
+                 (load.g_F - inertia.linear_F - inertia.angular_F.cross(load.payload.cog_F));
   shear_N.z() = 0;
   for (std::size_t i = 0; i < z.size(); ++i) {
     const beam::SectionState section = solution.At(z[i]);
@@ -80,7 +84,8 @@ void AddBeam(const model::Tool& tool, const deflection::ToolStateInputOf<double>
 
 }  // namespace
 
-BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state) {
+BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state,
+                      const FlangeAcceleration& inertia) {
   BendField field;
   const bool seat_yields = !state.tool.root_F.isZero(0);
   if (tool.rigid && !(seat_yields && tool.tcp_F.z() > 0)) return field;
@@ -94,7 +99,7 @@ BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& st
     field.stations[i].d_F = state.tool.root_F.cross(Vec3(0, 0, z[i])).cast<float>();
     field.stations[i].r_F = state.tool.root_F.cast<float>();
   }
-  if (!tool.rigid) AddBeam(tool, state.tool, z, field);
+  if (!tool.rigid) AddBeam(tool, state.tool, inertia, z, field);
   return field;
 }
 

@@ -6,6 +6,12 @@
 
 namespace plumbline::scene {
 
+/// Accelerations of the flange in F, by d'Alembert loads on the tool.
+struct FlangeAcceleration {
+  Vec3 linear_F = Vec3::Zero();   ///< [m/s^2]
+  Vec3 angular_F = Vec3::Zero();  ///< [rad/s^2]
+};
+
 /// Computes displacement and rotation of every section of the loaded tool:
 ///   d(z) = factor d_beam(z) + shear F integral_0^z ds / (G A) + root x (0, 0, z)
 ///   r(z) = factor r_beam(z) + root
@@ -24,8 +30,11 @@ namespace plumbline::scene {
 ///
 /// A rigid tool on a compliant coupling rotates about the coupling; there is no effect if its tip
 /// is not at z > 0.
-/// @param tool   tool of the cell that `state` belongs to
-/// @param state  converged state from LoadedArm
-BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state);
+/// @param tool     tool of the cell that `state` belongs to
+/// @param state    converged state from LoadedArm
+/// @param inertia  accelerations of the flange, which load the tool in addition to gravity; the
+///                 coupling of the flange is not loaded by them
+BendField BendFieldOf(const model::Tool& tool, const deflection::LoadedState& state,
+                      const FlangeAcceleration& inertia = {});
 
 }  // namespace plumbline::scene

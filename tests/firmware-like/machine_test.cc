@@ -1438,4 +1438,44 @@ TEST_CASE("a point is recomputed whenever one of its inputs has changed") {
   CHECK(changed());
 }
 
+TEST_CASE("the deflection by motion is reported and changes no point") {
+  Cell still, moving;
+  still.Running();
+  CHECK(moving.Running().motion.state == motion::MotionState::kStandstill);
+  double largest_m = 0;
+  for (int k = 1; k <= 100; ++k) {
+    const double t_s = kPeriod_s * k;
+    moving.input.robot.q[0] = moving.taught[0] + 0.2 * (1 - std::cos(4 * t_s));  // 3.2 rad/s^2
+    const Snapshot& a = still.Next();
+    const Snapshot& b = moving.Next();
+    REQUIRE(b.points[0].valid);
+    CHECK(a.points[0].correction.X_BP_command.p == b.points[0].correction.X_BP_command.p);
+    CHECK(a.points[0].correction.uncertainty_m == b.points[0].correction.uncertainty_m);
+    if (b.motion.state == motion::MotionState::kMoving) {
+      largest_m = std::max(largest_m, b.motion.deflection.tip_W.norm());
+      CHECK(b.motion.age_s < 0.08);
+    } else {
+      CHECK(k < 20);  // until the window is filled
+    }
+  }
+  CHECK(largest_m > 1e-3);
+  CHECK(largest_m < 0.05);
+  CHECK(moving.machine->snapshot().motion.resolved());
+  for (int k = 0; k < 30; ++k) moving.Next();
+  CHECK(moving.machine->snapshot().motion.state == motion::MotionState::kStandstill);
+}
+
+TEST_CASE("without a payload the deflection by motion is unknown; after a fault too") {
+  Cell cell;
+  cell.Running();
+  cell.input.robot.payload_kg.reset();
+  for (int k = 1; k <= 20; ++k) {
+    cell.input.robot.q[0] += 0.01;
+    cell.Next();
+  }
+  CHECK(cell.machine->snapshot().motion.state == motion::MotionState::kLoadUnknown);
+  for (int k = 0; k < 20; ++k) cell.Silent();
+  CHECK(cell.machine->snapshot().motion.state == motion::MotionState::kUnknown);
+}
+
 }  // namespace plumbline::machine_test

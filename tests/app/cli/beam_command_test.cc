@@ -79,6 +79,11 @@ TEST_CASE("loads other than the force") {
   CHECK(tip_mm("--angular-acceleration-rad-s2 1") < 0);
   CHECK(tip_mm("--moment-nm 10") > 0);
   CHECK(tip_mm("--force-n 10 --at-mm 500") == Approx(tip_mm("--force-n 10") * 2.5 / 8));
+  // Beyond the tip: F L^3 / (3 E I) + F e L^2 / (2 E I), the shear and moment of a longer lever.
+  CHECK(tip_mm("--force-n 10 --at-mm 1500") == Approx(tip_mm("--force-n 10") * 1.75));
+  CHECK(tip_mm("--force-n 10 --at-mm 1500") == Approx(tip_mm("--force-n 10 --moment-nm 5")));
+  const Answer beyond = RunBeam(steel_rod + "--force-n 10 --at-mm 1500");
+  CHECK_THAT(beyond.out, Catch::Contains("force at 1500 mm, 500 mm beyond the tip"));
 }
 
 TEST_CASE("Table 2 of the paper is printed with the published columns") {
@@ -151,8 +156,7 @@ TEST_CASE("each wrong argument has its message and exit code 2") {
       {rod + "--force-n 1 --density-kg-m3 nan", "--density-kg-m3", "nan is not a number from"},
       {rod + "--force-n 1 --density-kg-m3 1e9", "--density-kg-m3", "outside 0..25000"},
       {rod + "--force-n 1 --point-mm 10,1e308", "--point-mm", "is not Z,Y in mm"},
-      {rod + "--force-n 1 --at-mm 501", "--at-mm", "501 is outside the beam"},
-      {rod + "--force-n 1 --at-mm 0", "--at-mm", "0 is outside the beam"},
+      {rod + "--force-n 1 --at-mm 0", "--at-mm", "0 is not on the free side of the clamp"},
       {rod + "--force-n 1 --point-mm 100", "--point-mm", "\"100\" is not Z,Y in mm"},
       {rod + "--force-n 1 --point-mm 600,0", "--point-mm", "outside the beam, 0..500 mm"},
       {rod + "--force-n 1 --elements 0", "--elements", "1 to 1000"},

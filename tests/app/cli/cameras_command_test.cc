@@ -46,6 +46,14 @@ TEST_CASE("Cameras with their names, modes and settings") {
   CHECK_THAT(text, Catch::Contains("exposure_s 0.025 (0.0003..0.2047"));
   CHECK_THAT(text, Catch::Contains("no serial number"));
   CHECK_THAT(text, Catch::Contains("cannot be opened"));
+
+  const auto table = CameraTable(machine.tree(), 1);
+  REQUIRE(table);
+  CHECK_THAT(*table, Catch::StartsWith("[camera]"));
+  CHECK_THAT(*table, Catch::EndsWith("device = \"A1\"\nwidth_px = 640\nheight_px = 480\n"
+                                     "rate_hz = 30.0\n"));
+  CHECK_THAT(CameraTable(machine.tree(), 3).error(), Catch::Contains("cannot be opened"));
+  CHECK_THAT(CameraTable(machine.tree(), 4).error(), Catch::Contains("lists 1 to 3"));
 }
 
 TEST_CASE("A machine without cameras, and the test machine") {

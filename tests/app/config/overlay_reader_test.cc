@@ -77,7 +77,7 @@ TEST_CASE("all faults of [overlay] are reported at once") {
       "nominal = \"left\"\nexagerration = 2.0\n");
   CHECK(read.Says("overlay.display: \"screen\""));
   CHECK(read.Says("overlay.device: \"card0\" is not an absolute path"));
-  CHECK(read.Says("overlay.width_px: 320 is outside 640..1920"));
+  CHECK(read.Says("overlay.width_px: 320 is outside 640..3840"));
   CHECK(read.Says("and height_px must be given together"));
   CHECK(read.Says("overlay.exaggeration: 0"));
   CHECK(read.Says("overlay.nominal: \"left\""));

@@ -37,6 +37,32 @@ TEST_CASE("the cell frame follows from the cell tags, the tip from the loaded ar
   CHECK((in_world->p - kMarksInW.p).norm() < 1e-9);
 }
 
+TEST_CASE("the tool is bent by the motion, but only if it exceeds the noise of the readings") {
+  ViewScene scene;
+  const Vec3 still = scene.Placed().tool->tip_W;
+  view_link::ViewMotion& motion = scene.state.motion;
+  motion.state = motion::MotionState::kMoving;
+  motion.sag = model::JointVector::Zero(6);
+  motion.sag[0] = 2e-4;
+  motion.acceleration_F = Vec3(3, 0, 0);
+  motion.tip_W = Vec3(0, 0, 1e-3);
+  motion.radius_m = 2e-3;
+  CHECK((scene.Placed().tool->tip_W - still).norm() == 0);
+  motion.radius_m = 1e-4;
+  const ToolState moving = *scene.Placed().tool;
+  const double length_m = static_cast<double>(moving.bend.length_m);
+  CHECK((moving.X_WF * scene::BentPoint(moving.bend, Vec3(0, 0, length_m)) - moving.tip_W).norm() <
+        2e-5);
+  // The tip lags in the direction opposite to the acceleration of the flange, and turns with
+  // joint 1.
+  scene.state.motion.acceleration_F.setZero();
+  const Vec3 by_joint = scene.Placed().tool->tip_W - still;
+  CHECK(by_joint.norm() ==
+        Approx(2e-4 * (still - scene.model->arm.X_WB().p).head<2>().norm()).epsilon(0.02));
+  const Vec3 by_tool = moving.tip_W - still - by_joint;
+  CHECK((moving.X_WF.R.transpose() * by_tool).x() < -1e-5);
+}
+
 TEST_CASE("a hidden carrier becomes stale, then is dropped; the cell frame is kept") {
   ViewScene scene;
   scene.Placed();

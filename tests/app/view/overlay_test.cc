@@ -68,6 +68,17 @@ scene::ObjectTable Table() {
 
 }  // namespace
 
+TEST_CASE("a ground grid is drawn on the plane of the cell, only if configured") {
+  ViewScene plain;
+  CHECK_FALSE(Composed(plain, {1280, 720}).list.ground);
+  ViewScene scene("grid_mm = 250\ngrid_z_mm = -40\n");
+  const Composed composed(scene, {1280, 720});
+  REQUIRE(composed.list.ground);
+  CHECK(composed.list.ground->cell_m == Approx(0.25));
+  CHECK((composed.list.ground->X_CG.p - scene.X_CW * Vec3(0, 0, -0.04)).norm() < 1e-9);
+  CHECK(composed.list.ground->opacity == Approx(0.2F));
+}
+
 TEST_CASE("the picture's pinhole lens is the scaled camera lens: pixels keep their positions") {
   // An independent camera without distortion: the truth renderer's.
   const lens::Lens lens{1700, 1701, 955, 541, -0.08, 0.02, 1e-4, -2e-4, 0};

@@ -121,7 +121,7 @@ TEST_CASE("the strip is at least 6 % high, texts of details 12 px or 15 px a met
   }
   CHECK(LayoutOf({1920, 1080}).em >= 15 * 1.6F);
   const PictureLayout layout = LayoutOf({1920, 1080});
-  CHECK(layout.image.width * layout.image.height >= 0.55F * 1920 * 1080);
+  CHECK(layout.image.width * layout.image.height >= 0.6F * 1920 * 1080);
 }
 
 TEST_CASE("a text that is too long is cut between characters and ends in an ellipsis") {

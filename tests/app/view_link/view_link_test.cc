@@ -37,6 +37,14 @@ ViewState FullState() {
   state.health = HealthOf({.alarms = 2, .warnings = 0x100});
   state.data_age_s = 0.004;
   state.q = model::JointVector::LinSpaced(6, -1.5, 2.25);
+  state.motion.state = motion::MotionState::kMoving;
+  state.motion.age_s = 0.06;
+  state.motion.sag = model::JointVector::LinSpaced(6, -1e-4, 2e-4);
+  state.motion.acceleration_F = {1, -2, 0.5};
+  state.motion.angular_acceleration_F = {0.1, 0.2, 0.3};
+  state.motion.tip_acceleration = 3.5;
+  state.motion.tip_W = {1e-3, 0, -5e-4};
+  state.motion.radius_m = 2e-4;
   state.payload_kg = 80;
   state.temp_C = 31.5;
   state.payload_cog_F = {0.01, -0.02, 0.4};
@@ -155,7 +163,7 @@ TEST_CASE("a malformed text is refused with the reason") {
   CHECK_THAT(ViewOfJson("").error(), Contains("cannot be read"));
   CHECK_THAT(ViewOfJson(text.substr(0, text.size() / 2)).error(), Contains("cannot be read"));
   std::string other = text;
-  other.replace(other.find("\"schema\":5"), 10, "\"schema\":9");
+  other.replace(other.find("\"schema\":6"), 10, "\"schema\":9");
   CHECK_THAT(ViewOfJson(other).error(), Contains("different versions"));
   std::string senseless = text;
   senseless.replace(senseless.find("\"prompt\":5"), 10, "\"prompt\":99");

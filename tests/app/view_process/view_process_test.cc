@@ -372,7 +372,7 @@ TEST_CASE("a snapshot fails without a daemon, with a faulty configuration or a w
   write("");
   const Ran size = Run(Snapshot(file, "--out a.png --size 64x48"));
   CHECK(size.code == 2);
-  CHECK_THAT(size.text, Catch::Contains("is not a size between 640x480 and 1920x1080"));
+  CHECK_THAT(size.text, Catch::Contains("is not a size between 640x480 and 3840x2160"));
   CHECK(Run(Snapshot(file, "")).code == 2);
   CHECK(Run(Snapshot(folder.path() + "/none.toml", "--out a.png")).code == 1);
   if (CanDraw()) {

@@ -178,6 +178,43 @@ TEST_CASE("everything beyond the clip plane is cut, and its grid is drawn") {
   CHECK(Reddish(At(grid, static_cast<int>(hidden.x()), static_cast<int>(hidden.y()))));
 }
 
+TEST_CASE("the ground grid lies behind everything, starts at its origin and fades with distance") {
+  test::Drawing drawing;
+  if (!drawing.renderer) return;
+  const int square = drawing.renderer->LoadMesh(test::Square(0.2F)).value();
+  scene::DisplayList list = test::EmptyList(kSize);
+  scene::GroundGrid ground;
+  ground.cell_m = 0.25;
+  ground.X_CG.R = RotationFromRollPitchYaw(Vec3(-1.3, 0, 0.4));
+  ground.X_CG.p = Vec3(0.05, 0.3, 1.5);
+  list.ground = ground;
+  list.meshes = {test::Placed(square, Vec3(0.05, 0.3, 1.8), kRed)};  // behind the plane
+  const RgbImage image = Drawn(drawing, list);
+  const auto at = [&](double x, double y) {
+    const lens::Vec2 px = Project<double>(list.pinhole, ground.X_CG * Vec3(x, y, 0));
+    return At(image, static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
+  };
+  const int ground_level = at(0.125, 0.125).b;
+  for (const double cell : {-2.0, -1.0, 1.0}) {
+    CAPTURE(cell);
+    const int brighter = at(0.25 * cell, 0.08).b - ground_level;
+    CHECK(brighter > 15);
+    CHECK(brighter < 80);  // quiet
+    CHECK(std::abs(at(0.25 * cell + 0.1, 0.08).b - ground_level) < 8);
+  }
+  const lens::Vec2 mesh = Project<double>(list.pinhole, list.meshes[0].X_CF.p);
+  CHECK(Reddish(
+      At(image, static_cast<int>(std::lround(mesh.x())), static_cast<int>(std::lround(mesh.y())))));
+  // Towards the horizon the lines are closer than two pixels and are not drawn.
+  list.meshes.clear();
+  const RgbImage empty = Drawn(drawing, list);
+  const lens::Vec2 far = Project<double>(list.pinhole, ground.X_CG * Vec3(0, -300, 0));
+  const int v = static_cast<int>(std::lround(far.y()));
+  if (v > 2 && v < kSize.height - 2) {
+    for (int u = 10; u < kSize.width - 10; ++u) CHECK(At(empty, u, v).b - ground_level < 8);
+  }
+}
+
 TEST_CASE("lines have width, dashes and depth") {
   test::Drawing drawing;
   if (!drawing.renderer) return;

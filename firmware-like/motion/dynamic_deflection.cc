@@ -1,0 +1,166 @@
+#include "firmware-like/motion/dynamic_deflection.h"
+
+#include <cmath>
+
+#include "firmware-like/beam/beam.h"
+
+namespace plumbline::motion {
+namespace {
+
+using I = effects::Influence<double>;
+
+/// Motion of a rigid body at one instant, in B.
+struct BodyMotion {
+  Vec3 at_B = Vec3::Zero();  ///< a point of the body [m]
+  Vec3 acceleration_B = Vec3::Zero();
+  Vec3 omega_B = Vec3::Zero();
+  Vec3 alpha_B = Vec3::Zero();
+
+  Vec3 AccelerationOf(const Vec3& p_B) const {
+    const Vec3 r = p_B - at_B;
+    return acceleration_B + alpha_B.cross(r) + omega_B.cross(omega_B.cross(r));
+  }
+
+  /// The motion of the next link outwards.
+  BodyMotion Next(model::JointType type, const Vec3& axis_B, const Vec3& point_B, double qd,
+                  double qdd) const {
+    BodyMotion next{point_B, AccelerationOf(point_B), omega_B, alpha_B};
+    if (type == model::JointType::kRevolute) {
+      next.alpha_B += omega_B.cross(axis_B) * qd + axis_B * qdd;
+      next.omega_B += axis_B * qd;
+    } else {
+      next.acceleration_B += axis_B * qdd + 2 * qd * omega_B.cross(axis_B);
+    }
+    return next;
+  }
+};
+
+}  // namespace
+
+DynamicModel::DynamicModel(const model::CellModel& cell) : bends_(!cell.tool.rigid) {
+  const double length_m = cell.tool.Length();
+  if (cell.tool.mount_mass_kg > 0) {
+    tool_.push_back({cell.tool.mount_mass_kg, Vec3(0, 0, length_m / 2)});
+  }
+  double z_m = 0;
+  for (const model::ToolSegment& segment : cell.tool.segments) {
+    // Two half masses with the same first and second moment along the axis.
+    const double apart_m = segment.length_m / (2 * std::sqrt(3.0));
+    const double half_kg =
+        segment.material.density_kg_m3 * segment.section.area_m2 * segment.length_m / 2;
+    const double middle_m = z_m + segment.length_m / 2;
+    tool_.push_back({half_kg, Vec3(0, 0, middle_m - apart_m)});
+    tool_.push_back({half_kg, Vec3(0, 0, middle_m + apart_m)});
+    z_m += segment.length_m;
+    shear_m_per_N_ +=
+        segment.length_m / (segment.material.ShearModulus() * segment.section.area_m2);
+  }
+  if (!bends_) return;
+  const beam::Beam beam(cell.tool, 1);
+  for (int axis = 0; axis < 3; ++axis) {
+    turned_bend_.col(axis) = beam.Solve({.angular_acceleration_F = Vec3::Unit(axis)}).Tip().d_F;
+  }
+}
+
+Vec3 DynamicModel::Bend(const Setting& setting, const DynamicDeflection& flange,
+                        const Vec3& omega_F) const {
+  const loads::Payload& payload = setting.payload;
+  const Vec3& alpha_F = flange.angular_acceleration_F;
+  const Vec3 force_F = -payload.mass_kg * (flange.acceleration_F + alpha_F.cross(payload.cog_F) +
+                                           omega_F.cross(omega_F.cross(payload.cog_F)));
+  Vec3 bend = Vec3::Zero();
+  if (bends_) {
+    const deflection::LoadedArm& arm = setting.arm;
+    const Vec3 moment_F = (payload.cog_F - arm.beam_tip_F()).cross(force_F);
+    bend = arm.tip_compliance().Bend(force_F, moment_F, -flange.acceleration_F).head<3>() +
+           turned_bend_ * alpha_F;
+    bend *= 1 + setting.influence[I::kBendRatio];
+    const double shear = setting.influence[I::kShear] * shear_m_per_N_;
+    bend.head<2>() += shear * force_F.head<2>();
+  }
+  Vec3 root = payload.cog_F.cross(force_F);
+  for (const Mass& mass : tool_) {
+    root -= mass.kg * mass.at_F.cross(flange.acceleration_F + alpha_F.cross(mass.at_F));
+  }
+  root.z() = 0;
+  return bend + setting.influence[I::kRootCompliance] * root.cross(setting.arm.X_FT().p);
+}
+
+DynamicDeflection DynamicModel::Respond(const Setting& setting, const model::JointVector& qd,
+                                        const model::JointVector& qdd) const {
+  const deflection::LoadedArm& arm = setting.arm;
+  const kinematics::Posture& posture = setting.posture;
+  std::array<Vec3, model::kMaxJoints> force_B, moment_B;  // of each link, about the origin of B
+  BodyMotion body;
+  const auto add = [&](int i, double kg, const Vec3& p_B) {
+    const Vec3 inertial_N = -kg * body.AccelerationOf(p_B);
+    force_B[static_cast<std::size_t>(i)] += inertial_N;
+    moment_B[static_cast<std::size_t>(i)] += p_B.cross(inertial_N);
+  };
+  force_B.fill(Vec3::Zero());
+  moment_B.fill(Vec3::Zero());
+  for (int i = 0; i < arm.size(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    body = body.Next(arm.chain().type(i), posture.axis_B[k], posture.point_B[k], qd[i], qdd[i]);
+    const loads::GravityLoads::LinkMass& link = arm.loads().links()[k];
+    add(i, link.mass_kg, posture.X_BL[k] * link.com_L);
+  }
+  const Pose& X_BF = posture.X_BF();
+  for (const Mass& mass : tool_) add(arm.size() - 1, mass.kg, X_BF * mass.at_F);
+  add(arm.size() - 1, setting.payload.mass_kg, X_BF * setting.payload.cog_F);
+
+  DynamicDeflection result;
+  result.sag.resize(arm.size());
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  for (int i = arm.size() - 1; i >= 0; --i) {
+    const auto k = static_cast<std::size_t>(i);
+    force += force_B[k];
+    moment += moment_B[k];
+    const bool turns = arm.chain().type(i) == model::JointType::kRevolute;
+    const double tau =
+        posture.axis_B[k].dot(turns ? Vec3(moment - posture.point_B[k].cross(force)) : force);
+    const double compliance = arm.compliance(i) + setting.influence.Joint(I::kCompliance, i);
+    result.sag[i] = setting.turn_s2[i] != 0 ? setting.turn_s2[i] * qdd[i] : compliance * tau;
+  }
+  const Mat3 R_FB = X_BF.R.transpose();
+  result.acceleration_F = R_FB * body.AccelerationOf(X_BF.p);
+  result.angular_acceleration_F = R_FB * body.alpha_B;
+  const Mat3& R_WB = arm.X_WB().R;
+  result.tip_acceleration_W = R_WB * body.AccelerationOf(X_BF * arm.X_FT().p);
+  const Vec3 bend_F = Bend(setting, result, R_FB * body.omega_B);
+  result.tip_W = R_WB * (setting.tip_jacobian.topRows<3>() * result.sag + X_BF.R * bend_F);
+  return result;
+}
+
+DynamicDeflection DynamicModel::At(const deflection::LoadedArm& arm, const JointMotion& motion,
+                                   const loads::Payload& payload,
+                                   const effects::Conditions& conditions, Mat3& covariance) const {
+  Setting setting{.arm = arm, .payload = payload};
+  arm.chain().Evaluate(motion.q, setting.posture);
+  arm.chain().JacobianAt(setting.posture, setting.posture.X_BF() * arm.X_FT().p,
+                         setting.tip_jacobian);
+  effects::Conditions moment = arm.ConditionsAt(motion.q, conditions);
+  setting.influence = arm.EffectsAt(moment);
+  setting.payload.mass_kg += setting.influence[I::kPayloadMass];
+  setting.payload.cog_F += setting.influence.Vector(I::kPayloadCog);
+  moment.qdd = motion.qdd;
+  const effects::Influence<double> moving = arm.EffectsAt(moment);
+  const int joints = arm.size();
+  setting.turn_s2.setZero(joints);
+  for (int i = 0; i < joints; ++i) {
+    const double turn = moving.Joint(I::kTurn, i) - setting.influence.Joint(I::kTurn, i);
+    if (turn != 0 && motion.qdd[i] != 0) setting.turn_s2[i] = turn / motion.qdd[i];
+  }
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, model::kMaxJoints> gain(3, joints);
+  const model::JointVector still = model::JointVector::Zero(joints);
+  model::JointVector unit = still;
+  for (int i = 0; i < joints; ++i) {
+    unit[i] = 1;
+    gain.col(i) = Respond(setting, still, unit).tip_W;
+    unit[i] = 0;
+  }
+  covariance = gain * motion.qdd_covariance * gain.transpose();
+  return Respond(setting, motion.qd, motion.qdd);
+}
+
+}  // namespace plumbline::motion
