@@ -40,12 +40,13 @@ struct Tested {
 std::vector<Tested> TestsOf(const Identified& found, const std::vector<Equation>& equations) {
   const Eigen::MatrixXd basis = BasisOfEffects(found);
   const Eigen::VectorXd residual = found.candidate_set->Residual(found.best);
-  const Eigen::MatrixXd& frames = found.problem->frames();
+  const NuisanceProjection& nuisances = found.problem->nuisances();
   const Eigen::Index first = residual.size() - static_cast<Eigen::Index>(equations.size());
   std::vector<Tested> tested;
   for (std::size_t k = 0; k < equations.size(); ++k) {
     const Eigen::Index at = first + static_cast<Eigen::Index>(k);
-    const double independence = 1 - frames.row(at).squaredNorm() - basis.row(at).squaredNorm();
+    const double independence =
+        1 - nuisances.Leverage(static_cast<int>(at)) - basis.row(at).squaredNorm();
     if (independence < kMinIndependence) continue;
     tested.push_back({&equations[k], std::abs(residual[at]) / std::sqrt(independence),
                       equations[k].sd_m * residual[at] / independence});

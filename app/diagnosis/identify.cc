@@ -22,6 +22,7 @@ constexpr int kRestrictedPasses =
 constexpr std::size_t kRestrictedBlocks = 2;
 constexpr std::size_t kMaxRefits = 12;
 constexpr double kSameCorrelation = 0.05;
+constexpr double kSameChi2 = 0.5;  // a twentieth of the smallest margin between explanations
 
 bool SameSupport(const Model& a, const Model& b) {
   return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
@@ -69,6 +70,17 @@ double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& resid
     count += problem.weights[row] * numbers.count;
   }
   return std::sqrt(sum / std::max(1.0, count - parameters));
+}
+
+/// Largest change of chi2 by new weights: the sum of the changes, all taken as positive.
+double ChangeOfChi2(const FitProblem& problem, const PerRow<double>& before,
+                    const PerRow<RowResidual>& residuals) {
+  double change = 0;
+  for (const RowIndex row : residuals.indices()) {
+    const double of_weight = std::abs(problem.weights[row] - before[row]);
+    if (of_weight > 0) change += of_weight * SquareOf(problem.data.numbers[row], residuals[row]);
+  }
+  return change / (problem.sigma_m * problem.sigma_m);
 }
 
 /// Residual standard deviation of one axis with all effects fitted at once; nullopt if there are
@@ -245,7 +257,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     const double correlation = restricted ? 0 : RowCorrelation(data, residuals, found.fit.weights);
     const bool converged = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
                            std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
-                           before == found.fit.weights;
+                           ChangeOfChi2(found.fit, before, residuals) < kSameChi2;
     if (same_support && converged) {  // its chi2 and costs refer to the current noise
       AddLineAliases(*found.candidate_set, found.best, found.ranked);
       return found;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/diagnosis/block_columns.h"
+#include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/shape_search.h"
 
 namespace plumbline::diagnosis {
@@ -98,23 +99,34 @@ void LinearProblem::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
   nuisances_->Project(columns);
 }
 
+const void* LinearProblem::KeptAs(
+    const KeptKey& key, const std::function<std::shared_ptr<const void>()>& compute) const {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = kept_.find(key);
+    if (known != kept_.end()) return known->second.get();
+  }
+  // Without the lock: what is kept may be computed from something else that is kept.
+  std::shared_ptr<const void> computed = compute();
+  const std::lock_guard lock(mutex_);
+  return kept_.emplace(key, std::move(computed)).first->second.get();
+}
+
 const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
-  Eigen::VectorXd& carrier = carriers_[entry];
-  if (carrier.size() == 0) {
-    carrier.setZero(layout_.total());
+  return Kept<Eigen::VectorXd>(entry, [&] {
+    Eigen::VectorXd carrier = Eigen::VectorXd::Zero(layout_.total());
     for (const FitRowIndex j : fit_.rows.indices()) {
       const Gradient& gradient = linear_->gradients[fit_.rows[j]];
       whitener_[j].Apply(gradient.col(entry), layout_.PartOf(carrier, j));
     }
-  }
-  return carrier;
+    return carrier;
+  });
 }
 
-const Eigen::ArrayX2d& LinearProblem::CachedForJoint(
-    int joint, const std::function<Eigen::ArrayX2d()>& compute) const {
-  Eigen::ArrayX2d& kept = cached_for_joint_[joint];
-  if (kept.rows() == 0) kept = compute();
-  return kept;
+const CarriedColumns& LinearProblem::CarriedBy(const std::vector<int>& entries) const {
+  return *static_cast<const CarriedColumns*>(KeptAs({typeid(CarriedColumns), entries}, [&] {
+    return std::make_shared<const CarriedColumns>(*this, entries);
+  }));
 }
 
 Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,
