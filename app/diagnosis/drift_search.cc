@@ -110,6 +110,15 @@ class DriftSearch final : public ShapeSearch {
     return Best(std::move(found), kKept);
   }
 
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    const double tau_s = block.columns.front().values.back();
+    const Eigen::ArrayXd t_s =
+        SignalAtRows(problem, [](const effects::Conditions& m) { return m.t_s.value_or(0); });
+    const Eigen::MatrixXd warmth = 1 - (-t_s / tau_s).exp();
+    return problem.Carried(TranslationEntries(effects::Influence<double>::kBase), warmth);
+  }
+
   std::vector<Block> Refitted(const Dataset&, const effects::ActiveEffect& effect) const override {
     std::vector<Block> blocks;
     const auto& specs = effect.term.effect->traits().parameters;

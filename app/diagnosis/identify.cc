@@ -87,9 +87,7 @@ double ChangeOfChi2(const FitProblem& problem, const PerRow<double>& before,
 /// too few rows.
 std::optional<double> SigmaOfFullFit(const CandidateSet& candidate_set,
                                      const Candidates& candidates, CandidateSet& scratch) {
-  std::vector<BlockIndex> all;
-  for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
-  const Explanation full_fit = scratch.Fit(all);
+  const Explanation full_fit = scratch.Fit(scratch.Add(candidates.blocks));
   const double freedom =
       candidate_set.problem().freedom() - static_cast<double>(full_fit.columns.size());
   if (freedom < 12) return std::nullopt;

@@ -72,10 +72,17 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
 }
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
+  const ShapeSearch* const search = block.empirical() ? nullptr : ShapeSearchOf(*block.term.effect);
+  if (search != nullptr) {
+    if (std::optional<Eigen::MatrixXd> carried = search->Columns(*this, block)) {
+      if (projected) Project(*carried);
+      return *std::move(carried);
+    }
+  }
   const int width = block.columns.count();
   Eigen::MatrixXd columns(layout_.total(), width);
   columns.bottomRows(equations_).setZero();  // no effect acts on what is known beside the rows
-  if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
+  if (!block.empirical() && search == nullptr) {
     const auto kept = linear_->columns->Of(fit_.data, *linear_, block, fit_.threads);
     for (const FitRowIndex j : fit_.rows.indices()) {
       whitener_[j].Apply(linear_->layout.PartOf(*kept, fit_.rows[j]), layout_.PartOf(columns, j));

@@ -29,6 +29,13 @@ Eigen::MatrixXd From(double moment, const Eigen::VectorXd& clock) {
   return (clock.array() >= moment).cast<double>();
 }
 
+/// Whitened columns of carriers that act from the moment of a block on.
+Eigen::MatrixXd ColumnsFromMoment(const LinearProblem& problem, const Block& block,
+                                  const std::vector<int>& influences) {
+  const double moment = block.columns.front().values.front();
+  return problem.Carried(influences, From(moment, ClockAtRows(problem)));
+}
+
 /// Candidate event times halfway between successive rows, without the outermost twentieth.
 std::vector<double> Moments(const LinearProblem& problem) {
   const Eigen::VectorXd at_rows = ClockAtRows(problem);
@@ -200,6 +207,12 @@ class StepSearch final : public MomentSearch {
         BestFrom(problem, residual, moments, effect_, "tool", TranslationEntries(I::kTip)));
     return blocks;
   }
+
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    const bool tool = block.term.word == "tool";
+    return ColumnsFromMoment(problem, block, TranslationEntries(tool ? I::kTip : I::kBase));
+  }
 };
 
 class TiltSearch final : public MomentSearch {
@@ -210,8 +223,16 @@ class TiltSearch final : public MomentSearch {
                              const Eigen::VectorXd& residual) const override {
     const std::vector<double> moments = Moments(problem);
     if (moments.empty()) return {};
-    return {BestFrom(problem, residual, moments, effect_, "", {I::kBaseTilt, I::kBaseTilt + 1})};
+    return {BestFrom(problem, residual, moments, effect_, "", TiltEntries())};
   }
+
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    return ColumnsFromMoment(problem, block, TiltEntries());
+  }
+
+ private:
+  static std::vector<int> TiltEntries() { return {I::kBaseTilt, I::kBaseTilt + 1}; }
 };
 
 class ZoomSearch final : public MomentSearch {

@@ -136,6 +136,19 @@ class PeriodicSearch final : public ShapeSearch {
     return blocks;
   }
 
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    const PeriodicLine line = LineOf(block).value();
+    const Eigen::ArrayXd angle =
+        line.cycles_per_turn *
+        SignalAtRows(problem, [&](const effects::Conditions& m) { return m.q[line.joint]; });
+    Eigen::MatrixXd waves(angle.size(), block.columns.count());
+    for (const BlockColumnIndex k : block.columns.indices()) {
+      waves.col(k.value()) = (angle + block.columns[k].values.back()).sin();
+    }
+    return problem.Carried({line.joint}, waves);
+  }
+
   std::vector<Block> AllPlacements(const Dataset& data) const override {
     std::vector<Block> blocks;
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {

@@ -115,6 +115,7 @@ Result<void> Minimise(const RefitLayout& layout, const Model& start,
         x.common.empty() ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
     solver.linear_solver_ordering = ordering;
     solver.num_threads = threads;
+    for (const auto& cost : costs) cost->UseThreads(1);
   }
   solver.max_num_iterations = options.iterations;
   solver.logging_type = ceres::SILENT;
@@ -134,7 +135,7 @@ struct AtSolution {
 };
 
 std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<RowsCost>>& costs,
-                                      Variables& x) {
+                                      int threads, Variables& x) {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto common = static_cast<Eigen::Index>(x.common.size());
   AtSolution at;
@@ -151,6 +152,7 @@ std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<RowsCost
     if (common > 0) jacobians.push_back(J.data());
     if (places.cols() > 0) jacobians.push_back(places.data());
     costs[c]->ClearGradients();
+    costs[c]->UseThreads(threads);
     if (!costs[c]->Evaluate(where.data(), residuals.data(),
                             jacobians.empty() ? nullptr : jacobians.data())) {
       return std::nullopt;
@@ -199,7 +201,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     refit.model = Moved(layout, start, x.common.data());
     for (std::size_t c = 0; c < costs.size(); ++c) costs[c]->MoveOwn(x.own[c].data(), refit.model);
   }
-  const std::optional<AtSolution> at = EvaluatedAt(costs, x);
+  const std::optional<AtSolution> at = EvaluatedAt(costs, problem.threads, x);
   if (!at) return Error{"the deflected posture does not converge"};
   refit.chi2 = at->chi2;
   const auto count = static_cast<int>(layout.parameters.size());

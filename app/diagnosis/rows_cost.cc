@@ -68,7 +68,8 @@ RowsCost::RowsCost(const FitProblem& problem, const Model& start, const RefitLay
       whitener_(whitener),
       rows_(std::move(rows)),
       component_(component),
-      common_(layout.size()) {
+      common_(layout.size()),
+      threads_(problem.threads) {
   for (const FitRowIndex j : rows_) residuals_.Add(data_.numbers[problem_.rows[j]].count);
   if (component_) {
     groups_ = layout_.nuisances.GroupsOf(*component_);
@@ -108,7 +109,7 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
   }
   const ModelAtRows at_rows(data_, model);
   std::atomic<bool> converged{true};
-  InParallel(static_cast<int>(rows_.size()), problem_.threads, [&](int first, int last) {
+  InParallel(static_cast<int>(rows_.size()), threads_, [&](int first, int last) {
     deflection::Sensitivity scratch;
     LinearRow at;
     Gradient gradient;

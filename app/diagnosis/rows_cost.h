@@ -46,6 +46,8 @@ class RowsCost final : public ceres::CostFunction {
            std::optional<ComponentIndex> component);
 
   int own() const { return own_; }
+  /// Threads of each evaluation; one where the solver evaluates several costs at once.
+  void UseThreads(int threads) { threads_ = threads; }
   /// Discards the cached gradients; the next evaluation recomputes them.
   void ClearGradients() { cached_.clear(); }
   /// The model moved by the solver's variables of this component.
@@ -87,7 +89,7 @@ class RowsCost final : public ceres::CostFunction {
   std::optional<ComponentIndex> component_;
   std::vector<GroupIndex> groups_;
   FitLayout residuals_;  ///< of rows_, then of the equations
-  int common_ = 0, own_ = 0;
+  int common_ = 0, own_ = 0, threads_;
   mutable Indexed<FitRowIndex, CachedGradient> cached_;  ///< empty: nothing is cached
 };
 
