@@ -131,39 +131,46 @@ void CheckContradictions(const Identified& found, Diagnosis& diagnosis) {
 
 Result<Diagnosis> SetAsideContradictions(
     const model::CellModel& cell, const DiagnosisOptions& options,
-    const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt) {
-  Result<Diagnosis> first = attempt(cell);
-  if (!first || first->references.contradicting.empty()) return first;
-  Diagnosis with_all = std::move(first).value();
-  const auto most = static_cast<std::size_t>(kMaxShareSetAside * with_all.references.tested);
+    const std::function<Result<std::unique_ptr<Attempt>>(const model::CellModel&)>& attempt) {
+  Result<std::unique_ptr<Attempt>> with_all = attempt(cell);
+  if (!with_all) return with_all.failure();
+  const References references = (*with_all)->so_far().references;
+  if (references.contradicting.empty()) return (*with_all)->Finish();
+  const auto most = static_cast<std::size_t>(kMaxShareSetAside * references.tested);
   std::vector<Contradiction> set_aside;
   model::CellModel left = cell;
-  Contradiction worst = with_all.references.contradicting.front();
+  Contradiction worst = references.contradicting.front();
   while (set_aside.size() < most) {
     left = Without(worst.reference, left);
     set_aside.push_back(worst);
-    Result<Diagnosis> next = attempt(left);
-    if (!next && options.interrupted && options.interrupted()) return next;
+    const Result<std::unique_ptr<Attempt>> next = attempt(left);
+    if (!next && options.interrupted && options.interrupted()) return next.failure();
     if (!next) break;
-    Diagnosis without = std::move(next).value();
-    if (without.references.contradicting.empty()) {
-      if (without.verdict == Verdict::kUnknown) break;
-      without.notes.insert(without.notes.begin(),
-                           fmt::format("set aside, because all other data contradict: {}. Measure "
-                                       "again and correct the cell",
-                                       Sentences(set_aside)));
-      without.references.set_aside = std::move(set_aside);
+    const Diagnosis& so_far = (*next)->so_far();
+    if (so_far.references.contradicting.empty()) {
+      if (so_far.verdict == Verdict::kUnknown) break;
+      Result<Diagnosis> without = (*next)->Finish();
+      if (!without && options.interrupted && options.interrupted()) return without;
+      if (!without || without->verdict == Verdict::kUnknown) break;
+      without.value().notes.insert(
+          without.value().notes.begin(),
+          fmt::format("set aside, because all other data contradict: {}. Measure "
+                      "again and correct the cell",
+                      Sentences(set_aside)));
+      without.value().references.set_aside = std::move(set_aside);
       return without;
     }
-    worst = without.references.contradicting.front();
+    worst = so_far.references.contradicting.front();
   }
-  with_all.notes.insert(
-      with_all.notes.begin(),
+  Result<Diagnosis> diagnosis = (*with_all)->Finish();
+  if (!diagnosis) return diagnosis;
+  diagnosis.value().notes.insert(
+      diagnosis.value().notes.begin(),
       fmt::format("{} of {} declared distances and places contradict the rest of the data: {}. "
                   "Measure again; if they are right, the model lacks something",
-                  with_all.references.contradicting.size(), with_all.references.tested,
-                  Sentences(with_all.references.contradicting)));
-  return with_all;
+                  references.contradicting.size(), references.tested,
+                  Sentences(references.contradicting)));
+  return diagnosis;
 }
 
 }  // namespace plumbline::diagnosis

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <vector>
+#include <memory>
 
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/identify.h"
@@ -23,12 +23,23 @@ References TestReferences(const Identified& found);
 /// verdict is `unknown`.
 void CheckContradictions(const Identified& found, Diagnosis& diagnosis);
 
+/// A diagnosis whose model is identified and tested against the references, but not validated yet.
+class Attempt {
+ public:
+  virtual ~Attempt() = default;
+  /// The verdict before validation, and the result of the test.
+  virtual const Diagnosis& so_far() const = 0;
+  /// Validates the model. May be called once.
+  virtual Result<Diagnosis> Finish() = 0;
+};
+
 /// Diagnoses with `attempt`, and sets references aside that contradict, the largest |z| first, as
 /// long as they are at most a quarter of all references. If more contradict, or if a residual
 /// remains `unknown` without them, the model may be at fault instead, so that all are kept and
-/// named in a note; also if an attempt without some of them fails.
+/// named in a note; also if an attempt without some of them fails. Only the diagnosis that is
+/// returned is validated.
 Result<Diagnosis> SetAsideContradictions(
     const model::CellModel& cell, const DiagnosisOptions& options,
-    const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt);
+    const std::function<Result<std::unique_ptr<Attempt>>(const model::CellModel&)>& attempt);
 
 }  // namespace plumbline::diagnosis

@@ -184,7 +184,8 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options) {
   const RefitLayout layout = RefitLayoutOf(problem.data, start, options.frames_only);
   const Whitener whitener(problem);
-  const std::vector<std::unique_ptr<RowsCost>> costs = CostsOf(problem, start, layout, whitener);
+  const std::vector<std::unique_ptr<RowsCost>> costs =
+      CostsOf(problem, start, layout, whitener, options.gradients);
   Refit refit;
   refit.model = start;
   refit.parameters = layout.parameters;
