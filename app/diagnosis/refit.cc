@@ -117,6 +117,9 @@ Result<void> Minimise(const RefitLayout& layout, const Model& start,
     solver.num_threads = threads;
     for (const auto& cost : costs) cost->UseThreads(1);
   }
+  // Steps are clamped to the bounds. Ceres would also search along every step of a bounded problem,
+  // which takes most of the time and changes nothing where the whole step is accepted.
+  solver.max_num_line_search_step_size_iterations = 0;
   solver.max_num_iterations = options.iterations;
   solver.logging_type = ceres::SILENT;
   solver.function_tolerance = 1e-8;
