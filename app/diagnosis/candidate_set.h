@@ -102,6 +102,7 @@ class CandidateSet {
   /// 0-based; -1 if the column belongs to no joint.
   int JointOfColumn(ColumnIndex column) const;
   BlockIndex BlockOfColumn(ColumnIndex column) const { return block_of_[column]; }
+  BlockColumnIndex WithinBlock(ColumnIndex column) const { return local_[column]; }
   int UnitOfColumn(ColumnIndex column) const { return ColumnAt(column).unit; }
 
  private:

@@ -14,14 +14,17 @@ namespace plumbline::diagnosis {
 ///   z = e / sqrt(1 - h),   declared - predicted from all other data = sd e / (1 - h)
 ///   [D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, Wiley 1980, section 2.1]
 /// A reference contradicts if |z| of one of its equations exceeds the normal quantile of 0.1 %,
-/// divided by the number of tested equations. Not tested are equations that nothing else determines
-/// (1 - h near 0), exact places (sd_mm = 0), which the fit keeps, and directions.
-References TestReferences(const Identified& found);
+/// divided by the number of tested equations. A place declared as exact (sd_mm = 0), which the fit
+/// keeps, is tested as if it were known to 0.01 mm. Not tested are equations that nothing else
+/// determines (1 - h near 0), and directions.
+/// @return  an error if a deflected posture does not converge
+Result<References> TestReferences(const Identified& found);
 
 /// Adds the result of the test and the check `contradictions` of the whole answer. If a reference
-/// contradicts, each finding is doubtful and the correction is withheld; without findings the
-/// verdict is `unknown`.
-void CheckContradictions(const Identified& found, Diagnosis& diagnosis);
+/// contradicts, each finding is doubtful, and the correction is withheld unless the references
+/// agree with it to half the error (RMS of declared minus predicted) that they have with the
+/// declared arm; without findings the verdict is `unknown`.
+Result<void> CheckContradictions(const Identified& found, Diagnosis& diagnosis);
 
 /// A diagnosis whose model is identified and tested against the references, but not validated yet.
 class Attempt {

@@ -513,8 +513,7 @@ Result<void> StartedDiagnosis::Identify() {
   if (auto checked = CheckReferences(*found_, options_.threads, diagnosis_); !checked) {
     return checked;
   }
-  CheckContradictions(*found_, diagnosis_);
-  return {};
+  return CheckContradictions(*found_, diagnosis_);
 }
 
 Result<Diagnosis> StartedDiagnosis::Finish() {
