@@ -57,7 +57,7 @@ void CarriedColumns::AddSegment(int first, int count, const Eigen::MatrixXd& bas
   segment.rank = basis.cols();
   segment.along_basis.resize(count, width() * segment.rank);
   for (int k = 0; k < count; ++k) {
-    const FitRowIndex row = rows_[static_cast<std::size_t>(first + k)];
+    const FitRowIndex row = rows_[static_cast<std::size_t>(first) + static_cast<std::size_t>(k)];
     const auto of_row =
         basis.middleRows(first_residual[static_cast<std::size_t>(k)], layout_.count(row));
     for (int a = 0; a < width(); ++a) {

@@ -205,6 +205,12 @@ Result<References> TestReferences(const Identified& found) {
   return std::move(tested).value().references;
 }
 
+Result<bool> ImprovesReferences(const Identified& found) {
+  const Result<TestedReferences> tested = TestedWithAndWithoutEffects(found);
+  if (!tested) return tested.failure();
+  return tested->improved;
+}
+
 Result<void> CheckContradictions(const Identified& found, Diagnosis& diagnosis) {
   Result<TestedReferences> tested = TestedWithAndWithoutEffects(found);
   if (!tested) return tested.failure();

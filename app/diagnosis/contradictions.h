@@ -20,6 +20,12 @@ namespace plumbline::diagnosis {
 /// @return  an error if a deflected posture does not converge
 Result<References> TestReferences(const Identified& found);
 
+/// True if the references agree with the effects to half the error (RMS of declared minus predicted
+/// from all other data) that they have with the declared arm. The effects then do not rest on one
+/// of them alone, and a correction is useful even if it does not explain all.
+/// @return  an error if a deflected posture does not converge
+Result<bool> ImprovesReferences(const Identified& found);
+
 /// Adds the result of the test and the check `contradictions` of the whole answer. If a reference
 /// contradicts, each finding is doubtful, and the correction is withheld unless the references
 /// agree with it to half the error (RMS of declared minus predicted) that they have with the

@@ -16,7 +16,8 @@ LineSums::LineSums(const Eigen::VectorXd& q, double first, double step, Eigen::I
   // In the notation of the paper: M_r = grid, M = grid / 2, R = 2, M_sp = kSpread.
   const double spacing = 2 * std::numbers::pi / grid_;
   const double tau = std::numbers::pi * kSpread / (0.75 * grid_ * grid_);
-  const double middle = first + step * static_cast<double>(steps / 2);
+  const Eigen::Index half = steps / 2;
+  const double middle = first + step * static_cast<double>(half);
   turned_.resize(q.size());
   Eigen::ArrayXd falling(kSpread + 1);  // of the Gaussian alone at the grid points
   for (int k = 0; k <= kSpread; ++k) falling[k] = std::exp(-std::pow(k * spacing, 2) / (4 * tau));
@@ -38,7 +39,7 @@ LineSums::LineSums(const Eigen::VectorXd& q, double first, double step, Eigen::I
   }
   correction_.resize(steps);
   for (Eigen::Index k = 0; k < steps; ++k) {
-    const auto order = static_cast<double>(k - steps / 2);
+    const auto order = static_cast<double>(k - half);
     correction_[k] = std::sqrt(std::numbers::pi / tau) * std::exp(order * order * tau) / grid_;
   }
 }

@@ -412,6 +412,7 @@ class EmpiricalSearch {
   /// True if shapes of one effect exclude each other, as in the search of the catalogue.
   bool Excluded(const std::vector<BlockIndex>& support) const {
     std::vector<const Block*> blocks;
+    blocks.reserve(support.size());
     for (const BlockIndex block : support) blocks.push_back(&candidate_set_.blocks()[block]);
     return ShapesConflict(candidate_set_.problem(), blocks);
   }
