@@ -25,55 +25,82 @@ CandidateSet::CandidateSet(const LinearProblem& problem)
       chi2_null_(problem.response().squaredNorm()),
       effect_cost_(2 * std::log(EffectsConsidered(problem.data()))) {}
 
-BlockIndex CandidateSet::Add(const Block& block) {
-  for (const BlockIndex known : blocks_.indices()) {
-    if (SameColumns(blocks_[known], block)) return known;
+std::vector<BlockIndex> CandidateSet::Add(const std::vector<Block>& blocks) {
+  const BlockIndex first(blocks_.size());
+  std::vector<BlockIndex> indices;
+  for (const Block& block : blocks) {
+    const auto known = std::find_if(blocks_.begin(), blocks_.end(),
+                                    [&](const Block& other) { return SameColumns(other, block); });
+    indices.push_back(known == blocks_.end() ? List(block) : BlockIndex(known - blocks_.begin()));
   }
-  Eigen::MatrixXd raw = problem_.Columns(block, false);
-  const auto width = static_cast<int>(raw.cols());
-  const double rows = static_cast<double>(problem_.rows().size());
-  Indexed<BlockColumnIndex, double> raw_length;
-  for (const BlockColumnIndex k : block.columns.indices()) {
-    raw_length.push_back(raw.col(k.value()).norm());
-    raw_rms_m_.push_back(LengthOfLengths(raw.col(k.value())) * problem_.sigma_m() /
-                         std::sqrt(rows));
-  }
-  problem_.Project(raw);
+  if (first.offset() < blocks_.size()) AddColumns(first);
+  return indices;
+}
+
+BlockIndex CandidateSet::List(const Block& block) {
   const BlockIndex index(blocks_.size());
   blocks_.push_back(block);
-  first_.emplace_back(used_);
+  first_.emplace_back(block_of_.size());
   for (const BlockColumnIndex k : block.columns.indices()) {
-    auto column = raw.col(k.value());
+    block_of_.push_back(index);
+    local_.push_back(k);
+  }
+  return index;
+}
+
+void CandidateSet::AddColumns(BlockIndex first) {
+  const double rows = static_cast<double>(problem_.rows().size());
+  const auto width = static_cast<int>(block_of_.size()) - used_;
+  if (used_ + width > columns_.cols()) {
+    const int room = 2 * (used_ + width) + 64;
+    columns_.conservativeResize(problem_.layout().total(), room);
+    gram_.conservativeResize(room, room);
+    moment_.conservativeResize(room);
+  }
+  auto added = columns_.middleCols(used_, width);
+  std::vector<double> raw_lengths;
+  const IndexRange<BlockIndex> blocks(first, BlockIndex(blocks_.size()));
+  for (const BlockIndex block : blocks) {
+    columns_.middleCols(first_[block].value(), blocks_[block].columns.count()) =
+        problem_.Columns(blocks_[block], false);
+  }
+  for (const auto column : added.colwise()) {
+    raw_lengths.push_back(column.norm());
+    raw_rms_m_.push_back(LengthOfLengths(column) * problem_.sigma_m() / std::sqrt(rows));
+  }
+  problem_.Project(added);
+  for (int k = 0; k < width; ++k) {
+    auto column = added.col(k);
     const double length = column.norm();
-    const bool seen =
-        length > kMinObservable * raw_length[k] && length * block.columns[k].Largest() > kMinSignal;
+    const bool seen = length > kMinObservable * raw_lengths[static_cast<std::size_t>(k)] &&
+                      length * ColumnAt(ColumnIndex(used_ + k)).Largest() > kMinSignal;
     length_.push_back(seen ? length : 0);
     if (seen) {
       column /= length;
     } else {
       column.setZero();
     }
-    block_of_.push_back(index);
-    local_.push_back(k);
   }
-  double inflation = 1;
-  for (const auto column : raw.colwise()) {
-    inflation = std::max(inflation, VarianceInflation(problem_, column));
+  for (const BlockIndex block : blocks) {
+    double inflation = 1;
+    for (const ColumnIndex column : ColumnsIn(block)) {
+      inflation = std::max(inflation, VarianceInflation(problem_, columns_.col(column.value())));
+    }
+    inflation_.push_back(inflation);
+    unit_costs_.push_back(UnitCosts(block));
   }
-  inflation_.push_back(inflation);
-  unit_costs_.push_back(UnitCosts(index));
-  if (used_ + width > columns_.cols()) {
-    const int room = 2 * (used_ + width) + 64;
-    columns_.conservativeResize(raw.rows(), room);
-    gram_.conservativeResize(room, room);
-    moment_.conservativeResize(room);
-  }
-  columns_.middleCols(used_, width) = raw;
-  gram_.block(0, used_, used_ + width, width) = columns_.leftCols(used_ + width).transpose() * raw;
+  ExtendGram(width);
+}
+
+void CandidateSet::ExtendGram(int width) {
+  const auto added = columns_.middleCols(used_, width);
+  gram_.block(0, used_, used_, width).noalias() = columns_.leftCols(used_).transpose() * added;
   gram_.block(used_, 0, width, used_) = gram_.block(0, used_, used_, width).transpose();
-  moment_.segment(used_, width) = raw.transpose() * problem_.response();
+  Eigen::MatrixXd own = Eigen::MatrixXd::Zero(width, width);
+  own.selfadjointView<Eigen::Lower>().rankUpdate(added.transpose());
+  gram_.block(used_, used_, width, width) = own.selfadjointView<Eigen::Lower>();
+  moment_.segment(used_, width) = added.transpose() * problem_.response();
   used_ += width;
-  return index;
 }
 
 double CandidateSet::LengthOfLengths(const Eigen::Ref<const Eigen::VectorXd>& column) const {

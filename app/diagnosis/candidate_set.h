@@ -41,7 +41,9 @@ class CandidateSet {
   explicit CandidateSet(const LinearProblem& problem);
 
   /// Adds a block unless one with the same columns exists. Returns its index.
-  BlockIndex Add(const Block& block);
+  BlockIndex Add(const Block& block) { return Add(std::vector<Block>{block}).front(); }
+  /// The same for several blocks; much faster than one by one.
+  std::vector<BlockIndex> Add(const std::vector<Block>& blocks);
 
   const LinearProblem& problem() const { return problem_; }
   const Indexed<BlockIndex, Block>& blocks() const { return blocks_; }
@@ -100,10 +102,17 @@ class CandidateSet {
   /// 0-based; -1 if the column belongs to no joint.
   int JointOfColumn(ColumnIndex column) const;
   BlockIndex BlockOfColumn(ColumnIndex column) const { return block_of_[column]; }
+  BlockColumnIndex WithinBlock(ColumnIndex column) const { return local_[column]; }
   int UnitOfColumn(ColumnIndex column) const { return ColumnAt(column).unit; }
 
  private:
   IndexRange<ColumnIndex> ColumnsIn(BlockIndex block) const;
+  /// Lists a block without its columns.
+  BlockIndex List(const Block& block);
+  /// Computes and scales the columns of the listed blocks from this one on.
+  void AddColumns(BlockIndex first);
+  /// Extends the Gram matrix by the last `width` columns.
+  void ExtendGram(int width);
   /// Prior precision of the value of a column scaled to unit length.
   double PriorPrecision(ColumnIndex column) const;
   /// Allowed range of the value of a column scaled to unit length.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <vector>
+#include <memory>
 
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/identify.h"
@@ -14,21 +14,41 @@ namespace plumbline::diagnosis {
 ///   z = e / sqrt(1 - h),   declared - predicted from all other data = sd e / (1 - h)
 ///   [D. A. Belsley, E. Kuh, R. E. Welsch, Regression Diagnostics, Wiley 1980, section 2.1]
 /// A reference contradicts if |z| of one of its equations exceeds the normal quantile of 0.1 %,
-/// divided by the number of tested equations. Not tested are equations that nothing else determines
-/// (1 - h near 0), exact places (sd_mm = 0), which the fit keeps, and directions.
-References TestReferences(const Identified& found);
+/// divided by the number of tested equations. A place declared as exact (sd_mm = 0), which the fit
+/// keeps, is tested as if it were known to 0.01 mm. Not tested are equations that nothing else
+/// determines (1 - h near 0), and directions.
+/// @return  an error if a deflected posture does not converge
+Result<References> TestReferences(const Identified& found);
+
+/// True if the references agree with the effects to half the error (RMS of declared minus predicted
+/// from all other data) that they have with the declared arm. The effects then do not rest on one
+/// of them alone, and a correction is useful even if it does not explain all.
+/// @return  an error if a deflected posture does not converge
+Result<bool> ImprovesReferences(const Identified& found);
 
 /// Adds the result of the test and the check `contradictions` of the whole answer. If a reference
-/// contradicts, each finding is doubtful and the correction is withheld; without findings the
-/// verdict is `unknown`.
-void CheckContradictions(const Identified& found, Diagnosis& diagnosis);
+/// contradicts, each finding is doubtful, and the correction is withheld unless the references
+/// agree with it to half the error (RMS of declared minus predicted) that they have with the
+/// declared arm; without findings the verdict is `unknown`.
+Result<void> CheckContradictions(const Identified& found, Diagnosis& diagnosis);
+
+/// A diagnosis whose model is identified and tested against the references, but not validated yet.
+class Attempt {
+ public:
+  virtual ~Attempt() = default;
+  /// The verdict before validation, and the result of the test.
+  virtual const Diagnosis& so_far() const = 0;
+  /// Validates the model. May be called once.
+  virtual Result<Diagnosis> Finish() = 0;
+};
 
 /// Diagnoses with `attempt`, and sets references aside that contradict, the largest |z| first, as
 /// long as they are at most a quarter of all references. If more contradict, or if a residual
 /// remains `unknown` without them, the model may be at fault instead, so that all are kept and
-/// named in a note; also if an attempt without some of them fails.
+/// named in a note; also if an attempt without some of them fails. Only the diagnosis that is
+/// returned is validated.
 Result<Diagnosis> SetAsideContradictions(
     const model::CellModel& cell, const DiagnosisOptions& options,
-    const std::function<Result<Diagnosis>(const model::CellModel&)>& attempt);
+    const std::function<Result<std::unique_ptr<Attempt>>(const model::CellModel&)>& attempt);
 
 }  // namespace plumbline::diagnosis

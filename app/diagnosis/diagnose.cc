@@ -460,66 +460,106 @@ void AddDomain(const Task& task, const Identified& found, const Model& declared,
   diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : task.options.time_zero_s;
 }
 
-/// Diagnoses with all references of the cell.
-Result<Diagnosis> DiagnoseWith(const model::CellModel& cell, table::MeasuredTable measured,
-                               const DiagnosisOptions& options) {
-  Result<Dataset> data = DatasetFrom(cell, WithCellTime(cell, std::move(measured), options));
-  if (!data) return Error{data.error()};
-  const Task task{*data, options};
-  const Result<FittedModel> declared = FitDeclared(task);
-  if (!declared) return Error{declared.error()};
-  CopyBasePosesToRows(declared->model, data.value());
-  const Dataset searched = SelectRows(*data, EvenlySpacedRows(*data, kSearchedRows));
-  const auto progress_between = [&task](double from, double to) {
-    return [&task, from, to](double share, const std::string& what) {
-      task.Report(from + (to - from) * share, what);
+/// A diagnosis with some of the references of the cell.
+class StartedDiagnosis final : public Attempt {
+ public:
+  StartedDiagnosis(Dataset data, const DiagnosisOptions& options)
+      : data_(std::move(data)), options_(options) {}
+
+  /// Identifies the model and tests the references. Called once, before all else.
+  Result<void> Identify();
+  const Diagnosis& so_far() const override { return diagnosis_; }
+  Result<Diagnosis> Finish() override;
+
+ private:
+  Task task() const { return {data_, options_}; }
+  /// Progress of a stage from its own share.
+  std::function<void(double, const std::string&)> ProgressBetween(double from, double to) const {
+    return [this, from, to](double share, const std::string& what) {
+      task().Report(from + (to - from) * share, what);
     };
-  };
-  if (const auto change = HiddenUnitChange(searched, options, progress_between(0.03, 0.05))) {
+  }
+
+  Dataset data_;
+  const DiagnosisOptions& options_;
+  std::optional<Dataset> searched_;
+  std::optional<FittedModel> declared_;
+  std::optional<Identified> found_;  ///< refers to `searched_`
+  std::optional<FitOfAllRows> fit_;  ///< refers to `data_`
+  Diagnosis diagnosis_;
+};
+
+Result<void> StartedDiagnosis::Identify() {
+  Result<FittedModel> declared = FitDeclared(task());
+  if (!declared) return declared.failure();
+  declared_ = std::move(declared).value();
+  CopyBasePosesToRows(declared_->model, data_);
+  searched_.emplace(SelectRows(data_, EvenlySpacedRows(data_, kSearchedRows)));
+  if (const auto change = HiddenUnitChange(*searched_, options_, ProgressBetween(0.03, 0.05))) {
     return Error{*change};
   }
-  const Result<Identified> found =
-      Identify(searched, declared->model, options, progress_between(0.05, 0.35));
-  if (!found) return Error{found.error()};
-  if (const auto mistake = HiddenMistake(*found, *data, options, progress_between(0.35, 0.4)))
+  Result<Identified> found =
+      diagnosis::Identify(*searched_, declared_->model, options_, ProgressBetween(0.05, 0.35));
+  if (!found) return found.failure();
+  found_.emplace(std::move(found).value());
+  if (const auto mistake = HiddenMistake(*found_, data_, options_, ProgressBetween(0.35, 0.4)))
     return Error{*mistake};
-  const Result<FitOfAllRows> fit = FitAllRows(task, *found, searched.rows() < data->rows());
-  if (!fit) return Error{fit.error()};
-  if (task.Interrupted()) return Task::InterruptedError();
-
-  Diagnosis diagnosis;
-  diagnosis.notes = data->notes;
-  diagnosis.not_recorded = data->not_recorded;
-  AddNoise(task, *found, declared->errors, *fit, diagnosis);
-  Explain(task, *found, *fit, diagnosis);
-  if (task.Interrupted()) return Task::InterruptedError();
-  if (auto checked = CheckReferences(*found, options.threads, diagnosis); !checked) {
-    return Error{checked.error()};
+  Result<FitOfAllRows> fit = FitAllRows(task(), *found_, searched_->rows() < data_.rows());
+  if (!fit) return fit.failure();
+  fit_.emplace(std::move(fit).value());
+  if (task().Interrupted()) return Task::InterruptedError();
+  diagnosis_.notes = data_.notes;
+  diagnosis_.not_recorded = data_.not_recorded;
+  AddNoise(task(), *found_, declared_->errors, *fit_, diagnosis_);
+  Explain(task(), *found_, *fit_, diagnosis_);
+  if (task().Interrupted()) return Task::InterruptedError();
+  if (auto checked = CheckReferences(*found_, options_.threads, diagnosis_); !checked) {
+    return checked;
   }
-  CheckContradictions(*found, diagnosis);
-  Result<CorrectedModel> validated = Validated(task, *found, *fit, diagnosis);
-  if (!validated) return Error{validated.error()};
+  return CheckContradictions(*found_, diagnosis_);
+}
+
+Result<Diagnosis> StartedDiagnosis::Finish() {
+  Result<CorrectedModel> validated = Validated(task(), *found_, *fit_, diagnosis_);
+  if (!validated) return validated.failure();
   CorrectedModel& corrected = validated.value();
-  CheckExplanation({found->fit, corrected.validation.schemes.front(),
-                    static_cast<double>(found->best.columns.size()),
-                    RmsBetween(fit->errors, corrected.errors, fit->problem.weights),
-                    RobustSigma(*data, ResidualsOf(fit->linear))},
-                   diagnosis);
-  Withhold(*declared, corrected, diagnosis);
-  AddRows(*data, searched, declared->errors, *fit, corrected, diagnosis);
-  AddKindErrors(*data, diagnosis);
-  AddDomain(task, *found, declared->model, *fit, corrected, diagnosis);
-  task.Report(1, "done");
-  return diagnosis;
+  CheckExplanation({found_->fit, corrected.validation.schemes.front(),
+                    static_cast<double>(found_->best.columns.size()),
+                    RmsBetween(fit_->errors, corrected.errors, fit_->problem.weights),
+                    RobustSigma(data_, ResidualsOf(fit_->linear))},
+                   diagnosis_);
+  Withhold(*declared_, corrected, diagnosis_);
+  AddRows(data_, *searched_, declared_->errors, *fit_, corrected, diagnosis_);
+  AddKindErrors(data_, diagnosis_);
+  AddDomain(task(), *found_, declared_->model, *fit_, corrected, diagnosis_);
+  task().Report(1, "done");
+  return std::move(diagnosis_);
 }
 
 }  // namespace
 
 Result<Diagnosis> DiagnoseRows(const model::CellModel& cell, const table::MeasuredTable& measured,
                                const DiagnosisOptions& options) {
-  return SetAsideContradictions(cell, options, [&](const model::CellModel& with) {
-    return DiagnoseWith(with, measured, options);
-  });
+  // Each repetition without a reference goes on where the one before it stopped.
+  double from = 0, reported = 0;
+  DiagnosisOptions of_attempts = options;
+  if (options.progress) {
+    of_attempts.progress = [&](double share, const std::string& what) {
+      reported = from + (1 - from) * share;
+      options.progress(reported, what);
+    };
+  }
+  const auto start = [&](const model::CellModel& with) -> Result<std::unique_ptr<Attempt>> {
+    from = reported;
+    Result<Dataset> data = DatasetFrom(with, WithCellTime(with, measured, options));
+    if (!data) return data.failure();
+    auto attempt = std::make_unique<StartedDiagnosis>(std::move(data).value(), of_attempts);
+    if (const Result<void> identified = attempt->Identify(); !identified) {
+      return identified.failure();
+    }
+    return std::unique_ptr<Attempt>(std::move(attempt));
+  };
+  return SetAsideContradictions(cell, of_attempts, start);
 }
 
 }  // namespace plumbline::diagnosis

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/thermal_drift.h"
 
@@ -28,6 +29,58 @@ Block DriftBlock(double time_constant_s) {
   return block;
 }
 
+/// Shares of the final drift at the rows of a problem, for trial time constants: what does not
+/// depend on the residual.
+class DriftScan {
+ public:
+  static constexpr int kSteps = 24;
+
+  DriftScan(const LinearProblem& problem, double span_s)
+      : carried_(problem.CarriedBy(TranslationEntries(effects::Influence<double>::kBase))),
+        t_(static_cast<Eigen::Index>(carried_.rows().size())) {
+    for (std::size_t k = 0; k < carried_.rows().size(); ++k) {
+      const RowIndex row = problem.rows()[carried_.rows()[k]];
+      t_[static_cast<Eigen::Index>(k)] = problem.data().conditions[row].t_s.value_or(0);
+    }
+    warmth_.resize(t_.size(), kSteps);
+    for (int k = 0; k < kSteps; ++k) {
+      tau_s_.push_back(span_s / 40 * std::pow(Ratio(), k));
+      warmth_.col(k) = WarmthAt(tau_s_.back());
+      grams_.push_back(carried_.Gram(warmth_.col(k)));
+    }
+  }
+
+  /// Ratio of successive time constants of the scan.
+  static double Ratio() { return std::pow(200.0, 1.0 / (kSteps - 1)); }
+  Eigen::MatrixXd Along(const Eigen::VectorXd& residual) const { return carried_.Along(residual); }
+
+  /// Gains of the scan with their time constants, best first.
+  std::vector<std::pair<double, double>> Gains(const Eigen::MatrixXd& along) const {
+    std::vector<std::pair<double, double>> gains;
+    const Eigen::MatrixXd moments = along.transpose() * warmth_;
+    for (int k = 0; k < kSteps; ++k) {
+      const auto step = static_cast<std::size_t>(k);
+      gains.emplace_back(GainFrom(grams_[step], moments.col(k)), tau_s_[step]);
+    }
+    std::sort(gains.rbegin(), gains.rend());
+    return gains;
+  }
+
+  double GainAt(double tau_s, const Eigen::MatrixXd& along) const {
+    const Eigen::MatrixXd warmth = WarmthAt(tau_s);
+    return GainFrom(carried_.Gram(warmth), CarriedColumns::Moments(warmth, along));
+  }
+
+ private:
+  Eigen::VectorXd WarmthAt(double tau_s) const { return 1 - (-t_ / tau_s).array().exp(); }
+
+  const CarriedColumns& carried_;
+  Eigen::VectorXd t_;
+  std::vector<double> tau_s_;
+  Eigen::MatrixXd warmth_;
+  std::vector<Eigen::MatrixXd> grams_;
+};
+
 class DriftSearch final : public ShapeSearch {
  public:
   std::vector<Block> Propose(const LinearProblem& problem,
@@ -37,36 +90,33 @@ class DriftSearch final : public ShapeSearch {
       span = std::max(span, moment.t_s.value_or(0));
     }
     if (!(span > 0)) return {};
-    const Eigen::VectorXd t =
-        SignalAtRows(problem, [](const effects::Conditions& m) { return m.t_s.value_or(0); });
-    const auto gain = [&](double tau) {
-      const Eigen::MatrixXd warmth = 1 - (-t / tau).array().exp();
-      return Gain(problem,
-                  problem.Carried(TranslationEntries(effects::Influence<double>::kBase), warmth),
-                  residual);
-    };
-    constexpr int kSteps = 24, kHalvings = 5;
+    const DriftScan& scan = problem.Kept<DriftScan>(0, [&] { return DriftScan(problem, span); });
+    const Eigen::MatrixXd along = scan.Along(residual);
+    constexpr int kHalvings = 5;
     constexpr std::size_t kKept = 2;
-    const double ratio = std::pow(200.0, 1.0 / (kSteps - 1));
-    std::vector<std::pair<double, double>> coarse;  // gain, time constant
-    for (int k = 0; k < kSteps; ++k) {
-      const double tau = span / 40 * std::pow(ratio, k);
-      coarse.emplace_back(gain(tau), tau);
-    }
-    std::sort(coarse.rbegin(), coarse.rend());
+    const std::vector<std::pair<double, double>> coarse = scan.Gains(along);
     Found found;
     for (std::size_t k = 0; k < kKept; ++k) {
       auto [best, tau] = coarse[k];
-      double step = std::sqrt(ratio);
+      double step = std::sqrt(DriftScan::Ratio());
       for (int halving = 0; halving < kHalvings; ++halving, step = std::sqrt(step)) {
         for (const double other : {tau / step, tau * step}) {
-          const double of_other = gain(other);
+          const double of_other = scan.GainAt(other, along);
           if (of_other > best) std::tie(best, tau) = std::pair(of_other, other);
         }
       }
       found.emplace_back(best, DriftBlock(tau));
     }
     return Best(std::move(found), kKept);
+  }
+
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    const double tau_s = block.columns.front().values.back();
+    const Eigen::ArrayXd t_s =
+        SignalAtRows(problem, [](const effects::Conditions& m) { return m.t_s.value_or(0); });
+    const Eigen::MatrixXd warmth = 1 - (-t_s / tau_s).exp();
+    return problem.Carried(TranslationEntries(effects::Influence<double>::kBase), warmth);
   }
 
   std::vector<Block> Refitted(const Dataset&, const effects::ActiveEffect& effect) const override {

@@ -22,6 +22,7 @@ constexpr int kRestrictedPasses =
 constexpr std::size_t kRestrictedBlocks = 2;
 constexpr std::size_t kMaxRefits = 12;
 constexpr double kSameCorrelation = 0.05;
+constexpr double kSameChi2 = 0.5;  // a twentieth of the smallest margin between explanations
 
 bool SameSupport(const Model& a, const Model& b) {
   return std::equal(a.effects.begin(), a.effects.end(), b.effects.begin(), b.effects.end(),
@@ -71,13 +72,22 @@ double WeightedSigma(const FitProblem& problem, const PerRow<RowResidual>& resid
   return std::sqrt(sum / std::max(1.0, count - parameters));
 }
 
+/// Largest change of chi2 by new weights: the sum of the changes, all taken as positive.
+double ChangeOfChi2(const FitProblem& problem, const PerRow<double>& before,
+                    const PerRow<RowResidual>& residuals) {
+  double change = 0;
+  for (const RowIndex row : residuals.indices()) {
+    const double of_weight = std::abs(problem.weights[row] - before[row]);
+    if (of_weight > 0) change += of_weight * SquareOf(problem.data.numbers[row], residuals[row]);
+  }
+  return change / (problem.sigma_m * problem.sigma_m);
+}
+
 /// Residual standard deviation of one axis with all effects fitted at once; nullopt if there are
 /// too few rows.
 std::optional<double> SigmaOfFullFit(const CandidateSet& candidate_set,
                                      const Candidates& candidates, CandidateSet& scratch) {
-  std::vector<BlockIndex> all;
-  for (const Block& block : candidates.blocks) all.push_back(scratch.Add(block));
-  const Explanation full_fit = scratch.Fit(all);
+  const Explanation full_fit = scratch.Fit(scratch.Add(candidates.blocks));
   const double freedom =
       candidate_set.problem().freedom() - static_cast<double>(full_fit.columns.size());
   if (freedom < 12) return std::nullopt;
@@ -245,7 +255,7 @@ Result<Identified> Identify(const Dataset& data, const Model& aligned,
     const double correlation = restricted ? 0 : RowCorrelation(data, residuals, found.fit.weights);
     const bool converged = std::abs(sigma - found.fit.sigma_m) < 0.03 * sigma &&
                            std::abs(correlation - found.fit.row_correlation) < kSameCorrelation &&
-                           before == found.fit.weights;
+                           ChangeOfChi2(found.fit, before, residuals) < kSameChi2;
     if (same_support && converged) {  // its chi2 and costs refer to the current noise
       AddLineAliases(*found.candidate_set, found.best, found.ranked);
       return found;

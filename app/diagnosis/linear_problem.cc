@@ -5,6 +5,7 @@
 #include <set>
 
 #include "app/diagnosis/block_columns.h"
+#include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/shape_search.h"
 
 namespace plumbline::diagnosis {
@@ -71,10 +72,17 @@ LinearProblem::LinearProblem(FitProblem fit, std::shared_ptr<const Linearisation
 }
 
 Eigen::MatrixXd LinearProblem::Columns(const Block& block, bool projected) const {
+  const ShapeSearch* const search = block.empirical() ? nullptr : ShapeSearchOf(*block.term.effect);
+  if (search != nullptr) {
+    if (std::optional<Eigen::MatrixXd> carried = search->Columns(*this, block)) {
+      if (projected) Project(*carried);
+      return *std::move(carried);
+    }
+  }
   const int width = block.columns.count();
   Eigen::MatrixXd columns(layout_.total(), width);
   columns.bottomRows(equations_).setZero();  // no effect acts on what is known beside the rows
-  if (!block.empirical() && ShapeSearchOf(*block.term.effect) == nullptr) {
+  if (!block.empirical() && search == nullptr) {
     const auto kept = linear_->columns->Of(fit_.data, *linear_, block, fit_.threads);
     for (const FitRowIndex j : fit_.rows.indices()) {
       whitener_[j].Apply(linear_->layout.PartOf(*kept, fit_.rows[j]), layout_.PartOf(columns, j));
@@ -98,23 +106,34 @@ void LinearProblem::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
   nuisances_->Project(columns);
 }
 
+const void* LinearProblem::KeptAs(
+    const KeptKey& key, const std::function<std::shared_ptr<const void>()>& compute) const {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = kept_.find(key);
+    if (known != kept_.end()) return known->second.get();
+  }
+  // Without the lock: what is kept may be computed from something else that is kept.
+  std::shared_ptr<const void> computed = compute();
+  const std::lock_guard lock(mutex_);
+  return kept_.emplace(key, std::move(computed)).first->second.get();
+}
+
 const Eigen::VectorXd& LinearProblem::Carrier(int entry) const {
-  Eigen::VectorXd& carrier = carriers_[entry];
-  if (carrier.size() == 0) {
-    carrier.setZero(layout_.total());
+  return Kept<Eigen::VectorXd>(entry, [&] {
+    Eigen::VectorXd carrier = Eigen::VectorXd::Zero(layout_.total());
     for (const FitRowIndex j : fit_.rows.indices()) {
       const Gradient& gradient = linear_->gradients[fit_.rows[j]];
       whitener_[j].Apply(gradient.col(entry), layout_.PartOf(carrier, j));
     }
-  }
-  return carrier;
+    return carrier;
+  });
 }
 
-const Eigen::ArrayX2d& LinearProblem::CachedForJoint(
-    int joint, const std::function<Eigen::ArrayX2d()>& compute) const {
-  Eigen::ArrayX2d& kept = cached_for_joint_[joint];
-  if (kept.rows() == 0) kept = compute();
-  return kept;
+const CarriedColumns& LinearProblem::CarriedBy(const std::vector<int>& entries) const {
+  return *static_cast<const CarriedColumns*>(KeptAs({typeid(CarriedColumns), entries}, [&] {
+    return std::make_shared<const CarriedColumns>(*this, entries);
+  }));
 }
 
 Eigen::MatrixXd LinearProblem::Carried(const std::vector<int>& entries,

@@ -4,12 +4,17 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <typeindex>
+#include <utility>
 
 #include "app/diagnosis/blocks.h"
 #include "app/diagnosis/nuisance_projection.h"
 #include "app/diagnosis/whitener.h"
 
 namespace plumbline::diagnosis {
+
+class CarriedColumns;
 
 /// Rows with the working response y = residual + (d prediction / d influence) influence, so that
 /// the unknowns are the full values of the effects instead of changes. Response and columns are
@@ -40,19 +45,29 @@ class LinearProblem {
   /// Whitened columns of a block; if `projected`, with the nuisances projected out.
   Eigen::MatrixXd Columns(const Block& block, bool projected) const;
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  /// Orthonormal basis of the columns of the nuisances, shape (residuals, rank).
-  const Eigen::MatrixXd& frames() const { return nuisances_->basis(); }
+  const NuisanceProjection& nuisances() const { return *nuisances_; }
   /// Whitened column of one entry of the influence, not projected. Shapes multiply it row by row.
   const Eigen::VectorXd& Carrier(int entry) const;
-  /// Cache for values of a joint that a shape search needs for every residual; computed on first
-  /// use.
-  const Eigen::ArrayX2d& CachedForJoint(int joint,
-                                        const std::function<Eigen::ArrayX2d()>& compute) const;
+  /// Products of the columns of some entries of the influence, for factors of the rows.
+  const CarriedColumns& CarriedBy(const std::vector<int>& entries) const;
+  /// What a search needs for every residual of the problem; computed on first use.
+  /// @tparam T    a type of the search's own
+  /// @param  key  distinguishes values of the same type
+  template <typename T>
+  const T& Kept(int key, const std::function<T()>& compute) const {
+    return *static_cast<const T*>(
+        KeptAs({typeid(T), {key}}, [&] { return std::make_shared<const T>(compute()); }));
+  }
   /// Columns carrier_a f_k(row), ordered by k, then a; not projected.
   /// @param factors  shape (rows, k)
   Eigen::MatrixXd Carried(const std::vector<int>& entries, const Eigen::MatrixXd& factors) const;
 
  private:
+  using KeptKey = std::pair<std::type_index, std::vector<int>>;
+
+  const void* KeptAs(const KeptKey& key,
+                     const std::function<std::shared_ptr<const void>()>& compute) const;
+
   FitProblem fit_;
   std::shared_ptr<const Linearisation> linear_;
   Model aligned_;
@@ -64,8 +79,8 @@ class LinearProblem {
   int equations_ = 0;  ///< number of residuals after those of the rows
   std::unique_ptr<NuisanceProjection> nuisances_;
   Eigen::VectorXd response_;  ///< whitened, projected
-  mutable std::map<int, Eigen::VectorXd> carriers_;
-  mutable std::map<int, Eigen::ArrayX2d> cached_for_joint_;
+  mutable std::mutex mutex_;  ///< of what is computed on first use
+  mutable std::map<KeptKey, std::shared_ptr<const void>> kept_;
 };
 
 }  // namespace plumbline::diagnosis

@@ -1,8 +1,9 @@
 #include "app/diagnosis/moment_search.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <numeric>
 
+#include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/camera_zoom.h"
 #include "firmware-like/effects/step_event.h"
@@ -13,9 +14,6 @@ namespace {
 
 using I = effects::Influence<double>;
 enum { kTime, kRow, kFirstSize };  // parameters of these effects
-constexpr int kMaxSizes = 3;
-using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxSizes, kMaxSizes>;
-using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSizes, 1>;
 
 /// t_s if recorded, otherwise the row number.
 double ClockOf(const Dataset& data, const effects::Conditions& moment) {
@@ -31,6 +29,13 @@ Eigen::MatrixXd From(double moment, const Eigen::VectorXd& clock) {
   return (clock.array() >= moment).cast<double>();
 }
 
+/// Whitened columns of carriers that act from the moment of a block on.
+Eigen::MatrixXd ColumnsFromMoment(const LinearProblem& problem, const Block& block,
+                                  const std::vector<int>& influences) {
+  const double moment = block.columns.front().values.front();
+  return problem.Carried(influences, From(moment, ClockAtRows(problem)));
+}
+
 /// Candidate event times halfway between successive rows, without the outermost twentieth.
 std::vector<double> Moments(const LinearProblem& problem) {
   const Eigen::VectorXd at_rows = ClockAtRows(problem);
@@ -44,41 +49,57 @@ std::vector<double> Moments(const LinearProblem& problem) {
   return moments;
 }
 
-/// Gain() of a step of up to kMaxSizes entries of the influence, for each of the ascending moments.
-/// One pass over all moments: rows are added to the sums from the last to the first, and the frames
-/// are projected out of the sums.
-std::vector<double> GainsOfSteps(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                 const std::vector<double>& moments,
-                                 const std::vector<int>& influences) {
-  const Eigen::VectorXd clock = ClockAtRows(problem);
-  const auto rows = problem.rows().indices();
-  std::vector<FitRowIndex> order(rows.begin(), rows.end());
-  std::sort(order.begin(), order.end(),
-            [&](FitRowIndex a, FitRowIndex b) { return clock[a.value()] > clock[b.value()]; });
-  const FitLayout& layout = problem.layout();
-  const Eigen::MatrixXd columns =
-      problem.Carried(influences, Eigen::MatrixXd::Ones(clock.size(), 1));
-  const auto width = static_cast<Eigen::Index>(influences.size());
-  const Eigen::MatrixXd& frames = problem.frames();
-  Gram gram = Gram::Zero(width, width);
-  Sizes moment_sum = Sizes::Zero(width);
-  Eigen::MatrixXd along_frames = Eigen::MatrixXd::Zero(frames.cols(), width);
-  std::vector<double> gains(moments.size(), 0.0);
-  std::size_t next = 0;
-  for (std::size_t m = moments.size(); m-- > 0;) {
-    for (; next < order.size() && clock[order[next].value()] >= moments[m]; ++next) {
-      const auto of_row = layout.PartOf(columns, order[next]);
-      gram += of_row.transpose().lazyProduct(of_row);
-      moment_sum += of_row.transpose().lazyProduct(layout.PartOf(residual, order[next]));
-      if (frames.cols() == 0) continue;
-      along_frames += layout.PartOf(frames, order[next]).transpose() * of_row;
+/// Steps of some entries of the influence at each of the moments: what does not depend on the
+/// residual.
+class StepScan {
+  static constexpr int kMaxSizes = 3;
+  using Inverse = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxSizes, kMaxSizes>;
+  using Sizes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSizes, 1>;
+
+ public:
+  StepScan(const LinearProblem& problem, const std::vector<double>& moments,
+           const std::vector<int>& influences)
+      : carried_(problem.CarriedBy(influences)), order_(carried_.rows().size()) {
+    const Eigen::VectorXd at_rows = ClockAtRows(problem);
+    const auto clock = [&](int position) {
+      return at_rows[carried_.rows()[static_cast<std::size_t>(position)].value()];
+    };
+    std::iota(order_.begin(), order_.end(), 0);
+    std::stable_sort(order_.begin(), order_.end(),
+                     [&](int a, int b) { return clock(a) < clock(b); });
+    for (const double moment : moments) {
+      const auto before = [&](int position, double t) { return clock(position) < t; };
+      const auto first = std::lower_bound(order_.begin(), order_.end(), moment, before);
+      from_.push_back(static_cast<int>(first - order_.begin()));
     }
-    Gram projected = gram - along_frames.transpose() * along_frames;
-    projected.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
-    gains[m] = moment_sum.dot(projected.ldlt().solve(moment_sum));
+    for (const Eigen::MatrixXd& gram : carried_.GramsOfSteps(order_, from_)) {
+      inverses_.emplace_back(InverseForGain(gram));
+    }
   }
-  return gains;
-}
+
+  /// The step with the largest reduction of chi2.
+  std::size_t Best(const Eigen::VectorXd& residual) const {
+    const Eigen::MatrixXd along = carried_.Along(residual);
+    Sizes sum = Sizes::Zero(along.cols());
+    auto next = static_cast<int>(order_.size());
+    double most = -1;
+    std::size_t best = 0;
+    for (std::size_t step = from_.size(); step-- > 0;) {
+      while (next > from_[step]) sum += along.row(order_[static_cast<std::size_t>(--next)]);
+      const double gain = sum.dot(inverses_[step].lazyProduct(sum));
+      if (!(gain >= most)) continue;
+      most = gain;
+      best = step;
+    }
+    return best;
+  }
+
+ private:
+  const CarriedColumns& carried_;
+  std::vector<int> order_;         ///< positions in the rows, by time
+  std::vector<int> from_;          ///< position in `order_` of the first row after each moment
+  std::vector<Inverse> inverses_;  ///< of the Gram matrix of each step
+};
 
 /// Block of an effect that acts from a moment on, with one column per size.
 Block BlockFrom(const Dataset& data, const effects::Effect& effect, std::string_view word,
@@ -165,9 +186,9 @@ class MomentSearch : public ShapeSearch {
 Block BestFrom(const LinearProblem& problem, const Eigen::VectorXd& residual,
                const std::vector<double>& moments, const effects::Effect& effect,
                std::string_view word, const std::vector<int>& influences) {
-  const std::vector<double> gains = GainsOfSteps(problem, residual, moments, influences);
-  const auto best = std::max_element(gains.begin(), gains.end()) - gains.begin();
-  return BlockFrom(problem.data(), effect, word, moments[static_cast<std::size_t>(best)],
+  const StepScan& scan = problem.Kept<StepScan>(
+      influences.front(), [&] { return StepScan(problem, moments, influences); });
+  return BlockFrom(problem.data(), effect, word, moments[scan.Best(residual)],
                    static_cast<double>(moments.size()));
 }
 
@@ -186,6 +207,12 @@ class StepSearch final : public MomentSearch {
         BestFrom(problem, residual, moments, effect_, "tool", TranslationEntries(I::kTip)));
     return blocks;
   }
+
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    const bool tool = block.term.word == "tool";
+    return ColumnsFromMoment(problem, block, TranslationEntries(tool ? I::kTip : I::kBase));
+  }
 };
 
 class TiltSearch final : public MomentSearch {
@@ -196,8 +223,16 @@ class TiltSearch final : public MomentSearch {
                              const Eigen::VectorXd& residual) const override {
     const std::vector<double> moments = Moments(problem);
     if (moments.empty()) return {};
-    return {BestFrom(problem, residual, moments, effect_, "", {I::kBaseTilt, I::kBaseTilt + 1})};
+    return {BestFrom(problem, residual, moments, effect_, "", TiltEntries())};
   }
+
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    return ColumnsFromMoment(problem, block, TiltEntries());
+  }
+
+ private:
+  static std::vector<int> TiltEntries() { return {I::kBaseTilt, I::kBaseTilt + 1}; }
 };
 
 class ZoomSearch final : public MomentSearch {

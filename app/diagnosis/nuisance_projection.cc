@@ -1,6 +1,7 @@
 #include "app/diagnosis/nuisance_projection.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 
 namespace plumbline::diagnosis {
 namespace {
@@ -36,26 +37,27 @@ NuisanceProjection::NuisanceProjection(const FitProblem& fit, const Linearisatio
   for (std::size_t c = 0; c < of_component.size(); ++c) {
     AddPart(fit, linear, model, whitener, layout, ComponentIndex(c), of_component[c], equation);
   }
-  Eigen::MatrixXd frames = FrameColumns(fit, linear, whitener, layout);
-  if (frames.cols() > 0) {
-    const double scale = LargestColumn(frames);
-    ProjectParts(frames);
-    frames = OrthonormalBasis(frames, scale);
-  }
-  of_frames_ = frames.cols();
-  Eigen::Index rank = of_frames_;
+  frames_ = FrameColumns(fit, linear, whitener, layout);
+  if (frames_.cols() == 0) return;
+  const double scale = LargestColumn(frames_);
+  ProjectParts(frames_);
+  frames_ = OrthonormalBasis(frames_, scale);
+}
+
+Eigen::Index NuisanceProjection::rank() const {
+  Eigen::Index rank = frames_.cols();
   for (const Part& part : parts_) rank += part.basis.cols();
-  if (parts_.empty()) {
-    basis_ = std::move(frames);
-    return;
-  }
-  basis_ = Eigen::MatrixXd::Zero(layout.total(), rank);
-  Eigen::Index at = 0;
+  return rank;
+}
+
+double NuisanceProjection::Leverage(int residual) const {
+  double leverage = frames_.cols() > 0 ? frames_.row(residual).squaredNorm() : 0;
   for (const Part& part : parts_) {
-    basis_(part.residuals, Eigen::seqN(at, part.basis.cols())) = part.basis;
-    at += part.basis.cols();
+    const auto found = std::find(part.residuals.begin(), part.residuals.end(), residual);
+    if (found == part.residuals.end()) continue;
+    leverage += part.basis.row(found - part.residuals.begin()).squaredNorm();
   }
-  if (of_frames_ > 0) basis_.rightCols(of_frames_) = frames;
+  return leverage;
 }
 
 Eigen::MatrixXd NuisanceProjection::FrameColumns(const FitProblem& fit, const Linearisation& linear,
@@ -85,6 +87,7 @@ void NuisanceProjection::AddPart(const FitProblem& fit, const Linearisation& lin
                                  const std::vector<FitRowIndex>& rows, int& equation) {
   const std::vector<Equation> equations = nuisances_.EquationsAt(model, component);
   Part part;
+  part.rows = rows;
   std::vector<int> column_of(static_cast<std::size_t>(nuisances_.size()), -1);
   int columns = 0;
   for (const GroupIndex group : nuisances_.GroupsOf(component)) {
@@ -128,9 +131,7 @@ void NuisanceProjection::ProjectParts(Eigen::Ref<Eigen::MatrixXd> columns) const
 
 void NuisanceProjection::Project(Eigen::Ref<Eigen::MatrixXd> columns) const {
   ProjectParts(columns);
-  if (of_frames_ == 0) return;
-  const auto frames = basis_.rightCols(of_frames_);
-  columns -= frames * (frames.transpose() * columns).eval();
+  if (frames_.cols() > 0) columns -= frames_ * (frames_.transpose() * columns).eval();
 }
 
 }  // namespace plumbline::diagnosis

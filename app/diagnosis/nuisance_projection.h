@@ -14,23 +14,28 @@ namespace plumbline::diagnosis {
 /// determine are not in the basis.
 class NuisanceProjection {
  public:
+  /// The part of the basis that belongs to one component.
+  struct Part {
+    std::vector<FitRowIndex> rows;  ///< that depend on it
+    std::vector<int> residuals;  ///< positions in the stacked vectors: of the rows, then equations
+    Eigen::MatrixXd basis;       ///< shape (residuals, rank)
+  };
+
   /// @param layout  of the fit, its equations included
   NuisanceProjection(const FitProblem& fit, const Linearisation& linear, const Model& model,
                      const Whitener& whitener, const FitLayout& layout);
 
   /// Removes the nuisances from columns of shape (residuals, any).
   void Project(Eigen::Ref<Eigen::MatrixXd> columns) const;
-  /// Shape (residuals, rank()).
-  const Eigen::MatrixXd& basis() const { return basis_; }
-  Eigen::Index rank() const { return basis_.cols(); }
+  const std::vector<Part>& parts() const { return parts_; }
+  /// The part of the basis that belongs to the frames of the sessions, shape (residuals, any).
+  const Eigen::MatrixXd& frames() const { return frames_; }
+  Eigen::Index rank() const;
+  /// Squared length of the projection of one residual's axis on the nuisances, 0..1: the share of
+  /// the residual that they absorb.
+  double Leverage(int residual) const;
 
  private:
-  /// The part of the basis that belongs to one component.
-  struct Part {
-    std::vector<int> residuals;  ///< positions in the stacked vectors
-    Eigen::MatrixXd basis;       ///< shape (residuals, rank)
-  };
-
   /// Whitened columns of the frames of the sessions, then of what floats with the places.
   Eigen::MatrixXd FrameColumns(const FitProblem& fit, const Linearisation& linear,
                                const Whitener& whitener, const FitLayout& layout) const;
@@ -41,8 +46,7 @@ class NuisanceProjection {
 
   Nuisances nuisances_;
   std::vector<Part> parts_;
-  Eigen::MatrixXd basis_;       ///< of the parts, then of the frames
-  Eigen::Index of_frames_ = 0;  ///< number of its columns that belong to the frames
+  Eigen::MatrixXd frames_;
 };
 
 }  // namespace plumbline::diagnosis

@@ -1,11 +1,10 @@
 #include "app/diagnosis/periodic_search.h"
 
-#include <Eigen/SparseCore>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "app/diagnosis/joint_lines.h"
 #include "app/diagnosis/shape_gain.h"
 #include "firmware-like/effects/counterbalance.h"
 #include "firmware-like/effects/gear_periodic.h"
@@ -52,233 +51,69 @@ effects::ActiveEffect AmplitudeAndPhase(const Block& block, const ColumnSizes& v
   return effect;
 }
 
-/// Products over the rows for computing the gain of a line. The free frames are already projected
-/// out of the residual.
-class JointRows {
- public:
-  JointRows(const LinearProblem& problem, int joint, const Eigen::VectorXd& residual)
-      : q(SignalAtRows(problem, [joint](const effects::Conditions& m) { return m.q[joint]; })),
-        along(q.size()),
-        square(q.size()),
-        along_frames_(q.size(), problem.frames().cols()) {
-    const Eigen::VectorXd& turn = problem.Carrier(joint);
-    for (const FitRowIndex j : problem.rows().indices()) {
-      const auto of_row = problem.layout().PartOf(turn, j);
-      along[j.value()] = of_row.col(0).dot(problem.layout().PartOf(residual, j).col(0));
-      square[j.value()] = of_row.squaredNorm();
-      if (along_frames_.cols() == 0) continue;
-      along_frames_.row(j.value()) =
-          of_row.transpose() * problem.layout().PartOf(problem.frames(), j);
-    }
-    if (along_frames_.cols() < kManyFrames) return;
-    sparse_along_frames_ = along_frames_.sparseView();  // a place has columns at its own rows only
-    along_frames_.resize(q.size(), 0);
-  }
-
-  /// Reduction of chi2 by a line, with the free frames projected out; equal to Gain() of its sine
-  /// and cosine.
-  double GainOf(double cycles) const {
-    Eigen::MatrixX2d factors(q.size(), 2);
-    factors.col(0) = (cycles * q).array().sin();
-    factors.col(1) = (cycles * q).array().cos();
-    Eigen::Matrix2d gram = factors.transpose() * (square.asDiagonal() * factors);
-    if (along_frames_.cols() > 0) {
-      const Eigen::MatrixX2d in_frames = along_frames_.transpose() * factors;
-      gram -= in_frames.transpose() * in_frames;
-    } else if (sparse_along_frames_.cols() > 0) {
-      const Eigen::MatrixX2d in_frames = sparse_along_frames_.transpose() * factors;
-      gram -= in_frames.transpose() * in_frames;
-    }
-    const Eigen::Vector2d moment = factors.transpose() * along;
-    gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff() + 1e-300;
-    return moment.dot(gram.ldlt().solve(moment));
-  }
-
-  Eigen::VectorXd q;
-  Eigen::VectorXd along, square;  ///< carrier times residual, squared carrier
-
- private:
-  static constexpr Eigen::Index kManyFrames = 40;
-
-  Eigen::MatrixXd along_frames_;  ///< carrier times the nuisances' basis, shape (rows, rank)
-  /// The same where the basis has many columns, most of them zero at most rows.
-  Eigen::SparseMatrix<double> sparse_along_frames_;
-};
-
-constexpr double kMinCycles = 0.5, kMaxCycles = 400;
-constexpr double kMinSpan_rad = 0.05;  // minimum range of a joint for separating lines
-/// Cycles per turn of an eccentric and of an elliptical gear: lines that need no search.
-constexpr std::array kWholeCycles = {1.0, 2.0};
-constexpr double kStepsPerResolution = 3;  // loses at most 9 % of the gain before refinement
-
-/// Spectral resolution, in cycles per turn, of a joint with this range.
-double ResolutionOf(double span_rad) {
-  return 2 * std::numbers::pi / span_rad;
-}
-
-/// Sums over the rows of weight sin(c q) and weight cos(c q), shape (steps, 2), for equally spaced
-/// cycles c. Sine and cosine of each row are advanced by the angle addition formulas, a few rows at
-/// a time so that they remain in the cache.
-Eigen::ArrayX2d LineSums(const Eigen::VectorXd& q, const Eigen::VectorXd& weight, double first,
-                         double step, Eigen::Index steps) {
-  constexpr Eigen::Index kAtOnce = 256;
-  Eigen::ArrayX2d sums = Eigen::ArrayX2d::Zero(steps, 2);
-  for (Eigen::Index from = 0; from < q.size(); from += kAtOnce) {
-    const Eigen::Index count = std::min(kAtOnce, q.size() - from);
-    const auto angle = q.segment(from, count).array();
-    const Eigen::ArrayXd w = weight.segment(from, count).array();
-    const Eigen::ArrayXd turn_cos = (step * angle).cos(), turn_sin = (step * angle).sin();
-    Eigen::ArrayXd c = w * (first * angle).cos(), s = w * (first * angle).sin(), next(count);
-    for (Eigen::Index k = 0; k < steps; ++k) {
-      sums(k, 0) += s.sum();
-      sums(k, 1) += c.sum();
-      next = c * turn_cos - s * turn_sin;
-      s = s * turn_cos + c * turn_sin;
-      c.swap(next);
-    }
-  }
-  return sums;
-}
-
-/// Gains of sine and cosine at equally spaced cycles, free frames not projected out.
-std::vector<double> GainsAlong(const LinearProblem& problem, const JointRows& rows, int joint,
-                               double step) {
-  const auto steps = static_cast<Eigen::Index>(kMaxCycles / step);
-  const Eigen::ArrayX2d along = LineSums(rows.q, rows.along, kMinCycles, step, steps);
-  // sin^2, cos^2 and sin cos from the sine and cosine of the double angle.
-  const Eigen::ArrayX2d& twice = problem.CachedForJoint(
-      joint, [&] { return LineSums(rows.q, rows.square, 2 * kMinCycles, 2 * step, steps); });
-  const double total = rows.square.sum();
-  std::vector<double> gains;
-  gains.reserve(static_cast<std::size_t>(steps));
-  for (Eigen::Index k = 0; k < steps; ++k) {
-    const double bs = along(k, 0), bc = along(k, 1), sc = twice(k, 0) / 2;
-    const double cc = (total + twice(k, 1)) / 2, ss = total - cc;
-    const double det = ss * cc - sc * sc;
-    gains.push_back(det > 1e-9 * ss * cc ? (bs * bs * cc - 2 * bs * bc * sc + bc * bc * ss) / det
-                                         : 0);
-  }
-  return gains;
-}
-
-using Peak = PeriodicLine;
-
-bool Higher(const Peak& a, const Peak& b) {
-  return a.gain > b.gain;
-}
-
-/// The highest local maxima.
-std::vector<Peak> PeaksOf(const std::vector<double>& gains, int joint, double step) {
-  constexpr std::size_t kMaxPeaks = 4;
-  std::vector<Peak> peaks;
-  for (std::size_t s = 0; s < gains.size(); ++s) {
-    const bool rises = s == 0 || gains[s] >= gains[s - 1];
-    const bool falls = s + 1 == gains.size() || gains[s] >= gains[s + 1];
-    if (rises && falls)
-      peaks.push_back({joint, kMinCycles + step * static_cast<double>(s), gains[s], 0});
-  }
-  std::sort(peaks.begin(), peaks.end(), Higher);
-  if (peaks.size() > kMaxPeaks) peaks.resize(kMaxPeaks);
-  return peaks;
-}
-
-/// The strongest lines of one joint, located to a third of the resolution, free frames not
-/// projected out; empty if the joint hardly moved.
-/// @param trials  receives the number of lines that can be resolved; unchanged if there are none
-std::vector<Peak> PeriodicPeaks(const LinearProblem& problem, const JointRows& rows, int joint,
-                                double& trials) {
-  const double span = problem.JointSpan(joint);
-  if (!(span > kMinSpan_rad)) return {};
-  const double resolution = ResolutionOf(span);
-  trials = kMaxCycles / resolution * 2;
-  const double step = resolution / kStepsPerResolution;
-  return PeaksOf(GainsAlong(problem, rows, joint, step), joint, step);
-}
-
-/// The spectral window of the rows, |sum_i w_i exp(i c q_i)| / sum_i w_i with the squared carrier
-/// as weight: 1 at the cycles c that a line may gain or lose without changing at any row.
-Eigen::ArrayXd SpectralWindow(const JointRows& rows, double first, double step,
-                              Eigen::Index steps) {
-  const Eigen::ArrayX2d sums = LineSums(rows.q, rows.square, first, step, steps);
-  return sums.square().rowwise().sum().sqrt() / std::max(rows.square.sum(), 1e-300);
-}
-
-/// The maxima of the spectral window at which lines cannot be distinguished, beyond the resolution
-/// of the range itself.
-std::vector<double> IndistinctShifts(const JointRows& rows, double resolution) {
-  // A line at such a shift leaves at most 1 - 0.97^2 = 6 % of the chi2 that the true one explains;
-  // whether that rules it out is for its refit to decide.
-  constexpr double kIndistinct = 0.97, kStepsOfWindow = 12;
-  constexpr int kRefinement = 16;
-  const double step = resolution / kStepsOfWindow, first = 2 * resolution;
-  const auto steps = static_cast<Eigen::Index>((2 * kMaxCycles - first) / step);
-  if (steps < 3) return {};
-  const Eigen::ArrayXd window = SpectralWindow(rows, first, step, steps);
-  std::vector<double> shifts;
-  for (Eigen::Index k = 1; k + 1 < steps; ++k) {
-    if (window[k] < window[k - 1] || window[k] < window[k + 1] || window[k] < 0.9) continue;
-    const double fine = step / kRefinement, from = first + step * static_cast<double>(k) - step;
-    Eigen::Index at = 0;
-    const double highest = SpectralWindow(rows, from, fine, 2 * kRefinement + 1).maxCoeff(&at);
-    if (highest >= kIndistinct) shifts.push_back(from + fine * static_cast<double>(at));
-  }
-  return shifts;
-}
-
-/// Refines the cycles of a line, with the free frames projected out.
-Peak Refined(const LinearProblem& problem, const JointRows& rows, Peak peak) {
-  constexpr int kHalvings = 6;
-  const int joint = peak.joint;
-  peak.gain = rows.GainOf(peak.cycles_per_turn);
-  double width = ResolutionOf(problem.JointSpan(joint)) / kStepsPerResolution;
-  for (int halving = 0; halving < kHalvings; ++halving, width /= 2) {
-    for (const double side : {-1.0, 1.0}) {
-      const double cycles = peak.cycles_per_turn + side * width / 2;
-      if (cycles < kMinCycles || cycles > kMaxCycles) continue;
-      const double gain = rows.GainOf(cycles);
-      if (gain > peak.gain) peak = {joint, cycles, gain, 0};
-    }
-  }
-  // A line of amplitude A has the gain A^2 sum |J|^2 / 2.
-  peak.amplitude_rad = std::sqrt(2 * peak.gain) / problem.Carrier(joint).norm();
-  return peak;
-}
-
 /// Number of lines with whole cycles over all joints, among which one is selected.
 double WholeLines(int joints) {
-  return static_cast<double>(kWholeCycles.size()) * joints;
+  return static_cast<double>(JointLines::kWholeCycles.size()) * joints;
+}
+
+/// A joint's residual, and its strongest lines.
+struct ScannedJoint {
+  const JointLines& lines;
+  Eigen::VectorXd along;
+  std::vector<PeriodicLine> peaks;
+
+  ScannedJoint(const LinearProblem& problem, int joint, const Eigen::VectorXd& residual)
+      : lines(JointLines::Of(problem, joint)),
+        along(lines.Along(residual)),
+        peaks(lines.Peaks(along)) {}
+};
+
+/// The strongest of the peaks after refinement. Only those are refined that can become one of them.
+Found StrongestLines(const std::vector<ScannedJoint>& joints, std::size_t most) {
+  constexpr std::size_t kCompared = 12;
+  const auto higher = [](const PeriodicLine& a, const PeriodicLine& b) { return a.gain > b.gain; };
+  const auto of = [&](const PeriodicLine& line) -> const ScannedJoint& {
+    return joints[static_cast<std::size_t>(line.joint)];
+  };
+  std::vector<PeriodicLine> lines;
+  for (const ScannedJoint& joint : joints) {
+    lines.insert(lines.end(), joint.peaks.begin(), joint.peaks.end());
+  }
+  std::stable_sort(lines.begin(), lines.end(), higher);
+  if (lines.size() > kCompared) lines.resize(kCompared);
+  for (PeriodicLine& line : lines) line = of(line).lines.WithGain(line, of(line).along);
+  std::stable_sort(lines.begin(), lines.end(), higher);
+  Found found;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const double least = lines[std::min(k, most - 1)].gain;
+    if (lines[k].gain < (1 - JointLines::kLostByScan) * least) break;
+    const PeriodicLine line = of(lines[k]).lines.Refined(lines[k], of(lines[k]).along);
+    found.emplace_back(line.gain, PeriodicBlock(line.joint, line.cycles_per_turn, 1));
+  }
+  return found;
 }
 
 class PeriodicSearch final : public ShapeSearch {
  public:
   std::vector<Block> Propose(const LinearProblem& problem,
                              const Eigen::VectorXd& residual) const override {
-    Found found, eccentric;
-    std::vector<Peak> coarse;
+    constexpr std::size_t kKept = 3;
+    const int count = problem.data().cell.robot.size();
+    std::vector<ScannedJoint> joints;
+    Found eccentric;
     double trials = 1;
-    const int joints = problem.data().cell.robot.size();
-    std::vector<JointRows> rows;
-    for (int joint = 0; joint < joints; ++joint) {
-      double of_joint = 1;
-      rows.emplace_back(problem, joint, residual);
-      const std::vector<Peak> peaks = PeriodicPeaks(problem, rows.back(), joint, of_joint);
-      coarse.insert(coarse.end(), peaks.begin(), peaks.end());
-      if (of_joint == 1) continue;  // it hardly moved
-      for (const double whole : kWholeCycles) {
-        eccentric.emplace_back(rows.back().GainOf(whole),
-                               PeriodicBlock(joint, whole, WholeLines(joints)));
+    for (int joint = 0; joint < count; ++joint) {
+      const ScannedJoint& scanned = joints.emplace_back(problem, joint, residual);
+      if (!scanned.lines.moved()) continue;
+      for (std::size_t k = 0; k < JointLines::kWholeCycles.size(); ++k) {
+        eccentric.emplace_back(
+            scanned.lines.GainOfWhole(k, scanned.along),
+            PeriodicBlock(joint, JointLines::kWholeCycles[k], WholeLines(count)));
       }
-      trials += of_joint;
-    }
-    constexpr std::size_t kRefined = 12, kKept = 3;
-    std::stable_sort(coarse.begin(), coarse.end(), Higher);
-    for (std::size_t k = 0; k < std::min(kRefined, coarse.size()); ++k) {
-      const JointRows& of_joint = rows[static_cast<std::size_t>(coarse[k].joint)];
-      const Peak peak = Refined(problem, of_joint, coarse[k]);
-      found.emplace_back(peak.gain, PeriodicBlock(peak.joint, peak.cycles_per_turn, 1));
+      trials += scanned.lines.resolvable();
     }
     std::vector<Block> blocks = Best(std::move(eccentric), kKept);
-    for (Block& block : Best(std::move(found), kKept)) {
+    for (Block& block : Best(StrongestLines(joints, kKept), kKept)) {
       block.trials = trials;
       blocks.push_back(std::move(block));
     }
@@ -301,10 +136,24 @@ class PeriodicSearch final : public ShapeSearch {
     return blocks;
   }
 
+  std::optional<Eigen::MatrixXd> Columns(const LinearProblem& problem,
+                                         const Block& block) const override {
+    const PeriodicLine line = LineOf(block).value();
+    const Eigen::ArrayXd angle =
+        line.cycles_per_turn *
+        SignalAtRows(problem, [&](const effects::Conditions& m) { return m.q[line.joint]; });
+    Eigen::MatrixXd waves(angle.size(), block.columns.count());
+    for (const BlockColumnIndex k : block.columns.indices()) {
+      waves.col(k.value()) = (angle + block.columns[k].values.back()).sin();
+    }
+    return problem.Carried({line.joint}, waves);
+  }
+
   std::vector<Block> AllPlacements(const Dataset& data) const override {
     std::vector<Block> blocks;
     for (int joint = 0; joint < data.cell.robot.size(); ++joint) {
-      for (const double cycles : kWholeCycles) blocks.push_back(PeriodicBlock(joint, cycles, 1));
+      for (const double cycles : JointLines::kWholeCycles)
+        blocks.push_back(PeriodicBlock(joint, cycles, 1));
     }
     return blocks;
   }
@@ -365,20 +214,18 @@ bool Unresolved(const LinearProblem& problem, const PeriodicLine& a, const Perio
   const auto whole = [](double cycles) { return cycles == std::round(cycles); };
   if (whole(a.cycles_per_turn) && whole(b.cycles_per_turn)) return false;
   constexpr double kMinSeparation = 0.7;
-  const double resolution =
-      2 * std::numbers::pi / std::max(kMinSpan_rad, problem.JointSpan(a.joint));
+  const double resolution = JointLines::ResolutionOf(problem.JointSpan(a.joint));
   return std::abs(a.cycles_per_turn - b.cycles_per_turn) < kMinSeparation * resolution;
 }
 
 std::vector<double> AliasedCycles(const LinearProblem& problem, const PeriodicLine& line) {
-  const double span = problem.JointSpan(line.joint);
-  if (!(span > kMinSpan_rad)) return {};
-  const JointRows rows(problem, line.joint, problem.response());
   std::vector<double> cycles;
-  for (const double shift : IndistinctShifts(rows, ResolutionOf(span))) {
+  for (const double shift : JointLines::Of(problem, line.joint).IndistinctShifts()) {
     for (const double other :
          {std::abs(shift - line.cycles_per_turn), shift + line.cycles_per_turn}) {
-      if (other >= kMinCycles && other <= kMaxCycles) cycles.push_back(other);
+      if (other >= JointLines::kMinCycles && other <= JointLines::kMaxCycles) {
+        cycles.push_back(other);
+      }
     }
   }
   std::sort(cycles.begin(), cycles.end());
@@ -397,10 +244,10 @@ std::vector<PeriodicLine> PeriodicLines(const LinearProblem& problem,
                    kMinSignal = 5;  // of a gear; signal over all rows in sigma
   for (int joint = 0; joint < problem.data().cell.robot.size(); ++joint) {
     if (kLargestLine_rad * problem.Carrier(joint).norm() < kMinSignal) continue;  // no lever arm
-    double trials = 1;
-    const JointRows rows(problem, joint, residual);
-    for (const Peak& peak : PeriodicPeaks(problem, rows, joint, trials)) {
-      lines.push_back(Refined(problem, rows, peak));
+    const ScannedJoint scanned(problem, joint, residual);
+    for (const PeriodicLine& peak : scanned.peaks) {
+      lines.push_back(
+          scanned.lines.Refined(scanned.lines.WithGain(peak, scanned.along), scanned.along));
     }
   }
   return lines;

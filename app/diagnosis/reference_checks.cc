@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/diagnosis/contradictions.h"
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/references.h"
 
@@ -43,6 +44,8 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     if (!effects) return effects.failure();
     kept.push_back(std::move(effects).value());
   }
+  const Result<bool> improves = ImprovesReferences(found);
+  if (!improves) return improves.failure();
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTerm& term = finding.effect.term;
     if (!term.drivers.empty()) continue;  // an empirical curve names no cause
@@ -67,7 +70,7 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     diagnosis.checks.push_back(check);
     if (check.passed) continue;
     diagnosis.doubts.push_back({key.id, ScopeOf(term), check.sentence});
-    if (!diagnosis.withheld.empty()) continue;
+    if (!diagnosis.withheld.empty() || *improves) continue;
     diagnosis.withheld = fmt::format(
         "{} {}; confirm that value, or declare another distance or place", key.id, check.sentence);
   }

@@ -115,10 +115,14 @@ Result<void> Minimise(const RefitLayout& layout, const Model& start,
         x.common.empty() ? ceres::SPARSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
     solver.linear_solver_ordering = ordering;
     solver.num_threads = threads;
+    for (const auto& cost : costs) cost->UseThreads(1);
   }
+  // Steps are clamped to the bounds. Ceres would also search along every step of a bounded problem,
+  // which takes most of the time and changes nothing where the whole step is accepted.
+  solver.max_num_line_search_step_size_iterations = 0;
   solver.max_num_iterations = options.iterations;
   solver.logging_type = ceres::SILENT;
-  solver.function_tolerance = 1e-8;
+  solver.function_tolerance = 1e-6;  // of chi2, which decides by differences of 1 or more
   solver.parameter_tolerance = 1e-10;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &solved, &summary);
@@ -134,7 +138,7 @@ struct AtSolution {
 };
 
 std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<RowsCost>>& costs,
-                                      Variables& x) {
+                                      int threads, Variables& x) {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto common = static_cast<Eigen::Index>(x.common.size());
   AtSolution at;
@@ -151,6 +155,7 @@ std::optional<AtSolution> EvaluatedAt(const std::vector<std::unique_ptr<RowsCost
     if (common > 0) jacobians.push_back(J.data());
     if (places.cols() > 0) jacobians.push_back(places.data());
     costs[c]->ClearGradients();
+    costs[c]->UseThreads(threads);
     if (!costs[c]->Evaluate(where.data(), residuals.data(),
                             jacobians.empty() ? nullptr : jacobians.data())) {
       return std::nullopt;
@@ -182,7 +187,8 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
                          const RefitOptions& options) {
   const RefitLayout layout = RefitLayoutOf(problem.data, start, options.frames_only);
   const Whitener whitener(problem);
-  const std::vector<std::unique_ptr<RowsCost>> costs = CostsOf(problem, start, layout, whitener);
+  const std::vector<std::unique_ptr<RowsCost>> costs =
+      CostsOf(problem, start, layout, whitener, options.gradients);
   Refit refit;
   refit.model = start;
   refit.parameters = layout.parameters;
@@ -199,7 +205,7 @@ Result<Refit> RefitModel(const FitProblem& problem, const Model& start,
     refit.model = Moved(layout, start, x.common.data());
     for (std::size_t c = 0; c < costs.size(); ++c) costs[c]->MoveOwn(x.own[c].data(), refit.model);
   }
-  const std::optional<AtSolution> at = EvaluatedAt(costs, x);
+  const std::optional<AtSolution> at = EvaluatedAt(costs, problem.threads, x);
   if (!at) return Error{"the deflected posture does not converge"};
   refit.chi2 = at->chi2;
   const auto count = static_cast<int>(layout.parameters.size());

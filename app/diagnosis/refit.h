@@ -21,6 +21,9 @@ struct Refit {
 struct RefitOptions {
   int iterations = 8;
   bool frames_only = false;  ///< do not adjust effects
+  /// d prediction / d influence of every row of the data at a model near the start, used throughout
+  /// and for the covariance; nullptr: computed at the start and at the solution.
+  const PerRow<Gradient>* gradients = nullptr;
 };
 
 /// Minimises sum_k w_k r_k^T C_k^-1 r_k / sigma^2 over effects and free frames by

@@ -60,7 +60,7 @@ Model Moved(const RefitLayout& layout, const Model& start, const double* x) {
 
 RowsCost::RowsCost(const FitProblem& problem, const Model& start, const RefitLayout& layout,
                    const Whitener& whitener, std::vector<FitRowIndex> rows,
-                   std::optional<ComponentIndex> component)
+                   std::optional<ComponentIndex> component, const PerRow<Gradient>* gradients)
     : problem_(problem),
       data_(problem.data),
       start_(start),
@@ -68,7 +68,9 @@ RowsCost::RowsCost(const FitProblem& problem, const Model& start, const RefitLay
       whitener_(whitener),
       rows_(std::move(rows)),
       component_(component),
-      common_(layout.size()) {
+      known_(gradients),
+      common_(layout.size()),
+      threads_(problem.threads) {
   for (const FitRowIndex j : rows_) residuals_.Add(data_.numbers[problem_.rows[j]].count);
   if (component_) {
     groups_ = layout_.nuisances.GroupsOf(*component_);
@@ -103,12 +105,12 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
                           of_places != nullptr ? own_ : 0);
   J.setZero();
   places.setZero();
-  if (wanted && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
+  if (wanted && known_ == nullptr && cached_.empty() && problem_.rows.count() <= kMaxCachedRows) {
     cached_.resize(rows_.size());
   }
   const ModelAtRows at_rows(data_, model);
   std::atomic<bool> converged{true};
-  InParallel(static_cast<int>(rows_.size()), problem_.threads, [&](int first, int last) {
+  InParallel(static_cast<int>(rows_.size()), threads_, [&](int first, int last) {
     deflection::Sensitivity scratch;
     LinearRow at;
     Gradient gradient;
@@ -120,12 +122,13 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
       if (wanted) AddSlopes(model, row, slopes);
       deflection::InfluenceSet touched;
       for (const TermSlope& of : slopes) touched.set(static_cast<std::size_t>(of.entry));
-      const bool cached = wanted && IsCached(k, touched);
+      const bool cached = known_ != nullptr || (wanted && IsCached(k, touched));
       if (!at_rows.At(row, cached ? deflection::InfluenceSet() : touched, scratch, at, gradient)) {
         converged = false;
         return;
       }
-      if (wanted) CacheOrRestore(k, touched, cached, gradient);
+      if (wanted && known_ == nullptr) CacheOrRestore(k, touched, cached, gradient);
+      const Gradient& of_row = known_ != nullptr ? (*known_)[row] : gradient;
       whitening.Apply(at.residual, residuals_.PartOf(r, k));
       if (of_places != nullptr) FillOwn(row, at, whitening, residuals_.PartOf(places, k));
       if (!wanted) continue;
@@ -134,7 +137,7 @@ bool RowsCost::Evaluate(double const* const* x, double* residuals, double** jaco
       const int first_size = layout_.nuisances.of_sessions();
       for (const TermSlope& of : slopes) {
         const double unit = layout_.unit[static_cast<std::size_t>(of.column)];
-        whitening.Times(unit).Add(-of.slope, gradient.col(of.entry),
+        whitening.Times(unit).Add(-of.slope, of_row.col(of.entry),
                                   block.col(first_size + of.column));
       }
     }
@@ -235,8 +238,8 @@ void RowsCost::AddSlopes(const Model& model, RowIndex row, std::vector<TermSlope
 }
 
 std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const Model& start,
-                                               const RefitLayout& layout,
-                                               const Whitener& whitener) {
+                                               const RefitLayout& layout, const Whitener& whitener,
+                                               const PerRow<Gradient>* gradients) {
   const auto components = static_cast<std::size_t>(layout.nuisances.components());
   std::vector<std::vector<FitRowIndex>> rows(components + 1);
   for (const FitRowIndex j : problem.rows.indices()) {
@@ -248,7 +251,7 @@ std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const 
     if (rows[c].empty()) continue;
     costs.push_back(std::make_unique<RowsCost>(
         problem, start, layout, whitener, std::move(rows[c]),
-        c < components ? std::optional(ComponentIndex(c)) : std::nullopt));
+        c < components ? std::optional(ComponentIndex(c)) : std::nullopt, gradients));
   }
   return costs;
 }

@@ -41,11 +41,14 @@ class RowsCost final : public ceres::CostFunction {
  public:
   /// The arguments must outlive this object.
   /// @param component  nullopt: rows that depend on none
+  /// @param gradients  RefitOptions::gradients
   RowsCost(const FitProblem& problem, const Model& start, const RefitLayout& layout,
            const Whitener& whitener, std::vector<FitRowIndex> rows,
-           std::optional<ComponentIndex> component);
+           std::optional<ComponentIndex> component, const PerRow<Gradient>* gradients);
 
   int own() const { return own_; }
+  /// Threads of each evaluation; one where the solver evaluates several costs at once.
+  void UseThreads(int threads) { threads_ = threads; }
   /// Discards the cached gradients; the next evaluation recomputes them.
   void ClearGradients() { cached_.clear(); }
   /// The model moved by the solver's variables of this component.
@@ -85,14 +88,16 @@ class RowsCost final : public ceres::CostFunction {
   const Whitener& whitener_;
   std::vector<FitRowIndex> rows_;
   std::optional<ComponentIndex> component_;
+  const PerRow<Gradient>* known_;
   std::vector<GroupIndex> groups_;
   FitLayout residuals_;  ///< of rows_, then of the equations
-  int common_ = 0, own_ = 0;
+  int common_ = 0, own_ = 0, threads_;
   mutable Indexed<FitRowIndex, CachedGradient> cached_;  ///< empty: nothing is cached
 };
 
 /// The rows of a problem as cost functions, one for each component of the nuisances.
 std::vector<std::unique_ptr<RowsCost>> CostsOf(const FitProblem& problem, const Model& start,
-                                               const RefitLayout& layout, const Whitener& whitener);
+                                               const RefitLayout& layout, const Whitener& whitener,
+                                               const PerRow<Gradient>* gradients);
 
 }  // namespace plumbline::diagnosis

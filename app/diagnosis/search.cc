@@ -12,17 +12,28 @@
 
 namespace plumbline::diagnosis {
 
+namespace {
+
+/// Adds blocks; returns the observable ones.
+std::vector<BlockIndex> AddObservable(CandidateSet& candidate_set,
+                                      const std::vector<Block>& blocks) {
+  std::vector<BlockIndex> indices = candidate_set.Add(blocks);
+  std::erase_if(indices, [&](BlockIndex index) { return !candidate_set.Observable(index); });
+  return indices;
+}
+
+}  // namespace
+
 std::vector<BlockIndex> AddShapes(CandidateSet& candidate_set,
                                   const std::vector<const effects::Effect*>& searched,
                                   const Eigen::VectorXd& residual) {
-  std::vector<BlockIndex> indices;
+  std::vector<Block> proposed;
   for (const effects::Effect* effect : searched) {
-    for (const Block& block : ShapeSearchOf(*effect)->Propose(candidate_set.problem(), residual)) {
-      const BlockIndex index = candidate_set.Add(block);
-      if (candidate_set.Observable(index)) indices.push_back(index);
+    for (Block& block : ShapeSearchOf(*effect)->Propose(candidate_set.problem(), residual)) {
+      proposed.push_back(std::move(block));
     }
   }
-  return indices;
+  return AddObservable(candidate_set, proposed);
 }
 
 namespace {
@@ -233,10 +244,7 @@ std::vector<BlockIndex> EffectSearch::ByScoreAlone() const {
 }
 
 std::vector<Explanation> EffectSearch::Run() {
-  for (const Block& block : candidates_.blocks) {
-    const BlockIndex index = candidate_set_.Add(block);
-    if (candidate_set_.Observable(index)) offered_.push_back(index);
-  }
+  offered_ = AddObservable(candidate_set_, candidates_.blocks);
   EvaluateSupport({});
   const Explanation nothing = found_.front();
   for (const BlockIndex block : offered_) EvaluateSupport({block});

@@ -31,12 +31,19 @@ Explanation WithRefittedShapes(CandidateSet& candidate_set, const Explanation& c
   if (chosen.blocks.size() > kMaxRefittedBlocks) return chosen;
   const FitProblem& all_rows = candidate_set.problem().fit();
   const bool few = all_rows.rows.count() <= kMaxRows;
+  const bool has_continuous_shape =
+      std::any_of(chosen.blocks.begin(), chosen.blocks.end(), [&candidate_set](BlockIndex block) {
+        return HasContinuousShape(candidate_set.blocks()[block]);
+      });
+  if (!few && !has_continuous_shape) return chosen;  // nothing below would change it
   const FitProblem fit = few ? all_rows : all_rows.WithRows(EveryNth(all_rows.rows));
+  RefitOptions options;
+  options.gradients = &candidate_set.problem().linear().gradients;
   const auto refit_to = [&](const Explanation& explanation) {
     Model start = candidate_set.problem().aligned();
     start.effects =
         EffectsFrom(fit.data, candidate_set.blocks(), candidate_set.CoefficientsOf(explanation));
-    return RefitModel(fit, start, {});
+    return RefitModel(fit, start, options);
   };
   Result<Refit> refit = refit_to(chosen);
   if (!refit) return chosen;

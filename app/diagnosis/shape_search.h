@@ -1,6 +1,7 @@
 // Interface of shape searches: cycles, time constants, event times and phases of effects.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,13 @@ class ShapeSearch {
   /// One block for each place where the effect may occur (each joint, for example), for detection
   /// limits that are valid everywhere. Empty if the effect has only one place.
   virtual std::vector<Block> AllPlacements(const Dataset& /*data*/) const { return {}; }
+
+  /// The whitened columns of a block with a searched shape, not projected, if they are carriers
+  /// times a factor of each row; nullopt if they must be computed from the effect.
+  virtual std::optional<Eigen::MatrixXd> Columns(const LinearProblem& /*problem*/,
+                                                 const Block& /*block*/) const {
+    return std::nullopt;
+  }
 
   /// Converts a fitted block to an effect.
   /// @param values  of the kept columns of the block, SI

@@ -35,6 +35,23 @@ Eigen::VectorXd RatioLimits(const NormalEquations& equations, const std::vector<
   return most;
 }
 
+/// Inverts a lower triangular matrix in place; its upper part is zero and stays so. By halves, a
+/// third of the operations of solving for the identity.
+void InvertLower(Eigen::Ref<Eigen::MatrixXd> L) {
+  constexpr Eigen::Index kSmall = 32;
+  const Eigen::Index n = L.rows(), half = n / 2, rest = n - half;
+  if (n <= kSmall) {
+    L = L.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(n, n)).eval();
+    return;
+  }
+  InvertLower(L.topLeftCorner(half, half));
+  InvertLower(L.bottomRightCorner(rest, rest));
+  const Eigen::MatrixXd left = L.bottomRightCorner(rest, rest).triangularView<Eigen::Lower>() *
+                               L.bottomLeftCorner(rest, half);
+  L.bottomLeftCorner(rest, half).noalias() =
+      -(left * L.topLeftCorner(half, half).triangularView<Eigen::Lower>());
+}
+
 }  // namespace
 
 ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& group,
@@ -51,35 +68,44 @@ ShrunkenFit Shrink(const NormalEquations& equations, const std::vector<int>& gro
   if (n == 0 || equations.square <= 0) return fit;
   double previous_gain = -1e300;
   for (int step = 0; step < kMaxSteps; ++step) {
-    Eigen::VectorXd root(n);
+    // Columns of groups whose variance is zero are zero; they are left out.
+    std::vector<Eigen::Index> active;
     for (Eigen::Index k = 0; k < n; ++k) {
-      root[k] = std::sqrt(fit.ratio[group[static_cast<std::size_t>(k)]]);
+      if (fit.ratio[group[static_cast<std::size_t>(k)]] > 0) active.push_back(k);
     }
-    Eigen::MatrixXd A = root.asDiagonal() * equations.gram * root.asDiagonal();
+    const auto count = static_cast<Eigen::Index>(active.size());
+    Eigen::VectorXd root(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      root[k] = std::sqrt(fit.ratio[group[static_cast<std::size_t>(active[k])]]);
+    }
+    Eigen::MatrixXd A = root.asDiagonal() * equations.gram(active, active) * root.asDiagonal();
     A.diagonal().array() += 1;
     const Eigen::LLT<Eigen::MatrixXd> cholesky(A);
-    fit.values = root.cwiseProduct(cholesky.solve(root.cwiseProduct(equations.moment)));
+    const Eigen::VectorXd moment = equations.moment(active);
+    fit.values.setZero();
+    fit.values(active) = root.cwiseProduct(cholesky.solve(root.cwiseProduct(moment)));
     // Residual sum of squares including the penalty; kept positive despite rounding.
     const double residual =
         std::max(equations.square - fit.values.dot(equations.moment), 1e-12 * equations.square);
     fit.noise = residual / equations.freedom;
-    const Eigen::MatrixXd L = cholesky.matrixL();
+    Eigen::MatrixXd inverse = cholesky.matrixL();  // becomes that of L
     fit.gain = equations.freedom * std::log(equations.square / residual) -
-               2 * L.diagonal().array().log().sum();
-    const Eigen::MatrixXd inverse =
-        cholesky.matrixL().solve(Eigen::MatrixXd::Identity(n, n));  // of L
+               2 * inverse.diagonal().array().log().sum();
+    InvertLower(inverse);
     Eigen::VectorXd square = Eigen::VectorXd::Zero(groups);
     fit.effective_parameters.setZero();
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const int g = group[static_cast<std::size_t>(k)];
-      fit.effective_parameters[g] += 1 - inverse.col(k).tail(n - k).squaredNorm();
-      square[g] += fit.values[k] * fit.values[k];
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const int g = group[static_cast<std::size_t>(active[static_cast<std::size_t>(k)])];
+      fit.effective_parameters[g] += 1 - inverse.col(k).tail(count - k).squaredNorm();
+      const double value = fit.values[active[static_cast<std::size_t>(k)]];
+      square[g] += value * value;
     }
     const bool converged = std::abs(fit.gain - previous_gain) < kConverged;
     if (converged || step + 1 == kMaxSteps) {
       if (with_covariance) {
         const Eigen::MatrixXd scaled = inverse * root.asDiagonal();
-        fit.covariance.noalias() = fit.noise * (scaled.transpose() * scaled);
+        fit.covariance = Eigen::MatrixXd::Zero(n, n);
+        fit.covariance(active, active) = fit.noise * (scaled.transpose() * scaled);
       }
       break;
     }

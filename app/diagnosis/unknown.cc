@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/legendre.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
@@ -45,93 +46,170 @@ bool IsFreeFrame(const Dataset& data, const std::vector<int>& carrier) {
   return false;
 }
 
-/// Legendre polynomials of a signal at the problem's rows, degrees first..last.
-Eigen::MatrixXd Polynomials(const LinearProblem& problem, SignalIndex signal, int first, int last) {
+/// Legendre polynomials of a signal, degrees 0..last.
+/// @param rows  of the problem, in any order
+Eigen::MatrixXd Polynomials(const LinearProblem& problem, const std::vector<FitRowIndex>& rows,
+                            SignalIndex signal, int last) {
   const RecordedSignal& of = problem.data().signals[signal];
-  Eigen::MatrixXd factors(problem.rows().count(), last - first + 1);
-  for (const FitRowIndex j : problem.rows().indices()) {
-    const double x = Scaled(of, of.values[problem.rows()[j]]);
-    for (int degree = first; degree <= last; ++degree) {
-      factors(j.value(), degree - first) = Legendre(degree, x);
+  Eigen::MatrixXd factors(static_cast<Eigen::Index>(rows.size()), last + 1);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const double x = Scaled(of, of.values[problem.rows()[rows[k]]]);
+    for (int degree = 0; degree <= last; ++degree) {
+      factors(static_cast<Eigen::Index>(k), degree) = Legendre(degree, x);
     }
   }
   return factors;
 }
 
-/// Reduction of chi2 and rank of the first 1, 2, .. columns.
-struct NestedFits {
-  std::vector<double> gain;
-  std::vector<int> rank;
+/// Fits of the first 1, 2, .. columns to any residual, from one Cholesky factorisation of their
+/// Gram matrix; columns that depend linearly on earlier ones are skipped.
+class NestedFits {
+ public:
+  explicit NestedFits(const Eigen::MatrixXd& gram)
+      : L_(Eigen::MatrixXd::Zero(gram.rows(), gram.cols())) {
+    constexpr double kDependent = 1e-9;
+    for (int k = 0; k < gram.cols(); ++k) {
+      const auto r = static_cast<int>(kept_.size());
+      Eigen::VectorXd row(r);
+      double pivot = gram(k, k);
+      for (int i = 0; i < r; ++i) {
+        row[i] =
+            (gram(k, kept_[static_cast<std::size_t>(i)]) - row.head(i).dot(L_.row(i).head(i))) /
+            L_(i, i);
+        pivot -= row[i] * row[i];
+      }
+      if (pivot > kDependent * gram(k, k) && pivot > 0) {
+        L_.row(r).head(r) = row.transpose();
+        L_(r, r) = std::sqrt(pivot);
+        kept_.push_back(k);
+      }
+      rank_.push_back(static_cast<int>(kept_.size()));
+    }
+  }
+
+  int Rank(std::size_t last) const { return rank_[last]; }
+  /// Reduction of chi2 by the columns 0..last, for each `last`.
+  /// @param moments  products of the columns with the residual
+  std::vector<double> Gains(const Eigen::VectorXd& moments) const {
+    Eigen::VectorXd along(static_cast<Eigen::Index>(kept_.size()));
+    std::vector<double> gains;
+    double gain = 0;
+    for (std::size_t k = 0; k < rank_.size(); ++k) {
+      const auto r = static_cast<Eigen::Index>(rank_[k]) - 1;
+      if (r >= 0 && kept_[static_cast<std::size_t>(r)] == static_cast<int>(k)) {
+        along[r] = (moments[static_cast<Eigen::Index>(k)] - L_.row(r).head(r).dot(along.head(r))) /
+                   L_(r, r);
+        gain += along[r] * along[r];
+      }
+      gains.push_back(gain);
+    }
+    return gains;
+  }
+
+ private:
+  Eigen::MatrixXd L_;
+  std::vector<int> kept_, rank_;
 };
 
-/// From one Cholesky factorisation; columns that depend linearly on earlier ones are skipped.
-NestedFits FitNested(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual) {
-  const Eigen::MatrixXd gram = columns.transpose() * columns;
-  const Eigen::VectorXd moment = columns.transpose() * residual;
-  const auto n = static_cast<int>(columns.cols());
-  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd along(n);
-  std::vector<int> kept;
-  NestedFits nested;
-  double gain = 0;
-  for (int k = 0; k < n; ++k) {
-    const auto r = static_cast<int>(kept.size());
-    Eigen::VectorXd row(r);
-    double pivot = gram(k, k), projection = moment[k];
-    for (int i = 0; i < r; ++i) {
-      row[i] = (gram(k, kept[static_cast<std::size_t>(i)]) - row.head(i).dot(L.row(i).head(i))) /
-               L(i, i);
-      pivot -= row[i] * row[i];
-      projection -= row[i] * along[i];
-    }
-    if (pivot > 1e-9 * gram(k, k) && pivot > 0) {
-      L.row(r).head(r) = row.transpose();
-      L(r, r) = std::sqrt(pivot);
-      along[r] = projection / L(r, r);
-      gain += along[r] * along[r];
-      kept.push_back(k);
-    }
-    nested.gain.push_back(gain);
-    nested.rank.push_back(static_cast<int>(kept.size()));
+/// Curves along one signal, or surfaces over two, on one carrier: what does not depend on the
+/// residual.
+struct EmpiricalFits {
+  Eigen::MatrixXd factors;  ///< in the order of the carried columns
+  NestedFits fits;
+
+  EmpiricalFits(const CarriedColumns& carried, Eigen::MatrixXd of)
+      : factors(std::move(of)), fits(carried.Gram(factors)) {}
+
+  std::vector<double> Gains(const Eigen::MatrixXd& along) const {
+    return fits.Gains(CarriedColumns::Moments(factors, along));
   }
-  return nested;
-}
+};
 
 /// Empirical blocks, each with its reduction of the score.
 using Scored = std::vector<std::pair<double, Block>>;
 
+/// A carrier, and a residual along it.
+struct CarriedResidual {
+  const std::vector<int>& entries;
+  const CarriedColumns& columns;
+  Eigen::MatrixXd along;
+
+  CarriedResidual(const LinearProblem& problem, const std::vector<int>& carrier,
+                  const Eigen::VectorXd& residual)
+      : entries(carrier), columns(problem.CarriedBy(carrier)), along(columns.Along(residual)) {}
+};
+
+/// Key of what is kept for a carrier and one or two signals.
+int KeyOfFits(const Dataset& data, const std::vector<int>& carrier, SignalIndex first,
+              int second = 0) {
+  const int signals = data.signals.count() + 1;
+  return (carrier.front() * signals + first.value()) * signals + second;
+}
+
 /// Curves along one signal, of every degree that its values support.
-void AddCurves(const LinearProblem& problem, const Eigen::VectorXd& residual, SignalIndex signal,
-               const std::vector<int>& carrier, double trials, Scored& found) {
+void AddCurves(const LinearProblem& problem, const CarriedResidual& residual, SignalIndex signal,
+               double trials, Scored& found) {
   const Dataset& data = problem.data();
+  const std::vector<int>& carrier = residual.entries;
   const std::vector<int> degrees = Degrees(data.signals[signal], carrier.size());
   if (degrees.empty()) return;
   const int first = IsFreeFrame(data, carrier) ? 1 : 0;
-  Eigen::MatrixXd columns =
-      problem.Carried(carrier, Polynomials(problem, signal, first, degrees.back()));
-  problem.Project(columns);
-  const NestedFits nested = FitNested(columns, residual);
+  const auto& of = problem.Kept<EmpiricalFits>(KeyOfFits(data, carrier, signal), [&] {
+    const Eigen::MatrixXd factors =
+        Polynomials(problem, residual.columns.rows(), signal, degrees.back());
+    return EmpiricalFits(residual.columns, factors.rightCols(factors.cols() - first));
+  });
+  const std::vector<double> gains = of.Gains(residual.along);
   const double per_column = std::log(static_cast<double>(problem.clusters()));
   for (const int degree : degrees) {
     const auto last = carrier.size() * static_cast<std::size_t>(degree - first + 1) - 1;
-    found.emplace_back(nested.gain[last] - per_column * nested.rank[last],
+    found.emplace_back(gains[last] - per_column * of.fits.Rank(last),
                        EmpiricalBlock(data, signal, carrier, degree, first == 0, trials));
   }
 }
 
+/// Products of the polynomials of two signals, as in a surface.
+Eigen::MatrixXd SurfaceFactors(const LinearProblem& problem, const std::vector<FitRowIndex>& rows,
+                               const SignalPair& pair, int degree, bool with_constant) {
+  const Eigen::MatrixXd first = Polynomials(problem, rows, pair.first, degree);
+  const Eigen::MatrixXd second = Polynomials(problem, rows, pair.second, degree);
+  const auto degrees = SurfaceDegrees(degree, with_constant);
+  Eigen::MatrixXd factors(first.rows(), static_cast<Eigen::Index>(degrees.size()));
+  Eigen::Index column = 0;
+  for (const auto& [a, b] : degrees) {
+    factors.col(column++) = first.col(a).cwiseProduct(second.col(b));
+  }
+  return factors;
+}
+
 /// Surfaces over two signals: bilinear (includes their product) and quadratic.
-void AddSurfaces(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                 const SignalPair& pair, const std::vector<int>& carrier, double trials,
-                 Scored& found) {
+void AddSurfaces(const LinearProblem& problem, const CarriedResidual& residual,
+                 const SignalPair& pair, double trials, Scored& found) {
   const Dataset& data = problem.data();
   const double per_column = std::log(static_cast<double>(problem.clusters()));
   const auto distinct = [&](SignalIndex signal) { return data.signals[signal].distinct; };
+  const bool with_constant = !IsFreeFrame(data, residual.entries);
+  struct Surfaces {
+    EmpiricalFits bilinear, quadratic;
+  };
+  const int least = std::min(distinct(pair.first), distinct(pair.second));
+  if (least <= 1) return;
+  const int second = pair.second.value() + 1;
+  const auto& of =
+      problem.Kept<Surfaces>(KeyOfFits(data, residual.entries, pair.first, second), [&] {
+        const auto fits = [&](int degree) {
+          return EmpiricalFits(residual.columns, SurfaceFactors(problem, residual.columns.rows(),
+                                                                pair, degree, with_constant));
+        };
+        return Surfaces{fits(1), fits(2)};
+      });
   for (const int degree : {1, 2}) {
-    if (std::min(distinct(pair.first), distinct(pair.second)) <= degree) return;
-    const Block block = EmpiricalSurface(data, pair.first, pair.second, carrier, degree,
-                                         !IsFreeFrame(data, carrier), trials);
-    const NestedFits nested = FitNested(problem.Columns(block, true), residual);
-    found.emplace_back(nested.gain.back() - per_column * nested.rank.back(), block);
+    if (least <= degree) return;
+    const EmpiricalFits& surface = degree == 1 ? of.bilinear : of.quadratic;
+    const std::vector<double> gains = surface.Gains(residual.along);
+    found.emplace_back(gains.back() - per_column * surface.fits.Rank(gains.size() - 1),
+                       EmpiricalSurface(data, pair.first, pair.second, residual.entries, degree,
+                                        with_constant, trials));
   }
 }
 
@@ -202,10 +280,11 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
                                    const std::vector<int>& carriers) {
   const Trials trials(problem.data());
   Scored found;
+  const CarriedResidual along(problem, carriers, residual);
   if (drivers.size() == 1) {
-    AddCurves(problem, residual, drivers.front(), carriers, trials.of_curve, found);
+    AddCurves(problem, along, drivers.front(), trials.of_curve, found);
   } else {
-    AddSurfaces(problem, residual, {drivers[0], drivers[1]}, carriers, trials.of_surface, found);
+    AddSurfaces(problem, along, {drivers[0], drivers[1]}, trials.of_surface, found);
   }
   const auto best = std::max_element(
       found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -221,11 +300,12 @@ std::vector<BlockIndex> AddEmpirical(CandidateSet& candidate_set, const Eigen::V
   const Trials trials(data);
   Scored found;
   for (const std::vector<int>& carrier : carriers) {
+    const CarriedResidual along(problem, carrier, residual);
     for (const SignalIndex signal : data.signals.indices()) {
-      AddCurves(problem, residual, signal, carrier, trials.of_curve, found);
+      AddCurves(problem, along, signal, trials.of_curve, found);
     }
     for (const SignalPair& pair : pairs) {
-      AddSurfaces(problem, residual, pair, carrier, trials.of_surface, found);
+      AddSurfaces(problem, along, pair, trials.of_surface, found);
     }
   }
   std::stable_sort(found.begin(), found.end(),
@@ -332,6 +412,7 @@ class EmpiricalSearch {
   /// True if shapes of one effect exclude each other, as in the search of the catalogue.
   bool Excluded(const std::vector<BlockIndex>& support) const {
     std::vector<const Block*> blocks;
+    blocks.reserve(support.size());
     for (const BlockIndex block : support) blocks.push_back(&candidate_set_.blocks()[block]);
     return ShapesConflict(candidate_set_.problem(), blocks);
   }
@@ -382,13 +463,16 @@ std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::
   const Dataset& data = problem.data();
   const auto carriers = Carriers(data);
   // One orthonormal basis per signal and carrier, spanning its linear and quadratic columns.
+  const auto indices = problem.rows().indices();
+  const std::vector<FitRowIndex> all(indices.begin(), indices.end());
   Indexed<SignalIndex, std::vector<Eigen::MatrixXd>> bases(data.signals.size());
   for (const SignalIndex s : data.signals.indices()) {
     const std::vector<int> degrees = Degrees(data.signals[s], 3);
     if (degrees.empty()) continue;
     const int degree = degrees[std::min<std::size_t>(degrees.size() - 1, 2)];
     for (const std::vector<int>& carrier : carriers) {
-      Eigen::MatrixXd columns = problem.Carried(carrier, Polynomials(problem, s, 1, degree));
+      Eigen::MatrixXd columns =
+          problem.Carried(carrier, Polynomials(problem, all, s, degree).rightCols(degree));
       problem.Project(columns);
       Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
       qr.setThreshold(1e-6);

@@ -241,6 +241,27 @@ TEST_CASE("a known distance that the others contradict is named and set aside") 
                     "and tool2_1 is declared as 50.6 mm, but is"));
 }
 
+TEST_CASE("a place declared as exact that the others contradict is named and set aside") {
+  MeasuredCell data = SocketsWith("none");
+  const Dataset dataset = DatasetOf(data);
+  const Result<Model> aligned = Align(dataset, Model::Declared(dataset), 1);
+  REQUIRE(aligned);
+  for (const ArtefactIndex k : aligned->artefacts.indices()) {
+    data.cell.artefacts[k.offset()].place = aligned->artefacts[k].place;
+  }
+  const Result<Diagnosis> consistent = Diagnose(data.cell, data.table, {});
+  REQUIRE(consistent);
+  CHECK(consistent->references.contradicting.empty());
+  CHECK(consistent->references.tested >= 10);
+  data.cell.artefacts[3].place->x() += 1e-3;
+  const Result<Diagnosis> diagnosis = Diagnose(data.cell, data.table, {});
+  REQUIRE(diagnosis);
+  CHECK(diagnosis->verdict == Verdict::kNoEffect);
+  CHECK(AnyContains(diagnosis->notes,
+                    "set aside, because all other data contradict: the declared values of " +
+                        data.cell.artefacts[3].name));
+}
+
 TEST_CASE("an effect that a single known distance makes is not called explained") {
   MeasuredCell data = SocketsWith("none");
   data.cell.distances.resize(1);

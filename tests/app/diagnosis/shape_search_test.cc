@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "app/diagnosis/candidates.h"
+#include "app/diagnosis/carried_columns.h"
+#include "app/diagnosis/line_sums.h"
 #include "app/diagnosis/periodic_search.h"
 #include "firmware-like/effects/catalogue.h"
 #include "tests/app/diagnosis/simulated.h"
@@ -68,6 +70,70 @@ TEST_CASE("exactly the effects with a shape have a shape search") {
           return spec.role == effects::ParameterRole::kShape;
         });
     CHECK((ShapeSearchOf(*effect) != nullptr) == shaped);
+  }
+}
+
+TEST_CASE("sums over unequally spaced angles equal the sums of their terms") {
+  constexpr double kFirst = 0.5, kStep = 0.37;
+  constexpr int kSteps = 900;
+  const Eigen::VectorXd q = Eigen::VectorXd::Random(70) * 3.1;
+  const Eigen::VectorXd weights = Eigen::VectorXd::Random(70);
+  const Eigen::ArrayX2d sums = LineSums(q, kFirst, kStep, kSteps).Of(weights);
+  REQUIRE(sums.rows() == kSteps);
+  for (const int k : {0, 1, 449, 450, 451, kSteps - 1}) {
+    const Eigen::ArrayXd angle = (kFirst + k * kStep) * q.array();
+    CHECK(sums(k, 0) == Approx((weights.array() * angle.sin()).sum()).margin(1e-9));
+    CHECK(sums(k, 1) == Approx((weights.array() * angle.cos()).sum()).margin(1e-9));
+  }
+}
+
+TEST_CASE("products of carried columns equal those of the projected columns") {
+  for (const char* const artefacts : {"", " --artefacts sockets --places 5 --tool-unknown"}) {
+    CAPTURE(artefacts);
+    const MeasuredCell measured = Simulated(
+        std::string("--family none --robot ur10 --rows 80 --repeats 0 --seed 3") + artefacts);
+    const Result<Dataset> data = DatasetFrom(measured.cell, measured.table);
+    REQUIRE(data);
+    const Model declared = Model::Declared(*data);
+    FitProblem fit = UnitWeightFit(*data, 1);
+    fit.sigma_m = 2e-5;
+    const LinearProblem problem(
+        std::move(fit), std::make_shared<const Linearisation>(*Linearise(*data, declared, true, 1)),
+        declared);
+    const std::vector<int> entries = {1, 2};
+    const CarriedColumns& carried = problem.CarriedBy(entries);
+    const int rows = problem.rows().count();
+    REQUIRE(carried.rows().size() == problem.rows().size());
+    const Eigen::MatrixXd factors = Eigen::MatrixXd::Random(rows, 3);
+    Eigen::MatrixXd in_order(rows, 3);
+    for (int k = 0; k < rows; ++k) {
+      in_order.row(k) = factors.row(carried.rows()[static_cast<std::size_t>(k)].value());
+    }
+    Eigen::MatrixXd columns = problem.Carried(entries, factors);
+    problem.Project(columns);
+    const Eigen::MatrixXd gram = columns.transpose() * columns;
+    CHECK((carried.Gram(in_order) - gram).norm() < 1e-9 * gram.norm());
+    const Eigen::VectorXd moments = columns.transpose() * problem.response();
+    CHECK((CarriedColumns::Moments(in_order, carried.Along(problem.response())) - moments).norm() <
+          1e-9 * moments.norm());
+  }
+}
+
+TEST_CASE("columns of a searched shape equal the derivatives of its effect") {
+  const Rows rows("thermal_drift", {{"x", 5e-4}, {"time_constant", 900}});
+  for (const char* const id : {"gear_periodic", "thermal_drift", "step_event", "tilt_event"}) {
+    CAPTURE(id);
+    for (const Block& block : rows.Proposed(id)) {
+      const Eigen::MatrixXd columns = rows.problem->Columns(block, false);
+      for (const FitRowIndex j : rows.problem->rows().indices()) {
+        const RowIndex row = rows.problem->rows()[j];
+        Eigen::MatrixXd of_effect(rows.problem->layout().count(j), block.columns.count());
+        ColumnsAt(*rows.data, *rows.linear, block, row, of_effect);
+        of_effect /= rows.problem->sigma_m();
+        const auto of_row = rows.problem->layout().PartOf(columns, j);
+        CHECK((of_row - of_effect).norm() <= 1e-9 * (1 + of_effect.norm()));
+      }
+    }
   }
 }
 
