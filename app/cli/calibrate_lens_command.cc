@@ -124,7 +124,9 @@ std::string OtherBoardHint(const CalibrateLensOptions& options,
 
 std::string Summary(const lens::LensCalibration& c, std::size_t images) {
   std::string text = c.accepted ? "accepted\n" : "refused\n";
-  for (const std::string& reason : c.reasons) text += "  " + reason + "\n";
+  for (const auto* lines : {&c.reasons, &c.notes}) {
+    for (const std::string& line : *lines) text += "  " + line + "\n";
+  }
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
     const int f = DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
@@ -133,12 +135,13 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  distortion k1 {:.5g}, k2 {:.5g}, p1 {:.5g}, p2 {:.5g}, k3 {:.5g}\n"
-        "  standard deviation of the projection at most {:.3g} px over the image ({})\n"
+        "  standard deviation of the projection at most {:.3g} px over {} ({})\n"
         "  RMS residual {:.3f} px per point; board bow {:.2f} mm; corners cover {:.0f} % of the "
         "image\n",
         c.lens.fx, f, c.lens.fy, f, sd(lens::kFx), f, sd(lens::kFy), f, c.lens.cx, centre,
         c.lens.cy, centre, sd(lens::kCx), centre, sd(lens::kCy), centre, c.lens.k1, c.lens.k2,
         c.lens.p1, c.lens.p2, c.lens.k3, c.uncertainty.max_px,
+        UsableEverywhere(c) ? "the image" : "the usable region",
         c.uncertainty.distance_m ? fmt::format("at {:g} mm", 1e3 * *c.uncertainty.distance_m)
                                  : std::string("at infinity"),
         c.rms_px, 1e3 * c.board_bow_m, 100 * c.coverage);
@@ -159,9 +162,9 @@ std::string Yaml(const lens::LensCalibration& calibration) {
   entry.rms_px = calibration.rms_px;
   // A person who opens the file sees the reasons above the numbers.
   std::string mark = fmt::format("accepted: {}\n", calibration.accepted ? 1 : 0);
-  for (const std::string& reason : calibration.reasons) {
-    mark += fmt::format("# {}: {}\n", calibration.accepted ? "note" : "refused", reason);
-  }
+  for (const std::string& reason : calibration.reasons)
+    mark += fmt::format("# refused: {}\n", reason);
+  for (const std::string& note : calibration.notes) mark += fmt::format("# note: {}\n", note);
   std::string text = lens_store::OpenCvYaml(entry);
   constexpr std::string_view kBegin = "---\n";
   text.insert(text.find(kBegin) + kBegin.size(), mark);

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lens/calibration_reasons.h"
 #include "app/lens/capture_change.h"
 #include "app/lens/capture_diagnosis.h"
+#include "app/lens/usable_region.h"
 #include "app/lens/view_consistency.h"
 #include "firmware-like/statistics/median.h"
 
@@ -17,14 +19,11 @@ constexpr std::size_t kMinViews = 6;
 // Nominal false alarm rate for each of three kinds of change. In simulation one faultless capture
 // in a hundred is refused at this level.
 constexpr double kChangeSignificance = 1e-2;
-constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
 // A zoom by 1 % before the last view must exceed five standard deviations ..
 constexpr double kMaxLastViewFocalSd = 2e-3;
 constexpr double kMaxLastViewRatio = 2;  // .. unless no view of this capture would show it
 constexpr double kMinCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
-constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
-constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
 constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
 constexpr double kMostlyNoise = 0.7;        // noise in the residuals
@@ -101,146 +100,6 @@ double SharedVariance(const LensFit& fit) {
   return count > 0 ? std::max(0.0, sum / count) : 0;
 }
 
-double TiltSpread(const LensFit& fit) {
-  double widest = 0;
-  for (const Pose& a : fit.X_CK) {
-    for (const Pose& b : fit.X_CK)
-      widest = std::max(widest, std::acos(std::clamp(a.R.col(2).dot(b.R.col(2)), -1.0, 1.0)));
-  }
-  return widest;
-}
-
-/// Distance from the image centre to the farthest used corner, as a share of that to the image's
-/// corner.
-double ReachOf(const LensFit& fit, std::span<const BoardView> views, image::ImageSize size) {
-  const Vec2 middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
-  double farthest = 0;
-  for (std::size_t j = 0; j < views.size(); ++j) {
-    for (std::size_t k = 0; k < views[j].corners_px.size(); ++k) {
-      if (fit.used[j][k]) farthest = std::max(farthest, (views[j].corners_px[k] - middle).norm());
-    }
-  }
-  return farthest / middle.norm();
-}
-
-/// Peak-to-valley deviation of the board from its plane [m].
-/// @param bow  kBowX, kBowY, kBowXY
-double LargestBow(const Vec3& bow, const Board& board) {
-  double lowest = 0, highest = 0;
-  for (int k = 0; k < board.corners(); ++k) {
-    const Vec2 at = board.Corner(k) - board.Centre();
-    const double z =
-        bow.x() * at.x() * at.x() + bow.y() * at.y() * at.y() + bow.z() * at.x() * at.y();
-    lowest = std::min(lowest, z);
-    highest = std::max(highest, z);
-  }
-  return highest - lowest;
-}
-
-/// "the focal length changed by 0.21 % between view 4 and view 5"
-std::string Describe(const CaptureChange& change, const LensFit& fit,
-                     std::span<const BoardView> views, const Board& board) {
-  const std::string when =
-      change.steady ? "from the first to the last"
-                    : fmt::format("between {} and {}", views[change.first_view_after - 1].name,
-                                  views[change.first_view_after].name);
-  switch (change.kind) {
-    case CaptureChange::Kind::kFocalLength:
-      return fmt::format("the focal length changed by {:.2f} % {}",
-                         100 * change.delta[kFx] / fit.shared[kFx], when);
-    case CaptureChange::Kind::kCentre:
-      return fmt::format("the principal point moved by {:.1f} px {}",
-                         std::hypot(change.delta[kCx], change.delta[kCy]), when);
-    case CaptureChange::Kind::kBoard:
-      break;
-  }
-  return fmt::format("the board bent by {:.2f} mm {}",
-                     1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
-}
-
-/// Widens the covariance for changes that are too small to be detected.
-/// @return  what changed by more than chance: "the lens moved while the frames were taken: ..";
-///          empty: nothing
-/// @param head_on  the last view would not show a zoom before it, unlike the others
-std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
-                             LensCalibration& result, bool& head_on) {
-  CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
-  result.covariance += test.undetected_covariance;
-  head_on = test.last_view_focal_sd >
-            std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
-  auto& changes = test.changes;
-  std::sort(changes.begin(), changes.end(),
-            [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
-  std::string words;
-  bool lens_moved = false;
-  for (const CaptureChange& change : changes) {
-    if (change.p_value > kChangeSignificance ||
-        change.chi2 < kAlternativeChi2Share * changes[0].chi2)
-      continue;
-    if (!words.empty()) words += ", or ";
-    words += Describe(change, fit, views, result.board);
-    lens_moved |= change.kind != CaptureChange::Kind::kBoard;
-  }
-  if (words.empty()) return words;
-  return fmt::format(
-      "the {} moved while the frames were taken: {}; let the zoom come to rest, "
-      "fasten camera, lens and board, and repeat the capture",
-      lens_moved ? "lens" : "board", words);
-}
-
-/// One reason for a capture that one lens and one board do not explain.
-std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
-  const auto& findings = diagnosis.findings;
-  if (findings.empty()) {
-    return "one lens and one flat board do not explain the frames, and the cause is not clear; "
-           "fasten camera and lens, use a flat board that is printed true to size, hold it still, "
-           "and repeat the capture";
-  }
-  const bool moved = findings[0].cause == CaptureCause::kFocalLength ||
-                     findings[0].cause == CaptureCause::kPrincipalPoint ||
-                     findings[0].cause == CaptureCause::kCameraVaries;
-  std::string reason = moved ? "the lens moved while the frames were taken: " : "";
-  if (!diagnosis.clear())
-    reason = "one lens and one flat board do not explain the frames, and the cause is not clear: ";
-  if (!diagnosis.clear() && findings.size() == 1) reason += "most likely ";
-  for (std::size_t k = 0; k < findings.size(); ++k)
-    reason += (k > 0 ? ", or " : "") + findings[k].words;
-  return reason + "; " + findings[0].remedy;
-}
-
-/// Largest error of the lens if one of the findings is true [px].
-double ErrorOf(const CaptureDiagnosis& diagnosis) {
-  double largest = 0;
-  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
-    largest = std::max(largest, finding.error_px);
-  return largest;
-}
-
-/// Advice on views that would determine the lens better.
-std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
-                          image::ImageSize size) {
-  const double reach = ReachOf(fit, views, size);
-  if (TiltSpread(fit) < kMinTilt_rad) {
-    return "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the "
-           "right, up and down";
-  }
-  if (reach < kSufficientReach) {
-    return fmt::format(
-        "the board was seen only up to {:.0f} % of the way from the centre to the corners of the "
-        "image, and the lens is unknown beyond; hold the board into the corners",
-        100 * reach);
-  }
-  return "take more views, tilted and close to the corners of the image";
-}
-
-std::string UncertaintyReason(const LensCalibration& result, const CalibrationOptions& options,
-                              const std::string& advice) {
-  return fmt::format(
-      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
-      "{:.2g} px is acceptable: {}",
-      result.uncertainty.max_px, options.acceptable_px, advice);
-}
-
 /// Share of the corners' noise in the residuals: 1 if nothing else is in them.
 double NoiseShare(const LensFit& fit, const ViewConsistency& consistency) {
   return std::min(1.0, consistency.noise_px / fit.sigma_px);
@@ -313,31 +172,91 @@ double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalib
   return shared;
 }
 
-/// States the uncertainty, including that a finding of the diagnosis is true: its lens is then as
-/// credible as the plain one.
-void StateUncertainty(const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
-                      LensCalibration& result) {
-  const auto state = [&] {
-    result.uncertainty =
-        ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
-  };
-  state();
-  const double error_px = ErrorOf(diagnosis);
-  if (!(error_px > 0)) return;
-  const double more = error_px / std::max(1e-6, result.uncertainty.max_px);
-  if (std::isfinite(more)) {
-    result.covariance *= 1 + more * more;
-    state();
-  } else {
-    result.uncertainty.max_px = INFINITY;
+/// Whether an explanation holds for the whole capture, so that its lens differs from the plain one
+/// by a smooth function that may be small in a part of the image. A lens or board that changes
+/// with time is no lens anywhere.
+bool HoldsThroughout(CaptureCause cause) {
+  switch (cause) {
+    case CaptureCause::kPixelAspect:
+    case CaptureCause::kStretchedPrint:
+    case CaptureCause::kUnevenPrint:
+    case CaptureCause::kBoardNotFlat:
+    case CaptureCause::kBoardGlass:
+    case CaptureCause::kOtherLensModel:
+      return true;
+    case CaptureCause::kNone:
+    case CaptureCause::kFocalLength:
+    case CaptureCause::kPrincipalPoint:
+    case CaptureCause::kCameraVaries:
+    case CaptureCause::kBoardBends:
+    case CaptureCause::kRollingShutter:
+    case CaptureCause::kWindowPane:
+      break;
   }
+  return false;
+}
+
+/// Largest error of the lens within each candidate radius, if one of the findings is true [px].
+RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
+  RadiusErrors largest{};
+  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings) {
+    for (std::size_t k = 0; k < largest.size(); ++k) {
+      largest[k] = std::max(largest[k], finding.error_px[HoldsThroughout(finding.cause) ? k : 0]);
+    }
+  }
+  return largest;
+}
+
+/// Chooses the usable region and states the uncertainty there, including that a finding of the
+/// diagnosis is true: its lens is then as credible as the plain one.
+RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOptions& options,
+                              LensCalibration& result) {
+  const RegionChoice region = LargestRegion(result.lens, result.covariance, errors_px, result.size,
+                                            options.distance_m, options.acceptable_px);
+  result.usable_radius_px = region.radius_px;
+  const double more = region.error_px / std::max(1e-6, region.plain_px);
+  if (std::isfinite(more)) result.covariance *= 1 + more * more;
+  result.uncertainty = ProjectionUncertaintyOf(result.lens, result.covariance, result.size,
+                                               options.distance_m, region.radius_px);
+  if (!std::isfinite(more)) result.uncertainty.max_px = INFINITY;
+  result.everywhere_px = region.everywhere_px;
+  return region;
+}
+
+/// Covariance of the lens if the corners had nothing but their noise.
+LensMatrix CovarianceByNoise(const ConsistentFit& fitted) {
+  return std::pow(NoiseShare(fitted.fit, fitted.consistency), 2) *
+         fitted.fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+}
+
+/// What would make the lens certain where it is not.
+struct Advice {
+  std::string words;
+  bool more_views = false;  ///< further views help
+};
+
+Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
+                const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
+                const LensCalibration& result) {
+  // More views help only if the noise alone makes the lens uncertain.
+  const auto& [fit, consistency] = fitted;
+  const double by_noise_px = ProjectionUncertaintyOf(result.lens, CovarianceByNoise(fitted),
+                                                     result.size, options.distance_m)
+                                 .max_px;
+  if (kMinShareOfNoise * result.everywhere_px < by_noise_px ||
+      !(by_noise_px <= options.acceptable_px) || NoiseShare(fit, consistency) > kMostlyNoise)
+    return {AdviceOnViews(fit, kept, result.size), true};
+  if (!diagnosis.findings.empty()) return {ReasonOf(diagnosis), false};
+  return {fmt::format("one lens and one flat board explain the corners to {:.2f} px, but "
+                      "their noise is {:.2f} px, and the cause is not clear; use a stiff "
+                      "board printed true to size, avoid heat haze and vibration",
+                      fit.sigma_px, consistency.noise_px),
+          true};
 }
 
 /// What is wrong with the views as such: too few at the end, too similar, too far from the corners.
-void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
-                std::span<const BoardView> views, const CalibrationOptions& options,
-                LensCalibration& result) {
-  const auto& [fit, consistency] = fitted;
+void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> views,
+                const Advice& advice, const CalibrationOptions& options, LensCalibration& result) {
   if (const auto unused = UnusedAtTheEnd(views, kept); !unused.empty()) {
     result.reasons.push_back(fmt::format(
         "the last {} (from {}) cannot be used, so nothing shows that the lens is still the same; "
@@ -345,22 +264,8 @@ void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
         unused.size() == 1 ? "frame" : fmt::format("{} frames", unused.size()), unused.front()));
   }
   if (!(result.uncertainty.max_px <= options.acceptable_px)) {
-    // More views help only if the noise alone makes the lens uncertain.
-    const LensMatrix covariance = std::pow(NoiseShare(fit, consistency), 2) *
-                                  fit.covariance.topLeftCorner<kLensCount, kLensCount>();
-    const double by_noise_px =
-        ProjectionUncertaintyOf(result.lens, covariance, result.size, options.distance_m).max_px;
-    const bool noise = kMinShareOfNoise * result.uncertainty.max_px < by_noise_px ||
-                       !(by_noise_px <= options.acceptable_px) ||
-                       NoiseShare(fit, consistency) > kMostlyNoise;
-    const std::string advice =
-        noise ? AdviceOnViews(fit, kept, result.size)
-              : fmt::format(
-                    "one lens and one flat board explain the corners to {:.2f} px, but "
-                    "their noise is {:.2f} px, and the cause is not clear; use a stiff "
-                    "board printed true to size, avoid heat haze and vibration",
-                    fit.sigma_px, consistency.noise_px);
-    result.reasons.push_back(UncertaintyReason(result, options, advice));
+    result.reasons.push_back(
+        UncertaintyReason(result.uncertainty.max_px, options.acceptable_px, advice.words));
   }
   if (result.coverage < kMinCoverage) {
     result.reasons.push_back(
@@ -368,6 +273,18 @@ void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
                     "the corners of the image",
                     100 * result.coverage));
   }
+}
+
+/// Widens the covariance for changes that are too small to be detected.
+/// @return         see ChangeReason()
+/// @param head_on  the last view would not show a zoom before it, unlike the others
+std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
+                             LensCalibration& result, bool& head_on) {
+  const CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
+  result.covariance += test.undetected_covariance;
+  head_on = test.last_view_focal_sd >
+            std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
+  return ChangeReason(test, fit, views, result.board);
 }
 
 /// Fills in the result and the reasons to refuse it.
@@ -384,8 +301,8 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const bool uneven = shared > kMaxSharedVariance;
   const CaptureDiagnosis diagnosis = DiagnoseCapture(result.board, kept, result.size, fit,
                                                      consistency, displaced || !change.empty());
-  StateUncertainty(diagnosis, options, result);
-  const bool uncertain = !(result.uncertainty.max_px <= options.acceptable_px);
+  const RegionChoice region = StateUncertainty(ErrorsOf(diagnosis), options, result);
+  const bool uncertain = !region.acceptable;
   const bool found = !diagnosis.findings.empty();
   if (displaced && !found && 4 * consistency.displaced.size() <= kept.size()) return false;
   if (displaced || (found && (uncertain || !change.empty()))) {
@@ -398,16 +315,14 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
         "same in all views; use a flat board that is printed true to size",
         100 * shared));
   }
-  const bool caused = !result.reasons.empty();
-  if (caused) {
+  if (!result.reasons.empty()) {
     // Advice on views only if better views are needed as well.
     LensCalibration ideal = result;
-    ideal.covariance = std::pow(NoiseShare(fit, consistency), 2) *
-                       fit.covariance.topLeftCorner<kLensCount, kLensCount>();
-    StateUncertainty({}, options, ideal);
-    if (!(ideal.uncertainty.max_px <= options.acceptable_px))
-      result.reasons.push_back(UncertaintyReason(
-          ideal, options, "apart from this, " + AdviceOnViews(fit, kept, result.size)));
+    ideal.covariance = CovarianceByNoise(fitted);
+    if (!StateUncertainty({}, options, ideal).acceptable)
+      result.reasons.push_back(
+          UncertaintyReason(ideal.uncertainty.max_px, options.acceptable_px,
+                            "apart from this, " + AdviceOnViews(fit, kept, result.size)));
     return true;
   }
   if (head_on) {
@@ -416,8 +331,13 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
         "another distance; end with a frame that shows the board close and tilted",
         kept.back().name));
   }
-  JudgeViews(fitted, kept, views, options, result);
+  const Advice advice = AdviceOn(fitted, kept, diagnosis, options, result);
+  JudgeViews(kept, views, advice, options, result);
   result.further_views_help = !result.reasons.empty();
+  if (result.reasons.empty() && !UsableEverywhere(result)) {
+    result.notes.push_back(RegionNote(result, result.everywhere_px, advice.words));
+    result.further_views_help = advice.more_views;
+  }
   return true;
 }
 
@@ -456,6 +376,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
         repeated, views.size()));
   }
   result.accepted = result.reasons.empty();
+  if (!result.accepted) result.usable_radius_px = std::numeric_limits<double>::infinity();
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/lens/capture_candidates.h"
 #include "app/lens/capture_change.h"
+#include "app/lens/rival_difference.h"
 
 namespace plumbline::lens {
 namespace {
@@ -20,61 +21,11 @@ constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. M
 constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
 constexpr double kMinExplained = 0.9;    // .. unless it explains this share of the sum of squares
-constexpr int kGridColumns = 9, kGridRows = 7;
-
-/// Largest difference over the image between the pixels of equal directions by the plain lens and
-/// by the rival's lens, after the best rotation [px].
-double LensDifference(const SharedVector& plain, const Rival& rival, const RivalResult& result,
-                      const ExtraVector& of_view, image::ImageSize size) {
-  const Lens lens = LensFromShared(plain);
-  std::vector<Vec3> directions;
-  std::vector<Vec2> pixels;
-  for (int row = 0; row < kGridRows; ++row) {
-    for (int column = 0; column < kGridColumns; ++column) {
-      const Vec2 pixel((size.width - 1.0) * column / (kGridColumns - 1),
-                       (size.height - 1.0) * row / (kGridRows - 1));
-      const auto n = NormalisedOfPixel(lens, pixel);
-      if (!n) return INFINITY;
-      directions.push_back(Vec3(n->x(), n->y(), 1).normalized());
-      pixels.push_back(pixel);
-    }
-  }
-  ExtraVector extra = result.extra + of_view;
-  for (const int k : rival.changing) extra[k] = 0;  // at the last view
-  Mat3 R = Mat3::Identity();
-  double largest = 0;
-  for (int pass = 0; pass < 6; ++pass) {
-    constexpr double kStep = 1e-6;
-    Mat3 square = Mat3::Zero();
-    Vec3 mixed = Vec3::Zero();
-    largest = 0;
-    for (std::size_t k = 0; k < pixels.size(); ++k) {
-      const Vec3 d = R * directions[k];
-      if (!(d.z() > 0)) return INFINITY;
-      const Vec2 at = RivalPixelOf(rival.fisheye, result.shared, extra, d);
-      const Vec2 error = at - pixels[k];
-      largest = std::max(largest, error.norm());
-      Eigen::Matrix<double, 2, 3> J;
-      for (int axis = 0; axis < 3; ++axis) {
-        J.col(axis) = (RivalPixelOf(rival.fisheye, result.shared, extra,
-                                    d + kStep * Vec3::Unit(axis).cross(d)) -
-                       at) /
-                      kStep;
-      }
-      square += J.transpose() * J;
-      mixed += J.transpose() * error;
-    }
-    const Vec3 w = -square.ldlt().solve(mixed);
-    if (!w.allFinite()) return INFINITY;
-    if (w.norm() < 1e-10) break;
-    R = Eigen::AngleAxisd(w.norm(), w.normalized()).toRotationMatrix() * R;
-  }
-  return largest;
-}
 
 /// One fitted explanation.
 struct Attempt {
   CaptureDiagnosis::Finding finding;
+  Rival rival;
   RivalResult result;
 };
 
@@ -105,9 +56,8 @@ bool Doubtful(const RivalProblem& problem, const RivalResult& plain,
 /// Fits of all explanations of one capture.
 class Attempts {
  public:
-  Attempts(const RivalProblem& problem, const RivalResult& plain, const LensFit& fit,
-           image::ImageSize size, std::span<const BoardView> views)
-      : problem_(problem), plain_(plain), fit_(fit), size_(size), views_(views) {}
+  Attempts(const RivalProblem& problem, const RivalResult& plain, std::span<const BoardView> views)
+      : problem_(problem), plain_(plain), views_(views) {}
 
   /// @param words     if not empty, written from the result
   /// @param extra_chi2  for parameters that are chosen otherwise
@@ -120,7 +70,7 @@ class Attempts {
     attempt.finding.cause = candidate.cause;
     if (words) attempt.finding.words = words(attempt.result);
     DescribeFinding(candidate, attempt.result, problem_.board(), attempt.finding);
-    attempt.finding.error_px = LargestDifference(candidate.rival, attempt.result);
+    attempt.rival = candidate.rival;
     all_.push_back(std::move(attempt));
   }
   /// Splits the views by each varying zoom that has been fitted; each assignment costs ln 2.
@@ -160,23 +110,8 @@ class Attempts {
   const std::vector<Attempt>& all() const { return all_; }
 
  private:
-  /// The largest difference over all views: a camera that varies has another lens at each.
-  double LargestDifference(const Rival& rival, const RivalResult& result) const {
-    const auto difference = [&](const ExtraVector& of_view) {
-      return LensDifference(fit_.shared, rival, result, of_view, size_);
-    };
-    double largest = difference(ExtraVector::Zero());
-    if (rival.local.empty()) return largest;
-    for (const ExtraVector& of_view : result.local) {
-      largest = std::max(largest, difference(of_view));
-    }
-    return largest;
-  }
-
   const RivalProblem& problem_;
   const RivalResult& plain_;
-  const LensFit& fit_;
-  image::ImageSize size_;
   std::span<const BoardView> views_;
   std::vector<Attempt> all_;
 };
@@ -193,7 +128,7 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   const std::vector<Candidate> constant = ConstantCandidates();
   if (!force && !Doubtful(problem, plain, constant)) return diagnosis;
   // All explanations are fitted, so that each is compared with its rivals.
-  Attempts attempts(problem, plain, fit, size, views);
+  Attempts attempts(problem, plain, views);
   for (const Candidate& candidate : constant) attempts.Add(candidate);
   attempts.AddTwoStates();
   attempts.AddChanges();
@@ -207,7 +142,10 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
     const bool same =
         std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
                     [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
-    if (!same) diagnosis.findings.push_back(attempt.finding);
+    if (same) continue;
+    diagnosis.findings.push_back(attempt.finding);
+    diagnosis.findings.back().error_px =
+        LensDifferences(fit.shared, attempt.rival, attempt.result, size);
   }
   const double noise2 = consistency.noise_px * consistency.noise_px;
   diagnosis.incomplete =

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/lens/rival_fit.h"
+#include "app/lens/usable_region.h"
 #include "app/lens/view_consistency.h"
 
 namespace plumbline::lens {
@@ -36,7 +37,8 @@ struct CaptureDiagnosis {
     std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
     std::string remedy;
     double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
-    double error_px = 0;  ///< largest difference over the image between its lens and the plain one
+    /// Largest difference between its lens and the plain one, within each candidate radius.
+    RadiusErrors error_px{};
   };
   std::vector<Finding> findings;
   /// Even the best explanation leaves several times the corners' noise.

@@ -29,6 +29,16 @@ Json UncertaintyJson(const ProjectionUncertainty& uncertainty) {
   return {{"basis", basis}, {"max", Number(uncertainty.max_px)}, {"grid", grid}};
 }
 
+/// The usable region; null: the whole image.
+Json RegionJson(const LensCalibration& c) {
+  if (UsableEverywhere(c)) return nullptr;
+  const Vec2 middle = MiddleOf(c.size);
+  return {{"centre", {middle.x(), middle.y()}},
+          {"radius_px", c.usable_radius_px},
+          {"share", UsableShare(c)},
+          {"max_beyond_px", Number(c.everywhere_px)}};
+}
+
 Json BoardJson(const Board& board) {
   Json json = {{"kind", NameOf(board.kind)},
                {"columns", board.columns},
@@ -78,6 +88,16 @@ bool FillCovariance(const nlohmann::json& root, LensMatrix& covariance) {
          covariance.isApprox(covariance.transpose(), 1e-6);
 }
 
+/// Reads the usable region, which is optional.
+bool FillRegion(const nlohmann::json& root, KnownLens& lens) {
+  const auto region = root.find("usable_region");
+  if (region == root.end() || region->is_null()) return true;
+  const auto radius = region->is_object() ? region->find("radius_px") : region->end();
+  if (!region->is_object() || radius == region->end() || !radius->is_number()) return false;
+  lens.usable_radius_px = radius->get<double>();
+  return lens.usable_radius_px > 0;
+}
+
 }  // namespace
 
 std::string LensJson(const LensCalibration& c) {
@@ -96,6 +116,8 @@ std::string LensJson(const LensCalibration& c) {
       {"schema", 1},
       {"accepted", c.accepted},
       {"reasons", c.reasons},
+      {"notes", c.notes},
+      {"usable_region", RegionJson(c)},
       {"image_size", {c.size.width, c.size.height}},
       {"fx", value(c.lens.fx)},
       {"fy", value(c.lens.fy)},
@@ -152,6 +174,8 @@ Result<LensFile> LensFromJson(std::string_view text) {
   file.lens.p1 = terms[2];
   file.lens.p2 = terms[3];
   file.lens.k3 = terms[4];
+  if (!FillRegion(root, file))
+    return Error{"\"usable_region\".\"radius_px\" is not a positive number"};
   if (!FillCovariance(root, file.covariance))
     return Error{"\"covariance\".\"matrix\" is not a symmetric matrix of 9 x 9 numbers"};
   return file;
