@@ -162,7 +162,8 @@ double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalib
   result.lens = LensFromShared(fit.shared);
   result.rms_px = fit.rms_px;
   result.sigma_px = fit.sigma_px;
-  result.board_bow_m = LargestBow(fit.shared.segment<3>(kBowX), result.board);
+  result.board_bow = fit.shared.segment<3>(kBowX);
+  result.board_bow_m = LargestBow(result.board_bow, result.board);
   result.coverage = Coverage(kept, result.size);
   result.frames_used.clear();
   for (const BoardView& view : kept) result.frames_used.push_back(view.name);

@@ -33,6 +33,7 @@ struct LensCalibration : KnownLens {
   double rms_px = 0;                  ///< per point
   double sigma_px = 0;                ///< per coordinate of a corner
   double board_bow_m = 0;             ///< peak-to-valley deviation of the board from its plane
+  Vec3 board_bow = Vec3::Zero();      ///< kBowX, kBowY, kBowXY [1/m]
   double coverage = 0;                ///< share of the image's cells in which a corner was seen
   ProjectionUncertainty uncertainty;  ///< its maximum is that within the usable region
   double everywhere_px = 0;           ///< largest uncertainty over the whole image

@@ -80,14 +80,16 @@ Vector2d CameraModel::PixelOfPoint(const Vector3d& p_C) const {
   return PixelOfDirection(d);
 }
 
-double LargestError(const CameraModel& truth, const StatedLens& stated, int width, int height) {
-  constexpr int kColumns = 15, kRows = 11;
+double LargestError(const CameraModel& truth, const StatedLens& stated, int width, int height,
+                    double radius_px) {
+  constexpr int kColumns = 21, kRows = 15;
   std::vector<Vector3d> directions;
   std::vector<Vector2d> pixels;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       const Vector2d pixel((width - 1.0) * column / (kColumns - 1),
                            (height - 1.0) * row / (kRows - 1));
+      if ((pixel - Vector2d(width - 1, height - 1) / 2).norm() > radius_px) continue;
       Vector2d n;
       if (!StatedDirection(stated, pixel, n)) return INFINITY;
       directions.emplace_back(Vector3d(n.x(), n.y(), 1).normalized());

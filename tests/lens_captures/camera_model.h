@@ -45,6 +45,8 @@ using StatedLens = Eigen::Matrix<double, 9, 1>;
 /// Largest distance over the image between the pixels of equal directions by the true camera and by
 /// the stated lens, after the rotation that minimizes the sum of squares [px]; infinite if the
 /// stated lens has no direction for a pixel.
-double LargestError(const CameraModel& truth, const StatedLens& stated, int width, int height);
+/// @param radius_px  pixels farther from the middle of the image do not count
+double LargestError(const CameraModel& truth, const StatedLens& stated, int width, int height,
+                    double radius_px = 1e9);
 
 }  // namespace plumbline::lens_captures
