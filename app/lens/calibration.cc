@@ -16,9 +16,6 @@ namespace plumbline::lens {
 namespace {
 
 constexpr std::size_t kMinViews = 6;
-// Nominal false alarm rate for each of three kinds of change. In simulation one faultless capture
-// in a hundred is refused at this level.
-constexpr double kChangeSignificance = 1e-2;
 // A zoom by 1 % before the last view must exceed five standard deviations ..
 constexpr double kMaxLastViewFocalSd = 2e-3;
 constexpr double kMaxLastViewRatio = 2;  // .. unless no view of this capture would show it
@@ -26,8 +23,10 @@ constexpr double kMinCoverage = 0.35;
 constexpr int kCellColumns = 6, kCellRows = 4;
 constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
-constexpr double kMostlyNoise = 0.7;        // noise in the residuals
-constexpr double kMinShareOfNoise = 0.5;    // of the uncertainty; below, other causes dominate
+// A view is displaced if its RMS exceeds this many times the median, and its noise.
+constexpr double kDisplacedRatio = 3, kDisplacedNoise = 1.5;
+constexpr double kMostlyNoise = 0.7;      // noise in the residuals
+constexpr double kMinShareOfNoise = 0.5;  // of the uncertainty; below, other causes dominate
 constexpr const char* kDoesNotFit = "does not fit the other views: moved, or detected wrongly";
 
 /// The views without those that are far more blurred than the others.
@@ -169,41 +168,19 @@ double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalib
   for (const BoardView& view : kept) result.frames_used.push_back(view.name);
   const double shared = SharedVariance(fit) / (fit.sigma_px * fit.sigma_px);
   widening = std::max({1.0, fit.dispersion, 1 + static_cast<double>(kept.size()) * shared});
-  result.covariance = widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+  result.covariance =
+      FullCovariance(widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>());
   return shared;
 }
 
-/// Whether an explanation holds for the whole capture, so that its lens differs from the plain one
-/// by a smooth function that may be small in a part of the image. A lens or board that changes
-/// with time is no lens anywhere.
-bool HoldsThroughout(CaptureCause cause) {
-  switch (cause) {
-    case CaptureCause::kPixelAspect:
-    case CaptureCause::kStretchedPrint:
-    case CaptureCause::kUnevenPrint:
-    case CaptureCause::kBoardNotFlat:
-    case CaptureCause::kBoardGlass:
-    case CaptureCause::kOtherLensModel:
-      return true;
-    case CaptureCause::kNone:
-    case CaptureCause::kFocalLength:
-    case CaptureCause::kPrincipalPoint:
-    case CaptureCause::kCameraVaries:
-    case CaptureCause::kBoardBends:
-    case CaptureCause::kRollingShutter:
-    case CaptureCause::kWindowPane:
-      break;
-  }
-  return false;
-}
-
-/// Largest error of the lens within each candidate radius, if one of the findings is true [px].
-RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
+/// Largest error of the lens within each candidate radius, if one of the findings is true [px]. A
+/// lens or board that changes with time is no lens anywhere: its error counts over the whole image.
+RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis,
+                      RadiusErrors CaptureDiagnosis::Finding::*error_px) {
   RadiusErrors largest{};
   for (const CaptureDiagnosis::Finding& finding : diagnosis.findings) {
-    for (std::size_t k = 0; k < largest.size(); ++k) {
-      largest[k] = std::max(largest[k], finding.error_px[HoldsThroughout(finding.cause) ? k : 0]);
-    }
+    for (std::size_t k = 0; k < largest.size(); ++k)
+      largest[k] = std::max(largest[k], (finding.*error_px)[LeavesOneLens(finding.cause) ? k : 0]);
   }
   return largest;
 }
@@ -225,9 +202,9 @@ RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOp
 }
 
 /// Covariance of the lens if the corners had nothing but their noise.
-LensMatrix CovarianceByNoise(const ConsistentFit& fitted) {
-  return std::pow(NoiseShare(fitted.fit, fitted.consistency), 2) *
-         fitted.fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+LensCovariance CovarianceByNoise(const ConsistentFit& fitted) {
+  return FullCovariance(std::pow(NoiseShare(fitted.fit, fitted.consistency), 2) *
+                        fitted.fit.covariance.topLeftCorner<kLensCount, kLensCount>());
 }
 
 /// What would make the lens certain where it is not.
@@ -276,16 +253,69 @@ void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> view
   }
 }
 
-/// Widens the covariance for changes that are too small to be detected.
-/// @return         see ChangeReason()
-/// @param head_on  the last view would not show a zoom before it, unlike the others
-std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
-                             LensCalibration& result, bool& head_on) {
+/// A lens with what the capture says about it.
+struct Verdict {
+  LensCalibration result;
+  RegionChoice region;
+  std::string change;      ///< see ChangeReason()
+  bool head_on = false;    ///< the last view would not show a zoom before it, unlike the others
+  bool displaced = false;  ///< some views do not fit
+
+  bool acceptable() const { return region.acceptable && change.empty() && !displaced; }
+};
+
+/// Tests for changes, and widens the covariance for those that are too small to be detected.
+void TestChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
+                 Verdict& verdict) {
   const CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
-  result.covariance += test.undetected_covariance;
-  head_on = test.last_view_focal_sd >
-            std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
-  return ChangeReason(test, fit, views, result.board);
+  verdict.result.covariance += FullCovariance(test.undetected_covariance);
+  verdict.head_on = test.last_view_focal_sd >
+                    std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
+  verdict.change = ChangeReason(test, fit, views, verdict.result.board);
+}
+
+/// Whether a view fits much worse than the others and than its noise.
+bool AnyDisplaced(const std::vector<double>& view_rms_px, double noise_px) {
+  std::vector<double> sizes = view_rms_px;
+  const double usual_px = statistics::MedianOf(sizes);
+  return std::any_of(view_rms_px.begin(), view_rms_px.end(), [&](double rms_px) {
+    return rms_px > kDisplacedRatio * usual_px && rms_px > kDisplacedNoise * noise_px;
+  });
+}
+
+/// The lens by the best explanation: see CaptureDiagnosis::Adopted.
+Verdict AdoptedVerdict(const CaptureDiagnosis& diagnosis, const ConsistentFit& fitted,
+                       std::span<const BoardView> kept, const CalibrationOptions& options,
+                       const LensCalibration& plain) {
+  const CaptureDiagnosis::Adopted& adopted = *diagnosis.adopted;
+  Verdict verdict;
+  verdict.result = plain;
+  verdict.result.lens = adopted.lens;
+  verdict.result.rms_px = adopted.rms_px;
+  verdict.result.board_bow = adopted.board_bow;
+  verdict.result.board_bow_m = LargestBow(adopted.board_bow, plain.board);
+  verdict.result.covariance = adopted.precision.dispersion * adopted.precision.covariance;
+  TestChanges(adopted.linearized, kept, adopted.precision.dispersion, verdict);
+  verdict.displaced = AnyDisplaced(adopted.precision.view_rms_px, fitted.consistency.noise_px);
+  verdict.region = StateUncertainty(
+      ErrorsOf(diagnosis, &CaptureDiagnosis::Finding::from_adopted_px), options, verdict.result);
+  verdict.result.notes.push_back(diagnosis.findings.front().words +
+                                 "; this was estimated together with the lens");
+  return verdict;
+}
+
+/// Reasons to refuse a capture that one lens and one board do not explain.
+std::vector<std::string> ReasonsOf(const Verdict& verdict, const CaptureDiagnosis& diagnosis,
+                                   double shared) {
+  const bool found = !diagnosis.findings.empty();
+  if (verdict.displaced || (found && (!verdict.region.acceptable || !verdict.change.empty())))
+    return {ReasonOf(diagnosis)};
+  if (!verdict.change.empty()) return {verdict.change};
+  if (verdict.region.acceptable || !(shared > kMaxSharedVariance)) return {};
+  return {fmt::format(
+      "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
+      "same in all views; use a flat board that is printed true to size",
+      100 * shared)};
 }
 
 /// Fills in the result and the reasons to refuse it.
@@ -296,26 +326,26 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const auto& [fit, consistency] = fitted;
   double widening = 1;
   const double shared = FillResult(fit, kept, result, widening);
-  bool head_on = false;
-  const std::string change = CaptureChangesIn(fit, kept, widening, result, head_on);
-  const bool displaced = !consistency.displaced.empty();
-  const bool uneven = shared > kMaxSharedVariance;
-  const CaptureDiagnosis diagnosis = DiagnoseCapture(result.board, kept, result.size, fit,
-                                                     consistency, displaced || !change.empty());
-  const RegionChoice region = StateUncertainty(ErrorsOf(diagnosis), options, result);
-  const bool uncertain = !region.acceptable;
-  const bool found = !diagnosis.findings.empty();
-  if (displaced && !found && 4 * consistency.displaced.size() <= kept.size()) return false;
-  if (displaced || (found && (uncertain || !change.empty()))) {
-    result.reasons.push_back(ReasonOf(diagnosis));
-  } else if (!change.empty()) {
-    result.reasons.push_back(change);
-  } else if (uneven && uncertain) {
-    result.reasons.push_back(fmt::format(
-        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
-        "same in all views; use a flat board that is printed true to size",
-        100 * shared));
+  Verdict verdict;
+  verdict.result = result;
+  TestChanges(fit, kept, widening, verdict);
+  verdict.displaced = !consistency.displaced.empty();
+  const CaptureDiagnosis diagnosis =
+      DiagnoseCapture(result.board, kept, result.size, fit, consistency,
+                      verdict.displaced || !verdict.change.empty());
+  if (verdict.displaced && diagnosis.findings.empty() &&
+      4 * consistency.displaced.size() <= kept.size())
+    return false;
+  verdict.region = StateUncertainty(ErrorsOf(diagnosis, &CaptureDiagnosis::Finding::error_px),
+                                    options, verdict.result);
+  if (diagnosis.adopted && !(verdict.acceptable() && UsableEverywhere(verdict.result))) {
+    Verdict adopted = AdoptedVerdict(diagnosis, fitted, kept, options, result);
+    if (adopted.acceptable() &&
+        (!verdict.acceptable() || adopted.region.radius_px > verdict.region.radius_px))
+      verdict = std::move(adopted);
   }
+  result = verdict.result;
+  result.reasons = ReasonsOf(verdict, diagnosis, shared);
   if (!result.reasons.empty()) {
     // Advice on views only if better views are needed as well.
     LensCalibration ideal = result;
@@ -326,7 +356,7 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
                             "apart from this, " + AdviceOnViews(fit, kept, result.size)));
     return true;
   }
-  if (head_on) {
+  if (verdict.head_on) {
     result.reasons.push_back(fmt::format(
         "{} is the last one and shows the board head-on, so that a zoom before it would look like "
         "another distance; end with a frame that shows the board close and tilted",
@@ -336,7 +366,8 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   JudgeViews(kept, views, advice, options, result);
   result.further_views_help = !result.reasons.empty();
   if (result.reasons.empty() && !UsableEverywhere(result)) {
-    result.notes.push_back(RegionNote(result, result.everywhere_px, advice.words));
+    result.notes.insert(result.notes.begin(),
+                        RegionNote(result, result.everywhere_px, advice.words));
     result.further_views_help = advice.more_views;
   }
   return true;

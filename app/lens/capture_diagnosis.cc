@@ -85,7 +85,7 @@ class Attempts {
   }
   /// Changes at their most likely time, which counts as a parameter.
   void AddChanges() {
-    const LensFit linearized = problem_.Linearized(plain_);
+    const LensFit linearized = problem_.Linearized({}, plain_);
     if (linearized.view_information.empty()) return;
     const CaptureChangeTest test = TestForCaptureChanges(linearized, views_, 1);
     for (const ChangeCandidate& candidate : ChangeCandidates(test, views_)) {
@@ -116,7 +116,36 @@ class Attempts {
   std::vector<Attempt> all_;
 };
 
+CaptureDiagnosis::Adopted AdoptedFrom(const RivalProblem& problem, const Attempt& attempt) {
+  const RivalResult& result = attempt.result;
+  return {LensOfRival(attempt.rival.fisheye, result.shared, result.extra),
+          problem.PrecisionOf(attempt.rival, result), result.shared.segment<3>(kBowX),
+          std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
+          problem.Linearized(attempt.rival, result)};
+}
+
 }  // namespace
+
+bool LeavesOneLens(CaptureCause cause) {
+  switch (cause) {
+    case CaptureCause::kPixelAspect:
+    case CaptureCause::kStretchedPrint:
+    case CaptureCause::kUnevenPrint:
+    case CaptureCause::kBoardNotFlat:
+    case CaptureCause::kBoardGlass:
+    case CaptureCause::kOtherLensModel:
+      return true;
+    case CaptureCause::kNone:
+    case CaptureCause::kFocalLength:
+    case CaptureCause::kPrincipalPoint:
+    case CaptureCause::kCameraVaries:
+    case CaptureCause::kBoardBends:
+    case CaptureCause::kRollingShutter:
+    case CaptureCause::kWindowPane:
+      break;
+  }
+  return false;
+}
 
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,
@@ -136,6 +165,12 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   if (attempts.all().empty()) return diagnosis;
   const Attempt& first = attempts.all().front();
   if (first.finding.evidence < kMinEvidence) return diagnosis;
+  const double noise2 = consistency.noise_px * consistency.noise_px;
+  diagnosis.incomplete =
+      first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
+      first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
+  if (LeavesOneLens(first.finding.cause) && !diagnosis.incomplete)
+    diagnosis.adopted = AdoptedFrom(problem, first);
   for (const Attempt& attempt : attempts.all()) {
     if (attempt.finding.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence))
       break;
@@ -143,14 +178,14 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
         std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
                     [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
     if (same) continue;
-    diagnosis.findings.push_back(attempt.finding);
-    diagnosis.findings.back().error_px =
-        LensDifferences(fit.shared, attempt.rival, attempt.result, size);
+    CaptureDiagnosis::Finding& finding = diagnosis.findings.emplace_back(attempt.finding);
+    finding.error_px =
+        LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);
+    if (diagnosis.adopted && &attempt != &first) {
+      finding.from_adopted_px =
+          LensDifferences(diagnosis.adopted->lens, attempt.rival, attempt.result, size);
+    }
   }
-  const double noise2 = consistency.noise_px * consistency.noise_px;
-  diagnosis.incomplete =
-      first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
-      first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
   return diagnosis;
 }
 

@@ -29,6 +29,10 @@ enum class CaptureCause {
   kOtherLensModel,  ///< fisheye, rational or thin prism
 };
 
+/// Whether an explanation holds for the whole capture and leaves a lens that is the same in all
+/// views and at all distances.
+bool LeavesOneLens(CaptureCause cause);
+
 struct CaptureDiagnosis {
   /// The best explanation, and others that the residuals do not exclude; empty if the plain model
   /// is the best.
@@ -37,10 +41,21 @@ struct CaptureDiagnosis {
     std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
     std::string remedy;
     double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
-    /// Largest difference between its lens and the plain one, within each candidate radius.
-    RadiusErrors error_px{};
+    /// Largest difference between its lens and the plain one, and between its lens and the adopted
+    /// one, within each candidate radius.
+    RadiusErrors error_px{}, from_adopted_px{};
   };
   std::vector<Finding> findings;
+  /// The lens by the best explanation, if that holds for the whole capture and is not a window: the
+  /// board's shape, the print or further distortion are then estimated with the lens.
+  struct Adopted {
+    Lens lens;
+    RivalPrecision precision;
+    Vec3 board_bow = Vec3::Zero();  ///< kBowX, kBowY, kBowXY
+    double rms_px = 0;              ///< per point
+    LensFit linearized;             ///< see RivalProblem::Linearized()
+  };
+  std::optional<Adopted> adopted;
   /// Even the best explanation leaves several times the corners' noise.
   bool incomplete = false;
   bool clear() const { return findings.size() == 1 && !incomplete; }

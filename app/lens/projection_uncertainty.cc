@@ -13,28 +13,12 @@ constexpr int kColumns = 13, kRows = 9;
 constexpr int kAlignSteps = 5;
 constexpr int kCirclePoints = 32;
 
-using LensRows = Eigen::Matrix<double, 2, kLensCount>;
+using LensRows = Eigen::Matrix<double, 2, kLensParameters>;
 using Motion = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
 
 Vec2 GridPixel(int column, int row, image::ImageSize size) {
   return {(size.width - 1) * static_cast<double>(column) / (kColumns - 1),
           (size.height - 1) * static_cast<double>(row) / (kRows - 1)};
-}
-
-LensRows PixelByLensAt(const Lens& lens, const Vec2& n) {
-  const double x = n.x(), y = n.y(), r2 = n.squaredNorm();
-  const Vec2 pixel = PixelOfNormalised(lens, n);
-  const Vec2 fxy(lens.fx * x, lens.fy * y);
-  LensRows J = LensRows::Zero();
-  J(0, kFx) = (pixel.x() - lens.cx) / lens.fx;
-  J(1, kFy) = (pixel.y() - lens.cy) / lens.fy;
-  J(0, kCx) = J(1, kCy) = 1;
-  J.col(kK1) = fxy * r2;
-  J.col(kK2) = fxy * (r2 * r2);
-  J.col(kK3) = fxy * (r2 * r2 * r2);
-  J.col(kP1) << lens.fx * 2 * x * y, lens.fy * (r2 + 2 * y * y);
-  J.col(kP2) << lens.fx * (r2 + 2 * x * x), lens.fy * 2 * x * y;
-  return J;
 }
 
 /// Derivative of the pixel with respect to a small camera rotation and, at a finite distance, a
@@ -87,13 +71,13 @@ Place PlaceAt(const Lens& lens, const Vec2& pixel, std::optional<double> distanc
   place.seen = n.has_value();
   place.by_motion = n ? PixelByMotion(lens, *n, distance_m)
                       : Eigen::MatrixXd(Eigen::MatrixXd::Zero(2, distance_m ? 6 : 3));
-  if (n) place.by_lens = PixelByLensAt(lens, *n);
+  if (n) place.by_lens = PixelByLens(lens, *n);
   return place;
 }
 
 }  // namespace
 
-ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
+ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensCovariance& covariance,
                                               image::ImageSize size,
                                               std::optional<double> distance_m, double radius_px) {
   ProjectionUncertainty result;
@@ -102,7 +86,7 @@ ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix
   result.rows = kRows;
   const int motions = distance_m ? 6 : 3;
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(motions, motions);
-  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(kLensCount));
+  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(kLensParameters));
   std::vector<Place> within;
   for (const Vec2& pixel : PixelsWithin(size, radius_px, kColumns, kRows)) {
     const Place& place = within.emplace_back(PlaceAt(lens, pixel, distance_m));

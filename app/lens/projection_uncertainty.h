@@ -28,10 +28,17 @@ struct ProjectionUncertainty {
 /// of d.
 /// @param radius_px  if only pixels up to this distance from the image's middle are used (see
 ///                   KnownLens): the sums are over these
-ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
+ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensCovariance& covariance,
                                               image::ImageSize size,
                                               std::optional<double> distance_m = std::nullopt,
                                               double radius_px = INFINITY);
+
+/// Likewise for a lens with five distortion coefficients.
+inline ProjectionUncertainty ProjectionUncertaintyOf(
+    const Lens& lens, const LensMatrix& covariance, image::ImageSize size,
+    std::optional<double> distance_m = std::nullopt, double radius_px = INFINITY) {
+  return ProjectionUncertaintyOf(lens, FullCovariance(covariance), size, distance_m, radius_px);
+}
 
 /// Largest difference between two lenses over the image by the same measure [px].
 double LargestDifference(const Lens& a, const Lens& b, image::ImageSize size,

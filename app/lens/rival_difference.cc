@@ -12,7 +12,7 @@ namespace {
 constexpr int kGridColumns = 9, kGridRows = 7;
 constexpr int kMaxPasses = 6;
 
-/// Pixels with their viewing directions by the plain lens.
+/// A pixel with its viewing direction.
 struct Sample {
   Vec2 pixel;
   Vec3 direction;
@@ -64,9 +64,8 @@ double LargestOverViews(const std::vector<Sample>& samples, const Rival& rival,
 
 }  // namespace
 
-RadiusErrors LensDifferences(const SharedVector& plain, const Rival& rival,
-                             const RivalResult& result, image::ImageSize size) {
-  const Lens lens = LensFromShared(plain);
+RadiusErrors LensDifferences(const Lens& lens, const Rival& rival, const RivalResult& result,
+                             image::ImageSize size) {
   RadiusErrors errors{};
   for (std::size_t k = 0; k < errors.size(); ++k) {
     std::vector<Sample> samples;

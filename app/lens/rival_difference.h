@@ -1,4 +1,4 @@
-// Difference between the lens of a rival explanation and the plain lens.
+// Difference between the lens of a rival explanation and another lens.
 #pragma once
 
 #include "app/lens/rival_fit.h"
@@ -6,11 +6,11 @@
 
 namespace plumbline::lens {
 
-/// Largest distance between the pixels of equal directions by the plain lens and by the rival's,
+/// Largest distance between the pixels of equal directions by a lens and by that of a rival,
 /// after the rotation that minimizes the sum of squares, within each candidate radius [px]. A
 /// camera that varies has another lens in each view: the largest over all views. Infinite where a
 /// pixel has no direction.
-RadiusErrors LensDifferences(const SharedVector& plain, const Rival& rival,
-                             const RivalResult& result, image::ImageSize size);
+RadiusErrors LensDifferences(const Lens& lens, const Rival& rival, const RivalResult& result,
+                             image::ImageSize size);
 
 }  // namespace plumbline::lens

@@ -61,12 +61,6 @@ ExtraVector ExtraOf(const Rival& rival, const RivalResult& at, std::size_t j) {
 
 }  // namespace
 
-/// Derivatives and residuals of one view.
-struct RivalProblem::Blocks {
-  Eigen::MatrixXd own, common;  ///< by pose and local, and by shared, global and changing
-  Eigen::VectorXd residuals;
-};
-
 RivalProblem::RivalProblem(const Board& board, std::span<const BoardView> views,
                            image::ImageSize size, const LensFit& fit,
                            const std::vector<std::vector<bool>>& used, double noise_px)
@@ -368,15 +362,16 @@ std::vector<double> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
   return gains;
 }
 
-LensFit RivalProblem::Linearized(const RivalResult& plain) const {
+LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) const {
   LensFit fit;
-  fit.shared = plain.shared;
+  fit.shared = at.shared;
   std::vector<Blocks> blocks;
   SharedVector mean;
-  SharedMatrix information = PriorInformation({}, plain.shared, mean);
-  if (!Linearize({}, plain, blocks)) return fit;
+  SharedMatrix information = PriorInformation(rival, at.shared, mean);
+  if (!Linearize(rival, at, blocks)) return fit;
   const double weight = 1 / (noise_px_ * noise_px_);
-  for (const Blocks& block : blocks) {
+  for (Blocks& block : blocks) {
+    block.common = Eigen::MatrixXd(block.common.leftCols<kSharedCount>());
     const auto A = Eigen::LDLT<Eigen::MatrixXd>(block.own.transpose() * block.own);
     const Eigen::MatrixXd B = block.own.transpose() * block.common;
     const Eigen::VectorXd a = block.own.transpose() * block.residuals;

@@ -124,6 +124,18 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
   return true;
 }
 
+Lens LensOfRival(bool fisheye, const SharedVector& shared, const ExtraVector& extra) {
+  Lens lens = LensFromShared(shared);
+  lens.fisheye = fisheye;
+  if (fisheye) lens.p1 = lens.p2 = 0;
+  lens.k4 = extra[kK4];
+  if (fisheye) return lens;
+  lens.k5 = extra[kK5], lens.k6 = extra[kK6];
+  lens.s1 = extra[kPrism1], lens.s2 = extra[kPrism2];
+  lens.s3 = extra[kPrism3], lens.s4 = extra[kPrism4];
+  return lens;
+}
+
 ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size) {
   const double half_m = board.half_m();
   ExtraVector sd = ExtraVector::Constant(0.3);  // of distortion

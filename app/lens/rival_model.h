@@ -88,6 +88,9 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
 Vec2 RivalPixelOf(bool fisheye, const SharedVector& shared, const ExtraVector& extra,
                   const Vec3& d);
 
+/// The lens part of the model; zoom and shift do not count.
+Lens LensOfRival(bool fisheye, const SharedVector& shared, const ExtraVector& extra);
+
 /// Plausible size of each extra parameter: standard deviation of its prior.
 ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size);
 

@@ -10,7 +10,7 @@ constexpr double kMinUsableShare = 0.5;  // of the image
 
 }  // namespace
 
-RegionChoice LargestRegion(const Lens& lens, const LensMatrix& covariance,
+RegionChoice LargestRegion(const Lens& lens, const LensCovariance& covariance,
                            const RadiusErrors& error_px, image::ImageSize size,
                            std::optional<double> distance_m, double acceptable_px) {
   RegionChoice whole;

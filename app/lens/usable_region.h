@@ -36,7 +36,7 @@ struct RegionChoice {
 /// with it are together at most `acceptable_px`. A region of less than half of the image is of no
 /// use. Pixels beyond the region do not take part in the compensation by a rotation, because
 /// nothing may be measured there.
-RegionChoice LargestRegion(const Lens& lens, const LensMatrix& covariance,
+RegionChoice LargestRegion(const Lens& lens, const LensCovariance& covariance,
                            const RadiusErrors& error_px, image::ImageSize size,
                            std::optional<double> distance_m, double acceptable_px);
 

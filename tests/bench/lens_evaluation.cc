@@ -62,6 +62,18 @@ bool Names(const std::vector<std::string>& reasons, const std::string& words) {
   return false;
 }
 
+/// The lens as the product states it.
+CameraModel StatedCamera(const lens::Lens& l) {
+  CameraModel camera;
+  camera.fx = l.fx, camera.fy = l.fy, camera.cx = l.cx, camera.cy = l.cy;
+  camera.fisheye = l.fisheye;
+  const double k[] = {l.k1, l.k2, l.k3, l.k4, l.k5, l.k6}, s[] = {l.s1, l.s2, l.s3, l.s4};
+  std::copy(std::begin(k), std::end(k), camera.k);
+  std::copy(std::begin(s), std::end(s), camera.s);
+  camera.p[0] = l.p1, camera.p[1] = l.p2;
+  return camera;
+}
+
 Counts RunKind(const Kind& kind, const Arguments& arguments) {
   Counts counts;
   // A rendered capture takes seconds.
@@ -75,9 +87,7 @@ Counts RunKind(const Kind& kind, const Arguments& arguments) {
     if (kind.rendered) capture.views = Photograph(capture, kind.photo, random);
     const lens::LensCalibration c =
         lens::CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
-    StatedLens stated;
-    stated << c.lens.fx, c.lens.fy, c.lens.cx, c.lens.cy, c.lens.k1, c.lens.k2, c.lens.p1,
-        c.lens.p2, c.lens.k3;
+    const CameraModel stated = StatedCamera(c.lens);
     const double error = c.lens.fx > 0 ? LargestError(conditions.camera, stated, conditions.width,
                                                       conditions.height, c.usable_radius_px)
                                        : INFINITY;

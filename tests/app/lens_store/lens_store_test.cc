@@ -316,7 +316,7 @@ TEST_CASE("damaged without an intact backup, or not a lens store: nothing is tou
   {
     auto database = sqlite::Database::Open(newer, sqlite::Database::Mode::kWrite);
     REQUIRE(database);
-    REQUIRE(database.value().Run("PRAGMA user_version=3"));
+    REQUIRE(database.value().Run("PRAGMA user_version=4"));
   }
   const auto future = LensStore::Open(newer);
   REQUIRE_FALSE(future.ok());
