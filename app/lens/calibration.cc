@@ -173,15 +173,12 @@ double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalib
   return shared;
 }
 
-/// Largest error of the lens within each candidate radius, if one of the findings is true [px]. A
-/// lens or board that changes with time is no lens anywhere: its error counts over the whole image.
-RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis,
-                      RadiusErrors CaptureDiagnosis::Finding::*error_px) {
+/// Largest error of the plain lens within each candidate radius, if one of the findings is true
+/// [px].
+RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
   RadiusErrors largest{};
-  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings) {
-    for (std::size_t k = 0; k < largest.size(); ++k)
-      largest[k] = std::max(largest[k], (finding.*error_px)[LeavesOneLens(finding.cause) ? k : 0]);
-  }
+  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
+    IncludeErrors(finding.cause, finding.error_px, largest);
   return largest;
 }
 
@@ -283,11 +280,10 @@ bool AnyDisplaced(const std::vector<double>& view_rms_px, double noise_px) {
   });
 }
 
-/// The lens by the best explanation: see CaptureDiagnosis::Adopted.
-Verdict AdoptedVerdict(const CaptureDiagnosis& diagnosis, const ConsistentFit& fitted,
+/// The lens by the best explanation.
+Verdict AdoptedVerdict(const CaptureDiagnosis::Adopted& adopted, const ConsistentFit& fitted,
                        std::span<const BoardView> kept, const CalibrationOptions& options,
                        const LensCalibration& plain) {
-  const CaptureDiagnosis::Adopted& adopted = *diagnosis.adopted;
   Verdict verdict;
   verdict.result = plain;
   verdict.result.lens = adopted.lens;
@@ -297,10 +293,7 @@ Verdict AdoptedVerdict(const CaptureDiagnosis& diagnosis, const ConsistentFit& f
   verdict.result.covariance = adopted.precision.dispersion * adopted.precision.covariance;
   TestChanges(adopted.linearized, kept, adopted.precision.dispersion, verdict);
   verdict.displaced = AnyDisplaced(adopted.precision.view_rms_px, fitted.consistency.noise_px);
-  verdict.region = StateUncertainty(
-      ErrorsOf(diagnosis, &CaptureDiagnosis::Finding::from_adopted_px), options, verdict.result);
-  verdict.result.notes.push_back(diagnosis.findings.front().words +
-                                 "; this was estimated together with the lens");
+  verdict.region = StateUncertainty(adopted.error_px, options, verdict.result);
   return verdict;
 }
 
@@ -336,13 +329,17 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   if (verdict.displaced && diagnosis.findings.empty() &&
       4 * consistency.displaced.size() <= kept.size())
     return false;
-  verdict.region = StateUncertainty(ErrorsOf(diagnosis, &CaptureDiagnosis::Finding::error_px),
-                                    options, verdict.result);
-  if (diagnosis.adopted && !(verdict.acceptable() && UsableEverywhere(verdict.result))) {
-    Verdict adopted = AdoptedVerdict(diagnosis, fitted, kept, options, result);
-    if (adopted.acceptable() &&
-        (!verdict.acceptable() || adopted.region.radius_px > verdict.region.radius_px))
-      verdict = std::move(adopted);
+  verdict.region = StateUncertainty(ErrorsOf(diagnosis), options, verdict.result);
+  for (const CaptureDiagnosis::Adopted& adopted : diagnosis.adopted) {
+    if (verdict.acceptable() && UsableEverywhere(verdict.result)) break;
+    Verdict other = AdoptedVerdict(adopted, fitted, kept, options, result);
+    if (!other.acceptable() ||
+        (verdict.acceptable() && other.region.radius_px <= verdict.region.radius_px))
+      continue;
+    verdict = std::move(other);
+    verdict.result.notes.push_back(diagnosis.findings.front().words +
+                                   "; this was estimated together with the lens");
+    break;
   }
   result = verdict.result;
   result.reasons = ReasonsOf(verdict, diagnosis, shared);

@@ -116,12 +116,42 @@ class Attempts {
   std::vector<Attempt> all_;
 };
 
-CaptureDiagnosis::Adopted AdoptedFrom(const RivalProblem& problem, const Attempt& attempt) {
-  const RivalResult& result = attempt.result;
-  return {LensOfRival(attempt.rival.fisheye, result.shared, result.extra),
-          problem.PrecisionOf(attempt.rival, result), result.shared.segment<3>(kBowX),
-          std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
-          problem.Linearized(attempt.rival, result)};
+/// Whether a cause is the board, so that its points must be free.
+bool IsBoard(CaptureCause cause) {
+  return cause == CaptureCause::kUnevenPrint || cause == CaptureCause::kBoardNotFlat ||
+         cause == CaptureCause::kBoardBends;
+}
+
+/// @param others  explanations that the residuals do not exclude either
+std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const RivalProblem& problem,
+                                                   const RivalResult& plain, const Attempt& first,
+                                                   const std::vector<const Attempt*>& others,
+                                                   image::ImageSize size) {
+  std::vector<CaptureDiagnosis::Adopted> adopted;
+  const auto add = [&](const Rival& rival, const RivalResult& result) {
+    if (!result.converged) return;
+    CaptureDiagnosis::Adopted one{LensOfRival(rival.fisheye, result.shared, result.extra),
+                                  problem.PrecisionOf(rival, result),
+                                  result.shared.segment<3>(kBowX),
+                                  std::sqrt(2 * result.square_sum_px2 / result.observations),
+                                  problem.Linearized(rival, result),
+                                  {}};
+    for (const Attempt* other : others) {
+      if (IsBoard(first.finding.cause) && IsBoard(other->finding.cause)) continue;  // included
+      IncludeErrors(other->finding.cause,
+                    LensDifferences(one.lens, other->rival, other->result, size), one.error_px);
+    }
+    adopted.push_back(std::move(one));
+  };
+  if (IsBoard(first.finding.cause)) {
+    for (const bool bends : {false, true}) {
+      const Rival board = FreeBoard(problem.board(), bends);
+      add(board, problem.Fit(board, plain));
+    }
+  } else if (LeavesOneLens(first.finding.cause)) {
+    add(first.rival, first.result);
+  }
+  return adopted;
 }
 
 }  // namespace
@@ -147,6 +177,11 @@ bool LeavesOneLens(CaptureCause cause) {
   return false;
 }
 
+void IncludeErrors(CaptureCause cause, const RadiusErrors& errors_px, RadiusErrors& largest) {
+  for (std::size_t k = 0; k < largest.size(); ++k)
+    largest[k] = std::max(largest[k], errors_px[LeavesOneLens(cause) ? k : 0]);
+}
+
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,
                                  const ViewConsistency& consistency, bool force) {
@@ -169,8 +204,7 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   diagnosis.incomplete =
       first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
-  if (LeavesOneLens(first.finding.cause) && !diagnosis.incomplete)
-    diagnosis.adopted = AdoptedFrom(problem, first);
+  std::vector<const Attempt*> others;  // than the first one
   for (const Attempt& attempt : attempts.all()) {
     if (attempt.finding.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence))
       break;
@@ -181,11 +215,9 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
     CaptureDiagnosis::Finding& finding = diagnosis.findings.emplace_back(attempt.finding);
     finding.error_px =
         LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);
-    if (diagnosis.adopted && &attempt != &first) {
-      finding.from_adopted_px =
-          LensDifferences(diagnosis.adopted->lens, attempt.rival, attempt.result, size);
-    }
+    if (&attempt != &first) others.push_back(&attempt);
   }
+  if (!diagnosis.incomplete) diagnosis.adopted = AdoptedFrom(problem, plain, first, others, size);
   return diagnosis;
 }
 

@@ -167,6 +167,12 @@ bool RivalProblem::LinearizeExtras(std::size_t j, const Rival& rival, const Riva
       if (!by_extra(k, 1, block.common.col(column++))) return false;
       continue;
     }
+    if (k >= kFree) {  // displaces one point only
+      const Eigen::Index row = 2 * ((k - kFree) / 3);
+      block.common.col(column).setZero();
+      block.common.col(column++).segment<2>(row) = by_offset.col((k - kFree) % 3).segment<2>(row);
+      continue;
+    }
     const int axis = k >= kPrintY ? 1 : k >= kPrintX ? 0 : 2;
     for (std::size_t i = 0; i < board_.points().size(); ++i) {
       const RivalBoard::Point& point = board_.points()[i];

@@ -84,7 +84,7 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
   const NormalEquations normal = NormalEquationsOf(rival, at, blocks);
   Eigen::MatrixXd S = normal.H;
   double energy = 0;
-  Eigen::Index freedom = -S.rows();
+  Eigen::Index freedom = -kSharedCount;
   std::vector<Eigen::VectorXd> residuals;
   std::vector<std::vector<bool>> used;
   for (std::size_t j = 0; j < blocks.size(); ++j) {
