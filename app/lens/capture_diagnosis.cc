@@ -20,7 +20,8 @@ constexpr double kUsualAspect = 1.5e-3;  // of fy / fx from 1
 constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. Methodol. 25 (1995)
 constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
-constexpr double kMinExplained = 0.9;    // .. unless it explains this share of the sum of squares
+constexpr double kMinFreeNoise_px = 0.01;
+constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
 
 /// One fitted explanation.
 struct Attempt {
@@ -122,34 +123,69 @@ bool IsBoard(CaptureCause cause) {
          cause == CaptureCause::kBoardBends;
 }
 
+/// One capture, for fits with another noise.
+struct CaptureViews {
+  const Board& board;
+  std::span<const BoardView> views;
+  image::ImageSize size;
+  const LensFit& fit;
+  const ViewConsistency& consistency;
+
+  RivalProblem Problem(double noise_px) const {
+    return {board, views, size, fit, consistency.used, noise_px};
+  }
+};
+
+/// The lens by a fitted explanation.
+CaptureDiagnosis::Adopted AdoptedBy(const RivalProblem& problem, const Rival& rival,
+                                    const RivalResult& result) {
+  return {LensOfRival(rival.fisheye, result.shared, result.extra),
+          problem.PrecisionOf(rival, result),
+          result.shared.segment<3>(kBowX),
+          std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
+          problem.Linearized(rival, result),
+          {}};
+}
+
+/// The lens with a free board. The errors of the print count as noise until its points are free, so
+/// that the fit is repeated with the noise of its residuals.
+std::optional<CaptureDiagnosis::Adopted> AdoptedWithFreeBoard(const CaptureViews& capture,
+                                                              const RivalProblem& problem,
+                                                              const RivalResult& plain,
+                                                              bool bends) {
+  const Rival board = FreeBoard(problem.board(), bends);
+  const RivalResult first = problem.Fit(board, plain);
+  if (!first.converged) return std::nullopt;
+  const double sigma_px = problem.PrecisionOf(board, first).sigma_px;
+  const double noise_px = std::clamp(sigma_px, kMinFreeNoise_px,
+                                     std::max(kMinFreeNoise_px, capture.consistency.noise_px));
+  const RivalProblem finer = capture.Problem(noise_px);
+  const RivalResult result = finer.Fit(board, first);
+  if (!result.converged) return std::nullopt;
+  return AdoptedBy(finer, board, result);
+}
+
 /// @param others  explanations that the residuals do not exclude either
-std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const RivalProblem& problem,
+std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
+                                                   const RivalProblem& problem,
                                                    const RivalResult& plain, const Attempt& first,
-                                                   const std::vector<const Attempt*>& others,
-                                                   image::ImageSize size) {
+                                                   const std::vector<const Attempt*>& others) {
   std::vector<CaptureDiagnosis::Adopted> adopted;
-  const auto add = [&](const Rival& rival, const RivalResult& result) {
-    if (!result.converged) return;
-    CaptureDiagnosis::Adopted one{LensOfRival(rival.fisheye, result.shared, result.extra),
-                                  problem.PrecisionOf(rival, result),
-                                  result.shared.segment<3>(kBowX),
-                                  std::sqrt(2 * result.square_sum_px2 / result.observations),
-                                  problem.Linearized(rival, result),
-                                  {}};
+  if (IsBoard(first.finding.cause)) {
+    for (const bool bends : {false, true}) {
+      if (auto one = AdoptedWithFreeBoard(capture, problem, plain, bends))
+        adopted.push_back(std::move(*one));
+    }
+  } else if (LeavesOneLens(first.finding.cause)) {
+    adopted.push_back(AdoptedBy(problem, first.rival, first.result));
+  }
+  for (CaptureDiagnosis::Adopted& one : adopted) {
     for (const Attempt* other : others) {
       if (IsBoard(first.finding.cause) && IsBoard(other->finding.cause)) continue;  // included
       IncludeErrors(other->finding.cause,
-                    LensDifferences(one.lens, other->rival, other->result, size), one.error_px);
+                    LensDifferences(one.lens, other->rival, other->result, capture.size),
+                    one.error_px);
     }
-    adopted.push_back(std::move(one));
-  };
-  if (IsBoard(first.finding.cause)) {
-    for (const bool bends : {false, true}) {
-      const Rival board = FreeBoard(problem.board(), bends);
-      add(board, problem.Fit(board, plain));
-    }
-  } else if (LeavesOneLens(first.finding.cause)) {
-    add(first.rival, first.result);
   }
   return adopted;
 }
@@ -186,7 +222,8 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
                                  image::ImageSize size, const LensFit& fit,
                                  const ViewConsistency& consistency, bool force) {
   CaptureDiagnosis diagnosis;
-  const RivalProblem problem(board, views, size, fit, consistency.used, consistency.noise_px);
+  const CaptureViews capture{board, views, size, fit, consistency};
+  const RivalProblem problem = capture.Problem(consistency.noise_px);
   const RivalResult plain = problem.Fit({});
   if (!plain.converged) return diagnosis;
   const std::vector<Candidate> constant = ConstantCandidates();
@@ -217,7 +254,8 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
         LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);
     if (&attempt != &first) others.push_back(&attempt);
   }
-  if (!diagnosis.incomplete) diagnosis.adopted = AdoptedFrom(problem, plain, first, others, size);
+  if (!diagnosis.incomplete)
+    diagnosis.adopted = AdoptedFrom(capture, problem, plain, first, others);
   return diagnosis;
 }
 

@@ -385,6 +385,11 @@ LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) cons
     view.information =
         weight * (block.common.transpose() * block.common - B.transpose() * A.solve(B));
     view.pull = weight * (B.transpose() * A.solve(a) - block.common.transpose() * block.residuals);
+    if (!rival.local.empty()) {  // the board bends in each view: no change of it can be seen
+      view.information.rightCols<kSharedCount - kBowX>().setZero();
+      view.information.bottomRows<kSharedCount - kBowX>().setZero();
+      view.pull.tail<kSharedCount - kBowX>().setZero();
+    }
     information += view.information;
     fit.view_information.push_back(view);
   }

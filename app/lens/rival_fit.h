@@ -38,6 +38,7 @@ struct RivalPrecision {
   /// Factor on the covariance: the larger of the variance of the residuals, of their variance in
   /// the directions of the parameters, and of the part common to all views, in units of the noise.
   double dispersion = 1;
+  double sigma_px = 0;              ///< of a corner's coordinate, from the residuals
   std::vector<double> view_rms_px;  ///< per coordinate
 };
 

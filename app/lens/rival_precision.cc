@@ -90,7 +90,8 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
   for (std::size_t j = 0; j < blocks.size(); ++j) {
     const OwnEquations& own = normal.own[j];
     S -= own.B.transpose() * own.A.ldlt().solve(own.B);
-    const auto [explained, rank] = Explained(blocks[j].own, blocks[j].common, blocks[j].residuals);
+    const auto [explained, rank] =
+        Explained(blocks[j].own, blocks[j].common.leftCols<kSharedCount>(), blocks[j].residuals);
     energy += explained;
     freedom += rank - blocks[j].own.cols();
     const auto corners = std::count(views_[j].used.begin(), views_[j].used.end(), true);
@@ -109,8 +110,10 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
   }
   const double remaining =
       std::max(1.0, static_cast<double>(at.observations) - static_cast<double>(S.rows()) -
-                        6.0 * static_cast<double>(blocks.size()));
+                        (6.0 + static_cast<double>(rival.local.size())) *
+                            static_cast<double>(blocks.size()));
   const double variance = at.square_sum_px2 / remaining;
+  precision.sigma_px = std::sqrt(variance);
   const double common = CommonVariance(residuals, used, variance);
   precision.dispersion = std::max(
       {1.0, variance / noise2, freedom > 0 ? energy / noise2 / static_cast<double>(freedom) : 1.0,
