@@ -268,20 +268,26 @@ class Adjustment {
  private:
   SharedVector Deviations() const { return PriorDeviations(prior_, board_, size_, shared_[kFy]); }
 
-  /// Cost of one view after a few Gauss-Newton steps of its pose alone.
+  /// Cost of one view after a few Gauss-Newton steps of its pose alone; the best pose is kept, since
+  /// the last step may lead behind the camera.
   double RefinedCost(ViewState& state) const {
     const ViewCost cost(board_, state, sigma_px_);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::VectorXd residuals(cost.num_residuals());
     RowMajor by_pose(cost.num_residuals(), 6);
     double least = 1e300;
+    Vec6 best = state.pose;
     for (int step = 0; step < 6; ++step) {
       const double* parameters[] = {shared_.data(), state.pose.data()};
       double* jacobians[] = {nullptr, by_pose.data()};
-      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) return 1e300;
-      least = std::min(least, residuals.squaredNorm());
+      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) break;
+      if (residuals.squaredNorm() < least) {
+        least = residuals.squaredNorm();
+        best = state.pose;
+      }
       state.pose -= (by_pose.transpose() * by_pose).ldlt().solve(by_pose.transpose() * residuals);
     }
+    state.pose = best;
     return least;
   }
 
