@@ -38,6 +38,18 @@ int LensParameterOf(const Rival& rival, int common) {
   }
 }
 
+/// The lens parameters' part of the covariance of the common parameters.
+LensCovariance LensCovarianceIn(const Rival& rival, const Eigen::MatrixXd& covariance) {
+  LensCovariance of_lens = LensCovariance::Zero();
+  for (int i = 0; i < covariance.rows(); ++i) {
+    for (int k = 0; k < covariance.cols(); ++k) {
+      const int a = LensParameterOf(rival, i), b = LensParameterOf(rival, k);
+      if (a >= 0 && b >= 0) of_lens(a, b) = covariance(i, k);
+    }
+  }
+  return of_lens;
+}
+
 /// Energy of a view's residuals in the space of its derivatives, and the dimension of that space.
 std::pair<double, Eigen::Index> Explained(const Eigen::MatrixXd& own, const Eigen::MatrixXd& common,
                                           const Eigen::VectorXd& residuals) {
@@ -100,14 +112,8 @@ RivalPrecision RivalProblem::PrecisionOf(const Rival& rival, const RivalResult& 
     residuals.push_back(blocks[j].residuals);
     used.push_back(views_[j].used);
   }
-  const Eigen::MatrixXd covariance =
-      noise2 * S.ldlt().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()));
-  for (int i = 0; i < S.rows(); ++i) {
-    for (int k = 0; k < S.rows(); ++k) {
-      const int a = LensParameterOf(rival, i), b = LensParameterOf(rival, k);
-      if (a >= 0 && b >= 0) precision.covariance(a, b) = covariance(i, k);
-    }
-  }
+  precision.covariance = LensCovarianceIn(
+      rival, noise2 * S.ldlt().solve(Eigen::MatrixXd::Identity(S.rows(), S.cols())));
   const double remaining =
       std::max(1.0, static_cast<double>(at.observations) - static_cast<double>(S.rows()) -
                         (6.0 + static_cast<double>(rival.local.size())) *
