@@ -116,9 +116,15 @@ Solved SolvedOf(const lens::Lens& lens, const Vec3& bow) {
 }
 
 /// Ours, as `plumbline calibrate-lens` states it. @param flat  the comparison assumes a flat board
-Solver Ours(bool flat) {
-  return [flat](const MeasuredCapture& capture, const std::vector<lens::BoardView>& views) {
-    const lens::LensCalibration c = lens::CalibrateLens(capture.board, views, capture.size);
+/// @param known  calibrations that have been made, by capture and views
+Solver Ours(bool flat, std::map<std::string, lens::LensCalibration>& known) {
+  return [flat, &known](const MeasuredCapture& capture, const std::vector<lens::BoardView>& views) {
+    std::string key = capture.name;
+    for (const lens::BoardView& view : views) key += fmt::format("|{}", view.time_s);
+    auto found = known.find(key);
+    if (found == known.end())
+      found = known.emplace(key, lens::CalibrateLens(capture.board, views, capture.size)).first;
+    const lens::LensCalibration& c = found->second;
     if (!(c.lens.fx > 0)) return std::optional<Solved>();
     return std::optional(SolvedOf(c.lens, flat ? Vec3(Vec3::Zero()) : c.board_bow));
   };
@@ -185,9 +191,10 @@ void MeasuredLenses() {
     return;
   }
   cv::setNumThreads(1);
+  std::map<std::string, lens::LensCalibration> known;
   const std::pair<const char*, Solver> peers[] = {
-      {"ours", Ours(true)},
-      {"ours with its board's bow", Ours(false)},
+      {"ours", Ours(true, known)},
+      {"ours with its board's bow", Ours(false, known)},
       {"OpenCV, five parameters", OpenCv(0)},
       {"OpenCV, rational", OpenCv(cv::CALIB_RATIONAL_MODEL)},
       {"OpenCV, thin prism", OpenCv(cv::CALIB_THIN_PRISM_MODEL)},
