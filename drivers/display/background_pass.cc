@@ -34,7 +34,8 @@ void main() {
   radial /= 1.0 + r2 * (u_below.x + r2 * (u_below.y + r2 * u_below.z));
   if (u_fisheye && r2 > 1e-8) {
     float r = sqrt(r2), theta = atan(r), t2 = theta * theta;
-    radial = theta / r * (1.0 + t2 * (u_radial.x + t2 * (u_radial.y + t2 * (u_radial.z + t2 * u_below.x))));
+    float bent = u_radial.y + t2 * (u_radial.z + t2 * u_below.x);
+    radial = theta / r * (1.0 + t2 * (u_radial.x + t2 * bent));
   }
   vec2 d = n * (radial + 2.0 * dot(u_tangential.yx, n)) + u_tangential.yx * r2 +
            r2 * (u_prism.xz + r2 * u_prism.yw);
