@@ -21,6 +21,7 @@ constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. M
 constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
 constexpr double kMinFreeNoise_px = 0.01;
+constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
 constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
 
 /// One fitted explanation.
@@ -253,6 +254,14 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
     finding.error_px =
         LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);
     if (&attempt != &first) others.push_back(&attempt);
+  }
+  // A free board absorbs part of what a window or a shutter does: those that explain a good part of
+  // the same evidence stay credible.
+  for (const Attempt& attempt : attempts.all()) {
+    if (!IsBoard(first.finding.cause) || IsBoard(attempt.finding.cause)) continue;
+    if (std::find(others.begin(), others.end(), &attempt) == others.end() &&
+        attempt.finding.evidence > std::max(kMinEvidence, kCredibleShare * first.finding.evidence))
+      others.push_back(&attempt);
   }
   if (!diagnosis.incomplete)
     diagnosis.adopted = AdoptedFrom(capture, problem, plain, first, others);
