@@ -24,7 +24,8 @@ constexpr std::size_t kRecentBlurs = 40;
 constexpr std::size_t kMinViewsForFit = 3;
 constexpr std::size_t kFurtherViews = 5;  ///< between two judgements
 constexpr int kMaxViewsPerPrompt = 2;
-constexpr int kMaxRedundantFrames = 40;  ///< then another prompt is chosen
+constexpr double kSufficientShare = 0.9;  ///< of the image
+constexpr int kMaxRedundantFrames = 40;   ///< then another prompt is chosen
 
 /// Prompts before a lens can be fitted: the tilts that make a fit possible.
 constexpr lens::BoardPrompt kFirst[] = {lens::BoardPrompt::kTiltLeft, lens::BoardPrompt::kTiltUpper,
@@ -159,24 +160,35 @@ void BoardSession::ChoosePrompt() {
 
 void BoardSession::Judge() {
   calibration_ = lens::CalibrateLens(settings_.board, kept_, size_, settings_.options);
-  if (calibration_->accepted) {
-    state_ = State::kAccepted;
-    prompt_ = lens::BoardPrompt::kNone;
+  const bool full = kept_.size() >= static_cast<std::size_t>(settings_.max_views);
+  // Further views are asked for if they would make the lens usable in much more of the image.
+  const bool enough =
+      !calibration_->further_views_help || UsableShare(*calibration_) >= kSufficientShare;
+  if (calibration_->accepted && (enough || full)) {
+    Accept();
     return;
   }
   reasons_ = calibration_->reasons;
   judge_at_count_ = kept_.size() + kFurtherViews;
-  const bool full = kept_.size() >= static_cast<std::size_t>(settings_.max_views);
   if (full || !calibration_->further_views_help) {
     state_ = State::kRefused;
     prompt_ = lens::BoardPrompt::kNone;
   }
 }
 
+void BoardSession::Accept() {
+  state_ = State::kAccepted;
+  prompt_ = lens::BoardPrompt::kNone;
+}
+
 void BoardSession::CheckTimeout(double time_s) {
   if (state_ != State::kCapturing || time_s - start_s_ < settings_.patience_s) return;
   if (kept_.size() > kMinViewsForFit && !calibration_) Judge();
   if (state_ == State::kAccepted) return;
+  if (calibration_ && calibration_->accepted) {
+    Accept();
+    return;
+  }
   Refuse(fmt::format("not accepted within {:.0f} s; {} views kept{}", settings_.patience_s,
                      kept_.size(),
                      last_miss_reason_.empty() ? "" : "; last frame: " + last_miss_reason_));

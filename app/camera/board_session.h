@@ -54,6 +54,7 @@ class BoardSession {
   void Keep(lens::BoardView view);
   void ChoosePrompt();
   void Judge();
+  void Accept();
   void CheckTimeout(double time_s);
   void Refuse(std::string reason);
 

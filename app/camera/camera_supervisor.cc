@@ -231,12 +231,14 @@ void CameraSupervisor::Track(const FrameContext& context, const CameraFrame& fra
   devices_.tracker->SetAside(context.set_aside);
   const tracking::TrackedFrame& tracked =
       devices_.tracker->Update(frame.luma, frame.time_s, fits ? &lens->known : nullptr);
-  if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known.lens : nullptr);
+  if (show_) show_(*devices_.camera, frame, tracked, fits ? &lens->known : nullptr);
   if (lens == nullptr) return;
   std::vector<tracking::SeenTag> tags;  // empty if the lens does not apply to this image
   if (fits) {
     tags.reserve(tracked.tags.size());
-    for (const tracking::TrackedTag& tag : tracked.tags) tags.push_back(tag.seen);
+    for (const tracking::TrackedTag& tag : tracked.tags) {
+      if (tracking::InUsableRegion(lens->known, tag.seen)) tags.push_back(tag.seen);
+    }
   }
   const LensSupervisorSettings& settings = supervisor_.settings();
   const TagCheck check = CheckReferenceTags(*lens, context.baseline.get(), settings.cell, tags,
@@ -391,9 +393,10 @@ void CameraSupervisor::StoreLens(const BoardSession& session, const FrameContext
   const int decimals = DecimalsFor({fx_sd}, 2);
   sink_({log::Event::kCalibrated,
          fmt::format("camera: calibrated: f {:.{}f} px +- {:.{}f} px, projection uncertainty "
-                     "{:.2g} px (both 1 sd), {} views",
+                     "{:.2g} px (both 1 sd), {} views{}",
                      solved.lens.fx, decimals, fx_sd, decimals, solved.uncertainty.max_px,
-                     solved.frames_used.size())});
+                     solved.frames_used.size(),
+                     solved.notes.empty() ? "" : "; " + solved.notes.front())});
   // If this fails, the lens is still used until the zoom changes.
   const auto stored = stores_.lenses.Append(entry);
   WithSupervisor([&](LensSupervisor& supervisor) {

@@ -31,7 +31,7 @@ class CameraSupervisor {
   /// @param seen  tracked tags and bodies; empty while the board is captured
   /// @param lens  the lens used for `seen`; null if there is none
   using Show = std::function<void(Camera& camera, const CameraFrame& frame,
-                                  const tracking::TrackedFrame& seen, const lens::Lens* lens)>;
+                                  const tracking::TrackedFrame& seen, const lens::KnownLens* lens)>;
 
   /// @param camera     one of `vision.cameras`
   /// @param stores     shared by all cameras; must outlive this object

@@ -29,7 +29,8 @@ CameraPoint MeasurePoint(const tracking::PoseEstimate& cell, const tracking::Pos
   by_tool << R_WC, -R_WC * CrossMatrix(turned_C);
   // Moving the cell's pose by (delta, phi) moves the point by the opposite as seen from the cell.
   by_cell << -R_WC, R_WC * CrossMatrix(p_CQ - cell.X_CK.p);
-  const Eigen::Matrix<double, 3, 9> by_lens = by_tool * tool.by_lens + by_cell * cell.by_lens;
+  const Eigen::Matrix<double, 3, lens::kLensParameters> by_lens =
+      by_tool * tool.by_lens + by_cell * cell.by_lens;
   CameraPoint point;
   point.p_W = X_WK * (cell.X_CK.Inverse() * p_CQ);
   point.covariance_W = by_tool * NoiseOf(tool, lens) * by_tool.transpose() +

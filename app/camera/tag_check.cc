@@ -62,8 +62,9 @@ TagCheck CheckWithoutBaseline(const ActiveLens& lens, const tracking::Body& cell
   }
   if (judgement.verdict != TagTestOutcome::kGood) return check;
   if (!lens.calibrated) {
-    const double uncertain_px =
-        lens::ProjectionUncertaintyOf(used.lens, used.covariance, used.size).max_px;
+    const double uncertain_px = lens::ProjectionUncertaintyOf(used.lens, used.covariance, used.size,
+                                                              std::nullopt, used.usable_radius_px)
+                                    .max_px;
     if (uncertain_px > acceptable_px) {
       check.verdict = TagTestOutcome::kBad;
       check.message = fmt::format(
@@ -108,7 +109,9 @@ TagCheck CheckReferenceTags(const ActiveLens& lens, const TagBaseline* baseline,
       const lens::KnownLens drifted =
           WithFocalDrift(lens.known, judgement.log_focal, judgement.log_focal_sd);
       const double uncertain_px =
-          lens::ProjectionUncertaintyOf(drifted.lens, drifted.covariance, drifted.size).max_px;
+          lens::ProjectionUncertaintyOf(drifted.lens, drifted.covariance, drifted.size,
+                                        std::nullopt, drifted.usable_radius_px)
+              .max_px;
       if (uncertain_px > acceptable_px) {
         check.verdict = TagTestOutcome::kBad;
         check.message = fmt::format(

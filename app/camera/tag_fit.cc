@@ -126,15 +126,15 @@ std::optional<TagFitProblem> ProblemWithoutBaseline(const lens::KnownLens& lens,
   const auto rows = LinearizeAt(lens.lens, problem.observations, problem.start);
   if (!rows) return std::nullopt;
   const Eigen::Index count = rows->r.size();
-  Eigen::MatrixXd by_lens(count, 9);
+  Eigen::MatrixXd by_lens(count, static_cast<Eigen::Index>(lens::kLensParameters));
   Eigen::MatrixXd& C = problem.covariance;
   C = Eigen::MatrixXd::Zero(count, count);
   Eigen::Index at = 0;
   for (const TagObservation& observation : problem.observations) {
     for (std::size_t k = 0; k < 4; ++k) {
       const Vec3 p = problem.start * observation.p_K[k];
-      by_lens.block<2, 9>(at + 2 * static_cast<Eigen::Index>(k), 0) =
-          tracking::PixelByLens(lens.lens, p.head<2>() / p.z());
+      by_lens.middleRows<2>(at + 2 * static_cast<Eigen::Index>(k)) =
+          lens::PixelByLens(lens.lens, p.head<2>() / p.z());
     }
     const auto by_place = rows->J.block<8, 3>(at, 0);
     C.block<8, 8>(at, at) +=

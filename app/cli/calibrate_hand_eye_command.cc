@@ -172,12 +172,11 @@ int Run(const CalibrateHandEyeOptions& options) {
   Interruption interruption;
   Progress progress(std::cerr, options.quiet);
   std::size_t seen = 0;
-  hand_eye::TargetViews found =
-      hand_eye::FindTargets(options.images, inputs.names, inputs.poses, inputs.target,
-                            inputs.lens.lens, inputs.lens.size, [&] {
-                              progress.ShowCount(seen++, inputs.names.size(), "images");
-                              return Interruption::Requested();
-                            });
+  hand_eye::TargetViews found = hand_eye::FindTargets(
+      options.images, inputs.names, inputs.poses, inputs.target, inputs.lens, [&] {
+        progress.ShowCount(seen++, inputs.names.size(), "images");
+        return Interruption::Requested();
+      });
   progress.Clear();
   if (Interruption::Requested()) return Interrupted();
   if (const Result<void> codecs = camera::CheckImageCodecs(); !codecs) return Fail(codecs.error());

@@ -128,9 +128,25 @@ std::string OtherBoardHint(const CalibrateLensOptions& options,
   return "";
 }
 
+/// "k1 -0.1, k2 0.02, ..", with the kind of lens if it is not the usual one.
+std::string DistortionText(const lens::Lens& lens) {
+  const lens::LensModel model = ModelOf(lens);
+  const lens::LensVector values = lens::VectorOfLens(lens);
+  std::string text;
+  for (Eigen::Index k = 4; k < lens::kLensParameters; ++k) {
+    if (values[k] == 0 && (model != lens::LensModel::kUsual || k >= lens::kUsualParameters))
+      continue;
+    text += fmt::format("{}{} {:.5g}", text.empty() ? "" : ", ", lens::kLensParameterNames[k],
+                        values[k]);
+  }
+  return model == lens::LensModel::kUsual ? text : fmt::format("{} ({})", text, ModelName(model));
+}
+
 std::string Summary(const lens::LensCalibration& c, std::size_t images) {
   std::string text = c.accepted ? "accepted\n" : "refused\n";
-  for (const std::string& reason : c.reasons) text += "  " + reason + "\n";
+  for (const auto* lines : {&c.reasons, &c.notes}) {
+    for (const std::string& line : *lines) text += "  " + line + "\n";
+  }
   if (c.lens.fx > 0) {
     const auto sd = [&](int k) { return std::sqrt(c.covariance(k, k)); };
     const int f = DecimalsFor({sd(lens::kFx), sd(lens::kFy)}, 2),
@@ -138,13 +154,13 @@ std::string Summary(const lens::LensCalibration& c, std::size_t images) {
     text += fmt::format(
         "  f        {:.{}f} x {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
         "  centre   {:.{}f}, {:.{}f} px  (+- {:.{}f}, {:.{}f})\n"
-        "  distortion k1 {:.5g}, k2 {:.5g}, p1 {:.5g}, p2 {:.5g}, k3 {:.5g}\n"
-        "  standard deviation of the projection at most {:.3g} px over the image ({})\n"
+        "  distortion {}\n"
+        "  standard deviation of the projection at most {:.3g} px over {} ({})\n"
         "  RMS residual {:.3f} px per point; board bow {:.2f} mm; corners cover {:.0f} % of the "
         "image\n",
         c.lens.fx, f, c.lens.fy, f, sd(lens::kFx), f, sd(lens::kFy), f, c.lens.cx, centre,
-        c.lens.cy, centre, sd(lens::kCx), centre, sd(lens::kCy), centre, c.lens.k1, c.lens.k2,
-        c.lens.p1, c.lens.p2, c.lens.k3, c.uncertainty.max_px,
+        c.lens.cy, centre, sd(lens::kCx), centre, sd(lens::kCy), centre, DistortionText(c.lens),
+        c.uncertainty.max_px, UsableEverywhere(c) ? "the image" : "the usable region",
         c.uncertainty.distance_m ? fmt::format("at {:g} mm", 1e3 * *c.uncertainty.distance_m)
                                  : std::string("at infinity"),
         c.rms_px, 1e3 * c.board_bow_m, 100 * c.coverage);
@@ -179,6 +195,10 @@ std::string WithVerdict(std::string text, std::string_view begin, const char* ve
     // "--" must not occur in a comment of XML.
     for (std::size_t at = 0; (at = words.find("--", at)) != std::string::npos;) words[at] = '\'';
     mark += fmt::format(fmt::runtime(comment), words);
+  }
+  for (std::string words : calibration.notes) {
+    for (std::size_t at = 0; (at = words.find("--", at)) != std::string::npos;) words[at] = '\'';
+    mark += fmt::format(fmt::runtime(comment), "note: " + words);
   }
   text.insert(text.find(begin) + begin.size(), mark);
   return text;

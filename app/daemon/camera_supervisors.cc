@@ -50,7 +50,8 @@ Result<std::unique_ptr<CameraSupervisors>> CameraSupervisors::Open(
     auto devices = camera::MakeCameraDevices(camera, vision.tags);
     if (!devices) return Error{CameraLogLine(name, devices.error())};
     const auto show = [&display, k](camera::Camera& shown, const camera::CameraFrame& frame,
-                                    const tracking::TrackedFrame& seen, const lens::Lens* lens) {
+                                    const tracking::TrackedFrame& seen,
+                                    const lens::KnownLens* lens) {
       display.PublishImage(k, shown, frame, seen, lens);
     };
     supervisors->cameras_.push_back(

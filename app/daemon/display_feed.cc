@@ -13,11 +13,14 @@ namespace {
 constexpr double kPeriodWithoutImages_s = 0.15;
 
 view_link::ViewCamera SeenBy(const camera::Camera& camera, const tracking::TrackedFrame& seen,
-                             const lens::Lens* lens) {
+                             const lens::KnownLens* lens) {
   view_link::ViewCamera view;
   view.serial = camera.identity().serial;
   view.mode = camera.identity().mode;
-  if (lens != nullptr) view.lens = *lens;
+  if (lens != nullptr) {
+    view.lens = lens->lens;
+    if (!UsableEverywhere(*lens)) view.usable_radius_px = lens->usable_radius_px;
+  }
   for (const tracking::TrackedTag& tag : seen.tags) {
     view_link::ViewTag shown;
     shown.id = tag.seen.id;
@@ -97,7 +100,7 @@ bool DisplayFeed::HasViewers() {
 
 void DisplayFeed::PublishImage(std::size_t k, camera::Camera& camera,
                                const camera::CameraFrame& frame, const tracking::TrackedFrame& seen,
-                               const lens::Lens* lens) {
+                               const lens::KnownLens* lens) {
   const std::lock_guard lock(mutex_);
   if (!publisher_ || cycle_ == nullptr || !HasViewers()) return;
   const std::vector<std::uint8_t>* const bgr = camera.Bgr();

@@ -254,7 +254,8 @@ void Calibration::Fill() {
   result_.lens = lens_;
   if (options_.free_lens) {
     result_.lens.lens = state_.lens;
-    result_.lens.covariance = fit_.covariance.block<9, 9>(kLensFirst, kLensFirst);
+    result_.lens.covariance.topLeftCorner<9, 9>() =
+        fit_.covariance.block<9, 9>(kLensFirst, kLensFirst);
   }
   if (options_.free_joints && joints() > 0) {
     result_.joint_offsets = state_.offsets;

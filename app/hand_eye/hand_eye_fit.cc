@@ -141,7 +141,7 @@ NormalEquations NormalAt(const std::vector<HandEyeView>& views, const HandEyeOpt
       const Eigen::Matrix2d d_n = lens::PixelJacobian(state.lens, n);
       d_point << d_n / p.z(), -d_n * n / p.z();
       Eigen::Matrix<double, 2, kHandEyeShared> J = d_point * derivatives.shared;
-      J.middleCols<9>(kLensFirst) = tracking::PixelByLens(state.lens, n);
+      J.middleCols<9>(kLensFirst) = lens::PixelByLens(state.lens, n).leftCols<9>();
       const Eigen::Matrix<double, 2, 6> J_own = d_point * derivatives.own;
       const lens::Vec2 r = lens::PixelOfNormalised<double>(state.lens, n) - view.pixels[i];
       const double length = r.norm() / noise.corner_px;

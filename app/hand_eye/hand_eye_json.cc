@@ -49,12 +49,13 @@ Json LensJson(const HandEye& result) {
   const lens::Lens& lens = result.lens.lens;
   Json sds;
   for (int k = 0; k < lens::kLensCount; ++k)
-    sds[lens::kLensNames[k]] = std::sqrt(std::max(0.0, result.lens.covariance(k, k)));
+    sds[lens::kLensParameterNames[k]] = std::sqrt(std::max(0.0, result.lens.covariance(k, k)));
   return {{"fx", lens.fx},
           {"fy", lens.fy},
           {"cx", lens.cx},
           {"cy", lens.cy},
-          {"distortion", {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3}},
+          {"model", lens::ModelName(lens::ModelOf(lens))},
+          {"distortion", lens::DistortionOf(lens)},
           {"sd", sds}};
 }
 

@@ -13,8 +13,8 @@ namespace {
 lens::LensCovariance WeakLensPrior(const lens::Lens& lens, const image::ImageSize& image) {
   const double corner = std::hypot(image.width, image.height) / (lens.fx + lens.fy);
   const double c2 = corner * corner;
-  Eigen::Matrix<double, 9, 1> sd;
-  sd << 0.03 * lens.fx, 0.03 * lens.fy, 0.02 * image.width, 0.02 * image.width, 0.3 / c2,
+  lens::LensVector sd = lens::LensVector::Zero();
+  sd.head<9>() << 0.03 * lens.fx, 0.03 * lens.fy, 0.02 * image.width, 0.02 * image.width, 0.3 / c2,
       0.1 / (c2 * c2), 0.01, 0.01, 0.03 / (c2 * c2 * c2);
   return lens::LensCovariance(sd.cwiseAbs2().asDiagonal());
 }
@@ -29,6 +29,7 @@ HandEyePrior MakePrior(const lens::KnownLens& lens, const HandEyeOptions& option
   prior.active[kTargetSize] = options.free_size;
   prior.information(kTargetSize, kTargetSize) = 1 / (kSizeSd * kSizeSd);
   if (options.free_lens) {
+    // The terms of other distortion models stay as calibrated.
     lens::LensCovariance covariance = lens.covariance;
     if ((covariance.diagonal().array() <= 0).all())
       covariance = WeakLensPrior(lens.lens, options.image);

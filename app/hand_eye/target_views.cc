@@ -47,12 +47,26 @@ std::string AddTags(const image::LumaView& image, const tracking::Body& body,
   return {};
 }
 
+constexpr std::size_t kMinPoints = 4;
+
+/// Removes the points that lie outside the lens's usable region.
+void RemoveOutside(const lens::KnownLens& lens, HandEyeView& view) {
+  HandEyeView inside = view;
+  inside.points_K.clear();
+  inside.pixels.clear();
+  for (std::size_t i = 0; i < view.pixels.size(); ++i) {
+    if (!UsableAt(lens, view.pixels[i])) continue;
+    inside.points_K.push_back(view.points_K[i]);
+    inside.pixels.push_back(view.pixels[i]);
+  }
+  view = std::move(inside);
+}
+
 }  // namespace
 
 TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
                         const std::map<std::string, RobotPose>& poses, const Target& target,
-                        const lens::Lens& lens, image::ImageSize size,
-                        const std::function<bool()>& interrupted) {
+                        const lens::KnownLens& lens, const std::function<bool()>& interrupted) {
   TargetViews found;
   const auto refuse = [&](const std::string& name, std::string reason) {
     found.refused.push_back({name, std::move(reason)});
@@ -73,9 +87,9 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
       refuse(name, image.error());
       continue;
     }
-    if (image->View().size() != size) {
+    if (image->View().size() != lens.size) {
       refuse(name, fmt::format("{} x {} px, but the lens was calibrated at {} x {}", image->width,
-                               image->height, size.width, size.height));
+                               image->height, lens.size.width, lens.size.height));
       continue;
     }
     HandEyeView view;
@@ -84,9 +98,14 @@ TargetViews FindTargets(const std::string& folder, const std::vector<std::string
     view.q = pose->second.q;
     const std::string why = target.body == nullptr
                                 ? AddBoard(image->View(), target.board, view)
-                                : AddTags(image->View(), *target.body, lens, *detector, view);
+                                : AddTags(image->View(), *target.body, lens.lens, *detector, view);
     if (!why.empty()) {
       refuse(name, why);
+      continue;
+    }
+    RemoveOutside(lens, view);
+    if (view.pixels.size() < kMinPoints) {
+      refuse(name, "the target lies outside the region in which the lens is usable");
       continue;
     }
     found.views.push_back(std::move(view));

@@ -10,6 +10,7 @@
 #include "app/lens/board.h"
 #include "app/tracking/bodies.h"
 #include "firmware-like/image/image_size.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline::hand_eye {
 
@@ -31,7 +32,6 @@ struct TargetViews {
 /// @param interrupted  called before each image; true ends the search early
 TargetViews FindTargets(const std::string& folder, const std::vector<std::string>& names,
                         const std::map<std::string, RobotPose>& poses, const Target& target,
-                        const lens::Lens& lens, image::ImageSize size,
-                        const std::function<bool()>& interrupted);
+                        const lens::KnownLens& lens, const std::function<bool()>& interrupted);
 
 }  // namespace plumbline::hand_eye

@@ -5,295 +5,30 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/lens/calibration_reasons.h"
 #include "app/lens/capture_change.h"
 #include "app/lens/capture_diagnosis.h"
+#include "app/lens/usable_region.h"
 #include "app/lens/view_consistency.h"
+#include "app/lens/view_selection.h"
 #include "firmware-like/statistics/median.h"
 
 namespace plumbline::lens {
 namespace {
 
-constexpr std::size_t kMinViews = 6;
-// Nominal false alarm rate for each of three kinds of change. In simulation one faultless capture
-// in a hundred is refused at this level.
-constexpr double kChangeSignificance = 1e-2;
-constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
 // A zoom by 1 % before the last view must exceed five standard deviations ..
 constexpr double kMaxLastViewFocalSd = 2e-3;
 constexpr double kMaxLastViewRatio = 2;  // .. unless no view of this capture would show it
 constexpr double kMinCoverage = 0.35;
-constexpr int kCellColumns = 6, kCellRows = 4;
-constexpr double kMinTilt_rad = 0.15;       // range of the board's normals
-constexpr double kSufficientReach = 0.9;    // of the way to the image's corner; selects the advice
-constexpr double kMaxBlurRatio = 2.5;       // times the median edge width
 constexpr double kMaxSharedVariance = 0.4;  // share of a view's variance common to all views
-constexpr double kMostlyNoise = 0.7;        // noise in the residuals
-constexpr double kMinShareOfNoise = 0.5;    // of the uncertainty; below, other causes dominate
-constexpr const char* kDoesNotFit = "does not fit the other views: moved, or detected wrongly";
-
-/// The views without those that are far more blurred than the others.
-std::vector<BoardView> RemoveBlurred(std::span<const BoardView> views,
-                                     std::vector<RefusedFrame>& refused) {
-  std::vector<double> widths;
-  for (const BoardView& view : views) widths.push_back(view.blur_px);
-  std::vector<BoardView> sharp;
-  if (widths.empty()) return sharp;
-  const double limit = std::max(kMaxBlurRatio * statistics::MedianOf(widths), 1.5);
-  for (const BoardView& view : views) {
-    if (view.blur_px > limit) {
-      refused.push_back(
-          {view.name,
-           fmt::format("blurred: edges {:.1f} px wide; hold the board still", view.blur_px)});
-    } else {
-      sharp.push_back(view);
-    }
-  }
-  return sharp;
-}
-
-/// Removes the views with these indices, which are ascending.
-void RemoveViews(const std::vector<std::size_t>& indices, const std::string& why,
-                 std::vector<BoardView>& views, std::vector<RefusedFrame>& refused) {
-  std::vector<BoardView> remaining;
-  for (std::size_t j = 0; j < views.size(); ++j) {
-    if (std::binary_search(indices.begin(), indices.end(), j)) {
-      refused.push_back({views[j].name, why});
-    } else {
-      remaining.push_back(std::move(views[j]));
-    }
-  }
-  views = std::move(remaining);
-}
-
-double Coverage(std::span<const BoardView> views, image::ImageSize size) {
-  std::vector<bool> cells(std::size_t{kCellColumns} * kCellRows, false);
-  for (const BoardView& view : views) {
-    for (std::size_t k = 0; k < view.corners_px.size(); ++k) {
-      if (!view.seen[k]) continue;
-      const int column = static_cast<int>(view.corners_px[k].x() * kCellColumns / size.width);
-      const int row = static_cast<int>(view.corners_px[k].y() * kCellRows / size.height);
-      cells[std::clamp(row, 0, kCellRows - 1) * kCellColumns +
-            std::clamp(column, 0, kCellColumns - 1)] = true;
-    }
-  }
-  return static_cast<double>(std::count(cells.begin(), cells.end(), true)) /
-         static_cast<double>(cells.size());
-}
-
-/// Variance of a corner's coordinate that is common to all views: errors of the print and board
-/// shape beyond the model.
-double SharedVariance(const LensFit& fit) {
-  const std::size_t corners = fit.residuals_px[0].size();
-  double sum = 0;
-  int count = 0;
-  for (std::size_t k = 0; k < corners; ++k) {
-    Vec2 mean = Vec2::Zero();
-    int views = 0;
-    for (std::size_t j = 0; j < fit.residuals_px.size(); ++j) {
-      if (!fit.used[j][k]) continue;
-      mean += fit.residuals_px[j][k];
-      ++views;
-    }
-    if (views < 2) continue;
-    sum += 0.5 * (mean / views).squaredNorm() - fit.sigma_px * fit.sigma_px / views;
-    ++count;
-  }
-  return count > 0 ? std::max(0.0, sum / count) : 0;
-}
-
-double TiltSpread(const LensFit& fit) {
-  double widest = 0;
-  for (const Pose& a : fit.X_CK) {
-    for (const Pose& b : fit.X_CK)
-      widest = std::max(widest, std::acos(std::clamp(a.R.col(2).dot(b.R.col(2)), -1.0, 1.0)));
-  }
-  return widest;
-}
-
-/// Distance from the image centre to the farthest used corner, as a share of that to the image's
-/// corner.
-double ReachOf(const LensFit& fit, std::span<const BoardView> views, image::ImageSize size) {
-  const Vec2 middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
-  double farthest = 0;
-  for (std::size_t j = 0; j < views.size(); ++j) {
-    for (std::size_t k = 0; k < views[j].corners_px.size(); ++k) {
-      if (fit.used[j][k]) farthest = std::max(farthest, (views[j].corners_px[k] - middle).norm());
-    }
-  }
-  return farthest / middle.norm();
-}
-
-/// Peak-to-valley deviation of the board from its plane [m].
-/// @param bow  kBowX, kBowY, kBowXY
-double LargestBow(const Vec3& bow, const Board& board) {
-  double lowest = 0, highest = 0;
-  for (int k = 0; k < board.corners(); ++k) {
-    const Vec2 at = board.Corner(k) - board.Centre();
-    const double z =
-        bow.x() * at.x() * at.x() + bow.y() * at.y() * at.y() + bow.z() * at.x() * at.y();
-    lowest = std::min(lowest, z);
-    highest = std::max(highest, z);
-  }
-  return highest - lowest;
-}
-
-/// "the focal length changed by 0.21 % between view 4 and view 5"
-std::string Describe(const CaptureChange& change, const LensFit& fit,
-                     std::span<const BoardView> views, const Board& board) {
-  const std::string when =
-      change.steady ? "from the first to the last"
-                    : fmt::format("between {} and {}", views[change.first_view_after - 1].name,
-                                  views[change.first_view_after].name);
-  switch (change.kind) {
-    case CaptureChange::Kind::kFocalLength:
-      return fmt::format("the focal length changed by {:.2f} % {}",
-                         100 * change.delta[kFx] / fit.shared[kFx], when);
-    case CaptureChange::Kind::kCentre:
-      return fmt::format("the principal point moved by {:.1f} px {}",
-                         std::hypot(change.delta[kCx], change.delta[kCy]), when);
-    case CaptureChange::Kind::kBoard:
-      break;
-  }
-  return fmt::format("the board bent by {:.2f} mm {}",
-                     1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
-}
-
-/// Widens the covariance for changes that are too small to be detected.
-/// @return  what changed by more than chance: "the lens moved while the frames were taken: ..";
-///          empty: nothing
-/// @param head_on  the last view would not show a zoom before it, unlike the others
-std::string CaptureChangesIn(const LensFit& fit, std::span<const BoardView> views, double widening,
-                             LensCalibration& result, bool& head_on) {
-  CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
-  result.covariance += test.undetected_covariance;
-  head_on = test.last_view_focal_sd >
-            std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
-  auto& changes = test.changes;
-  std::sort(changes.begin(), changes.end(),
-            [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
-  std::string words;
-  bool lens_moved = false;
-  for (const CaptureChange& change : changes) {
-    if (change.p_value > kChangeSignificance ||
-        change.chi2 < kAlternativeChi2Share * changes[0].chi2)
-      continue;
-    if (!words.empty()) words += ", or ";
-    words += Describe(change, fit, views, result.board);
-    lens_moved |= change.kind != CaptureChange::Kind::kBoard;
-  }
-  if (words.empty()) return words;
-  return fmt::format(
-      "the {} moved while the frames were taken: {}; let the zoom come to rest, "
-      "fasten camera, lens and board, and repeat the capture",
-      lens_moved ? "lens" : "board", words);
-}
-
-/// One reason for a capture that one lens and one board do not explain.
-std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
-  const auto& findings = diagnosis.findings;
-  if (findings.empty()) {
-    return "one lens and one flat board do not explain the frames, and the cause is not clear; "
-           "fasten camera and lens, use a flat board that is printed true to size, hold it still, "
-           "and repeat the capture";
-  }
-  const bool moved = findings[0].cause == CaptureCause::kFocalLength ||
-                     findings[0].cause == CaptureCause::kPrincipalPoint ||
-                     findings[0].cause == CaptureCause::kCameraVaries;
-  std::string reason = moved ? "the lens moved while the frames were taken: " : "";
-  if (!diagnosis.clear())
-    reason = "one lens and one flat board do not explain the frames, and the cause is not clear: ";
-  if (!diagnosis.clear() && findings.size() == 1) reason += "most likely ";
-  for (std::size_t k = 0; k < findings.size(); ++k)
-    reason += (k > 0 ? ", or " : "") + findings[k].words;
-  return reason + "; " + findings[0].remedy;
-}
-
-/// Largest error of the lens if one of the findings is true [px].
-double ErrorOf(const CaptureDiagnosis& diagnosis) {
-  double largest = 0;
-  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
-    largest = std::max(largest, finding.error_px);
-  return largest;
-}
-
-/// Advice on views that would determine the lens better.
-std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
-                          image::ImageSize size) {
-  const double reach = ReachOf(fit, views, size);
-  if (TiltSpread(fit) < kMinTilt_rad) {
-    return "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the "
-           "right, up and down";
-  }
-  if (reach < kSufficientReach) {
-    return fmt::format(
-        "the board was seen only up to {:.0f} % of the way from the centre to the corners of the "
-        "image, and the lens is unknown beyond; hold the board into the corners",
-        100 * reach);
-  }
-  return "take more views, tilted and close to the corners of the image";
-}
-
-std::string UncertaintyReason(const LensCalibration& result, const CalibrationOptions& options,
-                              const std::string& advice) {
-  return fmt::format(
-      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
-      "{:.2g} px is acceptable: {}",
-      result.uncertainty.max_px, options.acceptable_px, advice);
-}
+// A view is displaced if its RMS exceeds this many times the median, and its noise.
+constexpr double kDisplacedRatio = 3, kDisplacedNoise = 1.5;
+constexpr double kMostlyNoise = 0.7;      // noise in the residuals
+constexpr double kMinShareOfNoise = 0.5;  // of the uncertainty; below, other causes dominate
 
 /// Share of the corners' noise in the residuals: 1 if nothing else is in them.
 double NoiseShare(const LensFit& fit, const ViewConsistency& consistency) {
   return std::min(1.0, consistency.noise_px / fit.sigma_px);
-}
-
-/// Fit of all views that were not detected wrongly, and their consistency.
-struct ConsistentFit {
-  LensFit fit;
-  ViewConsistency consistency;
-};
-
-std::string TooFewViews(std::size_t usable, const std::vector<RefusedFrame>& refused) {
-  std::string reason = fmt::format(
-      "the board was found in {} usable frames; at least {} are "
-      "needed: hold the whole board in the image, well lit and still",
-      usable, kMinViews);
-  const auto wrong = std::count_if(refused.begin(), refused.end(), [](const RefusedFrame& frame) {
-    return frame.reason == kDoesNotFit;
-  });
-  if (wrong > 0) {
-    reason += fmt::format(
-        "; {} further frames do not fit the others, as if the board was detected wrongly", wrong);
-  }
-  return reason;
-}
-
-/// Removes views that were detected wrongly until none is left.
-Result<ConsistentFit> FitConsistentViews(const Board& board, image::ImageSize size,
-                                         std::vector<BoardView>& kept,
-                                         std::vector<RefusedFrame>& refused) {
-  while (kept.size() >= kMinViews) {
-    Result<LensFit> fit = FitLens(board, kept, size);
-    if (!fit) return Error{fit.error()};
-    ViewConsistency consistency = ConsistencyOf(board, *fit, kept);
-    if (consistency.wrong.empty())
-      return ConsistentFit{std::move(fit.value()), std::move(consistency)};
-    RemoveViews(consistency.wrong, kDoesNotFit, kept, refused);
-  }
-  return Error{TooFewViews(kept.size(), refused)};
-}
-
-/// Names of the views after the last one that is used: nothing shows the state of the lens then.
-std::vector<std::string> UnusedAtTheEnd(std::span<const BoardView> views,
-                                        std::span<const BoardView> kept) {
-  std::vector<std::string> names;
-  for (auto view = views.rbegin(); view != views.rend(); ++view) {
-    const bool used = std::any_of(kept.begin(), kept.end(), [&](const BoardView& other) {
-      return other.name == view->name && other.time_s == view->time_s;
-    });
-    if (used) break;
-    names.insert(names.begin(), view->name);
-  }
-  return names;
 }
 
 /// Numbers of the result; the covariance is widened for errors that all views share.
@@ -303,41 +38,77 @@ double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalib
   result.lens = LensFromShared(fit.shared);
   result.rms_px = fit.rms_px;
   result.sigma_px = fit.sigma_px;
-  result.board_bow_m = LargestBow(fit.shared.segment<3>(kBowX), result.board);
+  result.board_bow = fit.shared.segment<3>(kBowX);
+  result.board_bow_m = LargestBow(result.board_bow, result.board);
   result.coverage = Coverage(kept, result.size);
   result.frames_used.clear();
   for (const BoardView& view : kept) result.frames_used.push_back(view.name);
   const double shared = SharedVariance(fit) / (fit.sigma_px * fit.sigma_px);
   widening = std::max({1.0, fit.dispersion, 1 + static_cast<double>(kept.size()) * shared});
-  result.covariance = widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>();
+  result.covariance =
+      FullCovariance(widening * fit.covariance.topLeftCorner<kLensCount, kLensCount>());
   return shared;
 }
 
-/// States the uncertainty, including that a finding of the diagnosis is true: its lens is then as
-/// credible as the plain one.
-void StateUncertainty(const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
-                      LensCalibration& result) {
-  const auto state = [&] {
-    result.uncertainty =
-        ProjectionUncertaintyOf(result.lens, result.covariance, result.size, options.distance_m);
-  };
-  state();
-  const double error_px = ErrorOf(diagnosis);
-  if (!(error_px > 0)) return;
-  const double more = error_px / std::max(1e-6, result.uncertainty.max_px);
-  if (std::isfinite(more)) {
-    result.covariance *= 1 + more * more;
-    state();
-  } else {
-    result.uncertainty.max_px = INFINITY;
-  }
+/// Largest error of the plain lens within each candidate radius, if one of the findings is true
+/// [px].
+RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
+  RadiusErrors largest{};
+  for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
+    IncludeErrors(finding.cause, finding.error_px, largest);
+  return largest;
+}
+
+/// Chooses the usable region and states the uncertainty there, including that a finding of the
+/// diagnosis is true: its lens is then as credible as the plain one.
+RegionChoice StateUncertainty(const RadiusErrors& errors_px, const CalibrationOptions& options,
+                              LensCalibration& result) {
+  const RegionChoice region = LargestRegion(result.lens, result.covariance, errors_px, result.size,
+                                            options.distance_m, options.acceptable_px);
+  result.usable_radius_px = region.radius_px;
+  const double more = region.error_px / std::max(1e-6, region.plain_px);
+  if (std::isfinite(more)) result.covariance *= 1 + more * more;
+  result.uncertainty = ProjectionUncertaintyOf(result.lens, result.covariance, result.size,
+                                               options.distance_m, region.radius_px);
+  if (!std::isfinite(more)) result.uncertainty.max_px = INFINITY;
+  result.everywhere_px = region.everywhere_px;
+  return region;
+}
+
+/// Covariance of the lens if the corners had nothing but their noise.
+LensCovariance CovarianceByNoise(const ConsistentFit& fitted) {
+  return FullCovariance(std::pow(NoiseShare(fitted.fit, fitted.consistency), 2) *
+                        fitted.fit.covariance.topLeftCorner<kLensCount, kLensCount>());
+}
+
+/// What would make the lens certain where it is not.
+struct Advice {
+  std::string words;
+  bool more_views = false;  ///< further views help
+};
+
+Advice AdviceOn(const ConsistentFit& fitted, std::span<const BoardView> kept,
+                const CaptureDiagnosis& diagnosis, const CalibrationOptions& options,
+                const LensCalibration& result) {
+  // More views help only if the noise alone makes the lens uncertain.
+  const auto& [fit, consistency] = fitted;
+  const double by_noise_px = ProjectionUncertaintyOf(result.lens, CovarianceByNoise(fitted),
+                                                     result.size, options.distance_m)
+                                 .max_px;
+  if (kMinShareOfNoise * result.everywhere_px < by_noise_px ||
+      !(by_noise_px <= options.acceptable_px) || NoiseShare(fit, consistency) > kMostlyNoise)
+    return {AdviceOnViews(fit, kept, result.size), true};
+  if (!diagnosis.findings.empty()) return {ReasonOf(diagnosis), false};
+  return {fmt::format("one lens and one flat board explain the corners to {:.2f} px, but "
+                      "their noise is {:.2f} px, and the cause is not clear; use a stiff "
+                      "board printed true to size, avoid heat haze and vibration",
+                      fit.sigma_px, consistency.noise_px),
+          true};
 }
 
 /// What is wrong with the views as such: too few at the end, too similar, too far from the corners.
-void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
-                std::span<const BoardView> views, const CalibrationOptions& options,
-                LensCalibration& result) {
-  const auto& [fit, consistency] = fitted;
+void JudgeViews(std::span<const BoardView> kept, std::span<const BoardView> views,
+                const Advice& advice, const CalibrationOptions& options, LensCalibration& result) {
   if (const auto unused = UnusedAtTheEnd(views, kept); !unused.empty()) {
     result.reasons.push_back(fmt::format(
         "the last {} (from {}) cannot be used, so nothing shows that the lens is still the same; "
@@ -345,22 +116,8 @@ void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
         unused.size() == 1 ? "frame" : fmt::format("{} frames", unused.size()), unused.front()));
   }
   if (!(result.uncertainty.max_px <= options.acceptable_px)) {
-    // More views help only if the noise alone makes the lens uncertain.
-    const LensMatrix covariance = std::pow(NoiseShare(fit, consistency), 2) *
-                                  fit.covariance.topLeftCorner<kLensCount, kLensCount>();
-    const double by_noise_px =
-        ProjectionUncertaintyOf(result.lens, covariance, result.size, options.distance_m).max_px;
-    const bool noise = kMinShareOfNoise * result.uncertainty.max_px < by_noise_px ||
-                       !(by_noise_px <= options.acceptable_px) ||
-                       NoiseShare(fit, consistency) > kMostlyNoise;
-    const std::string advice =
-        noise ? AdviceOnViews(fit, kept, result.size)
-              : fmt::format(
-                    "one lens and one flat board explain the corners to {:.2f} px, but "
-                    "their noise is {:.2f} px, and the cause is not clear; use a stiff "
-                    "board printed true to size, avoid heat haze and vibration",
-                    fit.sigma_px, consistency.noise_px);
-    result.reasons.push_back(UncertaintyReason(result, options, advice));
+    result.reasons.push_back(
+        UncertaintyReason(result.uncertainty.max_px, options.acceptable_px, advice.words));
   }
   if (result.coverage < kMinCoverage) {
     result.reasons.push_back(
@@ -368,6 +125,67 @@ void JudgeViews(const ConsistentFit& fitted, std::span<const BoardView> kept,
                     "the corners of the image",
                     100 * result.coverage));
   }
+}
+
+/// A lens with what the capture says about it.
+struct Verdict {
+  LensCalibration result;
+  RegionChoice region;
+  std::string change;      ///< see ChangeReason()
+  bool head_on = false;    ///< the last view would not show a zoom before it, unlike the others
+  bool displaced = false;  ///< some views do not fit
+
+  bool acceptable() const { return region.acceptable && change.empty() && !displaced; }
+};
+
+/// Tests for changes, and widens the covariance for those that are too small to be detected.
+void TestChanges(const LensFit& fit, std::span<const BoardView> views, double widening,
+                 Verdict& verdict) {
+  const CaptureChangeTest test = TestForCaptureChanges(fit, views, widening);
+  verdict.result.covariance += FullCovariance(test.undetected_covariance);
+  verdict.head_on = test.last_view_focal_sd >
+                    std::max(kMaxLastViewFocalSd, kMaxLastViewRatio * test.typical_view_focal_sd);
+  verdict.change = ChangeReason(test, fit, views, verdict.result.board);
+}
+
+/// Whether a view fits much worse than the others and than its noise.
+bool AnyDisplaced(const std::vector<double>& view_rms_px, double noise_px) {
+  std::vector<double> sizes = view_rms_px;
+  const double usual_px = statistics::MedianOf(sizes);
+  return std::any_of(view_rms_px.begin(), view_rms_px.end(), [&](double rms_px) {
+    return rms_px > kDisplacedRatio * usual_px && rms_px > kDisplacedNoise * noise_px;
+  });
+}
+
+/// The lens by the best explanation.
+Verdict AdoptedVerdict(const CaptureDiagnosis::Adopted& adopted, const ConsistentFit& fitted,
+                       std::span<const BoardView> kept, const CalibrationOptions& options,
+                       const LensCalibration& plain) {
+  Verdict verdict;
+  verdict.result = plain;
+  verdict.result.lens = adopted.lens;
+  verdict.result.rms_px = adopted.rms_px;
+  verdict.result.board_bow = adopted.board_bow;
+  verdict.result.board_bow_m = LargestBow(adopted.board_bow, plain.board);
+  verdict.result.covariance = adopted.precision.dispersion * adopted.precision.covariance;
+  TestChanges(adopted.linearized, kept, adopted.precision.dispersion, verdict);
+  verdict.displaced = AnyDisplaced(adopted.precision.view_rms_px, fitted.consistency.noise_px);
+  verdict.region = StateUncertainty(adopted.error_px, options, verdict.result);
+  return verdict;
+}
+
+/// Reasons to refuse a capture that one lens and one board do not explain.
+std::vector<std::string> ReasonsOf(const Verdict& verdict, const CaptureDiagnosis& diagnosis,
+                                   double shared) {
+  const bool found = !diagnosis.findings.empty();
+  if (verdict.displaced || (found && (!verdict.region.acceptable || !verdict.change.empty())))
+    return {ReasonOf(diagnosis)};
+  if (!verdict.change.empty()) return {verdict.change};
+  if (verdict.region.acceptable || !(shared > kMaxSharedVariance)) return {};
+  return {fmt::format(
+      "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
+      "same in all views; use a flat board that is printed true to size",
+      100 * shared)};
 }
 
 /// Fills in the result and the reasons to refuse it.
@@ -378,46 +196,54 @@ bool Judge(const ConsistentFit& fitted, std::span<const BoardView> kept,
   const auto& [fit, consistency] = fitted;
   double widening = 1;
   const double shared = FillResult(fit, kept, result, widening);
-  bool head_on = false;
-  const std::string change = CaptureChangesIn(fit, kept, widening, result, head_on);
-  const bool displaced = !consistency.displaced.empty();
-  const bool uneven = shared > kMaxSharedVariance;
-  const CaptureDiagnosis diagnosis = DiagnoseCapture(result.board, kept, result.size, fit,
-                                                     consistency, displaced || !change.empty());
-  StateUncertainty(diagnosis, options, result);
-  const bool uncertain = !(result.uncertainty.max_px <= options.acceptable_px);
-  const bool found = !diagnosis.findings.empty();
-  if (displaced && !found && 4 * consistency.displaced.size() <= kept.size()) return false;
-  if (displaced || (found && (uncertain || !change.empty()))) {
-    result.reasons.push_back(ReasonOf(diagnosis));
-  } else if (!change.empty()) {
-    result.reasons.push_back(change);
-  } else if (uneven && uncertain) {
-    result.reasons.push_back(fmt::format(
-        "the board does not match its declaration: {:.0f} % of the corners' error variance is the "
-        "same in all views; use a flat board that is printed true to size",
-        100 * shared));
+  Verdict verdict;
+  verdict.result = result;
+  TestChanges(fit, kept, widening, verdict);
+  verdict.displaced = !consistency.displaced.empty();
+  const CaptureDiagnosis diagnosis =
+      DiagnoseCapture(result.board, kept, result.size, fit, consistency,
+                      verdict.displaced || !verdict.change.empty());
+  if (verdict.displaced && diagnosis.findings.empty() &&
+      4 * consistency.displaced.size() <= kept.size())
+    return false;
+  verdict.region = StateUncertainty(ErrorsOf(diagnosis), options, verdict.result);
+  for (const CaptureDiagnosis::Adopted& adopted : diagnosis.adopted) {
+    if (verdict.acceptable() && UsableEverywhere(verdict.result)) break;
+    Verdict other = AdoptedVerdict(adopted, fitted, kept, options, result);
+    if (!other.acceptable() ||
+        (verdict.acceptable() && other.region.radius_px <= verdict.region.radius_px))
+      continue;
+    verdict = std::move(other);
+    verdict.result.notes.push_back(diagnosis.findings.front().words +
+                                   "; this was estimated together with the lens");
+    break;
   }
-  const bool caused = !result.reasons.empty();
-  if (caused) {
+  result = verdict.result;
+  result.reasons = ReasonsOf(verdict, diagnosis, shared);
+  if (!result.reasons.empty()) {
     // Advice on views only if better views are needed as well.
     LensCalibration ideal = result;
-    ideal.covariance = std::pow(NoiseShare(fit, consistency), 2) *
-                       fit.covariance.topLeftCorner<kLensCount, kLensCount>();
-    StateUncertainty({}, options, ideal);
-    if (!(ideal.uncertainty.max_px <= options.acceptable_px))
-      result.reasons.push_back(UncertaintyReason(
-          ideal, options, "apart from this, " + AdviceOnViews(fit, kept, result.size)));
+    ideal.covariance = CovarianceByNoise(fitted);
+    if (!StateUncertainty({}, options, ideal).acceptable)
+      result.reasons.push_back(
+          UncertaintyReason(ideal.uncertainty.max_px, options.acceptable_px,
+                            "apart from this, " + AdviceOnViews(fit, kept, result.size)));
     return true;
   }
-  if (head_on) {
+  if (verdict.head_on) {
     result.reasons.push_back(fmt::format(
         "{} is the last one and shows the board head-on, so that a zoom before it would look like "
         "another distance; end with a frame that shows the board close and tilted",
         kept.back().name));
   }
-  JudgeViews(fitted, kept, views, options, result);
+  const Advice advice = AdviceOn(fitted, kept, diagnosis, options, result);
+  JudgeViews(kept, views, advice, options, result);
   result.further_views_help = !result.reasons.empty();
+  if (result.reasons.empty() && !UsableEverywhere(result)) {
+    result.notes.insert(result.notes.begin(),
+                        RegionNote(result, result.everywhere_px, advice.words));
+    result.further_views_help = advice.more_views;
+  }
   return true;
 }
 
@@ -456,6 +282,7 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
         repeated, views.size()));
   }
   result.accepted = result.reasons.empty();
+  if (!result.accepted) result.usable_radius_px = std::numeric_limits<double>::infinity();
   return result;
 }
 

@@ -23,25 +23,29 @@ struct RefusedFrame {
 };
 
 /// Result of a calibration. If it is not accepted, `reasons` say what to do; the lens
-/// is then the best available one, if any (fx > 0).
+/// is then the best available one, if any (fx > 0). If it is accepted for a part of the image only
+/// (usable_radius_px), `notes` say so and why.
 struct LensCalibration : KnownLens {
   bool accepted = false;
-  std::vector<std::string> reasons;
-  bool further_views_help = false;  ///< if refused: further views can resolve every reason
+  std::vector<std::string> reasons, notes;
+  bool further_views_help = false;  ///< further views can resolve every reason or note
   Board board;
-  double rms_px = 0;       ///< per point
-  double sigma_px = 0;     ///< per coordinate of a corner
-  double board_bow_m = 0;  ///< peak-to-valley deviation of the board from its plane
-  double coverage = 0;     ///< share of the image's cells in which a corner was seen
-  ProjectionUncertainty uncertainty;
+  double rms_px = 0;                  ///< per point
+  double sigma_px = 0;                ///< per coordinate of a corner
+  double board_bow_m = 0;             ///< peak-to-valley deviation of the board from its plane
+  Vec3 board_bow = Vec3::Zero();      ///< kBowX, kBowY, kBowXY [1/m]
+  double coverage = 0;                ///< share of the image's cells in which a corner was seen
+  ProjectionUncertainty uncertainty;  ///< its maximum is that within the usable region
+  double everywhere_px = 0;           ///< largest uncertainty over the whole image
   std::vector<std::string> frames_used;
   std::vector<RefusedFrame> frames_refused;
 };
 
 /// Fits the lens and accepts it by criteria that a small RMS does not guarantee: the projection
-/// uncertainty over the image, a lens and board that did not change between the first and the last
-/// view, a board shape within its model, and corners all over the image. The covariance is widened
-/// for errors that all views share (an uneven print) and for changes too small to be detected.
+/// uncertainty over the image, or over a region that is at least half of it, a lens and board that
+/// did not change between the first and the last view, a board shape within its model, and corners
+/// all over the image. The covariance is widened for errors that all views share (an uneven print)
+/// and for changes too small to be detected.
 /// @param views  in order of time
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,
                               image::ImageSize size, const CalibrationOptions& options = {});

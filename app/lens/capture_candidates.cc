@@ -145,6 +145,13 @@ std::vector<ChangeCandidate> ChangeCandidates(const CaptureChangeTest& test,
   return candidates;
 }
 
+Rival FreeBoard(const RivalBoard& board, bool bends) {
+  const int points = std::min(kMaxFreePoints, static_cast<int>(board.points().size()));
+  Rival rival = Global(Range(kFree, 3 * points));
+  if (bends) rival.local = {kBendX, kBendY, kBendXY};
+  return rival;
+}
+
 std::vector<double> TwoStates(const RivalResult& varying) {
   std::vector<double> zooms;
   for (const ExtraVector& local : varying.local) zooms.push_back(local[kZoom]);

@@ -25,6 +25,9 @@ struct ChangeCandidate : Candidate {
 std::vector<Candidate> ConstantCandidates();
 std::vector<ChangeCandidate> ChangeCandidates(const CaptureChangeTest& test,
                                               std::span<const BoardView> views);
+/// A board whose points are all displaced, by unknown amounts.
+/// @param bends  it also bends from view to view
+Rival FreeBoard(const RivalBoard& board, bool bends);
 /// Weights of the views that separate two states of the camera: 0 for those in the state of the
 /// last view, -1 for the others. The zooms are split where that reduces their variance most.
 std::vector<double> TwoStates(const RivalResult& varying);

@@ -8,6 +8,7 @@
 
 #include "app/lens/capture_candidates.h"
 #include "app/lens/capture_change.h"
+#include "app/lens/rival_difference.h"
 
 namespace plumbline::lens {
 namespace {
@@ -19,62 +20,14 @@ constexpr double kUsualAspect = 1.5e-3;  // of fy / fx from 1
 constexpr double kMinEvidence = 10;      // "very strong": A. Raftery, Sociol. Methodol. 25 (1995)
 constexpr double kClearEvidence = 10;    // advantage of the best cause over another one
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
-constexpr double kMinExplained = 0.9;    // .. unless it explains this share of the sum of squares
-constexpr int kGridColumns = 9, kGridRows = 7;
-
-/// Largest difference over the image between the pixels of equal directions by the plain lens and
-/// by the rival's lens, after the best rotation [px].
-double LensDifference(const SharedVector& plain, const Rival& rival, const RivalResult& result,
-                      const ExtraVector& of_view, image::ImageSize size) {
-  const Lens lens = LensFromShared(plain);
-  std::vector<Vec3> directions;
-  std::vector<Vec2> pixels;
-  for (int row = 0; row < kGridRows; ++row) {
-    for (int column = 0; column < kGridColumns; ++column) {
-      const Vec2 pixel((size.width - 1.0) * column / (kGridColumns - 1),
-                       (size.height - 1.0) * row / (kGridRows - 1));
-      const auto n = NormalisedOfPixel(lens, pixel);
-      if (!n) return INFINITY;
-      directions.push_back(Vec3(n->x(), n->y(), 1).normalized());
-      pixels.push_back(pixel);
-    }
-  }
-  ExtraVector extra = result.extra + of_view;
-  for (const int k : rival.changing) extra[k] = 0;  // at the last view
-  Mat3 R = Mat3::Identity();
-  double largest = 0;
-  for (int pass = 0; pass < 6; ++pass) {
-    constexpr double kStep = 1e-6;
-    Mat3 square = Mat3::Zero();
-    Vec3 mixed = Vec3::Zero();
-    largest = 0;
-    for (std::size_t k = 0; k < pixels.size(); ++k) {
-      const Vec3 d = R * directions[k];
-      if (!(d.z() > 0)) return INFINITY;
-      const Vec2 at = RivalPixelOf(rival.fisheye, result.shared, extra, d);
-      const Vec2 error = at - pixels[k];
-      largest = std::max(largest, error.norm());
-      Eigen::Matrix<double, 2, 3> J;
-      for (int axis = 0; axis < 3; ++axis) {
-        J.col(axis) = (RivalPixelOf(rival.fisheye, result.shared, extra,
-                                    d + kStep * Vec3::Unit(axis).cross(d)) -
-                       at) /
-                      kStep;
-      }
-      square += J.transpose() * J;
-      mixed += J.transpose() * error;
-    }
-    const Vec3 w = -square.ldlt().solve(mixed);
-    if (!w.allFinite()) return INFINITY;
-    if (w.norm() < 1e-10) break;
-    R = Eigen::AngleAxisd(w.norm(), w.normalized()).toRotationMatrix() * R;
-  }
-  return largest;
-}
+constexpr double kMinFreeNoise_px = 0.01;
+constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
+constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
 
 /// One fitted explanation.
 struct Attempt {
   CaptureDiagnosis::Finding finding;
+  Rival rival;
   RivalResult result;
 };
 
@@ -105,9 +58,8 @@ bool Doubtful(const RivalProblem& problem, const RivalResult& plain,
 /// Fits of all explanations of one capture.
 class Attempts {
  public:
-  Attempts(const RivalProblem& problem, const RivalResult& plain, const LensFit& fit,
-           image::ImageSize size, std::span<const BoardView> views)
-      : problem_(problem), plain_(plain), fit_(fit), size_(size), views_(views) {}
+  Attempts(const RivalProblem& problem, const RivalResult& plain, std::span<const BoardView> views)
+      : problem_(problem), plain_(plain), views_(views) {}
 
   /// @param words     if not empty, written from the result
   /// @param extra_chi2  for parameters that are chosen otherwise
@@ -120,7 +72,7 @@ class Attempts {
     attempt.finding.cause = candidate.cause;
     if (words) attempt.finding.words = words(attempt.result);
     DescribeFinding(candidate, attempt.result, problem_.board(), attempt.finding);
-    attempt.finding.error_px = LargestDifference(candidate.rival, attempt.result);
+    attempt.rival = candidate.rival;
     all_.push_back(std::move(attempt));
   }
   /// Splits the views by each varying zoom that has been fitted; each assignment costs ln 2.
@@ -135,7 +87,7 @@ class Attempts {
   }
   /// Changes at their most likely time, which counts as a parameter.
   void AddChanges() {
-    const LensFit linearized = problem_.Linearized(plain_);
+    const LensFit linearized = problem_.Linearized({}, plain_);
     if (linearized.view_information.empty()) return;
     const CaptureChangeTest test = TestForCaptureChanges(linearized, views_, 1);
     for (const ChangeCandidate& candidate : ChangeCandidates(test, views_)) {
@@ -160,40 +112,125 @@ class Attempts {
   const std::vector<Attempt>& all() const { return all_; }
 
  private:
-  /// The largest difference over all views: a camera that varies has another lens at each.
-  double LargestDifference(const Rival& rival, const RivalResult& result) const {
-    const auto difference = [&](const ExtraVector& of_view) {
-      return LensDifference(fit_.shared, rival, result, of_view, size_);
-    };
-    double largest = difference(ExtraVector::Zero());
-    if (rival.local.empty()) return largest;
-    for (const ExtraVector& of_view : result.local) {
-      largest = std::max(largest, difference(of_view));
-    }
-    return largest;
-  }
-
   const RivalProblem& problem_;
   const RivalResult& plain_;
-  const LensFit& fit_;
-  image::ImageSize size_;
   std::span<const BoardView> views_;
   std::vector<Attempt> all_;
 };
 
+/// Whether a cause is the board, so that its points must be free.
+bool IsBoard(CaptureCause cause) {
+  return cause == CaptureCause::kUnevenPrint || cause == CaptureCause::kBoardNotFlat ||
+         cause == CaptureCause::kBoardBends;
+}
+
+/// One capture, for fits with another noise.
+struct CaptureViews {
+  const Board& board;
+  std::span<const BoardView> views;
+  image::ImageSize size;
+  const LensFit& fit;
+  const ViewConsistency& consistency;
+
+  RivalProblem Problem(double noise_px) const {
+    return {board, views, size, fit, consistency.used, noise_px};
+  }
+};
+
+/// The lens by a fitted explanation.
+CaptureDiagnosis::Adopted AdoptedBy(const RivalProblem& problem, const Rival& rival,
+                                    const RivalResult& result) {
+  return {LensOfRival(rival.fisheye, result.shared, result.extra),
+          problem.PrecisionOf(rival, result),
+          result.shared.segment<3>(kBowX),
+          std::sqrt(2 * result.square_sum_px2 / std::max(1, result.observations)),
+          problem.Linearized(rival, result),
+          {}};
+}
+
+/// The lens with a free board. The errors of the print count as noise until its points are free, so
+/// that the fit is repeated with the noise of its residuals.
+std::optional<CaptureDiagnosis::Adopted> AdoptedWithFreeBoard(const CaptureViews& capture,
+                                                              const RivalProblem& problem,
+                                                              const RivalResult& plain,
+                                                              bool bends) {
+  const Rival board = FreeBoard(problem.board(), bends);
+  const RivalResult first = problem.Fit(board, plain);
+  if (!first.converged) return std::nullopt;
+  const double sigma_px = problem.PrecisionOf(board, first).sigma_px;
+  const double noise_px = std::clamp(sigma_px, kMinFreeNoise_px,
+                                     std::max(kMinFreeNoise_px, capture.consistency.noise_px));
+  const RivalProblem finer = capture.Problem(noise_px);
+  const RivalResult result = finer.Fit(board, first);
+  if (!result.converged) return std::nullopt;
+  return AdoptedBy(finer, board, result);
+}
+
+/// @param others  explanations that the residuals do not exclude either
+std::vector<CaptureDiagnosis::Adopted> AdoptedFrom(const CaptureViews& capture,
+                                                   const RivalProblem& problem,
+                                                   const RivalResult& plain, const Attempt& first,
+                                                   const std::vector<const Attempt*>& others) {
+  std::vector<CaptureDiagnosis::Adopted> adopted;
+  if (IsBoard(first.finding.cause)) {
+    for (const bool bends : {false, true}) {
+      if (auto one = AdoptedWithFreeBoard(capture, problem, plain, bends))
+        adopted.push_back(std::move(*one));
+    }
+  } else if (LeavesOneLens(first.finding.cause)) {
+    adopted.push_back(AdoptedBy(problem, first.rival, first.result));
+  }
+  for (CaptureDiagnosis::Adopted& one : adopted) {
+    for (const Attempt* other : others) {
+      if (IsBoard(first.finding.cause) && IsBoard(other->finding.cause)) continue;  // included
+      IncludeErrors(other->finding.cause,
+                    LensDifferences(one.lens, other->rival, other->result, capture.size),
+                    one.error_px);
+    }
+  }
+  return adopted;
+}
+
 }  // namespace
+
+bool LeavesOneLens(CaptureCause cause) {
+  switch (cause) {
+    case CaptureCause::kPixelAspect:
+    case CaptureCause::kStretchedPrint:
+    case CaptureCause::kUnevenPrint:
+    case CaptureCause::kBoardNotFlat:
+    case CaptureCause::kBoardGlass:
+    case CaptureCause::kOtherLensModel:
+      return true;
+    case CaptureCause::kNone:
+    case CaptureCause::kFocalLength:
+    case CaptureCause::kPrincipalPoint:
+    case CaptureCause::kCameraVaries:
+    case CaptureCause::kBoardBends:
+    case CaptureCause::kRollingShutter:
+    case CaptureCause::kWindowPane:
+      break;
+  }
+  return false;
+}
+
+void IncludeErrors(CaptureCause cause, const RadiusErrors& errors_px, RadiusErrors& largest) {
+  for (std::size_t k = 0; k < largest.size(); ++k)
+    largest[k] = std::max(largest[k], errors_px[LeavesOneLens(cause) ? k : 0]);
+}
 
 CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> views,
                                  image::ImageSize size, const LensFit& fit,
                                  const ViewConsistency& consistency, bool force) {
   CaptureDiagnosis diagnosis;
-  const RivalProblem problem(board, views, size, fit, consistency.used, consistency.noise_px);
+  const CaptureViews capture{board, views, size, fit, consistency};
+  const RivalProblem problem = capture.Problem(consistency.noise_px);
   const RivalResult plain = problem.Fit({});
   if (!plain.converged) return diagnosis;
   const std::vector<Candidate> constant = ConstantCandidates();
   if (!force && !Doubtful(problem, plain, constant)) return diagnosis;
   // All explanations are fitted, so that each is compared with its rivals.
-  Attempts attempts(problem, plain, fit, size, views);
+  Attempts attempts(problem, plain, views);
   for (const Candidate& candidate : constant) attempts.Add(candidate);
   attempts.AddTwoStates();
   attempts.AddChanges();
@@ -201,18 +238,33 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   if (attempts.all().empty()) return diagnosis;
   const Attempt& first = attempts.all().front();
   if (first.finding.evidence < kMinEvidence) return diagnosis;
+  const double noise2 = consistency.noise_px * consistency.noise_px;
+  diagnosis.incomplete =
+      first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
+      first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
+  std::vector<const Attempt*> others;  // than the first one
   for (const Attempt& attempt : attempts.all()) {
     if (attempt.finding.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence))
       break;
     const bool same =
         std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
                     [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
-    if (!same) diagnosis.findings.push_back(attempt.finding);
+    if (same) continue;
+    CaptureDiagnosis::Finding& finding = diagnosis.findings.emplace_back(attempt.finding);
+    finding.error_px =
+        LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);
+    if (&attempt != &first) others.push_back(&attempt);
   }
-  const double noise2 = consistency.noise_px * consistency.noise_px;
-  diagnosis.incomplete =
-      first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
-      first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
+  // A free board absorbs part of what a window or a shutter does: those that explain a good part of
+  // the same evidence stay credible.
+  for (const Attempt& attempt : attempts.all()) {
+    if (!IsBoard(first.finding.cause) || IsBoard(attempt.finding.cause)) continue;
+    if (std::find(others.begin(), others.end(), &attempt) == others.end() &&
+        attempt.finding.evidence > std::max(kMinEvidence, kCredibleShare * first.finding.evidence))
+      others.push_back(&attempt);
+  }
+  if (!diagnosis.incomplete)
+    diagnosis.adopted = AdoptedFrom(capture, problem, plain, first, others);
   return diagnosis;
 }
 

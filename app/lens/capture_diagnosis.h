@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/lens/rival_fit.h"
+#include "app/lens/usable_region.h"
 #include "app/lens/view_consistency.h"
 
 namespace plumbline::lens {
@@ -28,6 +29,14 @@ enum class CaptureCause {
   kOtherLensModel,  ///< fisheye, rational or thin prism
 };
 
+/// Whether an explanation holds for the whole capture and leaves a lens that is the same in all
+/// views and at all distances.
+bool LeavesOneLens(CaptureCause cause);
+
+/// Largest of the errors within each candidate radius. A lens that changes with time is no lens
+/// anywhere: its error counts over the whole image.
+void IncludeErrors(CaptureCause cause, const RadiusErrors& errors_px, RadiusErrors& largest);
+
 struct CaptureDiagnosis {
   /// The best explanation, and others that the residuals do not exclude; empty if the plain model
   /// is the best.
@@ -36,9 +45,24 @@ struct CaptureDiagnosis {
     std::string words;  ///< "the focal length changed by 0.21 % between view 4 and view 5"
     std::string remedy;
     double evidence = 0;  ///< decrease of the Bayesian information criterion by this explanation
-    double error_px = 0;  ///< largest difference over the image between its lens and the plain one
+    /// Largest difference between its lens and the plain one within each candidate radius.
+    RadiusErrors error_px{};
   };
   std::vector<Finding> findings;
+  /// The lens by an explanation that leaves one lens: the board's shape, the print or further
+  /// distortion are then estimated together with the lens.
+  struct Adopted {
+    Lens lens;
+    RivalPrecision precision;
+    Vec3 board_bow = Vec3::Zero();  ///< kBowX, kBowY, kBowXY
+    double rms_px = 0;              ///< per point
+    LensFit linearized;             ///< see RivalProblem::Linearized()
+    /// Largest difference to the lens of the other findings within each candidate radius.
+    RadiusErrors error_px{};
+  };
+  /// In the order of preference; empty unless the best explanation leaves one lens. If it is the
+  /// board, all its points are free, in the second entry with a bend of its own in each view.
+  std::vector<Adopted> adopted;
   /// Even the best explanation leaves several times the corners' noise.
   bool incomplete = false;
   bool clear() const { return findings.size() == 1 && !incomplete; }

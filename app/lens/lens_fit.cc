@@ -136,19 +136,27 @@ class Adjustment {
     sigma_px_ = std::max(kMinSigma_px, freedom > 0 ? std::sqrt(sum / freedom) : robust);
   }
 
-  /// Tries the second pose that each view of a flat board allows. @return whether any was better
+  /// Tries the second pose that each view of a flat board allows. All corners are compared: those
+  /// of a view in the wrong pose are outliers. @return whether any was better
   bool FixFlippedPoses() {
     bool any = false;
     const Lens lens = LensFromShared(shared_);
     for (ViewState& state : states_) {
+      ViewState best = state;
+      best.used = state.view->seen;
+      double least = RefinedCost(best);
+      bool flipped = false;
       for (const Pose& X_CK : BoardPoses(board_, *state.view, lens)) {
-        ViewState other = state;
+        ViewState other = best;
         other.SetPose(X_CK);
-        if (RefinedCost(other) < 0.9 * RefinedCost(state)) {
-          state = other;
-          any = true;
-        }
+        const double cost = RefinedCost(other);
+        if (!(cost < 0.9 * least)) continue;
+        least = cost;
+        best = other;
+        flipped = true;
       }
+      if (flipped) state = best;
+      any |= flipped;
     }
     return any;
   }
@@ -268,20 +276,26 @@ class Adjustment {
  private:
   SharedVector Deviations() const { return PriorDeviations(prior_, board_, size_, shared_[kFy]); }
 
-  /// Cost of one view after a few Gauss-Newton steps of its pose alone.
+  /// Cost of one view after a few Gauss-Newton steps of its pose alone; the best pose is kept,
+  /// since the last step may lead behind the camera.
   double RefinedCost(ViewState& state) const {
     const ViewCost cost(board_, state, sigma_px_);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::VectorXd residuals(cost.num_residuals());
     RowMajor by_pose(cost.num_residuals(), 6);
     double least = 1e300;
+    Vec6 best = state.pose;
     for (int step = 0; step < 6; ++step) {
       const double* parameters[] = {shared_.data(), state.pose.data()};
       double* jacobians[] = {nullptr, by_pose.data()};
-      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) return 1e300;
-      least = std::min(least, residuals.squaredNorm());
+      if (!cost.Evaluate(parameters, residuals.data(), jacobians)) break;
+      if (residuals.squaredNorm() < least) {
+        least = residuals.squaredNorm();
+        best = state.pose;
+      }
       state.pose -= (by_pose.transpose() * by_pose).ldlt().solve(by_pose.transpose() * residuals);
     }
+    state.pose = best;
     return least;
   }
 

@@ -29,6 +29,16 @@ Json UncertaintyJson(const ProjectionUncertainty& uncertainty) {
   return {{"basis", basis}, {"max", Number(uncertainty.max_px)}, {"grid", grid}};
 }
 
+/// The usable region; null: the whole image.
+Json RegionJson(const LensCalibration& c) {
+  if (UsableEverywhere(c)) return nullptr;
+  const Vec2 middle = MiddleOf(c.size);
+  return {{"centre", {middle.x(), middle.y()}},
+          {"radius_px", c.usable_radius_px},
+          {"share", UsableShare(c)},
+          {"max_beyond_px", Number(c.everywhere_px)}};
+}
+
 Json BoardJson(const Board& board) {
   Json json = {{"kind", NameOf(board.kind)},
                {"columns", board.columns},
@@ -59,17 +69,23 @@ class Numbers {
   const nlohmann::json& object_;
 };
 
-bool FillCovariance(const nlohmann::json& root, LensMatrix& covariance) {
+/// Number of lens parameters in a file.
+int ParametersOf(const Lens& lens) {
+  return ModelOf(lens) == LensModel::kUsual ? kUsualParameters : kLensParameters;
+}
+
+/// @param count  number of parameters
+bool FillCovariance(const nlohmann::json& root, int count, LensCovariance& covariance) {
   const auto given = root.find("covariance");
   if (given == root.end()) return true;  // optional: other programs' files may not have it
   const auto matrix = given->is_object() ? given->find("matrix") : given->end();
   if (!given->is_object() || matrix == given->end() || !matrix->is_array() ||
-      matrix->size() != kLensCount)
+      matrix->size() != static_cast<std::size_t>(count))
     return false;
-  for (int i = 0; i < kLensCount; ++i) {
+  for (int i = 0; i < count; ++i) {
     const nlohmann::json& row = (*matrix)[i];
-    if (!row.is_array() || row.size() != kLensCount) return false;
-    for (int j = 0; j < kLensCount; ++j) {
+    if (!row.is_array() || row.size() != static_cast<std::size_t>(count)) return false;
+    for (int j = 0; j < count; ++j) {
       if (!row[j].is_number()) return false;
       covariance(i, j) = row[j].get<double>();
     }
@@ -78,31 +94,57 @@ bool FillCovariance(const nlohmann::json& root, LensMatrix& covariance) {
          covariance.isApprox(covariance.transpose(), 1e-6);
 }
 
+bool FillDistortion(const nlohmann::json& root, Lens& lens) {
+  const auto given = root.find("distortion");
+  if (given == root.end() || !given->is_array()) return false;
+  std::vector<double> values;
+  for (const nlohmann::json& value : *given) {
+    if (!value.is_number()) return false;
+    values.push_back(value.get<double>());
+  }
+  return SetDistortion(values, root.value("model", nlohmann::json()) == "fisheye", lens);
+}
+
+/// Reads the usable region, which is optional.
+bool FillRegion(const nlohmann::json& root, KnownLens& lens) {
+  const auto region = root.find("usable_region");
+  if (region == root.end() || region->is_null()) return true;
+  const auto radius = region->is_object() ? region->find("radius_px") : region->end();
+  if (!region->is_object() || radius == region->end() || !radius->is_number()) return false;
+  lens.usable_radius_px = radius->get<double>();
+  return lens.usable_radius_px > 0;
+}
+
 }  // namespace
 
 std::string LensJson(const LensCalibration& c) {
   const bool any = c.lens.fx > 0;
   const auto value = [any](double number) { return any ? Number(number) : Json(nullptr); };
   Json order = Json::array(), matrix = Json::array(), refused = Json::array();
-  for (int i = 0; i < kLensCount; ++i) {
-    order.push_back(kLensNames[i]);
+  const int count = ParametersOf(c.lens);
+  for (int i = 0; i < count; ++i) {
+    order.push_back(kLensParameterNames[i]);
     Json row = Json::array();
-    for (int j = 0; j < kLensCount; ++j) row.push_back(value(c.covariance(i, j)));
+    for (int j = 0; j < count; ++j) row.push_back(value(c.covariance(i, j)));
     matrix.push_back(std::move(row));
   }
   for (const RefusedFrame& frame : c.frames_refused)
     refused.push_back({{"name", frame.name}, {"reason", frame.reason}});
+  Json distortion = Json::array();
+  for (const double coefficient : DistortionOf(c.lens)) distortion.push_back(value(coefficient));
   const Json root = {
       {"schema", 1},
       {"accepted", c.accepted},
       {"reasons", c.reasons},
+      {"notes", c.notes},
+      {"usable_region", RegionJson(c)},
       {"image_size", {c.size.width, c.size.height}},
       {"fx", value(c.lens.fx)},
       {"fy", value(c.lens.fy)},
       {"cx", value(c.lens.cx)},
       {"cy", value(c.lens.cy)},
-      {"distortion",
-       {value(c.lens.k1), value(c.lens.k2), value(c.lens.p1), value(c.lens.p2), value(c.lens.k3)}},
+      {"model", ModelName(ModelOf(c.lens))},
+      {"distortion", distortion},
       {"covariance", {{"order", order}, {"matrix", matrix}}},
       {"rms_px", value(c.rms_px)},
       {"board_bow_mm", value(c.board_bow_m * kMmPerMetre)},
@@ -139,21 +181,18 @@ Result<LensFile> LensFromJson(std::string_view text) {
   if (!numbers.fault.empty()) return Error{numbers.fault};
   if (!(file.lens.fx > 0) || !(file.lens.fy > 0))
     return Error{"\"fx\" and \"fy\" are not positive"};
-  const auto distortion = root.find("distortion");
-  if (distortion == root.end() || !distortion->is_array() || distortion->size() != 5)
-    return Error{"\"distortion\" is not [k1, k2, p1, p2, k3]"};
-  double terms[5];
-  for (int k = 0; k < 5; ++k) {
-    if (!(*distortion)[k].is_number()) return Error{"\"distortion\" is not [k1, k2, p1, p2, k3]"};
-    terms[k] = (*distortion)[k].get<double>();
+  if (!FillDistortion(root, file.lens)) {
+    return Error{
+        "\"distortion\" is not [k1, k2, p1, p2, k3], optionally with k4, k5, k6 and then "
+        "s1, s2, s3, s4; or, with \"model\": \"fisheye\", [k1, k2, k3, k4]"};
   }
-  file.lens.k1 = terms[0];
-  file.lens.k2 = terms[1];
-  file.lens.p1 = terms[2];
-  file.lens.p2 = terms[3];
-  file.lens.k3 = terms[4];
-  if (!FillCovariance(root, file.covariance))
-    return Error{"\"covariance\".\"matrix\" is not a symmetric matrix of 9 x 9 numbers"};
+  if (!FillRegion(root, file))
+    return Error{"\"usable_region\".\"radius_px\" is not a positive number"};
+  const int count = ParametersOf(file.lens);
+  if (!FillCovariance(root, count, file.covariance)) {
+    return Error{fmt::format(
+        "\"covariance\".\"matrix\" is not a symmetric matrix of {} x {} numbers", count, count)};
+  }
   return file;
 }
 

@@ -5,6 +5,7 @@
 
 #include "app/lens/board.h"
 #include "firmware-like/geometry/pose.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline::lens {
 
@@ -24,15 +25,18 @@ enum Shared : int {
   kBowXY,  ///< board: z = bow_x x^2 + bow_y y^2 + bow_xy x y about its centre [1/m]
   kSharedCount
 };
-inline constexpr int kLensCount = 9;
+inline constexpr int kLensCount = kUsualParameters;
 
 using SharedVector = Eigen::Matrix<double, kSharedCount, 1>;
 using SharedMatrix = Eigen::Matrix<double, kSharedCount, kSharedCount>;
 using LensMatrix = Eigen::Matrix<double, kLensCount, kLensCount>;
 
-/// Names of the lens parameters in the files.
-inline constexpr const char* kLensNames[kLensCount] = {"fx", "fy", "cx", "cy", "k1",
-                                                       "k2", "p1", "p2", "k3"};
+/// Covariance of all lens parameters from that of the five-coefficient lens.
+inline LensCovariance FullCovariance(const LensMatrix& covariance) {
+  LensCovariance full = LensCovariance::Zero();
+  full.topLeftCorner<kLensCount, kLensCount>() = covariance;
+  return full;
+}
 
 Lens LensFromShared(const SharedVector& shared);
 SharedVector SharedOfLens(const Lens& lens);

@@ -3,35 +3,22 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace plumbline::lens {
 namespace {
 
 constexpr int kColumns = 13, kRows = 9;
 constexpr int kAlignSteps = 5;
+constexpr int kCirclePoints = 32;
 
-using LensRows = Eigen::Matrix<double, 2, kLensCount>;
+using LensRows = Eigen::Matrix<double, 2, kLensParameters>;
 using Motion = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
 
 Vec2 GridPixel(int column, int row, image::ImageSize size) {
   return {(size.width - 1) * static_cast<double>(column) / (kColumns - 1),
           (size.height - 1) * static_cast<double>(row) / (kRows - 1)};
-}
-
-LensRows PixelByLensAt(const Lens& lens, const Vec2& n) {
-  const double x = n.x(), y = n.y(), r2 = n.squaredNorm();
-  const Vec2 pixel = PixelOfNormalised(lens, n);
-  const Vec2 fxy(lens.fx * x, lens.fy * y);
-  LensRows J = LensRows::Zero();
-  J(0, kFx) = (pixel.x() - lens.cx) / lens.fx;
-  J(1, kFy) = (pixel.y() - lens.cy) / lens.fy;
-  J(0, kCx) = J(1, kCy) = 1;
-  J.col(kK1) = fxy * r2;
-  J.col(kK2) = fxy * (r2 * r2);
-  J.col(kK3) = fxy * (r2 * r2 * r2);
-  J.col(kP1) << lens.fx * 2 * x * y, lens.fy * (r2 + 2 * y * y);
-  J.col(kP2) << lens.fx * (r2 + 2 * x * x), lens.fy * 2 * x * y;
-  return J;
 }
 
 /// Derivative of the pixel with respect to a small camera rotation and, at a finite distance, a
@@ -51,56 +38,90 @@ Eigen::MatrixXd PixelByMotion(const Lens& lens, const Vec2& n, std::optional<dou
 
 }  // namespace
 
-ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
+std::vector<Vec2> PixelsWithin(image::ImageSize size, double radius_px, int columns, int rows) {
+  const Vec2 last(size.width - 1, size.height - 1), middle = 0.5 * last;
+  std::vector<Vec2> pixels;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Vec2 pixel(last.x() * column / (columns - 1), last.y() * row / (rows - 1));
+      if ((pixel - middle).norm() <= radius_px) pixels.push_back(pixel);
+    }
+  }
+  for (int k = 0; std::isfinite(radius_px) && k < kCirclePoints; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kCirclePoints;
+    const Vec2 pixel = middle + radius_px * Vec2(std::cos(angle), std::sin(angle));
+    if ((pixel.array() >= 0).all() && (pixel.array() <= last.array()).all())
+      pixels.push_back(pixel);
+  }
+  return pixels;
+}
+
+namespace {
+
+/// Derivatives of one pixel for ProjectionUncertaintyOf().
+struct Place {
+  bool seen = false;  ///< a direction maps to the pixel: the distortion has not folded back
+  LensRows by_lens = LensRows::Zero();
+  Eigen::MatrixXd by_motion;
+};
+
+Place PlaceAt(const Lens& lens, const Vec2& pixel, std::optional<double> distance_m) {
+  Place place;
+  const auto n = NormalisedOfPixel(lens, pixel);
+  place.seen = n.has_value();
+  place.by_motion = n ? PixelByMotion(lens, *n, distance_m)
+                      : Eigen::MatrixXd(Eigen::MatrixXd::Zero(2, distance_m ? 6 : 3));
+  if (n) place.by_lens = PixelByLens(lens, *n);
+  return place;
+}
+
+}  // namespace
+
+ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensCovariance& covariance,
                                               image::ImageSize size,
-                                              std::optional<double> distance_m) {
+                                              std::optional<double> distance_m, double radius_px) {
   ProjectionUncertainty result;
   result.distance_m = distance_m;
   result.columns = kColumns;
   result.rows = kRows;
   const int motions = distance_m ? 6 : 3;
-  std::vector<LensRows> by_lens;
-  std::vector<Eigen::MatrixXd> by_motion;
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(motions, motions);
-  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(kLensCount));
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      const auto n = NormalisedOfPixel(lens, GridPixel(column, row, size));
-      // No direction maps to this pixel: the distortion polynomial has folded back.
-      by_lens.push_back(n ? PixelByLensAt(lens, *n) : LensRows(LensRows::Zero()));
-      by_motion.push_back(n ? PixelByMotion(lens, *n, distance_m)
-                            : Eigen::MatrixXd::Zero(2, motions));
-      square += by_motion.back().transpose() * by_motion.back();
-      mixed += by_motion.back().transpose() * by_lens.back();
-      if (!n) result.max_px = INFINITY;
-    }
+  Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(motions, static_cast<int>(kLensParameters));
+  std::vector<Place> within;
+  for (const Vec2& pixel : PixelsWithin(size, radius_px, kColumns, kRows)) {
+    const Place& place = within.emplace_back(PlaceAt(lens, pixel, distance_m));
+    square += place.by_motion.transpose() * place.by_motion;
+    mixed += place.by_motion.transpose() * place.by_lens;
   }
   const Eigen::MatrixXd compensated = square.ldlt().solve(mixed);
-  for (std::size_t k = 0; k < by_lens.size(); ++k) {
-    const LensRows error = by_lens[k] - by_motion[k] * compensated;
+  const auto deviation = [&](const Place& place) {
+    if (!place.seen) return std::numeric_limits<double>::infinity();
+    const LensRows error = place.by_lens - place.by_motion * compensated;
     const Eigen::Matrix2d C = error * covariance * error.transpose();
     const double largest =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(C, Eigen::EigenvaluesOnly).eigenvalues()[1];
-    result.sd_px.push_back(std::sqrt(std::max(0.0, largest)));
-    result.max_px = std::max(result.max_px, result.sd_px.back());
+    return std::sqrt(std::max(0.0, largest));
+  };
+  for (const Place& place : within) result.max_px = std::max(result.max_px, deviation(place));
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      const Place place = PlaceAt(lens, GridPixel(column, row, size), distance_m);
+      result.sd_px.push_back(deviation(place));
+    }
   }
   return result;
 }
 
 double LargestDifference(const Lens& a, const Lens& b, image::ImageSize size,
-                         std::optional<double> distance_m) {
+                         std::optional<double> distance_m, double radius_px) {
   // Gauss-Newton for the camera motion that best aligns b's pixels of a's directions with a's.
   const int motions = distance_m ? 6 : 3;
   std::vector<Vec3> points;
-  std::vector<Vec2> pixels;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) {
-      const Vec2 pixel = GridPixel(column, row, size);
-      const auto n = NormalisedOfPixel(a, pixel);
-      if (!n) return INFINITY;
-      points.emplace_back(Vec3(n->x(), n->y(), 1) * distance_m.value_or(1));
-      pixels.push_back(pixel);
-    }
+  const std::vector<Vec2> pixels = PixelsWithin(size, radius_px, kColumns, kRows);
+  for (const Vec2& pixel : pixels) {
+    const auto n = NormalisedOfPixel(a, pixel);
+    if (!n) return INFINITY;
+    points.emplace_back(Vec3(n->x(), n->y(), 1) * distance_m.value_or(1));
   }
   Pose motion;
   double largest = 0;

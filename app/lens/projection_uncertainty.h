@@ -1,6 +1,7 @@
 // Projection uncertainty of a calibrated lens over the image.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -14,7 +15,7 @@ struct ProjectionUncertainty {
   std::optional<double> distance_m;  ///< nullopt: at infinity
   int columns = 0, rows = 0;
   std::vector<double> sd_px;  ///< in the worst direction, at each grid point
-  double max_px = 0;
+  double max_px = 0;          ///< the largest within the radius
 };
 
 /// A change d of the lens parameters moves the image of each direction. The part of that motion
@@ -25,12 +26,27 @@ struct ProjectionUncertainty {
 /// with respect to a small camera rotation. At a finite distance a translation is compensated as
 /// well. The result is the standard deviation of e(q) in its worst direction, from the covariance
 /// of d.
-ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensMatrix& covariance,
+/// @param radius_px  if only pixels up to this distance from the image's middle are used (see
+///                   KnownLens): the sums are over these
+ProjectionUncertainty ProjectionUncertaintyOf(const Lens& lens, const LensCovariance& covariance,
                                               image::ImageSize size,
-                                              std::optional<double> distance_m = std::nullopt);
+                                              std::optional<double> distance_m = std::nullopt,
+                                              double radius_px = INFINITY);
+
+/// Likewise for a lens with five distortion coefficients.
+inline ProjectionUncertainty ProjectionUncertaintyOf(
+    const Lens& lens, const LensMatrix& covariance, image::ImageSize size,
+    std::optional<double> distance_m = std::nullopt, double radius_px = INFINITY) {
+  return ProjectionUncertaintyOf(lens, FullCovariance(covariance), size, distance_m, radius_px);
+}
 
 /// Largest difference between two lenses over the image by the same measure [px].
 double LargestDifference(const Lens& a, const Lens& b, image::ImageSize size,
-                         std::optional<double> distance_m = std::nullopt);
+                         std::optional<double> distance_m = std::nullopt,
+                         double radius_px = INFINITY);
+
+/// Pixels that represent the image up to a distance from its middle: the points of a grid, and of
+/// the circle around the middle.
+std::vector<Vec2> PixelsWithin(image::ImageSize size, double radius_px, int columns, int rows);
 
 }  // namespace plumbline::lens

@@ -61,12 +61,6 @@ ExtraVector ExtraOf(const Rival& rival, const RivalResult& at, std::size_t j) {
 
 }  // namespace
 
-/// Derivatives and residuals of one view.
-struct RivalProblem::Blocks {
-  Eigen::MatrixXd own, common;  ///< by pose and local, and by shared, global and changing
-  Eigen::VectorXd residuals;
-};
-
 RivalProblem::RivalProblem(const Board& board, std::span<const BoardView> views,
                            image::ImageSize size, const LensFit& fit,
                            const std::vector<std::vector<bool>>& used, double noise_px)
@@ -171,6 +165,12 @@ bool RivalProblem::LinearizeExtras(std::size_t j, const Rival& rival, const Riva
   for (const int k : rival.global) {
     if (k < kHeight) {
       if (!by_extra(k, 1, block.common.col(column++))) return false;
+      continue;
+    }
+    if (k >= kFree) {  // displaces one point only
+      const Eigen::Index row = 2 * ((k - kFree) / 3);
+      block.common.col(column).setZero();
+      block.common.col(column++).segment<2>(row) = by_offset.col((k - kFree) % 3).segment<2>(row);
       continue;
     }
     const int axis = k >= kPrintY ? 1 : k >= kPrintX ? 0 : 2;
@@ -368,15 +368,16 @@ std::vector<double> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
   return gains;
 }
 
-LensFit RivalProblem::Linearized(const RivalResult& plain) const {
+LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) const {
   LensFit fit;
-  fit.shared = plain.shared;
+  fit.shared = at.shared;
   std::vector<Blocks> blocks;
   SharedVector mean;
-  SharedMatrix information = PriorInformation({}, plain.shared, mean);
-  if (!Linearize({}, plain, blocks)) return fit;
+  SharedMatrix information = PriorInformation(rival, at.shared, mean);
+  if (!Linearize(rival, at, blocks)) return fit;
   const double weight = 1 / (noise_px_ * noise_px_);
-  for (const Blocks& block : blocks) {
+  for (Blocks& block : blocks) {
+    block.common = Eigen::MatrixXd(block.common.leftCols<kSharedCount>());
     const auto A = Eigen::LDLT<Eigen::MatrixXd>(block.own.transpose() * block.own);
     const Eigen::MatrixXd B = block.own.transpose() * block.common;
     const Eigen::VectorXd a = block.own.transpose() * block.residuals;
@@ -384,6 +385,11 @@ LensFit RivalProblem::Linearized(const RivalResult& plain) const {
     view.information =
         weight * (block.common.transpose() * block.common - B.transpose() * A.solve(B));
     view.pull = weight * (B.transpose() * A.solve(a) - block.common.transpose() * block.residuals);
+    if (!rival.local.empty()) {  // the board bends in each view: no change of it can be seen
+      view.information.rightCols<kSharedCount - kBowX>().setZero();
+      view.information.bottomRows<kSharedCount - kBowX>().setZero();
+      view.pull.tail<kSharedCount - kBowX>().setZero();
+    }
     information += view.information;
     fit.view_information.push_back(view);
   }

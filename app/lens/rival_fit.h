@@ -30,6 +30,18 @@ struct RivalResult {
   int observations = 0, parameters = 0;  ///< parameters beyond those of every fit
 };
 
+/// Precision of the lens of a fit whose parameters are equal in all views.
+struct RivalPrecision {
+  /// Of the lens parameters, for independent corner errors of the noise's size; the board's shape,
+  /// the print and the poses are eliminated.
+  LensCovariance covariance = LensCovariance::Zero();
+  /// Factor on the covariance: the larger of the variance of the residuals, of their variance in
+  /// the directions of the parameters, and of the part common to all views, in units of the noise.
+  double dispersion = 1;
+  double sigma_px = 0;              ///< of a corner's coordinate, from the residuals
+  std::vector<double> view_rms_px;  ///< per coordinate
+};
+
 /// The views of one capture, prepared for the fits of several rivals.
 class RivalProblem {
  public:
@@ -44,9 +56,11 @@ class RivalProblem {
   RivalResult Fit(const Rival& rival) const;
   /// The same from another start. @param start  `converged` is not needed
   RivalResult Fit(const Rival& rival, RivalResult start) const;
-  /// Information and score of each view about a fit without extra parameters, for
+  /// Information and score of each view about a fit, with the extra parameters held, for
   /// TestForCaptureChanges(); nothing else of the result is set except `shared` and `covariance`.
-  LensFit Linearized(const RivalResult& plain) const;
+  LensFit Linearized(const Rival& rival, const RivalResult& at) const;
+  /// How well a fit determines the lens, and what it leaves unexplained.
+  RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
   /// Decrease of the sum of squares that each rival would bring, in units of noise_px^2, by one
   /// linear step from a fit without extra parameters: a score test. Courses are ignored.
   std::vector<double> ScoreTests(const std::vector<Rival>& rivals, const RivalResult& plain) const;
@@ -58,7 +72,11 @@ class RivalProblem {
     std::vector<Vec2> corners_px;
     std::vector<bool> used;
   };
-  struct Blocks;
+  /// Derivatives and residuals of one view.
+  struct Blocks {
+    Eigen::MatrixXd own, common;  ///< by pose and local, and by shared, global and changing
+    Eigen::VectorXd residuals;
+  };
   /// J^T J and J^T r of one view: A of its own parameters, B of own and common ones.
   struct OwnEquations {
     Eigen::MatrixXd A, B;

@@ -95,6 +95,7 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
   const bool moves = !velocity.isZero(0) || !spin.isZero(0);
   const bool shaped = !extra.segment<kHeightTerms>(kHeight).isZero(0);
   const bool printed = !extra.segment<2 * kPrintTerms>(kPrintX).isZero(0);
+  const bool freed = !extra.segment<3 * kMaxFreePoints>(kFree).isZero(0);
   const Vec3 centre(board.centre().x(), board.centre().y(), 0);
   Vec3 normal = X_CK.R.col(2);
   if (normal.z() < 0) normal = -normal;
@@ -111,6 +112,8 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
       p_K.x() += extra.segment<kPrintTerms>(kPrintX).dot(point.print);
       p_K.y() += extra.segment<kPrintTerms>(kPrintY).dot(point.print);
     }
+    if (freed && k < kMaxFreePoints)
+      p_K += extra.segment<3>(kFree + 3 * static_cast<Eigen::Index>(k));
     Vec3 p_C = X_CK * p_K;
     if (moves) {
       const double when = rows_px[k] / size.height - 0.5;
@@ -122,6 +125,18 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
     if (!pixels[k].allFinite()) return false;
   }
   return true;
+}
+
+Lens LensOfRival(bool fisheye, const SharedVector& shared, const ExtraVector& extra) {
+  Lens lens = LensFromShared(shared);
+  lens.fisheye = fisheye;
+  if (fisheye) lens.p1 = lens.p2 = 0;
+  lens.k4 = extra[kK4];
+  if (fisheye) return lens;
+  lens.k5 = extra[kK5], lens.k6 = extra[kK6];
+  lens.s1 = extra[kPrism1], lens.s2 = extra[kPrism2];
+  lens.s3 = extra[kPrism3], lens.s4 = extra[kPrism4];
+  return lens;
 }
 
 ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size) {
@@ -140,6 +155,7 @@ ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size) {
   sd.segment<3>(kOffsetX).setConstant(0.05 * half_m);
   sd.segment<kHeightTerms>(kHeight).setConstant(0.05 * half_m);
   sd.segment<2 * kPrintTerms>(kPrintX).setConstant(0.02 * half_m);
+  sd.segment<3 * kMaxFreePoints>(kFree).setConstant(0.02 * half_m);
   return sd;
 }
 

@@ -11,6 +11,8 @@ namespace plumbline::lens {
 /// Number of smooth functions over the board: products of cosines up to degree 5 (heights) and 4
 /// (print).
 inline constexpr int kHeightTerms = 18, kPrintTerms = 12;
+/// Most points of a board whose places are estimated.
+inline constexpr int kMaxFreePoints = 66;
 
 /// Parameters beyond SharedVector; all zero: the lens and board of BoardPixels().
 enum Extra : int {
@@ -45,7 +47,8 @@ enum Extra : int {
   kHeight,   ///< first of kHeightTerms [m]
   kPrintX = kHeight + kHeightTerms,  ///< first of kPrintTerms [m]
   kPrintY = kPrintX + kPrintTerms,
-  kExtraCount = kPrintY + kPrintTerms
+  kFree = kPrintY + kPrintTerms,  ///< first of the points' displacements: x, y, z of each [m]
+  kExtraCount = kFree + 3 * kMaxFreePoints
 };
 using ExtraVector = Eigen::Matrix<double, kExtraCount, 1>;
 
@@ -73,6 +76,7 @@ class RivalBoard {
 
 /// Pixels of all points. Equations in the order of application:
 ///   (x, y) += stretch u, skew v, print(u, v);   z = bow + bend + height(u, v)
+///   (x, y, z) += displacement of the point
 ///   p_C = R p_K + p + t (velocity + spin x (p_K - centre)),  t = row / height - 1/2
 ///   glass: parallel offset of the ray by Snell's law with an index of 1.5
 ///   lens: the five coefficients of Lens with a denominator 1 + k4 r^2 + k5 r^4 + k6 r^6 and thin
@@ -87,6 +91,9 @@ bool RivalPixels(const RivalBoard& board, image::ImageSize size, bool fisheye,
 /// Pixel of a direction in the camera frame by the lens part of the model; d.z() > 0.
 Vec2 RivalPixelOf(bool fisheye, const SharedVector& shared, const ExtraVector& extra,
                   const Vec3& d);
+
+/// The lens part of the model; zoom and shift do not count.
+Lens LensOfRival(bool fisheye, const SharedVector& shared, const ExtraVector& extra);
 
 /// Plausible size of each extra parameter: standard deviation of its prior.
 ExtraVector ExtraDeviations(const RivalBoard& board, image::ImageSize size);

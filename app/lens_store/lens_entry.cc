@@ -43,8 +43,14 @@ std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   hash.Add(std::int64_t{entry.key.zoom_counts});
   hash.Add(std::int64_t{entry.key.focus_counts.has_value()});
   hash.Add(std::int64_t{entry.key.focus_counts.value_or(0)});
-  for (const double value : lens::VectorOfLens(entry.lens)) hash.Add(value);
-  for (const double value : entry.covariance.reshaped()) hash.Add(value);
+  // Entries of schema 2 have neither further parameters nor a usable region.
+  const bool usual = ModelOf(entry.lens) == lens::LensModel::kUsual;
+  const Eigen::Index count = usual ? lens::kUsualParameters : lens::kLensParameters;
+  for (const double value : lens::VectorOfLens(entry.lens).head(count)) hash.Add(value);
+  for (const double value : entry.covariance.topLeftCorner(count, count).reshaped())
+    hash.Add(value);
+  if (!usual) hash.Add(std::int64_t{entry.lens.fisheye});
+  if (std::isfinite(entry.usable_radius_px)) hash.Add(entry.usable_radius_px);
   hash.Add(std::int64_t{entry.size.width});
   hash.Add(std::int64_t{entry.size.height});
   hash.Add(entry.rms_px);
@@ -89,6 +95,7 @@ std::optional<std::string> FaultOf(const LensEntry& entry) {
   if (!finite || entry.rms_px < 0 || entry.uncertainty_px.value_or(0) < 0) {
     return "RMS, uncertainty, pupil shift or temperature is not a number";
   }
+  if (!(entry.usable_radius_px > 0)) return "the usable region is empty";
   if (entry.utc.empty()) return "no date";
   return std::nullopt;
 }

@@ -2,16 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "app/text/json_text.h"
 #include "firmware-like/lens/lens_curve.h"
 
 namespace plumbline::lens_store {
 namespace {
-
-constexpr std::size_t kCovarianceNumbers = 81;  // kLensParameters squared
 
 /// Out-of-range values become one that FaultOf() or the checksum rejects.
 std::int32_t ToInt32(std::int64_t value) {
@@ -23,7 +23,13 @@ std::int32_t ToInt32(std::int64_t value) {
 constexpr const char* kSelectSchema1 =
     "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
     " k2, p1, p2, k3, covariance, rms_px, board, nullif(pupil_shift_m, 0), temp_C, corners,"
-    " checksum, id, NULL FROM lens_of_schema_1 ORDER BY id";
+    " checksum, id, NULL, NULL, NULL FROM lens_of_schema_1 ORDER BY id";
+
+/// The columns that schema 3 adds.
+constexpr const char* kAddToSchema2 = R"(
+ALTER TABLE lens ADD COLUMN usable_radius_px REAL;
+ALTER TABLE lens ADD COLUMN more_distortion TEXT;
+)";
 
 constexpr const char* kRenameSchema1 = R"(
 DROP TRIGGER lens_is_not_changed;
@@ -43,10 +49,12 @@ CREATE TABLE lens (
   width INTEGER NOT NULL, height INTEGER NOT NULL,
   fx REAL NOT NULL, fy REAL NOT NULL, cx REAL NOT NULL, cy REAL NOT NULL,
   k1 REAL NOT NULL, k2 REAL NOT NULL, p1 REAL NOT NULL, p2 REAL NOT NULL, k3 REAL NOT NULL,
-  covariance TEXT NOT NULL,  -- 81 numbers, order fx, fy, cx, cy, k1, k2, p1, p2, k3
+  covariance TEXT NOT NULL,  -- 81 numbers, order fx, fy, cx, cy, k1, k2, p1, p2, k3; or 256
   rms_px REAL NOT NULL, board TEXT NOT NULL, pupil_shift_m REAL, temp_C REAL,
   corners BLOB NOT NULL, checksum INTEGER NOT NULL,
-  uncertainty_px REAL  -- of the projection at its worst place, one standard deviation
+  uncertainty_px REAL,  -- of the projection at its worst place, one standard deviation
+  usable_radius_px REAL,  -- null: the whole image
+  more_distortion TEXT  -- null, or k4, k5, k6, s1, s2, s3, s4 and 1 for a fisheye
 );
 CREATE INDEX lens_of_camera ON lens (camera_serial, mode);
 CREATE TRIGGER lens_is_not_changed BEFORE UPDATE ON lens
@@ -58,13 +66,73 @@ CREATE TRIGGER lens_is_not_removed BEFORE DELETE ON lens
 const char* const kInsertLens =
     "INSERT INTO lens (utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy,"
     " cx, cy, k1, k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners,"
-    " checksum, uncertainty_px, id) VALUES"
-    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+    " checksum, uncertainty_px, id, usable_radius_px, more_distortion) VALUES"
+    " (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
 
 const char* const kSelectLens =
     "SELECT utc, camera_serial, mode, zoom_counts, focus_counts, width, height, fx, fy, cx, cy, k1,"
     " k2, p1, p2, k3, covariance, rms_px, board, pupil_shift_m, temp_C, corners, checksum, id,"
-    " uncertainty_px FROM lens";
+    " uncertainty_px, usable_radius_px, more_distortion FROM lens";
+
+namespace {
+
+/// Numbers of a JSON array; empty if it is none.
+std::vector<double> NumbersOf(const std::string& text) {
+  std::vector<double> numbers;
+  const nlohmann::json array = text::JsonOrNull(text);
+  if (!array.is_array()) return numbers;
+  for (const auto& number : array) {
+    if (!number.is_number()) return {};
+    numbers.push_back(number.get<double>());
+  }
+  return numbers;
+}
+
+template <typename Values>
+std::string JsonOfNumbers(const Values& values) {
+  nlohmann::json array = nlohmann::json::array();
+  for (const double value : values) array.push_back(value);
+  return text::JsonText(array);
+}
+
+/// Number of parameters that are stored with their covariance.
+Eigen::Index StoredParameters(const lens::Lens& lens) {
+  return ModelOf(lens) == lens::LensModel::kUsual ? lens::kUsualParameters : lens::kLensParameters;
+}
+
+constexpr Eigen::Index kMoreParameters = lens::kLensParameters - lens::kUsualParameters;
+
+/// Text of the column more_distortion.
+std::optional<std::string> MoreDistortion(const lens::Lens& lens) {
+  if (ModelOf(lens) == lens::LensModel::kUsual) return std::nullopt;
+  Eigen::Matrix<double, kMoreParameters + 1, 1> values;
+  values << lens::VectorOfLens(lens).tail<kMoreParameters>(), lens.fisheye ? 1 : 0;
+  return JsonOfNumbers(values);
+}
+
+/// @return  false if the columns of the lens or of its covariance are damaged
+bool ReadLens(const sqlite::Statement& row, LensEntry& entry) {
+  lens::LensVector values = lens::LensVector::Zero();
+  for (int k = 0; k < lens::kUsualParameters; ++k) values[k] = row.Number(7 + k);
+  bool fisheye = false;
+  if (!row.IsNull(26)) {
+    const std::vector<double> more = NumbersOf(row.Text(26));
+    if (more.size() != kMoreParameters + 1) return false;
+    values.tail<kMoreParameters>() =
+        Eigen::Map<const Eigen::VectorXd>(more.data(), kMoreParameters);
+    fisheye = more.back() != 0;
+  }
+  entry.lens = lens::LensOfVector(values, fisheye);
+  const Eigen::Index count = StoredParameters(entry.lens);
+  const std::vector<double> covariance = NumbersOf(row.Text(16));
+  if (covariance.size() != static_cast<std::size_t>(count * count)) return false;
+  entry.covariance.topLeftCorner(count, count) =
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+          covariance.data(), count, count);
+  return true;
+}
+
+}  // namespace
 
 bool InsertLens(sqlite::Statement& statement, const LensEntry& entry) {
   statement.Bind(1, entry.utc);
@@ -76,12 +144,10 @@ bool InsertLens(sqlite::Statement& statement, const LensEntry& entry) {
   statement.Bind(6, std::int64_t{entry.size.width});
   statement.Bind(7, std::int64_t{entry.size.height});
   const lens::LensVector values = lens::VectorOfLens(entry.lens);
-  for (int k = 0; k < lens::kLensParameters; ++k) statement.Bind(8 + k, values[k]);
-  nlohmann::json covariance = nlohmann::json::array();
-  for (const double value : entry.covariance.reshaped<Eigen::RowMajor>()) {
-    covariance.push_back(value);
-  }
-  statement.Bind(17, text::JsonText(covariance));
+  for (int k = 0; k < lens::kUsualParameters; ++k) statement.Bind(8 + k, values[k]);
+  const Eigen::Index count = StoredParameters(entry.lens);
+  statement.Bind(
+      17, JsonOfNumbers(entry.covariance.topLeftCorner(count, count).reshaped<Eigen::RowMajor>()));
   statement.Bind(18, entry.rms_px);
   statement.Bind(19, entry.board);
   statement.Bind(20, entry.pupil_shift_m);
@@ -90,6 +156,9 @@ bool InsertLens(sqlite::Statement& statement, const LensEntry& entry) {
   statement.Bind(23, static_cast<std::int64_t>(ChecksumOf(entry)));
   statement.Bind(24, entry.uncertainty_px);
   statement.Bind(25, entry.id > 0 ? std::optional(entry.id) : std::nullopt);
+  statement.Bind(26, std::isfinite(entry.usable_radius_px) ? std::optional(entry.usable_radius_px)
+                                                           : std::nullopt);
+  statement.Bind(27, MoreDistortion(entry.lens));
   return statement.Run();
 }
 
@@ -101,19 +170,7 @@ std::optional<LensEntry> ReadLensValues(const sqlite::Statement& row) {
   entry.key.zoom_counts = ToInt32(row.Integer(3));
   if (!row.IsNull(4)) entry.key.focus_counts = ToInt32(row.Integer(4));
   entry.size = {ToInt32(row.Integer(5)), ToInt32(row.Integer(6))};
-  lens::LensVector values;
-  for (int k = 0; k < lens::kLensParameters; ++k) values[k] = row.Number(7 + k);
-  entry.lens = lens::LensOfVector(values);
-  const nlohmann::json covariance = text::JsonOrNull(row.Text(16));
-  if (!covariance.is_array() || covariance.size() != kCovarianceNumbers) return std::nullopt;
-  std::size_t at = 0;
-  for (int i = 0; i < lens::kLensParameters; ++i) {
-    for (int k = 0; k < lens::kLensParameters; ++k) {
-      const auto& number = covariance[at++];
-      if (!number.is_number()) return std::nullopt;
-      entry.covariance(i, k) = number.get<double>();
-    }
-  }
+  if (!ReadLens(row, entry)) return std::nullopt;
   entry.rms_px = row.Number(17);
   entry.board = row.Text(18);
   entry.pupil_shift_m = row.OptionalNumberAt(19);
@@ -121,6 +178,7 @@ std::optional<LensEntry> ReadLensValues(const sqlite::Statement& row) {
   const std::string corners = row.Text(21);
   entry.corners.assign(corners.begin(), corners.end());
   entry.uncertainty_px = row.OptionalNumberAt(24);
+  if (const auto radius_px = row.OptionalNumberAt(25)) entry.usable_radius_px = *radius_px;
   entry.id = RowId(row);
   if (FaultOf(entry)) return std::nullopt;
   return entry;
@@ -139,10 +197,15 @@ std::int64_t RowId(const sqlite::Statement& row) {
 }
 
 Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version, bool& damaged) {
-  if (version != 1) return {};
   const auto failed = [&database] {
     return Error{database.path() + ": cannot be migrated to this schema: " + database.Problem()};
   };
+  const std::string mark = fmt::format("PRAGMA user_version={}", kLensSchemaVersion);
+  if (version == 2) {
+    if (!database.Run(kAddToSchema2) || !database.Run(mark.c_str())) return failed();
+    return {};
+  }
+  if (version != 1) return {};
   if (!database.Run(kRenameSchema1) || !database.Run(kLensSchema)) return failed();
   {
     sqlite::Statement rows(database.get(), kSelectSchema1), insert(database.get(), kInsertLens);
@@ -157,8 +220,7 @@ Result<void> MigrateLensSchema(sqlite::Database& database, std::int64_t version,
     }
     if (code != SQLITE_DONE) return failed();
   }
-  const std::string finish =
-      fmt::format("DROP TABLE lens_of_schema_1; PRAGMA user_version={}", kLensSchemaVersion);
+  const std::string finish = "DROP TABLE lens_of_schema_1; " + mark;
   if (!database.Run(finish.c_str())) return failed();
   return {};
 }

@@ -241,18 +241,20 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
   if (!entries) return entries.failure();
   const std::vector<LensEntry> nodes = CurveNodes(std::move(entries).value(), key, tolerance);
   if (nodes.empty()) return std::optional<LensFound>();
-  std::vector<lens::LensNode> curve_nodes;
-  curve_nodes.reserve(nodes.size());
-  for (const LensEntry& node : nodes) {
-    curve_nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
-  }
-  const lens::LensCurve curve(curve_nodes);
   const auto distance = [&key](const LensEntry& node) {
     return std::abs(std::int64_t{node.key.zoom_counts} - key.zoom_counts);
   };
   const LensEntry& nearest = *std::min_element(
       nodes.begin(), nodes.end(),
       [&](const LensEntry& a, const LensEntry& b) { return distance(a) < distance(b); });
+  std::vector<lens::LensNode> curve_nodes;
+  curve_nodes.reserve(nodes.size());
+  for (const LensEntry& node : nodes) {
+    // Coefficients of different distortion models cannot be interpolated.
+    if (ModelOf(node.lens) == ModelOf(nearest.lens))
+      curve_nodes.push_back({node.key.zoom_counts, node.lens, node.covariance});
+  }
+  const lens::LensCurve curve(curve_nodes);
 
   LensFound found;
   found.entry = nearest;
@@ -267,6 +269,8 @@ Result<std::optional<LensFound>> LensStore::Find(const LensKey& key,
     found.entry.key.zoom_counts = key.zoom_counts;
     found.entry.lens = at->lens;
     found.entry.covariance = at->covariance;
+    for (const LensEntry& node : nodes)
+      found.entry.usable_radius_px = std::min(found.entry.usable_radius_px, node.usable_radius_px);
   }
   return std::optional(found);
 }

@@ -31,7 +31,7 @@ struct LensTolerance {
 /// in the file enforce. Each Append() then replaces a backup copy of the whole file (PATH.backup)
 /// atomically. Each entry has a checksum that is verified when it is read.
 ///
-/// Columns have the units of LensEntry; the covariance is a JSON array of 81 numbers, row by row.
+/// Columns have the units of LensEntry; the covariance is a JSON array, row by row.
 /// Everything except the corners is readable with the sqlite3 command.
 class LensStore {
  public:

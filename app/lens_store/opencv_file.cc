@@ -10,12 +10,14 @@ using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowM
 /// Writes all values in order. @param form  the syntax: Yaml or Xml
 template <typename Form>
 std::string WriteAll(const LensEntry& entry, Form form) {
-  Matrix camera = Matrix::Identity(3, 3), distortion(5, 1);
+  const std::vector<double> coefficients = lens::DistortionOf(entry.lens);
+  Matrix camera = Matrix::Identity(3, 3);
+  const Matrix distortion = Eigen::Map<const Matrix>(
+      coefficients.data(), static_cast<Eigen::Index>(coefficients.size()), 1);
   camera(0, 0) = entry.lens.fx;
   camera(1, 1) = entry.lens.fy;
   camera(0, 2) = entry.lens.cx;
   camera(1, 2) = entry.lens.cy;
-  distortion << entry.lens.k1, entry.lens.k2, entry.lens.p1, entry.lens.p2, entry.lens.k3;
   if (!entry.utc.empty()) form.Text("calibration_time", entry.utc);
   form.Number("image_width", entry.size.width);
   form.Number("image_height", entry.size.height);
@@ -27,7 +29,11 @@ std::string WriteAll(const LensEntry& entry, Form form) {
     form.Number("zoom_counts", entry.key.zoom_counts);
   }
   if (entry.key.focus_counts) form.Number("focus_counts", *entry.key.focus_counts);
-  form.Put("parameter_covariance", entry.covariance);
+  if (entry.lens.fisheye) form.Number("fisheye", 1);
+  if (!UsableEverywhere(entry)) form.Real("usable_radius_px", entry.usable_radius_px);
+  const Eigen::Index count = ModelOf(entry.lens) == lens::LensModel::kUsual ? lens::kUsualParameters
+                                                                            : lens::kLensParameters;
+  form.Put("parameter_covariance", entry.covariance.topLeftCorner(count, count));
   return form.Done();
 }
 

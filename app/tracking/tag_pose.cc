@@ -23,7 +23,7 @@ using Residual = Eigen::Matrix<double, 8, 1>;
 struct NormalEquations {
   Mat6 JtJ = Mat6::Zero();
   Vec6 Jtr = Vec6::Zero();
-  Eigen::Matrix<double, 6, 9> JtL = Eigen::Matrix<double, 6, 9>::Zero();
+  PoseByLens JtL = PoseByLens::Zero();
   double chi2 = 0;
 };
 
@@ -34,7 +34,7 @@ using Whitening = std::vector<Eigen::LLT<CornersCovariance>>;
 struct SetDerivatives {
   Residual residual;
   Columns by_pose;
-  Eigen::Matrix<double, 8, 9> by_lens;
+  Eigen::Matrix<double, 8, lens::kLensParameters> by_lens;
   Eigen::Matrix<double, 8, 3> by_place;  ///< with respect to the set's position in K
 };
 
@@ -52,7 +52,7 @@ std::optional<SetDerivatives> DerivativesOf(const lens::Lens& lens, const Corner
     by_point = (lens::PixelJacobian(lens, n) * by_point).eval();
     d.by_pose.block<2, 3>(2 * k, 0) = by_point;
     d.by_pose.block<2, 3>(2 * k, 3) = -by_point * CrossMatrix(turned);
-    d.by_lens.block<2, 9>(2 * k, 0) = PixelByLens(lens, n);
+    d.by_lens.middleRows<2>(2 * k) = lens::PixelByLens(lens, n);
     d.by_place.block<2, 3>(2 * k, 0) = by_point * X.R;
     d.residual.segment<2>(2 * k) = set.pixels[k] - lens::PixelOfNormalised<double>(lens, n);
   }
@@ -101,22 +101,6 @@ Pose ApplyStep(const Pose& X, const Vec6& by) {
 
 }  // namespace
 
-Eigen::Matrix<double, 2, 9> PixelByLens(const lens::Lens& lens, const lens::Vec2& n) {
-  const double x = n.x(), y = n.y(), r2 = x * x + y * y;
-  const lens::Vec2 undistorted = lens::PixelOfNormalised<double>(lens, n);
-  Eigen::Matrix<double, 2, 9> J = Eigen::Matrix<double, 2, 9>::Zero();
-  J(0, 0) = (undistorted.x() - lens.cx) / lens.fx;
-  J(1, 1) = (undistorted.y() - lens.cy) / lens.fy;
-  J(0, 2) = J(1, 3) = 1;
-  const lens::Vec2 scale(lens.fx, lens.fy);
-  J.col(4) = scale.cwiseProduct(r2 * n);
-  J.col(5) = scale.cwiseProduct(r2 * r2 * n);
-  J.col(6) = scale.cwiseProduct(lens::Vec2(2 * x * y, r2 + 2 * y * y));
-  J.col(7) = scale.cwiseProduct(lens::Vec2(r2 + 2 * x * x, 2 * x * y));
-  J.col(8) = scale.cwiseProduct(r2 * r2 * r2 * n);
-  return J;
-}
-
 Mat3 PointCovariance(const PoseEstimate& estimate, const Vec3& p_KQ) {
   Eigen::Matrix<double, 3, 6> J;
   J << Mat3::Identity(), -CrossMatrix(estimate.X_CK.R * p_KQ);
@@ -158,7 +142,7 @@ std::optional<PoseEstimate> RefinePose(const lens::KnownLens& known,
     if (done) break;
   }
   const Eigen::LDLT<Mat6> solved(here->JtJ);
-  const Eigen::Matrix<double, 6, 9> by_lens = -solved.solve(here->JtL);
+  const PoseByLens by_lens = -solved.solve(here->JtL);
   PoseEstimate estimate{X,          solved.solve(Mat6::Identity()),
                         by_lens,    UnitPlaceCovariance(known.lens, sets, whitening, X, solved),
                         here->chi2, 8 * static_cast<int>(sets.size()) - 6};

@@ -15,6 +15,7 @@
 namespace plumbline::tracking {
 
 using Mat6 = Eigen::Matrix<double, 6, 6>;
+using PoseByLens = Eigen::Matrix<double, 6, lens::kLensParameters>;
 
 /// The four corners of a tag in the frame of the body (or tag) K and in the image.
 struct CornerSet {
@@ -34,7 +35,7 @@ struct PoseEstimate {
   Mat6 covariance = Mat6::Zero();
   /// Derivative of (delta, phi) with respect to the lens at fixed corners: the error that two poses
   /// from one image have in common.
-  Eigen::Matrix<double, 6, 9> by_lens = Eigen::Matrix<double, 6, 9>::Zero();
+  PoseByLens by_lens = PoseByLens::Zero();
   /// Covariance of (delta, phi) that an error of 1 m^2 per axis in each tag's declared position in
   /// K would cause, with the errors of different tags independent: sum A A^T, with A the derivative
   /// with respect to one tag's position. Not included in `covariance`.
@@ -78,9 +79,5 @@ std::optional<PosePair> PosesOfTag(const lens::KnownLens& lens, const Corners& p
 
 /// Rotation angle between two poses [rad].
 double AngleBetween(const Pose& a, const Pose& b);
-
-/// Derivative of a pixel with respect to the lens parameters [px per unit], in the order of
-/// LensCovariance.
-Eigen::Matrix<double, 2, 9> PixelByLens(const lens::Lens& lens, const lens::Vec2& normalised);
 
 }  // namespace plumbline::tracking

@@ -42,6 +42,11 @@ lens::Vec2 CentreOf(const Corners& corners) {
 
 }  // namespace
 
+bool InUsableRegion(const lens::KnownLens& lens, const SeenTag& tag) {
+  return std::all_of(tag.corners_px.begin(), tag.corners_px.end(),
+                     [&](const lens::Vec2& corner) { return UsableAt(lens, corner); });
+}
+
 Tracker::Tracker(TagFamily family, TagDatabase database, const TrackerSettings& settings)
     : database_(std::move(database)),
       settings_(settings),
@@ -141,8 +146,9 @@ void Tracker::LocateTag(TrackedTag& tag, double time_s, const lens::KnownLens& l
 
 void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
   std::vector<SeenTag> tags = seen_.tags;
-  std::erase_if(tags, [this](const SeenTag& tag) {
-    return std::find(set_aside_.begin(), set_aside_.end(), tag.id) != set_aside_.end();
+  std::erase_if(tags, [&](const SeenTag& tag) {
+    return std::find(set_aside_.begin(), set_aside_.end(), tag.id) != set_aside_.end() ||
+           !InUsableRegion(lens, tag);
   });
   for (const Body& body : database_.bodies) {
     std::optional<Pose> previous;
@@ -157,7 +163,7 @@ void Tracker::Locate(double time_s, const lens::KnownLens& lens) {
     frame_.bodies.push_back(std::move(*seen));
   }
   for (TrackedTag& tag : frame_.tags) {
-    if (tag.side_m > 0) LocateTag(tag, time_s, lens);
+    if (tag.side_m > 0 && InUsableRegion(lens, tag.seen)) LocateTag(tag, time_s, lens);
   }
 }
 

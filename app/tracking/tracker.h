@@ -33,6 +33,10 @@ struct TrackerSettings {
   double pose_memory_s = 0.5;     ///< how long a past pose resolves an ambiguity
 };
 
+/// Whether all corners of a tag lie where the lens is trusted. Others are detected and tracked, but
+/// have no pose and do not contribute to that of a body.
+bool InUsableRegion(const lens::KnownLens& lens, const SeenTag& tag);
+
 /// Searches each known tag only around its predicted position: its last corners, extrapolated at
 /// their last velocity, in a box enlarged by half its size and by its motion. The whole image is
 /// searched at the start, every `full_search_interval` frames, and in any frame in which an

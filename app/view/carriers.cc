@@ -1,6 +1,7 @@
 #include "app/view/carriers.h"
 
 #include "firmware-like/geometry/rotation.h"
+#include "firmware-like/lens/known_lens.h"
 #include "firmware-like/scene/loaded_tool.h"
 
 namespace plumbline::view {
@@ -10,8 +11,7 @@ constexpr std::uint16_t kRobotUnknown =
     alarm::kRobotMissing | alarm::kRobotStale | alarm::kRobotImplausible | alarm::kDecodingWrong;
 
 bool SameLens(const lens::Lens& a, const lens::Lens& b) {
-  return a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy && a.k1 == b.k1 &&
-         a.k2 == b.k2 && a.p1 == b.p1 && a.p2 == b.p2 && a.k3 == b.k3;
+  return lens::VectorOfLens(a) == lens::VectorOfLens(b) && a.fisheye == b.fisheye;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "app/view/palette.h"
 #include "firmware-like/geometry/length.h"
 #include "firmware-like/image/image_size.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline::view {
 namespace {
@@ -22,6 +23,7 @@ constexpr float kNominalOpacity = 0.35F;
 constexpr float kToolWidth_em = 1.2F;  ///< kept clear around the tool axis and each mark
 constexpr double kBesideShare = 0.2;   ///< of the image area's width
 constexpr int kCircleCorners = 48;
+constexpr int kRegionCorners = 96;
 
 class OverlayBuilder {
  public:
@@ -41,6 +43,7 @@ class OverlayBuilder {
 
   void Build() {
     AddBackground();
+    AddUsableRegion();
     list_.exaggeration = config_.exaggeration;
     list_.stress_full_Pa = config_.stress_full_Pa;
     if (carriers_.tool) list_.bend = carriers_.tool->bend;
@@ -73,6 +76,32 @@ class OverlayBuilder {
     if (image->colour) list_.background.bgr = pixels_;
     list_.background.sequence = std::bit_cast<std::uint64_t>(image->time_s);
     list_.background.lens = lens;
+  }
+
+  /// Outline of the region where the lens is trusted, as far as it lies in the image.
+  void AddUsableRegion() {
+    if (!seen() || !camera_.usable_radius_px) return;
+    const image::ImageSize size{camera_.image->width, camera_.image->height};
+    const lens::Vec2 middle = lens::MiddleOf(size);
+    std::vector<Vec3> points_C;
+    const auto finish = [&] {
+      if (points_C.size() > 1) AddLine(std::move(points_C), kWarning, 2, true);
+      points_C.clear();
+    };
+    for (int k = 0; k <= kRegionCorners; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kRegionCorners;
+      const lens::Vec2 pixel =
+          middle + *camera_.usable_radius_px * lens::Vec2(std::cos(angle), std::sin(angle));
+      const bool inside =
+          (pixel.array() >= 0).all() && pixel.x() < size.width && pixel.y() < size.height;
+      const auto n = inside ? lens::NormalisedOfPixel(*camera_.lens, pixel) : std::nullopt;
+      if (n) {
+        points_C.emplace_back(n->x(), n->y(), 1);
+      } else {
+        finish();
+      }
+    }
+    finish();
   }
 
   std::optional<lens::Vec2> PixelOf(const Vec3& p_C) const {

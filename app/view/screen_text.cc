@@ -106,6 +106,9 @@ std::vector<PanelLine> NotesOf(const OverlayInput& input, std::size_t k) {
     notes.push_back({fmt::format("deflection exaggerated {:g} times", input.config.exaggeration),
                      Tone::kPlain});
   }
+  const view_link::ViewCamera& camera = view_link::CameraOf(state, k);
+  if (camera.lens && camera.usable_radius_px)
+    notes.push_back({"lens calibrated inside the dashed line only", Tone::kAttention});
   if (status.prompt != lens::BoardPrompt::kNone) {
     const auto* const model = input.facts.model;
     const std::string all =

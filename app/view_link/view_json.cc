@@ -6,6 +6,7 @@
 
 #include "app/config/json_integer.h"
 #include "app/text/json_text.h"
+#include "firmware-like/lens/known_lens.h"
 
 namespace plumbline::view_link {
 namespace {
@@ -128,14 +129,16 @@ ViewImage ImageOf(const Json& json) {
 }
 
 Json LensJson(const lens::Lens& l) {
-  return {l.fx, l.fy, l.cx, l.cy, l.k1, l.k2, l.p1, l.p2, l.k3};
+  Json numbers = Json::array();
+  for (const double value : lens::VectorOfLens(l)) numbers.push_back(value);
+  return {{"values", std::move(numbers)}, {"fisheye", l.fisheye}};
 }
 
 lens::Lens LensOf(const Json& json) {
-  Eigen::Matrix<double, 9, 1> v;
-  ReadVector(json, v);
+  lens::LensVector v;
+  ReadVector(json.at("values"), v);
   if (!(v[0] > 0) || !(v[1] > 0)) throw std::out_of_range("a focal length is not positive");
-  return {v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]};
+  return lens::LensOfVector(v, json.at("fisheye").get<bool>());
 }
 
 /// A boolean member of a status and its JSON key.
@@ -236,6 +239,8 @@ Json CameraJson(const ViewCamera& camera) {
                {"mode", camera.mode},
                {"image", camera.image ? ImageJson(*camera.image) : Json(nullptr)},
                {"lens", camera.lens ? LensJson(*camera.lens) : Json(nullptr)},
+               {"usable_radius_px",
+                camera.usable_radius_px ? Json(*camera.usable_radius_px) : Json(nullptr)},
                {"tags", Json::array()},
                {"bodies", Json::array()}};
   for (const ViewTag& tag : camera.tags) {
@@ -260,6 +265,11 @@ ViewCamera CameraOf(const Json& json) {
   camera.mode = json.at("mode").get<std::string>();
   if (!json.at("image").is_null()) camera.image = ImageOf(json.at("image"));
   if (!json.at("lens").is_null()) camera.lens = LensOf(json.at("lens"));
+  if (const Json& radius = json.at("usable_radius_px"); !radius.is_null()) {
+    camera.usable_radius_px = NumberOf(radius);
+    if (!(*camera.usable_radius_px > 0))
+      throw std::out_of_range("usable_radius_px is not positive");
+  }
   for (const Json& entry : ListAt(json, "tags")) {
     ViewTag tag;
     tag.id = config::IntegerFromJson<int>(entry.at("id"));

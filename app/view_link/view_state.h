@@ -49,6 +49,8 @@ struct ViewCamera {
   std::string serial, mode;
   std::optional<ViewImage> image;  ///< nullopt: no image yet
   std::optional<lens::Lens> lens;  ///< the lens in use for that image
+  /// Distance from the middle of the image up to which the lens is trusted; nullopt: everywhere.
+  std::optional<double> usable_radius_px;
   std::vector<ViewTag> tags;
   std::vector<ViewBody> bodies;
 };

@@ -19,7 +19,10 @@ constexpr const char* kBackgroundFragment = R"(
 uniform vec4 u_pinhole;    // 1/fx, 1/fy, -(cx + 1/2)/fx, -(cy + 1/2)/fy
 uniform vec4 u_image;      // fx/width, fy/height, (cx + 1/2)/width, (cy + 1/2)/height
 uniform vec3 u_radial;     // k1, k2, k3
+uniform vec3 u_below;      // k4, k5, k6
 uniform vec2 u_tangential; // p1, p2
+uniform vec4 u_prism;      // s1, s2, s3, s4
+uniform bool u_fisheye;    // k1..k4 are those of a fisheye
 uniform float u_r2_max;
 uniform float u_empty;
 uniform sampler2D u_pixels;
@@ -28,7 +31,14 @@ void main() {
   vec2 n = gl_FragCoord.xy * u_pinhole.xy + u_pinhole.zw;
   float r2 = dot(n, n);
   float radial = 1.0 + r2 * (u_radial.x + r2 * (u_radial.y + r2 * u_radial.z));
-  vec2 d = n * (radial + 2.0 * dot(u_tangential.yx, n)) + u_tangential.yx * r2;
+  radial /= 1.0 + r2 * (u_below.x + r2 * (u_below.y + r2 * u_below.z));
+  if (u_fisheye && r2 > 1e-8) {
+    float r = sqrt(r2), theta = atan(r), t2 = theta * theta;
+    float bent = u_radial.y + t2 * (u_radial.z + t2 * u_below.x);
+    radial = theta / r * (1.0 + t2 * (u_radial.x + t2 * bent));
+  }
+  vec2 d = n * (radial + 2.0 * dot(u_tangential.yx, n)) + u_tangential.yx * r2 +
+           r2 * (u_prism.xz + r2 * u_prism.yw);
   vec2 at = d * u_image.xy + u_image.zw;
   vec2 inside = step(abs(at - 0.5), vec2(0.5)) * step(r2, u_r2_max);
   colour = vec4(mix(vec3(u_empty), texture(u_pixels, at).rgb, inside.x * inside.y), 1.0);
@@ -53,10 +63,14 @@ lens::Lens FittingLens(image::ImageSize image, const lens::Lens& pinhole,
 
 double LargestRadiusSquared(const lens::Lens& lens) {
   constexpr double kMost = 100, kStep = 1.002;
+  lens::Lens radial = lens;  // without the terms that depend on the direction
+  radial.fx = radial.fy = 1;
+  radial.cx = radial.cy = radial.p1 = radial.p2 = 0;
+  radial.s1 = radial.s2 = radial.s3 = radial.s4 = 0;
   double r2 = 1e-3;
   while (r2 < kMost) {
-    // d (r c(r)) / dr = 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6
-    if (1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) <= 0) return r2 / kStep;
+    // d (r c(r)) / dr; along x the Jacobian is diagonal.
+    if (lens::PixelJacobian(radial, {std::sqrt(r2), 0})(0, 0) <= 0) return r2 / kStep;
     r2 *= kStep;
   }
   return kMost;
@@ -123,7 +137,10 @@ Result<void> BackgroundPass::Draw(const scene::Background& background, const len
               f(lens.fy / luma.height), f((lens.cx + 0.5) / luma.width),
               f((lens.cy + 0.5) / luma.height));
   glUniform3f(program_.UniformLocation("u_radial"), f(lens.k1), f(lens.k2), f(lens.k3));
+  glUniform3f(program_.UniformLocation("u_below"), f(lens.k4), f(lens.k5), f(lens.k6));
   glUniform2f(program_.UniformLocation("u_tangential"), f(lens.p1), f(lens.p2));
+  glUniform4f(program_.UniformLocation("u_prism"), f(lens.s1), f(lens.s2), f(lens.s3), f(lens.s4));
+  glUniform1i(program_.UniformLocation("u_fisheye"), lens.fisheye ? 1 : 0);
   glUniform1f(program_.UniformLocation("u_r2_max"), f(LargestRadiusSquared(lens)));
   glUniform1f(program_.UniformLocation("u_empty"), kEmpty);
   glUniform1i(program_.UniformLocation("u_pixels"), 0);

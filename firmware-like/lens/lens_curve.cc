@@ -34,17 +34,6 @@ std::vector<double> Without(const std::vector<double>& values, std::size_t i) {
 
 }  // namespace
 
-LensVector VectorOfLens(const Lens& lens) {
-  LensVector values;
-  values << lens.fx, lens.fy, lens.cx, lens.cy, lens.k1, lens.k2, lens.p1, lens.p2, lens.k3;
-  return values;
-}
-
-Lens LensOfVector(const LensVector& values) {
-  return {values[0], values[1], values[2], values[3], values[4],
-          values[5], values[6], values[7], values[8]};
-}
-
 std::vector<double> MonotoneSlopes(const std::vector<double>& x, const std::vector<double>& y) {
   const std::size_t count = x.size();
   std::vector<double> d(count, 0.0);
@@ -165,7 +154,7 @@ std::optional<InterpolatedLens> LensCurve::At(double zoom_counts) const {
   LensVector values = Interpolated(zoom_counts);
   values[0] = std::exp(values[0]);
   values[1] = std::exp(values[1]);
-  found.lens = LensOfVector(values);
+  found.lens = LensOfVector(values, nodes_[0].lens.fisheye);
   found.log_focal_per_count =
       CubicAt(x_[i], x_[i + 1], y_[0][i], y_[0][i + 1], d_[0][i], d_[0][i + 1], zoom_counts).slope;
 

@@ -9,9 +9,6 @@
 
 namespace plumbline::lens {
 
-LensVector VectorOfLens(const Lens& lens);
-Lens LensOfVector(const LensVector& values);
-
 /// Slopes at the nodes of the monotone piecewise cubic through (x, y), with x ascending and at
 /// least one node:
 ///   d_i = 0 if the slopes m_left and m_right differ in sign, else
@@ -28,7 +25,8 @@ struct CubicValue {
 /// Value and slope, at `at`, of the cubic through (x0, y0) and (x1, y1) with end slopes d0 and d1.
 CubicValue CubicAt(double x0, double x1, double y0, double y1, double d0, double d1, double at);
 
-/// Lens calibrated at one zoom. All nodes of a curve belong to one camera, mode and focus.
+/// Lens calibrated at one zoom. All nodes of a curve belong to one camera, mode, focus and
+/// LensModel.
 struct LensNode {
   std::int32_t zoom_counts = 0;
   Lens lens;  ///< focal lengths positive

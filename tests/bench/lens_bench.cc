@@ -1,5 +1,6 @@
 // Benchmark of the lens calibration: corner detection, solving, claimed against true uncertainty,
-// and acceptance; OpenCV and mrcal as peers in the same run. lens_bench [--quick | --adversarial]
+// and acceptance; OpenCV and mrcal as peers in the same run.
+// lens_bench [--quick | --adversarial | --measured]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "app/lens/calibration.h"
 #include "firmware-like/image/image_size.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/bench/measured_lenses.h"
 #include "tests/peers/mrcal_peer.h"
 
 using namespace plumbline;
@@ -316,10 +318,15 @@ int main(int argc, char** argv) {
     Adversarial(10000);
     return 0;
   }
+  if (given("--measured")) {
+    bench::MeasuredLenses();
+    return 0;
+  }
   const bool quick = given("--quick");
   cv::setNumThreads(1);
   BoardCorners(quick ? 6 : 20);
   Solve(quick ? 20 : 200);
+  bench::MeasuredLenses();
   Acceptance(quick ? 20 : 150);
   Adversarial(quick ? 100 : 10000);
 }

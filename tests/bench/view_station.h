@@ -140,7 +140,7 @@ class ViewStation {
     lens_store::LensEntry lens;
     lens.key = {serial, "test mode", 0, 0};
     lens.lens = test::LensOfCamera(camera);
-    lens.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    lens.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     lens.size = {1920, 1080};
     lens.board = "none";
     lens.utc = "2026-01-01T00:00:00Z";

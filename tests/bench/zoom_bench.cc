@@ -42,7 +42,7 @@ void MakeState(const std::string& folder) {
     lens_store::LensEntry entry;
     entry.key = {"bench", "mode", zoom, std::nullopt};
     entry.lens = test::LensOfCamera(renderer::ZoomLens(2600));
-    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {1920, 1080};
     entry.utc = "2026-01-01T00:00:00Z";
     if (!store || !store.value().Append(entry)) std::abort();

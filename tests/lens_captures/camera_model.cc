@@ -8,22 +8,20 @@
 namespace plumbline::lens_captures {
 namespace {
 
-Vector2d StatedPixel(const StatedLens& l, const Vector2d& n) {
-  const double x = n.x(), y = n.y(), r2 = x * x + y * y;
-  const double c = 1 + r2 * (l[4] + r2 * (l[5] + r2 * l[8]));
-  return {l[0] * (c * x + 2 * l[6] * x * y + l[7] * (r2 + 2 * x * x)) + l[2],
-          l[1] * (c * y + l[6] * (r2 + 2 * y * y) + 2 * l[7] * x * y) + l[3]};
+Vector2d PixelOf(const CameraModel& camera, const Vector2d& n) {
+  return camera.PixelOfDirection(Vector3d(n.x(), n.y(), 1).normalized());
 }
 
-/// Inverse of StatedPixel by Newton's method with numerical derivatives.
-bool StatedDirection(const StatedLens& l, const Vector2d& pixel, Vector2d& n) {
+/// Direction of a pixel by Newton's method with numerical derivatives.
+bool FindDirection(const CameraModel& camera, const Vector2d& pixel, Vector2d& n) {
   constexpr double kStep = 1e-6;
-  n = {(pixel.x() - l[2]) / l[0], (pixel.y() - l[3]) / l[1]};
+  n = {(pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy};
+  if (const double theta = n.norm(); camera.fisheye && theta > 0) n *= std::tan(theta) / theta;
   for (int pass = 0; pass < 40; ++pass) {
-    const Vector2d at = StatedPixel(l, n), error = at - pixel;
+    const Vector2d at = PixelOf(camera, n), error = at - pixel;
     Eigen::Matrix2d J;
-    J.col(0) = (StatedPixel(l, n + Vector2d(kStep, 0)) - at) / kStep;
-    J.col(1) = (StatedPixel(l, n + Vector2d(0, kStep)) - at) / kStep;
+    J.col(0) = (PixelOf(camera, n + Vector2d(kStep, 0)) - at) / kStep;
+    J.col(1) = (PixelOf(camera, n + Vector2d(0, kStep)) - at) / kStep;
     if (!(J.determinant() > 0)) return false;
     if (error.norm() < 1e-7) return true;
     n -= J.inverse() * error;
@@ -80,16 +78,18 @@ Vector2d CameraModel::PixelOfPoint(const Vector3d& p_C) const {
   return PixelOfDirection(d);
 }
 
-double LargestError(const CameraModel& truth, const StatedLens& stated, int width, int height) {
-  constexpr int kColumns = 15, kRows = 11;
+double LargestError(const CameraModel& truth, const CameraModel& stated, int width, int height,
+                    double radius_px) {
+  constexpr int kColumns = 21, kRows = 15;
   std::vector<Vector3d> directions;
   std::vector<Vector2d> pixels;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       const Vector2d pixel((width - 1.0) * column / (kColumns - 1),
                            (height - 1.0) * row / (kRows - 1));
+      if ((pixel - Vector2d(width - 1, height - 1) / 2).norm() > radius_px) continue;
       Vector2d n;
-      if (!StatedDirection(stated, pixel, n)) return INFINITY;
+      if (!FindDirection(stated, pixel, n)) return INFINITY;
       directions.emplace_back(Vector3d(n.x(), n.y(), 1).normalized());
       pixels.push_back(pixel);
     }

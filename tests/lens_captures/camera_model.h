@@ -39,12 +39,11 @@ struct CameraModel {
   Vector2d PixelOfPoint(const Vector3d& p_C) const;
 };
 
-/// Five-parameter lens as the product states it: fx, fy, cx, cy, k1, k2, p1, p2, k3.
-using StatedLens = Eigen::Matrix<double, 9, 1>;
-
 /// Largest distance over the image between the pixels of equal directions by the true camera and by
 /// the stated lens, after the rotation that minimizes the sum of squares [px]; infinite if the
 /// stated lens has no direction for a pixel.
-double LargestError(const CameraModel& truth, const StatedLens& stated, int width, int height);
+/// @param radius_px  pixels farther from the middle of the image do not count
+double LargestError(const CameraModel& truth, const CameraModel& stated, int width, int height,
+                    double radius_px = 1e9);
 
 }  // namespace plumbline::lens_captures

@@ -25,7 +25,7 @@ bool KeepLenses(const std::string& file) {
     lens_store::LensEntry entry;
     entry.key = {"RIG0001", "GREY 640x480@2", zoom, 0};
     entry.lens = test::LensOfCamera(SmallCamera());
-    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {640, 480};
     entry.board = "none";
     entry.utc = "2026-01-01T00:00:00Z";

@@ -51,7 +51,7 @@ struct Rig {
   static std::shared_ptr<ActiveLens> LensOf(const lens::Lens& lens, std::int64_t id) {
     auto in_use = std::make_shared<ActiveLens>();
     in_use->known.lens = lens;
-    in_use->known.covariance.diagonal() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
+    in_use->known.covariance.diagonal().head<9>() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
     in_use->known.size = {1920, 1080};
     in_use->calibrated = true;
     in_use->id = id;

@@ -34,7 +34,7 @@ TEST_CASE("the tip error matches the stated covariance, including the lens error
   const Pose X_CT{RotationFromRollPitchYaw(Vec3(-0.2, 0.25, 0.4)), Vec3(-0.1, 0.05, 1.5)};
   const Vec3 truth = kCellInW * (X_CK.Inverse() * (X_CT * kTip));
   lens::LensCovariance lens_covariance = lens::LensCovariance::Zero();
-  lens_covariance.diagonal() << 4, 4, 9, 9, 1e-6, 1e-6, 1e-10, 1e-10, 0;
+  lens_covariance.diagonal().head<9>() << 4, 4, 9, 9, 1e-6, 1e-6, 1e-10, 1e-10, 0;
   constexpr int kSeeds = 400;
   double chi2 = 0, squares = 0, apart = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {

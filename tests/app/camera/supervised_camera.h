@@ -45,7 +45,7 @@ inline void StoreLens(const std::string& folder, image::ImageSize size) {
   lens_store::LensEntry entry;
   entry.key = {"test camera", "mode", 100, std::nullopt};
   entry.lens = test::LensOfCamera(renderer::ZoomLens(2600));
-  entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+  entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
   entry.size = size;
   entry.utc = "2026-01-01T00:00:00Z";
   REQUIRE(store.value().Append(entry));

@@ -17,7 +17,7 @@ struct Station {
   ActiveLens lens;
   Station() {
     lens.known.lens = TagSceneLens();
-    lens.known.covariance.diagonal() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
+    lens.known.covariance.diagonal().head<9>() << 0.25, 0.25, 1, 1, 1e-8, 1e-8, 1e-12, 1e-12, 0;
     lens.known.size = {1920, 1080};
     lens.calibrated = true;
   }

@@ -59,7 +59,7 @@ inline void KeepLenses(const std::string& state, const std::string& serial) {
     lens_store::LensEntry entry;
     entry.key = {serial, "test mode", zoom, 0};
     entry.lens = test::LensOfCamera(CameraAt(zoom));
-    entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+    entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
     entry.size = {1920, 1080};
     entry.board = "none";
     entry.utc = "2026-01-01T00:00:00Z";

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/lens/calibration.h"
+#include "app/lens/lens_json.h"
 #include "tests/app/lens/rendered_views.h"
 #include "tests/lens_captures/capture_maker.h"
 
@@ -14,14 +15,34 @@ using namespace plumbline::lens_captures;
 
 namespace {
 
-LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed) {
+/// The camera as the product states it.
+CameraModel StatedCamera(const Lens& l) {
+  CameraModel camera;
+  camera.fx = l.fx, camera.fy = l.fy, camera.cx = l.cx, camera.cy = l.cy;
+  camera.fisheye = l.fisheye;
+  const double k[] = {l.k1, l.k2, l.k3, l.k4, l.k5, l.k6}, s[] = {l.s1, l.s2, l.s3, l.s4};
+  std::copy(std::begin(k), std::end(k), camera.k);
+  std::copy(std::begin(s), std::end(s), camera.s);
+  camera.p[0] = l.p1, camera.p[1] = l.p2;
+  return camera;
+}
+
+/// @param error_px  receives the largest true error within the usable region
+LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed,
+                              double* error_px = nullptr) {
   for (const Kind& kind : AllKinds()) {
     if (kind.name != name) continue;
     Random random(seed);
     Conditions conditions = GoodConditions(random);
     kind.prepare(conditions, random);
     const SimulatedCapture capture = Simulate(conditions, random);
-    return CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
+    const LensCalibration c =
+        CalibrateLens(conditions.board, capture.views, {conditions.width, conditions.height});
+    if (error_px != nullptr) {
+      *error_px = LargestError(conditions.camera, StatedCamera(c.lens), conditions.width,
+                               conditions.height, c.usable_radius_px);
+    }
+    return c;
   }
   FAIL("no kind " << name);
   return {};
@@ -29,7 +50,9 @@ LensCalibration CalibrationOf(const std::string& name, std::uint64_t seed) {
 
 std::string ReasonsOf(const LensCalibration& calibration) {
   std::string all;
-  for (const std::string& reason : calibration.reasons) all += reason + "\n";
+  for (const auto* lines : {&calibration.reasons, &calibration.notes}) {
+    for (const std::string& line : *lines) all += line + "\n";
+  }
   return all;
 }
 
@@ -60,20 +83,57 @@ TEST_CASE("a board that is not as declared is named as such") {
   for (const auto& [name, words] : {std::pair("print stretched along its rows", "stretched by"),
                                     {"board S-shaped", "not flat"},
                                     {"paper held in the hand", "the board bends"}}) {
-    const LensCalibration c = CalibrationOf(name, 8);
+    double error_px = 0;
+    const LensCalibration c = CalibrationOf(name, 8, &error_px);
     INFO(name << "\n" << ReasonsOf(c));
-    CHECK_FALSE(c.accepted);
     CHECK(ReasonsOf(c).find(words) != std::string::npos);
+    if (c.accepted) CHECK(error_px < 3 * c.uncertainty.max_px);
     CHECK(ReasonsOf(c).find("lens moved") == std::string::npos);
   }
 }
 
-TEST_CASE("a fisheye is distinguished from a lens that moved") {
-  const LensCalibration c = CalibrationOf("fisheye, 130 degrees", 2);
+TEST_CASE("fisheye, rational and thin prism lenses are recognized and estimated") {
+  for (const auto& [name, model] : {std::pair("fisheye, 130 degrees", LensModel::kFisheye),
+                                    {"fisheye, moderate", LensModel::kFisheye},
+                                    {"thin prism", LensModel::kThinPrism}}) {
+    double error_px = 0;
+    const LensCalibration c = CalibrationOf(name, 2, &error_px);
+    INFO(name << "\n"
+              << ReasonsOf(c) << "error " << error_px << ", stated " << c.uncertainty.max_px);
+    CHECK(c.accepted);
+    CHECK(ModelOf(c.lens) == model);
+    CHECK(error_px < 3 * c.uncertainty.max_px);
+    const auto file = LensFromJson(LensJson(c));
+    REQUIRE(file);
+    CHECK(VectorOfLens(file->lens) == VectorOfLens(c.lens));
+    CHECK(file->lens.fisheye == c.lens.fisheye);
+    CHECK(file->covariance.isApprox(c.covariance, 1e-12));
+    CHECK(file->usable_radius_px == c.usable_radius_px);
+  }
+}
+
+TEST_CASE("a lens seen in the middle of the image only is accepted for that region") {
+  const Board board;
+  const image::ImageSize size{1920, 1080};
+  auto views = NoisyViews(DrawViews({}, board, 3), board, 0.03, 3);
+  REQUIRE(UsableEverywhere(CalibrateLens(board, views, size)));
+  for (BoardView& view : views) {
+    for (std::size_t k = 0; k < view.seen.size(); ++k)
+      view.seen[k] = (view.corners_px[k] - MiddleOf(size)).norm() < 720;
+  }
+  const LensCalibration c = CalibrateLens(board, views, size);
   INFO(ReasonsOf(c));
-  CHECK_FALSE(c.accepted);
-  CHECK(ReasonsOf(c).find("five") != std::string::npos);
-  CHECK(ReasonsOf(c).find("lens moved") == std::string::npos);
+  CHECK(c.accepted);
+  CHECK_FALSE(UsableEverywhere(c));
+  CHECK(UsableShare(c) >= 0.5);
+  REQUIRE_FALSE(c.notes.empty());
+  CHECK(c.notes.front().find("usable up to") == 0);
+  CHECK(c.everywhere_px > CalibrationOptions{}.acceptable_px);
+  CHECK(c.uncertainty.max_px <= CalibrationOptions{}.acceptable_px);
+  const Lens truth = test::LensOfCamera(renderer::ZoomLens(1700));
+  CHECK(LargestDifference(truth, c.lens, size, std::nullopt, c.usable_radius_px) <
+        3 * c.uncertainty.max_px);
+  CHECK(LensFromJson(LensJson(c))->usable_radius_px == c.usable_radius_px);
 }
 
 TEST_CASE("repeated frames count once") {

@@ -6,6 +6,7 @@
 
 #include "app/lens/projection_uncertainty.h"
 #include "tests/app/lens/rendered_views.h"
+#include "tests/lens_captures/camera_model.h"
 
 namespace plumbline::lens_model_test {
 
@@ -42,6 +43,100 @@ TEST_CASE("the lens projects points as the renderer does") {
 TEST_CASE("a pixel beyond the fold of the polynomial has no direction") {
   const Lens folding{1000, 1000, 500, 500, -0.5, 0, 0, 0, 0};
   CHECK_FALSE(NormalisedOfPixel(folding, {1200, 500}));
+}
+
+namespace {
+
+/// One lens of each model.
+std::vector<Lens> LensOfEachModel() {
+  Lens usual{1500, 1510, 930, 520, -0.12, 0.05, 0.001, -0.0008, 0.02};
+  Lens rational = usual, prism = usual, fisheye = usual;
+  rational.k4 = 0.3, rational.k5 = -0.05, rational.k6 = 0.01;
+  prism.s1 = 0.004, prism.s2 = -0.01, prism.s3 = 0.006, prism.s4 = 0.02;
+  fisheye.fisheye = true;
+  fisheye.p1 = fisheye.p2 = 0;
+  fisheye.k4 = -0.003;
+  return {usual, rational, prism, fisheye};
+}
+
+lens_captures::CameraModel IndependentModel(const Lens& l) {
+  lens_captures::CameraModel camera;
+  camera.fx = l.fx, camera.fy = l.fy, camera.cx = l.cx, camera.cy = l.cy;
+  camera.fisheye = l.fisheye;
+  const double k[] = {l.k1, l.k2, l.k3, l.k4, l.k5, l.k6}, s[] = {l.s1, l.s2, l.s3, l.s4};
+  std::copy(std::begin(k), std::end(k), camera.k);
+  std::copy(std::begin(s), std::end(s), camera.s);
+  camera.p[0] = l.p1, camera.p[1] = l.p2;
+  return camera;
+}
+
+}  // namespace
+
+TEST_CASE("every lens model projects as an independent implementation, and back") {
+  for (const Lens& lens : LensOfEachModel()) {
+    INFO(ModelName(ModelOf(lens)));
+    for (const Vec2& n : {Vec2(0, 0), Vec2(1e-9, 0), Vec2(0.31, -0.2), Vec2(-0.5, 0.35)}) {
+      const Vec2 pixel = PixelOfNormalised(lens, n);
+      const Vec3 direction = Vec3(n.x(), n.y(), 1).normalized();
+      CHECK((pixel - IndependentModel(lens).PixelOfDirection(direction)).norm() < 1e-6);
+      const auto back = NormalisedOfPixel(lens, pixel);
+      REQUIRE(back);
+      CHECK((*back - n).norm() < 1e-9);
+    }
+  }
+}
+
+TEST_CASE("derivatives of a pixel agree with finite differences in every lens model") {
+  for (const Lens& lens : LensOfEachModel()) {
+    INFO(ModelName(ModelOf(lens)));
+    const Vec2 n(0.31, -0.2);
+    const auto by_lens = PixelByLens(lens, n);
+    for (int k = 0; k < kLensParameters; ++k) {
+      if (lens.fisheye && (k == kP1 || k == kP2 || k > 9)) {
+        CHECK(by_lens.col(k).norm() == 0);
+        continue;
+      }
+      LensVector up = VectorOfLens(lens), down = up;
+      up[k] += 1e-4;
+      down[k] -= 1e-4;
+      const Vec2 slope = (PixelOfNormalised(LensOfVector(up, lens.fisheye), n) -
+                          PixelOfNormalised(LensOfVector(down, lens.fisheye), n)) /
+                         2e-4;
+      INFO(kLensParameterNames[k]);
+      CHECK((slope - by_lens.col(k)).norm() < 1e-6 * (1 + slope.norm()));
+    }
+    const Eigen::Matrix2d J = PixelJacobian(lens, n);
+    for (int axis = 0; axis < 2; ++axis) {
+      const Vec2 step = 1e-6 * Vec2::Unit(axis);
+      const Vec2 slope =
+          (PixelOfNormalised<double>(lens, n + step) - PixelOfNormalised<double>(lens, n - step)) /
+          2e-6;
+      CHECK((slope - J.col(axis)).norm() < 1e-5 * slope.norm());
+    }
+  }
+}
+
+TEST_CASE(
+    "coefficients are read and written in OpenCV's order, and a lens is usable in its region") {
+  for (const Lens& lens : LensOfEachModel()) {
+    const std::vector<double> values = DistortionOf(lens);
+    Lens read{lens.fx, lens.fy, lens.cx, lens.cy};
+    REQUIRE(SetDistortion(values, lens.fisheye, read));
+    CHECK(VectorOfLens(read) == VectorOfLens(lens));
+  }
+  Lens lens;
+  CHECK_FALSE(SetDistortion({1, 2, 3}, false, lens));
+  CHECK_FALSE(SetDistortion({1, 2, 3, 4, 5}, true, lens));
+  KnownLens known;
+  known.size = {640, 480};
+  CHECK(UsableEverywhere(known));
+  CHECK(UsableAt(known, {0, 0}));
+  CHECK(UsableShare(known) == 1);
+  known.usable_radius_px = 240;
+  CHECK_FALSE(UsableEverywhere(known));
+  CHECK(UsableAt(known, {319.5, 1}));
+  CHECK_FALSE(UsableAt(known, {20, 239.5}));
+  CHECK(UsableShare(known) == Approx(3.14159 * 240 * 240 / (640 * 480)).epsilon(0.01));
 }
 
 TEST_CASE("derivatives of the board's pixels agree with finite differences") {

@@ -316,12 +316,46 @@ TEST_CASE("damaged without an intact backup, or not a lens store: nothing is tou
   {
     auto database = sqlite::Database::Open(newer, sqlite::Database::Mode::kWrite);
     REQUIRE(database);
-    REQUIRE(database.value().Run("PRAGMA user_version=3"));
+    REQUIRE(database.value().Run("PRAGMA user_version=4"));
   }
   const auto future = LensStore::Open(newer);
   REQUIRE_FALSE(future.ok());
   CHECK_THAT(future.error(), Catch::Contains("newer plumbline"));
   CHECK_FALSE(LensStore::Open(folder.path() + "/none/lenses.sqlite").ok());
+}
+
+TEST_CASE("a lens of any distortion model is stored with its usable region") {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/lenses.sqlite";
+  LensEntry fisheye = EntryAt(1000, 1500);
+  fisheye.lens.fisheye = true;
+  fisheye.lens.p1 = fisheye.lens.p2 = 0;
+  fisheye.lens.k4 = 0.02;
+  fisheye.usable_radius_px = 640.5;
+  LensEntry prism = EntryAt(2000, 3000);
+  prism.lens.k4 = 0.1, prism.lens.s2 = -0.01, prism.lens.s4 = 0.003;
+  for (LensEntry* entry : {&fisheye, &prism}) {
+    const lens::LensVector sd = 1e-3 * lens::VectorOfLens(entry->lens);
+    entry->covariance = sd * sd.transpose();
+  }
+  {
+    LensStore store = Opened(path);
+    Keep(store, fisheye);
+    Keep(store, prism);
+  }
+  LensStore store = Opened(path);
+  const auto entries = store.All();
+  REQUIRE(entries);
+  REQUIRE(entries->size() == 2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const LensEntry &kept = k == 0 ? fisheye : prism, &found = (*entries)[k];
+    CHECK(lens::VectorOfLens(found.lens) == lens::VectorOfLens(kept.lens));
+    CHECK(found.lens.fisheye == kept.lens.fisheye);
+    CHECK(found.covariance == kept.covariance);
+    CHECK(found.usable_radius_px == kept.usable_radius_px);
+  }
+  // Nothing is interpolated between the coefficients of different models.
+  CHECK_FALSE(*store.Find({"SN-1", "YUYV 1920x1080@30", 1500, 0x1234}, {}));
 }
 
 TEST_CASE("a lens is stored even if the backup fails, and that is reported") {

@@ -48,23 +48,6 @@ Vec6 ErrorOf(const Pose& estimated, const Pose& truth) {
 
 }  // namespace
 
-TEST_CASE("The derivative of a pixel with respect to the lens agrees with finite differences") {
-  const lens::Lens lens = SomeLens(1500).lens;
-  const lens::Vec2 n(0.31, -0.2);
-  const auto J = PixelByLens(lens, n);
-  double lens::Lens::*const terms[] = {&lens::Lens::fx, &lens::Lens::fy, &lens::Lens::cx,
-                                       &lens::Lens::cy, &lens::Lens::k1, &lens::Lens::k2,
-                                       &lens::Lens::p1, &lens::Lens::p2, &lens::Lens::k3};
-  for (int i = 0; i < 9; ++i) {
-    lens::Lens up = lens, down = lens;
-    up.*terms[i] += 1e-4;
-    down.*terms[i] -= 1e-4;
-    const lens::Vec2 slope =
-        (lens::PixelOfNormalised<double>(up, n) - lens::PixelOfNormalised<double>(down, n)) / 2e-4;
-    CHECK((slope - J.col(i)).norm() < 1e-6 * (1 + slope.norm()));
-  }
-}
-
 TEST_CASE("Exact corners give the exact pose, and one of the square's two poses is that") {
   std::mt19937_64 random(1);
   const lens::KnownLens known = SomeLens(1500);

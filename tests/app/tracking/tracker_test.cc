@@ -131,4 +131,28 @@ TEST_CASE("A body resolves the ambiguity of its tag") {
   }
 }
 
+TEST_CASE("A tag outside the lens's usable region has no pose and does not locate its body") {
+  const TagFamily family = *TagFamilyOfName("36h11");
+  lens::KnownLens lens{test::LensOfCamera(Camera())};
+  lens.size = {800, 600};
+  TagDatabase database;
+  database.default_side_m = 0.08;
+  database.bodies = {{"plate", {{10, 0.08, Pose{}}}, {}}};
+  Tracker tracker(family, database, {});
+  const auto shot = ShotOf(family,
+                           {test::FacingPose({-0.25, -0.1, 1}, 0.3, 1, 0),
+                            test::FacingPose({0.03, 0.02, 1.2}, 0.4, 2, 0)},
+                           5);
+  for (const double radius_px : {1000.0, 200.0}) {
+    lens.usable_radius_px = radius_px;
+    const TrackedFrame& seen = tracker.Update(test::ViewOf(shot.image), radius_px, &lens);
+    REQUIRE(seen.tags.size() == 2);
+    for (const TrackedTag& tag : seen.tags) {
+      const bool outside = radius_px < 500 && tag.seen.id == 10;
+      CHECK(tag.estimate.has_value() != outside);
+    }
+    CHECK(seen.bodies.size() == (radius_px < 500 ? 0 : 1));
+  }
+}
+
 }  // namespace plumbline::tracker_test

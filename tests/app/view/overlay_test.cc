@@ -137,6 +137,28 @@ TEST_CASE("objects are drawn on their carriers, bent if configured, and omitted 
   CHECK(composed.list.background.lens->k1 == -0.08);
 }
 
+TEST_CASE("the region where the lens is trusted is outlined, as far as it lies in the image") {
+  ViewScene scene;
+  const auto outlines = [&] {
+    const Composed composed(scene, {1280, 720}, nullptr);
+    std::vector<scene::DrawnLine> found;
+    for (const scene::DrawnLine& line : composed.list.lines) {
+      if (line.dashed && line.points_C.size() > 8) found.push_back(line);
+    }
+    return found;
+  };
+  CHECK(outlines().empty());
+  scene.state.cameras[0].usable_radius_px = 700;
+  const auto lines = outlines();
+  REQUIRE(lines.size() >= 2);  // the circle leaves the image at its upper and lower edge
+  for (const scene::DrawnLine& line : lines) {
+    for (const Vec3& p_C : line.points_C) {
+      const lens::Vec2 pixel = Project(*scene.state.cameras[0].lens, p_C);
+      CHECK((pixel - lens::MiddleOf({1920, 1080})).norm() == Approx(700).margin(1e-3));
+    }
+  }
+}
+
 TEST_CASE("assembly points show the taught position, the uncorrected tip and the 95 % radius") {
   ViewScene scene("exaggeration = 20.0\n");
   const Composed composed(scene, {1280, 720});

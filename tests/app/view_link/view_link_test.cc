@@ -86,6 +86,8 @@ ViewState FullState() {
   state.cameras[0].serial = "A-1";
   state.cameras[0].mode = "GREY 8x4@30";
   state.cameras[0].lens = lens::Lens{1700, 1701, 960, 540, -0.1, 0.02, 1e-4, -2e-4, 0.003};
+  state.cameras[0].lens->k4 = 0.01;
+  state.cameras[0].usable_radius_px = 812.5;
   ViewTag tag;
   tag.id = 17;
   tag.corners_px = {lens::Vec2(1, 2), lens::Vec2(3, 2), lens::Vec2(3, 4), lens::Vec2(1, 4)};

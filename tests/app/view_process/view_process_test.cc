@@ -95,7 +95,7 @@ struct Station {
       lens_store::LensEntry entry;
       entry.key = {serial, "test mode", 0, 0};
       entry.lens = test::LensOfCamera(camera);
-      entry.covariance.diagonal() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
+      entry.covariance.diagonal().head<9>() << 0.04, 0.04, 0.04, 0.04, 1e-9, 1e-9, 1e-12, 1e-12, 0;
       entry.size = {1920, 1080};
       entry.board = "none";
       entry.utc = "2026-01-01T00:00:00Z";

@@ -1,0 +1,150 @@
+#include "app/lens/calibration_reasons.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline::lens {
+namespace {
+
+// Nominal false alarm rate for each of three kinds of change. In simulation one faultless capture
+// in a hundred is refused at this level.
+constexpr double kChangeSignificance = 1e-2;
+constexpr double kAlternativeChi2Share = 1.0 / 3;  // of the largest chi^2: named as an alternative
+constexpr double kMinTilt_rad = 0.15;              // range of the board's normals
+constexpr double kSufficientReach = 0.9;  // of the way to the image's corner; selects the advice
+
+double TiltSpread(const LensFit& fit) {
+  double widest = 0;
+  for (const Pose& a : fit.X_CK) {
+    for (const Pose& b : fit.X_CK)
+      widest = std::max(widest, std::acos(std::clamp(a.R.col(2).dot(b.R.col(2)), -1.0, 1.0)));
+  }
+  return widest;
+}
+
+/// Distance from the image centre to the farthest used corner, as a share of that to the image's
+/// corner.
+double ReachOf(const LensFit& fit, std::span<const BoardView> views, image::ImageSize size) {
+  const Vec2 middle(0.5 * (size.width - 1), 0.5 * (size.height - 1));
+  double farthest = 0;
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    for (std::size_t k = 0; k < views[j].corners_px.size(); ++k) {
+      if (fit.used[j][k]) farthest = std::max(farthest, (views[j].corners_px[k] - middle).norm());
+    }
+  }
+  return farthest / middle.norm();
+}
+
+/// "the focal length changed by 0.21 % between view 4 and view 5"
+std::string Describe(const CaptureChange& change, const LensFit& fit,
+                     std::span<const BoardView> views, const Board& board) {
+  const std::string when =
+      change.steady ? "from the first to the last"
+                    : fmt::format("between {} and {}", views[change.first_view_after - 1].name,
+                                  views[change.first_view_after].name);
+  switch (change.kind) {
+    case CaptureChange::Kind::kFocalLength:
+      return fmt::format("the focal length changed by {:.2f} % {}",
+                         100 * change.delta[kFx] / fit.shared[kFx], when);
+    case CaptureChange::Kind::kCentre:
+      return fmt::format("the principal point moved by {:.1f} px {}",
+                         std::hypot(change.delta[kCx], change.delta[kCy]), when);
+    case CaptureChange::Kind::kBoard:
+      break;
+  }
+  return fmt::format("the board bent by {:.2f} mm {}",
+                     1e3 * LargestBow(change.delta.segment<3>(kBowX), board), when);
+}
+
+}  // namespace
+
+/// Peak-to-valley deviation of the board from its plane [m].
+/// @param bow  kBowX, kBowY, kBowXY
+double LargestBow(const Vec3& bow, const Board& board) {
+  double lowest = 0, highest = 0;
+  for (int k = 0; k < board.corners(); ++k) {
+    const Vec2 at = board.Corner(k) - board.Centre();
+    const double z =
+        bow.x() * at.x() * at.x() + bow.y() * at.y() * at.y() + bow.z() * at.x() * at.y();
+    lowest = std::min(lowest, z);
+    highest = std::max(highest, z);
+  }
+  return highest - lowest;
+}
+
+std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
+                         std::span<const BoardView> views, const Board& board) {
+  auto changes = test.changes;
+  std::sort(changes.begin(), changes.end(),
+            [](const CaptureChange& a, const CaptureChange& b) { return a.chi2 > b.chi2; });
+  std::string words;
+  bool lens_moved = false;
+  for (const CaptureChange& change : changes) {
+    if (change.p_value > kChangeSignificance ||
+        change.chi2 < kAlternativeChi2Share * changes[0].chi2)
+      continue;
+    if (!words.empty()) words += ", or ";
+    words += Describe(change, fit, views, board);
+    lens_moved |= change.kind != CaptureChange::Kind::kBoard;
+  }
+  if (words.empty()) return words;
+  return fmt::format(
+      "the {} moved while the frames were taken: {}; let the zoom come to rest, "
+      "fasten camera, lens and board, and repeat the capture",
+      lens_moved ? "lens" : "board", words);
+}
+
+/// One reason for a capture that one lens and one board do not explain.
+std::string ReasonOf(const CaptureDiagnosis& diagnosis) {
+  const auto& findings = diagnosis.findings;
+  if (findings.empty()) {
+    return "one lens and one flat board do not explain the frames, and the cause is not clear; "
+           "fasten camera and lens, use a flat board that is printed true to size, hold it still, "
+           "and repeat the capture";
+  }
+  const bool moved = findings[0].cause == CaptureCause::kFocalLength ||
+                     findings[0].cause == CaptureCause::kPrincipalPoint ||
+                     findings[0].cause == CaptureCause::kCameraVaries;
+  std::string reason = moved ? "the lens moved while the frames were taken: " : "";
+  if (!diagnosis.clear())
+    reason = "one lens and one flat board do not explain the frames, and the cause is not clear: ";
+  if (!diagnosis.clear() && findings.size() == 1) reason += "most likely ";
+  for (std::size_t k = 0; k < findings.size(); ++k)
+    reason += (k > 0 ? ", or " : "") + findings[k].words;
+  return reason + "; " + findings[0].remedy;
+}
+
+std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
+                          image::ImageSize size) {
+  const double reach = ReachOf(fit, views, size);
+  if (TiltSpread(fit) < kMinTilt_rad) {
+    return "the views are too similar; tilt the board by 20 to 40 degrees to the left, to the "
+           "right, up and down";
+  }
+  if (reach < kSufficientReach) {
+    return fmt::format(
+        "the board was seen only up to {:.0f} % of the way from the centre to the corners of the "
+        "image, and the lens is unknown beyond; hold the board into the corners",
+        100 * reach);
+  }
+  return "take more views, tilted and close to the corners of the image";
+}
+
+std::string UncertaintyReason(double uncertain_px, double acceptable_px,
+                              const std::string& advice) {
+  return fmt::format(
+      "the projection is uncertain by {:.2g} px at the worst place of the image, but at most "
+      "{:.2g} px is acceptable: {}",
+      uncertain_px, acceptable_px, advice);
+}
+
+std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice) {
+  return fmt::format(
+      "usable up to {:.0f} px from the middle of the image, {:.0f} % of it; beyond, the projection "
+      "is uncertain by up to {:.2g} px: {}",
+      std::floor(lens.usable_radius_px), 100 * UsableShare(lens), beyond_px, advice);
+}
+
+}  // namespace plumbline::lens

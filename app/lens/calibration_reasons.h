@@ -1,0 +1,34 @@
+// Wording of what a lens calibration finds: reasons to refuse it, and advice.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "app/lens/capture_change.h"
+#include "app/lens/capture_diagnosis.h"
+
+namespace plumbline::lens {
+
+/// Peak-to-valley deviation of the board from its plane [m].
+/// @param bow  kBowX, kBowY, kBowXY
+double LargestBow(const Vec3& bow, const Board& board);
+
+/// What changed by more than chance: "the lens moved while the frames were taken: .."; empty:
+/// nothing.
+std::string ChangeReason(const CaptureChangeTest& test, const LensFit& fit,
+                         std::span<const BoardView> views, const Board& board);
+
+/// One reason for a capture that one lens and one board do not explain.
+std::string ReasonOf(const CaptureDiagnosis& diagnosis);
+
+/// Advice on views that would determine the lens better.
+std::string AdviceOnViews(const LensFit& fit, std::span<const BoardView> views,
+                          image::ImageSize size);
+
+std::string UncertaintyReason(double uncertain_px, double acceptable_px, const std::string& advice);
+
+/// Note on a lens that is accepted for a part of the image.
+/// @param beyond_px  largest uncertainty outside that part
+std::string RegionNote(const KnownLens& lens, double beyond_px, const std::string& advice);
+
+}  // namespace plumbline::lens

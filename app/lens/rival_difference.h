@@ -1,0 +1,16 @@
+// Difference between the lens of a rival explanation and another lens.
+#pragma once
+
+#include "app/lens/rival_fit.h"
+#include "app/lens/usable_region.h"
+
+namespace plumbline::lens {
+
+/// Largest distance between the pixels of equal directions by a lens and by that of a rival,
+/// after the rotation that minimizes the sum of squares, within each candidate radius [px]. A
+/// camera that varies has another lens in each view: the largest over all views. Infinite where a
+/// pixel has no direction.
+RadiusErrors LensDifferences(const Lens& lens, const Rival& rival, const RivalResult& result,
+                             image::ImageSize size);
+
+}  // namespace plumbline::lens
