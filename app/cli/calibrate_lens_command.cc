@@ -298,7 +298,12 @@ int Run(const CalibrateLensOptions& options) {
       !Write("--xml", options.xml, Xml(calibration)))
     return kExitUsage;
   if (calibration.accepted) {
-    if (!Write("--dat", options.dat, lens_files::ArToolKitBytes(calibration))) return kExitUsage;
+    const Result<std::string> dat = lens_files::ArToolKitBytes(calibration);
+    if (!options.dat.empty() && !dat) {
+      std::cerr << fmt::format("{}: not written: {}\n", options.dat, dat.error());
+    } else if (dat && !Write("--dat", options.dat, *dat)) {
+      return kExitUsage;
+    }
   } else if (!options.dat.empty()) {
     std::cerr << fmt::format(
         "{}: not written: the calibration was refused, and this form cannot say so\n", options.dat);

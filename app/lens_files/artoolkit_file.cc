@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace plumbline::lens_files {
 namespace {
@@ -69,25 +70,17 @@ Result<lens::KnownLens> LensFromArToolKit(std::string_view bytes) {
           fmt::format("distortion factor {} is not finite; calibrate the camera again", k + 1)};
     }
   }
-  constexpr std::size_t kFirstFurther = 5, kEndFurther = 12;
-  for (std::size_t k = kFirstFurther; version5 && k < kEndFurther; ++k) {
-    if (factors.at(k) == 0) continue;
-    return Error{
-        "its distortion has more than the five coefficients k1 k2 p1 p2 k3; calibrate the camera "
-        "with plumbline calibrate-lens"};
-  }
-  const std::size_t focal = version5 ? kEndFurther : 4;
+  constexpr std::size_t kDistortion5 = 12;
+  const std::size_t focal = version5 ? kDistortion5 : 4;
   lens::KnownLens known;
   known.size = {SideAt(bytes, 0), SideAt(bytes, 4)};
-  known.lens = {factors.at(focal),
-                factors.at(focal + 1),
-                factors.at(focal + 2),
-                factors.at(focal + 3),
-                factors[0],
-                factors[1],
-                factors[2],
-                factors[3],
-                version5 ? factors[4] : 0};
+  known.lens.fx = factors.at(focal);
+  known.lens.fy = factors.at(focal + 1);
+  known.lens.cx = factors.at(focal + 2);
+  known.lens.cy = factors.at(focal + 3);
+  std::vector<double> terms(factors.begin(), factors.begin() + static_cast<std::ptrdiff_t>(focal));
+  if (!version5) terms.push_back(0);
+  lens::SetDistortion(terms, false, known.lens);
   const auto sound = [](int side) { return side >= 1 && side <= kLargestSide_px; };
   if (!sound(known.size.width) || !sound(known.size.height)) {
     return Error{fmt::format("the image size {} x {} is not that of an image; copy the file again",
@@ -99,8 +92,17 @@ Result<lens::KnownLens> LensFromArToolKit(std::string_view bytes) {
   return known;
 }
 
-std::string ArToolKitBytes(const lens::KnownLens& known) {
+Result<std::string> ArToolKitBytes(const lens::KnownLens& known) {
   const lens::Lens& lens = known.lens;
+  if (lens.fisheye) {
+    return Error{"ARToolKit has no fisheye model; write the lens as .xml or .yaml"};
+  }
+  if (!UsableEverywhere(known)) {
+    return Error{
+        "the lens is known in a part of the image only, which this form cannot say; write it as "
+        ".xml "
+        "or .yaml"};
+  }
   std::string bytes;
   Append(static_cast<std::uint32_t>(known.size.width), 4, bytes);
   Append(static_cast<std::uint32_t>(known.size.height), 4, bytes);
@@ -111,10 +113,11 @@ std::string ArToolKitBytes(const lens::KnownLens& known) {
        {lens.fx, 0.0, lens.cx, 0.0, 0.0, lens.fy, lens.cy, 0.0, 0.0, 0.0, 1.0, 0.0}) {
     put(value);
   }
+  const bool further = lens.k3 != 0 || ModelOf(lens) != lens::LensModel::kUsual;
   for (const double value : {lens.k1, lens.k2, lens.p1, lens.p2}) put(value);
-  if (lens.k3 != 0) {
-    put(lens.k3);
-    for (int further = 0; further < 7; ++further) put(0);
+  for (const double value :
+       {lens.k3, lens.k4, lens.k5, lens.k6, lens.s1, lens.s2, lens.s3, lens.s4}) {
+    if (further) put(value);
   }
   for (const double value : {lens.fx, lens.fy, lens.cx, lens.cy, 1.0}) put(value);
   return bytes;

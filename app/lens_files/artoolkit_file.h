@@ -17,12 +17,15 @@ namespace plumbline::lens_files {
 /// the mapping of directions to pixels. [artoolkitX, param.h and paramFile.c]
 bool IsArToolKitFile(std::string_view bytes);
 
-/// @return  error for an older version, a further coefficient that is not zero, a number that is
-/// not
-///          finite, and a focal length or image size that is not positive
+/// @return  error for an older version, a number that is not finite, and a focal length or image
+/// size
+///          that is not positive
 Result<lens::KnownLens> LensFromArToolKit(std::string_view bytes);
 
-/// Version 4 if k3 is zero, otherwise version 5, with s = 1. The covariance is not stored.
-std::string ArToolKitBytes(const lens::KnownLens& lens);
+/// Version 4 if only k1, k2, p1, p2 are not zero, otherwise version 5, with s = 1. The covariance
+/// is not stored.
+/// @return  an error for a fisheye, and for a lens with a usable region, which the form cannot
+/// state
+Result<std::string> ArToolKitBytes(const lens::KnownLens& lens);
 
 }  // namespace plumbline::lens_files

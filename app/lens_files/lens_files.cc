@@ -32,39 +32,83 @@ Result<int> SideOf(const NamedNumbers& values, const char* key) {
   return static_cast<int>(side->front());
 }
 
-Result<void> ReadDistortion(const NamedNumbers& values, lens::Lens& lens) {
-  constexpr std::size_t kLeast = 4, kUsed = 5;
+Result<void> ReadDistortion(const NamedNumbers& values, bool fisheye, lens::Lens& lens) {
   const auto found = values.find("distortion_coefficients");
-  if (found == values.end() || found->second.size() < kLeast) {
+  const auto refused = [] {
     return Error{
-        "\"distortion_coefficients\" are not k1 k2 p1 p2 [k3]; calibrate the camera again"};
-  }
+        "\"distortion_coefficients\" are not k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]], or k1..k4 "
+        "of "
+        "a fisheye; calibrate the camera again, with a model of OpenCV without tilt or with "
+        "plumbline "
+        "calibrate-lens"};
+  };
+  if (found == values.end()) return refused();
   std::vector<double> terms = found->second;
-  terms.resize(std::max(terms.size(), kUsed), 0.0);
-  if (std::any_of(terms.begin() + kUsed, terms.end(), [](double term) { return term != 0; })) {
-    return Error{
-        "\"distortion_coefficients\" has more terms than k1 k2 p1 p2 k3 (a rational or tilted "
-        "model); calibrate without them, or with plumbline calibrate-lens"};
+  if (!fisheye) {
+    // Absent terms are zero, and zero terms beyond those of a model mean nothing.
+    constexpr std::size_t kSizes[] = {5, 8, 12};
+    constexpr std::size_t kLeast = 4;
+    if (terms.size() < kLeast) return refused();
+    while (terms.size() > kSizes[0] && terms.back() == 0) terms.pop_back();
+    for (const std::size_t size : kSizes) {
+      if (terms.size() <= size) {
+        terms.resize(size, 0.0);
+        break;
+      }
+    }
   }
-  lens.k1 = terms[0];
-  lens.k2 = terms[1];
-  lens.p1 = terms[2];
-  lens.p2 = terms[3];
-  lens.k3 = terms[4];
+  if (!lens::SetDistortion(terms, fisheye, lens)) return refused();
   return {};
 }
 
+/// The covariance of all parameters, or of the usual ones alone.
 Result<void> ReadCovariance(const NamedNumbers& values, lens::LensCovariance& covariance) {
-  constexpr int kSize = lens::kLensParameters;
   if (!values.contains("parameter_covariance")) return {};
-  const auto* const numbers = Find(values, "parameter_covariance", kSize * kSize);
-  if (numbers != nullptr) {
-    covariance =
-        Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>>(numbers->data());
+  for (const int size : {lens::kUsualParameters, lens::kLensParameters}) {
+    const auto* const numbers =
+        Find(values, "parameter_covariance", static_cast<std::size_t>(size) * size);
+    if (numbers == nullptr) continue;
+    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    covariance.topLeftCorner(size, size) = Eigen::Map<const Matrix>(numbers->data(), size, size);
+    if ((covariance.diagonal().array() >= 0).all() &&
+        covariance.isApprox(covariance.transpose(), 1e-6)) {
+      return {};
+    }
   }
-  if (numbers == nullptr || !(covariance.diagonal().array() >= 0).all() ||
-      !covariance.isApprox(covariance.transpose(), 1e-6)) {
-    return Error{"\"parameter_covariance\" is not a symmetric matrix of 9 x 9 numbers; remove it"};
+  return Error{
+      "\"parameter_covariance\" is not a symmetric matrix of 9 x 9 or 16 x 16 numbers; remove it"};
+}
+
+/// The circle in which the lens is trusted.
+Result<void> ReadUsableRegion(const NamedNumbers& values, lens::KnownLens& lens) {
+  if (!values.contains("usable_radius_px")) return {};
+  const auto* const radius = Find(values, "usable_radius_px", 1);
+  if (radius == nullptr || !(radius->front() > 0)) {
+    return Error{"\"usable_radius_px\" is not a positive number; calibrate the camera again"};
+  }
+  lens.usable_radius_px = radius->front();
+  return {};
+}
+
+/// Marks a fisheye of ROS, which is stated by a word.
+/// @return  an error for a model that is not one of OpenCV's
+Result<void> ReadRosModel(std::string_view yaml, NamedNumbers& values) {
+  constexpr std::string_view kKey = "distortion_model:";
+  const std::size_t at = yaml.find(kKey);
+  if (at == std::string_view::npos) return {};
+  std::string_view word = yaml.substr(at + kKey.size());
+  word = word.substr(0, word.find_first_of("\r\n#"));
+  const std::size_t first = word.find_first_not_of(" \t\"'");
+  word = first == std::string_view::npos ? "" : word.substr(first);
+  word = word.substr(0, word.find_first_of(" \t\"'"));
+  if (word == "equidistant") {
+    values["fisheye"] = {1};
+  } else if (word != "plumb_bob" && word != "rational_polynomial") {
+    return Error{
+        fmt::format("distortion_model \"{}\" is not plumb_bob, rational_polynomial or equidistant; "
+                    "calibrate the "
+                    "camera with one of them, or with plumbline calibrate-lens",
+                    word.substr(0, 40))};
   }
   return {};
 }
@@ -91,8 +135,15 @@ Result<lens::LensFile> LensFromNumbers(const NamedNumbers& values) {
   if (!width) return width.failure();
   if (!height) return height.failure();
   file.size = {*width, *height};
-  if (const auto read = ReadDistortion(values, file.lens); !read) return read.failure();
+  const auto is_set = [&values](const char* key) {
+    const std::vector<double>* const flag = Find(values, key, 1);
+    return flag != nullptr && flag->front() == 1;
+  };
+  // "fisheye_model" is written by OpenCV's calibration sample.
+  const bool is_fisheye = is_set("fisheye") || is_set("fisheye_model");
+  if (const auto read = ReadDistortion(values, is_fisheye, file.lens); !read) return read.failure();
   if (const auto read = ReadCovariance(values, file.covariance); !read) return read.failure();
+  if (const auto read = ReadUsableRegion(values, file); !read) return read.failure();
   const std::vector<double>* const accepted = Find(values, "accepted", 1);
   file.accepted = accepted == nullptr || accepted->front() == 1;
   return file;
@@ -112,9 +163,10 @@ Result<lens::LensFile> LensFromFile(std::string_view bytes) {
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   const char start = first == std::string_view::npos ? '{' : bytes[first];
   if (start == '{' || start == '[') return lens::LensFromJson(bytes);
-  const Result<NamedNumbers> values =
+  Result<NamedNumbers> values =
       start == '<' ? NumbersOfOpenCvXml(bytes) : NumbersOfOpenCvYaml(bytes);
   if (!values) return values.failure();
+  if (const auto model = ReadRosModel(bytes, values.value()); !model) return model.failure();
   return LensFromNumbers(*values);
 }
 
