@@ -122,7 +122,7 @@ Result<void> Minimise(const RefitLayout& layout, const Model& start,
   solver.max_num_line_search_step_size_iterations = 0;
   solver.max_num_iterations = options.iterations;
   solver.logging_type = ceres::SILENT;
-  solver.function_tolerance = 1e-6;  // of chi2, which decides by differences of 1 or more
+  solver.function_tolerance = 1e-8;
   solver.parameter_tolerance = 1e-10;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &solved, &summary);
