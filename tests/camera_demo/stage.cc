@@ -4,8 +4,10 @@
 #include <fmt/core.h>
 
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 #include <thread>
 
 #include "app/lens_store/lens_store.h"

@@ -1,5 +1,6 @@
 #include "firmware-like/motion/joint_motion.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
