@@ -96,8 +96,7 @@ bool AllWritable(const DiagnoseArguments& arguments, std::ostream& err) {
 
 /// What the command has read.
 struct Input {
-  std::string declared_text;  ///< of the cell file
-  std::string cell_text;      ///< the same, with the effects of siblings if they are used
+  std::string cell_text;
   std::string data_sha256;
   model::CellModel cell;
   table::MeasuredTable measured;  ///< moved into the diagnosis
@@ -150,9 +149,7 @@ Result<Input> Read(const DiagnoseArguments& arguments, std::ostream& err, int& e
   }
   err << config::FaultsText(faults);
   if (!cell || !measured) return Error{""};
-  Input input{
-      *cell_text, *cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0,
-      {},         {}};
+  Input input{*cell_text, report::Sha256Hex(*table_text), *cell, std::move(*measured), 0, {}, {}};
   input.rows = input.measured.rows.size();
   input.unreadable_lines = input.measured.unreadable_lines;
   const Result<std::vector<siblings::Arm>> arms = ReadSiblings(arguments, input, err);
@@ -195,9 +192,9 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
         origin.date,
         PLUMBLINE_VERSION,
         config::TextFromUtc(static_cast<double>(std::time(nullptr))),
-        report::Sha256Hex(input.declared_text),
+        report::Sha256Hex(input.cell_text),
         input.data_sha256,
-        FingerprintOf(input.declared_text),
+        FingerprintOf(input.cell_text),
         has_model ? FingerprintOf(outputs.front().text) : std::string(),
         arguments.certificate_details};
     const std::string html = report::ReportHtml(diagnosis, input.cell, source);
@@ -223,25 +220,12 @@ std::vector<Output> OutputsOf(const DiagnoseArguments& arguments, const Input& i
   return outputs;
 }
 
-/// Runs the engine; with siblings, the cell and its text then include what they have in common, if
-/// it is used.
-Result<diagnosis::Diagnosis> Diagnosed(const DiagnoseArguments& arguments,
-                                       const DiagnosisEngine& engine,
+/// Runs the engine, with siblings if any are given.
+Result<diagnosis::Diagnosis> Diagnosed(const DiagnosisEngine& engine,
                                        const diagnosis::DiagnosisOptions& options, Input& input) {
   if (input.siblings.empty()) return engine(input.cell, std::move(input.measured), options);
-  Result<siblings::SiblingDiagnosis> found = siblings::DiagnoseWithSiblings(
-      input.cell, input.measured, std::move(input.siblings), engine, options);
-  if (!found) return Error{found.error()};
-  if (!found->effects.empty()) {
-    for (model::WrittenEffect& effect : found.value().effects) effect.from_date = Today();
-    input.cell_text = diagnosis::CellTextWithEffects(
-        input.cell_text, input.cell, found->effects,
-        fmt::format("What {} siblings have in common, adjusted to the rows of {}",
-                    found->diagnosis.siblings->arms.size(),
-                    fs::path(arguments.measured).filename().string()));
-    input.cell = found->cell;
-  }
-  return found->diagnosis;
+  return siblings::DiagnoseWithSiblings(input.cell, input.measured, std::move(input.siblings),
+                                        engine, options);
 }
 
 int Interrupted(std::ostream& err) {
@@ -274,8 +258,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const DiagnosisEngine& engin
     progress.Show(share, doing);
   };
   options.interrupted = [] { return Interruption::Requested(); };
-  const Result<diagnosis::Diagnosis> diagnosis =
-      Diagnosed(arguments, engine, options, input.value());
+  const Result<diagnosis::Diagnosis> diagnosis = Diagnosed(engine, options, input.value());
   progress.Clear();
   if (Interruption::Requested()) return Interrupted(err);
   if (!diagnosis) {

@@ -206,6 +206,25 @@ std::optional<TomlTable> MonitoringTable(const TomlTable& root) {
   return root.Table("loop");
 }
 
+/// A gauge whose readings cannot be recorded, or whose line belongs to another device.
+void CheckGauges(const TomlTable& root, const DaemonConfig& config) {
+  if (config.gauges.empty()) return;
+  if (!config.monitoring.enabled) {
+    root.AddWarning("gauge",
+                    "readings of gauges are not recorded: set enabled = true in [monitoring]");
+  }
+  for (const GaugeConfig& gauge : config.gauges) {
+    const std::string& device = gauge.connection.device;
+    const bool of_robot =
+        config.robot.transport == "rtu" && device == config.robot.connection.serial.device;
+    const bool of_plc = config.plc.rtu && device == config.plc.rtu->device;
+    if (of_robot || of_plc) {
+      root.AddFault("gauge", fmt::format("uses {}, which is the line of {}", device,
+                                         of_robot ? "[robot]" : "[plc.rtu]"));
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const std::string& file,
@@ -258,6 +277,7 @@ std::optional<DaemonConfig> DaemonConfigFromText(std::string_view text, const st
     config.gauges = GaugesFromToml(root, cell_known ? &config.machine.cell : nullptr);
     if (const auto table = root.Table("push")) PushFromToml(*table, config);
     if (const auto table = MonitoringTable(root)) config.monitoring = MonitoringFromToml(*table);
+    CheckGauges(root, config);
     config.vision = VisionFromToml(root, named, of_others);
     const std::size_t cameras = std::min(config.vision.cameras.size(), model::kMaxCameras);
     for (std::size_t k = 0; k < cameras; ++k) {

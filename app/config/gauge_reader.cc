@@ -72,6 +72,9 @@ std::vector<GaugeConfig> GaugesFromToml(const TomlTable& root, const model::Cell
         table.AddFault("device", "is used for two gauges");
       }
     }
+    if (!one.connection.device.empty() && one.connection.device.front() != '/') {
+      table.AddFault("device", "is not the path of a device, such as /dev/serial/by-id/...");
+    }
     gauges.push_back(std::move(one));
   }
   return gauges;

@@ -14,7 +14,7 @@ constexpr double kWait_s = 0.05;        // for one gauge
 constexpr double kMaxCyclesWait_s = 1;  // for the control cycle to handle a press
 /// Nobody presses a button at intervals as regular as this [s, and as a share], four times in a
 /// row.
-constexpr double kRegular_s = 5, kRegularShare = 0.05;
+constexpr double kRegular_s = 1, kRegularShare = 0.05;
 constexpr std::size_t kRegularIntervals = 4;
 
 /// The number of an artefact in the cell's list, from 1; 0: there is none of that name.
@@ -93,17 +93,13 @@ void GaugeWorker::ReadOnce(ReadGauge& gauge) {
     sink_({log::Event::kGaugeRefused,
            fmt::format("gauge {}: not recorded: {}", gauge.config.artefact, why)});
   };
-  if (result == gauge::GaugeResult::kReading) gauge.unreadable = false;
   switch (result) {
     case gauge::GaugeResult::kReading:
       Record(gauge, reading_m);
       break;
     case gauge::GaugeResult::kFault:
-      refused(gauge.device.problem());
-      break;
     case gauge::GaugeResult::kUnreadable:
-      if (!gauge.unreadable) refused(gauge.device.problem());
-      gauge.unreadable = true;
+      refused(gauge.device.problem());
       break;
     case gauge::GaugeResult::kLost:
       if (gauge.lost) break;
@@ -124,13 +120,17 @@ void GaugeWorker::Record(ReadGauge& gauge, double reading_m) {
     gauge.continuous = true;
     sink_({log::Event::kGaugeRefused,
            fmt::format(
-               "gauge {}: it sends at regular intervals without a press; from here on nothing "
-               "is recorded, and the rows before this line are to be discarded. Set it to send "
+               "gauge {}: it sends every {:.2f} s, which is no press: not recorded while this "
+               "lasts. Its latest {} rows in the journal may be such readings. Set it to send "
                "when its button is pressed",
-               gauge.config.artefact)});
+               gauge.config.artefact, gauge.intervals_s.back(), kRegularIntervals)});
     return;
   }
-  gauge.continuous = false;
+  if (std::exchange(gauge.continuous, false)) {
+    sink_({log::Event::kGaugeBack,
+           fmt::format("gauge {}: single readings again, recorded from here on",
+                       gauge.config.artefact)});
+  }
   mailbox_.press.Begin() = {++number_, gauge.artefact, reading_m, now_s, gauge.config.sigma_m};
   mailbox_.press.Publish();
   const std::optional<correction::CorrectionCode> code = CodeOf(number_);

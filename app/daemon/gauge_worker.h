@@ -39,8 +39,7 @@ class GaugeWorker {
     config::GaugeConfig config;
     std::uint16_t artefact = 0;  ///< number in the cell's list, from 1
     gauge::SerialGauge device;
-    bool lost = false;        ///< logged as lost
-    bool unreadable = false;  ///< logged as unreadable since the latest reading
+    bool lost = false;  ///< logged as lost
     double last_reading_s = -1e300;
     std::vector<double> intervals_s{};  ///< of the latest readings
     bool continuous = false;            ///< logged as sending without a press

@@ -34,6 +34,8 @@ struct Finding {
   /// Largest ratio of a value to its plausible bound; infinite for a physically impossible sign; 0
   /// if all values are plausible.
   double implausible_times = 0;
+  std::string
+      origin{};  ///< where it is from, if not from the measured rows: "siblings: arm-2, arm-3"
 };
 
 /// Another explanation that these data cannot rule out.

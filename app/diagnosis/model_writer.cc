@@ -194,20 +194,6 @@ std::string WithLineEnds(const std::string& text, bool carriage_returns) {
 
 }  // namespace
 
-std::string CellTextWithEffects(std::string_view original, const model::CellModel& cell,
-                                const std::vector<model::WrittenEffect>& effects,
-                                const std::string& comment) {
-  std::string text(original);
-  std::string added = "\n# " + comment + '\n';
-  if (HasInlineEffects(text)) {
-    text = WithoutTable(text, "effect");
-    for (const model::WrittenEffect& effect : cell.effects) added += EffectText(effect);
-  }
-  for (const model::WrittenEffect& effect : effects) added += EffectText(effect);
-  if (!text.empty() && text.back() != '\n') text += '\n';
-  return text + WithLineEnds(added, original.find("\r\n") != std::string_view::npos);
-}
-
 Result<std::string> CorrectedCellText(std::string_view original, const model::CellModel& cell,
                                       const Diagnosis& diagnosis, const DataOrigin& origin) {
   std::string text(original);
@@ -222,8 +208,8 @@ Result<std::string> CorrectedCellText(std::string_view original, const model::Ce
   }
   const auto add = [&](const Finding& finding) {
     model::WrittenEffect effect = effects::WrittenFromActive(finding.effect, finding.covariance);
-    effect.from_file = origin.file;
-    effect.from_rows = origin.rows;
+    effect.from_file = finding.origin.empty() ? origin.file : finding.origin;
+    if (finding.origin.empty()) effect.from_rows = origin.rows;
     effect.from_date = origin.date;
     added += EffectText(effect);
   };

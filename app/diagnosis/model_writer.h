@@ -16,13 +16,6 @@ struct DataOrigin {
   std::string date;  ///< YYYY-MM-DD
 };
 
-/// The text with more effects at its end, each with its origin; everything else is preserved as by
-/// CorrectedCellText().
-/// @param comment  written above them, without "#"
-std::string CellTextWithEffects(std::string_view original, const model::CellModel& cell,
-                                const std::vector<model::WrittenEffect>& effects,
-                                const std::string& comment);
-
 /// Appends the findings as [[effect]] (in addition to existing ones: their values add up), the
 /// estimated frames as [[session]] and the range of the data as [domain], with the fingerprint of
 /// the model: if the text is edited afterwards, the basis of its radius becomes "assumed". An

@@ -199,6 +199,10 @@ std::optional<double> MeasuredLength(const std::map<std::string, double>& n) {
 
 void RowReader::AddSigma(ImportedRow& row) const {
   double variance = ScatterVariance(row.numbers);
+  const bool stated =
+      std::any_of(file_.meanings.begin(), file_.meanings.end(),
+                  [](const ColumnMeaning& meaning) { return IsUncertainty(meaning.target); });
+  if (stated && variance == 0) return;  // the scatter of this row is unknown, not zero
   const auto length_m = MeasuredLength(row.numbers);
   if (const auto& mpe = options_.permissible_error; mpe && length_m) {
     variance += std::pow(mpe->constant_mm + mpe->per_metre_mm * *length_m, 2) / 3;

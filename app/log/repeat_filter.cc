@@ -12,6 +12,11 @@ std::string SubjectOf(const LogEntry& entry) {
   return entry.fields.empty() ? std::string() : entry.fields.front().value;
 }
 
+int MostPerMinute(Event event) {
+  const bool answer = event == Event::kGaugeRecorded || event == Event::kGaugeRefused;
+  return answer ? RepeatFilter::kMaxAnswersPerMinute : RepeatFilter::kMaxPerMinute;
+}
+
 LogEntry Summary(const LogEntry& latest, int suppressed) {
   const char* const name = EntryOf(latest.event).name;
   return {
@@ -27,7 +32,7 @@ bool RepeatFilter::Admit(const LogEntry& entry, double now_s) {
   if (counts_.size() >= kMaxSubjects && counts_.find(key) == counts_.end()) key.second.clear();
   Count& count = counts_[key];
   if (count.logged == 0) count.since_s = now_s;
-  if (count.logged < kMaxPerMinute) {
+  if (count.logged < MostPerMinute(entry.event)) {
     ++count.logged;
     return true;
   }

@@ -13,11 +13,12 @@ namespace plumbline::log {
 
 /// Passes at most `kMaxPerMinute` entries a minute for one event and subject. Further ones are
 /// counted and summarized in one entry when the minute is over; the summary repeats the text of
-/// the latest, so that the current state always reaches the log. Pure: times are an input, from any
+/// the latest, so that the current state always reaches the log. Answers to a person's action, such
+/// as the press of a gauge's button, have a higher limit. Pure: times are an input, from any
 /// monotonic clock.
 class RepeatFilter {
  public:
-  static constexpr int kMaxPerMinute = 5;
+  static constexpr int kMaxPerMinute = 5, kMaxAnswersPerMinute = 60;
   static constexpr std::size_t kMaxSubjects = 256;  ///< further subjects share one count
 
   /// @return  whether the entry is to be logged now; otherwise it has been counted

@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include "app/config/cell_reader.h"
 #include "app/diagnosis/residual_layout.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/length.h"
+#include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::siblings {
 namespace {
@@ -84,6 +87,89 @@ model::CellModel With(model::CellModel cell, const std::vector<effects::ActiveEf
     cell.effects.push_back(effects::WrittenFromActive(effect, effect.covariance));
   }
   return cell;
+}
+
+/// Errors of the rows under the declared cell, instead of under the extended one, by line.
+void StateErrorsBefore(const diagnosis::Diagnosis& without, diagnosis::Diagnosis& with) {
+  std::map<int, Vec3> before;
+  std::map<int, std::optional<Vec3>> held_out_before;
+  for (const diagnosis::RowTrace& row : without.rows) {
+    before[row.line] = row.before;
+    held_out_before[row.line] = row.held_out_before;
+  }
+  for (diagnosis::RowTrace& row : with.rows) {
+    if (!before.contains(row.line)) continue;
+    row.before = before.at(row.line);
+    row.held_out_before = held_out_before.at(row.line);
+  }
+  with.rms_before_m = without.rms_before_m;
+  with.held_out.before_m = without.held_out.before_m;
+  for (diagnosis::HeldOutError& error : with.held_out_by_all) {
+    for (const diagnosis::HeldOutError& of : without.held_out_by_all) {
+      if (of.by == error.by) error.before_m = of.before_m;
+    }
+  }
+  for (diagnosis::KindError& error : with.rms_by_kind) {
+    for (const diagnosis::KindError& of : without.rms_by_kind) {
+      if (of.kind != error.kind) continue;
+      error.before_m = of.before_m;
+      error.before_held_out_m = of.before_held_out_m;
+    }
+  }
+}
+
+/// Adds the siblings' effects to the findings. They are as certain as the siblings' own causes: if
+/// one of these is not explained, each is a doubt.
+void AddFindings(const std::vector<effects::ActiveEffect>& applied, const std::vector<Arm>& arms,
+                 const std::string& origin, diagnosis::Diagnosis& answer) {
+  const bool explained = std::all_of(arms.begin(), arms.end(), [](const Arm& arm) {
+    return arm.diagnosis.verdict == diagnosis::Verdict::kExplained;
+  });
+  std::vector<diagnosis::Finding> findings;
+  for (const effects::ActiveEffect& effect : applied) {
+    diagnosis::Finding& finding = findings.emplace_back();
+    finding.effect = effect;
+    finding.covariance = effect.covariance;
+    finding.origin = origin;
+    const Eigen::Map<const Eigen::VectorXd> values(effect.values.data(),
+                                                   static_cast<Eigen::Index>(effect.values.size()));
+    finding.p_value = statistics::ChiSquareTail(values.dot(effect.covariance.ldlt().solve(values)),
+                                                static_cast<double>(values.size()));
+    if (explained) continue;
+    const model::WrittenEffect written = effects::WrittenFromActive(effect, effect.covariance);
+    answer.doubts.push_back({written.id, written.scope,
+                             "it was taken from siblings whose own causes are not all explained"});
+  }
+  answer.findings.insert(answer.findings.begin(), findings.begin(), findings.end());
+  if (answer.verdict != diagnosis::Verdict::kNoEffect) return;
+  answer.verdict = explained ? diagnosis::Verdict::kExplained : diagnosis::Verdict::kAmbiguous;
+}
+
+/// True if the held-out rows are better with the siblings by more than the standard error of the
+/// mean difference of their squared errors (a judgement; few rows rarely show more).
+bool BetterWith(const diagnosis::Diagnosis& with, const diagnosis::Diagnosis& without,
+                double factor) {
+  const auto written = [](const diagnosis::Diagnosis& answer, const diagnosis::RowTrace& row) {
+    return answer.withheld.empty() ? row.held_out_after : row.held_out_before;
+  };
+  std::map<int, double> square_without;
+  for (const diagnosis::RowTrace& row : without.rows) {
+    if (!row.outlier && written(without, row)) {
+      square_without[row.line] = written(without, row)->squaredNorm();
+    }
+  }
+  std::vector<double> gains;
+  for (const diagnosis::RowTrace& row : with.rows) {
+    if (!written(with, row) || row.outlier || !square_without.contains(row.line)) continue;
+    gains.push_back(square_without.at(row.line) -
+                    factor * factor * written(with, row)->squaredNorm());
+  }
+  if (gains.size() < 3) return false;
+  const double count = static_cast<double>(gains.size());
+  const double mean = std::accumulate(gains.begin(), gains.end(), 0.0) / count;
+  double squares = 0;
+  for (const double gain : gains) squares += std::pow(gain - mean, 2);
+  return mean > std::sqrt(squares / (count - 1) / count);
 }
 
 std::string Names(const std::vector<std::string>& arms) {
@@ -196,10 +282,10 @@ std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b) {
   return {};
 }
 
-Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
-                                              const table::MeasuredTable& rows,
-                                              std::vector<Arm> siblings, const Engine& engine,
-                                              const diagnosis::DiagnosisOptions& options) {
+Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
+                                                  const table::MeasuredTable& rows,
+                                                  std::vector<Arm> siblings, const Engine& engine,
+                                                  const diagnosis::DiagnosisOptions& options) {
   diagnosis::SiblingEvidence evidence;
   std::vector<std::string> notes;
   const double each = 1.0 / static_cast<double>(siblings.size() + 2);
@@ -208,20 +294,24 @@ Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   for (const Arm& arm : arms) evidence.arms.push_back(arm.name);
   Result<diagnosis::Diagnosis> without = engine(cell, rows, Within(options, own, own + each));
   if (!without) return Error{without.error()};
-  SiblingDiagnosis result{*without, cell, {}};
+  diagnosis::Diagnosis answer = *without;
   const auto finish = [&] {
-    diagnosis::Diagnosis& answer = result.diagnosis;
     const std::string of = evidence.arms.empty() ? "" : " (" + Names(evidence.arms) + ")";
     notes.insert(notes.begin(), fmt::format("siblings{}: {}", of, evidence.reason));
     answer.notes.insert(answer.notes.begin(), notes.begin(), notes.end());
     answer.siblings = evidence;
-    return result;
+    return answer;
   };
 
   const auto not_used = [&](const std::string& reason) {
     evidence.reason = "not used: " + reason;
     return finish();
   };
+  constexpr double kAtNoise = 1.1;
+  if (without->verdict == diagnosis::Verdict::kNoEffect &&
+      without->rms_before_m <= kAtNoise * without->noise_floor_m) {
+    return not_used("the declared cell predicts these rows within their noise already");
+  }
   if (arms.size() < 2) return not_used("at least two siblings that can be diagnosed are needed");
   const std::vector<SizePrior> prior = PriorFrom(arms, options.threads, notes);
   if (prior.empty()) {
@@ -262,23 +352,20 @@ Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   const std::string errors = fmt::format(
       "the held-out error is {:.3f} mm with them and {:.3f} mm without",
       kMmPerMetre * evidence.held_out_with_m, kMmPerMetre * evidence.held_out_without_m);
-  if (!(evidence.held_out_with_m < evidence.held_out_without_m)) return not_used(errors);
+  if (!BetterWith(*with, *without, *factor)) return not_used(errors + ", no clear gain");
   evidence.used = true;
-  result.diagnosis = std::move(with).value();
-  result.effects.assign(extended.effects.begin() + static_cast<std::ptrdiff_t>(cell.effects.size()),
-                        extended.effects.end());
-  for (model::WrittenEffect& effect : result.effects) {
-    effect.from_file = fmt::format("siblings: {}", Names(evidence.arms));
-  }
-  result.cell = extended;
+  answer = std::move(with).value();
+  StateErrorsBefore(*without, answer);
+  AddFindings(posterior->effects, arms, "siblings: " + Names(evidence.arms), answer);
   std::vector<std::string> ids;
-  for (const model::WrittenEffect& effect : result.effects) ids.push_back(effect.id);
+  for (const effects::ActiveEffect& effect : posterior->effects) {
+    ids.emplace_back(effect.term.effect->traits().id);
+  }
   evidence.applied = posterior->effects;
   evidence.reason = fmt::format(
-      "the declared cell was extended by what they have in common ({}), adjusted to these rows; "
-      "verdict and effects refer to what remains. The declared cell predicts the rows to {:.3f} "
-      "mm, their mean "
-      "alone to {:.3f} mm; {}",
+      "the first effects are what they have in common ({}), adjusted to these rows. The declared "
+      "cell "
+      "predicts the rows to {:.3f} mm, the siblings' mean alone to {:.3f} mm; {}",
       fmt::join(ids, ", "), kMmPerMetre * evidence.declared_m, kMmPerMetre * evidence.predicted_m,
       errors);
   return finish();

@@ -51,23 +51,18 @@ struct Posterior {
 };
 Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads);
 
-/// Result: the answer, and the cell that it refers to.
-struct SiblingDiagnosis {
-  diagnosis::Diagnosis diagnosis;
-  model::CellModel cell;  ///< declared, with the effects of the siblings if used
-  std::vector<model::WrittenEffect> effects;  ///< added to the declared cell; empty: not used
-};
-
 /// Diagnoses every sibling, then the arm twice: as declared, and with the updated prior. The prior
 /// is used only if the arm's rows do not contradict it (Posterior::p_value, 1 %) and the held-out
 /// error is smaller with it; that error is increased for the sizes that the held-out rows took part
-/// in fitting. The answer's `siblings` states what came from where.
+/// in fitting. Its effects are then the first findings, and
+/// errors before are those of the declared cell. The answer's `siblings` states what came from
+/// where.
 /// @param siblings  arms without a diagnosis
 /// @return          an error if the arm cannot be diagnosed; a sibling that cannot is left out and
 ///                  named in the notes
-Result<SiblingDiagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
-                                              const table::MeasuredTable& rows,
-                                              std::vector<Arm> siblings, const Engine& engine,
-                                              const diagnosis::DiagnosisOptions& options);
+Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
+                                                  const table::MeasuredTable& rows,
+                                                  std::vector<Arm> siblings, const Engine& engine,
+                                                  const diagnosis::DiagnosisOptions& options);
 
 }  // namespace plumbline::siblings
