@@ -28,6 +28,7 @@
 #include "app/report/pdf.h"
 #include "app/report/report.h"
 #include "app/report/sha256.h"
+#include "app/siblings/sibling_folder.h"
 #include "app/siblings/siblings.h"
 #include "app/version.h"
 #include "drivers/files/open_failure.h"

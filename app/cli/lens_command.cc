@@ -180,9 +180,8 @@ void AddLensCommand(CLI::App& app, int& exit_code) {
       "Exit codes: 0 listed, 1 the store does not exist or cannot be read, 2 wrong arguments.");
   CLI::App* exported =
       add("export", "Write a lens for another program, or for plumbline track", Export,
-          "The ending names the form: .xml, .yaml or .yml for OpenCV's cv::FileStorage, .dat for "
-          "ARToolKit\n"
-          "(camera_para.dat, without covariance).\n\n"
+          "The extension selects the format: .xml, .yaml or .yml for OpenCV's cv::FileStorage,\n"
+          ".dat for ARToolKit (camera_para.dat, without covariance).\n\n"
           "Example:\n  plumbline lens export 12 lens.xml --state ./state\n\n"
           "Exit codes: 0 written, 1 no such lens, 2 wrong arguments or unwritable output.");
   exported->add_option("lens", options->id, "Number of the lens")->required();

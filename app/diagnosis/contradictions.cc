@@ -16,9 +16,7 @@ namespace {
 constexpr double kChance = 1e-3;  // of a contradiction by noise, for all equations together
 constexpr double kMinIndependence = 1e-6;  // 1 - h; less is not tested
 constexpr double kMaxShareSetAside = 0.25;
-/// Judgement: with half the error of the declared arm at the references, a correction is useful
-/// even if it does not explain all of them.
-constexpr double kMuchBetter = 0.5;
+constexpr double kUseful = 0.5;  // see CorrectionIsUseful()
 
 /// Standard deviation with which places declared as exact are tested [m]: less than any touch can
 /// show, but enough for the others to determine the place, too.
@@ -89,10 +87,6 @@ std::string Sentences(const std::vector<Contradiction>& contradictions) {
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-}  // namespace
-
-namespace {
-
 /// The cell with its exact places declared with kNearlyExact_m, so that they have equations;
 /// nullopt if it has none.
 std::optional<model::CellModel> WithNearlyExactPlaces(const Dataset& data) {
@@ -159,14 +153,9 @@ Result<Tests> TestsWithExactPlaces(const Identified& found, const Dataset& data,
   return TestsOfBoth({problem, candidate_set, same}, equations);
 }
 
-/// The result of the test, and whether the effects agree much better with the references than the
-/// declared arm does.
-struct TestedReferences {
-  References references;
-  bool improved = false;
-};
+}  // namespace
 
-Result<TestedReferences> TestedWithAndWithoutEffects(const Identified& found) {
+Result<TestedReferences> TestReferences(const Identified& found) {
   TestedReferences result;
   References& references = result.references;
   Dataset data = found.fit.data;
@@ -179,7 +168,8 @@ Result<TestedReferences> TestedWithAndWithoutEffects(const Identified& found) {
                    : TestsOfBoth({*found.problem, *found.candidate_set, found.best}, equations);
   if (!tests) return tests.failure();
   const std::vector<Tested>& tested = tests->of_answer;
-  result.improved = RmsDifference(tested) < kMuchBetter * RmsDifference(tests->of_declared);
+  result.with_effects_m = RmsDifference(tested);
+  result.declared_m = RmsDifference(tests->of_declared);
   const double limit = std::sqrt(statistics::ChiSquareQuantile(
       kChance / static_cast<double>(std::max<std::size_t>(1, tested.size())), 1));
   std::map<Reference, Tested> largest;
@@ -191,32 +181,21 @@ Result<TestedReferences> TestedWithAndWithoutEffects(const Identified& found) {
   for (const auto& [reference, test] : largest) {
     if (test.z < limit) continue;
     references.contradicting.push_back({reference, test.z, SentenceOf(test, found.fit.data.cell)});
+    result.largest_m = std::max(result.largest_m, std::abs(test.difference_m));
   }
   std::stable_sort(references.contradicting.begin(), references.contradicting.end(),
                    [](const Contradiction& a, const Contradiction& b) { return a.z > b.z; });
   return result;
 }
 
-}  // namespace
-
-Result<References> TestReferences(const Identified& found) {
-  Result<TestedReferences> tested = TestedWithAndWithoutEffects(found);
-  if (!tested) return tested.failure();
-  return std::move(tested).value().references;
+bool TestedReferences::CorrectionIsUseful(double rms_before_m) const {
+  return with_effects_m < kUseful * declared_m && largest_m < kUseful * rms_before_m;
 }
 
-Result<bool> ImprovesReferences(const Identified& found) {
-  const Result<TestedReferences> tested = TestedWithAndWithoutEffects(found);
-  if (!tested) return tested.failure();
-  return tested->improved;
-}
-
-Result<void> CheckContradictions(const Identified& found, Diagnosis& diagnosis) {
-  Result<TestedReferences> tested = TestedWithAndWithoutEffects(found);
-  if (!tested) return tested.failure();
-  diagnosis.references = std::move(tested.value().references);
+void CheckContradictions(const TestedReferences& tested, Diagnosis& diagnosis) {
+  diagnosis.references = tested.references;
   const std::vector<Contradiction>& contradicting = diagnosis.references.contradicting;
-  if (diagnosis.references.tested == 0) return {};
+  if (diagnosis.references.tested == 0) return;
   ExplanationCheck check;
   check.name = "contradictions";
   check.figure = static_cast<double>(contradicting.size());
@@ -228,21 +207,20 @@ Result<void> CheckContradictions(const Identified& found, Diagnosis& diagnosis) 
                              diagnosis.references.tested)
                        : Sentences(contradicting);
   diagnosis.checks.push_back(check);
-  if (check.passed) return {};
+  if (check.passed) return;
   const std::string advice = "; measure it again; if it is right, the model lacks something";
   if (diagnosis.findings.empty()) {
     diagnosis.verdict = Verdict::kUnknown;
-    return {};
+    return;
   }
   for (const Finding& finding : diagnosis.findings) {
     if (!finding.effect.term.drivers.empty()) continue;  // an empirical curve names no cause
     diagnosis.doubts.push_back({KeyOfFinding(finding).id, ScopeOf(finding.effect.term),
                                 "a declared value contradicts the model: " + check.sentence});
   }
-  if (diagnosis.withheld.empty() && !tested->improved) {
+  if (diagnosis.withheld.empty() && !tested.CorrectionIsUseful(diagnosis.rms_before_m)) {
     diagnosis.withheld = "a declared value contradicts the model: " + check.sentence + advice;
   }
-  return {};
 }
 
 Result<Diagnosis> SetAsideContradictions(

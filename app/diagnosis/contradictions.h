@@ -9,6 +9,21 @@
 
 namespace plumbline::diagnosis {
 
+/// Result of testing the references.
+struct TestedReferences {
+  References references;
+  /// RMS of declared minus predicted from all other data, with the effects and with none [m].
+  double with_effects_m = 0, declared_m = 0;
+  double largest_m = 0;  ///< of the contradicting references, with the effects [m]
+
+  /// True if a correction is useful although references contradict it: the references agree with it
+  /// to half the error that they have with the declared arm, and the largest contradiction, which
+  /// may mislead the correction by as much, is below half the error that the rows have with the
+  /// declared arm. Both halves are judgements.
+  /// @param rms_before_m  error of the rows under the declared arm
+  bool CorrectionIsUseful(double rms_before_m) const;
+};
+
 /// Tests each reference by deletion residuals: with e the whitened residual of its equation and h
 /// the leverage of the equation in the fit of frames, places and selected effects,
 ///   z = e / sqrt(1 - h),   declared - predicted from all other data = sd e / (1 - h)
@@ -18,19 +33,12 @@ namespace plumbline::diagnosis {
 /// keeps, is tested as if it were known to 0.01 mm. Not tested are equations that nothing else
 /// determines (1 - h near 0), and directions.
 /// @return  an error if a deflected posture does not converge
-Result<References> TestReferences(const Identified& found);
-
-/// True if the references agree with the effects to half the error (RMS of declared minus predicted
-/// from all other data) that they have with the declared arm. The effects then do not rest on one
-/// of them alone, and a correction is useful even if it does not explain all.
-/// @return  an error if a deflected posture does not converge
-Result<bool> ImprovesReferences(const Identified& found);
+Result<TestedReferences> TestReferences(const Identified& found);
 
 /// Adds the result of the test and the check `contradictions` of the whole answer. If a reference
-/// contradicts, each finding is doubtful, and the correction is withheld unless the references
-/// agree with it to half the error (RMS of declared minus predicted) that they have with the
-/// declared arm; without findings the verdict is `unknown`.
-Result<void> CheckContradictions(const Identified& found, Diagnosis& diagnosis);
+/// contradicts, each finding is doubtful, and the correction is withheld unless it is useful
+/// nevertheless (CorrectionIsUseful); without findings the verdict is `unknown`.
+void CheckContradictions(const TestedReferences& tested, Diagnosis& diagnosis);
 
 /// A diagnosis whose model is identified and tested against the references, but not validated yet.
 class Attempt {

@@ -7,29 +7,25 @@
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/candidate_outcomes.h"
 #include "app/diagnosis/contradictions.h"
-#include "app/diagnosis/covariance_share.h"
+#include "app/diagnosis/corrected_model.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
+#include "app/diagnosis/diagnosis_stages.h"
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/driver_rivals.h"
 #include "app/diagnosis/explanation_checks.h"
-#include "app/diagnosis/farthest_poses.h"
 #include "app/diagnosis/findings.h"
 #include "app/diagnosis/gross_errors.h"
 #include "app/diagnosis/hidden_mistakes.h"
 #include "app/diagnosis/identify.h"
-#include "app/diagnosis/joint_combinations.h"
 #include "app/diagnosis/kind_errors.h"
-#include "app/diagnosis/measured_range.h"
 #include "app/diagnosis/next_poses.h"
 #include "app/diagnosis/reference_checks.h"
-#include "app/diagnosis/residual_spread.h"
-#include "app/diagnosis/rival_spread.h"
 #include "app/diagnosis/rivals.h"
 #include "app/diagnosis/robust.h"
+#include "app/diagnosis/stated_domain.h"
 #include "app/diagnosis/thresholds.h"
 #include "app/diagnosis/unit_changes.h"
-#include "app/diagnosis/validation.h"
 #include "app/diagnosis/verdict.h"
 
 namespace plumbline::diagnosis {
@@ -37,62 +33,6 @@ namespace {
 
 constexpr int kSearchedRows =
     2200;  // larger tables are thinned for the search; the fit and its validation use all rows
-
-/// Input common to all stages.
-struct Task {
-  const Dataset& data;
-  const DiagnosisOptions& options;
-
-  void Report(double share, const std::string& what) const {
-    if (options.progress) options.progress(share, what);
-  }
-  bool Interrupted() const { return options.interrupted && options.interrupted(); }
-  static Error InterruptedError() { return Error{"interrupted"}; }
-};
-
-/// A model and its residuals.
-struct FittedModel {
-  Model model;
-  PerRow<Vec3> errors;  ///< [m]
-};
-
-/// The identified model fitted to all rows, including those not used by the search.
-struct FitOfAllRows {
-  FitProblem problem;
-  Refit refit;
-  Linearisation linear;
-  PerRow<Vec3> errors;  ///< residuals [m]
-};
-
-/// The model to be written, and its validation.
-struct CorrectedModel {
-  Model model;
-  PerRow<Vec3> errors;    ///< [m]
-  Validation validation;  ///< of the searched rows
-  double discrepancy_parameters = 0;
-};
-
-/// 3-D RMS over the rows that are not outliers.
-double Rms(const PerRow<Vec3>& errors, const PerRow<double>& weights) {
-  double sum = 0, count = 0;
-  for (const RowIndex row : errors.indices()) {
-    if (weights[row] < kOutlierWeight) continue;
-    sum += errors[row].squaredNorm();
-    count += 1;
-  }
-  return count > 0 ? std::sqrt(sum / count) : 0;
-}
-
-/// 3-D RMS of the difference of errors over the rows that are not outliers.
-double RmsBetween(PerRow<Vec3> a, const PerRow<Vec3>& b, const PerRow<double>& weights) {
-  for (const RowIndex row : a.indices()) a[row] -= b[row];
-  return Rms(a, weights);
-}
-
-/// sqrt(more^2 - less^2), or 0 if `more_m` is smaller.
-double RmsBeyond(double more_m, double less_m) {
-  return std::sqrt(std::max(0.0, more_m * more_m - less_m * less_m));
-}
 
 /// Share of the model's displacement of the rows (sums of squares) that is not due to the named
 /// effects.
@@ -104,10 +44,6 @@ double UnnamedShare(const PerRow<RowTrace>& rows, const PerRow<Vec3>& by_the_nam
     unnamed += (by_the_named[k] - rows[k].after).squaredNorm();
   }
   return named + unnamed > 0 ? unnamed / (named + unnamed) : 0;
-}
-
-std::optional<double> TimeZeroOf(const model::CellModel& cell) {
-  return cell.domain ? cell.domain->time_zero_s : std::nullopt;
 }
 
 /// The rows with t_s relative to the cell's time zero, and without order of moves if the caller
@@ -243,111 +179,6 @@ void Explain(const Task& task, const Identified& found, const FitOfAllRows& fit,
                task.options, diagnosis);
 }
 
-/// Adds the held-out errors of all schemes, and separately those of blocks of time.
-void AddHeldOutErrors(const Validation& validation, Diagnosis& diagnosis) {
-  diagnosis.held_out_by_all = validation.errors;
-  for (const HeldOutError& error : validation.errors) {
-    if (error.by != validation.schemes.front().by) continue;
-    diagnosis.held_out = error;
-    diagnosis.held_out_by = error.by;
-  }
-}
-
-/// The model of the written findings plus the effects of the discrepancy model, with its free
-/// frames refitted.
-Result<FittedModel> WithDiscrepancy(const Task& task, const FitOfAllRows& fit,
-                                    const DiscrepancyModel& discrepancy, Diagnosis& diagnosis) {
-  const Dataset& data = task.data;
-  Model model = fit.refit.model;
-  model.effects.clear();
-  for (const Finding& finding : diagnosis.findings) model.effects.push_back(finding.effect);
-  diagnosis.discrepancy = EffectsToAdd(discrepancy, data, model);
-  for (const Finding& finding : diagnosis.discrepancy) model.effects.push_back(finding.effect);
-  if (data.frames_free() || data.tip_free()) {
-    RefitOptions frames;
-    frames.frames_only = true;
-    const Result<Refit> refit = RefitModel(fit.problem, model, frames);
-    if (!refit) return Error{refit.error()};
-    model = refit->model;
-  }
-  const Result<Linearisation> linear = Linearise(data, model, false, task.options.threads);
-  if (!linear) return Error{linear.error()};
-  diagnosis.notes.push_back(fmt::format(
-      "besides the named effects, the model contains a discrepancy model with {:.0f} effective "
-      "parameters; it corrects within the measured range and explains nothing",
-      discrepancy.effective_parameters));
-  return FittedModel{model, ErrorsOf(*linear)};
-}
-
-/// The fitted model with its effects as written: curves are shrunk and limited to the range of
-/// their rows.
-Result<FittedModel> AsWritten(const Task& task, const FitOfAllRows& fit,
-                              const Diagnosis& diagnosis) {
-  FittedModel written{fit.refit.model, fit.errors};
-  if (!HasEmpiricalTerm(diagnosis)) return written;
-  written.model.effects.clear();
-  for (const Finding& finding : diagnosis.findings) written.model.effects.push_back(finding.effect);
-  const Result<Linearisation> linear =
-      Linearise(task.data, written.model, false, task.options.threads);
-  if (!linear) return Error{linear.error()};
-  written.errors = ErrorsOf(*linear);
-  return written;
-}
-
-/// Validates the model by held-out rows and decides which parts of it are written.
-Result<CorrectedModel> Validated(const Task& task, const Identified& found, const FitOfAllRows& fit,
-                                 Diagnosis& diagnosis) {
-  task.Report(0.47, "fitting a discrepancy model");
-  const std::optional<DiscrepancyModel> offered =
-      DiscrepancyModelOf(*found.candidate_set, found.best, found.candidates);
-  if (task.Interrupted()) return Task::InterruptedError();
-  // Every fold repeats the search, so they take as long as everything before.
-  const auto predicting = [&task](double share) {
-    task.Report(0.5 + 0.5 * share, "predicting held-out rows");
-  };
-  const HeldOutInput input{
-      found.fit,           found.linear,  found.model,
-      found.candidates,    found.unknown, std::max<std::size_t>(3, found.best.blocks.size() + 2),
-      offered.has_value(), task.options,  predicting};
-  const Result<FittedModel> written = AsWritten(task, fit, diagnosis);
-  if (!written) return Error{written.error()};
-  const bool may_fade = diagnosis.verdict == Verdict::kUnknown || offered.has_value();
-  CorrectedModel corrected{written->model, written->errors, Validate(input, may_fade), 0};
-  if (task.Interrupted()) return Task::InterruptedError();
-  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
-  const bool admitted = offered && AdmitsDiscrepancy(corrected.validation, found.fit.weights);
-  if (offered && !admitted) {
-    corrected.validation = WithoutDiscrepancy(input, std::move(corrected.validation));
-    diagnosis.notes.emplace_back(
-        "a discrepancy model of the remaining residual was fitted but omitted: it does not improve "
-        "the prediction of held-out regions or sessions");
-  }
-  // The error by shrinking and limiting the curves applies to the held-out rows, too.
-  AddError(RmsBeyond(diagnosis.rms_after_m, Rms(fit.errors, fit.problem.weights)),
-           corrected.validation);
-  AddHeldOutErrors(corrected.validation, diagnosis);
-  if (!diagnosis.findings.empty() && diagnosis.withheld.empty()) {
-    diagnosis.withheld = ReasonToWithhold(corrected.validation, HasEmpiricalTerm(diagnosis));
-  }
-  if (!admitted || !diagnosis.withheld.empty()) return corrected;
-  const Result<FittedModel> whole = WithDiscrepancy(task, fit, *offered, diagnosis);
-  if (!whole) return Error{whole.error()};
-  corrected.model = whole->model;
-  corrected.errors = whole->errors;
-  corrected.discrepancy_parameters = offered->effective_parameters;
-  diagnosis.rms_after_m = Rms(corrected.errors, fit.problem.weights);
-  return corrected;
-}
-
-/// Removes the correction if it must not be written.
-void Withhold(const FittedModel& declared, CorrectedModel& corrected, Diagnosis& diagnosis) {
-  if (diagnosis.withheld.empty()) return;
-  diagnosis.notes.push_back(diagnosis.withheld);
-  corrected.model = declared.model;
-  corrected.errors = declared.errors;
-  diagnosis.rms_after_m = diagnosis.rms_before_m;
-}
-
 /// Adds one trace per row: the measurement, and the residuals before, after and held out.
 void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& declared,
              const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
@@ -379,85 +210,6 @@ void AddRows(const Dataset& data, const Dataset& searched, const PerRow<Vec3>& d
   if (diagnosis.discrepancy.empty()) return;
   diagnosis.discrepancy_parameters = corrected.discrepancy_parameters;
   diagnosis.discrepancy_share = UnnamedShare(diagnosis.rows, fit.errors);
-}
-
-/// A correction fades with the distance from the measured poses unless its causes are confirmed.
-Correction CorrectionOf(const Diagnosis& diagnosis) {
-  if (!diagnosis.withheld.empty()) return Correction::kNone;
-  const bool confirmed = diagnosis.verdict != Verdict::kUnknown && diagnosis.discrepancy.empty();
-  return confirmed ? Correction::kWritten : Correction::kFading;
-}
-
-/// Adds the frames of the declared model, which replace those of the sessions as a correction
-/// fades.
-void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& diagnosis) {
-  for (std::size_t k = 0; k < diagnosis.sessions.size(); ++k) {
-    model::SessionFrames& frames = diagnosis.sessions[k];
-    const Model::Frames& of_declared = declared.frames[SessionIndex(static_cast<int>(k))];
-    frames.X_WB_declared = of_declared.X_WB;
-    if (data.tip_free()) frames.tip_declared_F = of_declared.tip_F;
-  }
-}
-
-/// Adds the expected residuals of new points, near the measured poses and far from them. Rivals
-/// count as errors of the correction, so that one which fades does so sooner.
-void AddSpread(const Task& task, const Identified& found, const Model& declared,
-               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
-  auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
-  if (!spread) return;
-  if (!task.data.instrument_used() && !diagnosis.not_observable.empty()) {
-    // Held-out rows on artefacts cannot show errors in directions that no row observes.
-    diagnosis.notes.emplace_back(
-        "the radius of new points is not validated by these rows: all are on artefacts, which "
-        "cannot "
-        "show every error of the tip (not_observable). Measure some positions with an instrument");
-    return;
-  }
-  if (task.data.ranges()) {
-    spread->near_m = std::hypot(spread->near_m, std::sqrt(VarianceBetweenRivals(diagnosis)));
-  }
-  FitRows accepted;
-  for (const RowIndex row : task.data.row_indices()) {
-    if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
-  }
-  const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
-  const std::vector<model::JointVector> poses = StoredPoses(cell, task.data, accepted);
-  const kinematics::PoseDistance from = DistanceFrom(cell, poses);
-  const RivalSpread rivals =
-      SpreadOfRivals(diagnosis.rival_separations, from, task.data.lengths_per_row());
-  spread->near_m = std::hypot(spread->near_m, rivals.near_m);
-  spread->distant_m = std::hypot(spread->distant_m, rivals.distant_m);
-  diagnosis.domain.residual_sigma_m = spread->near_m;
-  diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
-  // Half a turn away, where d is 2, it would add less than 0.5 %.
-  constexpr double kNegligible = 0.05;
-  if (spread->distant_m < kNegligible * spread->near_m) return;
-  diagnosis.domain.distant_sigma_m = spread->distant_m;
-  diagnosis.domain.poses = poses;
-  if (!spread->declared_m) return;
-  diagnosis.domain.declared_sigma_m = spread->declared_m;
-  diagnosis.domain.reach_rad = ReachOf(from, task.data, accepted);
-  AddDeclaredFrames(task.data, declared, diagnosis);
-}
-
-/// Adds the frames and the domain in which the written model was validated.
-void AddDomain(const Task& task, const Identified& found, const Model& declared,
-               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
-  AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
-  AddSpread(task, found, declared, fit, corrected, diagnosis);
-  const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
-  if (diagnosis.domain.residual_sigma_m &&
-      static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
-    diagnosis.notes.push_back(
-        fmt::format("{} of {} rows are rejected as outliers, more than a 95 % radius may exclude: "
-                    "the radius is widened to include them; find out what they have in common",
-                    rejected, rows));
-  }
-  if (const auto note = MovedTogetherNote(diagnosis.domain.combinations)) {
-    diagnosis.notes.push_back(*note);
-  }
-  const std::optional<double> cell_zero_s = TimeZeroOf(task.data.cell);
-  diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : task.options.time_zero_s;
 }
 
 /// A diagnosis with some of the references of the cell.
@@ -513,10 +265,14 @@ Result<void> StartedDiagnosis::Identify() {
   AddNoise(task(), *found_, declared_->errors, *fit_, diagnosis_);
   Explain(task(), *found_, *fit_, diagnosis_);
   if (task().Interrupted()) return Task::InterruptedError();
-  if (auto checked = CheckReferences(*found_, options_.threads, diagnosis_); !checked) {
+  const Result<TestedReferences> tested = TestReferences(*found_);
+  if (!tested) return tested.failure();
+  const bool useful = tested->CorrectionIsUseful(diagnosis_.rms_before_m);
+  if (auto checked = CheckReferences(*found_, options_.threads, useful, diagnosis_); !checked) {
     return checked;
   }
-  return CheckContradictions(*found_, diagnosis_);
+  CheckContradictions(*tested, diagnosis_);
+  return {};
 }
 
 Result<Diagnosis> StartedDiagnosis::Finish() {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "app/diagnosis/contradictions.h"
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/references.h"
 
@@ -34,7 +33,8 @@ Result<std::vector<SelectedEffect>> EffectsWithout(const Identified& found,
 
 }  // namespace
 
-Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& diagnosis) {
+Result<void> CheckReferences(const Identified& found, int threads, bool useful,
+                             Diagnosis& diagnosis) {
   if (diagnosis.findings.empty()) return {};
   const std::vector<Reference> references = ReferencesOf(found.fit.data);
   if (references.empty()) return {};
@@ -44,8 +44,6 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     if (!effects) return effects.failure();
     kept.push_back(std::move(effects).value());
   }
-  const Result<bool> improves = ImprovesReferences(found);
-  if (!improves) return improves.failure();
   for (const Finding& finding : diagnosis.findings) {
     const effects::EffectTerm& term = finding.effect.term;
     if (!term.drivers.empty()) continue;  // an empirical curve names no cause
@@ -70,7 +68,7 @@ Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& di
     diagnosis.checks.push_back(check);
     if (check.passed) continue;
     diagnosis.doubts.push_back({key.id, ScopeOf(term), check.sentence});
-    if (!diagnosis.withheld.empty() || *improves) continue;
+    if (!diagnosis.withheld.empty() || useful) continue;
     diagnosis.withheld = fmt::format(
         "{} {}; confirm that value, or declare another distance or place", key.id, check.sentence);
   }

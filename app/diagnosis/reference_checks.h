@@ -11,8 +11,10 @@ namespace plumbline::diagnosis {
 /// reference in turn treated as unknown. If a finding is then no longer worth its cost, an error of
 /// that one value would have the same consequence as the effect, and nothing in the data
 /// contradicts it: the check `references` of the finding fails, the finding is doubtful, and the
-/// correction is withheld unless it ImprovesReferences().
+/// correction is withheld unless it is `useful` nevertheless
+/// (TestedReferences::CorrectionIsUseful).
 /// @param found  the answer whose findings are in `diagnosis`
-Result<void> CheckReferences(const Identified& found, int threads, Diagnosis& diagnosis);
+Result<void> CheckReferences(const Identified& found, int threads, bool useful,
+                             Diagnosis& diagnosis);
 
 }  // namespace plumbline::diagnosis

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "app/diagnosis/carried_columns.h"
+#include "app/diagnosis/empirical_columns.h"
 #include "app/diagnosis/legendre.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"
@@ -15,101 +16,7 @@ namespace plumbline::diagnosis {
 namespace {
 
 using I = effects::Influence<double>;
-using SignalPair = std::pair<SignalIndex, SignalIndex>;
 constexpr std::size_t kBlocksKept = 4;
-constexpr int kMaxVectorDegree = 7;  // degree of a vector-valued curve along a joint's signal
-
-/// The influences that an unknown cause may act on.
-std::vector<std::vector<int>> Carriers(const Dataset& data) {
-  std::vector<std::vector<int>> carriers = {{I::kBase, I::kBase + 1, I::kBase + 2},
-                                            {I::kTip, I::kTip + 1, I::kTip + 2}};
-  if (!data.cell.tool.rigid) carriers.push_back({I::kBendRatio});
-  for (int joint = 0; joint < data.cell.robot.size(); ++joint) carriers.push_back({joint});
-  return carriers;
-}
-
-/// Polynomial degrees to try; limited by the number of distinct values of the signal.
-std::vector<int> Degrees(const RecordedSignal& signal, std::size_t carriers) {
-  std::vector<int> degrees;
-  for (const int degree : {1, 2, 3, 4, 5, 7, 10, 14}) {
-    if (carriers > 1 && signal.of_joint && degree > kMaxVectorDegree) continue;
-    if (degree <= 2 ? degree < signal.distinct : 2 * degree < signal.distinct) {
-      degrees.push_back(degree);
-    }
-  }
-  return degrees;
-}
-
-bool IsFreeFrame(const Dataset& data, const std::vector<int>& carrier) {
-  if (carrier.front() == I::kBase) return data.frames_free();
-  if (carrier.front() == I::kTip) return data.tip_free();
-  return false;
-}
-
-/// Legendre polynomials of a signal, degrees 0..last.
-/// @param rows  of the problem, in any order
-Eigen::MatrixXd Polynomials(const LinearProblem& problem, const std::vector<FitRowIndex>& rows,
-                            SignalIndex signal, int last) {
-  const RecordedSignal& of = problem.data().signals[signal];
-  Eigen::MatrixXd factors(static_cast<Eigen::Index>(rows.size()), last + 1);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const double x = Scaled(of, of.values[problem.rows()[rows[k]]]);
-    for (int degree = 0; degree <= last; ++degree) {
-      factors(static_cast<Eigen::Index>(k), degree) = Legendre(degree, x);
-    }
-  }
-  return factors;
-}
-
-/// Fits of the first 1, 2, .. columns to any residual, from one Cholesky factorisation of their
-/// Gram matrix; columns that depend linearly on earlier ones are skipped.
-class NestedFits {
- public:
-  explicit NestedFits(const Eigen::MatrixXd& gram)
-      : L_(Eigen::MatrixXd::Zero(gram.rows(), gram.cols())) {
-    constexpr double kDependent = 1e-9;
-    for (int k = 0; k < gram.cols(); ++k) {
-      const auto r = static_cast<int>(kept_.size());
-      Eigen::VectorXd row(r);
-      double pivot = gram(k, k);
-      for (int i = 0; i < r; ++i) {
-        row[i] =
-            (gram(k, kept_[static_cast<std::size_t>(i)]) - row.head(i).dot(L_.row(i).head(i))) /
-            L_(i, i);
-        pivot -= row[i] * row[i];
-      }
-      if (pivot > kDependent * gram(k, k) && pivot > 0) {
-        L_.row(r).head(r) = row.transpose();
-        L_(r, r) = std::sqrt(pivot);
-        kept_.push_back(k);
-      }
-      rank_.push_back(static_cast<int>(kept_.size()));
-    }
-  }
-
-  int Rank(std::size_t last) const { return rank_[last]; }
-  /// Reduction of chi2 by the columns 0..last, for each `last`.
-  /// @param moments  products of the columns with the residual
-  std::vector<double> Gains(const Eigen::VectorXd& moments) const {
-    Eigen::VectorXd along(static_cast<Eigen::Index>(kept_.size()));
-    std::vector<double> gains;
-    double gain = 0;
-    for (std::size_t k = 0; k < rank_.size(); ++k) {
-      const auto r = static_cast<Eigen::Index>(rank_[k]) - 1;
-      if (r >= 0 && kept_[static_cast<std::size_t>(r)] == static_cast<int>(k)) {
-        along[r] = (moments[static_cast<Eigen::Index>(k)] - L_.row(r).head(r).dot(along.head(r))) /
-                   L_(r, r);
-        gain += along[r] * along[r];
-      }
-      gains.push_back(gain);
-    }
-    return gains;
-  }
-
- private:
-  Eigen::MatrixXd L_;
-  std::vector<int> kept_, rank_;
-};
 
 /// Curves along one signal, or surfaces over two, on one carrier: what does not depend on the
 /// residual.
@@ -166,20 +73,6 @@ void AddCurves(const LinearProblem& problem, const CarriedResidual& residual, Si
     found.emplace_back(gains[last] - per_column * of.fits.Rank(last),
                        EmpiricalBlock(data, signal, carrier, degree, first == 0, trials));
   }
-}
-
-/// Products of the polynomials of two signals, as in a surface.
-Eigen::MatrixXd SurfaceFactors(const LinearProblem& problem, const std::vector<FitRowIndex>& rows,
-                               const SignalPair& pair, int degree, bool with_constant) {
-  const Eigen::MatrixXd first = Polynomials(problem, rows, pair.first, degree);
-  const Eigen::MatrixXd second = Polynomials(problem, rows, pair.second, degree);
-  const auto degrees = SurfaceDegrees(degree, with_constant);
-  Eigen::MatrixXd factors(first.rows(), static_cast<Eigen::Index>(degrees.size()));
-  Eigen::Index column = 0;
-  for (const auto& [a, b] : degrees) {
-    factors.col(column++) = first.col(a).cwiseProduct(second.col(b));
-  }
-  return factors;
 }
 
 /// Surfaces over two signals: bilinear (includes their product) and quadratic.
@@ -456,68 +349,6 @@ Explanation WithUnknown(CandidateSet& candidate_set, const std::vector<Explanati
   }
   search.Grow();
   return search.best();
-}
-
-std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                     int flips) {
-  const Dataset& data = problem.data();
-  const auto carriers = Carriers(data);
-  // One orthonormal basis per signal and carrier, spanning its linear and quadratic columns.
-  const auto indices = problem.rows().indices();
-  const std::vector<FitRowIndex> all(indices.begin(), indices.end());
-  Indexed<SignalIndex, std::vector<Eigen::MatrixXd>> bases(data.signals.size());
-  for (const SignalIndex s : data.signals.indices()) {
-    const std::vector<int> degrees = Degrees(data.signals[s], 3);
-    if (degrees.empty()) continue;
-    const int degree = degrees[std::min<std::size_t>(degrees.size() - 1, 2)];
-    for (const std::vector<int>& carrier : carriers) {
-      Eigen::MatrixXd columns =
-          problem.Carried(carrier, Polynomials(problem, all, s, degree).rightCols(degree));
-      problem.Project(columns);
-      Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-      qr.setThreshold(1e-6);
-      bases[s].push_back(qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), qr.rank()));
-    }
-  }
-  // The gain of a basis, standardised by its mean and standard deviation under noise.
-  const auto statistic = [](const Eigen::MatrixXd& basis, const Eigen::VectorXd& r) {
-    if (basis.cols() == 0) return 0.0;
-    const double rank = static_cast<double>(basis.cols());
-    return ((basis.transpose() * r).squaredNorm() - rank) / std::sqrt(2 * rank);
-  };
-  Indexed<SignalIndex, double> observed(data.signals.size(), 0.0), shares = observed;
-  const double total = std::max(1e-12, residual.squaredNorm());
-  for (const SignalIndex s : bases.indices()) {
-    for (const Eigen::MatrixXd& basis : bases[s]) {
-      observed[s] = std::max(observed[s], statistic(basis, residual));
-      shares[s] = std::max(shares[s], (basis.transpose() * residual).squaredNorm() / total);
-    }
-  }
-  Indexed<SignalIndex, int> beaten(data.signals.size(), 0);
-  Random random(20240607);
-  for (int flip = 0; flip < flips; ++flip) {
-    std::map<ClusterIndex, double> signs;
-    Eigen::VectorXd flipped = residual;
-    for (const FitRowIndex j : problem.rows().indices()) {
-      const ClusterIndex cluster = data.cluster_of[problem.rows()[j]];
-      const auto [sign, inserted] = signs.emplace(cluster, 0.0);
-      if (inserted) sign->second = random.Sign();
-      problem.layout().PartOf(flipped, j) *= sign->second;
-    }
-    double largest = 0;
-    for (const auto& of_signal : bases) {
-      for (const Eigen::MatrixXd& basis : of_signal) {
-        largest = std::max(largest, statistic(basis, flipped));
-      }
-    }
-    for (const SignalIndex s : observed.indices()) beaten[s] += largest >= observed[s] ? 1 : 0;
-  }
-  std::vector<SignalTrace> traces;
-  for (const SignalIndex s : data.signals.indices()) {
-    traces.push_back({data.signals[s].column, data.signals[s].values,
-                      (1.0 + beaten[s]) / (1.0 + flips), shares[s]});
-  }
-  return traces;
 }
 
 }  // namespace plumbline::diagnosis

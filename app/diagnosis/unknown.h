@@ -29,12 +29,4 @@ std::optional<Block> BestEmpirical(const LinearProblem& problem, const Eigen::Ve
 /// @param ranked  explanations by the catalogue alone, best first; not empty
 Explanation WithUnknown(CandidateSet& candidate_set, const std::vector<Explanation>& ranked);
 
-/// Tests for each recorded signal whether a residual follows it through any carrier: the explained
-/// share of chi2, and its p-value by a permutation test that flips the signs of whole clusters and
-/// takes the maximum over all signals (family-wise).
-/// @param residual  whitened and projected
-/// @param flips     number of permutations
-std::vector<SignalTrace> TestSignals(const LinearProblem& problem, const Eigen::VectorXd& residual,
-                                     int flips);
-
 }  // namespace plumbline::diagnosis

@@ -7,9 +7,9 @@
 
 #include "app/diagnosis/outlier_condition.h"
 #include "app/diagnosis/periodic_search.h"
+#include "app/diagnosis/signal_tests.h"
 #include "app/diagnosis/statistics.h"
 #include "app/diagnosis/thresholds.h"
-#include "app/diagnosis/unknown.h"
 
 namespace plumbline::diagnosis {
 namespace {

@@ -175,7 +175,7 @@ Result<std::string> LensFileOf(const lens_store::LensEntry& entry, const std::st
   if (ends(".xml")) return lens_store::OpenCvXml(entry);
   if (ends(".yaml") || ends(".yml")) return lens_store::OpenCvYaml(entry);
   if (ends(".dat")) return ArToolKitBytes(entry);
-  return Error{fmt::format("the ending names the form of the file; give {}", kWrittenEndings)};
+  return Error{fmt::format("the extension selects the file format; use {}", kWrittenEndings)};
 }
 
 }  // namespace plumbline::lens_files

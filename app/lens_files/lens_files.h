@@ -11,16 +11,17 @@
 namespace plumbline::lens_files {
 
 /// Reads a lens from LENS.json, from XML or YAML of cv::FileStorage, or from ARToolKit's
-/// camera_para.dat; the form is recognised by the content. A file without a verdict counts as
+/// camera_para.dat; the format is recognised by the content. A file without a verdict counts as
 /// accepted, and has no covariance unless it states one.
 /// @return  an error with the place, the value and the remedy
 Result<lens::LensFile> LensFromFile(std::string_view bytes);
 
-/// Endings of the files that LensFileOf() writes, for messages.
+/// Extensions of the files that LensFileOf() writes, for messages.
 inline constexpr const char* kWrittenEndings = ".xml, .yaml, .yml or .dat";
 
-/// The content of a file with the ending of `path`: .xml and .yaml for OpenCV, .dat for ARToolKit.
-/// @return  error for another ending
+/// The content of a file with the extension of `path`: .xml and .yaml for OpenCV, .dat for
+/// ARToolKit.
+/// @return  an error for another extension
 Result<std::string> LensFileOf(const lens_store::LensEntry& entry, const std::string& path);
 
 }  // namespace plumbline::lens_files

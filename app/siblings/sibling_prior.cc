@@ -1,9 +1,10 @@
+#include "app/siblings/sibling_prior.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/siblings/siblings.h"
 #include "firmware-like/statistics/chi_square.h"
 
 namespace plumbline::siblings {
@@ -44,6 +45,38 @@ Eigen::MatrixXd CovarianceOf(const effects::ActiveEffect& effect, const std::vec
   return covariance(places, places);
 }
 
+/// A prior in vectors.
+struct Sizes {
+  std::vector<SizeKey> keys;
+  std::vector<double> means;
+  Eigen::MatrixXd covariance;  ///< of a further arm
+};
+
+Sizes SizesOf(const std::vector<SizePrior>& prior) {
+  const auto count = static_cast<Eigen::Index>(prior.size());
+  Sizes sizes{{}, {}, Eigen::MatrixXd::Zero(count, count)};
+  for (const SizePrior& one : prior) {
+    const auto at = static_cast<Eigen::Index>(sizes.keys.size());
+    sizes.covariance(at, at) = std::pow(one.pooled.next_sd(), 2);
+    sizes.keys.push_back(one.key);
+    sizes.means.push_back(one.pooled.mean);
+  }
+  return sizes;
+}
+
+/// Effects with their part of the covariance.
+std::vector<effects::ActiveEffect> EffectsWith(const std::vector<SizeKey>& keys,
+                                               const std::vector<double>& values,
+                                               const Eigen::MatrixXd& covariance,
+                                               const model::CellModel& cell) {
+  std::vector<effects::ActiveEffect> effects =
+      siblings::EffectsWith(keys, values, effects::PrismaticJoints(cell.robot));
+  for (effects::ActiveEffect& effect : effects) {
+    effect.covariance = CovarianceOf(effect, keys, covariance);
+  }
+  return effects;
+}
+
 }  // namespace
 
 std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
@@ -74,17 +107,15 @@ std::vector<SizePrior> PriorFrom(const std::vector<Arm>& arms, int threads,
   return prior;
 }
 
+std::vector<effects::ActiveEffect> MeanEffectsOf(const std::vector<SizePrior>& prior,
+                                                 const model::CellModel& cell) {
+  const Sizes sizes = SizesOf(prior);
+  return EffectsWith(sizes.keys, sizes.means, sizes.covariance, cell);
+}
+
 Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior, int threads) {
-  const auto count = static_cast<Eigen::Index>(prior.size());
-  std::vector<SizeKey> keys;
-  std::vector<double> means;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
-  for (const SizePrior& one : prior) {
-    const auto at = static_cast<Eigen::Index>(keys.size());
-    covariance(at, at) = std::pow(one.pooled.next_sd(), 2);
-    keys.push_back(one.key);
-    means.push_back(one.pooled.mean);
-  }
+  auto [keys, means, covariance] = SizesOf(prior);
+  const auto count = static_cast<Eigen::Index>(keys.size());
   const Result<SizeFit> fit = FitSizes(arm, keys, means, false, threads);
   if (!fit) return Error{fit.error()};
   Posterior posterior;
@@ -107,10 +138,7 @@ Result<Posterior> UpdatedBy(const Arm& arm, const std::vector<SizePrior>& prior,
     posterior.parameters = (selects * gain).trace();
     means.assign(updated.begin(), updated.end());
   }
-  posterior.effects = EffectsWith(keys, means, effects::PrismaticJoints(arm.cell.robot));
-  for (effects::ActiveEffect& effect : posterior.effects) {
-    effect.covariance = CovarianceOf(effect, keys, covariance);
-  }
+  posterior.effects = EffectsWith(keys, means, covariance, arm.cell);
   return posterior;
 }
 

@@ -1,0 +1,98 @@
+#include "app/diagnosis/stated_domain.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/diagnosis/covariance_share.h"
+#include "app/diagnosis/farthest_poses.h"
+#include "app/diagnosis/joint_combinations.h"
+#include "app/diagnosis/measured_range.h"
+#include "app/diagnosis/residual_spread.h"
+#include "app/diagnosis/rival_spread.h"
+#include "app/diagnosis/thresholds.h"
+
+namespace plumbline::diagnosis {
+namespace {
+
+/// A correction fades with the distance from the measured poses unless its causes are confirmed.
+Correction CorrectionOf(const Diagnosis& diagnosis) {
+  if (!diagnosis.withheld.empty()) return Correction::kNone;
+  const bool confirmed = diagnosis.verdict != Verdict::kUnknown && diagnosis.discrepancy.empty();
+  return confirmed ? Correction::kWritten : Correction::kFading;
+}
+
+/// Adds the frames of the declared model, which replace those of the sessions as a correction
+/// fades.
+void AddDeclaredFrames(const Dataset& data, const Model& declared, Diagnosis& diagnosis) {
+  for (std::size_t k = 0; k < diagnosis.sessions.size(); ++k) {
+    model::SessionFrames& frames = diagnosis.sessions[k];
+    const Model::Frames& of_declared = declared.frames[SessionIndex(static_cast<int>(k))];
+    frames.X_WB_declared = of_declared.X_WB;
+    if (data.tip_free()) frames.tip_declared_F = of_declared.tip_F;
+  }
+}
+
+/// Adds the expected residuals of new points, near the measured poses and far from them. Rivals
+/// count as errors of the correction, so that one which fades does so sooner.
+void AddSpread(const Task& task, const Identified& found, const Model& declared,
+               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
+  auto spread = SpreadOf(corrected.validation, found.fit, CorrectionOf(diagnosis));
+  if (!spread) return;
+  if (!task.data.instrument_used() && !diagnosis.not_observable.empty()) {
+    // Held-out rows on artefacts cannot show errors in directions that no row observes.
+    diagnosis.notes.emplace_back(
+        "the radius of new points is not validated by these rows: all are on artefacts, which "
+        "cannot "
+        "show every error of the tip (not_observable). Measure some positions with an instrument");
+    return;
+  }
+  if (task.data.ranges()) {
+    spread->near_m = std::hypot(spread->near_m, std::sqrt(VarianceBetweenRivals(diagnosis)));
+  }
+  FitRows accepted;
+  for (const RowIndex row : task.data.row_indices()) {
+    if (fit.problem.weights[row] >= kOutlierWeight) accepted.push_back(row);
+  }
+  const model::CellModel cell = CellOf(task.data, corrected.model, SessionIndex(0));
+  const std::vector<model::JointVector> poses = StoredPoses(cell, task.data, accepted);
+  const kinematics::PoseDistance from = DistanceFrom(cell, poses);
+  const RivalSpread rivals =
+      SpreadOfRivals(diagnosis.rival_separations, from, task.data.lengths_per_row());
+  spread->near_m = std::hypot(spread->near_m, rivals.near_m);
+  spread->distant_m = std::hypot(spread->distant_m, rivals.distant_m);
+  diagnosis.domain.residual_sigma_m = spread->near_m;
+  diagnosis.domain.covariance_share = CovarianceShare(found, corrected.discrepancy_parameters);
+  // Half a turn away, where d is 2, it would add less than 0.5 %.
+  constexpr double kNegligible = 0.05;
+  if (spread->distant_m < kNegligible * spread->near_m) return;
+  diagnosis.domain.distant_sigma_m = spread->distant_m;
+  diagnosis.domain.poses = poses;
+  if (!spread->declared_m) return;
+  diagnosis.domain.declared_sigma_m = spread->declared_m;
+  diagnosis.domain.reach_rad = ReachOf(from, task.data, accepted);
+  AddDeclaredFrames(task.data, declared, diagnosis);
+}
+
+}  // namespace
+
+void AddDomain(const Task& task, const Identified& found, const Model& declared,
+               const FitOfAllRows& fit, const CorrectedModel& corrected, Diagnosis& diagnosis) {
+  AddFramesAndDomain(fit.problem, corrected.model, diagnosis);
+  AddSpread(task, found, declared, fit, corrected, diagnosis);
+  const std::size_t rejected = diagnosis.outlier_rows.size(), rows = fit.problem.weights.size();
+  if (diagnosis.domain.residual_sigma_m &&
+      static_cast<double>(rejected) > kOutsideRadius * static_cast<double>(rows)) {
+    diagnosis.notes.push_back(
+        fmt::format("{} of {} rows are rejected as outliers, more than a 95 % radius may exclude: "
+                    "the radius is widened to include them; find out what they have in common",
+                    rejected, rows));
+  }
+  if (const auto note = MovedTogetherNote(diagnosis.domain.combinations)) {
+    diagnosis.notes.push_back(*note);
+  }
+  const std::optional<double> cell_zero_s = TimeZeroOf(task.data.cell);
+  diagnosis.domain.time_zero_s = cell_zero_s ? cell_zero_s : task.options.time_zero_s;
+}
+
+}  // namespace plumbline::diagnosis

@@ -1,0 +1,24 @@
+// Folder of a sibling: its cell and its rows.
+#pragma once
+
+#include <string>
+
+#include "app/config/fault.h"
+#include "app/siblings/arm_fit.h"
+
+namespace plumbline::siblings {
+
+/// The two files of a sibling's folder.
+std::string CellFileOf(const std::string& folder);
+std::string RowsFileOf(const std::string& folder);
+/// Reads both.
+/// @param faults  receives warnings
+/// @return        an error with the folder and the remedy
+Result<Arm> ReadArm(const std::string& folder, config::FaultList& faults);
+
+/// Why the second cell is not declared like the first: another number of joints, nominal kinematics
+/// (a, d beyond 1 mm, angles beyond 0.1 degrees), declared compliances or link masses (1 %), or
+/// effects of its own. Empty: it is.
+std::string DifferenceOf(const model::CellModel& a, const model::CellModel& b);
+
+}  // namespace plumbline::siblings

@@ -1,0 +1,31 @@
+// Errors that an answer states if sizes of effects come from siblings and were adjusted to its
+// rows.
+#pragma once
+
+#include <optional>
+
+#include "app/diagnosis/diagnosis.h"
+
+namespace plumbline::siblings {
+
+/// For p parameters fitted to n residuals, the RMS of new residuals over that of the fitted ones,
+/// sqrt((n + p) / (n - p)); nullopt if there are too few residuals.
+std::optional<double> FactorForNewRows(double parameters, const diagnosis::Diagnosis& diagnosis);
+
+/// Widens every stated error of held-out rows and of new points, because those rows took part in
+/// the update of the prior.
+void Widen(double factor, diagnosis::Diagnosis& diagnosis);
+
+/// Held-out error of the model that an answer writes; nullopt if no row could be held out.
+std::optional<double> HeldOutOf(const diagnosis::Diagnosis& answer);
+
+/// True if the held-out rows are better with the siblings by more than the standard error of the
+/// mean difference of their squared errors (a judgement; few rows rarely show more).
+/// @param factor  applied to the errors with them
+bool BetterWith(const diagnosis::Diagnosis& with, const diagnosis::Diagnosis& without,
+                double factor);
+
+/// Replaces the errors before correction by those under the declared cell, by line.
+void StateErrorsBefore(const diagnosis::Diagnosis& without, diagnosis::Diagnosis& with);
+
+}  // namespace plumbline::siblings
