@@ -306,7 +306,8 @@ int Run(const CalibrateLensOptions& options) {
     }
   } else if (!options.dat.empty()) {
     std::cerr << fmt::format(
-        "{}: not written: the calibration was refused, and this form cannot say so\n", options.dat);
+        "{}: not written: the calibration was refused, which this format cannot state\n",
+        options.dat);
   }
   if (options.json == "-") std::cout << lens::LensJson(calibration);
   if (!options.quiet)

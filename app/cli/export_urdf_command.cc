@@ -99,8 +99,7 @@ void PrintExport(const ExportUrdfOptions& options, const model::CellModel& cell,
   }
   if (not_carried.empty()) {
     out << "The URDF carries every effect of the model; the cell's base, masses, limits and "
-           "gravity "
-           "are not compared with it.\n";
+           "gravity are not compared with it.\n";
     return;
   }
   out << "A URDF cannot carry:\n";

@@ -52,8 +52,7 @@ std::optional<NotObservable> UndetectableSizes(const std::string& id, const Dete
   for (const int joint : joints) sizes.scope.push_back(fmt::format("q{}", joint + 1));
   sizes.reason =
       "no size that is plausible for a healthy machine would be detected in these rows: free "
-      "frames "
-      "or places absorb it, its lever arms are short, or its joints hardly move";
+      "frames or places absorb it, its lever arms are short, or its joints hardly move";
   return sizes;
 }
 

@@ -42,8 +42,7 @@ ExplanationCheck PValueCheck(const Finding& finding) {
   check.passed = finding.p_value <= kMaxPValue;
   check.sentence = fmt::format(
       "p-value {:.2g} under noise alone, corrected for the number of alternatives searched; at "
-      "most "
-      "{} is accepted",
+      "most {} is accepted",
       finding.p_value, kMaxPValue);
   return check;
 }
@@ -141,8 +140,7 @@ ExplanationCheck DiscrepancyCheck(const ExplanationEvidence& evidence) {
   check.passed = check.figure <= check.limit;
   check.sentence = fmt::format(
       "the discrepancy model corrects {:.3g} mm beyond the named effects, without a physical "
-      "cause; "
-      "at most the noise, {:.3g} mm, is accepted",
+      "cause; at most the noise, {:.3g} mm, is accepted",
       check.figure, check.limit);
   return check;
 }

@@ -137,8 +137,7 @@ std::string SentenceOf(const Mistake& mistake, const Identified& without) {
                                                   : Listed(names) + " leave";
   return fmt::format(
       "{}: {}. With this corrected, {} no more than the noise of {:.3g} mm on one axis; as "
-      "recorded, "
-      "the rows need more effects or leave a larger residual",
+      "recorded, the rows need more effects or leave a larger residual",
       mistake.sentence, mistake.remedy, subject, 1e3 * without.fit.data.sigma_m);
 }
 

@@ -91,8 +91,7 @@ std::optional<std::string> MovedTogetherNote(
   }
   return fmt::format(
       "joints moved together in the measured poses ({}): poses that move them apart are outside "
-      "the "
-      "measured range; if the robot works at such poses, measure some",
+      "the measured range; if the robot works at such poses, measure some",
       fmt::join(joints, "; "));
 }
 

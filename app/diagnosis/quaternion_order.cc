@@ -91,8 +91,7 @@ std::optional<std::string> QuaternionsInOtherOrder(const Dataset& data) {
       "joints, "
       "but only by {:.2g} deg if the quaternions are in the order x, y, z, w or inverted. If the "
       "order is x, y, z, w, write the header as qx, qy, qz, qw; if they are inverted, negate qx, "
-      "qy, "
-      "qz",
+      "qy, qz",
       before / kRadPerDeg, after / kRadPerDeg);
 }
 

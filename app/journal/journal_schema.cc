@@ -113,8 +113,7 @@ Result<void> FinishSourceChange(sqlite::Database& database) {
   if (*changed != 1) {
     return Error{
         "its table `measurement` was not made by plumbline, and cannot be converted to this "
-        "schema: "
-        "restore the journal from the backup, or move it away to start a new one"};
+        "schema: restore the journal from the backup, or move it away to start a new one"};
   }
   const Result<std::int64_t> cookie = database.IntegerOf("PRAGMA schema_version");
   if (!cookie) return cookie.failure();

@@ -100,9 +100,8 @@ Result<std::string> ArToolKitBytes(const lens::KnownLens& known) {
   }
   if (!UsableEverywhere(known)) {
     return Error{
-        "the lens is known in a part of the image only, which this form cannot say; write it as "
-        ".xml "
-        "or .yaml"};
+        "the lens is known in a part of the image only, which this format cannot state; write it "
+        "as .xml or .yaml"};
   }
   std::string bytes;
   Append(static_cast<std::uint32_t>(known.size.width), 4, bytes);

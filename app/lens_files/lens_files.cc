@@ -37,10 +37,8 @@ Result<void> ReadDistortion(const NamedNumbers& values, bool fisheye, lens::Lens
   const auto refused = [] {
     return Error{
         "\"distortion_coefficients\" are not k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]], or k1..k4 "
-        "of "
-        "a fisheye; calibrate the camera again, with a model of OpenCV without tilt or with "
-        "plumbline "
-        "calibrate-lens"};
+        "of a fisheye; calibrate the camera again, with a model of OpenCV without tilt or with "
+        "plumbline calibrate-lens"};
   };
   if (found == values.end()) return refused();
   std::vector<double> terms = found->second;

@@ -46,7 +46,8 @@ std::uint64_t Checksum(const LensEntry& entry, bool schema_1) {
   // Entries of schema 2 have neither further parameters nor a usable region.
   const bool usual = ModelOf(entry.lens) == lens::LensModel::kUsual;
   const Eigen::Index count = usual ? lens::kUsualParameters : lens::kLensParameters;
-  for (const double value : lens::VectorOfLens(entry.lens).head(count)) hash.Add(value);
+  const lens::LensVector parameters = lens::VectorOfLens(entry.lens);
+  for (const double value : parameters.head(count)) hash.Add(value);
   for (const double value : entry.covariance.topLeftCorner(count, count).reshaped())
     hash.Add(value);
   if (!usual) hash.Add(std::int64_t{entry.lens.fisheye});

@@ -278,8 +278,7 @@ constexpr EventEntry kEntries[] = {
     {Event::kGaugeRefused, "gauge-refused", LogLevel::kWarning, "a7fddf8f159b400aa3d3835897cd6b84",
      "monitoring", "gauge ...: not recorded: ...",
      "the robot moved, the journal is not writable, the gauge reports a fault, or the line is not "
-     "of "
-     "the configured format",
+     "of the configured format",
      "as the line says; then press the button again"},
     {Event::kGaugeLost, "gauge-lost", LogLevel::kWarning, "14b80eac77a64b2e919faf63eb0c0f85",
      "monitoring", "gauge ...: cannot be opened, or hung up",

@@ -52,8 +52,7 @@ std::optional<std::string> ModelUnusableReason(const model::CellModel& cell) {
     if (effect != nullptr && effect->traits().Needs(effects::Signal::kTilt)) {
       return fmt::format(
           "its effect \"{}\" depends on an inclinometer on the base, which the daemon does not "
-          "read: "
-          "fasten the base, or diagnose without tilt_x_deg and tilt_y_deg",
+          "read: fasten the base, or diagnose without tilt_x_deg and tilt_y_deg",
           written.id);
     }
     std::string word;

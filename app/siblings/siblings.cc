@@ -146,8 +146,7 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   if (posterior->p_value < kDifferentArm) {
     return not_used(fmt::format(
         "this arm differs from its siblings (p = {:.1g}); what they have in common predicts its "
-        "rows "
-        "to {:.3f} mm, the declared cell to {:.3f} mm",
+        "rows to {:.3f} mm, the declared cell to {:.3f} mm",
         posterior->p_value, kMmPerMetre * evidence.predicted_m, kMmPerMetre * evidence.declared_m));
   }
   const model::CellModel extended = With(cell, posterior->effects);
@@ -177,8 +176,7 @@ Result<diagnosis::Diagnosis> DiagnoseWithSiblings(const model::CellModel& cell,
   evidence.applied = posterior->effects;
   evidence.reason = fmt::format(
       "the first effects are what they have in common ({}), adjusted to these rows. The declared "
-      "cell "
-      "predicts the rows to {:.3f} mm, the siblings' mean alone to {:.3f} mm; {}",
+      "cell predicts the rows to {:.3f} mm, the siblings' mean alone to {:.3f} mm; {}",
       fmt::join(ids, ", "), kMmPerMetre * evidence.declared_m, kMmPerMetre * evidence.predicted_m,
       errors);
   return finish();

@@ -269,8 +269,7 @@ TEST_CASE("where a correction has faded the frames are those of the declared mod
   };
   const std::string both =
       "base_xyz_mm = [7.0, 8.0, 9.0]\ntip_mm = [0.0, 0.0, 600.0]\ndeclared_base_xyz_mm = [1.0, "
-      "2.0, "
-      "3.0]\ndeclared_base_rpy_deg = [0.1, -0.2, 0.3]\ndeclared_tip_mm = [4.0, 5.0, 600.0]\n";
+      "2.0, 3.0]\ndeclared_base_rpy_deg = [0.1, -0.2, 0.3]\ndeclared_tip_mm = [4.0, 5.0, 600.0]\n";
   const auto domain = [](const std::string& q) {
     return "[domain]\nq_deg = [[-360, 360], [-360, 360], [-360, 360], [-360, 360], [-360, 360], "
            "[-360, 360]]\nresidual_sigma_mm = 0.05\ndistant_sigma_mm = 10000\n"

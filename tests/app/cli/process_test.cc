@@ -187,8 +187,7 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
        "--help\n"},
       {"diagnose a b --threads nan",
        "plumbline diagnose: --threads: nan is not a whole number from 1 to 256; see plumbline "
-       "diagnose "
-       "--help\n"},
+       "diagnose --help\n"},
       {"snapshot plumbline.toml --out plumbline.toml",
        "plumbline snapshot: --out: the picture is a PNG file; its name must end in .png; see "
        "plumbline snapshot --help\n"},
@@ -207,8 +206,7 @@ TEST_CASE("a wrong command line prints one line that refers to the help") {
        "status --help\n"},
       {"journal show --last 0",
        "plumbline journal show: --last: 0 is not a whole number from 1 to 1000000000; see "
-       "plumbline "
-       "journal show --help\n"},
+       "plumbline journal show --help\n"},
       {"journal show --after x",
        "plumbline journal show: --after: x is not a number; see plumbline journal show --help\n"},
       {"beam --csv --json",

@@ -58,8 +58,7 @@ TEST_CASE("three and four simultaneous effects are identified from few rows") {
   };
   const Case cases[] = {
       {"--family payload_mass+thermal_growth+payload_cog --seed 31000 --signal 8.505 --rows "
-       "60 "
-       "--repeats 10",
+       "60 --repeats 10",
        {"payload_mass", "thermal_growth", "payload_cog"}},
       {"--family link_geometry+step_event+backlash_load+backlash_move --seed 31004 --signal "
        "16.734 --rows 60 --repeats 10",
