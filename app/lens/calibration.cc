@@ -50,10 +50,10 @@ double FillResult(const LensFit& fit, std::span<const BoardView> kept, LensCalib
   return shared;
 }
 
-/// Largest error of the plain lens within each candidate radius, if one of the findings is true
-/// [px].
+/// Largest error of the plain lens within each candidate radius, if one of the findings is true,
+/// or an effect that is not excluded [px].
 RadiusErrors ErrorsOf(const CaptureDiagnosis& diagnosis) {
-  RadiusErrors largest{};
+  RadiusErrors largest = diagnosis.unproved_px;
   for (const CaptureDiagnosis::Finding& finding : diagnosis.findings)
     IncludeErrors(finding.cause, finding.error_px, largest);
   return largest;
@@ -254,8 +254,11 @@ LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> vie
   LensCalibration result;
   result.size = size;
   result.board = board;
+  // The lens after the last view is the one that stays: the times decide which view that is.
   std::vector<BoardView> distinct(views.begin(), views.end());
-  RemoveViews(RepeatedViews(views), "repeats an earlier frame", distinct, result.frames_refused);
+  std::stable_sort(distinct.begin(), distinct.end(),
+                   [](const BoardView& a, const BoardView& b) { return a.time_s < b.time_s; });
+  RemoveViews(RepeatedViews(distinct), "repeats an earlier frame", distinct, result.frames_refused);
   const std::size_t repeated = views.size() - distinct.size();
   std::vector<BoardView> kept = RemoveBlurred(distinct, result.frames_refused);
   for (bool judged = false; !judged;) {

@@ -46,7 +46,9 @@ struct LensCalibration : KnownLens {
 /// did not change between the first and the last view, a board shape within its model, and corners
 /// all over the image. The covariance is widened for errors that all views share (an uneven print)
 /// and for changes too small to be detected.
-/// @param views  in order of time
+/// @param views  in any order: their times decide which is the last, and the lens of that one
+/// counts;
+///               views of equal time in the order given
 LensCalibration CalibrateLens(const Board& board, std::span<const BoardView> views,
                               image::ImageSize size, const CalibrationOptions& options = {});
 

@@ -22,6 +22,9 @@ constexpr double kClearEvidence = 10;    // advantage of the best cause over ano
 constexpr double kMaxUnexplained = 9;    // variance of the best fit, in units of the noise
 constexpr double kMinFreeNoise_px = 0.01;
 constexpr double kCredibleShare = 1.0 / 3;  // of the evidence of a board
+constexpr double kPriorOdds = 1;            // of an effect in a capture
+constexpr double kNegligible = 1e-3;        // probability
+constexpr double kPaneStart_m = 0.005;      // without thickness, its tilt has no effect
 constexpr double kMinExplained = 0.9;  // .. unless it explains this share of the sum of squares
 
 /// One fitted explanation.
@@ -38,21 +41,73 @@ double Criterion(const RivalResult& result, double dispersion) {
          result.prior_chi2 / dispersion + result.parameters * std::log(n);
 }
 
-/// Whether a score test, or the shape of the pixels, raises a doubt about the plain model.
-bool Doubtful(const RivalProblem& problem, const RivalResult& plain,
-              const std::vector<Candidate>& candidates) {
-  if (std::abs(plain.shared[kFy] / plain.shared[kFx] - 1) > kUsualAspect) return true;
+/// The candidates that the score tests cover, with one linear step each.
+struct ScoredCandidates {
+  std::vector<Candidate> candidates;
+  std::vector<ScoreTest> tests;
+};
+
+ScoredCandidates ScoreTestsOf(const RivalProblem& problem, const RivalResult& plain,
+                              const std::vector<Candidate>& candidates) {
+  ScoredCandidates scored;
   std::vector<Rival> rivals;
-  for (const Candidate& candidate : candidates) {
-    if (!candidate.always) rivals.push_back(candidate.rival);
+  for (Candidate candidate : candidates) {
+    if (candidate.always) continue;
+    // Without thickness, the tilt of a window has no effect.
+    if (candidate.cause == CaptureCause::kWindowPane) candidate.rival.global = {kPaneZ};
+    rivals.push_back(candidate.rival);
+    scored.candidates.push_back(std::move(candidate));
   }
-  const std::vector<double> scores = problem.ScoreTests(rivals, plain);
-  for (std::size_t k = 0; k < rivals.size(); ++k) {
+  scored.tests = problem.ScoreTests(rivals, plain);
+  return scored;
+}
+
+/// Whether a score test, or the shape of the pixels, raises a doubt about the plain model.
+bool Doubtful(const RivalResult& plain, const ScoredCandidates& scored) {
+  if (std::abs(plain.shared[kFy] / plain.shared[kFx] - 1) > kUsualAspect) return true;
+  for (std::size_t k = 0; k < scored.tests.size(); ++k) {
+    const Rival& rival = scored.candidates[k].rival;
     const auto freedom =
-        static_cast<double>(rivals[k].global.size() + rivals[k].local.size() * plain.X_CK.size());
-    if (scores[k] > freedom + kMaxScore * std::sqrt(2 * freedom)) return true;
+        static_cast<double>(rival.global.size() + rival.local.size() * plain.X_CK.size());
+    if (scored.tests[k].decrease > freedom + kMaxScore * std::sqrt(2 * freedom)) return true;
   }
   return false;
+}
+
+/// Root mean square difference to the lens of an effect of the whole capture that the residuals
+/// neither show nor exclude: sqrt(P) times the difference of its lens, with P its probability,
+///   P / (1 - P) = o exp(decrease / (2 d) - occam)
+/// o the odds before the capture and d the ratio of the residuals' variance to the corners' noise
+/// [J. Hoeting et al., Stat. Sci. 14 (1999) 382]. The largest over all effects.
+RadiusErrors UnprovedErrors(const ScoredCandidates& scored, const RivalResult& plain,
+                            double noise_px, image::ImageSize size) {
+  RadiusErrors largest{};
+  const double variance = plain.square_sum_px2 / std::max(1, plain.observations);
+  const double dispersion = std::max(1.0, variance / (noise_px * noise_px));
+  for (std::size_t k = 0; k < scored.tests.size(); ++k) {
+    const auto& [cause, rival, always] = scored.candidates[k];
+    const ScoreTest& test = scored.tests[k];
+    if (!rival.local.empty()) continue;
+    const double odds =
+        kPriorOdds * std::exp(std::min(50.0, 0.5 * test.decrease / dispersion - test.occam));
+    const double probability = odds / (1 + odds);
+    if (probability < kNegligible) continue;
+    RadiusErrors errors = LensDifferences(LensFromShared(plain.shared), rival, test.result, size);
+    for (double& error : errors) error *= std::sqrt(probability);
+    IncludeErrors(cause, errors, largest);
+  }
+  return largest;
+}
+
+/// Whether one explanation contains the parameters of another one.
+bool Contains(const Rival& whole, const Rival& part) {
+  const auto all_in = [](const std::vector<int>& few, const std::vector<int>& many) {
+    return std::all_of(few.begin(), few.end(),
+                       [&](int k) { return std::find(many.begin(), many.end(), k) != many.end(); });
+  };
+  return whole.fisheye == part.fisheye && whole.free_aspect == part.free_aspect &&
+         whole.course == part.course && all_in(part.global, whole.global) &&
+         all_in(part.local, whole.local) && all_in(part.changing, whole.changing);
 }
 
 /// Fits of all explanations of one capture.
@@ -66,7 +121,9 @@ class Attempts {
   void Add(const Candidate& candidate, double extra_chi2 = 0,
            const std::function<std::string(const RivalResult&)>& words = {}) {
     Attempt attempt;
-    attempt.result = problem_.Fit(candidate.rival, plain_);
+    RivalResult start = plain_;
+    if (candidate.cause == CaptureCause::kWindowPane) start.extra[kPaneZ] = kPaneStart_m;
+    attempt.result = problem_.Fit(candidate.rival, start);
     if (!attempt.result.converged) return;
     attempt.result.prior_chi2 += extra_chi2;
     attempt.finding.cause = candidate.cause;
@@ -228,7 +285,9 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   const RivalResult plain = problem.Fit({});
   if (!plain.converged) return diagnosis;
   const std::vector<Candidate> constant = ConstantCandidates();
-  if (!force && !Doubtful(problem, plain, constant)) return diagnosis;
+  const ScoredCandidates scored = ScoreTestsOf(problem, plain, constant);
+  diagnosis.unproved_px = UnprovedErrors(scored, plain, consistency.noise_px, size);
+  if (!force && !Doubtful(plain, scored)) return diagnosis;
   // All explanations are fitted, so that each is compared with its rivals.
   Attempts attempts(problem, plain, views);
   for (const Candidate& candidate : constant) attempts.Add(candidate);
@@ -238,18 +297,24 @@ CaptureDiagnosis DiagnoseCapture(const Board& board, std::span<const BoardView> 
   if (attempts.all().empty()) return diagnosis;
   const Attempt& first = attempts.all().front();
   if (first.finding.evidence < kMinEvidence) return diagnosis;
+  diagnosis.unproved_px = {};  // the residuals of the plain lens show what was found
   const double noise2 = consistency.noise_px * consistency.noise_px;
   diagnosis.incomplete =
       first.result.square_sum_px2 > kMaxUnexplained * noise2 * plain.observations &&
       first.result.square_sum_px2 > (1 - kMinExplained) * plain.square_sum_px2;
-  std::vector<const Attempt*> others;  // than the first one
+  std::vector<const Attempt*> listed, others;  // than the first one
   for (const Attempt& attempt : attempts.all()) {
     if (attempt.finding.evidence < std::max(kMinEvidence, first.finding.evidence - kClearEvidence))
       break;
     const bool same =
         std::any_of(diagnosis.findings.begin(), diagnosis.findings.end(),
                     [&](const auto& finding) { return finding.cause == attempt.finding.cause; });
-    if (same) continue;
+    // An explanation that contains a better one adds nothing to it.
+    const bool contains = std::any_of(listed.begin(), listed.end(), [&](const Attempt* better) {
+      return Contains(attempt.rival, better->rival);
+    });
+    if (same || contains) continue;
+    listed.push_back(&attempt);
     CaptureDiagnosis::Finding& finding = diagnosis.findings.emplace_back(attempt.finding);
     finding.error_px =
         LensDifferences(LensFromShared(fit.shared), attempt.rival, attempt.result, size);

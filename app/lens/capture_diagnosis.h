@@ -63,6 +63,9 @@ struct CaptureDiagnosis {
   /// In the order of preference; empty unless the best explanation leaves one lens. If it is the
   /// board, all its points are free, in the second entry with a bend of its own in each view.
   std::vector<Adopted> adopted;
+  /// Largest root mean square difference between the plain lens and that of an effect that the
+  /// residuals neither show nor exclude, within each candidate radius; 0 if there are findings.
+  RadiusErrors unproved_px{};
   /// Even the best explanation leaves several times the corners' noise.
   bool incomplete = false;
   bool clear() const { return findings.size() == 1 && !incomplete; }

@@ -281,7 +281,7 @@ RivalResult RivalProblem::Stepped(const Rival& rival, const RivalResult& at,
 
 RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
   at.converged = false;
-  double cost = 0, damping = 1e-4;
+  double cost = 0, damping = 1e-8;
   if (!Evaluate(rival, at, cost)) return at;
   std::vector<Blocks> blocks;
   for (int step = 0; step < kMaxSteps; ++step) {
@@ -311,8 +311,8 @@ RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
   return at;
 }
 
-std::vector<double> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
-                                             const RivalResult& plain) const {
+std::vector<ScoreTest> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
+                                                const RivalResult& plain) const {
   // All columns of all rivals once; each rival is a choice of columns.
   Rival all;
   std::vector<int> place(kExtraCount, -1);
@@ -326,8 +326,8 @@ std::vector<double> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
     }
   }
   std::vector<Blocks> blocks;
-  std::vector<double> gains(rivals.size(), 0);
-  if (!Linearize(all, plain, blocks)) return gains;
+  std::vector<ScoreTest> tests(rivals.size());
+  if (!Linearize(all, plain, blocks)) return tests;
   std::vector<Eigen::MatrixXd> squares;
   std::vector<Eigen::VectorXd> scores;
   for (const Blocks& block : blocks) {
@@ -338,7 +338,7 @@ std::vector<double> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
   }
   SharedVector mean;
   const SharedMatrix information = PriorInformation({}, plain.shared, mean);
-  const auto decrease = [&](const Rival& rival) {
+  const auto step = [&](const Rival& rival) {
     std::vector<int> own{0, 1, 2, 3, 4, 5}, common;
     for (int k = 0; k < kSharedCount; ++k) common.push_back(6 + k);
     for (const int k : rival.local) own.push_back(place[k]);
@@ -360,12 +360,30 @@ std::vector<double> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
       s += scores[j](common) - B.transpose() * factor.solve(a);
       sum += a.dot(factor.solve(a));
     }
-    return sum + s.dot(S.ldlt().solve(s));
+    const Eigen::VectorXd d = S.ldlt().solve(s);
+    ScoreTest test;
+    test.decrease = sum + s.dot(d);
+    test.result.shared = plain.shared - d.head<kSharedCount>();
+    const auto extras = static_cast<Eigen::Index>(rival.global.size());
+    for (Eigen::Index k = 0; k < extras; ++k)
+      test.result.extra[rival.global[k]] = -d[kSharedCount + k];
+    if (extras > 0) {
+      const Eigen::MatrixXd C = S.ldlt()
+                                    .solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()))
+                                    .bottomRightCorner(extras, extras);
+      Eigen::VectorXd w(extras);
+      for (Eigen::Index k = 0; k < extras; ++k) w[k] = noise_px_ / deviations_[rival.global[k]];
+      const Eigen::MatrixXd scaled = w.asDiagonal() * C * w.asDiagonal();
+      test.occam = -0.5 * std::log(std::max(1e-300, scaled.determinant()));
+    }
+    return test;
   };
-  const double base = decrease({});
-  for (std::size_t k = 0; k < rivals.size(); ++k)
-    gains[k] = std::max(0.0, decrease(rivals[k]) - base) / (noise_px_ * noise_px_);
-  return gains;
+  const double base = step({}).decrease;
+  for (std::size_t k = 0; k < rivals.size(); ++k) {
+    tests[k] = step(rivals[k]);
+    tests[k].decrease = std::max(0.0, tests[k].decrease - base) / (noise_px_ * noise_px_);
+  }
+  return tests;
 }
 
 LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) const {

@@ -42,6 +42,18 @@ struct RivalPrecision {
   std::vector<double> view_rms_px;  ///< per coordinate
 };
 
+/// What one linear step from a fit without extra parameters says about a rival.
+struct ScoreTest {
+  /// Decrease of the sum of squares, in units of noise_px^2, less the cost of the priors.
+  double decrease = 0;
+  /// ln det(D S D) / 2, with S the information on the extra parameters, the others eliminated, and
+  /// D their prior deviations: what a rival loses in evidence because most of the values that it
+  /// might have had do not fit [D. MacKay, Neural Comput. 4 (1992) 415]. Only of global parameters.
+  double occam = 0;
+  /// The fit after the step, without the views; only of global parameters.
+  RivalResult result;
+};
+
 /// The views of one capture, prepared for the fits of several rivals.
 class RivalProblem {
  public:
@@ -61,9 +73,9 @@ class RivalProblem {
   LensFit Linearized(const Rival& rival, const RivalResult& at) const;
   /// How well a fit determines the lens, and what it leaves unexplained.
   RivalPrecision PrecisionOf(const Rival& rival, const RivalResult& at) const;
-  /// Decrease of the sum of squares that each rival would bring, in units of noise_px^2, by one
-  /// linear step from a fit without extra parameters: a score test. Courses are ignored.
-  std::vector<double> ScoreTests(const std::vector<Rival>& rivals, const RivalResult& plain) const;
+  /// One linear step for each rival; courses are ignored.
+  std::vector<ScoreTest> ScoreTests(const std::vector<Rival>& rivals,
+                                    const RivalResult& plain) const;
   const RivalBoard& board() const { return board_; }
 
  private:

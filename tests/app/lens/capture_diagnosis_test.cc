@@ -1,6 +1,7 @@
 // Captures that go wrong are refused with their true cause; good ones are accepted.
 #include "app/lens/capture_diagnosis.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "app/lens/calibration.h"
@@ -77,6 +78,43 @@ TEST_CASE("a board that moves under a rolling shutter is not a moved lens") {
     CHECK(ReasonsOf(c).find("rolling shutter") != std::string::npos);
     CHECK(ReasonsOf(c).find("lens moved") == std::string::npos);
   }
+}
+
+TEST_CASE("a window is named, tilted or not, or the stated uncertainty includes its effect") {
+  int named = 0;
+  for (const char* name : {"window pane, parallel", "window pane, tilted"}) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      double error_px = 0;
+      const LensCalibration c = CalibrationOf(name, seed, &error_px);
+      INFO(name << ", seed " << seed << ", error " << error_px << " px, claimed "
+                << c.uncertainty.max_px << " px\n"
+                << ReasonsOf(c));
+      if (c.accepted) CHECK(error_px < std::max(0.3, 3 * c.uncertainty.max_px));
+      named += ReasonsOf(c).find("window") != std::string::npos;
+    }
+  }
+  CHECK(named >= 4);
+}
+
+TEST_CASE("an explanation that contains a better one is not its rival") {
+  const LensCalibration c = CalibrationOf("principal point jumps", 4);
+  INFO(ReasonsOf(c));
+  CHECK_FALSE(c.accepted);
+  CHECK(ReasonsOf(c).find("the principal point moved by") != std::string::npos);
+  CHECK(ReasonsOf(c).find("not clear") == std::string::npos);
+}
+
+TEST_CASE("the times of the views decide which one is the last") {
+  Random random(6);
+  const Conditions conditions = GoodConditions(random);
+  SimulatedCapture capture = Simulate(conditions, random);
+  const image::ImageSize size{conditions.width, conditions.height};
+  const LensCalibration in_order = CalibrateLens(conditions.board, capture.views, size);
+  std::shuffle(capture.views.begin(), capture.views.end(), random);
+  const LensCalibration shuffled = CalibrateLens(conditions.board, capture.views, size);
+  CHECK(in_order.accepted);
+  CHECK(shuffled.accepted);
+  CHECK(shuffled.frames_used == in_order.frames_used);
 }
 
 TEST_CASE("a board that is not as declared is named as such") {
