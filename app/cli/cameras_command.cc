@@ -69,7 +69,11 @@ std::string ModeLine(const camera::V4l2Mode& mode) {
   if (mode.smallest != mode.largest) {
     text += fmt::format("{}x{} to ", mode.smallest.width, mode.smallest.height);
   }
-  text += fmt::format("{}x{}", mode.largest.width, mode.largest.height);
+  if (mode.largest.width > 0) {
+    text += fmt::format("{}x{}", mode.largest.width, mode.largest.height);
+  } else {
+    text += "in the size of its frames";  // DV
+  }
   if (!mode.rates_hz.empty()) text += fmt::format(" at {:.4g} Hz", fmt::join(mode.rates_hz, ", "));
   return text + "\n";
 }
