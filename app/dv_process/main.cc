@@ -20,7 +20,7 @@ namespace {
 
 using namespace plumbline;
 
-/// It maps 170 MB, nearly all of it libraries, and uses 25 MB.
+/// It maps 163 MB, nearly all of it libraries.
 constexpr std::uint64_t kMemory_bytes = std::uint64_t{512} << 20;
 
 /// @return false at the end of the input

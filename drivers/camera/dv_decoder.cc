@@ -19,7 +19,7 @@ namespace plumbline::camera {
 namespace {
 
 constexpr double kAnswerTimeout_s = 0.5;  // a frame takes about 2 ms
-constexpr double kStartTimeout_s = 3;     // loading libavcodec takes 0.1 s
+constexpr double kStartTimeout_s = 3;     // loading libavcodec takes 24 ms
 constexpr double kEndTimeout_s = 0.1;
 constexpr std::uint64_t kProven = 25;  // frames after which the process is restarted at once
 constexpr int kDecoderNice = 5;        // that of the threads of the images
