@@ -73,7 +73,7 @@ void PackLowerField(const AVFrame& picture, const Chroma& chroma, int rows,
   const auto row_of = [&](int plane, int row) {
     return picture.data[plane] + static_cast<std::ptrdiff_t>(row) * picture.linesize[plane];
   };
-  yuyv.resize(static_cast<std::size_t>(2 * camera::kDvWidth_px * rows));
+  yuyv.resize(std::size_t{2} * camera::kDvWidth_px * static_cast<std::size_t>(rows));
   std::uint8_t* to = yuyv.data();
   for (int r = 0; r < rows; ++r) {
     const std::uint8_t* const y = row_of(0, 2 * r + 1);

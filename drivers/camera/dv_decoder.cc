@@ -36,6 +36,11 @@ bool AwaitSocket(int fd, short events, double until_s) {
   }
 }
 
+bool CouldNotStart(const os::ExitStatus& end) {
+  const int code = end.exit_code.value_or(0);
+  return code == kDvNoLibrary || code == kDvNoSandbox || code == os::ExitStatus::kNotRun;
+}
+
 std::string WhyDecoderEnded(const os::ExitStatus& end, const std::string& program) {
   if (end.exit_code == kDvNoLibrary) {
     return "plumbline-dv found no libavcodec: `sudo apt install libavcodec59` installs it";
@@ -129,9 +134,7 @@ Error DvDecoder::OnProcessLost() {
   socket_.Reset();
   why_ended_ = WhyDecoderEnded(end, program_);
   if (decoded_ < kProven) back_off_.Failed(clock_());
-  const bool could_not_start = end.exit_code == kDvNoLibrary || end.exit_code == kDvNoSandbox ||
-                               end.exit_code == os::ExitStatus::kNotRun;
-  if (!could_not_start && std::has_single_bit(++lost_)) {
+  if (!CouldNotStart(end) && std::has_single_bit(++lost_)) {
     remarks_.push_back(
         fmt::format("{} at a DV frame; the picture is lost and the process is started again. "
                     "Pictures lost in this way so far: {}",
