@@ -52,10 +52,11 @@ bool IsReadable(const camera::V4l2Mode& mode) {
 }
 
 Json ModeJson(const camera::V4l2Mode& mode) {
-  Json json = {{"format", camera::FourccText(mode.fourcc)},
-               {"readable", IsReadable(mode)},
-               {"width", mode.largest.width},
-               {"height", mode.largest.height}};
+  Json json = {{"format", camera::FourccText(mode.fourcc)}, {"readable", IsReadable(mode)}};
+  if (mode.largest.width > 0) {  // not DV
+    json["width"] = mode.largest.width;
+    json["height"] = mode.largest.height;
+  }
   if (mode.smallest != mode.largest) {
     json["smallest"] = {mode.smallest.width, mode.smallest.height};
     json["step"] = {mode.step.width, mode.step.height};
@@ -69,7 +70,11 @@ std::string ModeLine(const camera::V4l2Mode& mode) {
   if (mode.smallest != mode.largest) {
     text += fmt::format("{}x{} to ", mode.smallest.width, mode.smallest.height);
   }
-  text += fmt::format("{}x{}", mode.largest.width, mode.largest.height);
+  if (mode.largest.width > 0) {
+    text += fmt::format("{}x{}", mode.largest.width, mode.largest.height);
+  } else {
+    text += "in the size of its frames";  // DV
+  }
   if (!mode.rates_hz.empty()) text += fmt::format(" at {:.4g} Hz", fmt::join(mode.rates_hz, ", "));
   return text + "\n";
 }
@@ -128,8 +133,11 @@ Result<std::string> CameraTable(const camera::DeviceTree& tree, int number) {
                     chosen.device.path)};
   }
   std::string text =
-      fmt::format("[camera]{:18}# {}\ndevice = \"{}\"\nwidth_px = {}\nheight_px = {}\n", "",
-                  chosen.device.name, chosen.select, best->largest.width, best->largest.height);
+      fmt::format("[camera]{:18}# {}\ndevice = \"{}\"\n", "", chosen.device.name, chosen.select);
+  if (best->largest.width > 0) {  // not DV
+    text +=
+        fmt::format("width_px = {}\nheight_px = {}\n", best->largest.width, best->largest.height);
+  }
   if (!best->rates_hz.empty()) {
     text += fmt::format("rate_hz = {:.1f}\n",
                         *std::max_element(best->rates_hz.begin(), best->rates_hz.end()));

@@ -36,8 +36,8 @@ std::optional<image::ImageSize> SizeFromText(std::string_view text) {
 void AddCameraOptions(CLI::App& command, LiveCameraOptions& options) {
   CLI::Option* camera = command.add_option(
       "--camera", options.camera,
-      "A camera, by the name that `plumbline cameras` prints, or a recording: a folder of images "
-      "or a table t_s,file (*.csv)");
+      "A camera, by the name that `plumbline cameras` prints, the FIFO of a DV camcorder, or a "
+      "recording: a folder of images or a table t_s,file (*.csv)");
   command.option_defaults()->group("With --camera");
   command
       .add_option("--size", options.size,
@@ -78,6 +78,16 @@ bool IsRecording(const std::string& camera) {
   return camera.ends_with(".csv") || std::filesystem::is_directory(camera, why);
 }
 
+namespace {
+
+std::string_view KindOf(const std::string& camera) {
+  std::error_code why;
+  if (IsRecording(camera)) return "recorded";
+  return std::filesystem::is_fifo(camera, why) ? "dv" : "v4l2";
+}
+
+}  // namespace
+
 Result<std::unique_ptr<camera::Camera>> MakeLiveCamera(const LiveCameraOptions& options) {
   camera::CameraConnection connection;
   connection.recorded.path = options.camera;
@@ -86,6 +96,7 @@ Result<std::unique_ptr<camera::Camera>> MakeLiveCamera(const LiveCameraOptions& 
   connection.recorded.paced = !options.fast;
   connection.recorded.repeat = options.repeat;
   connection.v4l2.device = options.camera;
+  connection.dv.fifo = options.camera;
   connection.v4l2.mode.rate_hz = options.rate_hz;
   if (const auto size = SizeFromText(options.size)) connection.v4l2.mode.size = *size;
   camera::CameraSettings& settings = connection.v4l2.settings;
@@ -93,7 +104,7 @@ Result<std::unique_ptr<camera::Camera>> MakeLiveCamera(const LiveCameraOptions& 
   if (options.white_balance_K > 0) settings.white_balance_K = options.white_balance_K;
   if (options.gain_counts >= 0) settings.gain_counts = options.gain_counts;
   if (options.focus_counts >= 0) settings.focus_counts = options.focus_counts;
-  return camera::MakeCamera(IsRecording(options.camera) ? "recorded" : "v4l2", connection);
+  return camera::MakeCamera(KindOf(options.camera), connection);
 }
 
 }  // namespace plumbline::cli

@@ -76,7 +76,7 @@ tracking::Body CellReferenceTags(const TagsConfig& tags);
 /// name, device, serial number or zoom sensor.
 VisionConfig VisionFromToml(const TomlTable& root, const NamedFiles& files, FaultList& faults);
 
-/// Checks the keys of both kinds; a key of the other kind is ignored, not a fault. Does not read
+/// Checks the keys of all kinds; a key of another kind is ignored, not a fault. Does not read
 /// the zoom.
 CameraConfig CameraFromToml(const TomlTable& table, const NamedFiles& files);
 BoardConfig BoardFromToml(const TomlTable& table);

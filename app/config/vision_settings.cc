@@ -35,10 +35,10 @@ void ListSettingKeys(Settings& keys, camera::CameraSettings& settings) {
 
 }  // namespace
 
-/// The keys of both kinds are listed; a key of the other kind is ignored, not a fault.
+/// The keys of all kinds are listed; a key of another kind is ignored, not a fault.
 void ListKeys(Settings& keys, CameraConfig& camera) {
-  keys.Choose("kind", camera.kind, {{"v4l2", "v4l2"}, {"recorded", "recorded"}},
-              {"a camera connected to this computer, or a recording"});
+  keys.Choose("kind", camera.kind, {{"v4l2", "v4l2"}, {"dv", "dv"}, {"recorded", "recorded"}},
+              {"a camera connected to this computer, a DV camcorder on IEEE 1394, or a recording"});
   const auto is_kind = [&, known = keys.valid()](const char* kind) {
     return known && camera.kind == kind;
   };
@@ -52,8 +52,8 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
        "[\"points\"]", "nothing"});
   keys.Add("device", v4l2.device,
            Required("for \"v4l2\": path, serial number, or serial number and port, as printed by "
-                    "`plumbline cameras`",
-                    "\"Logitech-1234\"", is_kind("v4l2")));
+                    "`plumbline cameras`; for \"dv\": the FIFO that DV frames are written to",
+                    "\"Logitech-1234\"", is_kind("v4l2") || is_kind("dv")));
   std::optional<int> width, height;
   keys.Add("width_px", width, {1, kMaxSide_px},
            {"image size, together with height_px", "1920", "the largest that reaches rate_hz"});
@@ -69,7 +69,10 @@ void ListKeys(Settings& keys, CameraConfig& camera) {
                      "\"frames\"", is_kind("recorded")));
   keys.Add("repeat", recorded.repeat, {"play the recording again and again"});
   keys.Add("serial", recorded.serial,
-           {"serial number of the camera that made the recording", "\"A1B2C3\""});
+           {"serial number of the camera that made the recording; for \"dv\": the name under which "
+            "the lenses of the camcorder are stored",
+            "\"A1B2C3\""});
+  camera.connection.dv = {.fifo = v4l2.device, .serial = recorded.serial};
   keys.Add("mode", recorded.mode, {"mode of that camera", "\"1920x1080 20 Hz\""});
 }
 

@@ -112,6 +112,11 @@ CheckResults CheckDaemon(const config::DaemonConfig& config) {
 
 CheckResult CheckCamera(const config::CameraConfig& camera, const Account& account,
                         const camera::DeviceTree& tree) {
+  if (camera.kind == "dv") {
+    return CheckDevice("camera", camera.connection.dv.fifo, account,
+                       "start the program that creates this FIFO and writes DV frames to it, such "
+                       "as dvgrab");
+  }
   if (camera.kind != "v4l2") return {Health::kNotChecked, "camera", "a recording", {}};
   const auto devices = camera::ListV4l2Devices(tree);
   const auto chosen = camera::SelectV4l2Device(camera.connection.v4l2.device, devices);

@@ -13,8 +13,8 @@
 
 #include "app/scene/mesh_file.h"
 #include "app/scene/mesh_parser.h"
-#include "app/scene/sandbox.h"
 #include "app/version.h"
+#include "drivers/os/sandbox.h"
 
 namespace {
 
@@ -42,7 +42,7 @@ Result<RawMesh> Parse(MeshFormat format, std::uint64_t triangles, std::uint64_t 
   const void* const at = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
   if (at == MAP_FAILED) return Error{"the file cannot be mapped into memory"};
   std::set_new_handler([] { _exit(kMeshOutOfMemory); });
-  if (auto closed = EnterSandbox(memory_bytes, cpu_s); !closed) return closed.failure();
+  if (auto closed = os::EnterSandbox(memory_bytes, cpu_s); !closed) return closed.failure();
   return ParseMesh(format, {static_cast<const std::uint8_t*>(at), size}, triangles);
 }
 

@@ -23,6 +23,7 @@ constexpr std::array<Named, kPixelFormats> kNames = {{
     {PixelFormat::kYuyv, "YUYV"},
     {PixelFormat::kUyvy, "UYVY"},
     {PixelFormat::kMjpeg, "MJPG"},
+    {PixelFormat::kDv, "dvsd"},
 }};
 
 bool IsPacked(PixelFormat format) {
@@ -32,6 +33,7 @@ bool IsPacked(PixelFormat format) {
 /// Checks that the bytes can be an image of that size. Not for kMjpeg.
 Result<void> CheckLayout(const RawImage& image) {
   const auto [width, height] = image.size;
+  if (image.format == PixelFormat::kDv) return Error{"DV is decoded by plumbline-dv only"};
   const bool is_yuv = image.format != PixelFormat::kGrey;
   if (width < 1 || height < 1 || width > kMaxImageSide_px || height > kMaxImageSide_px ||
       (is_yuv && width % 2 != 0) || (image.format == PixelFormat::kNv12 && height % 2 != 0)) {
@@ -143,6 +145,7 @@ Result<void> BgrOf(const RawImage& image, std::vector<std::uint8_t>& bgr) {
       cv::cvtColor(first, to, cv::COLOR_YUV2BGR_UYVY);
       break;
     case PixelFormat::kMjpeg:
+    case PixelFormat::kDv:
       break;
   }
   return {};

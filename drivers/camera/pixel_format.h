@@ -21,12 +21,13 @@ enum class PixelFormat : std::uint8_t {
   kYuyv,   ///< Y U Y V
   kUyvy,   ///< U Y V Y
   kMjpeg,  ///< baseline JPEG, possibly without Huffman tables
+  kDv,     ///< DV, decoded by a process of its own: see dv_decoder.h, not by LumaOf() and BgrOf()
 };
 
-inline constexpr std::size_t kPixelFormats = 5;
+inline constexpr std::size_t kPixelFormats = 6;
 inline constexpr int kMaxImageSide_px = 16384;
 
-/// "GREY", "NV12", "YUYV", "UYVY", "MJPG".
+/// "GREY", "NV12", "YUYV", "UYVY", "MJPG", "dvsd".
 std::string_view PixelFormatName(PixelFormat format);
 std::optional<PixelFormat> PixelFormatOfName(std::string_view name);
 
@@ -40,13 +41,13 @@ std::string FourccText(std::uint32_t fourcc);
 struct RawImage {
   PixelFormat format = PixelFormat::kGrey;
   image::ImageSize size;
-  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; unused for kMjpeg
+  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next; unused for kMjpeg and kDv
   std::span<const std::uint8_t> bytes;
 };
 
 /// Luma of `image`. The view refers to the memory of `image` for GREY and NV12, otherwise to
-/// `buffer`, which is reused from frame to frame. Fails for a short frame, an impossible size or
-/// stride, and a JPEG that is damaged, progressive (unbounded decoding time) or not of
+/// `buffer`, which is reused from frame to frame. Fails for DV, a short frame, an impossible size
+/// or stride, and a JPEG that is damaged, progressive (unbounded decoding time) or not of
 /// `image.size`.
 Result<image::LumaView> LumaOf(const RawImage& image, std::vector<std::uint8_t>& buffer);
 

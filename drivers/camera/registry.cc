@@ -15,10 +15,11 @@ struct Kind {
   Device (*make)(const CameraConnection&);
 };
 
-constexpr std::array<Kind, 2> kKinds = {{
+constexpr std::array<Kind, 3> kKinds = {{
     {"v4l2", [](const CameraConnection& c) { return V4l2Camera::Create(c.v4l2, c.clock); }},
     {"recorded",
      [](const CameraConnection& c) { return RecordedCamera::Create(c.recorded, c.clock); }},
+    {"dv", [](const CameraConnection& c) { return DvStreamCamera::Create(c.dv, c.clock); }},
 }};
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/camera/camera.h"
+#include "drivers/camera/dv_stream_camera.h"
 #include "drivers/camera/recorded_camera.h"
 #include "drivers/camera/v4l2_camera.h"
 #include "drivers/clock.h"
@@ -17,10 +18,11 @@ namespace plumbline::camera {
 struct CameraConnection {
   V4l2CameraOptions v4l2 = {};
   RecordedCameraOptions recorded = {};
+  DvStreamOptions dv = {};
   Clock clock = MonotonicSeconds;
 };
 
-/// "v4l2", "recorded".
+/// "v4l2", "recorded", "dv".
 std::vector<std::string_view> CameraKinds();
 
 /// Creates a camera. It is not connected yet; its first Read() connects.

@@ -74,10 +74,29 @@ CameraResult V4l2Camera::Disconnect(const std::string& why) {
 }
 
 std::vector<std::string> V4l2Camera::TakeRemarks() {
+  if (dv_) {
+    for (const std::string& remark : dv_->TakeRemarks()) {
+      remarks_.push_back(fmt::format("{}: {}", path_, remark));
+    }
+  }
   return std::exchange(remarks_, {});
 }
 
+Result<image::LumaView> V4l2Camera::Luma() {
+  if (raw_.format != PixelFormat::kDv) return LumaOf(raw_, luma_);
+  const auto field = dv_->Decode(raw_.bytes);
+  if (!field) return field.failure();
+  dv_field_ = *field;
+  raw_.size = SquareSize(field->format);
+  identity_.mode = DvDecoder::ModeTextOf(field->format);
+  return SquareLuma(dv_field_, field_luma_, luma_);
+}
+
 const std::vector<std::uint8_t>* V4l2Camera::Bgr() {
+  if (!raw_.bytes.empty() && raw_.format == PixelFormat::kDv) {
+    SquareBgr(dv_field_, bgr_);
+    return &bgr_;
+  }
   return raw_.bytes.empty() || !BgrOf(raw_, bgr_) ? nullptr : &bgr_;
 }
 
@@ -139,6 +158,13 @@ Result<void> V4l2Camera::SetMode(const V4l2Device& device) {
                     errno == EBUSY ? ". Check whether another program uses the camera." : "")};
   }
   const v4l2_pix_format& agreed = format.fmt.pix;
+  if (choice->format == PixelFormat::kDv && agreed.pixelformat == FourccOf(choice->format)) {
+    // Of one size and rate, and always interlaced.
+    raw_ = {choice->format, {}, 0, {}};
+    rate_hz_ = 0;
+    if (!dv_) dv_.emplace(clock_, options_.dv_decoder);
+    return {};
+  }
   if (agreed.pixelformat != FourccOf(choice->format) ||
       agreed.width != static_cast<std::uint32_t>(choice->size.width) ||
       agreed.height != static_cast<std::uint32_t>(choice->size.height)) {
@@ -217,7 +243,7 @@ CameraResult V4l2Camera::Read(double timeout_s, CameraFrame& frame) {
     }
     if (answer == V4l2StreamResult::kFrame) {
       raw_.bytes = taken.bytes;
-      const auto luma = LumaOf(raw_, luma_);
+      const auto luma = Luma();
       if (luma) {
         back_off_.Well();
         problem_.clear();

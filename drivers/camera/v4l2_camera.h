@@ -9,6 +9,7 @@
 
 #include "drivers/back_off.h"
 #include "drivers/camera/camera.h"
+#include "drivers/camera/dv_decoder.h"
 #include "drivers/camera/pixel_format.h"
 #include "drivers/camera/v4l2_controls.h"
 #include "drivers/camera/v4l2_device.h"
@@ -25,12 +26,14 @@ struct V4l2CameraOptions {
   ModeRequest mode = {};
   CameraSettings settings = {};
   DeviceTree tree = {};
+  std::string dv_decoder = DvProgram();
 };
 
 /// Streams through memory-mapped buffers and returns the newest frame. A frame that is damaged,
 /// short or not a JPEG is skipped as long as the timeout allows waiting for another one. A device
 /// that is disconnected, or sends nothing for 5 s, is reopened with its mode and settings; if it
-/// was selected by serial number, at whatever port it reappears. `time_s` is the driver's time
+/// was selected by serial number, at whatever port it reappears. A DV camera must deliver one whole
+/// frame per buffer; its picture is one field with square pixels. `time_s` is the driver's time
 /// stamp, of the first or the last line depending on the driver, or our own time if the driver uses
 /// another clock or reports an impossible time. `sequence` continues after a reconnection. Opening
 /// the device may exceed the timeout: the kernel allows a USB camera several seconds per request.
@@ -54,6 +57,8 @@ class V4l2Camera : public Camera {
   CameraResult Disconnect(const std::string& why);
   /// Waits for a frame until the deadline. @return false if the device is gone
   bool WaitForFrame(double deadline_s) const;
+  /// Luma of the frame in `raw_`; of DV, `dv_field_` and the size in `raw_` are set, too.
+  Result<image::LumaView> Luma();
   void FillFrame(const V4l2Frame& taken, const image::LumaView& luma, CameraFrame& frame);
 
   const V4l2CameraOptions options_;
@@ -67,7 +72,9 @@ class V4l2Camera : public Camera {
   double last_time_s_ = 0;      ///< of the last frame
   std::optional<std::uint32_t> last_sequence_;  ///< the driver's
   std::uint64_t sequence_ = 0;                  ///< ours
-  std::vector<std::uint8_t> luma_, bgr_;
+  std::vector<std::uint8_t> luma_, bgr_, field_luma_;
+  std::optional<DvDecoder> dv_;  ///< of a DV camera
+  DvField dv_field_;             ///< of the last DV frame
   std::unique_ptr<V4l2Stream> stream_;
   bool named_with_port_ = false;
   CameraIdentity identity_;

@@ -86,8 +86,9 @@ std::string Offer(const std::vector<V4l2Mode>& modes) {
   for (const V4l2Mode& mode : modes) {
     if (listed++ == 12) return text + ", ...";
     if (!text.empty()) text += ", ";
-    text +=
-        fmt::format("{} {}x{}", FourccText(mode.fourcc), mode.largest.width, mode.largest.height);
+    text += FourccText(mode.fourcc);
+    if (mode.largest.width > 0)
+      text += fmt::format(" {}x{}", mode.largest.width, mode.largest.height);
   }
   return text.empty() ? "nothing" : text;
 }
@@ -99,9 +100,6 @@ std::string Remedy(const std::vector<V4l2Mode>& modes) {
     std::vector<std::uint32_t> fourccs;
   };
   static const std::vector<Unsupported> kinds = {
-      {"DV is interlaced and cannot be measured while anything moves. Use the camera's "
-       "progressive output (HDMI, SDI) with a capture device.",
-       {V4L2_PIX_FMT_DV}},
       {"compressed video is not supported. Set the camera to Motion JPEG or raw images.",
        {V4L2_PIX_FMT_H264, V4L2_PIX_FMT_H264_NO_SC, V4L2_PIX_FMT_HEVC, V4L2_PIX_FMT_MPEG,
         V4L2_PIX_FMT_MPEG4, V4L2_PIX_FMT_VP8, V4L2_PIX_FMT_VP9}},
@@ -121,6 +119,20 @@ std::string Remedy(const std::vector<V4l2Mode>& modes) {
   return "";
 }
 
+/// DV, if it is the only supported format of the device and the request does not exclude it.
+std::optional<ModeChoice> DvChoice(const std::vector<V4l2Mode>& modes, const ModeRequest& request) {
+  const std::vector<PixelFormat>& wanted = request.formats;
+  if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), PixelFormat::kDv) == wanted.end())
+    return std::nullopt;
+  std::optional<ModeChoice> choice;
+  for (const V4l2Mode& mode : modes) {
+    const auto format = PixelFormatOfFourcc(mode.fourcc);
+    if (format == PixelFormat::kDv) choice = ModeChoice{*format, mode.largest, 0};
+    if (wanted.empty() && format && format != PixelFormat::kDv) return std::nullopt;
+  }
+  return choice;
+}
+
 /// True if the format is supported.
 bool IsSupported(const V4l2Mode& mode) {
   return PixelFormatOfFourcc(mode.fourcc).has_value();
@@ -135,7 +147,12 @@ std::vector<V4l2Mode> ModesOf(int fd) {
     format.index = i;
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (IoctlAgain(fd, VIDIOC_ENUM_FMT, &format) != 0) break;
-    AddSizes(fd, format.pixelformat, modes);
+    // The sizes and rates that Linux reports for DV are placeholders (uvcvideo: 0 x 0 at 10 MHz).
+    if (format.pixelformat == V4L2_PIX_FMT_DV) {
+      modes.push_back({.fourcc = format.pixelformat});
+    } else {
+      AddSizes(fd, format.pixelformat, modes);
+    }
   }
   return modes;
 }
@@ -152,6 +169,7 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
   bool found = false;
   for (const V4l2Mode& mode : modes) {
     const auto format = PixelFormatOfFourcc(mode.fourcc);
+    if (format == PixelFormat::kDv) continue;
     const auto place = format ? std::find(wanted.begin(), wanted.end(), *format) : wanted.end();
     if (place == wanted.end()) continue;
     const image::ImageSize size = any_size ? mode.largest : request.size;
@@ -170,9 +188,11 @@ Result<ModeChoice> ChooseMode(const std::vector<V4l2Mode>& modes, const ModeRequ
     best = {*format, size, RateToRequest(mode.rates_hz, request.rate_hz)};
   }
   if (found) return best;
-  const std::string remedy = std::any_of(modes.begin(), modes.end(), IsSupported)
-                                 ? ""
-                                 : " (supported are GREY, NV12, YUYV, UYVY, MJPG)" + Remedy(modes);
+  if (const auto dv = DvChoice(modes, request)) return *dv;
+  const std::string remedy =
+      std::any_of(modes.begin(), modes.end(), IsSupported)
+          ? ""
+          : " (supported are GREY, NV12, YUYV, UYVY, MJPG, dvsd)" + Remedy(modes);
   if (any_size) {
     return Error{fmt::format("no supported format; the camera offers {}{}", Offer(modes), remedy)};
   }

@@ -86,6 +86,7 @@ int main(int argc, char** argv) {
                                           {"plumblined", "--help"},
                                           {"plumbline-view", "--version"},
                                           {"plumbline-mesh", "--version"},
+                                          {"plumbline-dv", "--version"},
                                           {"plumbline-fleet", "--version"}}) {
     if (!Measure(folder + "/" + program, argument, ours)) return 1;
     fmt::print(

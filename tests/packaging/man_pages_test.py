@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 BIN = sys.argv[1]
-PAGES = {"plumbline": 1, "plumbline-mesh": 1, "plumblined": 8, "plumbline-view": 8, "plumbline-fleet": 8}
+PAGES = {"plumbline": 1, "plumbline-mesh": 1, "plumbline-dv": 1, "plumblined": 8, "plumbline-view": 8, "plumbline-fleet": 8}
 NOT_IN_PAGES = {"--help", "--help-all"}
 
 
@@ -46,7 +46,7 @@ for program in PAGES:
         for option in sorted(options(told) - options(page)):
             faults.append("%s: its page does not name %s" % (program, option))
     version = subprocess.run([BIN + "/" + program, "--version"], capture_output=True, text=True).stdout
-    if program != "plumbline-mesh" and not re.search(r"\d+\.\d+\.\d+", version):
+    if program not in ("plumbline-mesh", "plumbline-dv") and not re.search(r"\d+\.\d+\.\d+", version):
         faults.append("%s --version says %r" % (program, version))
 
 # What MANUAL.md and README.md have somebody type must exist: the commands, and their options.
@@ -94,5 +94,5 @@ for profile in profiles.group(1).split(",") if profiles else ["(none in --help)"
 
 if checked < 20:
     faults.append("hardly any option was found in the documents: %d" % checked)
-print("\n".join(faults) or "5 pages, %d commands, %d options of the documents" % (len(commands), checked))
+print("\n".join(faults) or "%d pages, %d commands, %d options of the documents" % (len(PAGES), len(commands), checked))
 sys.exit(1 if faults else 0)

@@ -14,7 +14,7 @@ using namespace plumbline::cli;
 TEST_CASE("Cameras with their names, modes and settings") {
   test::FakeMachine machine;
   auto& usual = machine.Plug(0, "1-2", "A1");
-  usual.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}, {V4L2_PIX_FMT_DV, 720, 576, {25}}};
+  usual.modes = {{V4L2_PIX_FMT_YUYV, 640, 480, {30, 15}}, {V4L2_PIX_FMT_H264, 720, 576, {25}}};
   usual.controls = {{V4L2_CID_EXPOSURE_ABSOLUTE, {3, 2047, 250}},
                     {V4L2_CID_ZOOM_ABSOLUTE, {0, 500, 100}}};
   machine.Plug(1, "1-3", "").modes = {{V4L2_PIX_FMT_GREY, 320, 240, {}}};
@@ -42,7 +42,7 @@ TEST_CASE("Cameras with their names, modes and settings") {
 
   const std::string text = CamerasText(machine.tree());
   CHECK_THAT(text, Catch::Contains("--camera A1\n  YUYV 640x480 at 30, 15 Hz\n"));
-  CHECK_THAT(text, Catch::Contains("  formats not supported by Plumbline: dvsd\n"));
+  CHECK_THAT(text, Catch::Contains("  formats not supported by Plumbline: H264\n"));
   CHECK_THAT(text, Catch::Contains("exposure_s 0.025 (0.0003..0.2047"));
   CHECK_THAT(text, Catch::Contains("no serial number"));
   CHECK_THAT(text, Catch::Contains("cannot be opened"));
@@ -54,6 +54,19 @@ TEST_CASE("Cameras with their names, modes and settings") {
                                      "rate_hz = 30.0\n"));
   CHECK_THAT(CameraTable(machine.tree(), 3).error(), Catch::Contains("cannot be opened"));
   CHECK_THAT(CameraTable(machine.tree(), 4).error(), Catch::Contains("lists 1 to 3"));
+}
+
+TEST_CASE("A DV camcorder has no size to choose") {
+  test::FakeMachine machine;
+  machine.Plug(0, "1-2", "A1").modes = {{V4L2_PIX_FMT_DV, 0, 0, {10000000}}};
+  const auto cameras = text::JsonOrNull(CamerasJson(machine.tree()))["cameras"];
+  CHECK(cameras[0]["modes"][0] == nlohmann::json{{"format", "dvsd"},
+                                                 {"readable", true},
+                                                 {"rates_hz", nlohmann::json::array()}});
+  CHECK_THAT(CamerasText(machine.tree()), Catch::Contains("  dvsd in the size of its frames\n"));
+  const auto table = CameraTable(machine.tree(), 1);
+  REQUIRE(table);
+  CHECK_THAT(*table, Catch::EndsWith("device = \"A1\"\n"));
 }
 
 TEST_CASE("A machine without cameras, and the test machine") {

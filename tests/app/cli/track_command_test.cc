@@ -1,13 +1,21 @@
 // plumbline track on rendered images and on faulty input.
 #include "app/cli/track_command.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <thread>
 
 #include "app/text/json_text.h"
+#include "drivers/clock.h"
+#include "drivers/os/descriptor.h"
 #include "tests/app/cli/run_command.h"
 #include "tests/app/temporary_folder.h"
 #include "tests/app/tracking/tag_scene.h"
+#include "tests/drivers/camera/dv_frames.h"
 #include "tests/renderer/pgm.h"
 
 namespace plumbline::track_command_test {
@@ -66,6 +74,17 @@ struct Files {
                       "track --image " + image + " --intrinsics " + lens + " " + more);
   }
 };
+
+/// Writes the bytes to a FIFO while it is read; gives up after 10 s.
+void WriteToFifo(const std::string& path, std::span<const std::uint8_t> bytes) {
+  const os::Descriptor fifo(open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  for (int k = 0; k < 10000 && !bytes.empty(); ++k) {
+    const ssize_t wrote = write(fifo.get(), bytes.data(), bytes.size());
+    if (wrote > 0) bytes = bytes.subspan(static_cast<std::size_t>(wrote));
+    if (wrote <= 0) SleepSeconds(1e-3);
+  }
+  SleepSeconds(0.01);  // the FIFO is discarded with its last descriptor
+}
 
 }  // namespace
 
@@ -224,6 +243,60 @@ TEST_CASE("A recording as camera: one line of JSON per frame, with time and sequ
   CHECK(text.out.find("frame 0, 0.000 s:") == 0);
   CHECK(text.out.find("frame 3") == std::string::npos);
   CHECK(track("--fast --repeat --frames 9 --json").exit_code == 0);
+}
+
+TEST_CASE("A DV camcorder: corners of one field, although the tag was elsewhere in the other") {
+  test::DvEncoder encoder(true);
+  if (!encoder.usable()) {
+    WARN("SKIPPED: this libavcodec has no DV encoder");
+    return;
+  }
+  // The picture that is measured has square pixels and is half a line below the frame.
+  renderer::Camera square = renderer::Pinhole(787, 576, 800);
+  renderer::Camera frame = square;
+  frame.width = 720;
+  frame.fx = square.fx * 720 / 787;
+  frame.cx = (square.cx + 0.5) * 720 / 787 - 0.5;
+  square.cy -= 0.5;
+  const tracking::TagFamily family = *tracking::TagFamilyOfName("36h11");
+  const auto pose = [](double x_m) { return test::FacingPose({x_m, 0.02, 0.6}, 0.4, 1, 0.2); };
+  const auto shot = [&](double x_m) {
+    test::TagScene scene;
+    scene.camera = frame;
+    scene.Add(family, 5, pose(x_m));
+    return renderer::Render(frame, scene.sheets, {}, 1);
+  };
+  const renderer::Image now = shot(-0.03), earlier = shot(-0.035);
+  const std::vector<std::uint8_t> bytes = encoder.Encode([&](int column, int line) {
+    const auto pixel = static_cast<std::size_t>(720 * line + column);
+    return 16 + (line % 2 == 1 ? now : earlier).grey[pixel] * 219 / 255.0;
+  });
+  const Files files;
+  const std::string fifo = files.Path("camcorder");
+  REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+  Files::Write(files.lens, text::JsonText(nlohmann::json{{"schema", 1},
+                                                         {"accepted", true},
+                                                         {"image_size", {787, 576}},
+                                                         {"fx", square.fx},
+                                                         {"fy", square.fy},
+                                                         {"cx", square.cx},
+                                                         {"cy", square.cy},
+                                                         {"distortion", {0, 0, 0, 0, 0}}}));
+  std::thread writer([&] { WriteToFifo(fifo, bytes); });
+  const Answer answer =
+      RunCommand(AddTrackCommand, "track --camera " + fifo + " --intrinsics " + files.lens +
+                                      " --tag-size-mm 80 --frames 1 --json");
+  writer.join();
+  INFO(answer.err);
+  REQUIRE(answer.exit_code == 0);
+  const auto json = text::JsonOrNull(answer.out);
+  REQUIRE(json["tags"].size() == 1);
+  const auto corners = test::TagCorners(0.08);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector2d expected = renderer::PixelOf(square, pose(-0.03) * corners[k]);
+    CHECK(json["tags"][0]["corners_px"][k][0].get<double>() == Approx(expected.x()).margin(0.1));
+    CHECK(json["tags"][0]["corners_px"][k][1].get<double>() == Approx(expected.y()).margin(0.1));
+  }
 }
 
 TEST_CASE("An unusable camera is refused with a remedy") {

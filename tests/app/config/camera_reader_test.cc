@@ -65,6 +65,16 @@ TEST_CASE("without [camera] there is no camera, and its dependent tables are fau
   CHECK(alone.faults.All().size() == 2);
 }
 
+TEST_CASE("a DV camcorder needs the FIFO of its frames") {
+  const std::string tags = "[tags]\nfile = \"bodies.toml\"\n";
+  const Read read("[camera]\nkind = \"dv\"\ndevice = \"/run/dv\"\nserial = \"A\"\n" + tags);
+  CHECK(read.faults.All().empty());
+  REQUIRE(read.vision.cameras.size() == 1);
+  CHECK(read.vision.cameras[0].connection.dv.fifo == "/run/dv");
+  CHECK(read.vision.cameras[0].connection.dv.serial == "A");
+  CHECK(Read("[camera]\nkind = \"dv\"\n" + tags).Says("device"));
+}
+
 TEST_CASE("a minimal camera configuration and its defaults") {
   const Read read(kLeast);
   INFO(FaultsText(read.faults));

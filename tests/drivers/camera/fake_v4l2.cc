@@ -2,6 +2,7 @@
 
 #include <poll.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -287,6 +288,7 @@ extern "C" {
 // NOLINTBEGIN(bugprone-reserved-identifier)
 void* __real_mmap(void*, std::size_t, int, int, int, off_t);
 int __real_munmap(void*, std::size_t);
+int __real_poll(pollfd*, nfds_t, int);
 
 int __wrap_ioctl(int fd, unsigned long request, ...) {
   va_list arguments;
@@ -297,7 +299,10 @@ int __wrap_ioctl(int fd, unsigned long request, ...) {
   return device != nullptr ? plumbline::test::Answer(*device, request, argument)
                            : plumbline::test::Refuse(ENOTTY);
 }
-int __wrap_poll(pollfd* fds, nfds_t, int timeout_ms) {
+int __wrap_poll(pollfd* fds, nfds_t count, int timeout_ms) {
+  struct stat about {};
+  if (fstat(fds->fd, &about) == 0 && S_ISSOCK(about.st_mode))  // to plumbline-dv
+    return __real_poll(fds, count, timeout_ms);
   auto* device = plumbline::test::DeviceOf(fds->fd);
   if (device == nullptr || device->gone) {
     fds->revents = POLLERR | POLLHUP;

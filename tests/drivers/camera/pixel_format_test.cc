@@ -68,7 +68,8 @@ TEST_CASE("pixel formats: names match the kernel's four-character codes") {
   CHECK(FourccOf(PixelFormat::kUyvy) == V4L2_PIX_FMT_UYVY);
   CHECK(FourccOf(PixelFormat::kMjpeg) == V4L2_PIX_FMT_MJPEG);
   CHECK(PixelFormatOfFourcc(V4L2_PIX_FMT_MJPEG) == PixelFormat::kMjpeg);
-  CHECK_FALSE(PixelFormatOfFourcc(V4L2_PIX_FMT_DV));
+  CHECK(FourccOf(PixelFormat::kDv) == V4L2_PIX_FMT_DV);
+  CHECK_FALSE(PixelFormatOfFourcc(V4L2_PIX_FMT_H264));
   CHECK(PixelFormatOfName("NV12") == PixelFormat::kNv12);
   CHECK_FALSE(PixelFormatOfName("DVSD"));
   CHECK(FourccText(V4L2_PIX_FMT_DV) == "dvsd");

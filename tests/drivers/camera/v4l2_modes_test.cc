@@ -65,19 +65,32 @@ TEST_CASE("mode: unsupported formats are reported with the remedy") {
     std::uint32_t fourcc;
     const char *name, *remedy;
   };
-  for (const Case& one : {Case{V4L2_PIX_FMT_DV, "dvsd 720x576", "progressive output"},
-                          {V4L2_PIX_FMT_H264, "H264 720x576", "Motion JPEG or raw"},
+  for (const Case& one : {Case{V4L2_PIX_FMT_H264, "H264 720x576", "Motion JPEG or raw"},
                           {V4L2_PIX_FMT_SRGGB8, "RGGB 720x576", "monochrome"},
                           {V4L2_PIX_FMT_Y16, "Y16  720x576", "8 bits"}}) {
     for (const image::ImageSize size : {image::ImageSize{}, {720, 576}}) {
       const std::string error = Chosen({Discrete(one.fourcc, {720, 576}, {25})}, {.size = size});
       CHECK_THAT(error, Catch::Contains(std::string("offers ") + one.name) &&
-                            Catch::Contains("supported are GREY, NV12, YUYV, UYVY, MJPG") &&
+                            Catch::Contains("supported are GREY, NV12, YUYV, UYVY, MJPG, dvsd") &&
                             Catch::Contains(one.remedy));
     }
   }
   // If another size would do, the message does not name the supported formats.
   CHECK_THAT(Chosen(Webcam(), {.size = {1280, 1024}}), !Catch::Contains("supported are"));
+}
+
+TEST_CASE("mode: DV if nothing else is supported, at its own size and rate") {
+  const V4l2Mode tape{.fourcc = V4L2_PIX_FMT_DV};
+  const V4l2Mode film = Discrete(V4L2_PIX_FMT_H264, {1920, 1080}, {30});
+  CHECK(Chosen({film, tape}, {}) == "dvsd 0x0");
+  CHECK(Chosen({tape}, {.size = {640, 480}, .rate_hz = 60}) == "dvsd 0x0");
+  std::vector<V4l2Mode> both = Webcam();
+  both.push_back(tape);
+  CHECK(Chosen(both, {}) == "MJPG 1920x1080@30");
+  CHECK_THAT(Chosen(both, {.size = {1280, 1024}}), Catch::Contains("no 1280 x 1024"));
+  CHECK(Chosen(both, {.formats = {PixelFormat::kDv}}) == "dvsd 0x0");
+  CHECK_THAT(Chosen({tape}, {.formats = {PixelFormat::kGrey}}),
+             Catch::Contains("the camera offers dvsd"));
 }
 
 TEST_CASE("mode: a range of sizes, and a camera that reports no rate") {

@@ -2,17 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "firmware-like/result.h"
 
-namespace plumbline::scene {
+namespace plumbline::os {
 
 /// Applies irrevocable limits: no new descriptors (hence no files or sockets), no file growth, no
 /// new processes, core dumps or privileges, bounded memory and CPU time. A seccomp filter allows
 /// only system calls that use open descriptors, manage memory or exit; any other fails with EPERM.
 /// In sanitizer builds, whose runtime needs more, only CPU time, processes and core dumps are
 /// limited.
+/// @param cpu_s  CPU time of the process so far and to come [s]; nullopt: not limited, for a
+/// process
+///               that works as long as its owner, which must limit the time of each answer
 /// @return  or the limit that could not be set; untrusted input must then not be parsed
-Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s);
+Result<void> EnterSandbox(std::uint64_t memory_bytes, std::optional<unsigned> cpu_s);
 
-}  // namespace plumbline::scene
+}  // namespace plumbline::os

@@ -1,4 +1,4 @@
-#include "app/scene/sandbox.h"
+#include "drivers/os/sandbox.h"
 
 #include <linux/audit.h>
 #include <linux/filter.h>
@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace plumbline::scene {
+namespace plumbline::os {
 namespace {
 
 #ifdef PLUMBLINE_SANITIZED
@@ -71,9 +71,10 @@ bool AllowFewCalls() {
 
 }  // namespace
 
-Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s) {
+Result<void> EnterSandbox(std::uint64_t memory_bytes, std::optional<unsigned> cpu_s) {
   const bool limited = Limit(RLIMIT_CORE, 0) && Limit(RLIMIT_NPROC, 0) &&
-                       Limit(RLIMIT_CPU, cpu_s, 1) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
+                       (!cpu_s || Limit(RLIMIT_CPU, *cpu_s, 1)) &&
+                       prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
   if (limited && kSanitized) return {};
   if (limited && Limit(RLIMIT_NOFILE, 0) && Limit(RLIMIT_FSIZE, 0) &&
       Limit(RLIMIT_AS, memory_bytes) && AllowFewCalls()) {
@@ -82,4 +83,4 @@ Result<void> EnterSandbox(std::uint64_t memory_bytes, unsigned cpu_s) {
   return Error{std::string("the process cannot be sandboxed: ") + std::strerror(errno)};
 }
 
-}  // namespace plumbline::scene
+}  // namespace plumbline::os
