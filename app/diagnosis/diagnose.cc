@@ -25,7 +25,7 @@
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/stated_domain.h"
 #include "app/diagnosis/thresholds.h"
-#include "app/diagnosis/unit_changes.h"
+#include "app/diagnosis/unit_change_search.h"
 #include "app/diagnosis/verdict.h"
 
 namespace plumbline::diagnosis {
