@@ -8,6 +8,7 @@
 #include "app/diagnosis/candidate_outcomes.h"
 #include "app/diagnosis/contradictions.h"
 #include "app/diagnosis/corrected_model.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/diagnosis_stages.h"

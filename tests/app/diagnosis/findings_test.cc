@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "app/diagnosis/answer.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis_text.h"
 #include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/summary.h"
