@@ -79,7 +79,7 @@ Result<void> MonitoredJournal::Read() {
   const auto waiting = journal.Waiting();
   if (!decision) return decision.failure();
   if (!waiting) return waiting.failure();
-  if (const Result<void> replayed = ReadRows(journal); !replayed) return replayed;
+  if (const Result<void> replayed = ReadRows(journal); !replayed) return replayed.failure();
   if (last_probe_s->has_value()) {
     const double behind_s = journal.EpochUtc_s() + **last_probe_s - service::SystemUtcSeconds();
     if (behind_s > 1) {
