@@ -5,25 +5,15 @@
 #include <optional>
 #include <vector>
 
-#include "firmware-like/deflection/landing_uncertainty.h"
+#include "firmware-like/correction/cell_corrector.h"
+#include "firmware-like/machine_input.h"
+#include "firmware-like/payload_selection.h"
+#include "firmware-like/plc_heartbeat.h"
+#include "firmware-like/point_corrections.h"
 #include "firmware-like/snapshot.h"
 #include "firmware-like/standstill.h"
-#include "firmware-like/tip_fusion.h"
 
 namespace plumbline {
-
-/// Source of the payload's mass and centre of gravity.
-struct PayloadPolicy {
-  enum class Source { kRobot, kTable, kFixed };
-  struct ToolLoad {
-    int number = 0;
-    double mass_kg = 0;
-    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; absent: that of the cell
-  };
-  Source source = Source::kRobot;
-  ToolLoad fixed;               ///< for kFixed
-  std::vector<ToolLoad> table;  ///< for kTable, selected by the controller's tool number
-};
 
 struct MachineConfig {
   model::CellModel cell;
@@ -33,48 +23,6 @@ struct MachineConfig {
   PayloadPolicy payload;
   /// Cameras whose lens must be valid for points to be corrected.
   std::array<bool, model::kMaxCameras> required_lenses{};
-};
-
-/// Camera status that the control cycle needs.
-struct CameraInput {
-  bool configured = false;
-  bool lens_valid = false;
-  bool board_wanted = false;    ///< the camera requests a calibration
-  bool fiducial_moved = false;  ///< a reference tag is not where it was declared
-  bool tip_valid = false;       ///< `tip` was measured with the tool at standstill
-  MeasuredTip tip;
-  double tip_time_s = 0;  ///< time of the latest image used for `tip`, monotonic
-};
-
-/// One press of a gauge's button.
-struct GaugePress {
-  std::uint32_t number = 0;    ///< ascending; 0: none
-  std::uint16_t artefact = 0;  ///< number of the gauge in the cell's list of artefacts, from 1
-  double reading_m = 0;
-  double time_s = 0;              ///< monotonic, of its arrival
-  std::optional<double> sigma_m;  ///< standard deviation of the reading
-};
-
-/// Inputs of one cycle. Time and the status of background workers are inputs too: the machine reads
-/// neither clocks nor devices.
-struct MachineInput {
-  double now_s = 0;          ///< monotonic
-  double utc_s = 0;          ///< UTC since 1970, for time-dependent effects; never stepped in a run
-  std::int64_t unix_ms = 0;  ///< wall clock, used only as the time stamp of results
-  model::RobotState robot;   ///< the latest reading; may be the same as in the previous cycle
-  model::PlcCommand command;  ///< the latest command, executed once per sequence number
-  bool cycle_overrun = false;
-  bool probes_recorded = false;           ///< probes are written to the journal
-  bool probes_pending = false;            ///< not yet recorded: the journal is being opened
-  bool storage_unavailable = false;       ///< not recorded: the journal's disk is not writable
-  std::uint16_t background_warnings = 0;  ///< warning bits of the background workers
-  bool scene_lost = false;                ///< interference was monitored and no longer is
-  bool scene_incomplete = false;          ///< some monitored pairs of objects are not measured
-  bool reference_refused = false;         ///< the drift monitor's reference probes disagree
-  bool quarantined = false;               ///< quarantined probes await a person's decision
-  std::array<CameraInput, model::kMaxCameras> cameras;
-  /// A press that was not handled yet. It waits while a probe of the PLC is recorded.
-  std::optional<GaugePress> gauge;
 };
 
 /// The state carried from cycle to cycle: trust in the robot, the solution of each point (seed of
@@ -130,36 +78,28 @@ class Machine {
 
  private:
   void CheckInput(const MachineInput& input);
+  /// Computes the error that the resolution of the joint readings causes at the tip.
+  /// @param moved  since the last computation
+  void CheckResolution(bool moved);
   void ChoosePayload();
   void ReportMotion();
   /// Determines which required cameras have no valid lens; a camera that has not reported yet
   /// counts as having none.
   void CheckRequiredLenses(const MachineInput& input);
-  /// The payload for a point or command, which may state its own mass. That mass is assumed to act
-  /// at the centre of gravity declared by the cell or, if there is none, at that of the present
-  /// load.
-  std::optional<loads::Payload> PayloadAt(const std::optional<double>& own_mass_kg) const;
   /// Conditions read by the cell's effects, for the robot at standstill with this payload.
   effects::Conditions ConditionsOf(const loads::Payload& payload) const;
-  /// The inputs of a point's correction that may change from cycle to cycle. The robot's joints are
-  /// not an input.
-  struct CorrectionInputs {
-    double mass_kg = 0;
-    Vec3 cog_F = Vec3::Zero();
-    std::optional<double> temp_C, t_s;
-    bool operator==(const CorrectionInputs&) const = default;
-  };
-  CorrectionInputs CorrectionInputsFor(const loads::Payload& payload) const;
-  /// True if the inputs are so similar that a radius computed for one also applies to the other.
-  static bool SameForRadius(const CorrectionInputs& a, const CorrectionInputs& b);
   void RefreshPoints();
-  void RefreshPoint(std::size_t index, int& searches_left);
-  void RefreshRadii();
   void Execute(const MachineInput& input);
-  /// Sets the correction's radius and basis, or its code if no radius can be computed.
-  /// @param p_TP  the tool point in the tip's frame [m]
-  void StateUncertainty(const loads::Payload& payload, const Vec3& p_TP,
-                        correction::Correction& correction);
+  /// Corrects the commanded point or pose, or predicts where it lands, into the result.
+  correction::CorrectionCode ExecuteCorrection(const model::PlcCommand& command);
+  /// Solves for the commanded point or pose, and states its radius.
+  correction::CorrectionCode Solve(const model::PlcCommand& command,
+                                   const correction::AssemblyPoint& point,
+                                   const loads::Payload& payload, const model::JointVector& seed);
+  std::optional<std::size_t> IndexOfPoint(int id) const;
+  /// The result of a command without a payload of its own: this cycle's correction of the point.
+  correction::CorrectionCode ReportPoint(std::size_t index);
+  correction::CorrectionCode ExecuteProbe(const MachineInput& input);
   /// The loaded tip at the time of a probe.
   struct Prediction {
     loads::Payload payload;
@@ -192,48 +132,19 @@ class Machine {
   /// number, a start applies to the cameras that request the board (to all if none does), and a
   /// cancellation to all.
   correction::CorrectionCode RequestCalibration(const MachineInput& input);
-  HealthInputs HealthInputsFrom(const MachineInput& input) const;
   void ReportStatus(const MachineInput& input);
 
   MachineConfig config_;
-  correction::Corrector corrector_;
-  deflection::LandingUncertainty uncertainty_;
-  const bool reads_time_;  ///< an effect of the cell depends on time
+  correction::CellCorrector corrector_;
+  PayloadSelector payload_;
+  PointCorrections points_;
   PlausibilityFilter filter_;
   StandstillDetector standstill_;
   motion::MotionObserver motion_;
   const ProbeBounds probe_bounds_;
   bool reading_radius_due_ = true;  ///< snapshot_.reading_radius_m must be recomputed
-  /// Inverse-kinematics branch of one point and the correction solved on it.
-  struct Branch {
-    bool search_pending = false;  ///< a background worker is searching for the branch
-    std::optional<model::JointVector> solution;  ///< the latest; seed of the next
-    struct Search {
-      correction::CorrectionCode result =
-          correction::CorrectionCode::kPending;  ///< of the latest failed search
-      double pause_s = 0;                        ///< between the latest search and the next
-      double next_s = 0;                         ///< earliest time of the next search
-    } search;
-    /// Inputs that `correction` was solved for; it is reused until they change.
-    std::optional<CorrectionInputs> inputs;
-    correction::Correction correction;  ///< without radius
-  };
-  std::vector<Branch> branches_;  ///< one per point
-  /// Radius at a point and the inputs it was computed for. A radius costs more than a correction,
-  /// so only a few are refreshed per cycle, round-robin; until then the basis is unknown.
-  struct Radius {
-    model::StatedRadius stated;
-    std::optional<CorrectionInputs> inputs;
-    bool extrapolated = false;
-    model::JointVector q;  ///< commanded joints [rad] or [m]
-  };
-  std::vector<Radius> radii_;
-  std::size_t next_radius_ = 0;
+  PlcHeartbeat plc_heartbeat_;
   double utc_s_ = 0;
-  std::size_t next_search_ = 0;  ///< the point that may search first in the next cycle
-  std::optional<Vec3> cog_F_;    ///< centre of gravity of the present load [m]
-  std::optional<double> heartbeat_seen_s_;
-  std::uint16_t last_heartbeat_ = 0;
   bool acknowledged_ = false;  ///< level of the acknowledge coil in the previous cycle
   Snapshot snapshot_;
 };

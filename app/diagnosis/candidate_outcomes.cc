@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/thresholds.h"
 
 namespace plumbline::diagnosis {

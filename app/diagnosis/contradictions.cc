@@ -141,11 +141,9 @@ double RmsDifference(const std::vector<Tested>& tests) {
 /// @return      an error if a deflected posture does not converge
 Result<Tests> TestsWithExactPlaces(const Identified& found, const Dataset& data,
                                    const std::vector<Equation>& equations) {
-  const int threads = found.fit.threads;
-  Result<Linearisation> linear = LineariseApart(data, found.model, threads);
+  Result<Linearisation> linear = LineariseApart(data, found.model, found.fit.threads);
   if (!linear) return linear.failure();
-  const FitProblem fit{data,    found.fit.rows,           found.fit.weights, found.fit.sigma_m,
-                       threads, found.fit.row_correlation};
+  const FitProblem fit = found.fit.WithData(data);
   const LinearProblem problem(fit, std::make_shared<const Linearisation>(std::move(linear).value()),
                               found.model);
   CandidateSet candidate_set(problem);

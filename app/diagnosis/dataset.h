@@ -76,8 +76,4 @@ FitRows EvenlySpacedRows(const Dataset& data, int most);
 /// A copy with a subset of the rows; clusters are renumbered.
 Dataset SelectRows(const Dataset& data, const FitRows& rows);
 
-/// Checks the rows and prepares the data set.
-/// @return  an error with advice if the rows cannot be used at all
-Result<Dataset> DatasetFrom(const model::CellModel& cell, table::MeasuredTable measured);
-
 }  // namespace plumbline::diagnosis

@@ -8,6 +8,7 @@
 #include "app/diagnosis/candidate_outcomes.h"
 #include "app/diagnosis/contradictions.h"
 #include "app/diagnosis/corrected_model.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/detectable.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/diagnosis_stages.h"
@@ -25,7 +26,7 @@
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/stated_domain.h"
 #include "app/diagnosis/thresholds.h"
-#include "app/diagnosis/unit_changes.h"
+#include "app/diagnosis/unit_change_search.h"
 #include "app/diagnosis/verdict.h"
 
 namespace plumbline::diagnosis {

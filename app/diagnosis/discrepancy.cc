@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/diagnosis/discrepancy_design.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/thresholds.h"
 #include "firmware-like/statistics/chi_square.h"
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/unknown.h"
 
 namespace plumbline::diagnosis {
@@ -70,7 +71,7 @@ void AddDriverRivals(CandidateSet& candidate_set, const Explanation& best, Diagn
       rival.instead_of = rival.id = of.id;
       rival.instead_of_word = fmt::format("{}", fmt::join(of.term.drivers, " and "));
       rival.word = fmt::format("{}", fmt::join(columns, " and "));
-      rival.signal_left = candidate_set.SignalLeft(best, KeyOf(of), other->blocks);
+      rival.signal_left = SignalLeft(candidate_set, best, KeyOf(of), other->blocks);
       rival.evidence_gap = other->score - best.score;
       diagnosis.rival_drivers.push_back(columns);
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/diagnosis/empirical_bounds.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/plausibility.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/thresholds.h"
@@ -21,7 +22,7 @@ double Trials(const CandidateSet& candidate_set, const Explanation& explanation,
   double trials = 1;
   for (const BlockIndex block : blocks) {
     const Block& of = candidate_set.blocks()[block];
-    trials *= std::max(1.0, of.trials) * std::exp(candidate_set.LogChoices(explanation, block));
+    trials *= std::max(1.0, of.trials) * std::exp(LogChoices(candidate_set, explanation, block));
   }
   return trials;
 }
@@ -67,7 +68,7 @@ Removal RemovalOf(const FindingsContext& context, const EffectKey& key) {
       others.push_back(column);
   }
   const Explanation without = candidate_set.FitColumns(others);
-  const std::vector<BlockIndex> blocks = candidate_set.BlocksOf(context.best, key);
+  const std::vector<BlockIndex> blocks = BlocksOfEffect(candidate_set, context.best, key);
   double inflation = 1;
   for (const BlockIndex block : blocks)
     inflation = std::max(inflation, candidate_set.Inflation(block));

@@ -20,6 +20,10 @@ struct FitProblem {
   FitProblem WithRows(FitRows other) const {
     return {data, std::move(other), weights, sigma_m, threads, row_correlation};
   }
+  /// The same rows, weights and noise with other data about them, for example another cell.
+  FitProblem WithData(const Dataset& other) const {
+    return {other, rows, weights, sigma_m, threads, row_correlation};
+  }
 };
 
 /// All rows with weight 1 (0 for rows without a measurement) and the noise of the data set.

@@ -8,7 +8,7 @@
 #include "app/diagnosis/alignment.h"
 #include "app/diagnosis/mistakes.h"
 #include "app/diagnosis/robust.h"
-#include "app/diagnosis/unit_changes.h"
+#include "app/diagnosis/unit_change_search.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/geometry/rotation.h"
 #include "firmware-like/statistics/median.h"

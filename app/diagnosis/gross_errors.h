@@ -15,7 +15,7 @@ inline constexpr double kExplainedRatio = 0.2;
 /// Corrects every known mistake (mistakes.h) in turn, aligns the frames, and compares the median
 /// distance r_m of the measured from the predicted points with the distance r of the uncorrected
 /// data.
-///  - A column whose unit changes from one line on is tried first (unit_changes.h).
+///  - A column whose unit changes from one line on is tried first (unit_change_search.h).
 ///  - If r > 25 mm, more than effects move the median row, the data are refused. (A base rotated by
 ///  one degree, which base_frame considers plausible, reaches this limit; it is reported instead of
 ///  corrected.) The mistake with the smallest r_m is named if r_m < r / 5. A fit of tip or base

@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/elimination.h"
 #include "app/diagnosis/event_outliers.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/line_aliases.h"
 #include "app/diagnosis/robust.h"
 #include "app/diagnosis/row_correlation.h"

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/pose_design.h"
 #include "app/diagnosis/robust.h"

@@ -1,5 +1,7 @@
 #include "app/diagnosis/realign.h"
 
+#include "app/diagnosis/dataset_preparation.h"
+
 namespace plumbline::diagnosis {
 
 Result<Realignment> Realign(const model::CellModel& cell, const table::MeasuredTable& measured,

@@ -19,8 +19,7 @@ Result<std::vector<SelectedEffect>> EffectsWithout(const Identified& found,
   Result<Linearisation> linear = reference.distance ? Result<Linearisation>(*found.linear)
                                                     : LineariseApart(data, found.model, threads);
   if (!linear) return linear.failure();
-  const FitProblem fit{data,    found.fit.rows,           found.fit.weights, found.fit.sigma_m,
-                       threads, found.fit.row_correlation};
+  const FitProblem fit = found.fit.WithData(data);
   const LinearProblem problem(fit, std::make_shared<const Linearisation>(std::move(linear).value()),
                               found.model);
   CandidateSet candidate_set(problem);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/periodic_search.h"
 #include "app/diagnosis/thresholds.h"
 
@@ -213,7 +214,7 @@ class RivalSearch {
     rival.cycles = instead.cycles_per_turn;
     rival.scope = {JointName(own)};
     rival.signal_left =
-        context_.candidate_set.SignalLeft(context_.best, exchange->key, other.blocks);
+        SignalLeft(context_.candidate_set, context_.best, exchange->key, other.blocks);
     rival.evidence_gap = gap;
     rival.shift_W = ShiftsOf(refit->model);
     Keep(other, gap);
@@ -264,7 +265,8 @@ class RivalSearch {
         rival.id = key.id;
         rival.word = key.word;
         rival.scope = ScopeWithin(theirs, key);
-        rival.signal_left = context_.candidate_set.SignalLeft(context_.best, lacking, other.blocks);
+        rival.signal_left =
+            SignalLeft(context_.candidate_set, context_.best, lacking, other.blocks);
         rival.evidence_gap = gap;
         rival.shift_W = shifts_W;
       }

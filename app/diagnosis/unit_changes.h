@@ -1,8 +1,6 @@
-// Detection of columns whose unit changes within the table, for example from degrees to radians.
+// Columns whose unit changes within the table, visible in their numbers alone.
 #pragma once
 
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "app/diagnosis/mistakes.h"
@@ -15,19 +13,5 @@ namespace plumbline::diagnosis {
 /// other side do by far. Each is subtle (Mistake::subtle): a light payload, or a joint whose axis
 /// passes through the tool, moves the tip by less than effects do.
 std::vector<Mistake> UnitChanges(const Dataset& data);
-
-/// Detects that some payloads are in grams, as read larger than any robot carries. The reader has
-/// excluded their rows (MeasuredTable::excessive_payloads).
-/// @return  a sentence with the evidence and a remedy
-std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table);
-
-/// Detects a unit change that explains gross errors: as read, some measured points are at least 25
-/// mm (kGross_m) from the predicted ones; with the column converted from one line on, or up to it,
-/// the median distance of the converted rows falls below a fifth, and at most one row in ten
-/// remains gross. The line minimises the loss sum_k min(r_k, 25 mm) of the distances r_k, as read
-/// on one side and converted on the other. If several columns qualify, the one with the smallest
-/// loss is reported.
-/// @return  a sentence with column, line, evidence and remedy
-std::optional<std::string> ChangedUnit(const Dataset& data, int threads);
 
 }  // namespace plumbline::diagnosis

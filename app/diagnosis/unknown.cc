@@ -7,6 +7,7 @@
 
 #include "app/diagnosis/carried_columns.h"
 #include "app/diagnosis/empirical_columns.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/legendre.h"
 #include "app/diagnosis/shape_search.h"
 #include "app/diagnosis/statistics.h"

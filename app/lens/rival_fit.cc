@@ -34,29 +34,11 @@ Mat3 Turn(const Vec3& w) {
                    : Mat3(Mat3::Identity());
 }
 
-Pose Moved(const Pose& X_CK, const Eigen::Ref<const Vec6>& step) {
-  return {X_CK.R * Turn(step.head<3>()), X_CK.p + step.tail<3>()};
-}
-
-/// Step of a numerical derivative.
-double SharedStep(int k, const SharedVector& shared) {
-  if (k <= kFy) return 1e-6 * shared[kFx];
-  if (k <= kCy) return 1e-3;
-  return k >= kBowX ? 1e-5 : 1e-7;
-}
-
 /// Parameters that all views share.
 std::vector<int> CommonExtras(const Rival& rival) {
   std::vector<int> extras = rival.global;
   extras.insert(extras.end(), rival.changing.begin(), rival.changing.end());
   return extras;
-}
-
-/// Extra parameters of view j.
-ExtraVector ExtraOf(const Rival& rival, const RivalResult& at, std::size_t j) {
-  ExtraVector extra = at.extra;
-  for (const int k : rival.changing) extra[k] *= rival.course[j];
-  return extra + at.local[j];
 }
 
 }  // namespace
@@ -86,6 +68,16 @@ RivalProblem::RivalProblem(const Board& board, std::span<const BoardView> views,
   start_.shared = fit.shared;
   start_.X_CK = fit.X_CK;
   start_.local.assign(views.size(), ExtraVector::Zero());
+}
+
+ExtraVector RivalProblem::ExtraOf(const Rival& rival, const RivalResult& at, std::size_t j) {
+  ExtraVector extra = at.extra;
+  for (const int k : rival.changing) extra[k] *= rival.course[j];
+  return extra + at.local[j];
+}
+
+Pose RivalProblem::Moved(const Pose& X_CK, const Eigen::Ref<const Vec6>& step) {
+  return {X_CK.R * Turn(step.head<3>()), X_CK.p + step.tail<3>()};
 }
 
 bool RivalProblem::ResidualsOf(std::size_t j, const Rival& rival, const SharedVector& shared,
@@ -137,85 +129,6 @@ bool RivalProblem::Evaluate(const Rival& rival, const RivalResult& at, double& c
   }
   cost += noise_px_ * noise_px_ * PriorCost(rival, at);
   return std::isfinite(cost);
-}
-
-bool RivalProblem::LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,
-                                   Blocks& block) const {
-  const ExtraVector extra = ExtraOf(rival, at, j);
-  Eigen::VectorXd moved;
-  const auto by_extra = [&](int parameter, double weight, Eigen::Ref<Eigen::VectorXd> column) {
-    const double step = 1e-5 * deviations_[parameter];
-    ExtraVector changed = extra;
-    changed[parameter] += step;
-    if (!ResidualsOf(j, rival, at.shared, changed, at.X_CK[j], moved)) return false;
-    column = weight * (moved - block.residuals) / step;
-    return true;
-  };
-  for (std::size_t k = 0; k < rival.local.size(); ++k) {
-    if (!by_extra(rival.local[k], 1, block.own.col(6 + k))) return false;
-  }
-  // The smooth functions displace each point along one axis, by their value there.
-  Eigen::MatrixXd by_offset(block.residuals.size(), 3);
-  const bool smooth =
-      std::any_of(rival.global.begin(), rival.global.end(), [](int k) { return k >= kHeight; });
-  for (int axis = 0; smooth && axis < 3; ++axis) {
-    if (!by_extra(kOffsetX + axis, 1, by_offset.col(axis))) return false;
-  }
-  Eigen::Index column = kSharedCount;
-  for (const int k : rival.global) {
-    if (k < kHeight) {
-      if (!by_extra(k, 1, block.common.col(column++))) return false;
-      continue;
-    }
-    if (k >= kFree) {  // displaces one point only
-      const Eigen::Index row = 2 * ((k - kFree) / 3);
-      block.common.col(column).setZero();
-      block.common.col(column++).segment<2>(row) = by_offset.col((k - kFree) % 3).segment<2>(row);
-      continue;
-    }
-    const int axis = k >= kPrintY ? 1 : k >= kPrintX ? 0 : 2;
-    for (std::size_t i = 0; i < board_.points().size(); ++i) {
-      const RivalBoard::Point& point = board_.points()[i];
-      const double value =
-          k < kPrintX ? point.height[k - kHeight] : point.print[(k - kPrintX) % kPrintTerms];
-      const Eigen::Index row = 2 * static_cast<Eigen::Index>(i);
-      block.common.col(column).segment<2>(row) = value * by_offset.col(axis).segment<2>(row);
-    }
-    ++column;
-  }
-  for (const int k : rival.changing) {
-    if (!by_extra(k, rival.course[j], block.common.col(column++))) return false;
-  }
-  return true;
-}
-
-bool RivalProblem::Linearize(const Rival& rival, const RivalResult& at,
-                             std::vector<Blocks>& blocks) const {
-  const auto locals = static_cast<Eigen::Index>(rival.local.size());
-  const auto globals = static_cast<Eigen::Index>(rival.global.size() + rival.changing.size());
-  blocks.resize(views_.size());
-  Eigen::VectorXd moved;
-  for (std::size_t j = 0; j < views_.size(); ++j) {
-    Blocks& block = blocks[j];
-    const ExtraVector extra = ExtraOf(rival, at, j);
-    if (!ResidualsOf(j, rival, at.shared, extra, at.X_CK[j], block.residuals)) return false;
-    block.own.resize(block.residuals.size(), 6 + locals);
-    block.common.resize(block.residuals.size(), kSharedCount + globals);
-    for (int k = 0; k < 6; ++k) {
-      const double step = k < 3 ? 1e-7 : 1e-7 * at.X_CK[j].p.norm();
-      const Pose X_CK = Moved(at.X_CK[j], step * Vec6::Unit(k));
-      if (!ResidualsOf(j, rival, at.shared, extra, X_CK, moved)) return false;
-      block.own.col(k) = (moved - block.residuals) / step;
-    }
-    for (int k = 0; k < kSharedCount; ++k) {
-      const double step = SharedStep(k, at.shared);
-      const SharedVector shared = at.shared + step * SharedVector::Unit(k);
-      if (!ResidualsOf(j, rival, shared, extra, at.X_CK[j], moved)) return false;
-      block.common.col(k) = (moved - block.residuals) / step;
-    }
-    if (!LinearizeExtras(j, rival, at, block)) return false;
-  }
-  return true;
 }
 
 RivalResult RivalProblem::Fit(const Rival& rival) const {
@@ -309,110 +222,6 @@ RivalResult RivalProblem::Fit(const Rival& rival, RivalResult at) const {
     at.observations += 2 * static_cast<int>(std::count(view.used.begin(), view.used.end(), true));
   at.parameters = static_cast<int>(CommonExtras(rival).size() + rival.local.size() * views_.size());
   return at;
-}
-
-std::vector<ScoreTest> RivalProblem::ScoreTests(const std::vector<Rival>& rivals,
-                                                const RivalResult& plain) const {
-  // All columns of all rivals once; each rival is a choice of columns.
-  Rival all;
-  std::vector<int> place(kExtraCount, -1);
-  for (const Rival& rival : rivals) {
-    for (const auto* list : {&rival.global, &rival.local}) {
-      for (const int k : *list) {
-        if (place[k] >= 0) continue;
-        place[k] = 6 + kSharedCount + static_cast<int>(all.global.size());
-        all.global.push_back(k);
-      }
-    }
-  }
-  std::vector<Blocks> blocks;
-  std::vector<ScoreTest> tests(rivals.size());
-  if (!Linearize(all, plain, blocks)) return tests;
-  std::vector<Eigen::MatrixXd> squares;
-  std::vector<Eigen::VectorXd> scores;
-  for (const Blocks& block : blocks) {
-    Eigen::MatrixXd J(block.own.rows(), block.own.cols() + block.common.cols());
-    J << block.own, block.common;
-    squares.emplace_back(J.transpose() * J);
-    scores.emplace_back(J.transpose() * block.residuals);
-  }
-  SharedVector mean;
-  const SharedMatrix information = PriorInformation({}, plain.shared, mean);
-  const auto step = [&](const Rival& rival) {
-    std::vector<int> own{0, 1, 2, 3, 4, 5}, common;
-    for (int k = 0; k < kSharedCount; ++k) common.push_back(6 + k);
-    for (const int k : rival.local) own.push_back(place[k]);
-    for (const int k : rival.global) common.push_back(place[k]);
-    Eigen::MatrixXd S = Eigen::MatrixXd::Zero(common.size(), common.size());
-    S.topLeftCorner<kSharedCount, kSharedCount>() = noise_px_ * noise_px_ * information;
-    for (std::size_t k = kSharedCount; k < common.size(); ++k)
-      S(k, k) = std::pow(noise_px_ / deviations_[rival.global[k - kSharedCount]], 2);
-    Eigen::VectorXd s = Eigen::VectorXd::Zero(common.size());
-    double sum = 0;
-    for (std::size_t j = 0; j < squares.size(); ++j) {
-      Eigen::MatrixXd A = squares[j](own, own);
-      for (std::size_t k = 6; k < own.size(); ++k)
-        A(k, k) += std::pow(noise_px_ / deviations_[rival.local[k - 6]], 2);
-      const Eigen::MatrixXd B = squares[j](own, common);
-      const Eigen::VectorXd a = scores[j](own);
-      const auto factor = A.ldlt();
-      S += squares[j](common, common) - B.transpose() * factor.solve(B);
-      s += scores[j](common) - B.transpose() * factor.solve(a);
-      sum += a.dot(factor.solve(a));
-    }
-    const Eigen::VectorXd d = S.ldlt().solve(s);
-    ScoreTest test;
-    test.decrease = sum + s.dot(d);
-    test.result.shared = plain.shared - d.head<kSharedCount>();
-    const auto extras = static_cast<Eigen::Index>(rival.global.size());
-    for (Eigen::Index k = 0; k < extras; ++k)
-      test.result.extra[rival.global[k]] = -d[kSharedCount + k];
-    if (extras > 0) {
-      const Eigen::MatrixXd C = S.ldlt()
-                                    .solve(Eigen::MatrixXd::Identity(S.rows(), S.cols()))
-                                    .bottomRightCorner(extras, extras);
-      Eigen::VectorXd w(extras);
-      for (Eigen::Index k = 0; k < extras; ++k) w[k] = noise_px_ / deviations_[rival.global[k]];
-      const Eigen::MatrixXd scaled = w.asDiagonal() * C * w.asDiagonal();
-      test.occam = -0.5 * std::log(std::max(1e-300, scaled.determinant()));
-    }
-    return test;
-  };
-  const double base = step({}).decrease;
-  for (std::size_t k = 0; k < rivals.size(); ++k) {
-    tests[k] = step(rivals[k]);
-    tests[k].decrease = std::max(0.0, tests[k].decrease - base) / (noise_px_ * noise_px_);
-  }
-  return tests;
-}
-
-LensFit RivalProblem::Linearized(const Rival& rival, const RivalResult& at) const {
-  LensFit fit;
-  fit.shared = at.shared;
-  std::vector<Blocks> blocks;
-  SharedVector mean;
-  SharedMatrix information = PriorInformation(rival, at.shared, mean);
-  if (!Linearize(rival, at, blocks)) return fit;
-  const double weight = 1 / (noise_px_ * noise_px_);
-  for (Blocks& block : blocks) {
-    block.common = Eigen::MatrixXd(block.common.leftCols<kSharedCount>());
-    const auto A = Eigen::LDLT<Eigen::MatrixXd>(block.own.transpose() * block.own);
-    const Eigen::MatrixXd B = block.own.transpose() * block.common;
-    const Eigen::VectorXd a = block.own.transpose() * block.residuals;
-    ViewInformation view;
-    view.information =
-        weight * (block.common.transpose() * block.common - B.transpose() * A.solve(B));
-    view.pull = weight * (B.transpose() * A.solve(a) - block.common.transpose() * block.residuals);
-    if (!rival.local.empty()) {  // the board bends in each view: no change of it can be seen
-      view.information.rightCols<kSharedCount - kBowX>().setZero();
-      view.information.bottomRows<kSharedCount - kBowX>().setZero();
-      view.pull.tail<kSharedCount - kBowX>().setZero();
-    }
-    information += view.information;
-    fit.view_information.push_back(view);
-  }
-  fit.covariance = information.inverse();
-  return fit;
 }
 
 }  // namespace plumbline::lens

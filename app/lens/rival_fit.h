@@ -99,6 +99,10 @@ class RivalProblem {
     Eigen::VectorXd g;
     std::vector<OwnEquations> own;
   };
+  /// Extra parameters of view j.
+  static ExtraVector ExtraOf(const Rival& rival, const RivalResult& at, std::size_t j);
+  /// @param step  rotation vector [rad] and translation [m], camera frame
+  static Pose Moved(const Pose& X_CK, const Eigen::Ref<const Vec6>& step);
   bool Evaluate(const Rival& rival, const RivalResult& at, double& cost) const;
   bool Linearize(const Rival& rival, const RivalResult& at, std::vector<Blocks>& blocks) const;
   bool LinearizeExtras(std::size_t j, const Rival& rival, const RivalResult& at,

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "app/diagnosis/candidates.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/linearisation.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/whitener.h"

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/fit_problem.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/refit.h"

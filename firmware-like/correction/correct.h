@@ -55,7 +55,7 @@ struct Correction {
   Pose X_BP_command;                  ///< command pose of the unloaded tool point, in B
   Vec3 translation_B = Vec3::Zero();  ///< command minus target position [m]
   Vec3 rotation_B = Vec3::Zero();     ///< rotation vector from target to command [rad]
-  double uncertainty_m = 0;           ///< 95 % radius of the loaded tool point; set by Machine
+  double uncertainty_m = 0;  ///< 95 % radius of the loaded tool point; set by CellCorrector
   model::RadiusBasis basis = model::RadiusBasis::kUnknown;  ///< basis of that radius
   double residual_m = 0;                                    ///< of the solver at the solution
   double residual_rad = 0;

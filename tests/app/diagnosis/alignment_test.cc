@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "app/diagnosis/dataset_preparation.h"
 #include "firmware-like/geometry/angle.h"
 #include "firmware-like/statistics/containment_radius.h"
 #include "tests/app/diagnosis/simulated.h"

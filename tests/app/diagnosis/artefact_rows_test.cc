@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/nuisances.h"
 #include "app/diagnosis/robust.h"

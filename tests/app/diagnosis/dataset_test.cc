@@ -1,6 +1,4 @@
 // Preparation of measured rows: copies, replicates, time offsets and joint resolution.
-#include "app/diagnosis/dataset.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <random>
 #include <set>
 
+#include "app/diagnosis/dataset_preparation.h"
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
 

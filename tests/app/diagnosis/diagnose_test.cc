@@ -9,6 +9,7 @@
 #include <set>
 
 #include "app/diagnosis/candidates.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis.h"
 #include "tests/app/diagnosis/simulated.h"
 

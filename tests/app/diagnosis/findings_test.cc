@@ -9,7 +9,9 @@
 #include <tuple>
 
 #include "app/diagnosis/answer.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis_text.h"
+#include "app/diagnosis/explained_effects.h"
 #include "app/diagnosis/summary.h"
 #include "firmware-like/geometry/angle.h"
 #include "tests/app/diagnosis/simulated.h"
@@ -407,9 +409,9 @@ TEST_CASE("the p-value is corrected for the choice of joints") {
   Explanation all = candidate_set.Fit({block});
   const auto visible = static_cast<double>(all.columns.size());
   REQUIRE(visible >= 5);
-  CHECK(candidate_set.LogChoices(all, block) == Approx(0).margin(1e-12));
+  CHECK(LogChoices(candidate_set, all, block) == Approx(0).margin(1e-12));
   all.columns.resize(2);
-  CHECK(candidate_set.LogChoices(all, block) == Approx(std::log(visible * (visible - 1) / 2)));
+  CHECK(LogChoices(candidate_set, all, block) == Approx(std::log(visible * (visible - 1) / 2)));
 }
 
 }  // namespace plumbline::findings_test

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/diagnosis.h"
 #include "app/diagnosis/gross_errors.h"
 #include "firmware-like/geometry/angle.h"

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "app/diagnosis/alignment.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/identify.h"
 #include "app/diagnosis/pose_design.h"
 #include "app/diagnosis/prior_sizes.h"

@@ -9,6 +9,7 @@
 
 #include "app/diagnosis/candidate_set.h"
 #include "app/diagnosis/covariance_share.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/elimination.h"
 #include "app/diagnosis/robust.h"
 #include "firmware-like/effects/joint_offset.h"

@@ -8,6 +8,7 @@
 
 #include "app/diagnosis/candidates.h"
 #include "app/diagnosis/carried_columns.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/line_sums.h"
 #include "app/diagnosis/periodic_search.h"
 #include "firmware-like/effects/catalogue.h"

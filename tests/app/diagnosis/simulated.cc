@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "app/config/cell_reader.h"
+#include "app/diagnosis/dataset_preparation.h"
 #include "firmware-like/effects/catalogue.h"
 #include "firmware-like/effects/parameter_name.h"
 

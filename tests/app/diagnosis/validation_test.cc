@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "app/diagnosis/dataset_preparation.h"
 #include "app/diagnosis/empirical_bounds.h"
 #include "app/diagnosis/explanation_checks.h"
 #include "app/diagnosis/farthest_poses.h"

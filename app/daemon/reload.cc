@@ -1,0 +1,145 @@
+#include "app/daemon/reload.h"
+
+#include <fmt/format.h>
+
+#include "app/daemon/camera_supervisors.h"
+#include "app/daemon/cycle_setup.h"
+#include "app/daemon/watched_threads.h"
+#include "app/log/fault_log.h"
+#include "app/log/log.h"
+
+namespace plumbline::daemon {
+namespace {
+
+constexpr double kMaxPostponed_s = 10;
+
+/// Logs what differs from the start, but takes effect at a restart only.
+void LogNeededRestarts(const ConfigInForce& fresh_in_force, const config::DaemonConfig& started) {
+  const config::DaemonConfig& fresh = fresh_in_force.config;
+  if (PlcServersDiffer(fresh.plc, started.plc)) {
+    log::Log(
+        {log::Event::kNeedsRestart,
+         "needs a restart: plc.listen, port, unit_id, max_clients, allow or [plc.rtu] differs from "
+         "what the daemon started with"});
+  }
+  if (CamerasDiffer(fresh, started)) {
+    log::Log(
+        {log::Event::kNeedsRestart,
+         "needs a restart: [camera], [zoom], [board], [tags] or the tags' file differs from what "
+         "the daemon started with"});
+  }
+  if (fresh_in_force.configured_state_directory != started.state_directory) {
+    log::Log({log::Event::kNeedsRestart,
+              fmt::format("needs a restart: state_directory changed, {} stays in use",
+                          started.state_directory)});
+  }
+}
+
+}  // namespace
+
+std::vector<Reporter::PointName> PointNames(const config::DaemonConfig& config) {
+  std::vector<Reporter::PointName> names;
+  for (const correction::AssemblyPoint& point : config.machine.points)
+    names.push_back({point.id, point.name});
+  return names;
+}
+
+void LogModel(const ConfigInForce& in_force) {
+  const model_store::ModelState& models = in_force.models;
+  log::SetLogContext({in_force.config.machine.cell.robot.name, models.applied});
+  if (!in_force.set_aside.empty()) log::Log({log::Event::kModelSetAside, in_force.set_aside});
+  if (models.applied == models.declared) return;
+  log::Log({log::Event::kModelInForce,
+            fmt::format("model version {} in force in place of the cell file", models.applied)});
+}
+
+void Reloader::Request() {
+  running_.manager.Reloading();
+  const double now_s = MonotonicSeconds();
+  if (!pending_) pending_since_s_ = now_s;
+  reread_ = pending_ && now_s - pending_since_s_ > kMaxPostponed_s;
+  if (!reread_) ReadPending();
+}
+
+void Reloader::Poll() {
+  if (!pending_ || !pending_->parts->branches.finished()) return;
+  PutInForce(std::move(*pending_));
+  pending_.reset();
+  if (!reread_) return running_.manager.Ready("configuration reloaded");
+  reread_ = false;
+  pending_since_s_ = MonotonicSeconds();
+  ReadPending();
+}
+
+void Reloader::ReadPending() {
+  pending_.reset();
+  pending_ = Read();
+  if (!pending_) running_.manager.Ready("configuration reloaded");
+}
+
+std::optional<Reloader::PendingReload> Reloader::Read() const {
+  const std::string& file = running_.file;
+  config::FaultList faults;
+  std::optional<ConfigInForce> in_force = ReadConfigInForce(file, faults, running_.state);
+  const std::size_t served = running_.cycle.parts().machine.config().points.size();
+  if (in_force && served > 0 && in_force->config.machine.points.empty()) {
+    faults.Add({.file = file,
+                .key = "point",
+                .what = fmt::format("the file has no [[point]], but {} points are in force: it may "
+                                    "be truncated. Restore it, or restart the daemon to run "
+                                    "without points",
+                                    served)});
+    in_force.reset();
+  }
+  log::LogFaults(faults);
+  // The cameras are those of the start until a restart, and so is what requires them.
+  if (in_force) {
+    in_force->config.machine.required_lenses = running_.started.machine.required_lenses;
+  }
+  std::unique_ptr<CycleParts> parts =
+      in_force ? PartsFrom(*in_force, &running_.cycle.parts()) : nullptr;
+  if (!parts) {
+    log::Log({log::Event::kNotReloaded,
+              "Configuration not reloaded; the previous one stays in force. Fix the faults "
+              "reported above, then reload."});
+    return std::nullopt;
+  }
+  return PendingReload{std::move(*in_force), std::move(parts)};
+}
+
+void Reloader::PutInForce(PendingReload reload) {
+  const config::DaemonConfig& fresh = reload.in_force.config;
+  const model_store::ModelState& models = reload.in_force.models;
+  LogNeededRestarts(reload.in_force, running_.started);
+  const bool other_gauges = GaugesDiffer(fresh, running_.gauges.config());
+  if (other_gauges) running_.gauges.Stop();  // its artefact numbers are those of the old cell
+  running_.worker.Configure(fresh, models);  // before the new machine's first probe arrives
+  const bool link_kept = reload.parts->link == running_.cycle.parts().link;
+  reload.parts->branches.DeliverTo(reload.parts->machine, fresh.machine.points.size());
+  ReplaceParts(std::move(reload.parts));
+  if (other_gauges) running_.gauges.Start(fresh);
+  running_.display.Configure(fresh);
+  running_.state.models = models;
+  running_.robot_timeout_s = RobotTimeout_s(fresh);
+  running_.watchdog.SetTimeout(kRobotLink, running_.robot_timeout_s);
+  reporter_.Configure(PointNames(fresh), link_kept);
+  log::Log({log::Event::kReloaded, fmt::format("configuration {} reloaded", running_.file)});
+  LogModel(reload.in_force);
+}
+
+void Reloader::ReplaceParts(std::unique_ptr<CycleParts> parts) {
+  // The old link may have a reading in progress, and withdraws the points it has pushed.
+  const double start_s = MonotonicSeconds();
+  double fed_s = start_s;
+  running_.cycle.Replace(std::move(parts), [&] {
+    running_.plc.DepositConnections(running_.manager);
+    const double now_s = MonotonicSeconds();
+    const auto period_s = running_.manager.watchdog_period_s();
+    if (!period_s || now_s - fed_s < *period_s) return;
+    if (now_s - start_s > running_.robot_timeout_s + robot::kWithdrawal_s) return;
+    fed_s = now_s;
+    running_.manager.NotifyWatchdog();
+  });
+}
+
+}  // namespace plumbline::daemon

@@ -1,0 +1,34 @@
+// The effects of an explanation: which they are, and what is peculiar to one of them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/diagnosis/candidate_set.h"
+
+namespace plumbline::diagnosis {
+
+/// True if an explanation contains an empirical term.
+bool HasEmpirical(const CandidateSet& candidate_set, const Explanation& explanation);
+
+/// The distinct effects of an explanation, ascending.
+std::vector<EffectKey> EffectKeys(const CandidateSet& candidate_set,
+                                  const Explanation& explanation);
+/// The distinct ids of the effects of an explanation, ascending.
+std::vector<std::string> EffectIds(const CandidateSet& candidate_set,
+                                   const Explanation& explanation);
+
+/// The blocks of an explanation that belong to an effect.
+std::vector<BlockIndex> BlocksOfEffect(const CandidateSet& candidate_set,
+                                       const Explanation& explanation, const EffectKey& key);
+
+/// Share (0..1) of an effect's displacement in an explanation that the blocks of a rival cannot
+/// reproduce.
+double SignalLeft(const CandidateSet& candidate_set, const Explanation& explanation,
+                  const EffectKey& key, const std::vector<BlockIndex>& rival);
+
+/// ln of the number of ways to choose the kept units (joints) of a block from the observable ones.
+double LogChoices(const CandidateSet& candidate_set, const Explanation& explanation,
+                  BlockIndex block);
+
+}  // namespace plumbline::diagnosis

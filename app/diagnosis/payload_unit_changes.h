@@ -1,0 +1,20 @@
+// Payloads whose unit changes within the table: converted, they repeat those of the other rows.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/diagnosis/mistakes.h"
+
+namespace plumbline::diagnosis {
+
+/// Payloads in pounds or grams on one side of a change. Requires recorded payloads.
+std::vector<Mistake> PayloadUnitChanges(const Dataset& data);
+
+/// Detects that some payloads are in grams, as read larger than any robot carries. The reader has
+/// excluded their rows (MeasuredTable::excessive_payloads).
+/// @return  a sentence with the evidence and a remedy
+std::optional<std::string> PayloadsInGrams(const table::MeasuredTable& table);
+
+}  // namespace plumbline::diagnosis

@@ -1,0 +1,15 @@
+// Signals that vary over the rows of a data set, and joints that do not.
+#pragma once
+
+#include "app/diagnosis/dataset.h"
+
+namespace plumbline::diagnosis {
+
+/// Finds the signals that effects may depend on: time, row number, temperature, payload, further
+/// columns and the joints' quantities. The conditions of the rows must be set.
+void FindSignals(Dataset& data);
+
+/// Finds the joints that never moved, with a note for each.
+void FindStillJoints(Dataset& data);
+
+}  // namespace plumbline::diagnosis

@@ -1,0 +1,90 @@
+#include "firmware-like/cycle_status.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace plumbline {
+
+std::uint16_t AlarmOf(InputFault fault) {
+  switch (fault) {
+    case InputFault::kOk:
+      return 0;
+    case InputFault::kMissing:
+      return alarm::kRobotMissing;
+    case InputFault::kStale:
+      return alarm::kRobotStale;
+    case InputFault::kTcpMismatch:
+      return alarm::kDecodingWrong;
+    default:
+      return alarm::kRobotImplausible;
+  }
+}
+
+std::uint16_t AlarmsOf(const std::vector<PointResult>& points) {
+  unsigned alarms = 0;
+  for (const PointResult& point : points) {
+    if (point.valid || point.code == correction::CorrectionCode::kNoRobot ||
+        point.code == correction::CorrectionCode::kPending) {
+      continue;
+    }
+    alarms |= point.code == correction::CorrectionCode::kPayloadUnknown ? alarm::kPayloadUnknown
+                                                                        : alarm::kPointRefused;
+  }
+  return static_cast<std::uint16_t>(alarms);
+}
+
+HealthInputs HealthInputsFrom(const Snapshot& snapshot, const MachineInput& input,
+                              double max_radius_m) {
+  HealthInputs facts{.alarms = snapshot.alarms, .warnings = snapshot.warnings};
+  for (const PointResult& point : snapshot.points) {
+    facts.pending =
+        facts.pending || (!point.valid && point.code == correction::CorrectionCode::kPending);
+    if (!point.valid) continue;
+    facts.extrapolating = facts.extrapolating || point.correction.extrapolated;
+    facts.weakest_basis = model::Weakest(facts.weakest_basis.value_or(point.correction.basis),
+                                         point.correction.basis);
+    facts.radius_too_large =
+        facts.radius_too_large || point.correction.uncertainty_m > max_radius_m;
+  }
+  for (const CameraInput& camera : input.cameras) {
+    facts.fiducial_moved = facts.fiducial_moved || (camera.configured && camera.fiducial_moved);
+  }
+  facts.required_lens_missing = snapshot.lenses_missing != 0;
+  facts.scene_lost = input.scene_lost;
+  facts.scene_incomplete = input.scene_incomplete;
+  facts.no_points = snapshot.points.empty();
+  facts.reference_refused = input.reference_refused;
+  facts.quarantined = input.quarantined;
+  return facts;
+}
+
+std::uint16_t StatusWordOf(const Snapshot& snapshot, const MachineInput& input,
+                           bool plc_heartbeat) {
+  std::uint16_t word = 0;
+  const auto set = [&word](std::uint16_t bit, bool on) {
+    if (on) word = static_cast<std::uint16_t>(word | bit);
+  };
+  const bool robot_trusted = snapshot.input_fault == InputFault::kOk;
+  const auto valid = [](const PointResult& point) { return point.valid; };
+  const auto extrapolated = [](const PointResult& point) {
+    return point.valid && point.correction.extrapolated;
+  };
+  const auto stale = [](const CameraInput& one) { return one.configured && !one.lens_valid; };
+  const auto& points = snapshot.points;
+  set(status::kReady, robot_trusted && std::all_of(points.begin(), points.end(), valid));
+  set(status::kResultValid, snapshot.result.valid);
+  set(status::kRobotLink, robot_trusted);
+  set(status::kWarning, snapshot.warnings != 0);
+  set(status::kError, snapshot.alarms != 0);
+  set(status::kLensCalibrated, input.cameras.front().configured &&
+                                   std::none_of(input.cameras.begin(), input.cameras.end(), stale));
+  set(status::kExtrapolating, std::any_of(points.begin(), points.end(), extrapolated));
+  set(status::kTemperatureValid, robot_trusted && snapshot.robot.temp_C.has_value());
+  set(status::kPayloadValid, snapshot.payload_valid);
+  set(status::kPlcHeartbeatSeen, plc_heartbeat);
+  set(status::kManual, input.command.manual || snapshot.robot.mode == model::RobotMode::kManual);
+  set(status::kToggle, std::fmod(input.now_s, 2.0) >= 1.0);
+  return word;
+}
+
+}  // namespace plumbline

@@ -1,0 +1,50 @@
+// Selection of the payload that the robot carries: as reported, by tool number, or fixed.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "firmware-like/loads/gravity.h"
+#include "firmware-like/model/robot_state.h"
+
+namespace plumbline {
+
+/// Source of the payload's mass and centre of gravity.
+struct PayloadPolicy {
+  enum class Source { kRobot, kTable, kFixed };
+  struct ToolLoad {
+    int number = 0;
+    double mass_kg = 0;
+    std::optional<Vec3> cog_F;  ///< centre of gravity in F [m]; absent: that of the cell
+  };
+  Source source = Source::kRobot;
+  ToolLoad fixed;               ///< for kFixed
+  std::vector<ToolLoad> table;  ///< for kTable, selected by the controller's tool number
+};
+
+/// The payload of the present cycle. Select() does not allocate.
+class PayloadSelector {
+ public:
+  /// @param declared_cog_F  centre of gravity that the cell declares, in F [m]
+  PayloadSelector(PayloadPolicy policy, const std::optional<Vec3>& declared_cog_F);
+
+  /// Selects the payload by the policy.
+  /// @param robot  the latest reading; nullptr: it is not trusted
+  void Select(const model::RobotState* robot);
+
+  /// nullopt if mass or centre of gravity is unknown or implausible.
+  const std::optional<loads::Payload>& present() const { return present_; }
+
+  /// The payload for a point or command, which may state its own mass. That mass is assumed to act
+  /// at the centre of gravity declared by the cell or, if there is none, at that of the present
+  /// load.
+  std::optional<loads::Payload> WithMass(const std::optional<double>& own_mass_kg) const;
+
+ private:
+  PayloadPolicy policy_;
+  std::optional<Vec3> declared_cog_F_;
+  std::optional<Vec3> cog_F_;  ///< of the present load [m]
+  std::optional<loads::Payload> present_;
+};
+
+}  // namespace plumbline
