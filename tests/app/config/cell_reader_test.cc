@@ -255,7 +255,7 @@ TEST_CASE("Each faulty field of a cell gives exactly one message") {
       {"reference_temperature_C = 22.0", "reference_sd_mm = 0.2",
        "measurement.reference_sd_mm: 0.2 needs reference_tags_mm, the places of the tags"},
       {"reference_temperature_C = 22.0",
-       "reference_sd_mm = 0.2\nreference_tags_mm = [[0, 0, 0], [100, 0, 0], [200, 0, 0]]",
+       "reference_tags_mm = [[0, 0, 0], [100, 0, 0], [200, 0, 0]]\nreference_sd_mm = 0.2",
        "measurement.reference_tags_mm: [[0, 0, 0], [100, 0, 0], [200, 0, 0]] must hold the places "
        "[x, y, z] of at least three tags that are not on one line: fewer do not define a frame"},
       {"reference_temperature_C = 22.0",
