@@ -14,7 +14,8 @@ namespace plumbline::effects {
 /// does not rotate gravity; valid for a vertical gravity in W and angles up to a degree. If all
 /// rows are of one camera, base_frame and measurement_scale are equivalent, so it is considered
 /// only if the rows are of different instruments. If the base is free, no data can decide which
-/// camera is wrong. File units: mm, deg, 1.
+/// camera has a wrong pose; a wrong scale contradicts the lengths of the arm. File units: mm, deg,
+/// 1.
 const Effect& CameraFrame();
 
 }  // namespace plumbline::effects
